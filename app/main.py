@@ -58,7 +58,7 @@ from app.web.limits import COMPUTE_RATE, Budgets, KeyedBuckets, Quota
 from app.web.readings import readings
 from app.web.returns import Returns
 from app.web.routes import api_docs, boards, health, page, payouts
-from app.web.routes.drops import drops, maps, pictures, simulate
+from app.web.routes.drops import drops, maps, pictures, seeds, simulate
 from app.web.routes.queries import listed_queries
 from app.web.routes.rooms import halts, live, moves, players, rooms, scenes, sessions, ws
 from app.web.services import Services
@@ -113,6 +113,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         pictures.router,
         drops.router,
         simulate.router,
+        seeds.router,
         payouts.router,
         maps.router,
         live.router,

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any, Final
 from engine.board.making import polygon
 from engine.board.materials import Material
 from engine.board.model import Board
-from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
+from engine.board.parts import BallSpec, Bins, DropZone, Label, Peg, Wall
 from engine.board.presets import preset_names
 from engine.constants import PHYSICS_VERSION
 from engine.drops.batch import DropBatch, drop_many
 from engine.drops.drop import Drop, drop
 from engine.drops.occupancy import Occupancy, occupancy
+from engine.drops.seeds import seeds_landing_in
 from engine.drops.verify import Verification, verify
 from engine.errors import BoardError, EngineError, Fault, ParameterError, RecordError, SeedError
 
@@ -40,6 +41,7 @@ __all__ = [
     "DropZone",
     "EngineError",
     "Fault",
+    "Label",
     "Material",
     "Occupancy",
     "ParameterError",
@@ -57,6 +59,7 @@ __all__ = [
     "occupancy",
     "polygon",
     "preset_names",
+    "seeds_landing_in",
     "verify",
 ]
 

@@ -24,6 +24,7 @@ GROUPS = {
     "Many drops": {
         "simulate": "drops.simulate",
         "merge": "drops.merge",
+        "seeds": "drops.seeds",
     },
     "Boards": {
         "boards": "boards.boards",

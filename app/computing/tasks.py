@@ -21,9 +21,11 @@ from engine.batches.job import Job
 from engine.batches.tally import Tally
 from engine.drops.digest import BLOCK
 from engine.drops.drop import make_drop
+from engine.drops.seeds import Search
 from engine.drops.start import unsigned_zero
 from engine.parameters import Exact, Solver, Stepped
 from engine.payouts.solve import solve_payouts
+from engine.seeding import SEED_LIMIT
 
 MAX_SECONDS: Final = 9.0
 """s of a core for many drops, after which it is said how many were done; `pool.DEADLINE` ends the
@@ -209,6 +211,36 @@ def tally(
     for number in range(found.job.blocks):
         found.add(_block(found.job, number, patience))
     return found.summary()
+
+
+def seeds_in(
+    board: Board,
+    bin_: int,
+    first: int,
+    count: int,
+    drops: int,
+    aim: float | None,
+    seconds: float = MAX_SECONDS,
+) -> dict[str, Any]:
+    """Seeds from `first` on that land in a bin, the next `count` among at most so many `drops`.
+
+    Raises InvalidValueError when they take longer than `seconds`.
+    """
+    search, patience = Search(board, bin_, first, aim, 1), Patience(drops, seconds)
+    found: list[int] = []
+    last = min(first + drops, SEED_LIMIT) - 1
+    while len(found) < count and search.next <= last:
+        found += search.take(min(_CHUNK, last + 1 - search.next))
+        patience(search.next - first)
+    if len(found) >= count:
+        found = found[:count]
+        last = found[-1]
+    return {
+        "board_digest": board.digest,
+        "bin": bin_,
+        "seeds": [str(seed) for seed in found],
+        "last": str(last),
+    }
 
 
 def _block(job: Job, number: int, patience: Patience) -> Block:

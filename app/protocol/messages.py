@@ -152,7 +152,7 @@ class Contact(Event, frozen=True, tag="contact", kw_only=True):
 class Landed(Event, frozen=True, tag="landed", kw_only=True):
     """A ball's end; `digest` is that of the same drop replayed alone, if no other ball touches it.
 
-    `payout` in minor units is there where something was staked.
+    `payout` in minor units is there where something was staked, `label` where the bin has one.
     """
 
     ball: int
@@ -166,6 +166,7 @@ class Landed(Event, frozen=True, tag="landed", kw_only=True):
     unsettled: str | None
     payout: int | msgspec.UnsetType = msgspec.UNSET
     practice: bool | msgspec.UnsetType = msgspec.UNSET
+    label: str | msgspec.UnsetType = msgspec.UNSET
 
     @property
     def paid(self) -> int:

@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from app.errors import InvalidValueError
-from app.render.parts.board import tight
 from app.render.parts.caption import paint_strip, paint_words
+from app.render.parts.prizes import tight
 from app.render.parts.view import HEADER, View, lay_out
 from app.render.raster import encode
 from app.render.raster.canvas import Canvas, text_width

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from app.errors import InvalidValueError
+from app.render.parts.prizes import result_of
 from app.render.parts.view import MOST_WIDTH, View, fit
 from app.render.raster import encode
 from app.render.raster.canvas import Canvas, text_width
@@ -92,11 +93,11 @@ def _put(sheet: Pixels, d: Drop, number: int, view: View, theme_name: str, colum
 def _label(d: Drop, width: int, theme: Theme) -> Pixels:
     """The strip above a tile: the seed, and what it paid on a plate in that colour."""
     strip = Canvas.blank(width, LABEL, theme["case"])
-    paid = "unsettled" if d.bin is None else f"{d.score:g}x"
-    look, size = theme.payout(d.score), 12.0
+    paid, fill, ink = result_of(d, theme)
+    size = 12.0
     wide = text_width(paid, size) + 10.0
-    strip.box((width - wide, 1.0, float(width), LABEL - 3.0), 4.0, look.fill)
-    strip.text(width - 0.5 * wide, 0.5 * LABEL - 1.0, paid, size, look.ink)
+    strip.box((width - wide, 1.0, float(width), LABEL - 3.0), 4.0, fill)
+    strip.text(width - 0.5 * wide, 0.5 * LABEL - 1.0, paid, size, ink)
     room, seed = width - wide - 4.0, f"seed {d.seed}"
     if text_width(seed, size) > room:
         size = room / text_width(seed, 100.0) * 100.0

@@ -238,6 +238,7 @@ class IndependentRoom(Room):
             unsettled=landing.unsettled,
             payout=payout_of(stake, landing.score) if stake else msgspec.UNSET,
             practice=practice,
+            label=self.board.bins.label_of(landing.bin) or msgspec.UNSET,
         )
 
     def give_up(self, why: str) -> list[messages.Landed]:

@@ -59,5 +59,6 @@ def outcome_of(
         unsettled=result.unsettled,
         payout=result.payout if row.stake else msgspec.UNSET,
         practice=row.practice or msgspec.UNSET,
+        label=ground.bins.label_of(result.bin) or msgspec.UNSET,
     )
     return Outcome(accepted, landed, earlier=True)

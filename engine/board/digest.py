@@ -15,9 +15,13 @@ The bytes, all little-endian, with no padding:
     u32     number of multipliers, then f64 each
     f64 x3  drop x, y, jitter
     u32     number of slots, then f64 each
-    f64     reach, if it or the aim is not 0
-    f64     aim, if it is not 0
+    f64     reach, if it or the aim is not 0, or if there are labels
+    f64     aim, if it is not 0, or if there are labels
+    u32     number of labels, if there are any, then for each, with no label as two empty texts:
+            u32 and UTF-8   length of the text in bytes, then the text
+            u32 and ASCII   length of the colour, then the colour: "#rrggbb" or nothing
 
+What a ball wins is part of what was agreed on, so labels are in the digest of a board that has any.
 Negative zero is written as zero: the two are the same place. The order of pegs and walls counts,
 because impacts refer to them by index.
 """
@@ -29,6 +33,7 @@ from sys import byteorder
 from typing import Final
 
 from engine.board.fields import BoardFields
+from engine.board.parts import Label
 
 MAGIC: Final = b"plinko-board/1\n"
 
@@ -40,20 +45,28 @@ def _floats(values: Iterable[float]) -> bytes:
     return raw.tobytes()
 
 
+def _text(text: str) -> bytes:
+    raw = text.encode()
+    return _count(len(raw)) + raw
+
+
+def _labels(labels: tuple[Label | None, ...]) -> bytes:
+    texts = ((label.text, label.colour or "") if label else ("", "") for label in labels)
+    return _count(len(labels)) + b"".join(_text(text) for pair in texts for text in pair)
+
+
 def _count(n: int) -> bytes:
     return n.to_bytes(4, "little")
 
 
 def encode(board: BoardFields) -> bytes:
     """Return the canonical bytes of `board`, as laid out at the top of this file."""
-    name = board.name.encode()
     ball, bins, zone = board.ball, board.bins, board.drop
     pegs, walls = board.peg_material, board.wall_material
     return b"".join(
         (
             MAGIC,
-            _count(len(name)),
-            name,
+            _text(board.name),
             _floats((board.width, board.height, board.gravity, board.drag)),
             _floats((ball.radius, ball.density, ball.restitution, ball.friction)),
             _count(len(board.pegs)),
@@ -70,8 +83,9 @@ def encode(board: BoardFields) -> bytes:
             _floats((zone.x, zone.y, zone.jitter)),
             _count(len(zone.slots)),
             _floats(zone.slots),
-            _floats((zone.reach,) if zone.reach or zone.aim else ()),
-            _floats((zone.aim,) if zone.aim else ()),
+            _floats((zone.reach,) if zone.reach or zone.aim or bins.labels else ()),
+            _floats((zone.aim,) if zone.aim or bins.labels else ()),
+            _labels(bins.labels) if bins.labels else b"",
         ),
     )
 

@@ -19,7 +19,7 @@ from engine.board import values
 from engine.board.faults import Faults
 from engine.board.fields import DEFAULT_HEIGHT, DEFAULT_WIDTH, BoardFields
 from engine.board.materials import Material
-from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
+from engine.board.parts import BallSpec, Bins, DropZone, Label, Peg, Wall
 from engine.errors import BoardError, JsonSyntaxError, JsonValueError
 
 MAX_TEXT: Final = 16_000_000
@@ -33,7 +33,8 @@ _BALL: Final = ("radius", "density", "restitution", "friction")
 _MATERIAL: Final = ("restitution", "friction")
 _PEG: Final = ("x", "y", "radius")
 _WALL: Final = ("x1", "y1", "x2", "y2")
-_BINS: Final = ("y", "edges", "multipliers")
+_BINS: Final = ("y", "edges", "multipliers", "labels")
+_LABEL: Final = ("text", "colour")
 _DROP: Final = ("x", "y", "jitter", "slots", "reach", "aim")
 
 _PARTS: Final[Mapping[str, tuple[type[Any], tuple[str, ...]]]] = {
@@ -125,7 +126,19 @@ def _bins(form: Mapping[str, Any]) -> Bins:
         count = max(1, len(values.items(payouts, "bins.multipliers", limit)))
         edges = tuple(width * (2 * i - count) / (2 * count) for i in range(count + 1))
     payouts = given.get("multipliers", (1.0,) * count)
-    return Bins(given.get("y", height), edges, payouts)
+    return Bins(given.get("y", height), edges, payouts, _labels(given.get("labels", ())))
+
+
+def _labels(value: Any) -> tuple[Label | None, ...]:
+    faults = Faults()
+    labels = tuple(
+        None
+        if item is None
+        else faults.take(_part, Label, item, f"bins.labels[{i}]", _LABEL, ("text",))
+        for i, item in enumerate(values.items(value, "bins.labels", values.MAX_BINS))
+    )
+    faults.end()
+    return labels
 
 
 def _side_walls(bins: Bins, zone: DropZone, ball: BallSpec) -> tuple[Wall, ...]:
@@ -183,8 +196,11 @@ def _parts(
 
 
 def to_dict(board: BoardFields) -> dict[str, Any]:
-    """Return the JSON form of `board`; of `slots`, `reach` and `aim` only what is there."""
+    """Return the JSON form of `board`; of labels, `slots`, `reach` and `aim` only what is there."""
     bins, zone = board.bins, board.drop
+    pockets = {"y": bins.y, "edges": list(bins.edges), "multipliers": list(bins.multipliers)}
+    if bins.labels:
+        pockets["labels"] = [label and _label_form(label) for label in bins.labels]
     drop: dict[str, Any] = {"x": zone.x, "y": zone.y, "jitter": zone.jitter}
     if zone.slots:
         drop["slots"] = list(zone.slots)
@@ -203,9 +219,13 @@ def to_dict(board: BoardFields) -> dict[str, Any]:
         "peg_material": {key: getattr(board.peg_material, key) for key in _MATERIAL},
         "walls": [{"x1": w.x1, "y1": w.y1, "x2": w.x2, "y2": w.y2} for w in board.walls],
         "wall_material": {key: getattr(board.wall_material, key) for key in _MATERIAL},
-        "bins": {"y": bins.y, "edges": list(bins.edges), "multipliers": list(bins.multipliers)},
+        "bins": pockets,
         "drop": drop,
     }
+
+
+def _label_form(label: Label) -> dict[str, str]:
+    return {"text": label.text} | ({"colour": label.colour} if label.colour else {})
 
 
 def dumps(board: BoardFields) -> str:

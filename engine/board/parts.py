@@ -58,20 +58,37 @@ class Wall(msgspec.Struct, frozen=True, gc=False):
 
 
 @dataclass(frozen=True, slots=True)
+class Label:
+    """What a bin is called: the prize that a ball in it wins. `colour`: #rrggbb, or None."""
+
+    text: str
+    colour: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Bins:
     """Where a drop ends: bin i spans [edges[i], edges[i+1]) on the line y and pays multipliers[i].
 
-    A drop ends when the ball's centre first crosses `y` downward.
+    A drop ends when the ball's centre first crosses `y` downward. labels: of each bin, None for
+    one without; empty where no bin has one.
     """
 
     y: float
     edges: tuple[float, ...]
     multipliers: tuple[float, ...]
+    labels: tuple[Label | None, ...] = ()
 
     @property
     def count(self) -> int:
         """Number of bins."""
         return len(self.multipliers)
+
+    def label_of(self, number: int | None) -> str | None:
+        """Text of the label of this bin, or None: it has none, or the ball is in no bin."""
+        if number is None or not self.labels:
+            return None
+        label = self.labels[number]
+        return None if label is None else label.text
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,14 +4,16 @@ How parts stand to each other in space is checked in `engine.board.checks`.
 """
 
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from types import MappingProxyType
 from typing import Any, Final, TypeVar
 
+from engine import plain_text
 from engine.board.faults import Faults
 from engine.board.materials import Material
-from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
+from engine.board.parts import BallSpec, Bins, DropZone, Label, Peg, Wall
 from engine.errors import BoardError
 
 T = TypeVar("T")
@@ -22,6 +24,11 @@ MAX_BINS: Final = 1_000
 MAX_SLOTS: Final = 1_000
 MAX_NAME: Final = 100
 """Characters."""
+
+MAX_LABEL: Final = 40
+"""Characters, after NFC."""
+
+COLOUR: Final = "^#[0-9a-f]{6}$"
 
 MAX_COORDINATE: Final = 1e6
 """m. Farther out, one unit in the last place of a float64 is no longer far below a micrometre."""
@@ -228,7 +235,42 @@ def bins(value: Any) -> Bins:
             f"{len(edges) - 1} bins, and each needs one",
             field="bins.multipliers",
         )
-    return Bins(number(part.y, "bins.y"), edges, payouts)
+    return Bins(number(part.y, "bins.y"), edges, payouts, _labels(part.labels, len(payouts)))
+
+
+def _labels(value: Any, count: int) -> tuple[Label | None, ...]:
+    """Return `value` as one label or None for each bin; empty if all are None."""
+    labels = items(value, "bins.labels", MAX_BINS)
+    if labels and len(labels) != count:
+        raise BoardError(
+            f"bins.labels has {len(labels)} values: there are {count} bins, and each needs one, "
+            "which may be null",
+            field="bins.labels",
+        )
+    faults = Faults()
+    checked = tuple(
+        faults.take(_label, label, f"bins.labels[{i}]") for i, label in enumerate(labels)
+    )
+    faults.end()
+    return checked if any(label is not None for label in checked) else ()
+
+
+def _label(value: Any, field: str) -> Label | None:
+    if value is None:
+        return None
+    label = instance(value, Label, field)
+    text = plain_text.normal(label.text)
+    right = plain_text.fault(text, MAX_LABEL)
+    if right is not None:
+        raise fail(f"{field}.text", label.text, f"it must be {right}")
+    colour = label.colour
+    if colour is not None and not _is_colour(colour):
+        raise fail(f"{field}.colour", colour, "it must be # and six digits of 0-9 and a-f")
+    return Label(text, colour)
+
+
+def _is_colour(value: Any) -> bool:
+    return isinstance(value, str) and re.fullmatch(COLOUR, value) is not None
 
 
 def drop_zone(value: Any) -> DropZone:

@@ -105,6 +105,11 @@ class Drop:
         return 1.0 if where is None else self.board.bins.multipliers[where]
 
     @property
+    def label(self) -> str | None:
+        """Text of the bin's label, the prize in it; None without one."""
+        return self.board.bins.label_of(self.bin)
+
+    @property
     def duration(self) -> float:
         """Time from the start to the landing (or to the end of the simulation), s."""
         return float(self.trajectory.end[0])
@@ -188,6 +193,7 @@ class Drop:
             "physics_version": PHYSICS_VERSION,
             "bin": self.bin,
             "score": self.score,
+            **({} if self.label is None else {"label": self.label}),
             "duration": self.duration,
             "x_end": self.x_end,
             "impacts": [list(row) for row in self.impacts.tolist()],

@@ -23,6 +23,7 @@ FIELDS = (
     "physics_version",
     "bin",
     "score",
+    "label",
     "duration",
     "x_end",
     "impacts",
@@ -68,7 +69,7 @@ def verify(record: Mapping[str, Any]) -> Verification:
     for name in (*FIELDS, *(HOW_SURE if sure else ())):
         if name not in record:
             continue
-        difference = _difference(name, record[name], actual[name])
+        difference = _difference(name, record[name], actual.get(name))
         if difference is not None:
             return difference
     return Verification(True)

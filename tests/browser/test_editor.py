@@ -79,7 +79,7 @@ class Bench:
 
     def becomes(self, path: str, value: Any) -> None:
         """Wait until a part of the board in the address has a value."""
-        wanted = json.dumps(value, separators=(",", ":"))
+        wanted = json.dumps(value, ensure_ascii=False, separators=(",", ":"))
         self.until(f"JSON.stringify(board.{path}) === arg", wanted)
 
     def until(self, condition: str, arg: Any = None) -> None:
@@ -144,6 +144,25 @@ def test_bins_are_made_moved_paid_and_joined(bench: Bench) -> None:
     bench.page.get_by_role("button", name="Delete").click()
     bench.becomes("bins.multipliers", [7.5, 0.5, 2])
     bench.becomes("bins.edges", [-1.5, -0.5, 0.5, 1.5])
+
+
+def test_a_bin_gets_a_prize_and_a_colour_and_loses_them_again(bench: Bench) -> None:
+    bench.click(-1.0, bench.board["bins"]["y"] + 0.2)
+    fields = bench.page.locator("#selected-fields")
+    prize = fields.get_by_label("Prize", exact=True)
+    prize.fill("<b>Mug</b> \U0001f381")
+    prize.press("Enter")
+    bench.becomes("bins.labels", [{"text": "<b>Mug</b> \U0001f381"}, None, None])
+    colour = fields.get_by_label("Prize colour")
+    colour.fill("#ff0088")
+    colour.press("Enter")
+    bench.becomes("bins.labels[0]", {"text": "<b>Mug</b> \U0001f381", "colour": "#ff0088"})
+    bench.checked("good")
+    bench.screen.shot("editor-prize")
+    prize.fill("")
+    prize.press("Enter")
+    bench.until("!('labels' in board.bins)")
+    expect(colour).to_have_count(0)
 
 
 def test_walls_are_drawn_and_their_ends_moved(bench: Bench) -> None:

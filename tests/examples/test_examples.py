@@ -14,6 +14,7 @@ import pytest
 from PIL import Image
 
 from app.fairness.signing import Signer
+from engine import Board, drop
 from tests.app.conftest import TINY, Running, serving
 from tests.app.fairness.sessions import SIGNER
 from tests.repository.test_repository import ROOT
@@ -167,3 +168,11 @@ def test_a_drop_left_out_and_another_key_are_found(tmp_path: Path) -> None:
     assert other != SIGNER.public.hex()
     session = json.loads(GOLDEN.read_text("utf-8")) | {"key": other}
     assert "the statement is signed" in verified(session, tmp_path, code=1)
+
+
+def test_the_board_with_prizes_falls_as_its_preset_and_names_what_is_won() -> None:
+    board, plain = Board.from_json(EXAMPLES / "prizes.json"), Board.preset("triangle-8")
+    prize, bare = drop(board, 42), drop(plain, 42)
+    assert prize.impacts.tobytes() == bare.impacts.tobytes()
+    assert board.bins.label_of(0) == "Concert tickets"
+    assert prize.label == board.bins.label_of(bare.bin)

@@ -50,6 +50,7 @@ def completed_bins(bins: Json, width: float, height: float) -> Json:
         "y": bins.get("y", height),
         "edges": bins.get("edges", equal),
         "multipliers": multipliers,
+        "labels": bins.get("labels", []),
     }
 
 
@@ -71,8 +72,13 @@ def board_digest(form: Json) -> str:
         parts += [u32(len(numbers)), floats(*numbers)]
     parts.append(floats(drop["x"], drop["y"], drop["jitter"]))
     parts += [u32(len(drop["slots"])), floats(*drop["slots"])]
-    parts += [floats(drop["reach"])] if drop["reach"] or drop["aim"] else []
-    parts += [floats(drop["aim"])] if drop["aim"] else []
+    labels = bins["labels"] if any(bins["labels"]) else []
+    parts += [floats(drop["reach"])] if drop["reach"] or drop["aim"] or labels else []
+    parts += [floats(drop["aim"])] if drop["aim"] or labels else []
+    parts += [u32(len(labels))] if labels else []
+    for label in labels:
+        for text in (label["text"], label.get("colour") or "") if label else ("", ""):
+            parts += [u32(len(text.encode())), text.encode()]
     return hashlib.sha256(b"".join(parts)).hexdigest()
 
 

@@ -140,6 +140,8 @@ def test_every_golden_digest_is_computed_from_the_record_alone() -> None:
         OWN,
         {"bins": {"multipliers": [1, 2, 3]}},
         {"width": 2, "drop": {"jitter": 0.25, "reach": 0.5, "slots": [0.1]}, "pegs": []},
+        {"bins": {"multipliers": [1, 2], "labels": [None, {"text": "Caf\xe9"}]}},
+        {"bins": {"multipliers": [1], "labels": [{"text": "x", "colour": "#00ff00"}]}, "name": "a"},
         {"bins": {"edges": [-1, 1], "y": 5}, "ball": {"radius": 0.25}, "name": "ø"},
     ],
 )

@@ -103,10 +103,12 @@ def test_the_pages_own_example_runs_as_it_stands() -> None:
 
 def test_a_board_is_made_in_python_as_its_page_says() -> None:
     page = (DOCS / "boards.md").read_text(encoding="utf-8")
-    (code,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    obstacle, prizes = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     names: dict[str, Any] = {}
-    exec(compile(code, "boards.md", "exec"), names)
+    exec(compile(obstacle, "boards.md", "exec"), names)
     assert len(names["board"].walls) == len(Board.triangle(6).walls) + 3
+    exec(compile(prizes, "boards.md", "exec"), names)
+    assert names["board"].bins.label_of(8) == "Mug"
 
 
 # The tutorial.

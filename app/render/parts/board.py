@@ -9,10 +9,11 @@ import numpy.typing as npt
 
 from app.render.parts import ground
 from app.render.parts.pegs import paint_pegs
+from app.render.parts.prizes import LINE_HEIGHT, Lettering, lettering, look_of, tight
 from app.render.parts.sides import sides_of
 from app.render.parts.view import View
 from app.render.raster.canvas import Canvas, polygon_coverage, text_width
-from app.render.theme import Theme, named
+from app.render.theme import Colour, Theme, named
 from engine import Board
 from engine.board.parts import Wall
 
@@ -65,10 +66,9 @@ def board_canvas(board: Board, view: View, theme_name: str) -> Canvas:
 def paint_bin(
     canvas: Canvas, board: Board, view: View, theme: Theme, number: int, lit: bool = False
 ) -> None:
-    """One bin with its multiplier; `lit` when a ball is in it."""
+    """One bin with its label or multiplier; `lit` when a ball is in it."""
     bins = board.bins
-    score = bins.multipliers[number]
-    look = theme.payout(score)
+    fill, ink = look_of(board, number, theme)
     x0, x1 = view.px(bins.edges[number]), view.px(bins.edges[number + 1])
     gap = max(1.0 * view.unit, min(3.0 * view.unit, 0.06 * (x1 - x0)))
     box = (x0 + gap, view.bin_top + 2 * view.unit, x1 - gap, view.bin_top + view.bin_height - 2)
@@ -77,11 +77,22 @@ def paint_bin(
         rim = 3.0 * view.unit
         outer = (box[0] - rim, box[1] - rim, box[2] + rim, box[3] + rim)
         canvas.box(outer, radius + rim, theme["flash"])
-    canvas.box(box, radius, look.fill)
+    canvas.box(box, radius, fill)
     middle = (0.5 * (box[0] + box[2]), 0.5 * (box[1] + box[3]))
-    size, upright = _label_size(board, view)
-    if size >= LEAST_LABEL:
-        canvas.text(*middle, tight(score), size, look.ink, upright=upright)
+    if bins.labels:
+        letters = lettering(board, view)[number]
+    else:
+        letters = Lettering((tight(bins.multipliers[number]),), *_label_size(board, view))
+    if letters.size >= LEAST_LABEL:
+        _write(canvas, middle, letters, ink)
+
+
+def _write(canvas: Canvas, middle: Point, letters: Lettering, ink: Colour) -> None:
+    x, y = middle
+    for number, line in enumerate(letters.lines):
+        away = (number - 0.5 * (len(letters.lines) - 1)) * LINE_HEIGHT * letters.size
+        at = (x + away, y) if letters.upright else (x, y + away)
+        canvas.text(*at, line, letters.size, ink, upright=letters.upright)
 
 
 @functools.lru_cache(maxsize=4)
@@ -98,12 +109,6 @@ def _label_size(board: Board, view: View) -> tuple[float, bool]:
     if size >= 9.0 * view.unit:
         return size, False
     return min(width, 0.86 * height / longest, 20.0 * view.unit), True
-
-
-def tight(value: float) -> str:
-    """A multiplier as short as it can be read: 110, 1.5, .5."""
-    text = f"{value:.4f}".rstrip("0").rstrip(".")
-    return text.removeprefix("0") if text.startswith("0.") else text
 
 
 def _plate(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:

@@ -2,6 +2,7 @@
 
 from typing import Final
 
+from app.render.parts.prizes import result_of
 from app.render.parts.view import View
 from app.render.raster.canvas import Canvas, text_width
 from app.render.theme import Theme
@@ -61,12 +62,11 @@ def _facts(d: Drop, falling: float | None) -> list[str]:
 
 def _paint_result(canvas: Canvas, d: Drop, view: View, theme: Theme) -> float:
     """The score on a plate at the right; its width in px."""
-    words = "unsettled" if d.bin is None else f"{d.score:g}x"
-    look = theme.payout(d.score)
-    size = 24.0 * view.unit
+    words, fill, ink = result_of(d, theme)
+    size = min(24.0 * view.unit, 0.4 * view.width / text_width(words, 100.0) * 100.0)
     wide = text_width(words, size) + 24.0 * view.unit
     right, height = view.width - 16.0 * view.unit, view.header
     plate = (right - wide, 0.16 * height, right, 0.8 * height)
-    canvas.box(plate, 8.0 * view.unit, look.fill)
-    canvas.text(right - 0.5 * wide, 0.48 * height, words, size, look.ink)
+    canvas.box(plate, 8.0 * view.unit, fill)
+    canvas.text(right - 0.5 * wide, 0.48 * height, words, size, ink)
     return wide

@@ -28,7 +28,7 @@ SIDE_PAD: Final = 0.08  # m, beside the outermost part of the board
 HEADER: Final = 60.0  # px, the caption above the board
 HEADROOM: Final = 34.0  # px from the caption to where balls start, if no ball is larger
 LEAST_HEADROOM: Final = 16.0  # the same without a caption
-BIN_LEAST, BIN_MOST = 34.0, 84.0  # px, height of the bins
+BIN_LEAST, BIN_MOST = 34.0, 84.0  # px, height of the bins; with labels in them twice as high
 MAX_ASPECT: Final = 2.5
 """Height of the playing field over the picture's width, at most; a taller board is drawn smaller,
 so that a picture's memory is bounded by its width whatever the board."""
@@ -129,7 +129,8 @@ def _at_scale(
     headroom = HEADROOM if header else LEAST_HEADROOM
     start = max(headroom * unit, board.ball.radius * scale + 14.0 * unit) + slots + header * unit
     bin_top = start + (board.bins.y - board.drop.y) * scale
-    bin_height = max(BIN_LEAST * unit, min(BIN_MOST * unit, 0.5 * scale))
+    storeys = 2.0 if board.bins.labels else 1.0
+    bin_height = storeys * max(BIN_LEAST * unit, min(BIN_MOST * unit, 0.5 * scale))
     needed = round(bin_top + bin_height + 6.0 * unit)
     spare = 0.0 if height is None else 0.5 * max(height - needed, 0)
     return View(

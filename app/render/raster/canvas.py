@@ -277,6 +277,18 @@ def text_width(words: str, size: float) -> float:
     return float(_font(max(1, round(size))).getlength(words))
 
 
+@functools.cache
+def _missing() -> bytes:
+    """What the font draws in place of a letter that it lacks."""
+    return bytes(_font(20).getmask("\uffff"))
+
+
+def can_write(words: str) -> bool:
+    """Whether the font has all letters of these words."""
+    font = _font(20)
+    return all(bytes(font.getmask(letter)) != _missing() for letter in set(words))
+
+
 def _text_mask(words: str, size: float, anchor: str) -> tuple[Array, int, int]:
     """Coverage of words, and where its corner lies from the anchor."""
     font = _font(max(1, round(size)))

@@ -273,13 +273,14 @@ class TouchingRoom(Room):
     def _ended(
         self, fall: Fall, bin_: int | None, x: float, time: float, unsettled: str | None
     ) -> messages.Landed:
-        score = 1.0
+        score, label = 1.0, None
         if bin_ is None:
             self.unsettled += 1
         else:
             assert isinstance(self.ground, Board)
             self.histogram[bin_] += 1
             score = self.ground.bins.multipliers[bin_]
+            label = self.ground.bins.label_of(bin_)
         return messages.Landed(
             ball=fall.start.ball,
             seed=fall.start.seed,
@@ -290,6 +291,7 @@ class TouchingRoom(Room):
             x_end=x,
             digest=None,
             unsettled=unsettled,
+            label=label or msgspec.UNSET,
         )
 
     # What is told.

@@ -72,6 +72,23 @@ class MaterialForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     friction: Friction = _SURFACE.friction
 
 
+class LabelForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What a bin is called: the prize that a ball in it wins."""
+
+    text: Annotated[
+        str,
+        Meta(
+            min_length=1,
+            max_length=values.MAX_LABEL,
+            description="Letters, marks, figures, signs and single spaces; kept in NFC.",
+        ),
+    ]
+    colour: Annotated[
+        Annotated[str, Meta(pattern=values.COLOUR)] | None,
+        Meta(description="#rrggbb; the colour of what the bin pays if left out."),
+    ] = None
+
+
 class BinsForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Where a drop ends: bin i spans edges[i] to edges[i + 1] at `y` and pays multipliers[i]."""
 
@@ -87,6 +104,10 @@ class BinsForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         Annotated[list[Multiplier], Meta(max_length=values.MAX_BINS)] | UnsetType,
         Meta(description="One a bin, times the stake; 1 each if left out."),
     ] = UNSET
+    labels: Annotated[
+        list[LabelForm | None],
+        Meta(max_length=values.MAX_BINS, description="One a bin or null; none if left out."),
+    ] = []
 
 
 class DropForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -88,6 +88,9 @@ class DropRecord(msgspec.Struct, frozen=True):
         Meta(description="[t, x, y, vx, vy, omega, kind, index] right after each impact."),
     ]
     digest: Digest
+    label: Annotated[
+        str | None, Meta(description="The prize: the text of the bin's label, only if it has one.")
+    ] = None
     x: Annotated[float | None, Meta(description="Only when the start was explicit.")] = None
     aim: Annotated[
         float | None, Meta(description="Middle of what the seed draws, m; only when it was chosen.")
@@ -175,6 +178,34 @@ class SimulationRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True)
     solver: Solver = "exact"
     dt: Dt = None
     substeps: Substeps = None
+
+
+class SeedsRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A bin for which seeds are looked for."""
+
+    board: BoardIn
+    bin: Annotated[int, Meta(description="Its number from the left, from 0.")]
+    count: Annotated[int, Meta(description="Seeds wanted, at least 1.")] = 1
+    after: Annotated[
+        Any,
+        Meta(
+            description="Begin with the seed after this one; from 0 on if left out.",
+            extra_json_schema={
+                "anyOf": [{"type": "string"}, {"type": "integer"}, {"type": "null"}]
+            },
+        ),
+    ] = None
+    drops: Annotated[int, Meta(description="Seeds to drop at most.")] = 10_000
+    aim: Annotated[float | None, Meta(description="Middle of what the seeds draw, m.")] = None
+
+
+class SeedsFound(msgspec.Struct, frozen=True):
+    """The next seeds that land in a bin."""
+
+    board_digest: Digest
+    bin: int
+    seeds: Annotated[list[str], Meta(description="In rising order, none left out up to `last`.")]
+    last: Annotated[str, Meta(description="Last seed that was looked at: `after`, to go on.")]
 
 
 class Simulation(msgspec.Struct, frozen=True):

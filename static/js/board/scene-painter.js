@@ -1,10 +1,12 @@
 // Paints scenes over one board at one size in one set of colours, and wipes what it painted last.
 
+import { labelOf } from "../model/board.js";
 import { fillTrail, makeFlashes, paintBall, paintFlash, paintLight, paintPaid } from "../paint/ball.js";
 import { beamHeight, facesOf, paintPulse, pulseOf } from "../paint/bin.js";
 import { binBox } from "../paint/board.js";
 import { Damage } from "../paint/damage.js";
 import { paintNote, paintPath, paintRing } from "../paint/marks.js";
+import { coloursOf, prizeOf } from "../paint/prizes.js";
 import { t } from "../texts/text.js";
 import { StampBook } from "../paint/stamps.js";
 import { metric, multiplier } from "../util/format.js";
@@ -175,8 +177,9 @@ export class ScenePainter {
     const middle = Math.max(1.6 * size, Math.min(this.geometry.width - 1.6 * size, x + width / 2));
     const at = y - size - PAID_RISE * (1 - (1 - age) ** 3);
     const { palette } = this.theme;
-    paintPaid(ctx, middle, at, size, score, age, this.theme.payout(score), palette.shadow);
-    this.#damage.add(middle - 2.4 * size, at - size, 4.8 * size, 2.2 * size);
+    const colours = coloursOf(labelOf(this.board, bin), this.theme.payout(score));
+    const wide = paintPaid(ctx, middle, at, size, prizeOf(this.board, bin, score), age, colours, palette.shadow);
+    this.#damage.add(middle - wide / 2 - 4, at - size, wide + 8, 2.2 * size);
   }
 
   /** @param {CanvasRenderingContext2D} ctx @param {number} x */

@@ -139,7 +139,7 @@ export class Editor {
     byId("selected-keys").hidden = !ref;
     byId("duplicate").hidden = !ref || !["peg", "wall", "group"].includes(ref.kind);
     byId("delete").hidden = ref?.kind === "drop";
-    this.fields.show(ref ? rowsOf(ref) : [], board);
+    this.fields.show(ref ? rowsOf(ref, board) : [], board);
     this.#markFields();
   }
 

@@ -1,4 +1,4 @@
-// Labelled fields for the numbers of a board, each at its path; what is no number is said beside it.
+// Labelled fields for the numbers and texts of a board, each at its path; what is no number is said beside it.
 
 import { t } from "../texts/text.js";
 import { make, parentOf } from "../util/dom.js";
@@ -7,14 +7,16 @@ import { read } from "./draft/draft.js";
 /** @import { Board } from "../model/board.js" */
 /** @import { Row } from "./rows.js" */
 
-/** Fields in a box; `onChange(path, value)` tells of a new number. */
+/** Fields in a box; `onChange(path, value)` tells of a new value. */
 export class NumberFields {
   /** @type {Map<string, HTMLInputElement>} */
   #inputs = new Map();
   /** @type {Map<string, HTMLElement>} */
   #notes = new Map();
+  /** @type {Set<string>} paths of texts */
+  #texts = new Set();
 
-  /** @param {HTMLElement} box @param {(path: string, value: number) => void} onChange */
+  /** @param {HTMLElement} box @param {(path: string, value: number | string) => void} onChange */
   constructor(box, onChange) {
     this.box = box;
     this.onChange = onChange;
@@ -26,7 +28,7 @@ export class NumberFields {
     const same = paths.length === this.#inputs.size && paths.every((path) => this.#inputs.has(path));
     if (!same) this.#build(rows);
     for (const [path, input] of this.#inputs) {
-      const text = String(read(board, path) ?? 0);
+      const text = String(read(board, path) ?? (this.#texts.has(path) ? "" : 0));
       if (input.value !== text) input.value = text;
       this.#say(path, "");
     }
@@ -53,19 +55,21 @@ export class NumberFields {
   #build(rows) {
     this.#inputs.clear();
     this.#notes.clear();
+    this.#texts = new Set(rows.filter(({ text }) => text).map(({ path }) => path));
     this.box.replaceChildren(...rows.map((row) => this.#field(row)));
   }
 
   /** @param {Row} row */
-  #field({ path, label, step = 0.01 }) {
+  #field({ path, label, step = 0.01, text = false }) {
     const id = `at-${path.replace(/[^a-z0-9]+/gi, "-")}`;
     const note = make("span", { class: "note note-bad", id: `${id}-note` });
     const input = make("input", {
-      id, inputmode: "decimal", autocomplete: "off", spellcheck: "false", "data-path": path,
+      id, inputmode: text ? "text" : "decimal", autocomplete: "off", spellcheck: "false", "data-path": path,
       "aria-describedby": note.id,
     });
     input.addEventListener("change", () => this.#take(path, input.value));
     input.addEventListener("keydown", (event) => {
+      if (text) return;
       const way = event.key === "ArrowUp" ? 1 : event.key === "ArrowDown" ? -1 : 0;
       if (!way) return;
       event.preventDefault();
@@ -79,6 +83,10 @@ export class NumberFields {
 
   /** @param {string} path @param {string} text */
   #take(path, text) {
+    if (this.#texts.has(path)) {
+      this.onChange(path, text.trim());
+      return;
+    }
     const value = Number(text.trim().replace("−", "-").replace(",", "."));
     if (text.trim() === "" || !Number.isFinite(value)) {
       this.#say(path, t("editor.no-number", { typed: text.slice(0, 24) }));

@@ -1,13 +1,16 @@
 // What the editor's panels call the parts of a board, and the numbers that each part has. Pure.
 
+import { labelOf } from "../model/board.js";
 import { t } from "../texts/text.js";
 import { capital } from "../util/format.js";
 import { named } from "./draft/group.js";
 
 /** @import { Key } from "../texts/text.js" */
+/** @import { Board } from "../model/board.js" */
 /** @import { Ref } from "./draft/element.js" */
 
-/** @typedef {{path: string, label: string, step?: number}} Row of a panel; step: of the arrow keys */
+/** @typedef {{path: string, label: string, step?: number, text?: boolean}} Row of a panel; step: of the arrow keys;
+ *  text: what is typed is kept as it is */
 
 /** @type {Row[]} the numbers of the whole board */
 export const BOARD_ROWS = [
@@ -27,18 +30,28 @@ export const BOARD_ROWS = [
   { path: "drop.aim", label: t("editor.row-aim-within"), step: 0.01 },
 ];
 
-/** @param {Ref} ref @returns {Row[]} the numbers of an element; a group has none */
-export function rowsOf({ kind, index }) {
+/** @param {Ref} ref @param {Board} board @returns {Row[]} the fields of an element; a group has none */
+export function rowsOf({ kind, index }, board) {
   if (kind === "peg") return fieldsOf(`pegs[${index}]`, ["x", "y"]).concat({ path: `pegs[${index}].radius`, label: t("editor.row-radius") });
   if (kind === "wall") return fieldsOf(`walls[${index}]`, ["x1", "y1", "x2", "y2"]);
   if (kind === "edge") return [{ path: `bins.edges[${index}]`, label: "x, m" }];
-  if (kind === "bin") return [{ path: `bins.multipliers[${index}]`, label: t("editor.row-pays"), step: 0.1 }];
+  if (kind === "bin") return binRows(board, index);
   if (kind === "group") return [];
   return [
     { path: "drop.x", label: "x, m" },
     { path: "drop.y", label: "y, m" },
     { path: "drop.jitter", label: t("editor.row-spread") },
   ];
+}
+
+/** @param {Board} board @param {number} index @returns {Row[]} the prize's colour only where there is a prize */
+function binRows(board, index) {
+  const label = `bins.labels[${index}]`;
+  const rows = [
+    { path: `bins.multipliers[${index}]`, label: t("editor.row-pays"), step: 0.1 },
+    { path: `${label}.text`, label: t("editor.row-prize"), text: true },
+  ];
+  return labelOf(board, index) ? [...rows, { path: `${label}.colour`, label: t("editor.row-prize-colour"), text: true }] : rows;
 }
 
 /** @param {string} path of an element @param {string[]} names of its fields @returns {Row[]} in metres */

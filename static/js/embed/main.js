@@ -4,10 +4,10 @@ import { DEFAULT_BOARD, DEFAULT_SEED, openPage, showState } from "../board/page.
 import { Stage } from "../board/stage.js";
 import { replayLink, readDrop } from "../net/drop-address.js";
 import { paintPath } from "../paint/marks.js";
+import { prizeOf } from "../paint/prizes.js";
 import { boardOf, Replay } from "../replay/replay.js";
 import { t } from "../texts/text.js";
 import { byId } from "../util/dom.js";
-import { multiplier } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
 
 /** @import { DropAddress } from "../net/drop-address.js" */
@@ -71,8 +71,8 @@ class EmbeddedDrop {
   }
 
   /** @param {Replay} replay whose ball is down */
-  #tell({ record: { bin, score } }) {
-    const text = bin === null ? t("embed.none") : t("embed.pays", { bin, pays: multiplier(score) });
+  #tell({ board, record: { bin, score } }) {
+    const text = bin === null ? t("embed.none") : t("embed.pays", { bin, pays: prizeOf(board, bin, score) });
     const result = byId("result");
     if (result.textContent !== text) result.textContent = text;
     this.button.disabled = false;

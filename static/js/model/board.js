@@ -8,7 +8,8 @@
  * @typedef {Material & {radius: number, density: number}} BallKind
  * @typedef {Point & {radius: number}} Peg
  * @typedef {{x1: number, y1: number, x2: number, y2: number}} Wall
- * @typedef {{y: number, edges: number[], multipliers: number[]}} Bins
+ * @typedef {{text: string, colour?: string}} Label of a bin: the prize in it; colour: #rrggbb
+ * @typedef {{y: number, edges: number[], multipliers: number[], labels?: (Label | null)[]}} Bins
  * @typedef {Point & {jitter: number, reach?: number, aim?: number, slots?: number[]}} DropZone where balls
  *   start: within `jitter` of x or of a player's aim, which is at most `aim` off or one of the slots
  *
@@ -26,6 +27,9 @@
  * @property {Bins} bins
  * @property {DropZone} drop
  */
+
+/** @param {Pick<Board, "bins">} board @param {number | null} bin @returns {Label | null} */
+export const labelOf = ({ bins: { labels } }, bin) => (bin === null ? null : labels?.[bin] ?? null);
 
 /** @param {Pick<DropZone, "jitter" | "reach">} drop @returns {number} m from its x that a ball may start */
 export const startSpan = ({ jitter, reach = 0 }) => Math.max(jitter, reach);

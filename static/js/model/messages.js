@@ -87,6 +87,7 @@
  * @property {number} ball
  * @property {number | null} bin
  * @property {number} score
+ * @property {string} [label] the prize, where the bin has one
  * @property {number} t seconds after the ball's start
  * @property {number} x_end metres
  * @property {string | null} [unsettled]

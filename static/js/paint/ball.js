@@ -1,7 +1,6 @@
 // Paints what moves: balls with their trails, flashes on pegs, what a bin has just paid.
 
 import { disc, sheetContext } from "../util/canvas.js";
-import { multiplier } from "../util/format.js";
 import { LABEL_FONT } from "./board.js";
 
 /** @import { BallShape, PayoutColour } from "./theme.js" */
@@ -255,13 +254,13 @@ function flashRadius(radius, age) {
  * @param {number} x middle, CSS pixels
  * @param {number} y middle, CSS pixels
  * @param {number} size of the figures, CSS pixels
- * @param {number} score
+ * @param {string} text the multiplier, or the prize
  * @param {number} age 0 … 1
- * @param {PayoutColour} colour
+ * @param {Pick<PayoutColour, "fill" | "ink">} colour
  * @param {string} shadow
+ * @returns {number} the ticket's width, CSS pixels
  */
-export function paintPaid(ctx, x, y, size, score, age, colour, shadow) {
-  const text = multiplier(score);
+export function paintPaid(ctx, x, y, size, text, age, colour, shadow) {
   ctx.font = `700 ${size}px ${LABEL_FONT}`;
   ctx.textAlign = "center";
   ctx.textBaseline = "middle";
@@ -277,6 +276,7 @@ export function paintPaid(ctx, x, y, size, score, age, colour, shadow) {
   ctx.fillStyle = colour.ink;
   ctx.fillText(text, x, y + 0.06 * size);
   ctx.globalAlpha = 1;
+  return width;
 }
 
 /**

@@ -1,10 +1,11 @@
 // Paints what never moves: plate, rails, pegs, bins. Called on resize and theme change only.
 
-import { sidesOf, startSpan } from "../model/board.js";
+import { labelOf, sidesOf, startSpan } from "../model/board.js";
 import { disc } from "../util/canvas.js";
 import { multiplier } from "../util/format.js";
 import { GROUNDS, SURROUNDINGS } from "./ground.js";
 import { paintPeg } from "./peg.js";
+import { coloursOf, paintPrizes } from "./prizes.js";
 
 /** @import { Board, Wall } from "../model/board.js" */
 /** @import { Geometry } from "./geometry.js" */
@@ -173,7 +174,7 @@ function paintRails(ctx, { px, py, scale }, board, colours, { metres, least, sha
 }
 
 /**
- * The pockets, with what each pays.
+ * The pockets, with what each pays, or the prize in it.
  * @param {CanvasRenderingContext2D} ctx
  * @param {Geometry} geometry
  * @param {Board} board
@@ -183,14 +184,20 @@ export function paintBins(ctx, geometry, board, payout) {
   const { multipliers } = board.bins;
   const boxes = multipliers.map((_, bin) => binBox(geometry, board, bin));
   if (boxes.some(({ width }) => width <= 0)) return; // a canvas that is not laid out yet, or a sliver of one
-  const { size, lines, every } = labelsFor(ctx, geometry, board);
+  const colours = multipliers.map((pays, bin) => coloursOf(labelOf(board, bin), payout(pays)));
   boxes.forEach((box, bin) => {
-    ctx.fillStyle = payout(multipliers[bin]).fill;
+    ctx.fillStyle = colours[bin].fill;
     roundedBox(ctx, box.x, box.y, box.width, box.height, Math.min(8, 0.22 * box.width));
   });
+  if (board.bins.labels) {
+    const texts = multipliers.map((pays, bin) => labelOf(board, bin)?.text ?? multiplier(pays));
+    paintPrizes(ctx, texts.map((text, bin) => ({ text, colours: colours[bin] })), boxes, LABEL_FONT);
+    return;
+  }
+  const { size, lines, every } = labelsFor(ctx, geometry, board);
   const first = ((multipliers.length - 1) / 2) % every;
   boxes.forEach((box, bin) => {
-    const { ink } = payout(multipliers[bin]);
+    const { ink } = colours[bin];
     if ((bin - first) % every === 0) paintLabel(ctx, { text: multiplier(multipliers[bin]), ink, size, lines }, box);
   });
 }

@@ -6,6 +6,9 @@ const SIDE_PAD_M = 0.08;
 const HEADROOM_PX = 58; // the hopper, and a touch target above it
 const MIN_BIN_PX = 34;
 const BIN_M = 0.42;
+// Where labels stand in the bins, turned by a quarter if need be.
+const MIN_LABELLED_PX = 58;
+const LABELLED_BIN_M = 1;
 
 /**
  * @typedef {object} Geometry
@@ -33,10 +36,13 @@ export function sides(board) {
   };
 }
 
+/** @param {Board} board @returns {number} metres */
+const binDepth = ({ bins }) => (bins.labels ? LABELLED_BIN_M : BIN_M);
+
 /** @param {Board} board @returns {number} width over height of the part that scales */
 export function ratioOf(board) {
   const { left, right } = sides(board);
-  return (right - left) / (board.bins.y - board.drop.y + BIN_M);
+  return (right - left) / (board.bins.y - board.drop.y + binDepth(board));
 }
 
 /**
@@ -51,7 +57,7 @@ export function layOut(board, width) {
   /** @param {number} y */
   const py = (y) => dropY + (y - board.drop.y) * scale;
   const binTop = py(board.bins.y);
-  const binHeight = Math.max(MIN_BIN_PX, BIN_M * scale);
+  const binHeight = Math.max(board.bins.labels ? MIN_LABELLED_PX : MIN_BIN_PX, binDepth(board) * scale);
   const firstPeg = board.pegs.reduce((least, peg) => Math.min(least, peg.y), board.bins.y);
   return {
     width,

@@ -17,7 +17,7 @@ import { toldOf } from "./verify.js";
 
 /** @typedef {Record<string, unknown>} Fields */
 
-const KNOWN = ["board", "board_digest", "seed", "x", "aim", "solver", "physics_version", "bin", "score",
+const KNOWN = ["board", "board_digest", "seed", "x", "aim", "solver", "physics_version", "bin", "score", "label",
   "duration", "x_end", "impacts", "digest"];
 const HOW_SURE = ["amplification", "x_error", "certain"]; // the server's to compute
 

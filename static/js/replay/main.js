@@ -8,6 +8,7 @@ import { complaintOf, readSeed } from "../model/seed.js";
 import { ApiError } from "../net/api.js";
 import { dropSearch, readDrop, replayLink } from "../net/drop-address.js";
 import { paintPath, paintRing } from "../paint/marks.js";
+import { prizeOf } from "../paint/prizes.js";
 import { t } from "../texts/text.js";
 import { byId, fieldOf, fillFacts, inputOf, say } from "../util/dom.js";
 import { metric, multiplier, seconds } from "../util/format.js";
@@ -102,12 +103,12 @@ class ReplayPage {
   }
 
   /** @param {Replay} replay @param {number | null} [guess] of its bin */
-  #tell({ record: { bin, score, seed } }, guess = null) {
+  #tell({ board, record: { bin, score, seed } }, guess = null) {
     document.documentElement.dataset.lastBin = bin === null ? "none" : String(bin);
     const result = byId("result");
     result.textContent = bin === null
       ? t("replay.rests", { seed })
-      : t("replay.lands", { seed, bin, pays: multiplier(score) }) + guessWords(guess, bin);
+      : t("replay.lands", { seed, bin, pays: prizeOf(board, bin, score) }) + guessWords(guess, bin);
     result.style.setProperty("--paid", this.theme.payout(score).fill);
   }
 
@@ -233,6 +234,7 @@ class ReplayPage {
       ["fact.solver", solverWords(record)],
       ["fact.bin", bin === null ? t("word.none") : String(bin)],
       ["fact.score", bin === null ? t("fact.score-void") : multiplier(score)],
+      ...(record.label === undefined ? [] : /** @type {Fact[]} */ ([["fact.prize", record.label]])),
       ["fact.duration", seconds(record.duration)],
       ["fact.impacts", String(record.impacts.length)],
       ...sureness(record),

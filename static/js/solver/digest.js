@@ -3,7 +3,7 @@
 import { Bytes } from "./encoding/bytes.js";
 import { sha256 } from "./encoding/sha256.js";
 
-/** @import { Material } from "../model/board.js" */
+/** @import { Label, Material } from "../model/board.js" */
 /** @import { WholeBoard } from "./input/values.js" */
 /** @import { Traced } from "./kernels.js" */
 
@@ -14,11 +14,8 @@ const EXACT = 0;
 export function boardDigest(board) {
   const { ball, bins, drop } = board;
   const out = new Bytes();
-  const name = new Bytes();
-  const length = name.text(board.name);
   out.text("plinko-board/1\n");
-  out.word(length);
-  out.bytes(name.written);
+  measured(out, board.name);
   out.floats([board.width, board.height, board.gravity, board.drag]);
   out.floats([ball.radius, ball.density, ball.restitution, ball.friction]);
   out.word(board.pegs.length);
@@ -31,13 +28,30 @@ export function boardDigest(board) {
   for (const values of [bins.edges, bins.multipliers]) counted(out, values);
   out.floats([drop.x, drop.y, drop.jitter]);
   counted(out, drop.slots);
-  if (drop.aim !== 0) out.floats([drop.reach, drop.aim]);
+  if (drop.aim !== 0 || bins.labels) out.floats([drop.reach, drop.aim]);
   else if (drop.reach !== 0) out.floats([drop.reach]);
+  if (bins.labels) labelled(out, bins.labels);
   return sha256(out.written);
 }
 
 /** @param {Material} material */
 const pair = ({ restitution, friction }) => [restitution, friction];
+
+/** @param {Bytes} out @param {string} text */
+function measured(out, text) {
+  const bytes = new Bytes();
+  out.word(bytes.text(text));
+  out.bytes(bytes.written);
+}
+
+/** @param {Bytes} out @param {(Label | null)[]} labels */
+function labelled(out, labels) {
+  out.word(labels.length);
+  for (const label of labels) {
+    measured(out, label?.text ?? "");
+    measured(out, label?.colour ?? "");
+  }
+}
 
 /** @param {Bytes} out @param {number[]} values */
 function counted(out, values) {

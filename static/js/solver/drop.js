@@ -62,6 +62,12 @@ export class Drop {
     return this.bin === null ? 1 : this.#made.board.bins.multipliers[this.bin];
   }
 
+  /** What the bin's label says: its text, or null without one. */
+  get label() {
+    const { bin } = this;
+    return bin === null ? null : this.#made.board.bins.labels?.[bin]?.text ?? null;
+  }
+
   /** From the start to the end, s. */
   get duration() {
     return this.#made.traced.end[0];
@@ -137,6 +143,7 @@ export class Drop {
       physics_version: PHYSICS_VERSION,
       bin: this.bin,
       score: this.score,
+      ...(this.label === null ? {} : { label: this.label }),
       duration: this.duration,
       x_end: this.xEnd,
       impacts: this.impacts,

@@ -131,6 +131,31 @@ def test_a_drop_may_start_at_x_without_a_seed(plinko: Terminal, tmp_path: Path) 
     plinko.run("render", "triangle-8", tmp_path / "drop.png", "--x", 0.1)
 
 
+# seeds
+
+
+def test_seeds_are_those_that_drop_into_the_bin(plinko: Terminal) -> None:
+    found = drop_many(Board.preset("triangle-8"), 300).bin
+    wanted = [seed for seed in range(300) if found[seed] == 4 and seed > 10][:5]
+    asked = ("seeds", "triangle-8", "--bin", 4, "--count", 5, "--after", 10)
+    assert plinko.run(*asked).split() == [str(seed) for seed in wanted]
+    told = plinko.json(*asked)
+    assert told["seeds"] == [str(seed) for seed in wanted]
+    assert told["board_digest"] == Board.preset("triangle-8").digest
+    assert plinko.json("drop", "triangle-8", "--seed", wanted[0])["bin"] == 4
+
+
+def test_a_search_that_finds_nothing_ends_and_says_so(plinko: Terminal) -> None:
+    for options, named in (
+        (["--bin", 0, "--patience", 1], "none of the 1 seeds from 0 to 0"),
+        (["--bin", 9], "bin is 9"),
+        (["--bin", 0, "--after", 2**64], str(2**64)),
+    ):
+        code, out, err = plinko.try_run("seeds", "triangle-8", *options)
+        assert (code, out) == (2, "")
+        assert named in err
+
+
 # simulate
 
 

@@ -3,6 +3,7 @@
 import itertools
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,7 +13,7 @@ from app.errors import BallLimitError
 from app.protocol import messages, segments
 from app.rooms.independent import IndependentRoom
 from app.rooms.pending import DropCommand
-from engine import Board, ParameterError, drop
+from engine import Board, Label, ParameterError, drop
 from tests.app.protocol.decoders import decode_snapshot
 
 BOARD = Board.preset("triangle-8")
@@ -47,6 +48,20 @@ def test_a_live_ball_lands_as_the_same_drop_replayed_alone() -> None:
         alone.x_end,
     )
     assert accepted.x == alone.x_start
+
+
+def test_a_landing_names_the_prize_where_its_bin_has_one() -> None:
+    prizes = tuple(Label(f"prize {n}") if n % 2 else None for n in range(BOARD.bins.count))
+    board = BOARD.replace(bins={"labels": prizes})
+    table = IndependentRoom("r", board, tick_rate=60, max_balls=200)
+    for seed in range(20):
+        table.drop(DropCommand(seed))
+    told = {
+        landed.bin: msgspec.to_builtins(landed).get("label")
+        for landed in landings(play(table)).values()
+    }
+    assert told == {where: board.bins.label_of(where) for where in told}
+    assert set(told.values()) > {None}
 
 
 @given(st.lists(st.tuples(st.integers(0, 2**64 - 1), st.integers(0, 90)), min_size=1, max_size=8))

@@ -12,7 +12,7 @@ from openapi_spec_validator import OpenAPIV31SpecValidator
 from app.main import create_app
 from app.web.schemas.document import components
 from app.web.schemas.drops import DropRecord
-from engine import Board, BoardError, drop, preset_names
+from engine import Board, BoardError, Label, drop, preset_names
 from tests.app.conftest import TINY
 
 
@@ -58,6 +58,7 @@ def test_it_lists_the_interface(document: dict[str, Any]) -> None:
         ("/api/v1/drops/{board}/{seed}.mp4", "get"),
         ("/api/v1/drops/{board}/{seed}/frames", "get"),
         ("/api/v1/simulate", "post"),
+        ("/api/v1/seeds", "post"),
         ("/api/v1/verify", "post"),
         ("/api/v1/rooms", "get"),
         ("/api/v1/rooms", "post"),
@@ -210,7 +211,8 @@ def test_a_record_has_exactly_the_fields_that_are_documented() -> None:
     sure = drop(board, 42).to_dict(certainty=True)
     stepped = drop(board, 42, x=0.0, solver="stepped").to_dict()
     aimed = drop(board, 42, aim=0.0).to_dict()
-    assert set(sure) | set(stepped) | set(aimed) | {"certificate"} == fields
+    prizes = drop(board.replace(bins={"labels": [Label("prize")] * 9}), 42).to_dict()
+    assert set(sure) | set(stepped) | set(aimed) | set(prizes) | {"certificate"} == fields
     required = set(components()["DropRecord"]["required"])
     assert required == set(exact)
 

@@ -472,6 +472,50 @@ def test_a_simulation_that_takes_too_long_is_refused() -> None:
     assert refused.value.field == "drops"
 
 
+# Seeds by bin.
+
+
+def test_seeds_are_found_in_parts_that_leave_none_out(http: httpx.Client) -> None:
+    bins = drop_many(Board.preset("triangle-8"), 400).bin
+    wanted = [str(seed) for seed in range(400) if bins[seed] == 2]
+    asked = {"board": "triangle-8", "bin": 2, "count": 1000}
+    part = http.post("/api/v1/seeds", json=asked | {"drops": 150}).json()
+    rest = http.post("/api/v1/seeds", json=asked | {"drops": 250, "after": part["last"]}).json()
+    assert (part["last"], rest["last"]) == ("149", "399")
+    assert part["seeds"] + rest["seeds"] == wanted
+    few = http.post("/api/v1/seeds", json=asked | {"count": 2}).json()
+    assert (few["seeds"], few["last"]) == (wanted[:2], wanted[1])
+
+
+@pytest.mark.parametrize(
+    ("asked", "field"),
+    [
+        ({"bin": 9}, "bin"),
+        ({"bin": -1}, "bin"),
+        ({"bin": 0, "count": 0}, "count"),
+        ({"bin": 0, "drops": 10_001}, "drops"),
+        ({"bin": 0, "after": "x"}, "seed"),
+        ({"bin": 0, "after": str(2**64 - 1)}, "after"),
+        ({"bin": 0, "aim": 5.0}, "aim"),
+    ],
+)
+def test_bad_searches_are_named(http: httpx.Client, asked: dict[str, Any], field: str) -> None:
+    response = http.post("/api/v1/seeds", json={"board": "triangle-8", **asked})
+    assert (response.status_code, response.json()["field"]) == (422, field)
+
+
+def test_a_bin_that_no_ball_comes_to_has_no_seeds(http: httpx.Client) -> None:
+    straight = {"bins": {"y": 1.0, "edges": [-1, 0, 1]}, "drop": {"x": -0.5, "jitter": 0.1}}
+    found = http.post("/api/v1/seeds", json={"board": straight, "bin": 1, "drops": 300}).json()
+    assert (found["seeds"], found["last"]) == ([], "299")
+
+
+def test_a_search_that_takes_too_long_is_refused() -> None:
+    with pytest.raises(InvalidValueError, match=r"101 .* 100 were done") as refused:
+        tasks.seeds_in(Board.preset("triangle-8"), 0, 0, 50, 101, None, seconds=0.0)
+    assert refused.value.field == "drops"
+
+
 # Verification.
 
 
@@ -546,6 +590,23 @@ def test_a_ball_dropped_into_a_room_can_be_waited_for(http: httpx.Client) -> Non
     assert (landed.digest, landed.bin) == (alone.digest, alone.bin)
     stats = http.get(f"/api/v1/rooms/{room}").json()["stats"]
     assert (stats["drops"], sum(stats["histogram"])) == (1, 1)
+
+
+def test_a_prize_is_in_the_landing_the_record_and_the_board(http: httpx.Client) -> None:
+    labels = [{"text": f"<b>prize {n}</b>", "colour": "#ff0088"} for n in range(2)]
+    bins = Board.from_json(TINY).to_dict()["bins"]
+    board = TINY | {"bins": bins | {"labels": labels}}
+    digest = http.post("/api/v1/boards", json=board).json()["digest"]
+    assert http.get(f"/api/v1/boards/{digest}").json()["board"]["bins"]["labels"] == labels
+    record = http.get(f"/api/v1/drops/{digest}/42").json()
+    assert record["label"] == labels[record["bin"]]["text"]
+    assert http.post("/api/v1/verify", json=record).json()["ok"]
+    room = http.post("/api/v1/rooms", json={"board": digest}).json()["id"]
+    reply = http.post(f"/api/v1/rooms/{room}/drops?wait=1", json={"seed": "42"}).json()
+    assert reply["landed"]["label"] == record["label"]
+    wrong = board | {"bins": bins | {"labels": [{"text": "a\u202eb"}, *labels[1:]]}}
+    refused = http.post("/api/v1/boards/check", json=wrong)
+    assert (refused.status_code, refused.json()["field"]) == (422, "bins.labels[0].text")
 
 
 def test_a_ball_dropped_into_a_room_is_accepted_at_once(http: httpx.Client) -> None:

@@ -93,8 +93,8 @@ def mirrored(form: Form) -> Form:
         wall["x1"], wall["x2"] = -wall["x1"], -wall["x2"]
     bins = result["bins"]
     bins["edges"] = [-x for x in reversed(bins["edges"])]
-    if "multipliers" in bins:
-        bins["multipliers"] = bins["multipliers"][::-1]
+    for name in {"multipliers", "labels"} & set(bins):
+        bins[name] = bins[name][::-1]
     if "drop" in result:
         result["drop"]["x"] = -result["drop"].get("x", 0.0)
         result["drop"]["slots"] = [-x for x in reversed(result["drop"].get("slots", []))]
@@ -103,6 +103,15 @@ def mirrored(form: Form) -> Form:
 
 def _between(low: float, high: float) -> st.SearchStrategy[float]:
     return st.floats(low, high, allow_nan=False, allow_infinity=False)
+
+
+def _labels(count: int) -> st.SearchStrategy[Form]:
+    """None at all, or one or None for each bin."""
+    text = st.text("aZäß9&<🎁日", min_size=1, max_size=40)
+    colours = st.sampled_from(["#000000", "#ff0088"])
+    label = st.fixed_dictionaries({"text": text}, optional={"colour": colours})
+    several = st.lists(st.none() | label, min_size=count, max_size=count).filter(any)
+    return st.just({}) | st.fixed_dictionaries({"labels": several})
 
 
 @st.composite
@@ -141,6 +150,7 @@ def valid_forms(draw: st.DrawFn) -> Form:
             "y": 6.0,
             "edges": edges,
             "multipliers": draw(st.lists(_between(0.0, 1e3), min_size=count, max_size=count)),
+            **draw(_labels(count)),
         },
         "drop": {
             "x": draw(_between(-1.0, 1.0)),

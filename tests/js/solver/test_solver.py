@@ -149,6 +149,18 @@ WRONG: list[tuple[tuple[str | int, ...], Any]] = [
     (("bins", "edges"), [0.0]),
     (("bins", "edges"), [0.0, 1.0, 1.0]),
     (("bins", "multipliers"), [1.0]),
+    (("bins", "labels"), [None]),
+    (("bins", "labels"), ["T-shirt", None]),
+    (("bins", "labels"), [{}, None]),
+    (("bins", "labels"), [{"text": ""}, None]),
+    (("bins", "labels"), [{"text": "x" * 41}, None]),
+    (("bins", "labels"), [{"text": " x"}, None]),
+    (("bins", "labels"), [{"text": "a\nb"}, None]),
+    (("bins", "labels"), [None, {"text": "a\u202eb"}]),
+    (("bins", "labels"), [None, {"text": "x\u0301\u0302\u0303"}]),
+    (("bins", "labels"), [None, {"text": "\u3164"}]),
+    (("bins", "labels"), [None, {"text": "x", "colour": "#FF0000"}]),
+    (("bins", "labels"), [None, {"text": "x", "prize": 1}]),
     (("drop", "jitter"), -1),
     (("drop", "slots"), ["0"]),
     (("colour",), "red"),
@@ -168,6 +180,28 @@ def test_a_board_with_a_wrong_value_is_refused_and_the_value_named(run: Run) -> 
         with pytest.raises(BoardError) as caught:
             Board.from_json(board)
         assert field == caught.value.field
+
+
+def test_labels_are_read_and_in_the_digest_as_the_engine_has_them(run: Run) -> None:
+    labels = [None, {"text": "Cafe\u0301 \U0001f381", "colour": "#ff0088"}]
+    forms = [changed(EXAMPLE, ("bins", "labels"), each) for each in (labels, [None, None])]
+    forms.append(changed(forms[0], ("drop", "reach"), 0.5))
+    found = run(
+        "solver/solver.js",
+        opened("""return given.map((board) => {
+          const drop = solver.drop(board, { seed: 7 });
+          return { digest: drop.boardDigest, record: drop.record() };
+        });"""),
+        forms,
+    )
+    for form, mine in zip(forms, found, strict=True):
+        board = Board.from_json(form)
+        assert mine["digest"] == board.digest
+        record = drop(board, 7).to_dict()
+        assert mine["record"]["digest"] == record["digest"]
+        assert mine["record"].get("label") == record.get("label")
+        assert mine["record"]["board"]["bins"] == board.to_dict()["bins"]
+    assert {mine["record"].get("label") for mine in found} == {"Caf\xe9 \U0001f381", None}
 
 
 def test_what_a_board_leaves_out_is_what_the_engine_puts_in(run: Run) -> None:

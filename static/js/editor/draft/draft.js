@@ -4,7 +4,7 @@ import { number, t } from "../../texts/text.js";
 import * as element from "./element.js";
 import * as group from "./group.js";
 
-/** @import { BallKind, Bins, Board, DropZone, Material, Point } from "../../model/board.js" */
+/** @import { BallKind, Bins, Board, DropZone, Label, Material, Point } from "../../model/board.js" */
 /** @import { ElementRef, Made, Ref } from "./element.js" */
 
 export { withPeg, withSplit, withWall } from "./element.js";
@@ -81,10 +81,11 @@ function completeBins(bins, { width, height }) {
     multipliers: bins.multipliers ?? Array(count).fill(1),
   };
   const rises = made.edges.every((edge, i) => i === 0 || edge > made.edges[i - 1]);
-  if (count < 1 || !rises || made.multipliers.length !== count) {
+  if (count < 1 || !rises || made.multipliers.length !== count
+    || (bins.labels?.length || count) !== count) {
     throw new RangeError(t("editor.bad-bins"));
   }
-  return made;
+  return element.withLabels(made, bins.labels);
 }
 
 /** @param {Pick<Board, "drop" | "ball" | "bins">} given */
@@ -191,7 +192,23 @@ export function written(board, path, value) {
     const next = rest.length ? put(part[step], rest) : value;
     return Array.isArray(part) ? part.with(Number(step), next) : { ...part, [step]: next };
   };
+  const label = /^bins\.labels\[(\d+)\]\.(text|colour)$/.exec(path);
+  if (label) return withLabel(board, Number(label[1]), { [label[2]]: String(value) });
   return /** @type {Board} */ (put(board, steps(path)));
+}
+
+/**
+ * @param {Board} board
+ * @param {number} index of a bin
+ * @param {Partial<Label>} change an empty text takes the label away, an empty colour its colour
+ * @returns {Board}
+ */
+function withLabel(board, index, change) {
+  const { labels: old, ...bins } = board.bins;
+  const { text = "", colour } = { ...old?.[index], ...change };
+  const label = text ? { text, ...(colour ? { colour } : {}) } : null;
+  const labels = (old ?? bins.multipliers.map(() => null)).with(index, label);
+  return { ...board, bins: element.withLabels(bins, labels) };
 }
 
 /** @param {unknown} part @returns {part is Record<string, unknown>} whether it has parts itself */
@@ -305,9 +322,9 @@ export function refsInProblem(board, field, detail) {
     if (holds(board, ref) && !found.some((one) => sameRef(one, ref))) found.push(ref);
   };
   /** @type {Record<string, ElementRef["kind"]>} */
-  const kinds = { pegs: "peg", walls: "wall", "bins.edges": "edge", "bins.multipliers": "bin" };
+  const kinds = { pegs: "peg", walls: "wall", "bins.edges": "edge", "bins.multipliers": "bin", "bins.labels": "bin" };
   for (const text of [field ?? "", detail]) {
-    for (const [, name, index] of text.matchAll(/(pegs|walls|bins\.edges|bins\.multipliers)\[(\d+)\]/g)) {
+    for (const [, name, index] of text.matchAll(/(pegs|walls|bins\.edges|bins\.multipliers|bins\.labels)\[(\d+)\]/g)) {
       add({ kind: kinds[name], index: Number(index) });
     }
   }

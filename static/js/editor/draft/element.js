@@ -1,6 +1,6 @@
 // One element of a board: where it is, and new boards with it moved, copied or gone. Pure.
 
-/** @import { Board, Point } from "../../model/board.js" */
+/** @import { Bins, Board, Point } from "../../model/board.js" */
 
 const LEAST_BIN = 1e-3; // m that an edge keeps from its neighbours
 
@@ -109,6 +109,9 @@ export function withWall(board, x1, y1, x2, y2) {
   return { board: { ...board, walls: [...board.walls, { x1, y1, x2, y2 }] }, ref };
 }
 
+/** @param {Bins} bins @param {Bins["labels"]} labels @returns {Bins} with them, if any bin has one */
+export const withLabels = (bins, labels) => (labels?.some(Boolean) ? { ...bins, labels } : bins);
+
 /**
  * A bin divided at x, or a new one at the side when x is beyond the outer edges.
  * @param {Board} board
@@ -116,16 +119,14 @@ export function withWall(board, x1, y1, x2, y2) {
  * @returns {Made<ElementRef> | null} null when x is too close to an edge
  */
 export function withSplit(board, x) {
-  const { edges, multipliers, y } = board.bins;
+  const { edges, multipliers, labels, y } = board.bins;
   if (edges.some((edge) => Math.abs(edge - x) < LEAST_BIN)) return null;
   const at = edges.findIndex((edge) => edge > x);
   const index = at < 0 ? edges.length : at;
-  const pays = multipliers[Math.min(multipliers.length - 1, Math.max(0, index - 1))];
-  const bins = {
-    y,
-    edges: edges.toSpliced(index, 0, x),
-    multipliers: multipliers.toSpliced(index, 0, pays),
-  };
+  const split = Math.min(multipliers.length - 1, Math.max(0, index - 1));
+  const bins = withLabels({
+    y, edges: edges.toSpliced(index, 0, x), multipliers: multipliers.toSpliced(index, 0, multipliers[split]),
+  }, labels?.toSpliced(index, 0, labels[split]));
   return { board: { ...board, bins }, ref: { kind: "edge", index } };
 }
 
@@ -137,14 +138,17 @@ export function withSplit(board, x) {
 export function without(board, { kind, index }) {
   if (kind === "peg") return { ...board, pegs: board.pegs.toSpliced(index, 1) };
   if (kind === "wall") return { ...board, walls: board.walls.toSpliced(index, 1) };
-  const { edges, multipliers, y } = board.bins;
+  const { edges, multipliers, labels, y } = board.bins;
   if (kind === "drop" || multipliers.length === 1) return null;
   // Without an edge its two bins are one, which pays what the left one paid.
   const edge = kind === "edge" ? index : index + (index < multipliers.length - 1 ? 1 : 0);
   const bin = kind === "edge" ? Math.min(index, multipliers.length - 1) : index;
   return {
     ...board,
-    bins: { y, edges: edges.toSpliced(edge, 1), multipliers: multipliers.toSpliced(bin, 1) },
+    bins: withLabels(
+      { y, edges: edges.toSpliced(edge, 1), multipliers: multipliers.toSpliced(bin, 1) },
+      labels?.toSpliced(bin, 1),
+    ),
   };
 }
 

@@ -34,6 +34,7 @@ const MAX_SAMPLES = 90_000;
  * @property {number} [substeps]
  * @property {number | null} bin
  * @property {number} score
+ * @property {string} [label] the prize, where the bin has one
  * @property {number} duration s
  * @property {number} x_end m
  * @property {ImpactRow[]} impacts

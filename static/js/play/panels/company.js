@@ -1,12 +1,13 @@
 // Who is at the table, what they have just won, one's own name and colour, and a link that invites.
 
+import { labelOf } from "../../model/board.js";
 import { swatchOf } from "../../model/table/company.js";
 import { COLOURS } from "../../model/player/colour.js";
 import { replayLink } from "../../net/drop-address.js";
+import { coloursOf, prizeOf } from "../../paint/prizes.js";
 import { t } from "../../texts/text.js";
 import { copyFrom } from "../../util/copy.js";
 import { byId, make } from "../../util/dom.js";
-import { multiplier } from "../../util/format.js";
 import { nameOf } from "../account/self.js";
 
 /** @import { Visitor } from "../../model/messages.js" */
@@ -72,7 +73,7 @@ export class CompanyPanel {
     const { seed, x, explicit, aim } = ball;
     const href = replayLink({ board: drops.address, seed, x: explicit ? x : null, aim });
     const link = make("a", { class: "again", href }, t("play.replay"));
-    link.setAttribute("aria-label", t("company.replay", { who: who.textContent ?? "", pays: multiplier(score) }));
+    link.setAttribute("aria-label", t("company.replay", { who: who.textContent ?? "", pays: prizeOf(this.#board, bin, score) }));
     row.append(link);
     return row;
   }
@@ -80,10 +81,15 @@ export class CompanyPanel {
   /** @param {number} score @param {number | null} bin */
   #paid(score, bin) {
     if (bin === null) return make("span", { class: "paid" }, t("play.void"));
-    const paid = make("span", { class: "paid" }, multiplier(score));
-    const { fill, ink } = this.theme.payout(score);
+    const board = this.#board;
+    const paid = make("span", { class: "paid" }, make("bdi", {}, prizeOf(board, bin, score)));
+    const { fill, ink } = coloursOf(board && labelOf(board, bin), this.theme.payout(score));
     Object.assign(paid.style, { background: fill, color: ink });
     return paid;
+  }
+
+  get #board() {
+    return this.game.room.hello?.board ?? null;
   }
 
   #offerColours() {

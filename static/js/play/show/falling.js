@@ -1,7 +1,7 @@
 // What the status says while a ball of ours falls: a few times on its way, in words. Pure.
 
+import { prizeOf } from "../../paint/prizes.js";
 import { t } from "../../texts/text.js";
-import { multiplier } from "../../util/format.js";
 
 /** @import { Board } from "../../model/board.js" */
 /** @import { SceneBall } from "../../model/scene.js" */
@@ -49,8 +49,9 @@ export class Falling {
   }
 
   /** @param {Board["bins"]} bins @param {number} x m @returns {string} what the bin there pays */
-  #below({ edges, multipliers }, x) {
+  #below(bins, x) {
+    const { edges, multipliers } = bins;
     const bin = edges.findIndex((edge, i) => x >= edge && x < edges[i + 1]);
-    return bin < 0 ? "" : multiplier(multipliers[bin]);
+    return bin < 0 ? "" : prizeOf({ bins }, bin, multipliers[bin]);
   }
 }

@@ -1,7 +1,7 @@
 // How near a ball came to a bin that pays far more: told only where its exact path shows it. Pure.
 
+import { prizeOf } from "../../paint/prizes.js";
 import { t } from "../../texts/text.js";
-import { multiplier } from "../../util/format.js";
 
 /** @import { Board } from "../../model/board.js" */
 
@@ -15,7 +15,8 @@ const LEAST = 2; // at least so much
  * @param {number} x where its centre crossed the bins' line, m
  * @returns {string} a sentence, or nothing
  */
-export function nearMiss({ ball, bins: { edges, multipliers } }, bin, x) {
+export function nearMiss({ ball, bins }, bin, x) {
+  const { edges, multipliers } = bins;
   const sides = [
     { other: bin - 1, away: x - edges[bin] },
     { other: bin + 1, away: edges[bin + 1] - x },
@@ -23,5 +24,6 @@ export function nearMiss({ ball, bins: { edges, multipliers } }, bin, x) {
   const near = sides.filter(({ other, away }) => away >= 0 && away < NEAR * ball.radius
     && multipliers[other] >= Math.max(LEAST, MORE * multipliers[bin]));
   if (near.length === 0) return "";
-  return t("play.near", { pays: multiplier(multipliers[near[0].other]) });
+  const [{ other }] = near;
+  return t("play.near", { pays: prizeOf({ bins }, other, multipliers[other]) });
 }

@@ -4,8 +4,9 @@
 // miss the bins, is not looked at here: such a drop ends all the same, in no bin if need be.
 
 import { BoardError } from "../errors.js";
+import { textFault } from "./plain-text.js";
 
-/** @import { Bins, Board, DropZone, Material } from "../../model/board.js" */
+/** @import { Bins, Board, DropZone, Label, Material } from "../../model/board.js" */
 
 /** @typedef {Record<string, unknown>} Form a JSON object */
 /** @typedef {Omit<Board, "drop"> & {drop: Required<DropZone>}} WholeBoard with nothing left out */
@@ -13,7 +14,7 @@ import { BoardError } from "../errors.js";
 
 const FAR = 1e6; // m
 const SMALL = 1e-6; // m
-const MOST = { pegs: 20_000, walls: 2_000, bins: 1_000, slots: 1_000, name: 100 };
+const MOST = { pegs: 20_000, walls: 2_000, bins: 1_000, slots: 1_000, name: 100, label: 40 };
 
 /** @type {Record<string, Range>} */
 const RANGES = {
@@ -31,6 +32,7 @@ const RANGES = {
 
 const KEYS = ["name", "width", "height", "gravity", "drag", "ball", "pegs", "peg_material", "walls",
   "wall_material", "bins", "drop"];
+const COLOUR = /^#[0-9a-f]{6}$/;
 const PRINTABLE = /^(?:[^\p{C}\p{Z}]| )+$/u;
 
 /**
@@ -182,7 +184,7 @@ function readWall(value, path) {
 
 /** @param {unknown} value @param {number} width @param {number} height @returns {Bins} */
 function readBins(value, width, height) {
-  const form = known(value, "bins", ["y", "edges", "multipliers"]);
+  const form = known(value, "bins", ["y", "edges", "multipliers", "labels"]);
   const payouts = form.multipliers === undefined ? null
     : list(form.multipliers, "bins.multipliers", MOST.bins);
   const edges = form.edges === undefined ? evenEdges(width, Math.max(1, payouts?.length ?? 1))
@@ -202,7 +204,34 @@ function readBins(value, width, height) {
       `${edges.length - 1} bins, and each needs one`, "bins.multipliers",
     );
   }
-  return { y: number(or(form.y, height), "bins.y"), edges, multipliers };
+  const labels = readLabels(or(form.labels, []), multipliers.length);
+  return { y: number(or(form.y, height), "bins.y"), edges, multipliers, ...(labels && { labels }) };
+}
+
+/** @param {unknown} value @param {number} count of bins @returns {(Label | null)[] | null} null where no bin has one */
+function readLabels(value, count) {
+  const labels = rows(value, "bins.labels", MOST.bins, readLabel);
+  if (labels.length > 0 && labels.length !== count) {
+    throw new BoardError(
+      `bins.labels has ${labels.length} values: there are ${count} bins, and each needs one, ` +
+      "which may be null", "bins.labels",
+    );
+  }
+  return labels.some(Boolean) ? labels : null;
+}
+
+/** @param {unknown} value @param {string} path @returns {Label | null} */
+function readLabel(value, path) {
+  if (value === null) return null;
+  const form = known(value, path, ["text", "colour"]);
+  whole(form, path, ["text"]);
+  const text = typeof form.text === "string" ? form.text.normalize("NFC") : "";
+  const right = textFault(text, MOST.label);
+  if (right) throw fail(`${path}.text`, form.text, `it must be ${right}`);
+  const colour = form.colour ?? null;
+  if (colour === null) return { text };
+  if (typeof colour === "string" && COLOUR.test(colour)) return { text, colour };
+  throw fail(`${path}.colour`, colour, "it must be # and six digits of 0-9 and a-f");
 }
 
 /** @param {number} width @param {number} count */

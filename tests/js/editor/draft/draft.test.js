@@ -39,6 +39,22 @@ test("a bin is divided and joined again", () => {
   assert.deepEqual(without(split.board, split.ref), BOARD);
 });
 
+test("prizes come and go with their texts and stay at their bins", () => {
+  const [text, colour] = ["text", "colour"].map((part) => `bins.labels[2].${part}`);
+  const named = written(BOARD, text, "T-shirt");
+  assert.deepEqual(named.bins.labels, BOARD.bins.multipliers.map((_, bin) => (bin === 2 ? { text: "T-shirt" } : null)));
+  const coloured = written(named, colour, "#ff0088");
+  assert.deepEqual(coloured.bins.labels[2], { text: "T-shirt", colour: "#ff0088" });
+  assert.deepEqual(written(coloured, colour, ""), named);
+  assert.deepEqual(written(coloured, text, ""), BOARD, "without any prize a board is what it was");
+  assert.equal(without(named, { kind: "bin", index: 0 }).bins.labels[1].text, "T-shirt");
+  assert.deepEqual(without(named, { kind: "bin", index: 2 }).bins.labels, undefined);
+  const split = withSplit(named, BOARD.bins.edges[0] - 1);
+  assert.equal(split.board.bins.labels.length, split.board.bins.multipliers.length);
+  assert.equal(split.board.bins.labels[3].text, "T-shirt");
+  assert.throws(() => complete({ ...BOARD, bins: { ...BOARD.bins, labels: [null] } }), RangeError);
+});
+
 test("bins keep one multiplier each whatever is taken away, until one bin is left", () => {
   let board = BOARD;
   let turns = 0;

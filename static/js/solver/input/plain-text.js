@@ -1,0 +1,19 @@
+// Which short texts may stand in a page, a picture or a list: the rules of engine/plain_text.py. Pure.
+
+const SHOWN = /^(?:[^\p{C}\p{Z}]| )+$/u;
+// Characters that are letters or marks by their category and show nothing.
+const UNSEEN = /\u034f|\u115f|\u1160|\u17b4|\u17b5|\u2800|\u3164|[\ufe00-\ufe0f]|\uffa0/u;
+const MARKED = /^\p{M}|\p{M}{3}/u; // no orthography that NFC leaves apart needs three marks on a letter
+
+/**
+ * @param {string} text in Unicode's form NFC
+ * @param {number} most characters
+ * @returns {string | null} what it would have to be, or null if it is that
+ */
+export function textFault(text, most) {
+  if (text === "" || [...text].length > most) return `a text of 1 to ${most} characters`;
+  if (!SHOWN.test(text) || UNSEEN.test(text)) return "plain text: letters, marks, figures, signs, spaces";
+  if (/^ | $| {2}/.test(text)) return "a text without spaces at its ends or two in a row";
+  if (MARKED.test(text)) return "a text with at most 2 marks on a letter";
+  return null;
+}
