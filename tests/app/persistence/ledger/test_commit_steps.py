@@ -26,6 +26,8 @@ from tests.app.persistence.ledger.stepped import PATIENCE, Table, failure
 from tests.app.persistence.oracle import Told, hold
 from tests.long import tries
 
+pytestmark = pytest.mark.timeout(7200)  # each with LONG=1: four hundred plays, or each step of one
+
 BOARD = Board.from_json(TINY)
 PUBLIC = "triangle-8"
 
