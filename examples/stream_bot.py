@@ -3,7 +3,7 @@
     some-chat-client | python stream_bot.py [http://127.0.0.1:8000] [room]
 
 It reads lines `viewer: text` from standard input, as most chat tools can print them, and writes
-what to answer. Show the room's page in your streaming software as a browser source.
+what to answer. Show `stage.html?room=…` in your streaming software as a browser source.
 """
 
 import json

@@ -147,14 +147,20 @@ def quick(server: ServerProcess) -> Quick:
 
 
 def quick_table(
-    server: ServerProcess, preset: str, mode: str = "independent", pays: float | None = None
+    server: ServerProcess,
+    preset: str,
+    mode: str = "independent",
+    pays: float | None = None,
+    prize: str | None = None,
 ) -> Quick:
-    """A preset five times as fast; with `pays`, every bin has that multiplier."""
+    """A preset five times as fast; `pays`, `prize`: every bin has that multiplier, that label."""
     # 25 times the gravity and five times the drag: the same paths, run five times as fast.
     board = Board.preset(preset).to_dict()
     board.update(name="quick", gravity=25 * board["gravity"], drag=5 * board["drag"])
     if pays is not None:
         board["bins"]["multipliers"] = [pays] * len(board["bins"]["multipliers"])
+    if prize is not None:
+        board["bins"]["labels"] = [{"text": prize, "colour": "#c0392b"}] * 9
     request = urllib.request.Request(
         f"{server.url}/api/v1/rooms",
         json.dumps({"board": board, "mode": mode}).encode(),

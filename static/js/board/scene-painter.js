@@ -74,6 +74,8 @@ export class ScenePainter {
     for (const tails of this.#tails.values()) tails.length = 0;
     for (const ball of balls) this.#tailsOf(ball).push(ball);
     const { trail } = this.theme.shapes;
+    ctx.save();
+    this.#clipAboveBins(ctx);
     for (const mine of [false, true]) {
       for (const [colour, tails] of this.#tails) {
         if (!tails.some((ball) => ball.mine === mine)) continue;
@@ -82,7 +84,15 @@ export class ScenePainter {
         if (mine) this.#fillTrails(ctx, tails, mine, trail.core);
       }
     }
-    ctx.globalAlpha = 1;
+    ctx.restore();
+  }
+
+  /** A landed ball goes on into its pocket, behind the pocket's face. @param {CanvasRenderingContext2D} ctx */
+  #clipAboveBins(ctx) {
+    const { binTop, width } = this.geometry;
+    ctx.beginPath();
+    ctx.rect(0, 0, width, binTop + 2);
+    ctx.clip();
   }
 
   /** @param {SceneBall} ball @returns {SceneBall[]} those whose tails have its colour */
@@ -118,17 +128,14 @@ export class ScenePainter {
   /** @param {CanvasRenderingContext2D} ctx @param {SceneBall} ball */
   #drawBall(ctx, ball) {
     const { x, y, angle } = ball;
-    const { px, py, binTop, width } = this.geometry;
+    const { px, py, binTop } = this.geometry;
     const atX = px(x);
     const atY = py(y);
     const { radius } = this;
     const sinking = atY + radius > binTop + 2;
     if (sinking) {
-      // A landed ball goes on into its pocket, behind the pocket's face.
       ctx.save();
-      ctx.beginPath();
-      ctx.rect(0, 0, width, binTop + 2);
-      ctx.clip();
+      this.#clipAboveBins(ctx);
     }
     const { halo, body } = this.stamps.of(ball);
     paintLight(ctx, halo, atX, atY);

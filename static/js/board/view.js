@@ -2,7 +2,7 @@
 // Knows boards, scenes and colours; nothing of the network.
 
 import { placeOf } from "../model/worlds.js";
-import { paintBoard } from "../paint/board.js";
+import { ALL_GROUNDS, paintBoard } from "../paint/board.js";
 import { layOut } from "../paint/geometry.js";
 import { contextOf } from "../util/canvas.js";
 import { parentOf } from "../util/dom.js";
@@ -11,6 +11,7 @@ import { StageFit } from "./stage-fit.js";
 
 /** @import { Board } from "../model/board.js" */
 /** @import { Scene } from "../model/scene.js" */
+/** @import { Grounds } from "../paint/board.js" */
 /** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
 
@@ -29,13 +30,15 @@ export class BoardView {
    * @param {{still: HTMLCanvasElement, moving: HTMLCanvasElement}} canvases the second on top
    * @param {Theme} theme
    * @param {(geometry: Geometry) => void} onLayout
+   * @param {Grounds} [grounds] that the board is painted with
    */
-  constructor({ still, moving }, theme, onLayout) {
+  constructor({ still, moving }, theme, onLayout, grounds = ALL_GROUNDS) {
     this.still = still;
     this.box = parentOf(still);
     this.moving = moving;
     this.theme = theme;
     this.onLayout = onLayout;
+    this.grounds = grounds;
     this.fit = new StageFit(this.box, () => this.relayout());
     this.#followDensity();
   }
@@ -50,7 +53,8 @@ export class BoardView {
     this.theme.enter(placeOf(board.name));
     this.#shown = { board, slots };
     // Nothing shines through a board: what lies under it need not be drawn, nor the board be mixed with it.
-    this.still.getContext("2d", { alpha: false });
+    const { around, plate } = this.grounds;
+    this.still.getContext("2d", { alpha: !around || !plate });
     this.#width = 0;
     this.relayout();
   }
@@ -79,7 +83,7 @@ export class BoardView {
     const { geometry, still, theme } = this;
     if (!geometry || !this.#shown) return;
     const { board, slots } = this.#shown;
-    paintBoard(contextOf(still), geometry, board, slots, theme);
+    paintBoard(contextOf(still), geometry, board, slots, theme, this.grounds);
     this.#painter = new ScenePainter({ still, board, geometry, density: this.#density }, theme);
   }
 

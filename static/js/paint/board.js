@@ -15,16 +15,24 @@ export const LABEL_FONT = '"DIN Alternate", Bahnschrift, "Liberation Sans Narrow
 const FILLED = 0.9; // of a pocket by the widest number
 const LEGIBLE = 8.5; // CSS pixels, the least size of a number
 
+/** @typedef {{around: boolean, plate: boolean}} Grounds which are painted: around the board, and its own */
+
+/** @type {Grounds} */
+export const ALL_GROUNDS = { around: true, plate: true };
+
 /**
  * @param {CanvasRenderingContext2D} ctx scaled to CSS pixels
  * @param {Geometry} geometry
  * @param {Board} board
  * @param {number[]} slots
  * @param {Look} look
+ * @param {Grounds} [grounds]
  */
-export function paintBoard(ctx, geometry, board, slots, look) {
+export function paintBoard(ctx, geometry, board, slots, look, grounds = ALL_GROUNDS) {
   const { palette: colours, shapes } = look;
-  paintPlate(ctx, geometry, board, look);
+  ctx.clearRect(0, 0, geometry.width, geometry.height);
+  if (grounds.around) paintSurroundings(ctx, geometry, board, look);
+  if (grounds.plate) paintPlate(ctx, geometry, board, look);
   paintHopper(ctx, geometry, board, slots, colours);
   paintPegs(ctx, geometry, board, colours, shapes.peg);
   paintBins(ctx, geometry, board, (score) => look.payout(score));
@@ -37,13 +45,28 @@ export function paintBoard(ctx, geometry, board, slots, look) {
  * @param {Board} board
  * @param {Look} look
  */
-function paintPlate(ctx, geometry, board, { palette: colours, shapes: { rays }, ground, grounds }) {
-  const { px, dropY, width, height } = geometry;
-  const place = { x: px(board.drop.x), y: dropY, width, height, colours, rays, grounds };
-  ctx.fillStyle = colours.shoulder;
-  ctx.fillRect(0, 0, width, height);
-  SURROUNDINGS[ground](ctx, place);
-  if (ground !== "rays") fadeSides(ctx, geometry, colours.shoulder);
+function paintSurroundings(ctx, geometry, board, look) {
+  const { palette: { shoulder }, ground } = look;
+  ctx.fillStyle = shoulder;
+  ctx.fillRect(0, 0, geometry.width, geometry.height);
+  SURROUNDINGS[ground](ctx, placeOn(geometry, board, look));
+  if (ground !== "rays") fadeSides(ctx, geometry, shoulder);
+}
+
+/** @param {Geometry} geometry @param {Board} board @param {Look} look */
+function placeOn({ px, dropY, width, height }, board, { palette: colours, shapes: { rays }, grounds }) {
+  return { x: px(board.drop.x), y: dropY, width, height, colours, rays, grounds };
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Geometry} geometry
+ * @param {Board} board
+ * @param {Look} look
+ */
+function paintPlate(ctx, geometry, board, look) {
+  const { palette: colours, ground } = look;
+  const { width, height } = geometry;
   ctx.save();
   clipToField(ctx, geometry, board);
   const enamel = ctx.createLinearGradient(0, 0, 0, height);
@@ -51,7 +74,7 @@ function paintPlate(ctx, geometry, board, { palette: colours, shapes: { rays }, 
   enamel.addColorStop(1, colours.boardDeep);
   ctx.fillStyle = enamel;
   ctx.fillRect(0, 0, width, height);
-  GROUNDS[ground](ctx, place);
+  GROUNDS[ground](ctx, placeOn(geometry, board, look));
   ctx.restore();
 }
 

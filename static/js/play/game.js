@@ -12,6 +12,7 @@ import { amount, plain, signed } from "../util/format.js";
 import { Recovery } from "./account/recovery.js";
 import { Self } from "./account/self.js";
 import { Wallet } from "./account/wallet.js";
+import { FairPlay } from "./fairness/fair-play.js";
 import { Room } from "./room.js";
 import { findTable, putIntoAddress } from "./rooms.js";
 import { Run } from "./runs.js";
@@ -114,7 +115,9 @@ export class Game extends Store {
     this.visited.enter(id);
     this.recovery.seekAllBut(id);
     const { streams, solver, wallet, self, storage } = this;
-    return new Room(id, { news: this, streams, solver, wallet, self, storage });
+    return new Room(id, {
+      news: this, streams, solver, wallet, self, fair: (send) => new FairPlay(id, storage, this, send),
+    });
   }
 
   /** @param {string} id of a room: goes there at once */

@@ -13,7 +13,6 @@ import { TickClock } from "../net/tick-clock.js";
 import { PHYSICS_VERSION } from "../solver/digest.js";
 import { BoardError } from "../solver/errors.js";
 import { t } from "../texts/text.js";
-import { FairPlay } from "./fairness/fair-play.js";
 import { fairPlaceOf, OwnDrops } from "./own-drops.js";
 
 /** @import { Point } from "../model/board.js" */
@@ -24,6 +23,7 @@ import { fairPlaceOf, OwnDrops } from "./own-drops.js";
 /** @import { Solver } from "../solver/solver.js" */
 /** @import { Self } from "./account/self.js" */
 /** @import { Wallet } from "./account/wallet.js" */
+/** @import { FairPlay } from "./fairness/fair-play.js" */
 /** @import { Store } from "./store.js" */
 
 /** @typedef {"connecting" | "live" | "asleep" | "reconnecting" | "closed"} LineState */
@@ -60,10 +60,10 @@ export class Room {
 
   /**
    * @param {string} id
-   * @param {{news: Store, streams: string[], solver: Solver | null, wallet: Wallet, self: Self, storage: Storage}} means
-   *   streams: those that will do, the best first
+   * @param {{news: Store, streams: string[], solver: Solver | null, wallet: Wallet, self: Self,
+   *   fair: (send: (message: object) => boolean) => FairPlay}} means streams: those that will do, the best first
    */
-  constructor(id, { news, streams, solver, wallet, self, storage }) {
+  constructor(id, { news, streams, solver, wallet, self, fair }) {
     this.id = id;
     this.news = news;
     this.solver = solver;
@@ -72,7 +72,7 @@ export class Room {
     this.streams = streams;
     this.own = new OwnDrops(news);
     this.company = new Company(() => news.tell("company", null));
-    this.fair = new FairPlay(id, storage, news, (message) => this.connection.send(message));
+    this.fair = fair((message) => this.connection.send(message));
     this.connection = this.#connect();
   }
 
@@ -380,7 +380,7 @@ export class Room {
       if (outcome.bin !== null) {
         this.news.tell("hit", { bin: outcome.bin, entry: { x: outcome.x_end, speed: ball.sink?.vy ?? 0 } });
       }
-      this.company.landed(ball, outcome);
+      this.news.tell("landed", this.company.landed(ball, outcome));
     }
     this.own.seen(ball, outcome);
   }

@@ -69,12 +69,13 @@ export class Company {
     else if (owner) ball.pose.colour = swatchOf(owner);
   }
 
-  /** @param {Ball} ball @param {Pick<Landed, "bin" | "score">} outcome */
+  /** @param {Ball} ball @param {Pick<Landed, "bin" | "score">} outcome @returns {Landing} */
   landed(ball, { bin, score }) {
     const { mine, seed, x, explicit, aim } = ball;
     const landing = { mine, visitor: this.ownerOf(ball), ball: { seed, x, explicit, aim }, score, bin };
     this.landings = [landing, ...this.landings].slice(0, MOST_LANDINGS);
     this.onChange();
+    return landing;
   }
 }
 

@@ -10,6 +10,7 @@ import { copyFrom } from "../../util/copy.js";
 import { byId, make } from "../../util/dom.js";
 import { nameOf } from "../account/self.js";
 
+/** @import { Board } from "../../model/board.js" */
 /** @import { Visitor } from "../../model/messages.js" */
 /** @import { Landing } from "../../model/table/company.js" */
 /** @import { Theme } from "../../paint/theme.js" */
@@ -66,7 +67,7 @@ export class CompanyPanel {
     const own = visitor?.colour ?? this.theme.palette.ball;
     const other = visitor ? swatchOf(visitor) : this.theme.palette.other;
     const who = make("bdi", {}, mine ? t("company.you") : called(visitor));
-    const row = make("li", {}, swatch(mine ? own : other), who, this.#paid(score, bin));
+    const row = make("li", {}, swatch(mine ? own : other), who, paidMark(this.theme, this.#board, bin, score));
     const { hello, own: drops } = this.game.room;
     // What others did to a ball is in no seed: there is nothing to replay alone.
     if (hello?.mode === "interacting") return row;
@@ -76,16 +77,6 @@ export class CompanyPanel {
     link.setAttribute("aria-label", t("company.replay", { who: who.textContent ?? "", pays: prizeOf(this.#board, bin, score) }));
     row.append(link);
     return row;
-  }
-
-  /** @param {number} score @param {number | null} bin */
-  #paid(score, bin) {
-    if (bin === null) return make("span", { class: "paid" }, t("play.void"));
-    const board = this.#board;
-    const paid = make("span", { class: "paid" }, make("bdi", {}, prizeOf(board, bin, score)));
-    const { fill, ink } = coloursOf(board && labelOf(board, bin), this.theme.payout(score));
-    Object.assign(paid.style, { background: fill, color: ink });
-    return paid;
   }
 
   get #board() {
@@ -128,14 +119,26 @@ export class CompanyPanel {
 }
 
 /** @param {string} colour #rrggbb */
-function swatch(colour) {
+export function swatch(colour) {
   const dot = make("i", { class: "swatch" });
   dot.style.background = colour;
   return dot;
 }
 
 /** @param {Visitor | null} visitor @returns {string} */
-function called(visitor) {
+export function called(visitor) {
   if (!visitor) return t("company.someone");
   return visitor.name ?? t("company.guest", { n: visitor.visitor });
+}
+
+/**
+ * @param {Theme} theme @param {Board | null} board @param {number | null} bin @param {number} score
+ * @returns {HTMLElement} the prize or the multiplier, in its bin's colour
+ */
+export function paidMark(theme, board, bin, score) {
+  if (bin === null) return make("span", { class: "paid" }, t("play.void"));
+  const paid = make("span", { class: "paid" }, make("bdi", {}, prizeOf(board, bin, score)));
+  const { fill, ink } = coloursOf(board && labelOf(board, bin), theme.payout(score));
+  Object.assign(paid.style, { background: fill, color: ink });
+  return paid;
 }

@@ -1,0 +1,52 @@
+// Who of those with a name has done best since the page was opened. Pure, and bounded: it may run for days.
+
+import { labelOf } from "../model/board.js";
+
+/** @import { Board } from "../model/board.js" */
+/** @import { Landing } from "../model/table/company.js" */
+/** @import { Rank } from "./wishes.js" */
+
+export const MOST_NAMES = 300; // of those who have not landed a ball for longest, no more is known
+
+/**
+ * @typedef {object} Leader
+ * @property {Landing} best the landing that paid most
+ * @property {Landing | null} prize the last one with a prize
+ * @property {number} balls
+ * @property {number} prizes landings in bins with a label
+ */
+
+/** Names, not visitors: whoever comes back under a name goes on with it. */
+export class Leaders {
+  /** @type {Map<string, Leader>} the one who landed last is last */
+  #known = new Map();
+
+  /** @param {Landing} landing @param {Pick<Board, "bins">} board on which it was */
+  note(landing, board) {
+    const name = landing.visitor?.name;
+    if (!name || landing.bin === null) return;
+    const old = this.#known.get(name);
+    const won = labelOf(board, landing.bin) !== null;
+    this.#known.delete(name);
+    this.#known.set(name, {
+      best: old && old.best.score >= landing.score ? old.best : landing,
+      prize: won ? landing : old?.prize ?? null,
+      balls: (old?.balls ?? 0) + 1,
+      prizes: (old?.prizes ?? 0) + Number(won),
+    });
+    const [first] = this.#known.keys();
+    if (this.#known.size > MOST_NAMES) this.#known.delete(first);
+  }
+
+  /** Another board has other prizes: all begin again. */
+  clear() {
+    this.#known.clear();
+  }
+
+  /** @param {Rank} rank @param {number} most @returns {Leader[]} the best first; of equals who has waited longest */
+  top(rank, most) {
+    const worth = (/** @type {Leader} */ leader) => (rank === "best" ? leader.best.score : leader[rank]);
+    return [...this.#known.values()].filter((leader) => worth(leader) > 0)
+      .sort((one, two) => worth(two) - worth(one)).slice(0, most);
+  }
+}

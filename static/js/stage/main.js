@@ -1,0 +1,34 @@
+// The page for a projector or a stream: what its address asks for, over one room.
+
+import { messageOf } from "../net/api.js";
+import { streamsFor } from "../net/streams.js";
+import { Theme } from "../paint/theme.js";
+import { openSolver } from "../solver/solver.js";
+import { t } from "../texts/text.js";
+import { byId } from "../util/dom.js";
+import { Show } from "./show.js";
+import { readWishes } from "./wishes.js";
+
+/** @type {Record<import("./wishes.js").Rank, import("../texts/text.js").Key>} */
+const TITLES = { best: "stage.best", balls: "stage.balls", prizes: "stage.prizes" };
+
+async function start() {
+  const asked = new URLSearchParams(window.location.search);
+  const wishes = readWishes(asked);
+  const { dataset, style } = document.documentElement;
+  if (wishes.ground !== null) {
+    dataset.key = "";
+    style.setProperty("--key", wishes.ground);
+  }
+  if (wishes.leaders) byId("leaders-title").textContent = t(TITLES[wishes.leaders]);
+  const opening = openSolver().catch(() => null);
+  const theme = await Theme.load();
+  const solver = await opening;
+  new Show(wishes, { theme, solver, streams: streamsFor(asked.get("stream"), solver !== null) });
+}
+
+start().catch((error) => {
+  document.documentElement.dataset.state = "failed";
+  byId("result").textContent = messageOf(error);
+  throw error;
+});

@@ -1,0 +1,172 @@
+// A room for an audience: the board as large as it fits, the last winners, the leaders. Nothing to click.
+
+import { describeBoard } from "../board/alternative-text.js";
+import { announceShape } from "../board/shape.js";
+import { BoardView } from "../board/view.js";
+import { emptyScene } from "../model/scene.js";
+import { ratioOf } from "../paint/geometry.js";
+import { FairPlay } from "../play/fairness/fair-play.js";
+import { called, paidMark, swatch } from "../play/panels/company.js";
+import { Room } from "../play/room.js";
+import { Sound } from "../play/sound/sound.js";
+import { Store } from "../play/store.js";
+import { Self } from "../play/account/self.js";
+import { Wallet } from "../play/account/wallet.js";
+import { swatchOf } from "../model/table/company.js";
+import { t } from "../texts/text.js";
+import { byId, make } from "../util/dom.js";
+import { plain } from "../util/format.js";
+import { FrameLoop } from "../util/frame-loop.js";
+import { Leaders } from "./leaders.js";
+
+/** @import { Hello } from "../model/messages.js" */
+/** @import { Landing } from "../model/table/company.js" */
+/** @import { Table } from "../model/table/table.js" */
+/** @import { Theme } from "../paint/theme.js" */
+/** @import { Solver } from "../solver/solver.js" */
+/** @import { Leader } from "./leaders.js" */
+/** @import { Rank, Wishes } from "./wishes.js" */
+
+const SHOWN = 5; // in each list; the style sheet shows fewer where there is no room
+const AGAIN_MS = 30_000; // after a refusal: until then a room or a server may be there again
+
+/** The audience plays nothing: no fair session is begun, and nothing is kept in the browser. */
+class NoSession extends FairPlay {
+  greeted() {
+    this.failed = true;
+  }
+}
+
+/** @type {Pick<Storage, "getItem" | "setItem">} */
+const NOTHING_KEPT = { getItem: () => null, setItem: () => {} };
+
+/** The page. */
+export class Show {
+  #digest = "";
+  #leaders = new Leaders();
+  #still = window.matchMedia("(prefers-reduced-motion: reduce)");
+
+  /** @param {Wishes} wishes @param {{theme: Theme, solver: Solver | null, streams: string[]}} means */
+  constructor(wishes, { theme, solver, streams }) {
+    this.wishes = wishes;
+    this.theme = theme;
+    this.loop = new FrameLoop((now) => this.#draw(now));
+    const wake = () => this.loop.wake();
+    const canvases = {
+      still: byId("board-still", HTMLCanvasElement), moving: byId("board-moving", HTMLCanvasElement),
+    };
+    const around = wishes.ground === null;
+    this.view = new BoardView(canvases, theme, wake, { around, plate: wishes.plate });
+    this.sound = new Sound();
+    if (wishes.sound) this.sound.switch(true);
+    byId("winners-panel").hidden = !wishes.winners;
+    byId("leaders-panel").hidden = wishes.leaders === null;
+    const news = this.#subscribed(wake);
+    this.room = new Room(wishes.room, {
+      news, streams, solver, wallet: new Wallet(NOTHING_KEPT), self: new Self(NOTHING_KEPT),
+      fair: (send) => new NoSession(wishes.room, NOTHING_KEPT, news, send),
+    });
+    theme.onChange(() => {
+      this.view.repaint();
+      wake();
+    });
+    document.addEventListener("visibilitychange", wake);
+  }
+
+  /** @param {() => void} wake */
+  #subscribed(wake) {
+    const news = new Store();
+    news.on("picture", wake);
+    news.on("table", ({ hello, table }) => this.#setTable(hello, table));
+    news.on("landed", (landing) => this.#landed(landing));
+    news.on("room", () => {
+      this.#tellState();
+      wake();
+    });
+    return news;
+  }
+
+  /** @param {Hello} hello @param {Table} table */
+  #setTable(hello, table) {
+    const { board, board_digest: digest, slots } = hello;
+    table.tracing = this.#still.matches;
+    if (this.#digest !== digest) {
+      this.#digest = digest;
+      document.title = t("stage.title-board", { board: board.name });
+      announceShape(ratioOf(board));
+      this.sound.setBoard(board);
+      this.view.setBoard(board, slots);
+      this.view.moving.setAttribute("aria-label", describeBoard(board));
+      this.#leaders.clear();
+      this.room.company.landings = [];
+      this.#list();
+    }
+    this.loop.wake();
+  }
+
+  #tellState() {
+    const { state } = this.room;
+    document.documentElement.dataset.state = state;
+    const lost = state === "reconnecting" || state === "closed";
+    byId("result").textContent = lost ? t(state === "closed" ? "stage.no-room" : "stage.lost") : "";
+    // Nobody is there to load the page again.
+    if (state === "closed") window.setTimeout(() => window.location.reload(), AGAIN_MS);
+  }
+
+  /** @param {Landing} landing */
+  #landed(landing) {
+    const { board } = this.view;
+    if (!board) return;
+    document.documentElement.dataset.lastBin = String(landing.bin ?? "none");
+    if (landing.bin !== null) {
+      this.sound.chime(landing.score, (landing.bin + 0.5) / board.bins.multipliers.length);
+    }
+    this.#leaders.note(landing, board);
+    this.#list();
+  }
+
+  #list() {
+    const { winners, leaders } = this.wishes;
+    const landings = winners ? this.room.company.landings.slice(0, SHOWN) : [];
+    fill("winners", landings.map((landing) => this.#row(landing, this.#paid(landing))));
+    const best = leaders ? this.#leaders.top(leaders, SHOWN) : [];
+    fill("leaders", best.map((leader) => this.#leader(leader, /** @type {Rank} */ (leaders))));
+  }
+
+  /** @param {Leader} leader @param {Rank} rank */
+  #leader({ best, prize, balls, prizes }, rank) {
+    if (rank === "balls") return this.#row(best, make("span", { class: "count" }, plain(balls)));
+    if (rank === "best" || !prize) return this.#row(best, this.#paid(best));
+    return this.#row(prize, make("span", { class: "count" }, plain(prizes)));
+  }
+
+  /** @param {Landing} landing */
+  #paid({ bin, score }) {
+    return paidMark(this.theme, this.view.board, bin, score);
+  }
+
+  /** @param {Landing} landing @param {HTMLElement} told of it */
+  #row({ visitor }, told) {
+    const colour = visitor ? swatchOf(visitor) : this.theme.palette.other;
+    return make("li", {}, swatch(colour), make("bdi", {}, called(visitor)), told);
+  }
+
+  /** @param {number} now ms */
+  #draw(now) {
+    const { table } = this.room;
+    const time = this.room.time(now);
+    const still = this.#still.matches;
+    this.room.settle(still ? Number.POSITIVE_INFINITY : time, now);
+    const scene = table?.sceneAt(time, now / 1000) ?? emptyScene();
+    if (table) this.sound.hear(table.heard, time);
+    if (still) Object.assign(scene, { balls: [], flashes: [] });
+    this.view.draw(scene);
+    return table?.busy ?? false;
+  }
+}
+
+/** @param {string} id of a list; its panel keeps its place while nothing is in it @param {HTMLElement[]} rows */
+function fill(id, rows) {
+  byId(id).replaceChildren(...rows);
+  byId(`${id}-panel`).dataset.empty = String(rows.length === 0);
+}

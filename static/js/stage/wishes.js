@@ -1,0 +1,39 @@
+// What a stage's address asks to be shown. Pure.
+
+import { MAIN_ROOM } from "../model/presets.js";
+
+/** @typedef {"best" | "balls" | "prizes"} Rank what players are ranked by */
+
+/**
+ * @typedef {object} Wishes
+ * @property {string} room
+ * @property {string | null} ground what lies around the board: null for the page's own, "transparent", or #rrggbb
+ * @property {boolean} plate whether the board has its own ground
+ * @property {boolean} winners whether the last landings are listed
+ * @property {Rank | null} leaders null for no leaderboard
+ * @property {boolean} sound
+ */
+
+/** @type {Rank[]} */
+const RANKS = ["best", "balls", "prizes"];
+const COLOUR = /^#?([0-9a-f]{6})$/i;
+
+/** @param {URLSearchParams} asked @returns {Wishes} what cannot be read is as if it were not asked */
+export function readWishes(asked) {
+  const leaders = asked.get("leaders");
+  return {
+    room: asked.get("room") || MAIN_ROOM,
+    ground: groundOf(asked.get("ground")),
+    plate: asked.get("plate") !== "off",
+    winners: asked.get("winners") !== "off",
+    leaders: leaders === "off" ? null : RANKS.find((rank) => rank === leaders) ?? "best",
+    sound: asked.get("sound") === "on",
+  };
+}
+
+/** @param {string | null} text */
+function groundOf(text) {
+  if (text === "transparent") return text;
+  const found = COLOUR.exec(text ?? "");
+  return found ? `#${found[1].toLowerCase()}` : null;
+}

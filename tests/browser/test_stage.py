@@ -1,0 +1,144 @@
+"""A room on a stage: what an audience sees, at every size of frame, over any ground, for hours."""
+
+import json
+import signal
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import ViewportSize, expect
+
+from tests.browser.access.axe import check_axe
+from tests.browser.conftest import Complaints, Open, ServerProcess, quick_table
+from tests.browser.screen import Screen
+from tests.browser.table.test_reconnect import GONE
+
+FRAMES: list[ViewportSize] = [
+    {"width": 1920, "height": 1080},
+    {"width": 1080, "height": 1920},
+    {"width": 1080, "height": 1350},
+    {"width": 640, "height": 360},
+]
+
+# A name from right to left with an emoji; the page's own letters stay where they are.
+NAME = "\u05e9\u05e8\u05d4 \U0001f388"
+_NAMED = f"localStorage.setItem('plinko.visitor.1', {json.dumps(json.dumps({'name': NAME}))})"
+
+_TO_CLICK = "document.querySelectorAll('a, button, input, select, textarea, [tabindex]').length"
+
+# How far each side of an element lies beyond the window, px, and the board's part of its stage.
+_LAID_OUT = """
+() => {
+  const box = (id) => document.getElementById(id).getBoundingClientRect();
+  const beyond = ["board", "winners-panel", "leaders-panel"].map(box).map((one) => Math.max(
+    -one.left, -one.top, one.right - innerWidth, one.bottom - innerHeight));
+  const [board, stage] = [box("board"), document.querySelector(".stage").getBoundingClientRect()];
+  const fills = Math.max(board.width / stage.width, board.height / stage.height);
+  return { beyond: Math.max(...beyond), fills, part: board.width * board.height
+    / (innerWidth * innerHeight) };
+}
+"""
+
+# How opaque the still picture is in its corner and between two pegs, and what lies below it.
+_GROUNDS = """
+() => {
+  const canvas = document.getElementById("board-still");
+  const ctx = canvas.getContext("2d");
+  const alpha = (x, y) => ctx.getImageData(x * canvas.width, y * canvas.height, 1, 1).data[3];
+  const below = ["html", "body", ".stage", ".board"]
+    .map((name) => getComputedStyle(document.querySelector(name)).backgroundColor);
+  return { around: alpha(0.02, 0.3), plate: alpha(0.5, 0.51), below: [...new Set(below)] };
+}
+"""
+
+
+def there(screen: Screen) -> Screen:
+    return screen.state("asleep", "live")
+
+
+def test_an_audience_sees_who_won_what_and_has_nothing_to_click(
+    opened: Open, server: ServerProcess
+) -> None:
+    quick = quick_table(server, "triangle-8", prize="Mug")
+    stage = there(opened(f"/stage.html?room={quick.room}&leaders=prizes"))
+    player = opened(quick.page, before=_NAMED, viewport={"width": 390, "height": 844}).ready()
+    winners, leaders = (stage.page.locator(f"#{name} > li") for name in ("winners", "leaders"))
+    expect(winners).to_have_count(0)
+    for _ in range(6):
+        player.drop.click()
+    expect(leaders).to_have_text(f"{NAME}6")
+    expect(winners).to_have_count(5)
+    expect(winners.first).to_have_text(f"{NAME}Mug")
+    expect(winners.first.locator(".paid")).to_have_css("background-color", "rgb(192, 57, 43)")
+    assert stage.page.evaluate(_TO_CLICK) == 0
+    assert [json.loads(frame)["type"] for frame in stage.sent] == ["appear"], "nothing is played"
+    check_axe(stage)
+    for size in FRAMES:
+        stage.page.set_viewport_size(size)
+        name = f"{size['width']}x{size['height']}"
+        stage.frames(4)
+        found = stage.page.evaluate(_LAID_OUT)
+        assert found["beyond"] <= 0, name
+        assert found["fills"] > 0.99, name
+        assert found["part"] > 0.3, name
+        stage.shot(f"stage-{name}")
+
+
+def test_the_address_switches_each_part_and_chooses_the_ground(opened: Open) -> None:
+    bare = there(opened("/stage.html?room=triangle-8&winners=off&leaders=off&ground=transparent"))
+    expect(bare.page.locator(".show-panel:not([hidden])")).to_have_count(0)
+    clear, all_of_it = "rgba(0, 0, 0, 0)", 255
+    found = bare.page.evaluate(_GROUNDS)
+    assert found == {"around": 0, "plate": all_of_it, "below": [clear]}
+    page = bare.page
+    page.goto(f"{bare.url}/stage.html?room=triangle-8&ground=00b140&plate=off")
+    there(bare)
+    expect(page.locator(".show-panel:not([hidden])")).to_have_count(2)
+    found = page.evaluate(_GROUNDS)
+    assert found == {"around": 0, "plate": 0, "below": ["rgb(0, 177, 64)"]}
+    page.goto(f"{bare.url}/stage.html?room=triangle-8")
+    there(bare)
+    found = page.evaluate(_GROUNDS)
+    assert (found["around"], found["plate"]) == (all_of_it, all_of_it)
+
+
+def test_a_room_that_is_not_there_is_said_and_looked_for_again(
+    opened: Open, complaints: Complaints
+) -> None:
+    complaints.allow("WebSocket|404")
+    stage = opened(
+        "/stage.html?room=nowhere", before="window.setTimeout = (run) => { again = run; };"
+    )
+    stage.state("closed")
+    expect(stage.result).to_contain_text("This room is not open")
+    with stage.page.expect_navigation():
+        stage.page.evaluate("again()")
+
+
+@pytest.fixture(scope="module")
+def mortal() -> Iterator[ServerProcess]:
+    """A server of these tests' own, to be killed."""
+    running = ServerProcess()
+    running.start()
+    yield running
+    running.kill()
+
+
+def test_a_stage_comes_back_by_itself_and_goes_on_with_its_lists(
+    opened: Open, mortal: ServerProcess, complaints: Complaints
+) -> None:
+    complaints.allow(GONE)
+    quick = quick_table(mortal, "triangle-8")
+    stage = there(opened(f"{mortal.url}/stage.html?room={quick.room}&leaders=balls"))
+    player = opened(f"{mortal.url}{quick.page}", before=_NAMED).ready()
+    leaders = stage.page.locator("#leaders > li")
+    player.drop.click()
+    expect(leaders).to_have_text(f"{NAME}1")
+    mortal.kill(signal.SIGKILL)
+    stage.state("reconnecting")
+    expect(stage.result).to_contain_text("Connection lost")
+    mortal.start()
+    there(stage)
+    expect(stage.result).to_have_text("")
+    player.ready()
+    player.drop.click()
+    expect(leaders).to_have_text(f"{NAME}2")

@@ -1,0 +1,34 @@
+// A stage's address says what is shown; what it does not say, or says wrongly, is as it comes.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { readWishes } from "../../../static/js/stage/wishes.js";
+
+const read = (search) => readWishes(new URLSearchParams(search));
+
+const PLAIN = { room: "main", ground: null, plate: true, winners: true, leaders: "best", sound: false };
+
+test("without a word everything is shown, and nothing is heard", () => {
+  assert.deepEqual(read(""), PLAIN);
+});
+
+test("each part is switched by itself", () => {
+  assert.deepEqual(read("room=abc"), { ...PLAIN, room: "abc" });
+  assert.deepEqual(read("plate=off"), { ...PLAIN, plate: false });
+  assert.deepEqual(read("winners=off"), { ...PLAIN, winners: false });
+  assert.deepEqual(read("leaders=off"), { ...PLAIN, leaders: null });
+  assert.deepEqual(read("leaders=prizes"), { ...PLAIN, leaders: "prizes" });
+  assert.deepEqual(read("sound=on"), { ...PLAIN, sound: true });
+});
+
+test("a ground is transparent or a colour, and nothing else that a style could hold", () => {
+  assert.deepEqual(
+    ["transparent", "00B140", "#00b140", "red", "url(x)", "00b1400", ""].map((ground) => read({ ground }).ground),
+    ["transparent", "#00b140", "#00b140", null, null, null, null],
+  );
+});
+
+test("nonsense is as if it were not there", () => {
+  assert.deepEqual(read("leaders=nobody&plate=maybe&winners=&sound=loud&room="), PLAIN);
+});
