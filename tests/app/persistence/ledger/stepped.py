@@ -245,7 +245,9 @@ class Table:
         return log
 
     def end(self) -> None:
-        """The process ends, as if it were killed."""
+        """The process ends, as if it were killed; nothing where it has ended."""
+        if self._aio.is_closed():
+            return
         self.database.close()
         for task in asyncio.all_tasks(self._aio):
             task.cancel()
