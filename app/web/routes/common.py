@@ -4,7 +4,7 @@ import asyncio
 import functools
 import time
 import urllib.parse
-from collections.abc import Callable, Coroutine, Mapping
+from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from typing import Annotated, Any, TypeVar
 
 import msgspec
@@ -14,6 +14,7 @@ from starlette.requests import HTTPConnection
 from app.computing import prices, tasks
 from app.computing.pool import DEADLINE
 from app.computing.prices import Price
+from app.computing.process import Done
 from app.errors import (
     DeadlineError,
     GoneError,
@@ -28,7 +29,7 @@ from app.web.schemas.body import decode, shaped
 from app.web.schemas.problem import Problem
 from app.web.services import Services
 from engine import Board
-from engine.errors import BoardError
+from engine.errors import BoardError, EffortError
 from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS, Solver, make_solver
 from engine.seeding import parse_seed
 
@@ -136,12 +137,39 @@ async def charged(
     quick: bool = False,
 ) -> T:
     """`compute` for whoever is at this address, as long as it is not cancelled."""
+    done = functools.partial(server.workers.measured, work, quick=quick)
+    result: T = await _charged(server, address, done, price)
+    return result
+
+
+async def short_drop(
+    request: Request, board: Board, work: Callable[[], T], price: Price
+) -> T | None:
+    """The result of `work()`, a short drop on a preset, computed here and charged as by `compute`.
+
+    None if it takes more than its price said. Raises what `compute` raises.
+    """
+    server, address = services(request), address_of(request)
+    done = functools.partial(server.short.measured, address, board, work)
+    try:
+        result: T = await _charged(server, address, done, price)
+    except EffortError:
+        return None
+    finally:
+        note(request.scope, server.budgets.allowance(address, time.monotonic(), "computing-ms"))
+    return result
+
+
+async def _charged(
+    server: Services, address: str, work: Callable[[], Awaitable[Done]], price: Price
+) -> Any:
+    """What came of `work`, which is charged to an address by its price, then by what it took."""
     price.check()
     began = time.monotonic()
     server.budgets.charge(address, began, price.seconds, price.what)
     spent = price.seconds
     try:
-        done = await server.workers.measured(work, quick=quick)
+        done = await work()
         spent = done.seconds
     except (DeadlineError, asyncio.CancelledError):
         spent = min(time.monotonic() - began, DEADLINE)
@@ -150,8 +178,7 @@ async def charged(
         server.budgets.settle(address, time.monotonic(), spent - price.seconds)
     if done.error is not None:
         raise done.error
-    result: T = done.value
-    return result
+    return done.value
 
 
 async def attended(request: Request, work: Coroutine[Any, Any, T]) -> T:

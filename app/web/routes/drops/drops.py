@@ -25,6 +25,7 @@ from app.web.routes.common import (
     read,
     reply,
     resolve_board,
+    short_drop,
 )
 from app.web.routes.drops.asked import Asked
 from app.web.routes.drops.certificates import check_certified
@@ -137,4 +138,8 @@ async def _record(
         return await compute(request, work, prices.proofs(1))
     price = prices.one_drop(ask.board, ask.solver)
     work = functools.partial(tasks.record, ask, certainty)
+    if price.seconds < prices.SHORT and not certainty:
+        found = await short_drop(request, ask.board, work, price)
+        if found is not None:
+            return found
     return await compute(request, work, price, quick=True)
