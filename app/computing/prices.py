@@ -56,7 +56,7 @@ _ONCE: Final = 1e-3  # what any request takes that a worker does
 _PRESET_DROP: Final = 2e-4  # with its record: 60 to 120 us
 
 SHORT: Final = 5e-4
-"""s of a core below which the server's own process computes a drop; see `ShortWork`."""
+"""s of a core below which the server's own process computes a drop; see `ShortDrops`."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,18 +1,15 @@
 """Drops that take less than to be handed to a worker: the server's own process computes them.
 
-One at a time, and after each the event loop does what else is due. So a tick waits for one of them
-at most, however many clients ask at once.
+The event loop waits for one meanwhile, and so does a tick. Few begin in a turn of the loop
+(`app.web.edge.intake`), and what one may compute has a limit.
 """
 
 import asyncio
-import functools
 import time
 from collections.abc import Callable
 from typing import Any, Final
 
 from app.computing.process import Done
-from app.concurrency.fair_queue import FairLock
-from app.concurrency.single_flight import SingleFlight
 from engine import Board
 from engine.drops import trajectory
 from engine.errors import EngineError
@@ -23,35 +20,31 @@ EFFORT: Final = 4_000_000
 on a preset."""
 
 
-class ShortWork:
-    """Clients have their turns one after the other; for the event loop's thread.
-
-    effort: of one drop, where calls of kernels are limited.
-    """
+class ShortDrops:
+    """Drops on presets, for the event loop's thread; effort: of one, where calls are limited."""
 
     def __init__(self, effort: int = EFFORT) -> None:
         self.seconds = 0.0  # computed until now
         self._effort = effort
-        self._turns = FairLock()
-        self._prepared: set[str] = set()
-        self._preparing = SingleFlight[None]()
+        self._preparing: dict[str, asyncio.Future[None]] = {}
 
-    async def measured(self, client: str, preset: Board, work: Callable[[], Any]) -> Done:
-        """What came of `work`, which computes a drop on this preset, and how long it took.
+    def is_ready(self, preset: Board) -> bool:
+        """Whether a drop on this preset takes no longer than any other; else it soon will be.
+
+        What drops on a board need takes some ms to make. A thread does it, once.
+        """
+        made = self._preparing.get(preset.digest)
+        if made is None:
+            loop = asyncio.get_running_loop()
+            made = loop.run_in_executor(None, trajectory.prepare, preset)
+            self._preparing[preset.digest] = made
+        return made.done()
+
+    def measured(self, work: Callable[[], Any]) -> Done:
+        """What came of `work`, which computes a drop on a ready preset, and how long it took.
 
         Its error is an EffortError where the drop takes more than it may here.
         """
-        if preset.digest not in self._prepared:
-            make = functools.partial(asyncio.to_thread, trajectory.prepare, preset)
-            await self._preparing.do(preset.digest, make)
-            self._prepared.add(preset.digest)
-        async with self._turns.turn(client):
-            done = self._done(work)
-            await asyncio.sleep(0)
-        self.seconds += done.seconds
-        return done
-
-    def _done(self, work: Callable[[], Any]) -> Done:
         value: Any = None
         error: Exception | None = None
         began = time.thread_time()
@@ -60,4 +53,6 @@ class ShortWork:
                 value = work()
         except EngineError as raised:
             error = raised
-        return Done(value, error, time.thread_time() - began)
+        spent = time.thread_time() - began
+        self.seconds += spent
+        return Done(value, error, spent)

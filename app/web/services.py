@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from itertools import count
 
 from app.computing.pool import Workers
-from app.computing.short import ShortWork
+from app.computing.short import ShortDrops
 from app.conformance.self_check import SelfCheck
 from app.live.broadcast.hub import Hub
 from app.live.registry import Rooms
@@ -42,7 +42,7 @@ class Services:
     fair: FairSessions
     session_tokens: Tokens
     workers: Workers
-    short: ShortWork
+    short: ShortDrops
     readers: Workers
     """A process that reads long things of the ledger, and is never busy with anything else."""
     pictures: Pictures

@@ -88,8 +88,8 @@ async def _ask(address: str, paths: Iterator[str], seconds: float) -> float:
     host, _, port = address.rpartition("/")[2].rpartition(":")
     clients = []
     for number in range(CONNECTIONS):
-        client = functools.partial(_Client, paths, f"192.0.2.{number}")
-        clients.append((await loop.create_connection(client, host, int(port)))[1])
+        make = functools.partial(_Client, paths, f"192.0.2.{number}")
+        clients.append((await loop.create_connection(make, host, int(port)))[1])
     begin = loop.time()
     before = sum(client.answers for client in clients)
     await asyncio.sleep(seconds)
@@ -98,7 +98,7 @@ async def _ask(address: str, paths: Iterator[str], seconds: float) -> float:
     for client in clients:
         client.line.close()
         if client.refused:
-            raise RuntimeError(f"the server answered {client.refused}")
+            raise RuntimeError(f"the server answered {client.refused.decode()}")
     return answered / took
 
 

@@ -4,7 +4,7 @@ import asyncio
 import functools
 import time
 import urllib.parse
-from collections.abc import Awaitable, Callable, Coroutine, Mapping
+from collections.abc import Callable, Coroutine, Mapping
 from typing import Annotated, Any, TypeVar
 
 import msgspec
@@ -14,7 +14,6 @@ from starlette.requests import HTTPConnection
 from app.computing import prices, tasks
 from app.computing.pool import DEADLINE
 from app.computing.prices import Price
-from app.computing.process import Done
 from app.errors import (
     DeadlineError,
     GoneError,
@@ -137,39 +136,12 @@ async def charged(
     quick: bool = False,
 ) -> T:
     """`compute` for whoever is at this address, as long as it is not cancelled."""
-    done = functools.partial(server.workers.measured, work, quick=quick)
-    result: T = await _charged(server, address, done, price)
-    return result
-
-
-async def short_drop(
-    request: Request, board: Board, work: Callable[[], T], price: Price
-) -> T | None:
-    """The result of `work()`, a short drop on a preset, computed here and charged as by `compute`.
-
-    None if it takes more than its price said. Raises what `compute` raises.
-    """
-    server, address = services(request), address_of(request)
-    done = functools.partial(server.short.measured, address, board, work)
-    try:
-        result: T = await _charged(server, address, done, price)
-    except EffortError:
-        return None
-    finally:
-        note(request.scope, server.budgets.allowance(address, time.monotonic(), "computing-ms"))
-    return result
-
-
-async def _charged(
-    server: Services, address: str, work: Callable[[], Awaitable[Done]], price: Price
-) -> Any:
-    """What came of `work`, which is charged to an address by its price, then by what it took."""
     price.check()
     began = time.monotonic()
     server.budgets.charge(address, began, price.seconds, price.what)
     spent = price.seconds
     try:
-        done = await work()
+        done = await server.workers.measured(work, quick=quick)
         spent = done.seconds
     except (DeadlineError, asyncio.CancelledError):
         spent = min(time.monotonic() - began, DEADLINE)
@@ -178,7 +150,32 @@ async def _charged(
         server.budgets.settle(address, time.monotonic(), spent - price.seconds)
     if done.error is not None:
         raise done.error
-    return done.value
+    result: T = done.value
+    return result
+
+
+def short_drop(request: Request, board: Board, work: Callable[[], T], price: Price) -> T | None:
+    """The result of `work()`, a short drop on a preset, computed here and charged as by `compute`.
+
+    None if it is for a worker: this preset is not ready yet, or the drop takes more than its price
+    says. Raises BudgetError, and what `work` raises.
+    """
+    server, address = services(request), address_of(request)
+    if not server.short.is_ready(board):
+        return None
+    now = time.monotonic()
+    try:
+        server.budgets.charge(address, now, price.seconds, price.what)
+        done = server.short.measured(work)
+        server.budgets.settle(address, now, done.seconds - price.seconds)
+    finally:
+        note(request.scope, server.budgets.allowance(address, now, "computing-ms"))
+    if isinstance(done.error, EffortError):
+        return None
+    if done.error is not None:
+        raise done.error
+    result: T = done.value
+    return result
 
 
 async def attended(request: Request, work: Coroutine[Any, Any, T]) -> T:
