@@ -22,6 +22,7 @@ from starlette.middleware.gzip import GZipMiddleware
 from starlette.types import Scope
 
 from app.computing.pool import MAX_JOBS, Workers
+from app.computing.short import ShortDrops
 from app.conformance import inventory
 from app.conformance.self_check import SelfCheck
 from app.errors import SettingError, shorten
@@ -224,6 +225,7 @@ def _services(settings: Settings) -> Services:
         fair=_fair_sessions(settings, persistence, _signing_key(database, secret_file), held),
         session_tokens=Tokens(secret, "session"),
         workers=workers,
+        short=ShortDrops(),
         readers=readers,
         pictures=Pictures(PICTURE_BYTES),
         moments=Pictures(_MOMENTS),

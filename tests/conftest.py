@@ -14,6 +14,8 @@ from typing import Any, cast
 import pytest
 from hypothesis import is_hypothesis_test, settings
 
+from engine.drops import trajectory
+from engine.exact.kept import Kept
 from engine.exact.trace import trace_many
 from engine.jit import limits, machine_code
 from engine.jit.decorator import EntryKernel
@@ -79,3 +81,5 @@ def limited_calls(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(machine_code, "_modules", [])
     kernel = cast("EntryKernel[Any, Any]", trace_many)
     monkeypatch.setattr(kernel, "machine_code", machine_code.entry(kernel))
+    flights = Kept(trajectory._Flights, trajectory._bytes_of, trajectory._KEPT)
+    monkeypatch.setattr(trajectory, "_flights_of", flights)

@@ -52,7 +52,11 @@ _PIXEL_FRAME: Final = 2.7e-8
 _SURFACE: Final = 2e-4
 _PROOF: Final = 0.04
 _BYTE: Final = 6e-8  # of JSON
-_ONCE: Final = 1e-3  # what any request takes
+_ONCE: Final = 1e-3  # what any request takes that a worker does
+_PRESET_DROP: Final = 2e-4  # with its record: 60 to 120 us
+
+SHORT: Final = 5e-4
+"""s of a core below which the server's own process computes a drop; see `ShortDrops`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,10 +94,11 @@ def substeps_of(board: Board, solver: Stepped) -> float:
 
 
 def one_drop(board: Board, solver: Solver) -> Price:
-    """A single drop, its path kept."""
+    """A single drop, its path kept. On a preset it is known how few events it has."""
     if isinstance(solver, Stepped):
         return stepped_drop(substeps_of(board, solver))
-    return Price("events", _EVENTS_A_DROP, DROP_EVENTS, _ONCE)
+    seconds = _PRESET_DROP if board.preset_name else _ONCE
+    return Price("events", _EVENTS_A_DROP, DROP_EVENTS, seconds)
 
 
 def verification() -> Price:

@@ -4,21 +4,19 @@ Only the ball's surroundings change from frame to frame, so only they are painte
 frame is in memory at a time, however long the fall.
 """
 
-import io
 import math
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
-from PIL import Image
 
 from app.errors import InvalidValueError
 from app.render.parts import balls
 from app.render.parts.board import board_canvas
 from app.render.parts.caption import paint_caption
 from app.render.parts.view import View, lay_out
-from app.render.raster import gif, png
+from app.render.raster import gif, png, webp
 from app.render.raster.mp4 import mp4
 from app.render.raster.palette import UNCHANGED, Palette
 from app.render.still import DEFAULT_WIDTH, drop_pixels
@@ -91,6 +89,7 @@ class Film:
             _restore(frame, self._board, dirty)
             before, dirty = dirty, self._paint(frame, number)
             x0, y0, x1, y1 = _around(before, dirty)
+            x0, y0 = x0 & ~1, y0 & ~1  # as WebP has it
             yield x0, y0, frame[y0:y1, x0:x1]
         yield 0, 0, self.result
 
@@ -178,15 +177,7 @@ def _indexed(film: Film) -> tuple[Palette, Pixels, Iterator[Patch]]:
 
 
 def _webp(film: Film) -> bytes:
-    # No key frames: each is a whole picture, and twelve times the bytes in all.
-    never = {"kmin": 1 << 30, "kmax": (1 << 30) + 1}
-    buffer = io.BytesIO()
-    image = Image.fromarray(film.first())
-    image.save(
-        buffer, "WEBP", save_all=True, append_images=[_Reel(film, image)],
-        duration=film.stays(1), loop=0, quality=WEBP_QUALITY, method=2, **never,
-    )  # fmt: skip
-    return buffer.getvalue()
+    return webp.animated(film.first(), film.patches(), film.stays(1), WEBP_QUALITY)
 
 
 def _mp4(film: Film) -> bytes:
@@ -203,23 +194,6 @@ def _frames(film: Film) -> Iterator[Pixels]:
         yield frame
     for _ in range(round(HOLD * film.fps) - 1):
         yield frame
-
-
-class _Reel:
-    """The frames after the first as one Pillow image of many: the first one, painted over."""
-
-    def __init__(self, film: Film, first: Image.Image) -> None:
-        self.n_frames = len(film) - 1
-        self._image = first
-        self._patches = film.patches()
-
-    def seek(self, number: int) -> None:
-        """Go on to the next frame; Pillow asks for them in order, once."""
-        left, top, pixels = next(self._patches)
-        self._image.paste(Image.fromarray(np.ascontiguousarray(pixels)), (left, top))
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._image, name)
 
 
 ANIMATIONS: Final[Mapping[str, Callable[[Film], bytes]]] = {

@@ -8,11 +8,12 @@ import numpy.typing as npt
 
 from app.errors import InvalidValueError
 from app.render.parts import balls
-from app.render.parts.board import board_canvas, paint_bin
+from app.render.parts.board import board_pixels, paint_bin
 from app.render.parts.caption import paint_caption
 from app.render.parts.path import paint_contacts, paint_ghosts, paint_path
 from app.render.parts.view import View, lay_out
 from app.render.raster import encode
+from app.render.raster.canvas import Canvas
 from app.render.theme import at_place, named
 from engine import Drop
 
@@ -45,16 +46,22 @@ def drop_pixels(d: Drop, view: View, theme_name: str, at: float | None = None) -
     theme = named(theme_name)
     ended = at is None or at >= d.duration
     until = d.duration if at is None or ended else at
-    canvas = board_canvas(d.board, view, theme_name)
+    pixels = board_pixels(d.board, view, theme_name).copy()
     if ended and d.bin is not None:
-        paint_bin(canvas, d.board, view, theme, d.bin, lit=True)
+        top = max(int(view.bin_top - 4.0 * view.unit), 0)
+        part = Canvas(pixels[top:].astype(np.float32))
+        inside = view.cut(0, top, part.width, part.height)
+        paint_bin(part, d.board, inside, theme, d.bin, lit=True)
+        pixels[top:] = part.bytes()
     if until > 0.0:
-        paint_ghosts(canvas, d, view, theme, until)
-        paint_path(canvas, d, view, theme, until)
-        paint_contacts(canvas, d, view, theme, until)
+        paint_ghosts(pixels, d, view, theme, until)
+        paint_path(pixels, d, view, theme, until)
+        paint_contacts(pixels, d, view, theme, until)
     if view.header:
-        paint_caption(canvas, d, view, theme, None if ended else until)
-    pixels = canvas.bytes()
+        strip = pixels[: math.ceil(view.header)]
+        words = Canvas(strip.astype(np.float32))
+        paint_caption(words, d, view, theme, None if ended else until)
+        strip[:] = words.bytes()
     _paint_balls(pixels, d, view, theme_name, until)
     return pixels
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from itertools import count
 
 from app.computing.pool import Workers
+from app.computing.short import ShortDrops
 from app.conformance.self_check import SelfCheck
 from app.live.broadcast.hub import Hub
 from app.live.registry import Rooms
@@ -41,6 +42,7 @@ class Services:
     fair: FairSessions
     session_tokens: Tokens
     workers: Workers
+    short: ShortDrops
     readers: Workers
     """A process that reads long things of the ledger, and is never busy with anything else."""
     pictures: Pictures
@@ -58,7 +60,8 @@ class Services:
 
     def work_done(self) -> tuple[float, ...]:
         """Figures that grow where something moves or is computed."""
-        return self.rooms.ticker.ticks, self.workers.seconds, self.readers.seconds
+        computed = (self.workers.seconds, self.short.seconds, self.readers.seconds)
+        return self.rooms.ticker.ticks, *computed
 
     @property
     def ticker_runs(self) -> bool:

@@ -1,10 +1,11 @@
-"""What it costs to show a room to many: processor time, lateness, memory, bytes on the wire."""
+"""What it costs to show a room to many: processor time, lateness, memory, bytes on the wire; and
+how many replays a server answers."""
 
 import asyncio
 
 from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table
-from benchmarks.serving import fan_out, idle, stalled, streams, wire
+from benchmarks.serving import fan_out, idle, replays, stalled, streams, wire
 from benchmarks.serving.process import OPTIONS, Served, can_watch, core_for_server, pinned, serving
 
 LATE = 0.004
@@ -27,6 +28,7 @@ def run(effort: Effort) -> Section:
     _memory(section, effort)
     stalled.watch(section, effort)
     idle.server(section, effort)
+    replays.compare(section, effort)
     return section
 
 

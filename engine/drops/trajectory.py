@@ -1,27 +1,36 @@
 """One ball followed from its start to its end: the bridge between drops and the kernels."""
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
 from engine.board.fields import BoardFields
 from engine.constants import MAX_TIME
-from engine.exact import event_log
-from engine.exact.board_arrays import arrays_of
+from engine.exact.board_arrays import BoardArrays, arrays_of
 from engine.exact.event_log import new_log
 from engine.exact.initial_state import in_flight
+from engine.exact.kept import Kept
 from engine.exact.outcome import MAX_EVENTS
 from engine.exact.sampling import sample
 from engine.exact.trace import trace_many
-from engine.parameters import Solver, Stepped
+from engine.jit.decorator import in_place
+from engine.parameters import Exact, Solver, Stepped
 from engine.physics import body
 from engine.physics.contact import new_series
 from engine.stepped.step import trace_stepped_many
 
 Floats = npt.NDArray[np.float64]
 
-_ROOM = 256  # rows of a first log: presets' drops have fewer, others are traced again with more
+_ROOM: Final = 256
+"""Rows of a first log: presets' drops have fewer, others are traced again with more."""
+
+_KEPT: Final = 32 << 20
+"""Bytes of flights that are kept for the next drop; those of all presets together take 19 MB."""
+
+_MACHINE: Final = 1 << 19
+"""Bytes of a flight besides its board's arrays."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -72,6 +81,92 @@ def at_start(board: BoardFields, x: float) -> Floats:
     return state
 
 
+_IN_FLIGHT: Final = in_flight(1)
+
+
+class _Flight:
+    """A call of a solver's kernel for one ball on a board, and the arrays that it works on."""
+
+    def __init__(
+        self, arrays: BoardArrays, solver: Solver, max_events: int, max_time: float, rows: int
+    ) -> None:
+        log = new_log(rows, rows)
+        state, initial = np.zeros((1, body.SIZE)), _IN_FLIGHT.copy()
+        ends = np.empty(1, np.int8), np.empty(1, np.int32), np.empty(1, np.int32)
+        if isinstance(solver, Stepped):
+            self._call = in_place(
+                trace_stepped_many,
+                arrays, state, solver.h, solver.correction, max_events, log, *ends,
+            )  # fmt: skip
+            self._initial = initial
+        else:
+            self._call = in_place(
+                trace_many,
+                arrays, state, initial, max_events, max_time, new_series(), log, *ends,
+            )  # fmt: skip
+            self._initial = self._call.view(initial)
+        view = self._call.view
+        self._state = view(state)[0]
+        self._events, self._marks = view(log.events), view(log.marks)
+        self._segments, self._counts = view(log.segments), view(log.counts)
+        self._outcome, self._bin = view(ends[0]), view(ends[1])
+
+    def follow(self, board: BoardFields, start: Floats, solver: Solver) -> Trajectory | int:
+        """The trajectory from `start`, or how many rows it takes, where there are fewer."""
+        self._state[:] = start
+        self._initial[:] = _IN_FLIGHT
+        self._counts[:] = 0
+        self._call()
+        events, segments, _ = self._counts.tolist()
+        rows: int = max(events, segments)
+        if rows > len(self._events):
+            return rows
+        return Trajectory(
+            board=board,
+            solver=solver,
+            start=start,
+            end=self._state.copy(),
+            outcome=int(self._outcome[0]),
+            bin=int(self._bin[0]),
+            events=self._events[:events].copy(),
+            marks=self._marks[:events].copy(),
+            segments=self._segments[:segments].copy(),
+        )
+
+
+class _Flights:
+    """Flights on a board by the exact solver that nobody uses, as most drops need them."""
+
+    def __init__(self, board: BoardFields) -> None:
+        self.arrays = arrays_of(board)
+        self._idle: list[_Flight] = []
+
+    def take(self) -> _Flight:
+        """One of them; for `give`, afterwards."""
+        try:
+            return self._idle.pop()
+        except IndexError:
+            return _Flight(self.arrays, Exact(), MAX_EVENTS, MAX_TIME, _ROOM)
+
+    def give(self, flight: _Flight) -> None:
+        """Let others have it."""
+        self._idle.append(flight)
+
+
+def _bytes_of(flights: _Flights) -> int:
+    """Of the first; there are more only where threads use them at once."""
+    return _MACHINE + sum(each.nbytes for each in flights.arrays if isinstance(each, np.ndarray))
+
+
+_flights_of: Final = Kept(_Flights, _bytes_of, _KEPT)
+
+
+def prepare(board: BoardFields) -> None:
+    """Make what drops on a board need, which takes 2 to 14 ms on a preset, once."""
+    flights = _flights_of(board)
+    flights.give(flights.take())
+
+
 def follow(
     board: BoardFields,
     start: Floats,
@@ -84,39 +179,21 @@ def follow(
     The kernels are those of many balls, given one. It ends after `max_events` events at the latest;
     the exact solver ends it at the first event or stretch that begins after `max_time`, in s.
     """
-    arrays = arrays_of(board)
-    events = segments = _ROOM
-    outcome, where, impacts = np.empty(1, np.int8), np.empty(1, np.int32), np.empty(1, np.int32)
+    rows = _ROOM
+    if isinstance(solver, Exact) and max_events == MAX_EVENTS and max_time == MAX_TIME:
+        flights = _flights_of(board)
+        flight = flights.take()
+        found = flight.follow(board, start, solver)
+        flights.give(flight)  # one that has raised is not used again
+        if isinstance(found, Trajectory):
+            return found
+        rows = found
     while True:
-        log = new_log(events, segments)
-        end = start.reshape(1, body.SIZE).copy()
-        if isinstance(solver, Stepped):
-            trace_stepped_many(
-                arrays, end, solver.h, solver.correction, max_events, log, outcome, where, impacts
-            )
-        else:
-            trace_many(
-                arrays, end, in_flight(1), max_events, max_time, new_series(), log,
-                outcome, where, impacts,
-            )  # fmt: skip
-        all_events, all_segments = (
-            int(log.counts[event_log.EVENTS]),
-            int(log.counts[event_log.SEGMENTS]),
-        )
-        if all_events <= events and all_segments <= segments:
-            break
-        events, segments = max(events, all_events), max(segments, all_segments)
-    return Trajectory(
-        board=board,
-        solver=solver,
-        start=start,
-        end=end[0],
-        outcome=int(outcome[0]),
-        bin=int(where[0]),
-        events=log.events[:all_events].copy(),
-        marks=log.marks[:all_events].copy(),
-        segments=log.segments[:all_segments].copy(),
-    )
+        flight = _Flight(arrays_of(board), solver, max_events, max_time, rows)
+        found = flight.follow(board, start, solver)
+        if isinstance(found, Trajectory):
+            return found
+        rows = found
 
 
 def start_row(trajectory: Trajectory) -> Floats:

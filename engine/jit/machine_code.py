@@ -4,6 +4,7 @@ The code knows numbers and memory. So arrays are copied into the memory of a mac
 again, and what it is called with is a block of eight bytes for each number that numba's code takes:
 of an array two addresses that are not used here, its counts of values and of bytes in each, its own
 address, shape and strides. A machine is of one thread at a time: there are as many as are needed.
+The arrays of a call that is repeated (`InPlace`) stay in the memory, and nothing is copied.
 """
 
 import atexit
@@ -14,6 +15,7 @@ from functools import cache
 from pathlib import Path
 from threading import Lock
 from typing import Any, Final, NamedTuple, get_args, get_type_hints
+from weakref import WeakSet
 
 import numpy as np
 import wasmtime
@@ -124,25 +126,37 @@ class Module:
         self._code = code
         self._compiled: wasmtime.Module | None = None
         self._idle: list[Machine] = []
+        self._repeated: WeakSet[InPlace] = WeakSet()
 
     def take(self) -> "Machine":
         """A machine that nobody uses; for `give`, afterwards."""
         try:
             return self._idle.pop()
         except IndexError:
-            with _alone:
-                if self._compiled is None:
-                    self._compiled = _compiled(self._code)
-            return Machine(self._compiled, self.begin)
+            return self._new_machine()
 
     def give(self, machine: "Machine") -> None:
         """Let others have it."""
         self._idle.append(machine)
 
+    def in_place(self, entry: "Entry", args: Sequence[Any]) -> "InPlace":
+        """A call to be repeated, with a machine of its own."""
+        call = InPlace(self._new_machine(), entry, args)
+        self._repeated.add(call)
+        return call
+
     def close(self) -> None:
         """Let go of what is wasmtime's."""
         self._idle.clear()
         self._compiled = None
+        for call in self._repeated:
+            call.close()
+
+    def _new_machine(self) -> "Machine":
+        with _alone:
+            if self._compiled is None:
+                self._compiled = _compiled(self._code)
+        return Machine(self._compiled, self.begin)
 
 
 class Entry:
@@ -164,6 +178,10 @@ class Entry:
         found = machine.run(self, args)
         self._module.give(machine)  # one that a trap ended is not used again
         return None if self._form is None else self._form(iter(found))
+
+    def in_place(self, args: Sequence[Any]) -> "InPlace":
+        """A call with these arguments, to be repeated."""
+        return self._module.in_place(self, args)
 
 
 def _form(kinds: Kinds, hint: Any) -> Callable[[Iterator[Any]], Any]:
@@ -235,7 +253,7 @@ class Machine:
         imports = [given[str(each.name)] for each in module.imports]
         self._exports: Any = wasmtime.Instance(self._store, module, imports).exports(self._store)
         self._view = memoryview(b"")
-        self._begin = begin
+        self.begin = begin
         self._board: Any = None  # a first argument whose arrays are in the memory, to stay
         self._kept = _Placed([], [], begin)
 
@@ -244,16 +262,8 @@ class Machine:
         first = self._placed_first(entry, args[0])
         rest = _placed(entry.name, entry.rest, flat(args[1:]), first.end)
         copies = first.copies + rest.copies
-        memory = self._all_memory(rest.end)
-        for copy in copies:
-            memory[copy.begin : copy.end] = copy.array.data.cast("B")
-        entry.block.pack_into(memory, BLOCK, *first.numbers, *rest.numbers)
-        _ADDRESS.pack_into(memory, HEAP, rest.end)
-        self._call(entry.name)
-        memory = self._all_memory(rest.end)  # it may have grown
-        (status,) = _STATUS.unpack_from(memory, STATUS)
-        if status not in _FINE:
-            raise RuntimeError(f"{entry.name} ended with numba's code {status}")
+        self.write(entry, _Placed(first.numbers + rest.numbers, copies, rest.end))
+        memory = self.call(entry.name)
         for copy in copies:
             if copy.given.flags.writeable:
                 copy.array.data.cast("B")[:] = memory[copy.begin : copy.end]
@@ -261,8 +271,20 @@ class Machine:
                     copy.given[...] = copy.array
         return _results(entry.gives, memory, BLOCK + entry.block.size)
 
-    def _call(self, name: str) -> None:
-        """Run the function of this name; EffortError where it takes longer than it may."""
+    def write(self, entry: Entry, placed: _Placed) -> memoryview:
+        """Put a call's block and its arrays into the memory, which is returned."""
+        memory = self._all_memory(placed.end)
+        for copy in placed.copies:
+            memory[copy.begin : copy.end] = copy.array.data.cast("B")
+        entry.block.pack_into(memory, BLOCK, *placed.numbers)
+        _ADDRESS.pack_into(memory, HEAP, placed.end)
+        return memory
+
+    def call(self, name: str) -> memoryview:
+        """Run the function of this name on what is in the memory, which is returned.
+
+        Raises EffortError where it takes longer than it may.
+        """
         most = limits.most()
         if self._counts:
             self._store.set_fuel(most)
@@ -275,12 +297,17 @@ class Machine:
                 f"too much to compute: {name.rpartition('.')[2]} has not ended after {most:,} "
                 "instructions"
             ) from None
+        memory = self._all_memory(0)  # it may have grown
+        (status,) = _STATUS.unpack_from(memory, STATUS)
+        if status not in _FINE:
+            raise RuntimeError(f"{name} ended with numba's code {status}")
+        return memory
 
     def _placed_first(self, entry: Entry, value: Any) -> _Placed:
         """The first argument; a tuple of locked arrays, as a board is, stays for the next call."""
         if value is self._board:
             return self._kept
-        placed = _placed(entry.name, entry.first, flat((value,)), self._begin)
+        placed = _placed(entry.name, entry.first, flat((value,)), self.begin)
         locked = not any(copy.given.flags.writeable for copy in placed.copies)
         if locked and isinstance(value, tuple):
             self._board, self._kept = value, placed._replace(copies=[])
@@ -299,6 +326,40 @@ class Machine:
             everything = (ctypes.c_ubyte * length).from_address(ctypes.addressof(begin.contents))
             self._view = memoryview(everything).cast("B")
         return self._view
+
+
+class InPlace:
+    """A call that is repeated: its arguments are in the memory of a machine of its own, to stay.
+
+    For kernels that return nothing and make no arrays, in one thread at a time.
+    """
+
+    def __init__(self, machine: Machine, entry: Entry, args: Sequence[Any]) -> None:
+        placed = _placed(entry.name, entry.first + entry.rest, flat(args), machine.begin)
+        self._machine: Machine | None = machine
+        self._name = entry.name
+        self._memory = machine.write(entry, placed)
+        self._places = {id(copy.given): copy for copy in placed.copies}
+
+    def view(self, array: Any) -> Any:
+        """The place in the memory of one of the arrays that the call was made with.
+
+        Not to be kept for longer than the call.
+        """
+        begin = self._places[id(array)].begin
+        return np.ndarray(array.shape, array.dtype, self._memory, begin)
+
+    def __call__(self) -> None:
+        """Run the kernel; not again once it has raised."""
+        assert self._machine is not None
+        machine, self._machine = self._machine, None
+        if machine.call(self._name) is not self._memory:
+            raise RuntimeError(f"{self._name} has made arrays, and its memory has moved")
+        self._machine = machine
+
+    def close(self) -> None:
+        """Let go of the machine."""
+        self._machine = None
 
 
 def _placed(

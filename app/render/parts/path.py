@@ -8,17 +8,20 @@ import numpy.typing as npt
 
 from app.render.parts.balls import LEAST_RADIUS
 from app.render.parts.view import View
-from app.render.raster.canvas import Canvas, polyline_coverage
-from app.render.theme import Theme
+from app.render.raster import pixels as compiled
+from app.render.theme import Colour, Theme
 from engine import Board, Drop
 from engine.constants import KIND_LANDING, KIND_PEG, KIND_WALL
 
 Floats = npt.NDArray[np.float64]
+Pixels = npt.NDArray[np.uint8]
 
 STRIDE: Final = 2.0  # px between samples of the path where the ball is fastest
 MAX_SAMPLES: Final = 20_000  # of one path: a ball that rolls for minutes gets longer chords
 FAINTEST: Final = 0.45  # opacity of the path at its start; it grows to 1 at its end
+WIDER: Final = 0.2  # px by which the path is painted wider than measured: soft edges look thin
 GHOSTS: Final = 24  # of the ball along its path, at equal time intervals
+GHOST: Final = 0.55  # opacity of one
 
 
 def sample_times(d: Drop, view: View, until: float) -> Floats:
@@ -37,62 +40,88 @@ def points_at(d: Drop, view: View, times: Floats) -> Floats:
     """The centre of the ball in px at `times`, shape (n, 2)."""
     states = d.states(times)
     points = np.column_stack([view.px(states["x"]), view.py(states["y"])])
-    # A ball that left the board may be anywhere: Pillow counts in integers.
+    # A ball that left the board may be anywhere: pixels are counted in integers.
     size = np.array([view.width, view.height], dtype=np.float64)
     nearby: Floats = np.clip(points, -size, 2.0 * size)
     return nearby
 
 
-def paint_path(canvas: Canvas, d: Drop, view: View, theme: Theme, until: float) -> None:
+def paint_path(pixels: Pixels, d: Drop, view: View, theme: Theme, until: float) -> None:
     """The path up to `until` s, dark-edged so that it stands out on pegs, fresher at its end."""
     times = sample_times(d, view, until)
     points = points_at(d, view, times)
     fresh = FAINTEST + (1.0 - FAINTEST) * times[1:] / max(until, 1e-9)
-    left, top, size, inside = _framed(points, 6.0 * view.unit, view)
-    edge = polyline_coverage(inside, np.ones(len(fresh)), 4.6 * view.unit, size)
-    canvas.blend(left, top, edge, theme["shadow"], 0.5)
-    line = polyline_coverage(inside, fresh, 2.4 * view.unit, size)
-    canvas.blend(left, top, line, theme["flash"])
+    levels = np.stack([np.ones(len(fresh)), fresh])
+    coats = [
+        (4.6 * view.unit + WIDER, 0.5, *theme["shadow"]),
+        (2.4 * view.unit + WIDER, 1.0, *theme["flash"]),
+    ]
+    compiled.paint_line(pixels, points, levels, np.array(coats, np.float64))
 
 
-def _framed(points: Floats, margin: float, view: View) -> tuple[int, int, tuple[int, int], Floats]:
-    """Left, top and size in px of the part of the picture with the points; the points in it."""
-    low = np.floor(np.maximum(points.min(axis=0) - margin, 0.0)).astype(int)
-    high = np.ceil(np.minimum(points.max(axis=0) + margin, view.size)).astype(int)
-    width, height = np.maximum(high - low, 1).tolist()
-    return int(low[0]), int(low[1]), (width, height), points - low
+class Strokes:
+    """Lines and discs that are painted together, each over those before it; px."""
+
+    def __init__(self) -> None:
+        self._strokes: list[tuple[float, ...]] = []
+        self._colours: list[Colour] = []
+
+    def line(
+        self,
+        ends: tuple[float, float, float, float],
+        width: float,
+        colour: Colour,
+        alpha: float = 1.0,
+    ) -> None:
+        """A straight line x1, y1, x2, y2 with round ends."""
+        self._strokes.append((*ends, 0.5 * width, alpha))
+        self._colours.append(colour)
+
+    def disc(self, x: float, y: float, radius: float, colour: Colour, alpha: float = 1.0) -> None:
+        """A filled circle."""
+        self.line((x, y, x, y), 2.0 * radius, colour, alpha)
+
+    def paint(self, pixels: Pixels) -> None:
+        """Paint them."""
+        if self._strokes:
+            strokes, colours = (np.array(a, np.float64) for a in (self._strokes, self._colours))
+            compiled.paint_strokes(pixels, strokes, colours)
 
 
-def paint_ghosts(canvas: Canvas, d: Drop, view: View, theme: Theme, until: float) -> None:
+def paint_ghosts(pixels: Pixels, d: Drop, view: View, theme: Theme, until: float) -> None:
     """The ball at equal time intervals, as a stroboscope shows it: far apart where it is fast."""
     count = max(round(GHOSTS * until / d.duration), 1) if d.duration > 0.0 else 1
+    radius = max(d.board.ball.radius * view.scale, LEAST_RADIUS)
+    strokes = Strokes()
     for state in d.states(np.linspace(0.0, until, count + 1)[1:-1]):
-        paint_ghost(canvas, d.board, view, theme, state, 0.55)
+        x, y = _at(view, float(state["x"]), float(state["y"]))
+        theta = float(state["theta"])
+        dx, dy = 0.5 * radius * math.cos(theta), 0.5 * radius * math.sin(theta)
+        # Flat, so that it is not taken for the ball.
+        strokes.disc(x, y, radius, theme["ball"], GHOST)
+        ends = (x - dx, y - dy, x + dx, y + dy)
+        strokes.line(ends, 0.3 * radius, theme["ballBand"], 0.7 * GHOST)
+    strokes.paint(pixels)
 
 
-def paint_ghost(
-    canvas: Canvas, board: Board, view: View, theme: Theme, state: np.void, alpha: float
-) -> None:
-    """Where the ball was: flat, so that it is not taken for the ball."""
-    x, y = view.px(float(state["x"])), view.py(float(state["y"]))
-    radius = max(board.ball.radius * view.scale, LEAST_RADIUS)
-    canvas.disc(x, y, radius, theme["ball"], alpha)
-    theta = float(state["theta"])
-    dx, dy = 0.5 * radius * math.cos(theta), 0.5 * radius * math.sin(theta)
-    ends = (x - dx, y - dy, x + dx, y + dy)
-    canvas.line(ends, 0.3 * radius, theme["ballBand"], 0.7 * alpha)
-
-
-def paint_contacts(canvas: Canvas, d: Drop, view: View, theme: Theme, until: float) -> None:
+def paint_contacts(pixels: Pixels, d: Drop, view: View, theme: Theme, until: float) -> None:
     """A spark where the ball touched something up to `until` s: larger the harder it left it."""
+    strokes = Strokes()
     for impact in d.impacts[d.impacts["t"] <= until]:
         if impact["kind"] == KIND_LANDING:
             continue
-        x, y = _touching_point(d.board, impact)
+        x, y = _at(view, *_touching_point(d.board, impact))
         speed = math.hypot(float(impact["vx"]), float(impact["vy"]))
         size = (1.6 + 0.5 * min(speed, 4.0)) * view.unit
-        canvas.disc(view.px(x), view.py(y), size + 1.2 * view.unit, theme["shadow"], 0.5)
-        canvas.disc(view.px(x), view.py(y), size, theme["flash"])
+        strokes.disc(x, y, size + 1.2 * view.unit, theme["shadow"], 0.5)
+        strokes.disc(x, y, size, theme["flash"])
+    strokes.paint(pixels)
+
+
+def _at(view: View, x: float, y: float) -> tuple[float, float]:
+    """A place in px, no farther off than whole numbers reach: a ball may have left the board."""
+    far = 4.0 * max(view.width, view.height)
+    return min(max(view.px(x), -far), far), min(max(view.py(y), -far), far)
 
 
 def _touching_point(board: Board, impact: np.void) -> tuple[float, float]:

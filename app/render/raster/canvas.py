@@ -114,6 +114,10 @@ class Canvas:
         if patch is None:
             return
         left, top, xs, ys = patch
+        if radius == 0.0:
+            across = covered(np.minimum(xs - x0, x1 - xs))
+            self.blend(left, top, across * covered(np.minimum(ys - y0, y1 - ys)), colour, alpha)
+            return
         # Signed distance to a rectangle shrunk by the corners' radius, less that radius.
         dx = abs(xs - 0.5 * (x0 + x1)) - (0.5 * (x1 - x0) - radius)
         dy = abs(ys - 0.5 * (y0 + y1)) - (0.5 * (y1 - y0) - radius)
@@ -181,44 +185,6 @@ def polygon_coverage(
             draw.polygon(corners.ravel().tolist(), fill=255)
         coverage[rows] = np.asarray(mask.reduce(SUPERSAMPLING), np.float32) / np.float32(255.0)
     return coverage
-
-
-def polyline_coverage(
-    points: npt.NDArray[np.float64],
-    alphas: npt.NDArray[np.float64],
-    line_width: float,
-    size: tuple[int, int],
-) -> Array:
-    """Coverage of a line through `points` (n, 2), px, whose pieces have `alphas` (n - 1,).
-
-    Later pieces lie over earlier ones. `size` is the picture's width and height.
-    """
-    wide = max(1, round(line_width * SUPERSAMPLING))
-    half = 0.5 * (wide - 1)
-    # Whole numbers, as Pillow draws them, so that a line is the same in every band it crosses:
-    # each piece's end, and the box of the disc there.
-    fine = points * SUPERSAMPLING
-    ends = np.floor(np.concatenate([fine, fine - half, fine + half], axis=1)).astype(np.int64)
-    levels = np.rint(255.0 * alphas).astype(np.int64).tolist()
-    coverage = np.empty((size[1], size[0]), np.float32)
-    for rows in bands(size[1]):
-        mask = Image.new("L", (size[0] * SUPERSAMPLING, (rows.stop - rows.start) * SUPERSAMPLING))
-        _draw_pieces(mask, ends - 3 * (0, rows.start * SUPERSAMPLING), levels, wide)
-        coverage[rows] = np.asarray(mask.reduce(SUPERSAMPLING), np.float32) / np.float32(255.0)
-    return coverage
-
-
-def _draw_pieces(
-    mask: Image.Image, ends: npt.NDArray[np.int64], levels: list[int], wide: int
-) -> None:
-    draw = ImageDraw.Draw(mask)
-    corners = ends.tolist()
-    for (x0, y0, *_), (x, y, *disc), level in zip(corners, corners[1:], levels, strict=False):
-        if max(y0, y) < -wide or min(y0, y) > mask.height + wide:
-            continue
-        draw.line([(x0, y0), (x, y)], fill=level, width=wide)
-        # Pillow's lines have butt ends: a disc at each joint rounds them.
-        draw.ellipse(disc, fill=level)
 
 
 def _filled(clip: Array) -> slice:

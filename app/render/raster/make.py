@@ -19,6 +19,9 @@ def play() -> None:
     paint = pixels.BallPaint(colour, colour, 0.5, colour, 0.1, 0.1, 0.5, gloss)
     pixels.paint_balls(picture, np.array([[1.0, 1.0, 1.0, 0.0, 1.0]]), 2, paint)
     pixels.paint_trail(picture, np.array([[0.0, 0.0], [1.0, 1.0]]), 1.0, 2, colour, 0.5)
+    line = np.array([[0.0, 0.0], [1.0, 1.0]])
+    pixels.paint_line(picture, line, np.ones((1, 1)), np.ones((1, 5)))
+    pixels.paint_strokes(picture, np.array([[0.0, 0.0, 1.0, 1.0, 1.0, 0.5]]), np.zeros((1, 3)))
     indices, keys = np.zeros((2, 2), np.uint8), np.full(4, -1, np.int32)
     pixels.index_pixels(picture, colours, keys, np.zeros(4, np.uint8), indices)
 

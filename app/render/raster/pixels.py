@@ -135,6 +135,69 @@ def bounds(points: Floats) -> tuple[float, float, float, float]:
     return least_x, most_x, least_y, most_y
 
 
+class Part(NamedTuple):
+    """A part of a picture: its first row and column, and those behind its last; px."""
+
+    top: int
+    bottom: int
+    left: int
+    right: int
+
+
+@lean_kernel
+def part_around(
+    least_x: float, most_x: float, least_y: float, most_y: float, reach: float,
+    width: int, lowest: int,
+) -> Part:  # fmt: skip
+    """The part of a picture within `reach` of a box; rows from `lowest` on are not in it."""
+    return Part(
+        max(floor(least_y - reach), 0),
+        min(ceil(most_y + reach), lowest),
+        max(floor(least_x - reach), 0),
+        min(ceil(most_x + reach), width),
+    )
+
+
+@lean_kernel
+def cover_capsule(
+    covers: Floats, part: Part, x: float, y: float, dx: float, dy: float,
+    thick: float, thinner: float, level: float,
+) -> None:  # fmt: skip
+    """Raise `covers`, of a part of a picture, to `level` times the coverage of a capsule.
+
+    From (x, y) to (x + dx, y + dy) its radius goes from `thick` to `thick - thinner`, px.
+    """
+    length2 = dx * dx + dy * dy
+    inverse = 1.0 / length2 if length2 > 0.0 else 0.0
+    first_row = max(floor(min(y, y + dy) - thick), part.top)
+    last_row = min(ceil(max(y, y + dy) + thick) + 1, part.bottom)
+    first_column = max(floor(min(x, x + dx) - thick), part.left)
+    last_column = min(ceil(max(x, x + dx) + thick) + 1, part.right)
+    for row in range(first_row, last_row):
+        qy = row + 0.5 - y
+        for column in range(first_column, last_column):
+            qx = column + 0.5 - x
+            along = min(max((qx * dx + qy * dy) * inverse, 0.0), 1.0)
+            ex = qx - along * dx
+            ey = qy - along * dy
+            before = covers[row - part.top, column - part.left]
+            reaches = thick - along * thinner + 0.5 - before / level
+            distance2 = ex * ex + ey * ey
+            if reaches > 0.0 and distance2 < reaches * reaches:
+                cover = thick - along * thinner + 0.5 - sqrt(distance2)
+                covers[row - part.top, column - part.left] = level * min(cover, 1.0)
+
+
+@lean_kernel
+def blend_covered(pixels: Pixels, part: Part, covers: Floats, colour: Floats, alpha: float) -> None:
+    """Mix a colour into a part of a picture as far as that is covered."""
+    for row in range(part.top, part.bottom):
+        for column in range(part.left, part.right):
+            cover = covers[row - part.top, column - part.left]
+            if cover > 0.0:
+                blend(pixels, row, column, colour, alpha * cover)
+
+
 @kernel
 def paint_trail(
     pixels: Pixels, points: Floats, width: float, lowest: int, colour: Floats, alpha: float
@@ -144,65 +207,103 @@ def paint_trail(
     Each part is a capsule with two radii; where parts overlap, the larger coverage counts.
     """
     count = points.shape[0]
-    reach = 0.5 * width + 1.0
-    least_x, most_x, least_y, most_y = bounds(points)
-    left = max(floor(least_x - reach), 0)
-    right = min(ceil(most_x + reach), pixels.shape[1])
-    top = max(floor(least_y - reach), 0)
-    bottom = min(ceil(most_y + reach), lowest)
-    if left >= right or top >= bottom or count < 2:
+    if count < 2:
         return
-    covers = np.zeros((bottom - top, right - left))
-    for part in range(count - 1):
-        x, y = points[part]
-        dx = points[part + 1, 0] - x
-        dy = points[part + 1, 1] - y
-        thick = 0.5 * width * (1.0 - part / (count - 1))
+    least_x, most_x, least_y, most_y = bounds(points)
+    part = part_around(least_x, most_x, least_y, most_y, 0.5 * width + 1.0, pixels.shape[1], lowest)
+    if part.left >= part.right or part.top >= part.bottom:
+        return
+    covers = np.zeros((part.bottom - part.top, part.right - part.left))
+    for piece in range(count - 1):
+        x, y = points[piece]
+        thick = 0.5 * width * (1.0 - piece / (count - 1))
         thinner = 0.5 * width / (count - 1)
-        length2 = dx * dx + dy * dy
-        inverse = 1.0 / length2 if length2 > 0.0 else 0.0
-        first_row = max(floor(min(y, y + dy) - thick), top)
-        last_row = min(ceil(max(y, y + dy) + thick) + 1, bottom)
-        first_column = max(floor(min(x, x + dx) - thick), left)
-        last_column = min(ceil(max(x, x + dx) + thick) + 1, right)
-        for row in range(first_row, last_row):
-            qy = row + 0.5 - y
-            for column in range(first_column, last_column):
-                qx = column + 0.5 - x
-                along = min(max((qx * dx + qy * dy) * inverse, 0.0), 1.0)
-                ex = qx - along * dx
-                ey = qy - along * dy
-                reaches = thick - along * thinner + 0.5 - covers[row - top, column - left]
-                distance2 = ex * ex + ey * ey
-                if reaches > 0.0 and distance2 < reaches * reaches:
-                    cover = thick - along * thinner + 0.5 - sqrt(distance2)
-                    covers[row - top, column - left] = min(cover, 1.0)
-    for row in range(top, bottom):
-        for column in range(left, right):
-            cover = covers[row - top, column - left]
-            if cover > 0.0:
-                blend(pixels, row, column, colour, alpha * cover)
+        dx, dy = points[piece + 1, 0] - x, points[piece + 1, 1] - y
+        cover_capsule(covers, part, x, y, dx, dy, thick, thinner, 1.0)
+    blend_covered(pixels, part, covers, colour, alpha)
+
+
+@kernel
+def paint_line(pixels: Pixels, points: Floats, levels: Floats, coats: Floats) -> None:
+    """A line through `points` (n, 2), px, in coats over each other, shape (k, 5): width, opacity
+    and colour. Its pieces have `levels` (k, n - 1) of opacity, > 0, in each coat.
+
+    Where pieces overlap, the larger coverage counts.
+    """
+    least_x, most_x, least_y, most_y = bounds(points)
+    for coat in range(coats.shape[0]):
+        half = 0.5 * coats[coat, 0]
+        part = part_around(
+            least_x, most_x, least_y, most_y, half + 1.0, pixels.shape[1], pixels.shape[0]
+        )
+        if part.left >= part.right or part.top >= part.bottom:
+            continue
+        covers = np.zeros((part.bottom - part.top, part.right - part.left))
+        for piece in range(points.shape[0] - 1):
+            x, y = points[piece]
+            dx, dy = points[piece + 1, 0] - x, points[piece + 1, 1] - y
+            cover_capsule(covers, part, x, y, dx, dy, half, 0.0, levels[coat, piece])
+        blend_covered(pixels, part, covers, coats[coat, 2:], coats[coat, 1])
+
+
+@kernel
+def paint_strokes(pixels: Pixels, strokes: Floats, colours: Floats) -> None:
+    """Straight lines with round ends, one over the other; one that has no length is a disc.
+
+    strokes, shape (n, 6): ends x, y and x, y, half the width, px, and opacity. colours: (n, 3).
+    """
+    for i in range(strokes.shape[0]):
+        x, y, to_x, to_y, radius, alpha = strokes[i]
+        part = part_around(
+            min(x, to_x), max(x, to_x), min(y, to_y), max(y, to_y), radius + 1.0,
+            pixels.shape[1], pixels.shape[0],
+        )  # fmt: skip
+        if part.left >= part.right or part.top >= part.bottom:
+            continue
+        covers = np.zeros((part.bottom - part.top, part.right - part.left))
+        cover_capsule(covers, part, x, y, to_x - x, to_y - y, radius, 0.0, 1.0)
+        blend_covered(pixels, part, covers, colours[i], alpha)
 
 
 @inner_kernel
 def nearest(colours: Pixels, red: int, green: int, blue: int) -> int:
-    """Index of the colour in `colours` (n, 3) nearest to one, by Euclid in sRGB."""
+    """Index of the colour in `colours` (n, 3) nearest to one, by Euclid in sRGB.
+
+    They ascend by green: those whose green alone is farther off than the best so far are left out.
+    """
+    above = 0
+    end = colours.shape[0]
+    while above < end:
+        middle = (above + end) // 2
+        if int(colours[middle, 1]) < green:
+            above = middle + 1
+        else:
+            end = middle
+    below = above - 1
     best = 0
     least = 1 << 30
-    for index in range(colours.shape[0]):
+    while True:
+        up = int(colours[above, 1]) - green if above < colours.shape[0] else 1 << 15
+        down = green - int(colours[below, 1]) if below >= 0 else 1 << 15
+        index = above if up <= down else below
+        dg = min(up, down)
+        if dg * dg >= least:
+            return best
         dr = int(colours[index, 0]) - red
-        dg = int(colours[index, 1]) - green
         db = int(colours[index, 2]) - blue
         distance = dr * dr + dg * dg + db * db
         if distance < least:
             least = distance
             best = index
-    return best
+        if up <= down:
+            above += 1
+        else:
+            below -= 1
 
 
 @kernel
 def index_pixels(pixels: Pixels, colours: Pixels, keys: Keys, values: Pixels, out: Pixels) -> None:
-    """Index of the nearest of `colours` to each pixel (h, w, 3), into `out` (h, w).
+    """Index of the nearest of `colours`, ascending by green, to each pixel (h, w, 3), into `out`.
 
     keys and values, shape (n,), n a power of two, remember what was found, keys -1 where nothing
     was: a table of hashes, probed a few places on.

@@ -1,5 +1,6 @@
 """Clients by their address: whom a limit counts as one, and which of them are proxies. Pure."""
 
+import functools
 import ipaddress
 from collections import Counter
 from collections.abc import Iterable
@@ -10,6 +11,7 @@ _ALWAYS = 3  # connections that each client may have, however few are left
 _SITE = 64  # bits of an IPv6 address: what one subscriber has, who may use any address in it
 
 
+@functools.lru_cache(maxsize=1024)
 def one_client(host: str) -> str:
     """By what a client is told from others: its IPv4 address, or its IPv6 network of 64 bits."""
     try:

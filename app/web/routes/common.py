@@ -28,7 +28,7 @@ from app.web.schemas.body import decode, shaped
 from app.web.schemas.problem import Problem
 from app.web.services import Services
 from engine import Board
-from engine.errors import BoardError
+from engine.errors import BoardError, EffortError
 from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS, Solver, make_solver
 from engine.seeding import parse_seed
 
@@ -148,6 +148,30 @@ async def charged(
         raise
     finally:
         server.budgets.settle(address, time.monotonic(), spent - price.seconds)
+    if done.error is not None:
+        raise done.error
+    result: T = done.value
+    return result
+
+
+def short_drop(request: Request, board: Board, work: Callable[[], T], price: Price) -> T | None:
+    """The result of `work()`, a short drop on a preset, computed here and charged as by `compute`.
+
+    None if it is for a worker: this preset is not ready yet, or the drop takes more than its price
+    says. Raises BudgetError, and what `work` raises.
+    """
+    server, address = services(request), address_of(request)
+    if not server.short.is_ready(board):
+        return None
+    now = time.monotonic()
+    try:
+        server.budgets.charge(address, now, price.seconds, price.what)
+        done = server.short.measured(work)
+        server.budgets.settle(address, now, done.seconds - price.seconds)
+    finally:
+        note(request.scope, server.budgets.allowance(address, now, "computing-ms"))
+    if isinstance(done.error, EffortError):
+        return None
     if done.error is not None:
         raise done.error
     result: T = done.value

@@ -34,7 +34,13 @@ def painted(width: int, height: int) -> list[bytes]:
     for x, y in zip(xs, ys, strict=True):
         paint_trail(picture, np.array([[x, y], [x + 6.0, y - 9.5], [x + 7.0, y]]), look, lowest)
     paint_balls(picture, xs, ys, np.linspace(0.0, 3.0, 4), look, lowest)
-    colours = np.unique(picture.reshape(-1, 3), axis=0)[::9].copy()
+    points = np.array([[-3.0, 4.0], [20.3, 12.5], [20.3, 12.5], [60.0, 50.0]])
+    coats = np.array([[4.6, 0.5, 9.0, 9.0, 9.0], [2.4, 1.0, 250.0, 240.0, 200.0]])
+    pixels.paint_line(picture, points, np.array([[1.0] * 3, [0.5, 0.7, 1.0]]), coats)
+    strokes = np.array([[8.2, 8.1, 8.2, 8.1, 3.3, 0.6], [-9.0, 20.0, 70.0, 25.0, 1.2, 1.0]])
+    pixels.paint_strokes(picture, strokes, np.array([[200.0, 0.0, 0.0], [0.0, 0.0, 90.0]]))
+    colours = np.unique(picture.reshape(-1, 3), axis=0)[::9]
+    colours = colours[np.argsort(colours[:, 1], kind="stable")]
     indices, keys = np.zeros(picture.shape[:2], np.uint8), np.full(64, -1, np.int32)
     pixels.index_pixels(picture, colours, keys, np.zeros(64, np.uint8), indices)
     return [picture.tobytes(), indices.tobytes()]
@@ -44,7 +50,13 @@ def painted(width: int, height: int) -> list[bytes]:
 def test_machine_code_gives_the_bytes_that_python_gives(monkeypatch: pytest.MonkeyPatch) -> None:
     kernels = [
         cast("EntryKernel[Any, Any]", each)
-        for each in (pixels.paint_balls, pixels.paint_trail, pixels.index_pixels)
+        for each in (
+            pixels.paint_balls,
+            pixels.paint_trail,
+            pixels.paint_line,
+            pixels.paint_strokes,
+            pixels.index_pixels,
+        )
     ]
     assert {each.name for each in kernels} == set(machine_code.modules_beside(make.KERNELS))
     expected = painted(50, 36)
@@ -60,3 +72,15 @@ def test_only_rows_near_a_shape_may_change() -> None:
     rows = np.flatnonzero(picture.max(axis=(1, 2)))
     assert 90 <= rows.min() <= 93
     assert 107 <= rows.max() <= 117
+
+
+def test_a_colours_index_is_that_of_the_nearest() -> None:
+    random = np.random.default_rng(3)
+    colours = random.integers(0, 256, (40, 3)).astype(np.uint8)
+    colours = colours[np.argsort(colours[:, 1], kind="stable")]
+    picture = random.integers(0, 256, (20, 30, 3)).astype(np.uint8)
+    indices, keys = np.zeros(picture.shape[:2], np.uint8), np.full(64, -1, np.int32)
+    pixels.index_pixels(picture, colours, keys, np.zeros(64, np.uint8), indices)
+    apart = (picture[:, :, None].astype(int) - colours) ** 2
+    found = np.take_along_axis(apart.sum(-1), indices[..., None].astype(int), -1)[..., 0]
+    assert (found == apart.sum(-1).min(-1)).all()

@@ -125,6 +125,19 @@ def test_a_record_is_json_and_holds_the_drop(solver: str) -> None:
     assert record["digest"] == found.digest
 
 
+@pytest.mark.parametrize("certainty", [False, True])
+def test_a_records_text_is_what_python_writes_of_its_values(certainty: bool) -> None:
+    """Of numbers with an exponent as well, which few drops have."""
+    exponents = 0
+    for seed in range(150):
+        found = drop(TRIANGLE, seed)
+        text = found.to_json(certainty=certainty)
+        record = found.to_dict(certainty=certainty)
+        assert text == json.dumps(record, ensure_ascii=False, allow_nan=False)
+        exponents += "e-" in json.dumps(record["impacts"])
+    assert 0 < exponents < 75
+
+
 def test_a_record_of_a_board_of_ones_own_carries_the_board() -> None:
     board = scene("zigzag").board
     record = json.loads(json.dumps(drop(board, x=-1.5).to_dict()))

@@ -32,6 +32,7 @@ from engine.exact.outcome import (
     WEDGED,
 )
 from engine.parameters import Exact
+from engine.physics import body
 from tests.engine.exact.one_ball import trace
 from tests.engine.multibody.static_scenes import any_board, box, mirrored, place
 from tests.long import tries
@@ -240,6 +241,18 @@ def test_a_ball_that_bounces_for_ever_ends_by_time_or_by_events() -> None:
     counted = follow(board, start, Exact(), max_events=50)
     assert counted.outcome == EVENT_LIMIT
     assert len(counted.events) == 50
+
+
+def test_a_drop_is_the_same_after_one_that_ran_out_of_events_on_its_board() -> None:
+    """They work in the same memory, where the first has left how it would have gone on."""
+    board = place(walls=(Wall(-1.0, 1.0, 1.0, 1.0),), restitution=1.0)
+    start, close = at_start(board, 0.0), at_start(board, 0.0)
+    close[body.Y] = 1.0 - board.ball.radius - 1e-6
+    before = follow(board, start, Exact())
+    assert follow(board, close, Exact()).outcome == EVENT_LIMIT
+    after = follow(board, start, Exact())
+    assert after.events.tobytes() == before.events.tobytes()
+    assert after.outcome == before.outcome
 
 
 def test_a_ball_thrown_off_the_board_has_escaped_or_runs_out_of_windows() -> None:

@@ -12,12 +12,16 @@ import pytest
 
 import engine
 from engine import Board, drop, drop_many
+from engine.constants import MAX_TIME
+from engine.errors import EffortError
 from engine.exact.board_arrays import arrays_of
+from engine.exact.event_log import new_log
+from engine.exact.initial_state import at_rest, in_flight
 from engine.exact.sampling import sample
 from engine.exact.trace import trace_many
-from engine.jit import machine_code, stamp
+from engine.jit import limits, machine_code, stamp
 from engine.jit.calls import Call, Kind, leaves
-from engine.jit.decorator import EntryKernel
+from engine.jit.decorator import EntryKernel, in_place
 from engine.multibody.scenes import sandbox
 from engine.physics import body
 from engine.physics.contact import new_series
@@ -123,6 +127,35 @@ def test_a_board_that_stays_in_memory_stays_as_it_is_and_is_no_other() -> None:
 def test_another_kind_of_array_is_refused() -> None:
     with pytest.raises(TypeError, match=r"sample takes no array of float32 in 2 dimensions: f8:2"):
         sampled(np.zeros((4, body.SIZE), np.float32))
+
+
+def test_a_call_in_place_reads_and_writes_its_views_and_leaves_the_arrays_given() -> None:
+    board = arrays_of(Board.preset("triangle-8"))
+    log, states = new_log(64, 64), at_rest(np.array([0.01]), -0.5)
+    ends = np.empty(1, np.int8), np.empty(1, np.int32), np.empty(1, np.int32)
+    given = states.copy()
+    rest = (500, MAX_TIME, new_series(), log, *ends)
+    call = in_place(trace_many, board, states, in_flight(1), *rest)
+    view = call.view(states)
+    found = []
+    for x in (0.01, 0.02, 0.01):
+        view[:] = at_rest(np.array([x]), -0.5)
+        call.view(log.counts)[:] = 0
+        call()
+        found.append(view.tobytes())
+    assert states.tobytes() == given.tobytes()
+    assert found[0] == found[2] != found[1]
+    states[:] = given
+    trace_many(board, states, in_flight(1), 500, MAX_TIME, new_series(), new_log(64, 64), *ends)
+    assert states.tobytes() == found[0]
+
+
+def test_a_drop_that_was_stopped_costs_the_next_one_nothing(limited_calls: None) -> None:
+    board = Board.preset("triangle-12")
+    before = drop(board, 3).digest
+    with limits.at_most(1000), pytest.raises(EffortError, match="trace_many has not ended"):
+        drop(board, 3)
+    assert drop(board, 3).digest == before
 
 
 def digests() -> list[str]:

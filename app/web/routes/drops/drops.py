@@ -2,9 +2,11 @@
 
 import functools
 import secrets
+from collections.abc import Callable, Coroutine
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request, Response
+from fastapi.routing import APIRoute
 
 from app.computing import prices, proofs, tasks
 from app.computing.tasks import Ask
@@ -25,8 +27,10 @@ from app.web.routes.common import (
     read,
     reply,
     resolve_board,
+    services,
+    short_drop,
 )
-from app.web.routes.drops.asked import Asked
+from app.web.routes.drops.asked import Asked, asked
 from app.web.routes.drops.certificates import check_certified
 from app.web.routes.queries import Number
 from app.web.schemas.drops import DropRecord, DropRequest, Frames, Verdict
@@ -83,11 +87,6 @@ async def sample_drop(request: Request, ask: Asked, fps: Fps = 60.0) -> Response
     return reply(body, headers=cache_headers(etag))
 
 
-@router.get(
-    "/drops/{board}/{seed}",
-    summary="Replay a drop",
-    responses=documented(DropRecord, 304, 404, 422, 501, 503),
-)
 async def get_drop(
     request: Request, ask: Asked, certainty: Certainty = False, certified: Certified = False
 ) -> Response:
@@ -96,6 +95,32 @@ async def get_drop(
     if is_current(request, digest):
         return not_modified(digest)
     return reply(record, headers=cache_headers(digest))
+
+
+class _PlainRoute(APIRoute):
+    """The route of `get_drop`. An address without a query is read here: to find that none of the
+    options is given takes the framework as long as the drop takes."""
+
+    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
+        """What answers a request."""
+        with_options = super().get_route_handler()
+
+        async def handle(request: Request) -> Response:
+            if request.scope["query_string"]:
+                return await with_options(request)
+            ask = await asked(**request.path_params, server=services(request))
+            return await get_drop(request, ask)
+
+        return handle
+
+
+router.add_api_route(
+    "/drops/{board}/{seed}",
+    get_drop,
+    summary="Replay a drop",
+    responses=documented(DropRecord, 304, 404, 422, 501, 503),
+    route_class_override=_PlainRoute,
+)
 
 
 @router.post(
@@ -137,4 +162,8 @@ async def _record(
         return await compute(request, work, prices.proofs(1))
     price = prices.one_drop(ask.board, ask.solver)
     work = functools.partial(tasks.record, ask, certainty)
+    if price.seconds < prices.SHORT and not certainty:
+        found = short_drop(request, ask.board, work, price)
+        if found is not None:
+            return found
     return await compute(request, work, price, quick=True)

@@ -1,0 +1,72 @@
+"""Drops in the server's own process: of presets that are ready, and none for long."""
+
+import asyncio
+import functools
+
+import pytest
+
+from app.computing.short import ShortDrops
+from app.computing.tasks import Ask, record
+from app.errors import InvalidValueError
+from engine import Board, drop, preset_names
+from engine.drops import trajectory
+from engine.errors import EffortError, ParameterError
+from engine.parameters import Exact
+
+BOARD = Board.preset("triangle-12")
+
+
+def work(seed: int, x: float | None = None) -> functools.partial[tuple[str, bytes]]:
+    """A drop's record, to be computed."""
+    return functools.partial(record, Ask(BOARD, seed, x, Exact()), False)
+
+
+def test_a_drop_has_the_bits_that_it_has_anywhere_and_its_time_is_counted() -> None:
+    short = ShortDrops()
+    took = 0.0
+    for seed in range(100):
+        done = short.measured(work(seed))
+        assert done.value[0] == drop(BOARD, seed).digest
+        took += done.seconds
+    assert 0.0 < took == short.seconds
+
+
+def test_a_drop_that_takes_more_than_it_may_is_stopped_and_the_next_one_is_not(
+    limited_calls: None,
+) -> None:
+    done = ShortDrops(effort=10_000).measured(work(7))
+    assert isinstance(done.error, EffortError)
+    assert done.value is None
+    assert ShortDrops().measured(work(7)).value[0] == drop(BOARD, 7).digest
+
+
+def test_what_is_wrong_with_a_drop_is_its_error_and_what_is_wrong_here_is_raised() -> None:
+    short = ShortDrops()
+    assert isinstance(short.measured(work(7, x=99.0)).error, ParameterError)
+
+    def fail() -> None:
+        raise InvalidValueError("not of a drop")
+
+    with pytest.raises(InvalidValueError):
+        short.measured(fail)
+    assert short.measured(work(7)).error is None
+
+
+async def test_a_preset_is_made_ready_once_while_the_loop_goes_on(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    begun: list[Board] = []
+    monkeypatch.setattr(trajectory, "prepare", begun.append)
+    short = ShortDrops()
+    assert not short.is_ready(BOARD)
+    while not short.is_ready(BOARD):
+        await asyncio.sleep(0)
+    assert begun == [BOARD]
+
+
+def test_what_all_presets_need_is_kept_together() -> None:
+    boards = [Board.preset(name) for name in preset_names()]
+    for board in boards:
+        trajectory.prepare(board)
+    kept = [trajectory._flights_of(board) for board in boards]
+    assert kept == [trajectory._flights_of(board) for board in boards]
