@@ -8,8 +8,7 @@ import asyncio
 import contextlib
 import os
 import socket
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import AsyncIterator, Coroutine
 from typing import Any, Final, TypeVar
 
 import psycopg
@@ -55,108 +54,119 @@ WHERE beat > clock_timestamp() - {_FORGOTTEN}
 
 
 class Beats:
-    """For the event loop's thread; its connection is another's, which may have to wait."""
+    """For the event loop's thread."""
 
     def __init__(self, database: URL) -> None:
         plain = database.set(drivername="postgresql")
         self._address = plain.render_as_string(hide_password=False)
-        self._connection: psycopg.Connection[tuple[Any, ...]] | None = None
+        self._connection: psycopg.AsyncConnection[tuple[Any, ...]] | None = None
         self._connections = 0  # until now
-        self._thread = ThreadPoolExecutor(1, "beats")
-        self._working: asyncio.Future[Any] | None = None
+        self._working: set[asyncio.Task[Any]] = set()
+        self._turn = asyncio.Lock()
 
     async def beat(self, me: Member) -> Look:
         """Say that `me` is alive, and see who else is; raises FAILURES."""
-        return await self._do(lambda: self._beat(me), _SECONDS)
+        return await self._within(_SECONDS, self._beat(me))
 
     async def until_told(self, seconds: float) -> None:
         """Wait, for less time where a server says that it leaves; raises FAILURES."""
-        await self._do(lambda: self._wait(seconds), seconds + _SECONDS)
+        await self._within(seconds + _SECONDS, self._wait(seconds))
 
     async def leave(self, me: Member) -> None:
         """Say that `me` is gone; raises FAILURES."""
-        await self._do(lambda: self._forget(me), _SECONDS)
+        await self._within(_SECONDS, self._forget(me))
 
     def close(self) -> None:
-        """Leave PostgreSQL, whatever the thread waits for."""
-        if self._working is not None and not self._working.done():
-            self._cut()
-        self._thread.submit(self._drop)
-        self._thread.shutdown(wait=False)
+        """Leave PostgreSQL, whatever it is asked."""
+        connection, self._connection = self._connection, None
+        if connection is not None:
+            _cut(connection)
+            if not self._working:  # else who waits for it hears of its end, and closes it
+                connection.pgconn.finish()
 
-    async def _do(self, work: Callable[[], T], seconds: float) -> T:
-        """Have the thread do this, unless it still waits for what it was to do before."""
-        async with asyncio.timeout(seconds):
-            if self._working is not None:
-                await asyncio.wait([self._working])
-            working = asyncio.get_running_loop().run_in_executor(self._thread, work)
-            working.add_done_callback(lambda each: each.cancelled() or each.exception())
-            self._working = working
-            return await asyncio.shield(working)
+    async def _within(self, seconds: float, work: Coroutine[Any, Any, T]) -> T:
+        """What comes of `work`; TimeoutError when it takes longer, and its connection ends.
 
-    # In the thread.
+        It is not cancelled: the driver would then wait for PostgreSQL to say that it has stopped.
+        """
+        task = asyncio.create_task(work)
+        self._working.add(task)
+        task.add_done_callback(self._done)
+        await asyncio.wait([task], timeout=seconds)
+        if task.done():
+            return task.result()
+        if self._connection is None:
+            task.cancel()
+        else:
+            _cut(self._connection)
+        raise TimeoutError(f"PostgreSQL has not answered for {seconds:g} s")
 
-    def _beat(self, me: Member) -> Look:
+    def _done(self, task: "asyncio.Task[Any]") -> None:
+        self._working.discard(task)
+        if not task.cancelled():
+            task.exception()  # was raised to the caller, if it still waited
+
+    async def _beat(self, me: Member) -> Look:
         """Over a new connection where the one that there was has ended."""
         if self._connection is not None:
             with contextlib.suppress(psycopg.OperationalError):
-                return self._said(me)
-        return self._said(me)
+                return await self._say(me)
+        return await self._say(me)
 
-    def _said(self, me: Member) -> Look:
-        with self._connected() as connection:
-            connection.execute(_SAY, (me.holder, me.name, me.address, me.leaving))
+    async def _say(self, me: Member) -> Look:
+        async with self._connected() as connection:
+            await connection.execute(_SAY, (me.holder, me.name, me.address, me.leaving))
             if me.leaving:
-                connection.execute("NOTIFY members")
-            rows = connection.execute(_LOOK).fetchall()
+                await connection.execute("NOTIFY members")
+            rows = await (await connection.execute(_LOOK)).fetchall()
         found = (Seen(Member(*row[:4]), age=row[4], connected=row[5]) for row in rows)
         return Look(self._connections, tuple(found))
 
-    def _wait(self, seconds: float) -> None:
-        with self._connected() as connection:
-            for _ in connection.notifies(timeout=seconds, stop_after=1):
+    async def _wait(self, seconds: float) -> None:
+        async with self._connected() as connection:
+            async for _ in connection.notifies(timeout=seconds, stop_after=1):
                 return
 
-    def _forget(self, me: Member) -> None:
-        with self._connected() as connection:
-            connection.execute("DELETE FROM members WHERE holder = %s", (me.holder,))
-            connection.execute("NOTIFY members")
+    async def _forget(self, me: Member) -> None:
+        async with self._connected() as connection:
+            await connection.execute("DELETE FROM members WHERE holder = %s", (me.holder,))
+            await connection.execute("NOTIFY members")
 
-    @contextlib.contextmanager
-    def _connected(self) -> Iterator[psycopg.Connection[tuple[Any, ...]]]:
-        """The connection, made again after a failure."""
-        if self._connection is None:
-            made = psycopg.connect(
-                self._address,
-                autocommit=True,
-                connect_timeout=_CONNECT,
-                tcp_user_timeout=1000 * _CONNECT,
-                application_name="plinko beats",
-                # A server that is seen to be alive may be so a moment longer than it is.
-                options="-c synchronous_commit=off",
-            )
+    @contextlib.asynccontextmanager
+    async def _connected(self) -> AsyncIterator[psycopg.AsyncConnection[tuple[Any, ...]]]:
+        """The connection, made again after a failure; one at a time has it."""
+        async with self._turn:
             try:
-                made.execute(_MAKE)
-            except BaseException:
-                made.close()
+                if self._connection is None:
+                    self._connection = await self._connect()
+                    self._connections += 1
+                    await self._connection.execute(_MAKE)
+                yield self._connection
+            except psycopg.Error:
+                await self._drop()
                 raise
-            self._connection = made
-            self._connections += 1
-        try:
-            yield self._connection
-        except psycopg.Error:
-            self._drop()
-            raise
 
-    def _drop(self) -> None:
-        if self._connection is not None:
-            self._connection.close()
-            self._connection = None
+    async def _drop(self) -> None:
+        connection, self._connection = self._connection, None
+        if connection is not None:
+            await connection.close()
 
-    def _cut(self) -> None:
-        """End the line under the thread, which would wait for what does not come."""
-        connection = self._connection
-        with contextlib.suppress(OSError, psycopg.Error):
-            if connection is not None:
-                with socket.socket(fileno=os.dup(connection.fileno())) as line:
-                    line.shutdown(socket.SHUT_RDWR)
+    async def _connect(self) -> psycopg.AsyncConnection[tuple[Any, ...]]:
+        return await psycopg.AsyncConnection.connect(
+            self._address,
+            autocommit=True,
+            connect_timeout=_CONNECT,
+            tcp_user_timeout=1000 * _CONNECT,
+            application_name="plinko beats",
+            # A server that is seen to be alive may be so a moment longer than it is.
+            options="-c synchronous_commit=off",
+        )
+
+
+def _cut(connection: psycopg.AsyncConnection[Any]) -> None:
+    """End a connection under whoever waits for what does not come."""
+    with (
+        contextlib.suppress(OSError, psycopg.Error),
+        socket.socket(fileno=os.dup(connection.fileno())) as end,
+    ):
+        end.shutdown(socket.SHUT_RDWR)

@@ -1,4 +1,4 @@
-"""Who is alive, and who takes over the rooms of who is not: decided here, acted on in `node`. Pure.
+"""Which servers are alive, and which of them may have a room. Decided here, without I/O.
 
 Times are seconds of a monotonic clock, and come in as arguments.
 """
@@ -10,7 +10,8 @@ from typing import Final
 
 import msgspec
 
-from app.rooms.records import HoldRow
+from app.errors import LeaseLostError
+from app.rooms.records import LeaseRow
 
 LEASE: Final = 2.0
 """s for which a server counts as alive after it last said so. Shorter, and a server that stutters
@@ -101,6 +102,20 @@ class View:
         """Whether this server has ended, or its lease has run out."""
         return holder not in self.members and self._sure
 
+    def claim(self, room_id: str, row: LeaseRow | None, me: Member) -> int:
+        """The number of the lease that `me`'s is to follow; raises LeaseLostError.
+
+        The error names the server to ask instead, if that is known. A server that leaves takes
+        nothing more: a client that asks it for a free room need not wait until it is gone.
+        """
+        holder = "" if row is None else row.holder
+        if holder in ("", me.holder) or self.is_gone(holder):
+            heirs = order(room_id, self.others(me.holder)) if me.leaving else []
+            if not heirs:
+                return 0 if row is None else row.number
+            holder = heirs[0].holder
+        raise LeaseLostError(f"room {room_id!r} is at another server", field="room", holder=holder)
+
     def named(self, name: str) -> Member | None:
         """The server that people call so, or by its name in the ledger; never one that leaves."""
         for member in self.members.values():
@@ -140,7 +155,7 @@ class Orphans:
         return bool(self._since)
 
     def due(
-        self, rows: Sequence[HoldRow], awake: Iterable[str], view: View, me: str, now: float
+        self, rows: Sequence[LeaseRow], awake: Iterable[str], view: View, me: str, now: float
     ) -> list[str]:
         """Rooms that the server `me` takes over now.
 

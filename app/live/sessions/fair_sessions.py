@@ -152,10 +152,17 @@ class FairSessions:
 
     def joined(self, session_id: str) -> FairSession:
         """A session in memory; raises UnknownSessionError for another."""
-        found = self._held.get(session_id)
+        found = self._cached(session_id)
         if found is None:
             raise self._unknown(session_id)
         self._held.move_to_end(session_id)
+        return found
+
+    def _cached(self, session_id: str) -> FairSession | None:
+        """A session in memory, unless its room has left this server since it was read."""
+        found = self._held.get(session_id)
+        if found is not None and found.lease != self._persistence.lease_of(found.room):
+            return None
         return found
 
     async def find(self, session_id: str) -> FairSession:
@@ -163,13 +170,13 @@ class FairSessions:
 
         Raises UnknownSessionError, LedgerError.
         """
-        session = self._held.get(session_id)
+        session = self._cached(session_id)
         if session is None:
             row, _, _ = await self._read(session_id)
             async with self._having(row.room):
                 # Again, now that no other server adds to it.
                 found = await self._read(session_id)
-                session = self._held.get(session_id) or self._hold(self._restored(*found))
+                session = self._cached(session_id) or self._hold(self._restored(*found))
         if session.end is None and self._now() - session.used > self._rest:
             await self.end(session)
         return session
@@ -179,11 +186,6 @@ class FairSessions:
         if found is None:
             raise self._unknown(session_id)
         return found
-
-    def forget_room(self, room_id: str) -> None:
-        """The sessions of a room are another server's, with the room."""
-        for session in [each for each in self._held.values() if each.room == room_id]:
-            del self._held[session.id]
 
     async def end(self, session: FairSession) -> None:
         """End a session and reveal its secret; nothing new where it is over.
@@ -284,6 +286,7 @@ class FairSessions:
         )
 
     def _hold(self, session: FairSession) -> FairSession:
+        session.lease = self._persistence.lease_of(session.room)
         self._held[session.id] = session
         while len(self._held) > _HELD:
             oldest = next(iter(self._held.values()))

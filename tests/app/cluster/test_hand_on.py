@@ -3,11 +3,11 @@
 import asyncio
 
 import pytest
+from app.cluster.body import Body
+from app.cluster.line import MOST_HOPS
 from starlette.types import Message
 
-from app.cluster.body import Body
 from app.cluster.hand_on import hops_of, room_of_body, room_of_path
-from app.cluster.line import MOST_HOPS
 from tests.waiting import LIMIT
 
 

@@ -5,7 +5,7 @@ from collections import Counter
 import pytest
 
 from app.cluster.membership import BEAT, LATE, LEASE, NEXT, Look, Member, Orphans, Seen, View, order
-from app.rooms.records import HoldRow
+from app.rooms.records import LeaseRow
 
 A, B, C = (Member(f"{name}.1", name, f"http://{name}") for name in "abc")
 ROOMS = [f"{number:016x}" for number in range(300)]
@@ -17,8 +17,8 @@ def seen(view: View, times: list[float], *members: Member, connection: int = 1) 
         view.look(now, Look(connection, found))
 
 
-def held(room: str, member: Member) -> HoldRow:
-    return HoldRow(room, 1, member.holder, member.address, 0.0)
+def held(room: str, member: Member) -> LeaseRow:
+    return LeaseRow(room, 1, member.holder, member.address, 0.0)
 
 
 def sure(*members: Member) -> View:
