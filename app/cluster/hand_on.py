@@ -117,29 +117,27 @@ class HandOn:
     ) -> bool:
         """Have `member` answer; False where nothing was done, or may be done again."""
         self._peers.handed_on += 1
-        request = httpx.Request(
+        asking = self._peers.http.stream(
             scope["method"],
             httpx.URL(member.address).copy_with(raw_path=_target(scope)),
             headers=_headers(scope),
             content=body,
         )
+        answer = None
         try:
-            async with self._alive.while_there(member):
-                answer = await self._peers.http.send(request, stream=True)
-        except _NEVER_SENT:
-            return False
-        except (httpx.HTTPError, TimeoutError):
-            if scope["method"] in _SAFE:
-                return False
-            await problem_response(EndedError(_UNKNOWN), scope["path"])(scope, receive, send)
-            return True
-        async with contextlib.aclosing(answer):
-            if answer.status_code == 503 and MOVED in answer.headers:
-                return False
-            passed = StreamingResponse(answer.aiter_raw(), answer.status_code)
-            passed.raw_headers = _without(answer.headers.raw, _OF_ONE_HOP)
-            async with self._alive.while_there(member):
+            async with self._alive.while_there(member), asking as answer:
+                if answer.status_code == 503 and MOVED in answer.headers:
+                    return False
+                passed = StreamingResponse(answer.aiter_raw(), answer.status_code)
+                passed.raw_headers = _without(answer.headers.raw, _OF_ONE_HOP)
                 await passed(scope, receive, send)
+                return True
+        except (httpx.HTTPError, TimeoutError) as error:
+            if answer is not None:
+                raise  # an answer that breaks off there breaks off here
+            if isinstance(error, _NEVER_SENT) or scope["method"] in _SAFE:
+                return False
+        await problem_response(EndedError(_UNKNOWN), scope["path"])(scope, receive, send)
         return True
 
     async def _socket(self, client: WebSocket) -> None:

@@ -27,13 +27,15 @@ _ENDING: Final = 2.0  # s for all of them
 class Peers:
     """For the event loop's thread. `handed_on` counts requests and WebSockets."""
 
-    def __init__(self) -> None:
+    def __init__(self, transport: httpx.AsyncBaseTransport | None = None) -> None:
         self.handed_on = 0
         self._sockets: set[asyncio.Timeout] = set()
         # Shorter than a server keeps a silent connection: it must not end as a request is sent.
         limits = httpx.Limits(max_connections=None, keepalive_expiry=2.0)
         timeout = httpx.Timeout(None, connect=_CONNECT)
-        self.http = httpx.AsyncClient(timeout=timeout, limits=limits, trust_env=False)
+        self.http = httpx.AsyncClient(
+            timeout=timeout, limits=limits, trust_env=False, transport=transport
+        )
 
     async def close(self) -> None:
         """Close them all."""

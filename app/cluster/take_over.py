@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Sequence
 from typing import Final
 
 from app.cluster.alive import Alive
-from app.cluster.membership import Orphans
+from app.cluster.membership import orphans
 from app.errors import AppError, LedgerError
 from app.live.public_tables import MAIN
 from app.live.shared_rooms import SharedRooms
@@ -38,7 +38,6 @@ class TakeOver:
         self._book = rooms.leases.book
         self._ledger = ledger
         self._clock = clock
-        self._orphans = Orphans()
         self._swept = -_SWEEP
         self._seen: set[str] = set()  # servers that were alive at the last look
         self._taking: dict[str, asyncio.Task[None]] = {}
@@ -57,19 +56,17 @@ class TakeOver:
     async def look(self) -> None:
         """Look at all rooms, unless nothing has happened since that was done last."""
         now, seen, self._seen = self._clock(), self._seen, set(self._alive.view.members)
-        if seen - self._seen or self._orphans.waiting or now - self._swept >= _SWEEP:
+        if seen - self._seen or now - self._swept >= _SWEEP:
             self._swept = now
-            await self._sweep(now)
+            await self._sweep()
 
-    async def _sweep(self, now: float) -> None:
+    async def _sweep(self) -> None:
         held = [self._book.of(room_id) for room_id in self._book.rooms]
         # In this order: a room is leased before it is in the ledger.
         awake = {MAIN, *(room.id for room in await self._ledger.read(store.awake_rooms))}
         rows = await self._rooms.leases.listing()
         self._give_up([each for each in held if each is not None], rows)
-        if self._alive.leaving or not self._alive.view.sure:
-            return
-        due = self._orphans.due(rows, awake, self._alive.view, self._book.holder, now)
+        due = orphans(rows, awake, self._alive.view, self._alive.me)
         for room_id in {*due, *self._given(rows, awake)} - self._taking.keys():
             task = asyncio.create_task(self._take(room_id, orphan=room_id in due), name=room_id)
             self._taking[room_id] = task

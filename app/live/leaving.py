@@ -68,7 +68,7 @@ class Leaving:
     async def hand_over(
         self,
         room_id: str,
-        receive: Callable[[], Awaitable[None]] = _to_nobody,
+        receive: Callable[[], Awaitable[object]] = _to_nobody,
         *,
         holder: str = "",
         address: str = "",
@@ -92,7 +92,7 @@ class Leaving:
     async def _hand_over(
         self,
         room_id: str,
-        receive: Callable[[], Awaitable[None]] = _to_nobody,
+        receive: Callable[[], Awaitable[object]] = _to_nobody,
         holder: str = "",
         address: str = "",
     ) -> None:

@@ -25,7 +25,7 @@ from app.rooms.records import EVERY_ROOM, LeaseRow
 from tests.app.asking import ask
 from tests.app.persistence import postgres
 from tests.app.persistence.crash.life import BOARD, Life, living
-from tests.waiting import turns
+from tests.waiting import eventually, turns
 
 KERNEL = kernel_digest_of(b"kernels")
 SECRET = b"\x2a" * 32
@@ -261,6 +261,45 @@ async def test_a_room_is_handed_over_to_one_server_and_no_other_comes_between(
         lease = b.shared.leases.book.of(room.id)
         assert lease is not None
         assert lease.number == row.number + 1
+
+
+async def test_hundreds_who_look_for_a_room_at_once_cost_the_ledger_one_look(
+    address: str,
+) -> None:
+    looks = []
+
+    def count(room_id: str, row: LeaseRow | None) -> int | None:
+        looks.append(room_id)
+        return not_a_s(room_id, row)
+
+    async with two(address, claim=count) as (a, b):
+        await a.rooms.seek("main")
+        asking = [asyncio.create_task(b.rooms.seek("main")) for _ in range(300)]
+        await turns()
+        asking[0].cancel()  # and takes the answer from nobody
+        found = await asyncio.gather(*asking[1:], return_exceptions=True)
+        assert {type(each) for each in found} == {LeaseLostError}
+        assert looks == ["main"]
+        with pytest.raises(LeaseLostError):
+            await b.rooms.seek("main")
+        assert looks == ["main"] * 2, "a later client is told what is so then"
+
+
+async def test_who_comes_to_a_room_that_is_leaving_waits_until_it_is_there(address: str) -> None:
+    async with two(address, claim=not_a_s) as (a, b):
+        room = await b.rooms.create(BOARD)
+        arrived = asyncio.Event()
+        leaving = asyncio.create_task(b.shared.leaving.hand_over(room.id, arrived.wait, holder="a"))
+        await eventually(lambda: b.rooms.all() == [])
+        asked = asyncio.create_task(b.rooms.seek(room.id))
+        await turns()
+        assert not asked.done()
+        arrived.set()
+        with pytest.raises(LeaseLostError) as found:
+            await asked
+        assert found.value.holder == "a"
+        await leaving
+        assert (await a.rooms.seek(room.id)).id == room.id
 
 
 async def test_of_many_who_ask_at_once_each_finds_the_one_room(address: str) -> None:
