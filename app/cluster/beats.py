@@ -8,7 +8,7 @@ import asyncio
 import contextlib
 import os
 import socket
-from collections.abc import AsyncIterator, Coroutine
+from collections.abc import AsyncIterator, Callable, Coroutine
 from typing import Any, Final, TypeVar
 
 import psycopg
@@ -61,50 +61,46 @@ class Beats:
         self._address = plain.render_as_string(hide_password=False)
         self._connection: psycopg.AsyncConnection[tuple[Any, ...]] | None = None
         self._connections = 0  # until now
-        self._working: set[asyncio.Task[Any]] = set()
-        self._turn = asyncio.Lock()
+        self._working: asyncio.Task[Any] | None = None
 
     async def beat(self, me: Member) -> Look:
         """Say that `me` is alive, and see who else is; raises FAILURES."""
-        return await self._within(_SECONDS, self._beat(me))
+        return await self._within(_SECONDS, lambda: self._beat(me))
 
     async def until_told(self, seconds: float) -> None:
         """Wait, for less time where a server says that it leaves; raises FAILURES."""
-        await self._within(seconds + _SECONDS, self._wait(seconds))
+        await self._within(seconds + _SECONDS, lambda: self._wait(seconds))
 
     async def leave(self, me: Member) -> None:
         """Say that `me` is gone; raises FAILURES."""
-        await self._within(_SECONDS, self._forget(me))
+        await self._within(_SECONDS, lambda: self._forget(me))
 
     def close(self) -> None:
         """Leave PostgreSQL, whatever it is asked."""
         connection, self._connection = self._connection, None
-        if connection is not None:
+        if connection is None:
+            return
+        if self._busy:  # it hears of the end, and closes the connection
             _cut(connection)
-            if not self._working:  # else who waits for it hears of its end, and closes it
-                connection.pgconn.finish()
-
-    async def _within(self, seconds: float, work: Coroutine[Any, Any, T]) -> T:
-        """What comes of `work`; TimeoutError when it takes longer, and its connection ends.
-
-        It is not cancelled: the driver would then wait for PostgreSQL to say that it has stopped.
-        """
-        task = asyncio.create_task(work)
-        self._working.add(task)
-        task.add_done_callback(self._done)
-        await asyncio.wait([task], timeout=seconds)
-        if task.done():
-            return task.result()
-        if self._connection is None:
-            task.cancel()
         else:
-            _cut(self._connection)
-        raise TimeoutError(f"PostgreSQL has not answered for {seconds:g} s")
+            connection.pgconn.finish()
 
-    def _done(self, task: "asyncio.Task[Any]") -> None:
-        self._working.discard(task)
-        if not task.cancelled():
-            task.exception()  # was raised to the caller, if it still waited
+    @property
+    def _busy(self) -> bool:
+        return self._working is not None and not self._working.done()
+
+    async def _within(self, seconds: float, work: Callable[[], Coroutine[Any, Any, T]]) -> T:
+        """What comes of `work`, once what was asked before is answered.
+
+        What takes too long goes on all the same: a connection is not lost for being slow, and the
+        driver could not cancel anything without PostgreSQL.
+        """
+        async with asyncio.timeout(seconds):
+            while self._working is not None and self._busy:
+                await asyncio.wait([self._working])
+            task = self._working = asyncio.create_task(work())
+            task.add_done_callback(lambda done: done.cancelled() or done.exception())
+            return await asyncio.shield(task)
 
     async def _beat(self, me: Member) -> Look:
         """Over a new connection where the one that there was has ended."""
@@ -125,7 +121,7 @@ class Beats:
     async def _wait(self, seconds: float) -> None:
         async with self._connected() as connection:
             async for _ in connection.notifies(timeout=seconds, stop_after=1):
-                return
+                pass
 
     async def _forget(self, me: Member) -> None:
         async with self._connected() as connection:
@@ -134,22 +130,18 @@ class Beats:
 
     @contextlib.asynccontextmanager
     async def _connected(self) -> AsyncIterator[psycopg.AsyncConnection[tuple[Any, ...]]]:
-        """The connection, made again after a failure; one at a time has it."""
-        async with self._turn:
-            try:
-                if self._connection is None:
-                    self._connection = await self._connect()
-                    self._connections += 1
-                    await self._connection.execute(_MAKE)
-                yield self._connection
-            except psycopg.Error:
-                await self._drop()
-                raise
-
-    async def _drop(self) -> None:
-        connection, self._connection = self._connection, None
-        if connection is not None:
+        """The connection, made again after a failure."""
+        connection = self._connection or await self._connect()
+        try:
+            if self._connection is None:
+                await connection.execute(_MAKE)
+                self._connection = connection
+                self._connections += 1
+            yield connection
+        except psycopg.Error:
+            self._connection = None
             await connection.close()
+            raise
 
     async def _connect(self) -> psycopg.AsyncConnection[tuple[Any, ...]]:
         return await psycopg.AsyncConnection.connect(
