@@ -276,7 +276,6 @@ def _fair_sessions(
         persistence,
         Signer(signing_key),
         kernel_digest=kernel_digest_of(page_kernels().read_bytes()),
-        rest=settings.session_rest,
         draw=secrets.token_bytes,
         new_id=lambda: secrets.token_hex(16),
         having=here if held.shared is None else held.shared.arriving.having,

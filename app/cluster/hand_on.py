@@ -165,19 +165,22 @@ class HandOn:
         scheme, port = ("wss", 443) if at.scheme == "https" else ("ws", 80)
         headers = _without(_headers(client.scope), _OF_A_HANDSHAKE)
         try:
-            room = await connect(
-                f"{scheme}://{host}{_target(client.scope).decode('latin-1')}",
-                host=at.hostname,
-                port=at.port or port,
-                additional_headers=[(n.decode("latin-1"), v.decode("latin-1")) for n, v in headers],
-                user_agent_header=None,
-                compression=None,
-                max_size=None,
-                proxy=None,
-                ping_interval=None,
-                open_timeout=_OPEN_SECONDS,
-                close_timeout=_CLOSE_SECONDS,
-            )
+            async with self._alive.while_there(member):
+                room = await connect(
+                    f"{scheme}://{host}{_target(client.scope).decode('latin-1')}",
+                    host=at.hostname,
+                    port=at.port or port,
+                    additional_headers=[
+                        (n.decode("latin-1"), v.decode("latin-1")) for n, v in headers
+                    ],
+                    user_agent_header=None,
+                    compression=None,
+                    max_size=None,
+                    proxy=None,
+                    ping_interval=None,
+                    open_timeout=_OPEN_SECONDS,
+                    close_timeout=_CLOSE_SECONDS,
+                )
         except (OSError, InvalidHandshake, ConnectionClosed, TimeoutError):
             return False
         async with room:

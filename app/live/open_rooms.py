@@ -15,6 +15,7 @@ from app.persistence.service import PersistenceService
 from app.rooms.records import Parked, RoomRow
 from app.settings import Settings
 
+UNUSED_SECONDS = 86_400.0  # after which an unused room of a player's own is closed
 _IN_MEMORY = 256  # rooms; beyond that, those that nobody needs now are parked
 
 _log = logging.getLogger("plinko")
@@ -29,7 +30,6 @@ class OpenRooms:
         self.parked_public: dict[str, RoomRow] = {}
         self._elsewhere = 0  # players' rooms that are not here
         self._max_rooms = settings.max_rooms
-        self._idle_seconds = settings.room_idle
         self._rest_seconds = settings.room_rest
         self._persistence = persistence
 
@@ -87,7 +87,7 @@ class OpenRooms:
 
     def close_idle(self) -> None:
         """Close the rooms with owners that nobody has used for too long."""
-        before = self._persistence.now() - self._idle_seconds
+        before = self._persistence.now() - UNUSED_SECONDS
         while self.parked and next(iter(self.parked.values())).used < before:
             self._end(self.parked.popitem(last=False)[1], "unused")
         while (live := self._unneeded(lambda live: self._idle(live, before))) is not None:

@@ -12,14 +12,14 @@ from typing import Final
 from app.errors import AppError
 from app.live.arriving import Arriving
 from app.live.leaving import Leaving
-from app.live.open_rooms import OpenRooms
+from app.live.open_rooms import UNUSED_SECONDS, OpenRooms
 from app.persistence.leases import Leases
 from app.persistence.service import PersistenceService
 from app.persistence.statements import store
 from app.rooms.records import Listed, Parked
 from app.settings import Settings
 
-_UNUSED_SECONDS: Final = 60.0  # between two searches for rooms that nobody uses
+_SEARCH_SECONDS: Final = 60.0  # between two searches for rooms that nobody uses
 _UNUSED_AT_ONCE: Final = 20  # of them closed at a time
 _DIRECTORY_SECONDS: Final = 1.0  # for which a list of all rooms is given again
 
@@ -76,8 +76,8 @@ class SharedRooms:
         """Now and then, close the rooms that nobody has used for too long; raises LedgerError."""
         now = self._persistence.now()
         if now >= self._next_search:
-            self._next_search = now + _UNUSED_SECONDS
-            await self._close_unused(self._settings.room_idle, "unused", _UNUSED_AT_ONCE)
+            self._next_search = now + _SEARCH_SECONDS
+            await self._close_unused(UNUSED_SECONDS, "unused", _UNUSED_AT_ONCE)
 
     async def _count(self) -> None:
         self._rooms.count(await self._ledger.read(store.count_owned))

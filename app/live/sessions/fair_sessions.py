@@ -35,6 +35,10 @@ from app.rooms.records import FairEnd, FairOpening, FairSessionRow, ResultRow
 from app.rooms.room import Room
 from engine import PHYSICS_VERSION, Board, merkle
 
+REST_SECONDS: Final = 86_400.0
+"""s without a drop after which a session is over and its seed revealed: a day, so that a player who
+closes the page in the evening finds it in the morning."""
+
 _HELD: Final = 10_000  # sessions in memory; the others are in the ledger
 
 
@@ -45,7 +49,7 @@ async def here(room_id: str) -> AsyncIterator[None]:
 
 
 class FairSessions:
-    """For the event loop's thread. `rest`: seconds without a drop after which a session may end.
+    """For the event loop's thread. `rest`: seconds without a drop after which a session is over.
 
     `draw` gives a server's seed, `new_id` the id of a session; `now` is Unix time in seconds. A
     session is where its room is: where servers share the ledger, `having` has a room here for a
@@ -58,7 +62,7 @@ class FairSessions:
         signer: Signer,
         *,
         kernel_digest: str,
-        rest: float,
+        rest: float = REST_SECONDS,
         draw: Callable[[int], bytes],
         new_id: Callable[[], str],
         now: Callable[[], float] = time.time,

@@ -15,6 +15,7 @@ from app.fairness.export import read_export
 from app.fairness.signing import Signer
 from app.live.arriving import Claim, any_room
 from app.live.broadcast.hub import Client, Mailbox
+from app.live.open_rooms import UNUSED_SECONDS
 from app.live.sessions.fair_sessions import FairSessions
 from app.persistence.checks.audit import Audit
 from app.persistence.ledger.database import Database
@@ -381,11 +382,11 @@ async def test_an_address_s_rooms_are_counted_at_all_servers(address: str) -> No
 
 
 async def test_a_room_that_nobody_uses_is_closed_wherever_it_was(address: str) -> None:
-    async with two(address, room_idle=1.0) as (a, b):
+    async with two(address) as (a, b):
         room = await a.rooms.create(BOARD)
         await a.shared.leaving.hand_over(room.id)
         used = (await b.row(room.id)).used
-        b.rooms.persistence.runs.now = lambda: used + 2.0
+        b.rooms.persistence.runs.now = lambda: used + UNUSED_SECONDS + 1.0
         await b.shared.look_after()
         await b.heard()
         assert await b.ledger.read(lambda c: store.open_room(c, room.id)) is None
