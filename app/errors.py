@@ -41,7 +41,7 @@ AppError                  `code` is its stable slug, `field` names the bad value
 ├── MissingPartError      a part of the program that is not installed here
 ├── LedgerError           what must be kept cannot be written or read now
 │   ├── DamagedRoomError   what the ledger has of one room contradicts itself
-│   └── LeaseLostError      another server has the room now
+│   └── LeaseLostError     another server has the room now
 ├── UndecidedError        what the ledger was given may be in it; what became of it is told later
 ├── TokenError            only the creator of a room may do this
 │   └── NoTokenError      and no token was shown
