@@ -13,7 +13,7 @@ from app.errors import LeaseLostError
 from tests.app.persistence import postgres
 from tests.app.persistence.crash.life import BOARD, Life, living
 from tests.app.persistence.test_sharing import Watcher
-from tests.waiting import eventually
+from tests.waiting import LIMIT, eventually
 
 pytestmark = pytest.mark.postgresql
 
@@ -77,7 +77,7 @@ async def test_who_watches_a_room_that_sleeps_is_sent_on_once_another_server_too
         taking, _ = looking(a, "b")
         await taking.look()
         with pytest.raises(LeaseLostError):
-            await watching.running
+            await asyncio.wait_for(watching.running, LIMIT)
         assert not staying.running.done()
         assert (has(a, room.id), has(a, kept.id)) == (False, True)
         staying.running.cancel()
