@@ -95,12 +95,15 @@ class Beats:
         What takes too long goes on all the same: a connection is not lost for being slow, and the
         driver could not cancel anything without PostgreSQL.
         """
-        async with asyncio.timeout(seconds):
-            while self._working is not None and self._busy:
-                await asyncio.wait([self._working])
-            task = self._working = asyncio.create_task(work())
-            task.add_done_callback(lambda done: done.cancelled() or done.exception())
-            return await asyncio.shield(task)
+        try:
+            async with asyncio.timeout(seconds):
+                while self._working is not None and self._busy:
+                    await asyncio.wait([self._working])
+                task = self._working = asyncio.create_task(work())
+                task.add_done_callback(lambda done: done.cancelled() or done.exception())
+                return await asyncio.shield(task)
+        except TimeoutError:
+            raise TimeoutError(f"PostgreSQL has not answered for {seconds:g} s") from None
 
     async def _beat(self, me: Member) -> Look:
         """Over a new connection where the one that there was has ended."""
