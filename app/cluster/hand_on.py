@@ -79,7 +79,7 @@ class HandOn:
         if scope["type"] == "http" and HOPS not in Headers(scope=scope):
             await self._request(scope, receive, send)
         elif scope["type"] == "websocket" and scope["path"].startswith(_SOCKETS):
-            await self._socket(WebSocket(scope, receive, send))
+            await self._socket(scope, receive, send)
         else:
             await self.app(scope, receive, send)
 
@@ -140,11 +140,12 @@ class HandOn:
         await problem_response(EndedError(_UNKNOWN), scope["path"])(scope, receive, send)
         return True
 
-    async def _socket(self, client: WebSocket) -> None:
+    async def _socket(self, scope: Scope, receive: Receive, send: Send) -> None:
+        client = WebSocket(scope, receive, send)
         if HOPS not in client.headers:
             for pause in _pauses():
                 try:
-                    await self._fetch(client.scope["path"].removeprefix(_SOCKETS))
+                    await self._fetch(scope["path"].removeprefix(_SOCKETS))
                     break
                 except LeaseLostError as moved:
                     member = self._alive.view.members.get(moved.holder)
@@ -156,7 +157,7 @@ class HandOn:
         elif self._alive.leaving:  # the server before this one finds the room where it goes
             await client.close(RESTART)
             return
-        await self.app(client.scope, client.receive, client.send)
+        await self.app(scope, receive, send)
 
     async def _talk(self, member: Member, client: WebSocket) -> bool:
         """Have `member` talk to a client until one of them ends; False if it does not answer."""
