@@ -41,7 +41,7 @@ AppError                  `code` is its stable slug, `field` names the bad value
 ├── MissingPartError      a part of the program that is not installed here
 ├── LedgerError           what must be kept cannot be written or read now
 │   ├── DamagedRoomError   what the ledger has of one room contradicts itself
-│   └── HoldLostError      another server has the room now
+│   └── LeaseLostError     another server has the room now
 ├── UndecidedError        what the ledger was given may be in it; what became of it is told later
 ├── TokenError            only the creator of a room may do this
 │   └── NoTokenError      and no token was shown
@@ -254,8 +254,15 @@ class DamagedRoomError(LedgerError):
     """What the ledger has of one room is not whole, or contradicts itself; others are sound."""
 
 
-class HoldLostError(LedgerError):
-    """The room is another server's by now: nothing of what was asked has been done here."""
+class LeaseLostError(LedgerError):
+    """The room is another server's by now: nothing of what was asked has been done here.
+
+    `holder` is that server's name in the ledger, where it is known.
+    """
+
+    def __init__(self, message: str, *, field: str = "", holder: str = "") -> None:
+        super().__init__(message, field=field)
+        self.holder = holder
 
 
 class TokenError(AppError):
@@ -328,7 +335,7 @@ ANSWERS: dict[type[Exception], Answer] = {
     LedgerError: Answer(503, "ledger-unavailable", "The ledger cannot be reached", 1013),
     UndecidedError: Answer(503, "undecided", "Not decided yet", 1013),
     DamagedRoomError: Answer(503, "room-damaged", "The room is set aside", 1013),
-    HoldLostError: Answer(503, "room-moved", "The room is at another server", 1012),
+    LeaseLostError: Answer(503, "room-moved", "The room is at another server", 1012),
     TokenError: Answer(403, "not-yours", "Not your room"),
     NoTokenError: Answer(401, "token-missing", "A room's token is missing"),
     AbuseError: Answer(429, "abuse", "Too many bad messages"),
@@ -378,7 +385,7 @@ def told(error: BaseException) -> str:
     """
     if isinstance(error, DamagedRoomError):
         return _DAMAGED_SECRET
-    if isinstance(error, HoldLostError):
+    if isinstance(error, LeaseLostError):
         return _MOVED
     if isinstance(error, LedgerError):
         return _LEDGER_SECRET

@@ -31,6 +31,7 @@ BODY_SECONDS = 30.0  # in which a request's body must arrive after its head
 UNREAD_SECONDS = 30.0  # after which a client that reads nothing of its answer is cut off
 SEND_BUFFER = 1 << 16  # bytes that the kernel holds for a connection
 
+MAX_CONNECTIONS = 10_000  # open at once, of all addresses; one may have a tenth of those left
 _OWN_FILES = 100  # that the server opens besides connections: its ledger, workers, the page's
 _FRAMES = 2.0  # WebSocket frames of every kind to a message: pings, pongs and fragments are few
 _ENDS_WORK = 0.7  # of the grace at shutdown, that what is computed may go on
@@ -81,7 +82,7 @@ def server_over(app: FastAPI, settings: Settings) -> Server:
 
 def _config(app: FastAPI, server: Services, settings: Settings) -> uvicorn.Config:
     proxies = Proxies(settings.trusted_proxies)
-    connections = Connections(settings.address_connections, proxies, raise_files(settings))
+    connections = Connections(settings.address_connections, proxies, raise_files())
 
     def refused(code: str) -> None:
         server.metrics.errors.labels(code).inc()
@@ -131,13 +132,13 @@ def config_over(
     )
 
 
-def raise_files(settings: Settings) -> int:
+def raise_files() -> int:
     """Connections that there may be, having raised what the system allows as far as it lets us."""
     try:
         import resource  # noqa: PLC0415 - not on every system
     except ImportError:
-        return settings.max_connections
-    wanted, endless = settings.max_connections + _OWN_FILES, resource.RLIM_INFINITY
+        return MAX_CONNECTIONS
+    wanted, endless = MAX_CONNECTIONS + _OWN_FILES, resource.RLIM_INFINITY
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     if soft != endless and soft < wanted:
         soft = wanted if hard == endless else min(wanted, hard)

@@ -29,13 +29,15 @@ from app.errors import SettingError, shorten
 from app.fairness.check import kernel_digest_of
 from app.fairness.signing import Signer
 from app.listening import listen, server_over
+from app.live.arriving import any_room
 from app.live.broadcast.hub import Hub
 from app.live.registry import Rooms
 from app.live.sessions.fair_sessions import FairSessions, here
 from app.ops import cores, logs, memory
 from app.ops.metrics import Metrics
 from app.persistence.checks.integrity import Integrity
-from app.persistence.holds import Holds
+from app.persistence.lease_book import LeaseBook, Unshared
+from app.persistence.leases import Leases
 from app.persistence.ledger.common_secrets import STATEMENTS, TOKENS, common_secret
 from app.persistence.ledger.database import Database
 from app.persistence.ledger.writer import COMMIT_PATIENCE, Ledger
@@ -105,8 +107,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         lifespan=_lifespan,
     )
     app.state.services = _services(settings)
+    app.state.cluster = app.state.services.others
     app.state.bus = redis_at(settings.relays) if settings.relays else None
-    app.state.cluster = _cluster(app)
     problems.install(app)
     listed = [Depends(listed_queries)]
     for router in (
@@ -142,7 +144,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.mount("/", app.state.page, name="page")
     # The last one added is the first to see a request.
     if app.state.cluster is not None:
-        app.add_middleware(app.state.cluster.middleware)
+        app.state.cluster.surround(app)
     app.add_middleware(BodyLimit, max_body=MAX_BODY)
     if settings.allowed_origins:
         app.add_middleware(
@@ -186,16 +188,20 @@ def _services(settings: Settings) -> Services:
     database = Database(settings.ledger_url, shared=bool(settings.name))
     budgets = Budgets(COMPUTE_RATE, settings.compute_burst)
     cameras = Cameras(MAX_CAMERAS, MAX_VIEWERS, purse=budgets)
+    shares = _Shares(settings) if settings.name else None
     ledger = Ledger(
         database,
         period=1.0 / settings.tick_rate,
         patience=COMMIT_PATIENCE,
         on_commit=metrics.ledger_commit.observe,
+        leases=shares.book if shares else Unshared(),
     )
     limits = kinds.BallLimits(settings.max_balls, kinds.MAX_TOUCHING)
-    holds = Holds(ledger, _holder(settings)) if settings.name else None
     persistence = PersistenceService(
-        ledger, tick_rate=settings.tick_rate, limits=limits, holds=holds
+        ledger,
+        tick_rate=settings.tick_rate,
+        limits=limits,
+        leases=Leases(ledger, shares.book) if shares else None,
     )
     held = Rooms(
         settings,
@@ -205,6 +211,7 @@ def _services(settings: Settings) -> Services:
         watchers=(metrics, cameras, memory.Collector()),
         filmed=cameras.films,
         persistence=persistence,
+        claim=shares.alive.claim if shares else any_room,
     )
     secret_file = _secret_file(settings, database)
     if database.shared and not settings.secret:
@@ -235,41 +242,44 @@ def _services(settings: Settings) -> Services:
         budgets=budgets,
         logs=RoomLogs(persistence.runs, None if database.in_memory else readers.run),
         metrics=metrics,
+        others=shares.cluster(held, ledger) if shares else None,
     )
     metrics.read_from(functools.partial(readings, server))
     return server
 
 
-def _holder(settings: Settings) -> str:
-    """What this server is called in the ledger: another name at each start."""
-    return f"{settings.name}.{secrets.token_hex(4)}"
+class _Shares:
+    """This server among others over the same ledger; nothing of it is imported without them."""
 
+    def __init__(self, settings: Settings) -> None:
+        from app.cluster import start  # noqa: PLC0415 - for those who have one
 
-def _cluster(app: FastAPI) -> Any:
-    """This server among others over the same ledger; None, and nothing imported, without."""
-    server: Services = app.state.services
-    if not server.settings.name:
-        return None
-    from app.cluster.start import Cluster  # noqa: PLC0415 - for those who have one
+        self._settings = settings
+        self._start = start
+        # Called by another name in the ledger at each start.
+        holder = f"{settings.name}.{secrets.token_hex(4)}"
+        self.book = LeaseBook(holder, settings.address.rstrip("/"))
+        self.alive = start.member(settings, self.book)
 
-    return Cluster(server)
+    def cluster(self, rooms: Rooms, ledger: Ledger) -> Any:
+        """What is started and stopped, and what routes know of the other servers."""
+        assert rooms.shared is not None
+        return self._start.Cluster(
+            self._settings, self.alive, rooms.shared, ledger, rooms.hub.count
+        )
 
 
 def _fair_sessions(
     settings: Settings, persistence: PersistenceService, signing_key: bytes, held: Rooms
 ) -> FairSessions:
-    fair = FairSessions(
+    return FairSessions(
         persistence,
         Signer(signing_key),
         kernel_digest=kernel_digest_of(page_kernels().read_bytes()),
-        rest=settings.session_rest,
         draw=secrets.token_bytes,
         new_id=lambda: secrets.token_hex(16),
-        having=here if held.holding is None else held.holding.having,
+        having=here if held.shared is None else held.shared.arriving.having,
     )
-    if held.holding is not None:
-        held.holding.gone.append(fair.forget_room)
-    return fair
 
 
 def _signing_key(database: Database, secret_file: Path | None) -> bytes:

@@ -100,13 +100,6 @@ class Settings:
     address_connections: int = _setting(
         500, "connections that one address may have open; a trusted proxy any", 1, 1_000_000
     )
-    max_connections: int = _setting(
-        10_000,
-        "connections open at once, of all addresses; one may have a tenth of those left. At most "
-        "what the system lets the process open",
-        1,
-        1_000_000,
-    )
     message_rate: float = _setting(60.0, "messages a second from one client", 0.1, 1e6)
     drop_rate: float = _setting(20.0, "drops a second from one client", 0.1, 1e6)
     max_balls: int = _setting(200, "balls in flight in one room", 1, 65535)
@@ -124,15 +117,6 @@ class Settings:
         3600.0,
         "seconds for which an unused room of a player's own makes way for no other",
         0.0,
-        1e9,
-    )
-    room_idle: float = _setting(
-        86400.0, "seconds after which an unused room of a player's own is closed", 1.0, 1e9
-    )
-    session_rest: float = _setting(
-        86400.0,
-        "seconds without a drop after which a player's session is over and its seed revealed",
-        1.0,
         1e9,
     )
     workers: int = _setting(2, "processes for drops, pictures and board checks", 1, 256)

@@ -1,60 +1,65 @@
-"""Says that this server is alive, sees which others are, and wakes whoever waits for that."""
+"""Says that this server is alive, sees which others are, and ends what depends on one that is not.
+
+Beats go by themselves: a ledger that takes its time must not cost this server its rooms.
+"""
 
 import asyncio
 import contextlib
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
 
 from app.cluster.beats import FAILURES, Beats
-from app.cluster.membership import BEAT, LEASE, Member, View
+from app.cluster.membership import BEAT, Member, View
 from app.concurrency.signal import Signal
-from app.persistence.holds import Holds
+from app.persistence.lease_book import LeaseBook
+from app.rooms.records import LeaseRow
 
 _log = logging.getLogger("plinko")
 
 
 class Alive:
-    """For the event loop's thread. `run` while anything is asked of it."""
+    """For the event loop's thread. `name` is what people call this server.
+
+    `looked` is sent each time it looked who is alive, and when that could not be seen. `leaving`
+    is whether this server gives its rooms away.
+    """
 
     def __init__(
-        self, beats: Beats, holds: Holds, name: str, *, clock: Callable[[], float] = time.monotonic
+        self,
+        beats: Beats,
+        book: LeaseBook,
+        name: str,
+        *,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.name = name
         self.view = View()
         self.leaving = False
-        self.missed = Signal()  # somebody is gone
+        self.looked = Signal()
         self._beats = beats
-        self._holds = holds
+        self._book = book
         self._clock = clock
-        self._looked = Signal()  # at who is alive, with whatever came of it
-        self._seen: set[str] = set()  # who was alive at the last look
-        self._beaten = clock()
-        self._doubtful = False
+        self._depending: dict[asyncio.Timeout, str] = {}  # on the server of this name
 
     @property
     def me(self) -> Member:
         """This server, as the others see it."""
-        return Member(self._holds.holder, self.name, self._holds.address, self.leaving)
+        return Member(self._book.holder, self.name, self._book.address, self.leaving)
 
     @property
     def joined(self) -> bool:
         """Whether the others know that this server is there."""
-        return self._holds.holder in self.view.members
+        return self._book.holder in self.view.members
 
     @property
     def others(self) -> list[Member]:
         """The other servers that can be given rooms."""
-        return self.view.others(self._holds.holder)
+        return self.view.others(self._book.holder)
 
-    @property
-    def doubtful(self) -> bool:
-        """Whether others may have taken rooms of this server, which they did not hear of."""
-        return self._doubtful or not self.view.up
-
-    def checked(self) -> None:
-        """Rooms that others have taken are known now."""
-        self._doubtful = False
+    def claim(self, room_id: str, row: LeaseRow | None) -> int:
+        """The number of the lease that this server's is to follow; raises LeaseLostError."""
+        return self.view.claim(room_id, row, self.me)
 
     async def run(self) -> None:
         """Beat until cancelled, whatever becomes of it; at once where another server leaves."""
@@ -74,25 +79,28 @@ class Alive:
             if self.view.up:
                 _log.warning("servers do not see each other: rooms stay where they are: %s", error)
             self.view.failed()
-            self._looked.send()
-            return
-        now = self._clock()
-        self._doubtful = self._doubtful or now - self._beaten > LEASE
-        self._beaten = now
-        self.view.look(now, look)
-        before, self._seen = self._seen, set(self.view.members)
-        self._looked.send()
-        if before - self._seen:
-            self.missed.send()
+        else:
+            self.view.look(self._clock(), look)
+            for limit, holder in list(self._depending.items()):
+                if self.view.is_gone(holder):
+                    del self._depending[limit]
+                    limit.reschedule(0.0)
+        self.looked.send()
 
-    async def until_looked(self) -> None:
-        """Return once it was looked again at who is alive, or that could not be seen."""
-        await self._looked.wait()
+    @contextlib.asynccontextmanager
+    async def while_there(self, member: Member) -> AsyncIterator[None]:
+        """Raise TimeoutError in the block once another server is gone."""
+        async with asyncio.timeout(None) as limit:
+            self._depending[limit] = member.holder
+            try:
+                yield
+            finally:
+                self._depending.pop(limit, None)
 
-    async def until_gone(self, member: Member) -> None:
-        """Return when this server is gone."""
-        while not self.view.is_gone(member.holder):
-            await self.missed.wait()
+    async def leave(self) -> None:
+        """From now on this server gives its rooms away, and the others know."""
+        self.leaving = True
+        await self.beat()
 
     async def gone(self) -> None:
         """This server has ended; nobody is to ask it any more."""

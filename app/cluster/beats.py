@@ -8,8 +8,7 @@ import asyncio
 import contextlib
 import os
 import socket
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import AsyncIterator, Callable, Coroutine
 from typing import Any, Final, TypeVar
 
 import psycopg
@@ -55,108 +54,114 @@ WHERE beat > clock_timestamp() - {_FORGOTTEN}
 
 
 class Beats:
-    """For the event loop's thread; its connection is another's, which may have to wait."""
+    """For the event loop's thread."""
 
     def __init__(self, database: URL) -> None:
         plain = database.set(drivername="postgresql")
         self._address = plain.render_as_string(hide_password=False)
-        self._connection: psycopg.Connection[tuple[Any, ...]] | None = None
+        self._connection: psycopg.AsyncConnection[tuple[Any, ...]] | None = None
         self._connections = 0  # until now
-        self._thread = ThreadPoolExecutor(1, "beats")
-        self._working: asyncio.Future[Any] | None = None
+        self._working: asyncio.Task[Any] | None = None
 
     async def beat(self, me: Member) -> Look:
         """Say that `me` is alive, and see who else is; raises FAILURES."""
-        return await self._do(lambda: self._beat(me), _SECONDS)
+        return await self._within(_SECONDS, lambda: self._beat(me))
 
     async def until_told(self, seconds: float) -> None:
         """Wait, for less time where a server says that it leaves; raises FAILURES."""
-        await self._do(lambda: self._wait(seconds), seconds + _SECONDS)
+        await self._within(seconds + _SECONDS, lambda: self._wait(seconds))
 
     async def leave(self, me: Member) -> None:
         """Say that `me` is gone; raises FAILURES."""
-        await self._do(lambda: self._forget(me), _SECONDS)
+        await self._within(_SECONDS, lambda: self._forget(me))
 
     def close(self) -> None:
-        """Leave PostgreSQL, whatever the thread waits for."""
-        if self._working is not None and not self._working.done():
-            self._cut()
-        self._thread.submit(self._drop)
-        self._thread.shutdown(wait=False)
+        """Leave PostgreSQL, whatever it is asked."""
+        connection, self._connection = self._connection, None
+        if connection is None:
+            return
+        if self._busy:  # it hears of the end, and closes the connection
+            _cut(connection)
+        else:
+            connection.pgconn.finish()
 
-    async def _do(self, work: Callable[[], T], seconds: float) -> T:
-        """Have the thread do this, unless it still waits for what it was to do before."""
-        async with asyncio.timeout(seconds):
-            if self._working is not None:
-                await asyncio.wait([self._working])
-            working = asyncio.get_running_loop().run_in_executor(self._thread, work)
-            working.add_done_callback(lambda each: each.cancelled() or each.exception())
-            self._working = working
-            return await asyncio.shield(working)
+    @property
+    def _busy(self) -> bool:
+        return self._working is not None and not self._working.done()
 
-    # In the thread.
+    async def _within(self, seconds: float, work: Callable[[], Coroutine[Any, Any, T]]) -> T:
+        """What comes of `work`, once what was asked before is answered.
 
-    def _beat(self, me: Member) -> Look:
+        What takes too long goes on all the same: a connection is not lost for being slow, and the
+        driver could not cancel anything without PostgreSQL.
+        """
+        try:
+            async with asyncio.timeout(seconds):
+                while self._working is not None and self._busy:
+                    await asyncio.wait([self._working])
+                task = self._working = asyncio.create_task(work())
+                task.add_done_callback(lambda done: done.cancelled() or done.exception())
+                return await asyncio.shield(task)
+        except TimeoutError:
+            raise TimeoutError(f"PostgreSQL has not answered for {seconds:g} s") from None
+
+    async def _beat(self, me: Member) -> Look:
         """Over a new connection where the one that there was has ended."""
         if self._connection is not None:
             with contextlib.suppress(psycopg.OperationalError):
-                return self._said(me)
-        return self._said(me)
+                return await self._say(me)
+        return await self._say(me)
 
-    def _said(self, me: Member) -> Look:
-        with self._connected() as connection:
-            connection.execute(_SAY, (me.holder, me.name, me.address, me.leaving))
+    async def _say(self, me: Member) -> Look:
+        async with self._connected() as connection:
+            await connection.execute(_SAY, (me.holder, me.name, me.address, me.leaving))
             if me.leaving:
-                connection.execute("NOTIFY members")
-            rows = connection.execute(_LOOK).fetchall()
+                await connection.execute("NOTIFY members")
+            rows = await (await connection.execute(_LOOK)).fetchall()
         found = (Seen(Member(*row[:4]), age=row[4], connected=row[5]) for row in rows)
         return Look(self._connections, tuple(found))
 
-    def _wait(self, seconds: float) -> None:
-        with self._connected() as connection:
-            for _ in connection.notifies(timeout=seconds, stop_after=1):
-                return
+    async def _wait(self, seconds: float) -> None:
+        async with self._connected() as connection:
+            async for _ in connection.notifies(timeout=seconds, stop_after=1):
+                pass
 
-    def _forget(self, me: Member) -> None:
-        with self._connected() as connection:
-            connection.execute("DELETE FROM members WHERE holder = %s", (me.holder,))
-            connection.execute("NOTIFY members")
+    async def _forget(self, me: Member) -> None:
+        async with self._connected() as connection:
+            await connection.execute("DELETE FROM members WHERE holder = %s", (me.holder,))
+            await connection.execute("NOTIFY members")
 
-    @contextlib.contextmanager
-    def _connected(self) -> Iterator[psycopg.Connection[tuple[Any, ...]]]:
+    @contextlib.asynccontextmanager
+    async def _connected(self) -> AsyncIterator[psycopg.AsyncConnection[tuple[Any, ...]]]:
         """The connection, made again after a failure."""
-        if self._connection is None:
-            made = psycopg.connect(
-                self._address,
-                autocommit=True,
-                connect_timeout=_CONNECT,
-                tcp_user_timeout=1000 * _CONNECT,
-                application_name="plinko beats",
-                # A server that is seen to be alive may be so a moment longer than it is.
-                options="-c synchronous_commit=off",
-            )
-            try:
-                made.execute(_MAKE)
-            except BaseException:
-                made.close()
-                raise
-            self._connection = made
-            self._connections += 1
+        connection = self._connection or await self._connect()
         try:
-            yield self._connection
+            if self._connection is None:
+                await connection.execute(_MAKE)
+                self._connection = connection
+                self._connections += 1
+            yield connection
         except psycopg.Error:
-            self._drop()
+            self._connection = None
+            await connection.close()
             raise
 
-    def _drop(self) -> None:
-        if self._connection is not None:
-            self._connection.close()
-            self._connection = None
+    async def _connect(self) -> psycopg.AsyncConnection[tuple[Any, ...]]:
+        return await psycopg.AsyncConnection.connect(
+            self._address,
+            autocommit=True,
+            connect_timeout=_CONNECT,
+            tcp_user_timeout=1000 * _CONNECT,
+            application_name="plinko beats",
+            # A server that is seen to be alive may be so a moment longer than it is.
+            options="-c synchronous_commit=off",
+        )
 
-    def _cut(self) -> None:
-        """End the line under the thread, which would wait for what does not come."""
-        connection = self._connection
-        with contextlib.suppress(OSError, psycopg.Error):
-            if connection is not None:
-                with socket.socket(fileno=os.dup(connection.fileno())) as line:
-                    line.shutdown(socket.SHUT_RDWR)
+
+def _cut(connection: psycopg.AsyncConnection[Any]) -> None:
+    """End a connection under whoever waits for what does not come."""
+    with (
+        contextlib.suppress(OSError, psycopg.Error),
+        socket.socket(fileno=os.dup(connection.fileno())) as end,
+    ):
+        end.shutdown(socket.SHUT_RDWR)

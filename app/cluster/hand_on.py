@@ -1,181 +1,237 @@
-"""Brings each request to the server that has its room; for the client there is one server."""
+"""Brings each request to the server that has its room; for the client there is one server.
+
+A request is answered here. Where the answer is that its room is at another server, which the answer
+names, nothing was done, and the request is handed on to that server; where the room is on its way
+between servers, it is tried again. A request is handed on once: the server that it came to is the
+one to try again.
+"""
 
 import asyncio
 import contextlib
 import time
+from collections.abc import Awaitable, Callable, Iterable, Iterator, Set
 from typing import Final
+from urllib.parse import urlsplit
 
-import msgspec
+import httpx
 from starlette.datastructures import Headers
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import StreamingResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocket, WebSocketDisconnect
+from websockets.asyncio.client import connect
+from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
-from app.cluster.body import Body
-from app.cluster.http_line import Outcome, pass_http
-from app.cluster.line import MOST_HOPS
+from app.cluster.alive import Alive
 from app.cluster.membership import Member
-from app.cluster.node import Node
-from app.cluster.socket_line import pass_socket
-from app.errors import AppError, EndedError, HoldLostError, LedgerError, shorten
-from app.relay.line import RESTART
+from app.cluster.peers import Peers
+from app.errors import AppError, EndedError, LeaseLostError
+from app.relay.line import RESTART, both_ways, end_of
 from app.web.problems import MOVED, problem_response
 from app.web.shared import HOPS
 
-_ROOMS: Final = ("/api/v1/rooms/", "/ws/rooms/")
-_SESSIONS: Final = "/api/v1/sessions/"
-_NAMED_INSIDE: Final = ("/api/v1/sessions", "/api/v1/halts")
-"""Paths of requests whose body names the room."""
+_SOCKETS: Final = "/ws/rooms/"
 
-_PATIENCE: Final = 8.0  # s that a request waits for a room that is on its way
-_PAUSE: Final = 0.05  # s until it is tried again
+_TRY_SECONDS: Final = 8.0  # for which a request is tried again
+_FIRST_PAUSE: Final = 0.03  # s until it is; each pause is twice the one before, up to
+_LONGEST_PAUSE: Final = 0.4  # s
 
-_NOTHING_DONE: Final = (Outcome.AGAIN, Outcome.SILENT)
+_OPEN_SECONDS: Final = 2.0  # for another server to take a WebSocket
+_CLOSE_SECONDS: Final = 1.0  # for it to hear that the client has left
 
+_OF_ONE_HOP: Final = {
+    *(b"connection", b"keep-alive", b"proxy-connection", b"te", b"trailer"),
+    *(b"transfer-encoding", b"upgrade"),
+}
+"""Headers that are for the next hop alone (RFC 9110, 7.6.1)."""
 
-class _Named(msgspec.Struct):
-    room: str | None = None
+_NOT_PASSED: Final = _OF_ONE_HOP | {
+    *(b"content-length", b"expect", b"x-forwarded-for", b"x-forwarded-proto", HOPS.encode()),
+}
+_OF_A_HANDSHAKE: Final = {
+    *(b"host", b"origin", b"user-agent"),  # the origin was found good here
+    *(b"sec-websocket-key", b"sec-websocket-version"),
+    *(b"sec-websocket-extensions", b"sec-websocket-protocol"),
+}
+
+_NEVER_SENT: Final = (httpx.ConnectError, httpx.ConnectTimeout)
+_SAFE: Final = ("GET", "HEAD", "OPTIONS")  # methods of requests that may be sent twice
+
+_UNKNOWN: Final = (
+    "the server that had the room ended before it answered; whether it did what was asked is seen "
+    "in the room"
+)
 
 
 class HandOn:
-    """Passes requests that are of a room to the server that has it, all others to this one.
+    """`app` answers here. `fetch` has a room in memory, or raises which server has it instead."""
 
-    `app` answers here. A request is tried again as long as nothing was done about it: the room was
-    on its way to another server.
-    """
-
-    def __init__(self, app: ASGIApp, node: Node) -> None:
+    def __init__(
+        self, app: ASGIApp, alive: Alive, peers: Peers, fetch: Callable[[str], Awaitable[None]]
+    ) -> None:
         self.app = app
-        self.node = node
+        self._alive = alive
+        self._peers = peers
+        self._fetch = fetch
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request, here or there."""
-        if scope["type"] not in ("http", "websocket"):
+        if scope["type"] == "http" and HOPS not in Headers(scope=scope):
+            await self._request(scope, receive, send)
+        elif scope["type"] == "websocket" and scope["path"].startswith(_SOCKETS):
+            await self._socket(scope, receive, send)
+        else:
             await self.app(scope, receive, send)
-            return
-        hops = hops_of(scope)
-        if scope["type"] == "websocket":
-            await self._socket(scope, receive, send, hops)
-            return
-        body = Body(receive)
-        room_id = room_of_path(scope["path"])
-        if room_id is None:
-            room_id = await self._room_inside(scope, body)
-        if room_id is None:
-            await self._anywhere(scope, body, send, hops)
-            return
-        await self._request(scope, body, send, room_id, hops)
 
-    async def _anywhere(self, scope: Scope, body: Body, send: Send, hops: int) -> None:
-        """Answer what is of no room: here, but rooms are made where they can stay."""
-        made = scope["method"] == "POST" and scope["path"] == "/api/v1/rooms"
-        if made and self.node.alive.leaving and hops < MOST_HOPS:
-            for member in self.node.alive.others:
-                if await pass_http(self.node, member, scope, body, send, hops) is Outcome.DONE:
-                    return
-        await self.app(scope, body.again(), send)
-
-    async def _room_inside(self, scope: Scope, body: Body) -> str | None:
-        """The room of a request whose path does not say it."""
-        path: str = scope["path"]
-        if scope["method"] == "POST" and path in _NAMED_INSIDE:
-            return room_of_body(await body.whole())
-        if path.startswith(_SESSIONS):
-            with contextlib.suppress(LedgerError):
-                session_id = path.removeprefix(_SESSIONS).partition("/")[0]
-                return await self.node.room_of_session(session_id)
-        return None
-
-    async def _request(self, scope: Scope, body: Body, send: Send, room_id: str, hops: int) -> None:
-        end = time.monotonic() + _PATIENCE
-        outcome = Outcome.AGAIN
-        while outcome in _NOTHING_DONE and time.monotonic() < end:
-            member = await self._locate(room_id, hops)
-            if member is None:
-                outcome = await self._here(scope, body, send, last=hops >= MOST_HOPS)
-            else:
-                self.node.handed_on += 1
-                outcome = await pass_http(self.node, member, scope, body, send, hops)
-            await self._pause(outcome)
-        if outcome is not Outcome.DONE:
-            await problem_response(_why(outcome, room_id), scope["path"])(scope, body.again(), send)
-
-    async def _locate(self, room_id: str, hops: int) -> Member | None:
-        """Who has a room; this server, where that cannot be told: it then says why."""
-        if self.node.has(room_id):
-            return None
+    async def _request(self, scope: Scope, receive: Receive, send: Send) -> None:
         try:
-            return await self.node.locate(room_id, only_here=hops >= MOST_HOPS)
-        except AppError:
-            return None
+            body = await Request(scope, receive).body()
+        except ClientDisconnect:
+            return
+        for pause in _pauses():
+            holder = await self._here(dict(scope), _again(body, receive), send)
+            if holder is None:
+                return
+            member = self._alive.view.members.get(holder)
+            if member and await self._there(member, scope, body, receive, send):
+                return
+            await asyncio.sleep(pause)
+        await self.app(scope, _again(body, receive), send)
 
-    async def _here(self, scope: Scope, body: Body, send: Send, *, last: bool) -> Outcome:
-        """Have this server answer; AGAIN where it says that the room has left."""
-        moved = False
+    async def _here(self, scope: Scope, receive: Receive, send: Send) -> str | None:
+        """Answer here; where the room is at another server, return its name and answer nothing."""
+        holder: str | None = None
 
         async def unless_moved(message: Message) -> None:
-            nonlocal moved
+            nonlocal holder
             if message["type"] == "http.response.start" and message["status"] == 503:
-                moved = not last and MOVED in Headers(raw=message["headers"])
-            if not moved:
+                holder = Headers(raw=message["headers"]).get(MOVED)
+            if holder is None:
                 await send(message)
 
-        await self.app(dict(scope), body.again(), unless_moved)
-        return Outcome.AGAIN if moved else Outcome.DONE
+        await self.app(scope, receive, unless_moved)
+        return holder
 
-    async def _socket(self, scope: Scope, receive: Receive, send: Send, hops: int) -> None:
-        room_id = room_of_path(scope["path"])
-        if room_id is not None:
-            end = time.monotonic() + _PATIENCE
-            while time.monotonic() < end:
-                member = await self._locate(room_id, hops)
-                if member is None:
+    async def _there(
+        self, member: Member, scope: Scope, body: bytes, receive: Receive, send: Send
+    ) -> bool:
+        """Have `member` answer; False where nothing was done, or may be done again."""
+        self._peers.handed_on += 1
+        asking = self._peers.http.stream(
+            scope["method"],
+            httpx.URL(member.address).copy_with(raw_path=_target(scope)),
+            headers=_headers(scope),
+            content=body,
+        )
+        answer = None
+        try:
+            async with self._alive.while_there(member), asking as answer:
+                if answer.status_code == 503 and MOVED in answer.headers:
+                    return False
+                passed = StreamingResponse(answer.aiter_raw(), answer.status_code)
+                passed.raw_headers = _without(answer.headers.raw, _OF_ONE_HOP)
+                await passed(scope, receive, send)
+                return True
+        except (httpx.HTTPError, TimeoutError) as error:
+            if answer is not None:
+                raise  # an answer that breaks off there breaks off here
+            if isinstance(error, _NEVER_SENT) or scope["method"] in _SAFE:
+                return False
+        await problem_response(EndedError(_UNKNOWN), scope["path"])(scope, receive, send)
+        return True
+
+    async def _socket(self, scope: Scope, receive: Receive, send: Send) -> None:
+        client = WebSocket(scope, receive, send)
+        if HOPS not in client.headers:
+            for pause in _pauses():
+                try:
+                    await self._fetch(scope["path"].removeprefix(_SOCKETS))
                     break
-                if hops and self.node.alive.leaving:
-                    # A line over this server would end with it: the other one looks again.
-                    await send({"type": "websocket.close", "code": RESTART, "reason": ""})
-                    return
-                self.node.handed_on += 1
-                outcome = await pass_socket(self.node, member, scope, receive, send, hops)
-                if outcome is Outcome.DONE:
-                    return
-                await self._pause(outcome)
+                except LeaseLostError as moved:
+                    member = self._alive.view.members.get(moved.holder)
+                    if member and await self._talk(member, client):
+                        return
+                except AppError:
+                    break  # of which the client is told below
+                await asyncio.sleep(pause)
+        elif self._alive.leaving:  # the server before this one finds the room where it goes
+            await client.close(RESTART)
+            return
         await self.app(scope, receive, send)
 
-    async def _pause(self, outcome: Outcome) -> None:
-        """Until it is tried again: of a server that is silent, not before more is known."""
-        if outcome is Outcome.SILENT:
-            await self.node.alive.until_looked()
-        elif outcome is Outcome.AGAIN:
-            await asyncio.sleep(_PAUSE)
+    async def _talk(self, member: Member, client: WebSocket) -> bool:
+        """Have `member` talk to a client until one of them ends; False if it does not answer."""
+        self._peers.handed_on += 1
+        at, host = urlsplit(member.address), client.headers.get("host", "localhost")
+        scheme, port = ("wss", 443) if at.scheme == "https" else ("ws", 80)
+        headers = _without(_headers(client.scope), _OF_A_HANDSHAKE)
+        try:
+            async with self._alive.while_there(member):
+                room = await connect(
+                    f"{scheme}://{host}{_target(client.scope).decode('latin-1')}",
+                    host=at.hostname,
+                    port=at.port or port,
+                    additional_headers=[
+                        (n.decode("latin-1"), v.decode("latin-1")) for n, v in headers
+                    ],
+                    user_agent_header=None,
+                    compression=None,
+                    max_size=None,
+                    proxy=None,
+                    ping_interval=None,
+                    open_timeout=_OPEN_SECONDS,
+                    close_timeout=_CLOSE_SECONDS,
+                )
+        except (OSError, InvalidHandshake, ConnectionClosed, TimeoutError):
+            return False
+        async with room:
+            end = RESTART, "the room is brought to another server"
+            with contextlib.suppress(RuntimeError, WebSocketDisconnect):
+                await client.accept()
+                with contextlib.suppress(TimeoutError):
+                    async with self._alive.while_there(member), self._peers.socket():
+                        await both_ways(client, room)
+                        end = end_of(room)
+                await client.close(*end)
+        return True
 
 
-def _why(outcome: Outcome, room_id: str) -> AppError:
-    """What a client is told that got no answer."""
-    name = shorten(room_id)
-    if outcome in _NOTHING_DONE:
-        return HoldLostError(f"room {name} is on its way to another server", field="room")
-    return EndedError(
-        f"the server that had room {name} ended before it answered; whether it did what was asked "
-        "is seen in the room"
-    )
+def _pauses() -> Iterator[float]:
+    """s after which a request is tried again, each time, until that has lasted long enough."""
+    end, pause = time.monotonic() + _TRY_SECONDS, _FIRST_PAUSE
+    while time.monotonic() < end:
+        yield pause
+        pause = min(2 * pause, _LONGEST_PAUSE)
 
 
-def hops_of(scope: Scope) -> int:
-    """How often a request was handed on before; what is no number is often enough."""
-    text = Headers(scope=scope).get(HOPS, "0")
-    return int(text) if text in ("0", "1", "2") else MOST_HOPS
+def _again(body: bytes, receive: Receive) -> Receive:
+    """What gives a body that was read once more, and then what comes after it."""
+    whole: list[Message] = [{"type": "http.request", "body": body, "more_body": False}]
+
+    async def receive_again() -> Message:
+        return whole.pop() if whole else await receive()
+
+    return receive_again
 
 
-def room_of_path(path: str) -> str | None:
-    """The room that a path is of, if any."""
-    for begin in _ROOMS:
-        if path.startswith(begin):
-            return path.removeprefix(begin).partition("/")[0] or None
-    return None
+def _target(scope: Scope) -> bytes:
+    query: bytes = scope["query_string"]
+    path: bytes = scope["raw_path"].partition(b"?")[0]
+    return path + (b"?" + query if query else b"")
 
 
-def room_of_body(body: bytes) -> str | None:
-    """The room that a body names, if any."""
-    try:
-        return msgspec.json.decode(body, type=_Named).room or None
-    except (msgspec.DecodeError, UnicodeDecodeError):
-        return None
+def _headers(scope: Scope) -> list[tuple[bytes, bytes]]:
+    """The client's headers, who it is, and that its request was handed on."""
+    kept = _without(scope["headers"], _NOT_PASSED)
+    if scope.get("client"):
+        kept.append((b"x-forwarded-for", scope["client"][0].encode()))
+    kept.append((b"x-forwarded-proto", scope["scheme"].replace("ws", "http").encode()))
+    kept.append((HOPS.encode(), b"1"))
+    return kept
+
+
+def _without(
+    headers: Iterable[tuple[bytes, bytes]], names: Set[bytes]
+) -> list[tuple[bytes, bytes]]:
+    """Those headers that have none of these names."""
+    return [(name, value) for name, value in headers if name.lower() not in names]

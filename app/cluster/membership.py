@@ -1,16 +1,17 @@
-"""Who is alive, and who takes over the rooms of who is not: decided here, acted on in `node`. Pure.
+"""Which servers are alive, and which of them may have a room. Decided here, without I/O.
 
 Times are seconds of a monotonic clock, and come in as arguments.
 """
 
 import hashlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
 import msgspec
 
-from app.rooms.records import HoldRow
+from app.errors import LeaseLostError
+from app.rooms.records import LeaseRow
 
 LEASE: Final = 2.0
 """s for which a server counts as alive after it last said so. Shorter, and a server that stutters
@@ -23,9 +24,6 @@ LATE: Final = 2 * BEAT
 """s that a server without a connection to PostgreSQL counts as alive. Where its process has ended
 the system closes its connections at once; the rest of the lease is for one that stands still, or is
 cut off, of which nothing else can be known."""
-
-NEXT: Final = 1.5
-"""s after which the next server in the order takes a room that the one before it did not take."""
 
 
 class Member(msgspec.Struct, frozen=True):
@@ -101,6 +99,20 @@ class View:
         """Whether this server has ended, or its lease has run out."""
         return holder not in self.members and self._sure
 
+    def claim(self, room_id: str, row: LeaseRow | None, me: Member) -> int:
+        """The number of the lease that `me`'s is to follow; raises LeaseLostError.
+
+        The error names the server to ask instead, if that is known. A server that leaves takes
+        nothing more: a client that asks it for a free room need not wait until it is gone.
+        """
+        holder = "" if row is None else row.holder
+        if holder in ("", me.holder) or self.is_gone(holder):
+            heirs = order(room_id, self.others(me.holder)) if me.leaving else []
+            if not heirs:
+                return 0 if row is None else row.number
+            holder = heirs[0].holder
+        raise LeaseLostError(f"room {room_id!r} is at another server", field="room", holder=holder)
+
     def named(self, name: str) -> Member | None:
         """The server that people call so, or by its name in the ledger; never one that leaves."""
         for member in self.members.values():
@@ -128,37 +140,15 @@ def order(room_id: str, members: Iterable[Member]) -> list[Member]:
     return sorted(members, key=weight)
 
 
-class Orphans:
-    """Rooms whose server is gone, each since when."""
+def orphans(rows: Iterable[LeaseRow], awake: Iterable[str], view: View, me: Member) -> list[str]:
+    """The rooms that `me` takes over: their server is gone, and it is the first in their order.
 
-    def __init__(self) -> None:
-        self._since: dict[str, float] = {}
-
-    @property
-    def waiting(self) -> bool:
-        """Whether there are any."""
-        return bool(self._since)
-
-    def due(
-        self, rows: Sequence[HoldRow], awake: Iterable[str], view: View, me: str, now: float
-    ) -> list[str]:
-        """Rooms that the server `me` takes over now.
-
-        rows: who has which room; awake: rooms in which something moves, whoever has them. A room
-        is the first server's in its order; the next one's if that one does not take it.
-        """
-        if not view.sure:
-            return []
-        held = {row.room: row.holder for row in rows}
-        gone = {room for room, holder in held.items() if view.is_gone(holder)}
-        gone |= {room for room in awake if room not in held}
-        self._since = {room: self._since.get(room, now) for room in sorted(gone)}
-        able = [member for member in view.members.values() if not member.leaving]
-        return [
-            room for room, since in self._since.items() if _is_mine(room, able, me, now - since)
-        ]
-
-
-def _is_mine(room: str, able: list[Member], me: str, age: float) -> bool:
-    rank = [member.holder for member in order(room, able)]
-    return me in rank and age >= NEXT * rank.index(me)
+    rows: who has which room; awake: rooms in which something moves, whoever has them.
+    """
+    if not view.sure:
+        return []
+    held = {row.room: row.holder for row in rows}
+    gone = {room for room, holder in held.items() if view.is_gone(holder)}
+    gone |= {room for room in awake if room not in held}
+    able = [member for member in view.members.values() if not member.leaving]
+    return [room for room in sorted(gone) if able and order(room, able)[0].holder == me.holder]

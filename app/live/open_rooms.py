@@ -15,6 +15,7 @@ from app.persistence.service import PersistenceService
 from app.rooms.records import Parked, RoomRow
 from app.settings import Settings
 
+UNUSED_SECONDS = 86_400.0  # after which an unused room of a player's own is closed
 _IN_MEMORY = 256  # rooms; beyond that, those that nobody needs now are parked
 
 _log = logging.getLogger("plinko")
@@ -27,12 +28,8 @@ class OpenRooms:
         self.in_memory: OrderedDict[str, LiveRoom] = OrderedDict()
         self.parked: OrderedDict[str, Parked] = OrderedDict()  # those with owners
         self.parked_public: dict[str, RoomRow] = {}
-        # Where several servers share the ledger nothing is parked: whoever leaves the memory is
-        # any server's, and `left` hears of it. `elsewhere` counts players' rooms that are not here.
-        self.left: Callable[[str], None] | None = None
-        self.elsewhere = 0
+        self._elsewhere = 0  # players' rooms that are not here
         self._max_rooms = settings.max_rooms
-        self._idle_seconds = settings.room_idle
         self._rest_seconds = settings.room_rest
         self._persistence = persistence
 
@@ -77,16 +74,20 @@ class OpenRooms:
     @property
     def free(self) -> int:
         """How many more rooms players may open before one must make way."""
-        return max(0, self._max_rooms - self.owned - len(self.parked) - self.elsewhere)
+        return max(0, self._max_rooms - self.owned - len(self.parked) - self._elsewhere)
 
     @property
     def owned(self) -> int:
         """How many rooms in memory are players' own."""
         return sum(live.owned for live in self.in_memory.values())
 
+    def count(self, everywhere: int) -> None:
+        """So many rooms are players' own, at all servers that share the ledger."""
+        self._elsewhere = max(0, everywhere - self.owned)
+
     def close_idle(self) -> None:
         """Close the rooms with owners that nobody has used for too long."""
-        before = self._persistence.now() - self._idle_seconds
+        before = self._persistence.now() - UNUSED_SECONDS
         while self.parked and next(iter(self.parked.values())).used < before:
             self._end(self.parked.popitem(last=False)[1], "unused")
         while (live := self._unneeded(lambda live: self._idle(live, before))) is not None:
@@ -108,8 +109,12 @@ class OpenRooms:
         return live.ticks or bool(live.room.planned) or live.id == MAIN or live.watched
 
     def _park(self, live: LiveRoom, closing: str = "") -> None:
-        """Let the ledger have a sleeping room; one with an owner is closed where there is a why."""
+        """Let the ledger have a sleeping room; one with an owner is closed where there is a why.
+
+        Where several servers share the ledger nothing is parked here: the room is any server's.
+        """
         room, owned = live.room, live.owned
+        leases = self._persistence.leases
         del self.in_memory[room.id]
         live.leave(ClosedRoomError(f"room {room.id!r} was put away, as nobody used it"))
         row = self._persistence.park(room)
@@ -117,12 +122,12 @@ class OpenRooms:
             parked = Parked.of(row, room.origin.name)
             if closing:
                 self._end(parked, closing)
-            elif self.left is None:
+            elif leases is None:
                 self.parked[room.id] = parked
-        elif row is not None and self.left is None:
+        elif row is not None and leases is None:
             self.parked_public[room.id] = row
-        if self.left is not None:
-            self.left(room.id)
+        if leases is not None:
+            leases.let_go(room.id)
 
     def _retire(self, live: LiveRoom, why: str) -> None:
         """Close a room with an owner; park one without, as it opens again when asked for."""

@@ -12,22 +12,25 @@ from app.errors import (
     AppError,
     ClosedRoomError,
     DamagedRoomError,
-    HoldLostError,
+    LeaseLostError,
     LedgerError,
     RebuildingError,
     ResetError,
     UndecidedError,
 )
+from app.live.arriving import Arriving, Claim, any_room
 from app.live.broadcast.audience import Means
 from app.live.broadcast.hub import Client, Hub
 from app.live.broadcast.presence import Presence
 from app.live.halts import Halts
-from app.live.holding import Holding
+from app.live.leaving import Leaving
 from app.live.live_room import Around, LiveRoom
 from app.live.open_rooms import OpenRooms
 from app.live.public_tables import MAIN, PublicTables
+from app.live.shared_rooms import SharedRooms
 from app.live.ticking.runner import Runner, Running
 from app.live.ticking.ticker import Watcher
+from app.persistence.leases import Leases
 from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.recovery.rebuild_queue import RebuildQueue, Turn, rebuilding
 from app.persistence.service import PersistenceService
@@ -72,6 +75,7 @@ class Rooms:
         watchers: Sequence[Watcher] = (),
         filmed: Callable[[str], bool] = lambda _: False,
         persistence: PersistenceService | None = None,
+        claim: Claim = any_room,
     ) -> None:
         self.settings = settings
         self.hub = hub
@@ -90,17 +94,21 @@ class Rooms:
         self._open = OpenRooms(settings, self.persistence)
         self.rebuilding = RebuildQueue(self._rebuild)
         self.public = PublicTables(boards, main_board, self.scene)
-        holds = self.persistence.holds
-        self.holding: Holding | None = None
-        if holds is not None:
-            self.holding = Holding(
-                settings, holds, self.persistence, self._open, self.public, self, self._new_aside
-            )
+        self.shared: SharedRooms | None = None
+        if self.persistence.leases is not None:
+            self.shared = self._share(self.persistence.leases, claim)
         self._new_id = new_id
         self._loading = asyncio.Lock()
         self._making: set[str | None] = set()  # keys of requests for rooms that are being opened
         if not self.persistence.ledger.keeps:
             self.find(MAIN)
+
+    def _share(self, leases: Leases, claim: Claim) -> SharedRooms:
+        """What this server does with rooms that others may have."""
+        kept, rooms = self.persistence, self._open
+        leaving = Leaving(leases, kept, rooms, self)
+        arriving = Arriving(leases, claim, kept, rooms, self.public, self, self._new_aside, leaving)
+        return SharedRooms(self.settings, kept, rooms, leases, leaving, arriving)
 
     # Finding.
 
@@ -134,11 +142,13 @@ class Rooms:
         self.persistence.recovery.check(room_id)
         if room_id in self.rebuilding:
             raise rebuilding(room_id)
-        if self.holding is not None:
-            self.holding.check(room_id)  # who still watches is sent on, whatever they ask for
+        if self.shared is not None:
+            self.shared.leaving.check(
+                room_id
+            )  # who still watches is sent on, whatever they ask for
         ground, mode = self.public.find(room_id)
-        if self.holding is not None:
-            raise self.holding.away(room_id)
+        if self.shared is not None:
+            raise LeaseLostError(f"room {room_id!r} is not at this server", field="room")
         row = self._open.parked_public.pop(room_id, None)
         back = None if row is None else self.persistence.recovery.restore(row, ground)
         return self.add(back or self._new(room_id, ground, mode))
@@ -155,8 +165,8 @@ class Rooms:
         RebuildingError for one that takes long to come back.
         """
         self._open.close_idle()
-        if self.holding is not None:
-            await self.holding.fetch(room_id)
+        if self.shared is not None:
+            await self.shared.arriving.fetch(room_id)
         await self.rebuilding.need(room_id)
         if room_id in self._open.parked:
             async with self._loading:
@@ -194,7 +204,7 @@ class Rooms:
         self._open.parked_public = left.public
         self._open.parked = OrderedDict((each.id, each) for each in left.owned)
         self.rebuilding.fill(sorted(left.moving, key=lambda each: each.id != MAIN))
-        if self.holding is not None:
+        if self.shared is not None:
             return
         # Where it is set aside, who asks for it is told.
         with contextlib.suppress(RebuildingError, DamagedRoomError):
@@ -202,10 +212,10 @@ class Rooms:
 
     async def follow(self) -> None:
         """Heed what other servers do to all rooms of a shared ledger, until cancelled."""
-        while self.holding is not None:
+        while self.shared is not None:
             with contextlib.suppress(LedgerError):  # it is told of where something is to be done
                 await self.halts.follow()
-                await self.holding.look_after()
+                await self.shared.look_after()
             await asyncio.sleep(_FOLLOW)
 
     def leave(self) -> None:
@@ -217,7 +227,7 @@ class Rooms:
 
         None where this server alone knows. Raises LedgerError.
         """
-        return None if self.holding is None else await self.holding.made_by(creator)
+        return None if self.shared is None else await self.shared.made_by(creator)
 
     async def begun_by(self, key: str) -> LiveRoom | None:
         """The room that the request with this key has opened, if it is open still.
@@ -275,16 +285,16 @@ class Rooms:
         key: str | None,
         retold: Retold | None = None,
     ) -> LiveRoom:
-        if self.holding is not None:
-            await self.holding.make_place()
+        if self.shared is not None:
+            await self.shared.make_place()
         self._open.make_place()
         room = await self._new_aside(self._new_id(), ground, mode)
         if retold is not None:
             await asyncio.to_thread(room.restore, retold.checkpoint)
-        if self.holding is not None:
-            await self.holding.begin(room.id)
+        if self.shared is not None:
+            await self.shared.arriving.begin(room.id)
         taken = () if retold is None else retold.inputs
-        counted = None if self.holding is None else creator
+        counted = None if self.shared is None else creator
         self._making.add(key)
         try:
             await self.persistence.create(room, counted, taken, key)
@@ -301,8 +311,8 @@ class Rooms:
         error = ClosedRoomError(f"room {live.id!r} was closed by its creator")
         self._forget(live, error)
         self.hub.close(live.id, error)
-        if self.holding is not None:
-            self.holding.let_go(live.id)
+        if self.shared is not None:
+            self.shared.leases.let_go(live.id)
         _log.info("room closed", extra={"room": live.id, "why": "its creator"})
 
     async def _reset(self, live: LiveRoom, board: Board | None, key: str | None) -> None:
@@ -311,7 +321,7 @@ class Rooms:
         async with live.ending() as settled:
             await self.persistence.replace(old, new, settled, key)
         if live.gone is not None:
-            raise HoldLostError(f"room {live.id!r} went to another server meanwhile", field="room")
+            raise LeaseLostError(f"room {live.id!r} went to another server meanwhile", field="room")
         live.tell_settled(settled)
         live.begin_anew(new, ResetError(f"room {live.id!r} was reset by its creator"))
 
@@ -324,10 +334,10 @@ class Rooms:
         self._forget(live, error)
         self.persistence.abandon(live.room, _FAILED)
         self.hub.close(live.id, error)
-        if self.holding is not None:
-            self.holding.let_go(live.id)
+        if self.shared is not None:
+            self.shared.leases.let_go(live.id)
 
-    def drop_from_memory(self, live: LiveRoom, error: HoldLostError) -> None:
+    def drop_from_memory(self, live: LiveRoom, error: LeaseLostError) -> None:
         """Have a room no more that is another server's."""
         live.landings.leave()
         self._forget(live, error)
@@ -337,7 +347,7 @@ class Rooms:
         del self._open.in_memory[live.id]
         live.leave(error)
 
-    def send_away(self, room_id: str, error: HoldLostError) -> None:
+    def send_away(self, room_id: str, error: LeaseLostError) -> None:
         """Have all who watch a room look for it elsewhere; nothing more is told them before."""
         self.hub.cut(room_id, error)
 

@@ -2,7 +2,8 @@
 
 service     what is told of the rooms in memory, and when
 room_runs   what the ledger has heard of each run of a room
-holds       which rooms this server has, where several share the ledger; numbers those of sessions
+leases      which rooms this server has, where several share the ledger: lease_book knows, leases
+            takes them; numbers are those of runs
 room_log    a room's log as it is sent; log_page a page of it, as another process reads it
 ledger      the database, and the thread that commits
 statements  what is read and written there

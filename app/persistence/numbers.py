@@ -8,7 +8,7 @@ from typing import Final
 from app.errors import LedgerError
 from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.ledger.writer import Ledger
-from app.persistence.statements import hold_store
+from app.persistence.statements import lease_store
 
 _BLOCK: Final = 1024
 _LOW: Final = _BLOCK // 2  # numbers left, at which more are asked for
@@ -26,7 +26,7 @@ class SharedNumbers:
 
     async def fill(self) -> None:
         """Have a block more; raises LedgerError."""
-        first = await self._ledger.read(hold_store.reserve, count=_BLOCK)
+        first = await self._ledger.read(lease_store.reserve, count=_BLOCK)
         self._left.extend(range(first, first + _BLOCK))
 
     def next(self) -> int:

@@ -13,7 +13,7 @@ from typing import Any
 import msgspec
 
 from app.errors import LedgerError
-from app.persistence.holds import Holds
+from app.persistence.leases import Leases
 from app.persistence.ledger.commit_queue import Done
 from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.ledger.writer import Ledger
@@ -47,19 +47,19 @@ class RoomRun:
 class RoomRuns:
     """The records by room; for the event loop's thread. `now` gives Unix time in seconds.
 
-    `holds` are this server's where several share the ledger.
+    `leases` are this server's where several share the ledger.
     """
 
     def __init__(
         self,
         ledger: Ledger | NullLedger,
         now: Callable[[], float] = time.time,
-        holds: Holds | None = None,
+        leases: Leases | None = None,
     ) -> None:
         self.ledger = ledger
         self.now = now
-        self.holds = holds
-        self.numbers = None if holds is None else SharedNumbers(ledger)
+        self.leases = leases
+        self.numbers = None if leases is None else SharedNumbers(ledger)
         self.next_number = 1
         self._records: dict[str, RoomRun] = {}
         self._results: list[Write] = []
@@ -85,8 +85,8 @@ class RoomRuns:
 
     def note(self, number: int, room_id: str) -> None:
         """The session of this number is one of this room."""
-        if self.holds is not None:
-            self.holds.note(number, room_id)
+        if self.leases is not None:
+            self.leases.book.note(number, room_id)
 
     def forget(self, room: Room) -> None:
         """The room left the memory; what is in the ledger stays."""

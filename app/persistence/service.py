@@ -12,7 +12,7 @@ from collections.abc import Callable, Coroutine, Iterable, Sequence
 from typing import Any, Final
 
 from app.errors import LedgerError
-from app.persistence.holds import Holds
+from app.persistence.leases import Leases
 from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.ledger.writer import Ledger
 from app.persistence.recovery.recovery import Recovery
@@ -20,7 +20,7 @@ from app.persistence.room_runs import RoomRun, RoomRuns
 from app.protocol import messages
 from app.rooms.kinds import BallLimits
 from app.rooms.pending import PendingInput
-from app.rooms.records import Close, LogLeaf, Mark, Parked, RoomRow, Void, Write
+from app.rooms.records import Close, Lease, LogLeaf, Mark, Parked, RoomRow, Void, Write
 from app.rooms.room import Room
 from app.rooms.settling import Settled
 
@@ -36,7 +36,7 @@ by the next one, so that nothing grows however long a commit takes."""
 class PersistenceService:
     """Tells the ledger what happens in rooms, and when; for the event loop's thread.
 
-    `now` gives Unix time in seconds; `holds` are this server's where several share the ledger.
+    `now` gives Unix time in seconds; `leases` are this server's where several share the ledger.
     """
 
     def __init__(
@@ -46,11 +46,11 @@ class PersistenceService:
         tick_rate: int,
         limits: BallLimits,
         now: Callable[[], float] = time.time,
-        holds: Holds | None = None,
+        leases: Leases | None = None,
     ) -> None:
         self.ledger = ledger
-        self.holds = holds
-        self.runs = RoomRuns(ledger, now, holds)
+        self.leases = leases
+        self.runs = RoomRuns(ledger, now, leases)
         self.recovery = Recovery(self.runs, tick_rate=tick_rate, limits=limits)
         self._tick_rate = tick_rate
         self._since_renewal = 0  # ticks
@@ -68,6 +68,10 @@ class PersistenceService:
     def now(self) -> float:
         """Unix time in seconds."""
         return self.runs.now()
+
+    def lease_of(self, room_id: str) -> Lease | None:
+        """Under which a room is this server's; None without the room, or without other servers."""
+        return None if self.leases is None else self.leases.book.of(room_id)
 
     # Runs begin and end.
 
@@ -202,7 +206,7 @@ class PersistenceService:
         record = self.runs.of(room)
         if not record.known or room.world.tick < record.horizon:
             return True
-        return not self.ledger.up and self.holds is None
+        return not self.ledger.up and self.leases is None
 
     def landed(self, room: Room, landed: messages.Landed) -> None:
         """A ball has landed; the ledger hears of it with the next news."""

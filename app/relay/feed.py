@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Final
 
-from app.errors import AppError, HoldLostError, MalformedError
+from app.errors import AppError, LeaseLostError, MalformedError
 from app.live.broadcast.hub import Client, Mailbox
 from app.live.live_room import LiveRoom
 from app.live.registry import Rooms
@@ -75,7 +75,7 @@ async def feed_relays(bus: Carried | None, rooms: Rooms, client_ids: Iterator[in
     if bus is None:
         return
     # Where several servers hear the wishes, the one that has the room is the one to grant them.
-    holds: Callable[[str], bool] = (lambda _: True) if rooms.holding is None else rooms.is_open
+    holds: Callable[[str], bool] = (lambda _: True) if rooms.shared is None else rooms.is_open
     feeds = Feeds(bus, rooms, new_client=client_ids.__next__, holds=holds)
     try:
         await bus.run()
@@ -152,7 +152,7 @@ class Feeds:
                 await self._watch(live, feed)
             else:
                 feed.end()
-        except HoldLostError:
+        except LeaseLostError:
             # The server that has it by now is to greet all who watch, before they miss anything.
             self._bus.publish(WISHES, wish(room_id, hello=True))
         except AppError:

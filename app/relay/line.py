@@ -12,7 +12,7 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from app.errors import SettingError
 
 RESTART = 1012  # RFC 6455: come back later
-GONE = 1006  # it ended without a word; not to be sent
+_WITHOUT_A_WORD = (None, 1005, 1006)  # not to be sent
 
 
 def address(rooms: str, room_id: str, query: str) -> str:
@@ -36,11 +36,17 @@ async def talk(socket: WebSocket, url: str, first: str | None) -> None:
             if first is not None:
                 await room.send(first)
             await both_ways(socket, room)
-            code, reason = room.close_code or RESTART, room.close_reason or ""
+            code, reason = end_of(room)
     except (OSError, InvalidHandshake, ConnectionClosed, TimeoutError) as error:
         code, reason = RESTART, f"the room's process does not answer: {type(error).__name__}"
     with contextlib.suppress(RuntimeError, WebSocketDisconnect):
-        await socket.close(RESTART if code == GONE else code, reason)
+        await socket.close(code, reason)
+
+
+def end_of(room: ClientConnection) -> tuple[int, str]:
+    """The code and the reason with which to end a client, as the room's process has ended."""
+    code = room.close_code
+    return RESTART if code in _WITHOUT_A_WORD else code, room.close_reason or ""
 
 
 async def both_ways(socket: WebSocket, room: ClientConnection) -> None:

@@ -35,7 +35,7 @@ def run(settings: Settings, redis: str, rooms: str) -> None:
     for line in not_settings(os.environ):
         _log.warning(line)
     app = create_relay(settings, redis_at(redis), rooms)
-    total = raise_files(settings)
+    total = raise_files()
     # A relay stands behind a proxy, whose address all its clients have.
     connections = Connections(total, Proxies(("0.0.0.0/0", "::/0")), total)
     config = config_over(app, settings, connections, app.state.refused)

@@ -266,7 +266,7 @@ class Release:
 
 
 @dataclass(frozen=True, slots=True, order=True)
-class Hold:
+class Lease:
     """That a server has the room `room`, for as long as the ledger has the same `number` of it."""
 
     room: str
@@ -274,10 +274,10 @@ class Hold:
 
 
 @dataclass(frozen=True, slots=True)
-class HoldRow:
+class LeaseRow:
     """Who has a room: `holder` by name, \"\" for nobody, since `taken` in Unix time, in s.
 
-    `address` is where the other servers reach it.
+    `address` is where the other servers reach it: for people who read the table.
     """
 
     room: str

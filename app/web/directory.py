@@ -36,10 +36,10 @@ async def listed(
 
 async def _elsewhere(server: Services, others: Others, only: str | None) -> dict[str, RoomSummary]:
     """Rooms that this server does not have; what cannot be asked for just now is missing."""
-    assert server.rooms.holding is not None
+    assert server.rooms.shared is not None
     found: dict[str, RoomSummary] = {}
     with contextlib.suppress(LedgerError):
-        for each in await server.rooms.holding.directory():
+        for each in await server.rooms.shared.directory():
             if only in (None, each.room.id):
                 found[each.room.id] = _parked(each.room, awake=each.awake)
     query = "" if only is None else f"?id={quote(only, safe='')}"

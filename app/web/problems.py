@@ -13,8 +13,8 @@ from starlette.requests import ClientDisconnect
 
 from app.errors import (
     AppError,
-    HoldLostError,
     InvalidValueError,
+    LeaseLostError,
     answer,
     retry_after,
     shorten,
@@ -26,7 +26,10 @@ from engine.errors import BoardError, EngineError
 MEDIA_TYPE = "application/problem+json"
 
 MOVED = "plinko-moved"
-"""The header of an answer that says: nothing was done, as the room is at another server."""
+"""The header of an answer that says: nothing was done, as the room is at another server.
+
+Its value is that server's name in the ledger, where it is known.
+"""
 
 _TYPE = "urn:plinko:problem:"
 
@@ -64,8 +67,8 @@ def problem_response(error: Exception, path: str = "") -> Response:
     headers = {}
     if problem.status == 401:
         headers["www-authenticate"] = "Bearer"
-    if isinstance(error, HoldLostError):
-        headers[MOVED] = "1"
+    if isinstance(error, LeaseLostError):
+        headers[MOVED] = error.holder
     seconds = retry_after(error)
     if seconds is not None:
         headers["retry-after"] = str(seconds)
@@ -73,7 +76,8 @@ def problem_response(error: Exception, path: str = "") -> Response:
 
 
 def _answer(request: Request, error: Exception) -> Response:
-    request.app.state.services.metrics.errors.labels(answer(error).code).inc()
+    if not isinstance(error, LeaseLostError):  # no failure: the request is handed on
+        request.app.state.services.metrics.errors.labels(answer(error).code).inc()
     return problem_response(error, request.url.path)
 
 

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
+from app.listening import MAX_CONNECTIONS
 from app.settings import Settings
 from benchmarks.harness.effort import MissingError
 from benchmarks.harness.report import Table
@@ -172,7 +173,7 @@ def _spectators(cost: Units) -> Table:
                 f"{SPECTATORS * messages:,.0f}",
             ]
         )
-    most = Settings().max_connections
+    most = MAX_CONNECTIONS
     return Table(
         f"{SPECTATORS:,} spectators of one room",
         ["by", "cores", "processes", "memory", "sent", "messages a second"],
@@ -180,14 +181,14 @@ def _spectators(cost: Units) -> Table:
         [
             f"Extrapolated from a room with {IN_FLIGHT} balls in flight, whose clients cost what "
             f"they cost a thousandth of them. A process gives {SHARE:.0%} of a core to them and "
-            f"has at most {most:,} connections (`--max-connections`)."
+            f"has at most {most:,} connections."
         ],
     )
 
 
 def processes_for(spectators: int, clients: float) -> int:
     """Processes for so many, where a core serves so many: by its time, and by its connections."""
-    return math.ceil(spectators / min(SHARE * clients, Settings().max_connections))
+    return math.ceil(spectators / min(SHARE * clients, MAX_CONNECTIONS))
 
 
 def _rooms(cost: Units) -> Table:
@@ -258,7 +259,7 @@ def _first(cost: Units) -> Table:
             for name, (clients, _, _) in cost.streams.items()
         ),
         ["spectators of a room", "`--max-clients`", f"{Settings().max_clients:,}"],
-        ["connections", "`--max-connections`", f"{Settings().max_connections:,}"],
+        ["connections", "its process", f"{MAX_CONNECTIONS:,}"],
     ]
     note = (
         "Extrapolated, but for the settings, which can be set. The least of a kind gives in first."

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
+from app.listening import MAX_CONNECTIONS
 from app.persistence import service
-from app.settings import Settings
 from benchmarks.harness.effort import Effort, MissingError
 from benchmarks.harness.report import Table
 from benchmarks.scale import estimates, units
@@ -52,7 +52,7 @@ def test_spectators_are_cores_processes_and_bytes() -> None:
     assert (found["memory"], found["sent"]) == ("50.0 GB", "1.00 GB/s")
     assert found["messages a second"] == "10,000,000"
     # Where a core serves more than a process may have connections, these decide.
-    most = Settings().max_connections
+    most = MAX_CONNECTIONS
     assert processes_for(10 * most, 1e9) == 10
 
 

@@ -15,7 +15,7 @@ from app.fairness.signing import Signer
 from app.fairness.statements import LogEntry, Receipt
 from app.protocol import messages
 from app.rooms.pending import PendingInput
-from app.rooms.records import LogLeaf
+from app.rooms.records import Lease, LogLeaf
 from app.rooms.room import Room
 
 MOST_DROPS: Final = 1000
@@ -28,6 +28,7 @@ class FairSession:
 
     statement, signature: what the server signed at its beginning. drops: how many it has had, those
     included that wait for the ledger, which are `pending`. used: when something happened last.
+    lease: under which its room was here when it was read, where servers share the ledger.
     """
 
     id: str
@@ -44,6 +45,7 @@ class FairSession:
     end: dict[str, Any] | None = None
     end_signature: str = ""
     ending: "asyncio.Task[None] | None" = None
+    lease: Lease | None = None
 
     def check(self, room: Room, *, practice: bool) -> None:
         """Raise unless a drop can be taken into `room` now; `practice`: with a seed or an x.

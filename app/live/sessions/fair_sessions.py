@@ -35,6 +35,10 @@ from app.rooms.records import FairEnd, FairOpening, FairSessionRow, ResultRow
 from app.rooms.room import Room
 from engine import PHYSICS_VERSION, Board, merkle
 
+REST_SECONDS: Final = 86_400.0
+"""s without a drop after which a session is over and its seed revealed: a day, so that a player who
+closes the page in the evening finds it in the morning."""
+
 _HELD: Final = 10_000  # sessions in memory; the others are in the ledger
 
 
@@ -45,7 +49,7 @@ async def here(room_id: str) -> AsyncIterator[None]:
 
 
 class FairSessions:
-    """For the event loop's thread. `rest`: seconds without a drop after which a session may end.
+    """For the event loop's thread. `rest`: seconds without a drop after which a session is over.
 
     `draw` gives a server's seed, `new_id` the id of a session; `now` is Unix time in seconds. A
     session is where its room is: where servers share the ledger, `having` has a room here for a
@@ -58,7 +62,7 @@ class FairSessions:
         signer: Signer,
         *,
         kernel_digest: str,
-        rest: float,
+        rest: float = REST_SECONDS,
         draw: Callable[[int], bytes],
         new_id: Callable[[], str],
         now: Callable[[], float] = time.time,
@@ -152,10 +156,17 @@ class FairSessions:
 
     def joined(self, session_id: str) -> FairSession:
         """A session in memory; raises UnknownSessionError for another."""
-        found = self._held.get(session_id)
+        found = self._cached(session_id)
         if found is None:
             raise self._unknown(session_id)
         self._held.move_to_end(session_id)
+        return found
+
+    def _cached(self, session_id: str) -> FairSession | None:
+        """A session in memory, unless its room has left this server since it was read."""
+        found = self._held.get(session_id)
+        if found is not None and found.lease != self._persistence.lease_of(found.room):
+            return None
         return found
 
     async def find(self, session_id: str) -> FairSession:
@@ -163,13 +174,13 @@ class FairSessions:
 
         Raises UnknownSessionError, LedgerError.
         """
-        session = self._held.get(session_id)
+        session = self._cached(session_id)
         if session is None:
             row, _, _ = await self._read(session_id)
             async with self._having(row.room):
                 # Again, now that no other server adds to it.
                 found = await self._read(session_id)
-                session = self._held.get(session_id) or self._hold(self._restored(*found))
+                session = self._cached(session_id) or self._hold(self._restored(*found))
         if session.end is None and self._now() - session.used > self._rest:
             await self.end(session)
         return session
@@ -179,11 +190,6 @@ class FairSessions:
         if found is None:
             raise self._unknown(session_id)
         return found
-
-    def forget_room(self, room_id: str) -> None:
-        """The sessions of a room are another server's, with the room."""
-        for session in [each for each in self._held.values() if each.room == room_id]:
-            del self._held[session.id]
 
     async def end(self, session: FairSession) -> None:
         """End a session and reveal its secret; nothing new where it is over.
@@ -284,6 +290,7 @@ class FairSessions:
         )
 
     def _hold(self, session: FairSession) -> FairSession:
+        session.lease = self._persistence.lease_of(session.room)
         self._held[session.id] = session
         while len(self._held) > _HELD:
             oldest = next(iter(self._held.values()))

@@ -25,7 +25,7 @@ from typing import Any
 from sqlalchemy import Connection
 
 from app.errors import LedgerError
-from app.rooms.records import Hold, Write
+from app.rooms.records import Lease, Write
 
 Done = Callable[[LedgerError | None], None]
 
@@ -44,7 +44,7 @@ class Job:
     """Writes to commit together, or something to read.
 
     done: called on the event loop with the fate.
-    holds: of the rooms that are written; where one of them is another server's, it is refused.
+    leases: of the rooms that are written; where one of them is another server's, it is refused.
     line: the room run in which the writes are an input with a number; its jobs share a refusal.
     task: of whoever asked; None where nobody waits for it there.
     keep: never refused for a failure, but tried until the database has it.
@@ -54,7 +54,7 @@ class Job:
 
     writes: Sequence[Write] = ()
     done: Done | None = None
-    holds: tuple[Hold, ...] = ()
+    leases: tuple[Lease, ...] = ()
     line: int | None = None
     task: "asyncio.Task[Any] | None" = None
     keep: bool = False
@@ -72,9 +72,9 @@ class RevokedError(Exception):
 class LostError(Exception):
     """Some rooms of a commit are another server's by now: it must not be made."""
 
-    def __init__(self, holds: Sequence[Hold]) -> None:
-        super().__init__(holds)
-        self.holds = holds
+    def __init__(self, leases: Sequence[Lease]) -> None:
+        super().__init__(leases)
+        self.leases = leases
 
 
 class CommitQueue:
@@ -231,14 +231,14 @@ class CommitQueue:
             self._waiting = deque(each for each in self._waiting if each.fate is Fate.OPEN)
             return refused
 
-    def lost(self, holds: Sequence[Hold]) -> list[Job]:
+    def lost(self, leases: Sequence[Lease]) -> list[Job]:
         """The commit was not made, as these rooms are another server's: refuse all that is theirs.
 
         What is kept for a failure too; returns it. The other jobs of the commit wait again.
         """
         with self._changed:
-            gone, taken = set(holds), self._back()
-            refused = _refuse(j for j in (*taken, *self._waiting) if not gone.isdisjoint(j.holds))
+            gone, taken = set(leases), self._back()
+            refused = _refuse(j for j in (*taken, *self._waiting) if not gone.isdisjoint(j.leases))
             self._waiting = deque(job for job in self._waiting if job.fate is Fate.OPEN)
             self._return(taken)
             return refused

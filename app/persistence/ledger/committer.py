@@ -13,11 +13,11 @@ from typing import Final
 
 import sqlalchemy as sa
 
-from app.errors import DamagedRoomError, HoldLostError, LedgerError
+from app.errors import DamagedRoomError, LeaseLostError, LedgerError
 from app.persistence.ledger.commit_queue import CommitQueue, Fate, Job, LostError, RevokedError
 from app.persistence.ledger.database import Database, InDoubtError, reason
-from app.persistence.statements import hold_store, writing
-from app.rooms.records import Hold, LogLeaf
+from app.persistence.statements import lease_store, writing
+from app.rooms.records import Lease, LogLeaf
 
 _RETRY: Final = (0.25, 2.0)  # s between attempts while the database is lost: at first, and at most
 
@@ -50,7 +50,7 @@ class Answers:
     refused: Callable[[Sequence[Job], LedgerError], None]
     read: Callable[[Sequence[Job], LedgerError | None], None]
     mended: Callable[[LedgerError], None]
-    lost: Callable[[Sequence[Hold], Sequence[Job], HoldLostError], None]
+    lost: Callable[[Sequence[Lease], Sequence[Job], LeaseLostError], None]
 
 
 class Committer:
@@ -113,7 +113,7 @@ class Committer:
             self._queue.revoked()
             return False
         except LostError as error:
-            self._lose(error.holds)
+            self._lose(error.leases)
             return False
         except InDoubtError as doubt:
             self._settle(Doubt(jobs, str(doubt)))
@@ -130,12 +130,12 @@ class Committer:
     def _commit(self, jobs: Sequence[Job]) -> None:
         with self._database.batch() as connection:
             # Before anything is written: what another server has written meanwhile is in the way.
-            holds = [hold for job in jobs for hold in job.holds]
-            if holds and (lost := hold_store.lost(connection, holds)):
+            leases = [lease for job in jobs for lease in job.leases]
+            if leases and (lost := lease_store.lost(connection, leases)):
                 raise LostError(lost)
             writes = [write for job in jobs for write in job.writes]
             if self._database.shared and any(isinstance(write, LogLeaf) for write in writes):
-                hold_store.wait_for_log(connection)
+                lease_store.wait_for_log(connection)
             # A database that was lost must take a page again before it is trusted with a drop.
             if not writes or self._queue.failure is not None:
                 writing.probe(connection)
@@ -165,11 +165,11 @@ class Committer:
         else:
             self._suffer(LedgerError(doubt.why))
 
-    def _lose(self, holds: Sequence[Hold]) -> None:
+    def _lose(self, leases: Sequence[Lease]) -> None:
         """These rooms are another server's; all else is as before."""
-        rooms = ", ".join(sorted(repr(hold.room) for hold in holds))
-        failure = HoldLostError(f"another server has {rooms} now", field="room")
-        self._call(self._answers.lost, holds, self._queue.lost(holds), failure)
+        rooms = ", ".join(sorted(repr(lease.room) for lease in leases))
+        failure = LeaseLostError(f"another server has {rooms} now", field="room")
+        self._call(self._answers.lost, leases, self._queue.lost(leases), failure)
 
     def _sift(self, jobs: Sequence[Job], error: BaseException) -> None:
         """The database is well, but one of these it will never take: the others one by one."""

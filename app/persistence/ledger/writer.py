@@ -17,23 +17,23 @@ from typing import Any, Concatenate, Final, ParamSpec, Protocol, TypeVar
 
 from sqlalchemy import Connection
 
-from app.errors import HoldLostError, LedgerError, UndecidedError
+from app.errors import LeaseLostError, LedgerError, UndecidedError
+from app.persistence.lease_book import LeaseBook, Unshared
 from app.persistence.ledger.commit_queue import CommitQueue, Done, Job
 from app.persistence.ledger.committer import Answers, Committer
 from app.persistence.ledger.database import Database
-from app.rooms.records import Hold, Write
+from app.rooms.records import Lease, Write
 
 T = TypeVar("T")
 P = ParamSpec("P")
-
-Part = tuple[Hold | None, Sequence[Write]]
-"""Writes that are made under a hold of their room; None: they are of no room."""
 
 _FORGET: Final = 0.9  # what a commit leaves of the longest latency before it
 COMMIT_PATIENCE: Final = 2.0  # s that a commit may take before drops get 503
 
 _LOOKS: Final = 4  # at the thread within one patience; a process that was stopped counts as one
 _FAREWELL: Final = 10.0  # s to write what waits at the end; the next start computes it again
+
+_UNSHARED: Final = Unshared()
 
 _log = logging.getLogger("plinko")
 
@@ -70,7 +70,8 @@ class Ledger:
 
     At most one commit starts in each `period` seconds of `clock`, so drops of one tick share one.
     When the thread comes back with nothing for `patience` seconds, all that waits is refused.
-    `on_commit` hears how long each commit took, in s.
+    `on_commit` hears how long each commit took, in s. `leases` says under which leases writes are
+    made, and hears of those that are lost before the callers whose writes are refused for it.
     """
 
     keeps = True
@@ -83,6 +84,7 @@ class Ledger:
         patience: float,
         clock: Callable[[], float] = time.monotonic,
         on_commit: Callable[[float], None] = lambda seconds: None,
+        leases: LeaseBook | Unshared = _UNSHARED,
     ) -> None:
         self.database = database
         self.patience = patience
@@ -90,10 +92,7 @@ class Ledger:
         self.failures = 0
         self.lag = 0.0  # s from submission to durability, the longest of late
         self._on_commit = on_commit
-        # Where several servers share the database: which holds writes are made under, and who
-        # hears that some are lost, before those whose writes are refused for it.
-        self.stamp: Callable[[Sequence[Write]], list[Part]] | None = None
-        self.on_lost: Callable[[Sequence[Hold], HoldLostError], None] = lambda holds, failure: None
+        self._leases = leases
         self._clock = clock
         self._queue = CommitQueue()
         self._watched = False
@@ -151,8 +150,9 @@ class Ledger:
         LedgerError when the ledger cannot be written now.
         """
         future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        leases = [lease for lease, _ in self._leases.stamp(writes) if lease is not None]
         task = asyncio.current_task()
-        self._put(Job(writes, _settle(future), self._holds(writes), line, task=task))
+        self._put(Job(writes, _settle(future), tuple(leases), line, task=task))
         return future
 
     def mend(self, line: int) -> None:
@@ -164,7 +164,7 @@ class Ledger:
         await self.submit(*writes)
 
     async def keep(self, *writes: Write) -> None:
-        """Return once `writes` are durable, however long that takes; raises HoldLostError."""
+        """Return once `writes` are durable, however long that takes; raises LeaseLostError."""
         future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self.defer(writes, _settle(future))
         await future
@@ -200,13 +200,10 @@ class Ledger:
         """Have `writes` made durable some time; they outlast every failure but the process's."""
         if not writes:
             return
-        if self.stamp is None:
-            self._put(Job(writes, done=done, keep=True))
-            return
         # One room's loss takes nothing from the others.
-        for hold, part in self.stamp(writes):
+        for lease, part in self._leases.stamp(writes):
             own = done if part[-1] is writes[-1] else None
-            self._put(Job(part, done=own, holds=() if hold is None else (hold,), keep=True))
+            self._put(Job(part, done=own, leases=() if lease is None else (lease,), keep=True))
 
     async def read(
         self, read: Callable[Concatenate[Connection, P], T], *args: P.args, **values: P.kwargs
@@ -230,11 +227,6 @@ class Ledger:
         await asyncio.to_thread(self._thread.join, _FAREWELL)
         if self._thread.is_alive():
             _log.error("the ledger %s does not come back; the server ends", self.database.name)
-
-    def _holds(self, writes: Sequence[Write]) -> tuple[Hold, ...]:
-        if self.stamp is None:
-            return ()
-        return tuple(hold for hold, _ in self.stamp(writes) if hold is not None)
 
     def _put(self, job: Job) -> None:
         job.asked = self._clock()
@@ -296,9 +288,9 @@ class Ledger:
             for each in self._waiters:
                 each.tell()
 
-    def _lost(self, holds: Sequence[Hold], jobs: Sequence[Job], failure: HoldLostError) -> None:
+    def _lost(self, leases: Sequence[Lease], jobs: Sequence[Job], failure: LeaseLostError) -> None:
         """The rooms go before anybody hears of a refusal: whoever watched them hears of nothing."""
-        self.on_lost(holds, failure)
+        self._leases.lost(leases, failure)
         _tell(jobs[::-1], failure)
 
     def _mended(self, failure: LedgerError) -> None:

@@ -128,7 +128,7 @@ class Recovery:
         None when the ledger knows no such open room, or the room of nobody could not go on.
         `ground_now` is what a public room is over in this server; `turn` is awaited now and then.
         Raises LedgerError when the ledger cannot be read, DamagedRoomError when the room is set
-        aside, HoldLostError when another server has taken it meanwhile.
+        aside, LeaseLostError when another server has taken it meanwhile.
         """
         try:
             row, board = await self._read(_session, find=store.open_room, room_id=room_id)
@@ -151,12 +151,12 @@ class Recovery:
             raise self._put_aside(room_id, error) from error
 
     async def _confirm(self, room_id: str) -> None:
-        """Raise HoldLostError where another server has gone on with what was read meanwhile.
+        """Raise LeaseLostError where another server has gone on with what was read meanwhile.
 
         A row of before beside inputs of after looks like damage, and is none.
         """
-        if self._runs.holds is not None:
-            await self._runs.holds.confirm(room_id)
+        if self._runs.leases is not None:
+            await self._runs.leases.confirm(room_id)
 
     async def closed(self, room_id: str) -> tuple[int, Room] | None:
         """The last session of a room that was closed, by number, and the room as it ended.

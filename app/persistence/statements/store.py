@@ -47,8 +47,8 @@ def prune(connection: Connection, before: float, *, keep: bool = False) -> Prune
         if not keep:
             connection.execute(delete(table).where(column.in_(over)))
     if not keep:  # no server runs, so that nobody has a room that is not there any more
-        gone = tables.holds.c.room.not_in(select(rooms.c.id))
-        connection.execute(delete(tables.holds).where(gone))
+        gone = tables.leases.c.room.not_in(select(rooms.c.id))
+        connection.execute(delete(tables.leases).where(gone))
     _, drops, inputs, sessions = counts
     return Pruned(sessions, drops, inputs)
 

@@ -207,7 +207,7 @@ halts = Table(
 
 # Which server has a room, where several share the ledger. `number` grows with every change of
 # hands and is what a write must still find here; a `holder` of "" is nobody.
-holds = Table(
+leases = Table(
     "holds",
     metadata,
     Column("room", Id, primary_key=True),

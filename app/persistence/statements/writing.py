@@ -1,7 +1,7 @@
 """The ledger's statements that write: values go in over a SQLAlchemy connection, in their order.
 
 Servers that share a ledger lock its rows in one order, so that none of them waits in a circle:
-their rooms' holds, the log of receipts, boards, what is a room's alone, sums over all rooms.
+their rooms' leases, the log of receipts, boards, what is a room's alone, sums over all rooms.
 """
 
 import functools

@@ -2,20 +2,29 @@
 
 import asyncio
 import contextlib
+import json
 import signal
-from collections.abc import Iterator
+import time
+from collections.abc import AsyncIterator, Iterator
+from dataclasses import dataclass
+from typing import Any, Final
 
 import httpx
+import msgspec
 import pytest
-from websockets.exceptions import ConnectionClosed, InvalidHandshake
+from websockets.asyncio.client import ClientConnection, connect
 
-from tests.app.cluster.servers import Servers
+from app.cluster.membership import LEASE
+from engine import preset_names
+from tests.app.cluster.servers import One, Servers
+from tests.app.cluster.watchers import Line, spread
 from tests.app.conftest import playing
 from tests.deploy.proxies import DEPLOY, before
 from tests.deploy.test_proxy import needs_haproxy
-from tests.waiting import LIMIT
+from tests.waiting import LIMIT, eventually
 
 ROOMS = 6
+AGAIN: Final = 0.05  # s
 
 pytestmark = [needs_haproxy, pytest.mark.postgresql]
 
@@ -51,29 +60,91 @@ async def test_who_asks_the_proxy_notices_nothing_of_a_server_that_was_killed(
         await player.until("landed", ball=2)
 
 
-async def test_whoever_plays_at_a_server_that_stands_still_is_sent_to_another(
+@dataclass
+class Guest:
+    """A client that asks its room all the time whether it is there, and comes back as a page does.
+
+    asked: when the latest question was asked that was answered, and answered: when it was, in s.
+    """
+
+    room: str
+    asked: float = 0.0
+    answered: float = 0.0
+
+    async def stay(self, proxy: str) -> None:
+        while True:
+            with contextlib.suppress(*Line):
+                url = f"ws://{proxy}/ws/rooms/{self.room}?stream=seeds"
+                async with connect(url, open_timeout=LIMIT, ping_interval=None) as line:
+                    asking = asyncio.create_task(self._ask(line))
+                    try:
+                        async for frame in line:
+                            self._hear(msgspec.json.decode(frame))
+                    finally:
+                        asking.cancel()
+            await asyncio.sleep(AGAIN)  # no wait: as a page that found nobody
+
+    async def _ask(self, line: ClientConnection) -> None:
+        while True:
+            await line.send(json.dumps({"type": "ping", "t": time.monotonic()}))
+            await asyncio.sleep(AGAIN)  # no wait: how often it asks
+
+    def _hear(self, said: Any) -> None:
+        for event in said if isinstance(said, list) else [said]:
+            if event["type"] == "pong":
+                self.asked, self.answered = event["t"], time.monotonic()
+
+
+@contextlib.asynccontextmanager
+async def guests(proxy: str) -> AsyncIterator[list[Guest]]:
+    """One in each public room, all of whom are answered: they lead over all servers."""
+    staying = [Guest(room) for room in ("main", *preset_names())]
+    async with asyncio.TaskGroup() as tasks:
+        running = [tasks.create_task(each.stay(proxy)) for each in staying]
+        await eventually(lambda: all(each.answered for each in staying))
+        yield staying
+        for task in running:
+            task.cancel()
+
+
+async def seconds_away(staying: list[Guest], frozen: One) -> list[float]:
+    """Freeze a server; for how long each guest got no answer, in s. It is frozen until all have."""
+    away: dict[str, float] = {}
+
+    def all_back() -> bool:
+        for each in staying:
+            if each.asked > since:
+                away.setdefault(each.room, each.answered - since)
+        return len(away) == len(staying)
+
+    frozen.send(signal.SIGSTOP)
+    since = time.monotonic()
+    try:
+        await eventually(all_back)
+    finally:
+        frozen.send(signal.SIGCONT)
+    return list(away.values())
+
+
+async def test_whoever_is_at_a_server_that_stands_still_is_at_another_before_it_goes_on(
     proxy: str, servers: Servers
 ) -> None:
-    made = httpx.post(f"http://{proxy}/api/v1/rooms", json={"board": "triangle-8"}, timeout=LIMIT)
-    room = f"ws://{proxy}/ws/rooms/{made.json()['id']}"
-    async with playing(room) as player:
-        frozen = await asyncio.to_thread(servers.holder, player.hello["room"])
-        frozen.send(signal.SIGSTOP)
-        try:
-            with contextlib.suppress(ConnectionClosed):
-                while True:
-                    await player.step()
-            await lands_for_whoever_comes_again(room)
-        finally:
-            frozen.send(signal.SIGCONT)
+    async with guests(proxy) as staying:
+        for frozen in servers:
+            assert len(await seconds_away(staying, frozen)) == len(staying)
+            await asyncio.to_thread(servers.start)  # returns once each knows all
 
 
-async def lands_for_whoever_comes_again(room: str) -> None:
-    """Drop a ball as a page does, which comes again where its line ends."""
-    async with asyncio.timeout(LIMIT):
-        while True:
-            with contextlib.suppress(ConnectionClosed, InvalidHandshake):
-                async with playing(room, open_timeout=LIMIT) as again:
-                    await again.send(type="drop", seed=63)
-                    await again.until("landed")
-                    return
+@pytest.mark.long("how long clients of a frozen server are away, five times for each server")
+async def test_for_how_long_clients_of_a_frozen_server_are_away(
+    proxy: str, servers: Servers
+) -> None:
+    away: list[float] = []
+    async with guests(proxy) as staying:
+        for frozen in [*servers] * 5:
+            # One that was frozen itself believes that another is gone only after a lease.
+            await asyncio.sleep(2 * LEASE)  # no wait: all have seen each other for long
+            away += await seconds_away(staying, frozen)
+            await asyncio.to_thread(servers.start)  # returns once each knows all
+    # Others were answered all the time.
+    print(f"clients of a frozen server: {spread([each for each in away if each > 0.5])}")  # noqa: T201

@@ -1,70 +1,131 @@
-"""What a request is of, read from its path and its body; and a body that is read again."""
+"""A request is answered here, or handed on once to the server that its answer names."""
 
-import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from types import SimpleNamespace
+from typing import Any, cast
 
+import httpx
 import pytest
-from starlette.types import Message
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import PlainTextResponse, Response
+from starlette.routing import Route
 
-from app.cluster.body import Body
-from app.cluster.hand_on import hops_of, room_of_body, room_of_path
-from app.cluster.line import MOST_HOPS
-from tests.waiting import LIMIT
+from app.cluster.alive import Alive
+from app.cluster.beats import Beats
+from app.cluster.hand_on import HandOn
+from app.cluster.membership import Look, Member, Seen
+from app.cluster.peers import Peers
+from app.errors import LeaseLostError
+from app.persistence.lease_book import LeaseBook
+from app.web.problems import problem_response
+
+THERE = Member("b.1", "b", "http://there:8001")
+
+
+class Place:
+    """A server with nothing but answers: first those it is given, then what it was asked."""
+
+    def __init__(self, *answers: Response | Exception) -> None:
+        self.answers = list(answers)
+        self.asked: list[tuple[str, str, httpx.Headers]] = []
+        methods = ["GET", "POST"]
+        self.app = Starlette(routes=[Route("/{path:path}", self._answer, methods=methods)])
+
+    async def _answer(self, request: Request) -> Response:
+        body = (await request.body()).decode()
+        self.asked.append((str(request.url.path), body, httpx.Headers(request.headers.raw)))
+        answer = self.answers.pop(0) if self.answers else PlainTextResponse(f"had {body}")
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+
+def moved(holder: str = "") -> Response:
+    """What a server says of a room that is at the server of this name, or on its way."""
+    return problem_response(LeaseLostError("it is elsewhere", holder=holder))
+
+
+@asynccontextmanager
+async def asking(here: Place, there: Place, **headers: str) -> AsyncIterator[httpx.AsyncClient]:
+    """A client of `here`, which knows `there`."""
+    alive = Alive(cast(Beats, SimpleNamespace()), LeaseBook("a.1"), "a")
+    alive.view.look(0.0, Look(1, (Seen(THERE, 0.0, connected=True),)))
+    peers = Peers(httpx.ASGITransport(app=there.app))
+
+    async def fetch(room_id: str) -> None:
+        raise AssertionError(room_id)
+
+    app = HandOn(here.app, alive, peers, fetch)
+    transport = httpx.ASGITransport(app=app, client=("192.0.2.7", 1))
+    async with httpx.AsyncClient(
+        transport=transport, base_url="http://here", headers=headers
+    ) as client:
+        yield client
+    await peers.close()
+
+
+async def test_what_is_answered_here_is_asked_nobody_else() -> None:
+    here, there = Place(), Place()
+    async with asking(here, there) as client:
+        answer = await client.post("/api/v1/rooms/r/drops", content=b"one two")
+    assert (answer.status_code, answer.text) == (200, "had one two")
+    assert there.asked == []
+
+
+async def test_a_request_goes_on_whole_to_the_server_that_the_answer_names() -> None:
+    here, there = Place(moved("b.1")), Place()
+    async with asking(here, there, authorization="Bearer t", connection="close") as client:
+        answer = await client.post("/api/v1/rooms/a%20b/drops?wait=1", content=b"one two")
+    assert (answer.status_code, answer.text) == (200, "had one two")
+    ((path, body, headers),) = there.asked
+    assert (path, body) == ("/api/v1/rooms/a b/drops", "one two")
+    assert headers["authorization"] == "Bearer t"
+    assert headers["host"] == "here"
+    assert headers["x-forwarded-for"] == "192.0.2.7"
+    assert headers["plinko-hops"] == "1"
+    assert len(here.asked) == 1
+
+
+async def test_what_was_handed_on_is_answered_wherever_the_room_is() -> None:
+    here, there = Place(moved("b.1")), Place()
+    async with asking(here, there, **{"plinko-hops": "1"}) as client:
+        answer = await client.get("/api/v1/rooms/r")
+    assert (answer.status_code, answer.json()["code"]) == (503, "room-moved")
+    assert there.asked == []
 
 
 @pytest.mark.parametrize(
-    ("path", "room"),
+    ("here", "there"),
     [
-        ("/api/v1/rooms/main", "main"),
-        ("/api/v1/rooms/main/drops", "main"),
-        ("/api/v1/rooms/a b/log", "a b"),
-        ("/ws/rooms/classic", "classic"),
-        ("/api/v1/rooms", None),
-        ("/api/v1/rooms/", None),
-        ("/api/v1/drops/classic/1", None),
-        ("/", None),
+        ([moved(), moved()], []),  # it was on its way, and is here
+        ([moved("gone.1")], []),  # its server is not known, and it is here now
+        ([moved("b.1"), moved("b.1")], [moved("a.1")]),  # it was there only after a while
     ],
 )
-def test_a_path_says_of_which_room_it_is(path: str, room: str | None) -> None:
-    assert room_of_path(path) == room
+async def test_a_room_on_its_way_is_waited_for(here: list[Any], there: list[Any]) -> None:
+    near, far = Place(*here), Place(*there)
+    async with asking(near, far) as client:
+        answer = await client.post("/api/v1/rooms/r/drops", content=b"x")
+    assert (answer.status_code, answer.text) == (200, "had x")
 
 
-@pytest.mark.parametrize(
-    ("body", "room"),
-    [
-        (b'{"room": "main", "halted": true}', "main"),
-        (b'{"room": null, "halted": true}', None),
-        (b'{"room": 3}', None),
-        (b"[1]", None),
-        (b"\xff", None),
-        (b"", None),
-    ],
-)
-def test_a_body_may_name_the_room(body: bytes, room: str | None) -> None:
-    assert room_of_body(body) == room
+async def test_what_may_have_been_done_is_not_done_again() -> None:
+    here, there = Place(moved("b.1"), moved("b.1")), Place(httpx.ReadError("it ended"))
+    async with asking(here, there) as client:
+        answer = await client.post("/api/v1/rooms/r/drops", content=b"x")
+    assert (answer.status_code, answer.json()["code"]) == (503, "worker-ended")
+    assert len(there.asked) == 1
+    here, there = Place(moved("b.1"), moved("b.1")), Place(httpx.ReadError("it ended"))
+    async with asking(here, there) as client:
+        assert (await client.get("/api/v1/rooms/r")).status_code == 200
+    assert len(there.asked) == 2, "reading changes nothing"
 
 
-@pytest.mark.parametrize(
-    ("said", "hops"), [("0", 0), ("2", 2), ("3", MOST_HOPS), ("-1", MOST_HOPS), ("x", MOST_HOPS)]
-)
-def test_what_is_no_count_of_hops_is_the_last_one(said: str, hops: int) -> None:
-    assert hops_of({"type": "http", "headers": [(b"plinko-hops", said.encode())]}) == hops
-
-
-async def test_a_body_is_read_again_from_its_beginning_and_its_end_is_that_of_the_line() -> None:
-    parts: list[Message] = [
-        {"type": "http.request", "body": b"one ", "more_body": True},
-        {"type": "http.request", "body": b"two", "more_body": False},
-        {"type": "http.disconnect"},
-    ]
-
-    async def receive() -> Message:
-        return parts.pop(0)
-
-    body = Body(receive)
-    first = body.again()
-    assert (await first())["body"] == b"one "
-    assert await body.whole() == b"one two"
-    second = body.again()
-    assert [(await second())["body"] for _ in range(2)] == [b"one ", b"two"]
-    async with asyncio.timeout(LIMIT):
-        await body.until_left()
+@pytest.mark.parametrize("error", [httpx.ConnectError("no"), httpx.ConnectTimeout("no")])
+async def test_a_request_that_was_never_sent_is_sent_again(error: Exception) -> None:
+    here, there = Place(moved("b.1"), moved("b.1")), Place(error)
+    async with asking(here, there) as client:
+        answer = await client.post("/api/v1/rooms/r/drops", content=b"x")
+    assert (answer.status_code, answer.text) == (200, "had x")

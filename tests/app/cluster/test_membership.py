@@ -4,8 +4,9 @@ from collections import Counter
 
 import pytest
 
-from app.cluster.membership import BEAT, LATE, LEASE, NEXT, Look, Member, Orphans, Seen, View, order
-from app.rooms.records import HoldRow
+from app.cluster.membership import BEAT, LATE, LEASE, Look, Member, Seen, View, order, orphans
+from app.errors import LeaseLostError
+from app.rooms.records import LeaseRow
 
 A, B, C = (Member(f"{name}.1", name, f"http://{name}") for name in "abc")
 ROOMS = [f"{number:016x}" for number in range(300)]
@@ -17,8 +18,8 @@ def seen(view: View, times: list[float], *members: Member, connection: int = 1) 
         view.look(now, Look(connection, found))
 
 
-def held(room: str, member: Member) -> HoldRow:
-    return HoldRow(room, 1, member.holder, member.address, 0.0)
+def held(room: str, member: Member) -> LeaseRow:
+    return LeaseRow(room, 1, member.holder, member.address, 0.0)
 
 
 def sure(*members: Member) -> View:
@@ -93,47 +94,65 @@ def test_a_server_has_two_names_and_none_while_it_leaves() -> None:
     assert view.others(A.holder) == []
 
 
+def claimed(view: View, row: LeaseRow | None, me: Member = A) -> tuple[int, str]:
+    """The number after which `me` may take a room, or else the server to ask."""
+    try:
+        return view.claim("main", row, me), ""
+    except LeaseLostError as lost:
+        return -1, lost.holder
+
+
+def test_a_room_is_taken_that_nobody_has_or_whose_server_is_gone() -> None:
+    view = sure(A, B)
+    assert claimed(view, None) == (0, "")
+    assert claimed(view, LeaseRow("main", 7, "", "", 0.0)) == (7, "")
+    assert claimed(view, held("main", A)) == (1, ""), "it was passed on to this server"
+    assert claimed(view, held("main", C)) == (1, "")
+    assert claimed(view, held("main", B)) == (-1, B.holder)
+
+
+def test_while_it_is_not_sure_who_is_gone_no_room_of_another_is_taken() -> None:
+    view = View()
+    seen(view, [0.0], A)
+    assert claimed(view, held("main", C)) == (-1, C.holder)
+
+
+def test_a_server_that_leaves_takes_nothing_and_names_the_next() -> None:
+    me = Member(A.holder, A.name, A.address, leaving=True)
+    view = sure(me, B)
+    for row in (None, held("main", A), held("main", C)):
+        assert claimed(view, row, me) == (-1, B.holder)
+    assert claimed(sure(me), None, me) == (0, ""), "there is no other"
+
+
 def test_rooms_of_a_server_that_is_gone_spread_over_the_others() -> None:
     view = sure(A, B)
     rows = [held(room, C) for room in ROOMS]
-    shares = {member.name: Orphans().due(rows, [], view, member.holder, LEASE) for member in (A, B)}
+    shares = {member.name: orphans(rows, [], view, member) for member in (A, B)}
     assert sorted(shares["a"] + shares["b"]) == ROOMS, "each is taken by one"
     assert min(map(len, shares.values())) > len(ROOMS) / 3
 
 
 def test_no_room_of_a_server_that_lives_is_taken() -> None:
     view = sure(A, B)
-    assert Orphans().due([held(room, B) for room in ROOMS], [], view, A.holder, LEASE) == []
+    assert orphans([held(room, B) for room in ROOMS], [], view, A) == []
 
 
 def test_nothing_is_taken_before_it_is_sure_who_is_gone() -> None:
     view = View()
     seen(view, [0.0], A)
-    assert Orphans().due([held("main", C)], ["other"], view, A.holder, 0.0) == []
+    assert orphans([held("main", C)], ["other"], view, A) == []
 
 
 def test_a_room_that_moves_and_is_nobody_s_is_taken_and_one_that_sleeps_is_not() -> None:
-    assert Orphans().due([], ["moving"], sure(A), A.holder, LEASE) == ["moving"]
-
-
-@pytest.mark.parametrize("room", ROOMS[:10])
-def test_a_room_that_the_first_in_its_order_does_not_take_is_the_next_one_s(room: str) -> None:
-    view = sure(A, B)
-    first, second = order(room, [A, B])
-    orphans, rows = Orphans(), [held(room, C)]
-    assert orphans.due(rows, [], view, second.holder, 10.0) == []
-    assert orphans.waiting
-    assert orphans.due(rows, [], view, second.holder, 10.0 + NEXT) == [room]
-    assert Orphans().due(rows, [], view, first.holder, 10.0) == [room]
-    orphans.due([held(room, first)], [], view, second.holder, 20.0)
-    assert not orphans.waiting, "it has a server again"
+    assert orphans([], ["moving"], sure(A), A) == ["moving"]
 
 
 def test_who_leaves_takes_nothing_over() -> None:
     leaving = Member(B.holder, B.name, B.address, leaving=True)
     rows = [held(room, C) for room in ROOMS]
-    assert Orphans().due(rows, [], sure(A, leaving), B.holder, LEASE) == []
-    assert Orphans().due(rows, [], sure(A, leaving), A.holder, LEASE) == ROOMS
+    assert orphans(rows, [], sure(A, leaving), leaving) == []
+    assert orphans(rows, [], sure(A, leaving), A) == ROOMS
 
 
 def test_a_server_that_ends_moves_no_rooms_but_its_own() -> None:

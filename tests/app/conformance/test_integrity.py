@@ -85,7 +85,7 @@ def test_every_setting_but_secrets_and_places_is_in_the_configuration(tmp_path: 
     told = inventory.configuration_of(SETTINGS)
     assert told["board"] == "triangle-16"
     assert not {"secret", "metrics_token", "data", "port"} & told.keys()
-    assert {"max_balls", "session_rest", "tick_rate", "hosts"} <= told.keys()
+    assert {"max_balls", "creator_rooms", "tick_rate", "hosts"} <= told.keys()
     digest = inventory.digests_of({}, told).configuration
     assert (
         digest

@@ -16,6 +16,7 @@ from websockets.exceptions import ConnectionClosed
 
 from app.cli import main
 from app.errors import SettingError
+from app.live.open_rooms import UNUSED_SECONDS
 from app.rooms.log import verify_log
 from app.rooms.stakes import payout_of
 from app.web.tokens import secret_of
@@ -276,10 +277,10 @@ async def test_a_closed_room_sends_everyone_away_for_good(
 
 
 def test_a_room_that_nobody_uses_is_closed(url: str) -> None:
-    with serving(database_url=url, room_idle=1.0) as server, client_of(server) as http:
+    with serving(database_url=url) as server, client_of(server) as http:
         room, _ = opened(http)
         assert http.get(f"/rooms/{room}").status_code == 200
-        later = server.services.rooms.persistence.now() + 2.0
+        later = server.services.rooms.persistence.now() + UNUSED_SECONDS + 1.0
         server.services.rooms.persistence.runs.now = lambda: later
         assert http.get(f"/rooms/{room}").status_code == 404
         assert http.get("/rooms/main").status_code == 200

@@ -9,22 +9,24 @@ from typing import Any
 import msgspec
 import pytest
 
-from app.errors import AppError, HaltedError, HoldLostError, RoomLimitError, UnknownRoomError
+from app.errors import AppError, HaltedError, LeaseLostError, RoomLimitError, UnknownRoomError
 from app.fairness.check import check_session, kernel_digest_of
 from app.fairness.export import read_export
 from app.fairness.signing import Signer
+from app.live.arriving import Claim, any_room
 from app.live.broadcast.hub import Client, Mailbox
+from app.live.open_rooms import UNUSED_SECONDS
 from app.live.sessions.fair_sessions import FairSessions
 from app.persistence.checks.audit import Audit
 from app.persistence.ledger.database import Database
 from app.persistence.statements import store
 from app.protocol.wire import WireMessage
 from app.rooms.kinds import INTERACTING
-from app.rooms.records import EVERY_ROOM, HoldRow
+from app.rooms.records import EVERY_ROOM, LeaseRow
 from tests.app.asking import ask
 from tests.app.persistence import postgres
 from tests.app.persistence.crash.life import BOARD, Life, living
-from tests.waiting import turns
+from tests.waiting import eventually, turns
 
 KERNEL = kernel_digest_of(b"kernels")
 SECRET = b"\x2a" * 32
@@ -36,11 +38,13 @@ def address(cluster: postgres.Cluster) -> str:
 
 
 @contextlib.asynccontextmanager
-async def two(address: str, **settings: Any) -> AsyncIterator[tuple[Life, Life]]:
-    """Two servers over one ledger."""
+async def two(
+    address: str, *, claim: Claim = any_room, **settings: Any
+) -> AsyncIterator[tuple[Life, Life]]:
+    """Two servers over one ledger; `claim` is the second one's."""
     async with (
         living(address, holder="a", **settings) as a,
-        living(address, holder="b", **settings) as b,
+        living(address, holder="b", claim=claim, **settings) as b,
     ):
         yield a, b
 
@@ -82,7 +86,7 @@ async def test_a_room_goes_on_at_the_server_that_takes_it_over(address: str) -> 
             await a.drop(room, seed)
         await a.run(room, 20)
         shown = room.room.world.tick
-        taken = await b.holding.take_over("main")
+        taken = await b.shared.arriving.take_over("main")
         assert taken is not None
         assert (taken.room.taken, taken.room.world.count) == (5, room.room.world.count)
         assert shown <= taken.room.world.tick <= shown + 40
@@ -102,7 +106,7 @@ async def test_who_lost_a_room_shows_no_tick_that_its_next_holder_did_not_begin_
     async with two(address) as (a, b):
         room = await a.rooms.seek("main")
         await a.drop(room, 7)
-        taken = await b.holding.take_over("main")
+        taken = await b.shared.arriving.take_over("main")
         assert taken is not None
         begun = taken.room.world.tick
         a.tick(600)  # a process that wakes up ticks before it hears of anything
@@ -114,20 +118,20 @@ async def test_who_watches_a_lost_room_is_sent_away_and_told_nothing_more(addres
         room = await a.rooms.seek("main")
         await a.drop(room, 7)
         watcher = Watcher(a, "main")
-        await b.holding.take_over("main")
+        await b.shared.arriving.take_over("main")
         waiting = asyncio.create_task(room.landings.wait(0, 60.0))
         await turns()
         asked = ask(room, 8, client=1)
         await turns()
         heard = len(watcher.heard)
-        with pytest.raises(HoldLostError, match="at another server"):
+        with pytest.raises(LeaseLostError, match="at another server"):
             await watcher.running
-        with pytest.raises(HoldLostError):
+        with pytest.raises(LeaseLostError):
             await asked
         assert await waiting is None  # it was taken, and lands elsewhere
         assert watcher.heard[heard:] == []
-        assert (a.rooms.all(), a.holding.holds.rooms, a.rooms.runner.awake) == ([], [], [])
-        with pytest.raises(HoldLostError):
+        assert (a.rooms.all(), a.shared.leases.book.rooms, a.rooms.runner.awake) == ([], [], [])
+        with pytest.raises(LeaseLostError):
             a.rooms.find("main")
         a.tick(100)
         await a.heard()
@@ -136,21 +140,24 @@ async def test_who_watches_a_lost_room_is_sent_away_and_told_nothing_more(addres
         assert back.room.taken == 1
 
 
+def not_a_s(room_id: str, row: LeaseRow | None) -> int | None:
+    """As the cluster's claim while server a lives."""
+    if row is not None and row.holder == "a":
+        raise LeaseLostError(f"{room_id} is at a", holder="a")
+    return None
+
+
 async def test_nobody_comes_to_a_room_at_the_server_that_lost_it(address: str) -> None:
-    async with two(address) as (a, b):
-        room = await a.rooms.seek("main")
-        await a.drop(room, 7)
-        moved = await b.holding.take_over("main")
+    async with two(address, claim=not_a_s) as (a, b):
+        room = await b.rooms.seek("main")
+        await b.drop(room, 7)
+        moved = await a.shared.arriving.take_over("main")
         assert moved is not None
-        await b.run(moved, 30)
-        a.holding.claim = _elsewhere  # as the cluster's, which knows by now
-        with pytest.raises(AppError, match="elsewhere"):
-            await a.rooms.seek("main")
-        assert a.rooms.all() == []
-
-
-def _elsewhere(room_id: str, row: HoldRow | None) -> int:
-    raise AppError("it is elsewhere")
+        await a.run(moved, 30)
+        with pytest.raises(LeaseLostError, match="main is at a") as found:
+            await b.rooms.seek("main")
+        assert found.value.holder == "a"
+        assert b.rooms.all() == []
 
 
 async def test_a_room_is_handed_over_without_a_tick_in_between(address: str) -> None:
@@ -160,9 +167,9 @@ async def test_a_room_is_handed_over_without_a_tick_in_between(address: str) -> 
             await a.drop(room, 3)
             asked = ask(room, 4)
             await turns()
-            leaving = asyncio.create_task(a.holding.hand_over(room.id))
+            leaving = asyncio.create_task(a.shared.leaving.hand_over(room.id))
             await turns()
-            with pytest.raises(HoldLostError):
+            with pytest.raises(LeaseLostError):
                 await ask(room, 5)
             while not leaving.done():
                 a.tick(1)
@@ -171,7 +178,7 @@ async def test_a_room_is_handed_over_without_a_tick_in_between(address: str) -> 
             accepted = await asked  # what was taken is told before the room goes
             assert accepted.ball == 1
             at = room.room.world.tick
-            assert await a.holding.holds.holder_of(room.id) is not None
+            assert await a.shared.leases.holder_of(room.id) is not None
             taken = await b.rooms.seek(room.id)
             assert taken.room.world.tick == at
             assert taken.room.taken == room.room.taken
@@ -192,14 +199,14 @@ async def test_who_watches_is_sent_on_only_once_the_next_server_has_the_room(add
             taken.append(await b.rooms.seek(room.id))
             await turns()
             assert not watcher.running.done()
-            with pytest.raises(HoldLostError):
+            with pytest.raises(LeaseLostError):
                 a.rooms.find(room.id)  # whatever they ask for meanwhile
 
-        await a.holding.hand_over(room.id, receive)
+        await a.shared.leaving.hand_over(room.id, receive)
         assert [each.room.world.tick for each in taken] == [room.room.world.tick]
-        with pytest.raises(HoldLostError):
+        with pytest.raises(LeaseLostError):
             await watcher.running
-        assert not a.holding.is_leaving(room.id)
+        assert not a.shared.leaving.is_leaving(room.id)
 
 
 async def test_who_watches_is_sent_on_although_the_next_server_failed_to_take_the_room(
@@ -213,8 +220,8 @@ async def test_who_watches_is_sent_on_although_the_next_server_failed_to_take_th
             raise AppError("it does not answer")
 
         with pytest.raises(AppError, match="does not answer"):
-            await a.holding.hand_over(room.id, receive)
-        with pytest.raises(HoldLostError):
+            await a.shared.leaving.hand_over(room.id, receive)
+        with pytest.raises(LeaseLostError):
             await watcher.running
         assert (await b.rooms.seek(room.id)).id == room.id
 
@@ -224,40 +231,89 @@ async def test_all_rooms_are_handed_over_at_the_end(address: str) -> None:
         rooms = [await a.rooms.create(BOARD) for _ in range(3)]
         rooms.append(await a.rooms.seek("main"))
         await a.drop(rooms[0], 3)
-        await a.holding.hand_all_over()
-        assert (a.rooms.all(), a.holding.holds.rooms) == ([], [])
-        assert await b.holding.holds.listing() == []
+        await a.shared.leaving.hand_all_over()
+        assert (a.rooms.all(), a.shared.leases.book.rooms) == ([], [])
+        assert await b.shared.leases.listing() == []
         for room in rooms:
             assert (await b.rooms.seek(room.id)).room.world.tick == room.room.world.tick
 
 
 async def test_a_claim_that_is_refused_brings_nothing_here(address: str) -> None:
-    async with two(address) as (a, b):
+    async with two(address, claim=not_a_s) as (a, b):
         await a.rooms.seek("main")
-
-        def elsewhere(room_id: str, row: HoldRow | None) -> int:
-            raise AppError(f"{room_id} is at a")
-
-        b.holding.claim = elsewhere
-        with pytest.raises(AppError, match="main is at a"):
+        with pytest.raises(LeaseLostError, match="main is at a"):
             await b.rooms.seek("main")
         with pytest.raises(UnknownRoomError):
             await b.rooms.seek("nowhere")
-        assert a.holding.holds.rooms == ["main"]
-        assert [row.holder for row in await b.holding.holds.listing()] == ["a"]
+        assert a.shared.leases.book.rooms == ["main"]
+        assert [row.holder for row in await b.shared.leases.listing()] == ["a"]
+
+
+async def test_a_room_is_handed_over_to_one_server_and_no_other_comes_between(
+    address: str,
+) -> None:
+    async with two(address) as (a, b):
+        room = await a.rooms.create(BOARD)
+        await a.shared.leaving.hand_over(room.id, holder="b", address="http://b")
+        row = await a.shared.leases.holder_of(room.id)
+        assert row is not None
+        assert (row.holder, row.address) == ("b", "http://b")
+        assert (await b.rooms.seek(room.id)).id == room.id
+        lease = b.shared.leases.book.of(room.id)
+        assert lease is not None
+        assert lease.number == row.number + 1
+
+
+async def test_hundreds_who_look_for_a_room_at_once_cost_the_ledger_one_look(
+    address: str,
+) -> None:
+    looks = []
+
+    def count(room_id: str, row: LeaseRow | None) -> int | None:
+        looks.append(room_id)
+        return not_a_s(room_id, row)
+
+    async with two(address, claim=count) as (a, b):
+        await a.rooms.seek("main")
+        asking = [asyncio.create_task(b.rooms.seek("main")) for _ in range(300)]
+        await turns()
+        asking[0].cancel()  # and takes the answer from nobody
+        found = await asyncio.gather(*asking[1:], return_exceptions=True)
+        assert {type(each) for each in found} == {LeaseLostError}
+        assert looks == ["main"]
+        with pytest.raises(LeaseLostError):
+            await b.rooms.seek("main")
+        assert looks == ["main"] * 2, "a later client is told what is so then"
+
+
+async def test_who_comes_to_a_room_that_is_leaving_waits_until_it_is_there(address: str) -> None:
+    async with two(address, claim=not_a_s) as (a, b):
+        room = await b.rooms.create(BOARD)
+        arrived = asyncio.Event()
+        leaving = asyncio.create_task(b.shared.leaving.hand_over(room.id, arrived.wait, holder="a"))
+        await eventually(lambda: b.rooms.all() == [])
+        asked = asyncio.create_task(b.rooms.seek(room.id))
+        await turns()
+        assert not asked.done()
+        arrived.set()
+        with pytest.raises(LeaseLostError) as found:
+            await asked
+        assert found.value.holder == "a"
+        await leaving
+        assert (await a.rooms.seek(room.id)).id == room.id
 
 
 async def test_of_many_who_ask_at_once_each_finds_the_one_room(address: str) -> None:
     async with two(address) as (a, b):
         room = await a.rooms.create(BOARD)
-        await a.holding.hand_over(room.id)
+        await a.shared.leaving.hand_over(room.id)
         found = await asyncio.gather(*[b.rooms.seek(room.id) for _ in range(8)])
         assert {id(each) for each in found} == {id(b.rooms.find(room.id))}
-        hold = b.holding.holds.of(room.id)
-        assert hold is not None
-        row = await b.holding.holds.holder_of(room.id)
+        lease = b.shared.leases.book.of(room.id)
+        assert lease is not None
+        row = await b.shared.leases.holder_of(room.id)
         assert row is not None
-        assert row.number == hold.number
+        assert row.number == lease.number
 
 
 async def test_a_take_over_that_is_overtaken_is_no_damage(
@@ -272,18 +328,18 @@ async def test_a_take_over_that_is_overtaken_is_no_damage(
         async def overtake(read: Any, **values: Any) -> Any:
             if "replay" in values and not overtaken.is_set():  # the inputs of the row before
                 overtaken.set()
-                again = await a.holding.take_over("main")
+                again = await a.shared.arriving.take_over("main")
                 assert again is not None
                 await a.run(again, 100)
                 await a.drop(again, 2)
             return await reading(read, **values)
 
         monkeypatch.setattr(recovery, "_read", overtake)
-        a.holding.put_away("main")
-        with pytest.raises(HoldLostError):
-            await b.holding.take_over("main")
+        a.shared.leaving.put_away("main")
+        with pytest.raises(LeaseLostError):
+            await b.shared.arriving.take_over("main")
         assert overtaken.is_set()
-        assert (recovery.set_aside, b.rooms.all(), b.holding.holds.rooms) == ({}, [], [])
+        assert (recovery.set_aside, b.rooms.all(), b.shared.leases.book.rooms) == ({}, [], [])
         assert [each.room.taken for each in a.rooms.all()] == [2]
 
 
@@ -318,7 +374,7 @@ async def test_an_address_s_rooms_are_counted_at_all_servers(address: str) -> No
             room = await life.rooms.create(BOARD, creator=mark)
         assert [await b.rooms.made_by(mark) for mark in ("one", "other", "none")] == [2, 1, 0]
         await a.rooms.reset(room)
-        await a.holding.hand_over(room.id)
+        await a.shared.leaving.hand_over(room.id)
         await b.rooms.reset(await b.rooms.seek(room.id))
         assert await a.rooms.made_by("other") == 1
         await b.rooms.delete(b.rooms.find(room.id))
@@ -326,12 +382,12 @@ async def test_an_address_s_rooms_are_counted_at_all_servers(address: str) -> No
 
 
 async def test_a_room_that_nobody_uses_is_closed_wherever_it_was(address: str) -> None:
-    async with two(address, room_idle=1.0) as (a, b):
+    async with two(address) as (a, b):
         room = await a.rooms.create(BOARD)
-        await a.holding.hand_over(room.id)
+        await a.shared.leaving.hand_over(room.id)
         used = (await b.row(room.id)).used
-        b.rooms.persistence.runs.now = lambda: used + 2.0
-        await b.holding.look_after()
+        b.rooms.persistence.runs.now = lambda: used + UNUSED_SECONDS + 1.0
+        await b.shared.look_after()
         await b.heard()
         assert await b.ledger.read(lambda c: store.open_room(c, room.id)) is None
         with pytest.raises(UnknownRoomError):
@@ -349,17 +405,15 @@ async def test_sessions_have_numbers_of_their_own_at_every_server(address: str) 
 
 
 def fair(life: Life) -> FairSessions:
-    sessions = FairSessions(
+    return FairSessions(
         life.rooms.persistence,
         Signer(b"\x07" * 32),
         kernel_digest=KERNEL,
         rest=1e6,
         draw=lambda count: b"\x01" * count,
         new_id=iter(f"{number}" for number in range(99)).__next__,
-        having=life.holding.having,
+        having=life.shared.arriving.having,
     )
-    life.holding.gone.append(sessions.forget_room)
-    return sessions
 
 
 async def test_a_player_s_session_goes_on_where_its_room_does(address: str) -> None:
@@ -370,17 +424,17 @@ async def test_a_player_s_session_goes_on_where_its_room_does(address: str) -> N
         await at_a.open(session, SECRET.hex())
         for _ in range(3):
             await a.drop(room, None, session=session, stake=10)
-        moved = await b.holding.take_over(room.id)
+        moved = await b.shared.arriving.take_over(room.id)
         assert moved is not None
         stale = ask(room, None, session=session, stake=10)
-        with pytest.raises(HoldLostError):
+        with pytest.raises(LeaseLostError):
             await stale
         there = await at_b.find(session.id)
         for _ in range(2):
             await b.drop(moved, None, session=there, stake=10)
         await b.rest()
         # Back again: what was known of it here was let go with the room.
-        await b.holding.hand_over(room.id)
+        await b.shared.leaving.hand_over(room.id)
         again = await at_a.find(session.id)
         assert again.drops == 5
         await at_a.end(again)

@@ -9,7 +9,7 @@ from typing import Any
 
 import msgspec
 
-from app.errors import ClosedRoomError, HoldLostError
+from app.errors import ClosedRoomError, LeaseLostError
 from app.live.broadcast.hub import Client, Hub, Mailbox
 from app.live.registry import Rooms
 from app.protocol.wire import WireMessage
@@ -199,7 +199,7 @@ async def test_a_room_that_goes_to_another_server_keeps_who_watches_over_a_relay
     with scene() as one:
         far = await joined(one.replica(), one.ear())
         other = Scene(bus=one.bus)
-        one.rooms.hub.cut("main", HoldLostError("at another server"))
+        one.rooms.hub.cut("main", LeaseLostError("at another server"))
         await eventually(lambda: [event["type"] for event in far.told].count("hello") == 2)
         assert _second_hello(far)["run"] != far.told[0]["run"]
         assert not far.handed_over

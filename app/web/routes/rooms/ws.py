@@ -15,8 +15,8 @@ from app.errors import (
     AbuseError,
     AppError,
     HaltedError,
-    HoldLostError,
     InvalidValueError,
+    LeaseLostError,
     LedgerError,
     LimitError,
     MalformedError,
@@ -90,7 +90,7 @@ async def watch(socket: WebSocket, room_id: str, server: Server) -> None:
         error = await RoomClient(socket, server, live, stream).run()
     except AppError as refused:
         error = refused
-        if not isinstance(refused, HoldLostError):  # who comes again is brought to the room
+        if not isinstance(refused, LeaseLostError):  # who comes again is brought to the room
             with contextlib.suppress(WebSocketDisconnect):
                 await socket.send_text(messages.encode_event(_event(refused)).decode())
     if error is not None:
@@ -181,7 +181,7 @@ class RoomClient:
         """Carry out one message, and tell its sender why where that cannot be done."""
         try:
             await self._carry_out(data)
-        except HoldLostError as lost:
+        except LeaseLostError as lost:
             self.client.fail(lost)  # whoever is sent to another server need not hear why first
         except Exception as error:  # noqa: BLE001 - a fault of the server's own is told as one
             if not isinstance(error, AppError | EngineError):

@@ -10,11 +10,13 @@ from typing import Any
 
 import sqlalchemy as sa
 
+from app.live.arriving import Claim, any_room
 from app.live.broadcast.hub import Hub
-from app.live.holding import Holding
 from app.live.live_room import LiveRoom
 from app.live.registry import Rooms
-from app.persistence.holds import Holds
+from app.live.shared_rooms import SharedRooms
+from app.persistence.lease_book import LeaseBook, Unshared
+from app.persistence.leases import Leases
 from app.persistence.ledger.database import Database
 from app.persistence.ledger.writer import Ledger
 from app.persistence.service import PersistenceService
@@ -78,10 +80,10 @@ class Life:
         await eventually(lambda: not self.rooms.rebuilding.waiting)
 
     @property
-    def holding(self) -> Holding:
-        """The rooms that this server has, where several share the ledger."""
-        assert self.rooms.holding is not None
-        return self.rooms.holding
+    def shared(self) -> SharedRooms:
+        """The rooms of the ledger, where several servers share it."""
+        assert self.rooms.shared is not None
+        return self.rooms.shared
 
     async def row(self, room_id: str) -> RoomRow:
         """The room's session as the ledger has it."""
@@ -97,18 +99,27 @@ class Life:
 
 @contextlib.asynccontextmanager
 async def living(
-    url: str, *, board: Board = BOARD, rebuild: bool = True, holder: str = "", **settings: Any
+    url: str,
+    *,
+    board: Board = BOARD,
+    rebuild: bool = True,
+    holder: str = "",
+    claim: Claim = any_room,
+    **settings: Any,
 ) -> AsyncIterator[Life]:
     """A life over the ledger at `url`; without `rebuild`, only rooms asked for come back.
 
-    A `holder` is the name of one of several servers that share the ledger.
+    A `holder` is the name of one of several servers that share the ledger; `claim` says which rooms
+    it may take.
     """
     chosen = Settings(**settings)
     limits = BallLimits(chosen.max_balls, MAX_TOUCHING)
-    ledger = Ledger(Database(url, shared=bool(holder)), period=0.0, patience=60.0)
-    holds = Holds(ledger, holder) if holder else None
-    service = PersistenceService(ledger, tick_rate=chosen.tick_rate, limits=limits, holds=holds)
-    rooms = Rooms(chosen, Boards(8), Hub(8), board, persistence=service)
+    book = LeaseBook(holder) if holder else None
+    database = Database(url, shared=bool(holder))
+    ledger = Ledger(database, period=0.0, patience=60.0, leases=book or Unshared())
+    leases = Leases(ledger, book) if book else None
+    service = PersistenceService(ledger, tick_rate=chosen.tick_rate, limits=limits, leases=leases)
+    rooms = Rooms(chosen, Boards(8), Hub(8), board, persistence=service, claim=claim)
     await asyncio.to_thread(ledger.open)
     ledger.start()
     try:

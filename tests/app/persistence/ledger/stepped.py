@@ -22,7 +22,8 @@ from sqlalchemy import Connection
 from app.errors import LedgerError, UndecidedError
 from app.live.broadcast.hub import Hub
 from app.live.registry import Rooms
-from app.persistence.holds import Holds
+from app.persistence.lease_book import LeaseBook, Unshared
+from app.persistence.leases import Leases
 from app.persistence.ledger.database import Database
 from app.persistence.ledger.writer import Ledger
 from app.persistence.room_log import RoomLogs
@@ -136,8 +137,13 @@ class Table:
         self._aio = asyncio.new_event_loop()
         self.loop = Clockwork(self.within)
         self.database = Steps(url, shared=bool(holder))
+        book = LeaseBook(holder) if holder else None
         self.ledger = Ledger(
-            self.database, period=1 / 60, patience=PATIENCE, clock=lambda: self.loop.now
+            self.database,
+            period=1 / 60,
+            patience=PATIENCE,
+            clock=lambda: self.loop.now,
+            leases=book or Unshared(),
         )
         self.ledger.open()
         self.ledger.attach(self.loop)
@@ -146,7 +152,7 @@ class Table:
             tick_rate=60,
             limits=LIMITS,
             now=lambda: 1e9 + self.loop.now,
-            holds=Holds(self.ledger, holder) if holder else None,
+            leases=Leases(self.ledger, book) if book else None,
         )
         self.persistence.told = told
         board = Board.preset("triangle-8")

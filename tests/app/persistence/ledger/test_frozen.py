@@ -26,7 +26,7 @@ def address(cluster: postgres.Cluster) -> str:
 async def play_on(url: str) -> list[dict[str, Any]]:
     """Another server takes the room over and plays; what it told."""
     async with living(url, holder="newer") as newer:
-        room = await newer.holding.take_over("main")
+        room = await newer.shared.arriving.take_over("main")
         assert room is not None
         told = [await newer.drop(room, seed) for seed in (11, 12)]
         await newer.run(room, 30)

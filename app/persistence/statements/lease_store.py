@@ -1,6 +1,6 @@
-"""Statements of holds: which server has a room, and that a write still comes from that server.
+"""Statements of leases: which server has a room, and that a write still comes from that server.
 
-Who takes a room waits for every transaction that has looked at its hold, and every one that looks
+Who takes a room waits for every transaction that has looked at its lease, and every one that looks
 later finds another number. So what the former holder wrote is all there when the next one reads,
 and nothing comes after it.
 """
@@ -12,7 +12,7 @@ import sqlalchemy as sa
 from sqlalchemy import Connection, func, select, update
 
 from app.persistence.statements import tables
-from app.rooms.records import Hold, HoldRow
+from app.rooms.records import Lease, LeaseRow
 
 _AT_ONCE: Final = 400  # rooms of one SELECT, below what SQLite takes
 _LOCK_PATIENCE: Final = 100  # ms for which a take may wait for the former holder's transaction
@@ -25,7 +25,7 @@ _LOG: Final = "log"  # a row by which servers add to the log of receipts one aft
 def take(
     connection: Connection, room: str, holder: str, address: str, now: float, after: int | None
 ) -> int | None:
-    """Have a room from now on, whoever had it; returns the hold's number.
+    """Have a room from now on, whoever had it; returns the lease's number.
 
     With `after` only if that is still its number, 0 for none: 0 where it is another by now. None
     while the former holder's transaction lasts. Nothing else may be in the connection's
@@ -45,7 +45,7 @@ def take(
 
 
 def _taking(connection: Connection, room: str, after: int | None, values: dict[str, Any]) -> Any:
-    row = tables.holds
+    row = tables.leases
     number = row.c.number
     if after:
         same = (row.c.room == room) & (number == after)
@@ -57,22 +57,25 @@ def _taking(connection: Connection, room: str, after: int | None, values: dict[s
     return adding.on_conflict_do_update(index_elements=["room"], set_=following).returning(number)
 
 
-def release(connection: Connection, hold: Hold) -> None:
-    """Let a room go, unless it is another's already; nothing is written under this hold again."""
-    row = tables.holds
+def release(connection: Connection, lease: Lease, holder: str, address: str, now: float) -> None:
+    """Pass a room on to `holder`, "" for nobody, unless it is another's already.
+
+    Nothing is written under this lease again.
+    """
+    row = tables.leases
     connection.execute(
         update(row)
-        .where(row.c.room == hold.room, row.c.number == hold.number)
-        .values(number=hold.number + 1, holder="", address="")
+        .where(row.c.room == lease.room, row.c.number == lease.number)
+        .values(number=lease.number + 1, holder=holder, address=address, taken=now)
     )
 
 
-def lost(connection: Connection, holds: Iterable[Hold]) -> list[Hold]:
-    """Those of `holds` that are not as they were; the others stay so until the transaction ends."""
-    row, asked = tables.holds.c, sorted(set(holds))
+def lost(connection: Connection, leases: Iterable[Lease]) -> list[Lease]:
+    """Those of `leases` that are not as they were; the others stay so for this transaction."""
+    row, asked = tables.leases.c, sorted(set(leases))
     found: set[tuple[str, int]] = set()
     for begin in range(0, len(asked), _AT_ONCE):
-        rooms = [hold.room for hold in asked[begin : begin + _AT_ONCE]]
+        rooms = [lease.room for lease in asked[begin : begin + _AT_ONCE]]
         chosen = (
             select(row.room, row.number)
             .where(row.room.in_(rooms))
@@ -80,33 +83,29 @@ def lost(connection: Connection, holds: Iterable[Hold]) -> list[Hold]:
             .with_for_update(read=True)
         )
         found.update((each.room, each.number) for each in connection.execute(chosen))
-    return [hold for hold in asked if (hold.room, hold.number) not in found]
+    return [lease for lease in asked if (lease.room, lease.number) not in found]
 
 
-def holder_of(connection: Connection, room: str) -> HoldRow | None:
+def holder_of(connection: Connection, room: str) -> LeaseRow | None:
     """Who has a room; None where nobody ever had it."""
-    found = connection.execute(select(tables.holds).where(tables.holds.c.room == room))
+    found = connection.execute(select(tables.leases).where(tables.leases.c.room == room))
     row = found.mappings().first()
-    return None if row is None else HoldRow(**row)
+    return None if row is None else LeaseRow(**row)
 
 
-def standing(connection: Connection, room: str) -> tuple[bool, HoldRow | None]:
+def standing(connection: Connection, room: str) -> tuple[bool, LeaseRow | None]:
     """Whether there is an open room of this id, and who has it."""
     row = tables.rooms.c
     found = connection.execute(select(row.number).where(row.id == room, row.closed.is_(None)))
     return found.first() is not None, holder_of(connection, room)
 
 
-def listing(connection: Connection) -> list[HoldRow]:
+def listing(connection: Connection) -> list[LeaseRow]:
     """Every room that some server has, by id."""
-    chosen = select(tables.holds).where(tables.holds.c.holder != "").order_by(tables.holds.c.room)
-    return [HoldRow(**row) for row in connection.execute(chosen).mappings()]
-
-
-def held_by(connection: Connection, holder: str) -> list[HoldRow]:
-    """Every room that this server has."""
-    chosen = select(tables.holds).where(tables.holds.c.holder == holder)
-    return [HoldRow(**row) for row in connection.execute(chosen).mappings()]
+    chosen = (
+        select(tables.leases).where(tables.leases.c.holder != "").order_by(tables.leases.c.room)
+    )
+    return [LeaseRow(**row) for row in connection.execute(chosen).mappings()]
 
 
 # What servers number together.

@@ -10,12 +10,13 @@ from typing import Any
 import pytest
 import sqlalchemy as sa
 
-from app.errors import HoldLostError, SettingError
-from app.persistence.holds import Holds
+from app.errors import LeaseLostError, SettingError
+from app.persistence.lease_book import LeaseBook
+from app.persistence.leases import Leases
 from app.persistence.ledger.common_secrets import TOKENS, common_secret
 from app.persistence.ledger.database import Database
 from app.persistence.ledger.writer import Ledger
-from app.persistence.statements import hold_store, store, tables, writing
+from app.persistence.statements import lease_store, store, tables, writing
 from app.rooms.records import (
     BoardRow,
     Close,
@@ -23,8 +24,8 @@ from app.rooms.records import (
     FairEnd,
     FairOpening,
     FairSessionRow,
-    Hold,
     InputRow,
+    Lease,
     LogLeaf,
     Mark,
     ResultRow,
@@ -57,10 +58,10 @@ class Server:
 
     def __init__(self, url: str, name: str) -> None:
         self.database = Steps(url, shared=True)
-        self.ledger = Ledger(self.database, period=0.0, patience=60.0)
-        self.holds = Holds(self.ledger, name, now=lambda: 5.0)
+        self.book = LeaseBook(name)
+        self.ledger = Ledger(self.database, period=0.0, patience=60.0, leases=self.book)
+        self.leases = Leases(self.ledger, self.book, now=lambda: 5.0)
         self.lost: list[str] = []
-        self.holds.lost = self.lost.append
 
     async def __aenter__(self) -> "Server":
         await asyncio.to_thread(self.ledger.open)
@@ -70,18 +71,21 @@ class Server:
     async def __aexit__(self, *_: object) -> None:
         await self.ledger.close()
 
-    async def takes(self, room: str, session: int = 1) -> Hold:
-        hold = await self.holds.take(room)
-        self.holds.note(session, room)
-        return hold
+    async def takes(self, room: str, session: int = 1) -> Lease:
+        lease = await self.take(room)
+        self.book.note(session, room)
+        return lease
+
+    async def take(self, room: str, after: int | None = None) -> Lease:
+        return await self.leases.take(room, after, self.lost.append)
 
     async def all_rows(self) -> dict[str, list[Any]]:
-        """Everything that the ledger has but the holds, and how often who has written."""
+        """Everything that the ledger has but the leases, and how often who has written."""
         return await self.ledger.read(everything)
 
 
 def everything(connection: sa.Connection) -> dict[str, list[Any]]:
-    kept = [t for t in tables.metadata.sorted_tables if t not in (tables.holds, tables.writers)]
+    kept = [t for t in tables.metadata.sorted_tables if t not in (tables.leases, tables.writers)]
     return {
         table.name: sorted(map(tuple, connection.execute(sa.select(table))), key=repr)
         for table in kept
@@ -111,7 +115,7 @@ async def test_nothing_of_a_room_is_written_that_is_another_server_s(
 ) -> None:
     async with Server(address, "older") as older, Server(address, "newer") as newer:
         await older.takes("r")
-        older.holds.note(2, "r")
+        older.book.note(2, "r")
         await older.ledger.commit(*BEFORE)
         await newer.takes("r")
         before = await newer.all_rows()
@@ -122,11 +126,11 @@ async def test_nothing_of_a_room_is_written_that_is_another_server_s(
             older.ledger.submit(*writes).add_done_callback(
                 lambda it: heard.set_result(it.exception())
             )
-        assert isinstance(await heard, HoldLostError)
+        assert isinstance(await heard, LeaseLostError)
         assert await newer.all_rows() == before
-        assert (older.lost, older.holds.rooms, older.ledger.problem) == (["r"], [], None)
+        assert (older.lost, older.book.rooms, older.ledger.problem) == (["r"], [], None)
         # The server that has it writes the very same.
-        newer.holds.note(2, "r")
+        newer.book.note(2, "r")
         await newer.ledger.commit(*writes)
         assert await newer.all_rows() != before
 
@@ -151,47 +155,48 @@ async def test_what_is_of_other_rooms_is_written_all_the_same(address: str) -> N
         older.ledger.defer(marks)
         await older.ledger.read(lambda connection: None)
         assert {name for name, error in told if error is None} == {"3-0", "3-1"}
-        assert [name for name, error in told if isinstance(error, HoldLostError)] == ["1-1"]
+        assert [name for name, error in told if isinstance(error, LeaseLostError)] == ["1-1"]
         read = [functools.partial(store.session, number=number) for number in (1, 3)]
         assert [(await older.ledger.read(each)).tick for each in read] == [0, 50]
 
 
-async def test_the_number_of_a_hold_only_grows(address: str) -> None:
+async def test_the_number_of_a_lease_only_grows(address: str) -> None:
     async with Server(address, "a") as a, Server(address, "b") as b:
         numbers = []
         for server in (a, b, b, a):
-            numbers.append((await server.holds.take("r")).number)
-        hold = a.holds.drop("r")
-        assert hold is not None
-        await a.holds.release(hold)
-        row = await b.holds.holder_of("r")
+            numbers.append((await server.take("r")).number)
+        lease = a.book.drop("r")
+        assert lease is not None
+        await a.leases.release(lease)
+        row = await b.leases.holder_of("r")
         assert row is not None
-        assert (row.holder, await b.holds.listing()) == ("", [])
-        numbers += [row.number, (await b.holds.take("r")).number]
+        assert (row.holder, await b.leases.listing()) == ("", [])
+        numbers += [row.number, (await b.take("r")).number]
         assert numbers == sorted(set(numbers))
-        assert [(row.room, row.holder, row.taken) for row in await a.holds.listing()] == [
+        assert [(row.room, row.holder, row.taken) for row in await a.leases.listing()] == [
             ("r", "b", 5.0)
         ]
 
 
-async def test_of_two_that_take_a_room_after_the_same_hold_one_has_it(address: str) -> None:
+async def test_of_two_that_take_a_room_after_the_same_lease_one_has_it(address: str) -> None:
     async with Server(address, "a") as a, Server(address, "b") as b:
         for after in (0, 1):
-            both = [server.holds.take("r", after) for server in (a, b)]
+            both = [server.take("r", after) for server in (a, b)]
             came = await asyncio.gather(*both, return_exceptions=True)
-            assert sorted(type(each).__name__ for each in came) == ["Hold", "HoldLostError"]
+            assert sorted(type(each).__name__ for each in came) == ["Lease", "LeaseLostError"]
 
 
 async def test_a_released_room_is_written_no_more_by_who_had_it(address: str) -> None:
     async with Server(address, "a") as a:
         await a.takes("r")
         await a.ledger.commit(*BEFORE)
-        hold = a.holds.drop("r")
-        assert hold is not None
-        await a.holds.release(hold)
+        lease = a.book.drop("r")
+        assert lease is not None
+        await a.leases.release(lease)
         before = await a.all_rows()
-        a.ledger.stamp = lambda writes: [(hold, writes)]  # as if it had been handed in before
-        with pytest.raises(HoldLostError):
+        a.book.add(lease, a.lost.append)  # as if it had been handed in before
+        a.book.note(1, "r")
+        with pytest.raises(LeaseLostError):
             await a.ledger.commit(replace(DROP, ball=1))
         assert await a.all_rows() == before
 
@@ -207,7 +212,7 @@ class _Taken:
         self.other.open()
         self.left = step
         self.met = ""
-        self.took: Hold | None = None
+        self.took: Lease | None = None
 
     def at(self, step: str) -> None:
         self.left -= 1
@@ -215,10 +220,10 @@ class _Taken:
             self.met = step
             self.took = self.take()
 
-    def take(self) -> Hold | None:
+    def take(self) -> Lease | None:
         with self.other.transaction() as connection:
-            number = hold_store.take(connection, "main", "newer", "", 5.0, None)
-        return None if number is None else Hold("main", number)
+            number = lease_store.take(connection, "main", "newer", "", 5.0, None)
+        return None if number is None else Lease("main", number)
 
     def drops(self) -> list[int]:
         with self.other.transaction() as connection:
@@ -252,7 +257,7 @@ def test_a_room_taken_at_any_step_of_a_commit_keeps_just_what_was_told(address: 
             late = table.asks("main", 100 * step + 3)
             assert late is not None
             table.work()
-            assert isinstance(late.exception(), HoldLostError)
+            assert isinstance(late.exception(), LeaseLostError)
             assert other.drops() == kept
         assert table.rooms.all() == []
         table.end()
@@ -262,7 +267,7 @@ def test_a_room_taken_at_any_step_of_a_commit_keeps_just_what_was_told(address: 
         met.append((other.met, len(kept) - len(before), other.took is not None))
     steps = [name for name, _, _ in met]
     assert {"connect", "SELECT", "INSERT INTO drops", "commit", "committed"} <= _short(steps)
-    # Before the look at the hold the room is the other's; from then on it waits for the commit.
+    # Before the look at the lease the room is the other's; from then on it waits for the commit.
     assert {kept for _, kept, took in met if took} == {0, 2}
     assert {kept for _, kept, took in met if not took} == {2}
 
@@ -331,7 +336,7 @@ async def test_servers_take_numbers_of_sessions_that_no_other_has(address: str) 
         await a.takes("r", 2000)
         await a.ledger.commit(BOARD, replace(ROOM, number=2000))
         taking = [
-            server.ledger.read(functools.partial(hold_store.reserve, count=10))
+            server.ledger.read(functools.partial(lease_store.reserve, count=10))
             for server in (a, b, a, b)
         ]
         firsts = await asyncio.gather(*taking)
