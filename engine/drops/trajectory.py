@@ -15,7 +15,7 @@ from engine.exact.kept import Kept
 from engine.exact.outcome import MAX_EVENTS
 from engine.exact.sampling import sample
 from engine.exact.trace import trace_many
-from engine.jit.decorator import in_place
+from engine.jit.in_place import in_place
 from engine.parameters import Exact, Solver, Stepped
 from engine.physics import body
 from engine.physics.contact import new_series

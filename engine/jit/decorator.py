@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from functools import cached_property, update_wrapper
 from importlib import import_module
 from importlib.util import find_spec
-from typing import Any, Generic, ParamSpec, Protocol, TypeVar, cast
+from typing import Generic, ParamSpec, TypeVar, cast
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -94,43 +94,3 @@ def lean_kernel(function: Callable[P, T]) -> Callable[P, T]:
     it only costs compile time.
     """
     return function if IS_OFF else cast("Callable[P, T]", Kernel(function, forceinline=True))
-
-
-class Call(Protocol):
-    """A call of a kernel that is repeated on the same arrays."""
-
-    def __call__(self) -> None:
-        """Run it; not again once it has raised."""
-
-    def view(self, array: Any) -> Any:
-        """Where the kernel works on one of the arrays: what is written there is what it reads."""
-
-
-class _PlainCall:
-    """A `Call` of what works on Python's own arrays."""
-
-    def __init__(self, function: Callable[..., Any], args: tuple[Any, ...]) -> None:
-        self._function = function
-        self._args = args
-
-    def __call__(self) -> None:
-        """Run it."""
-        self._function(*self._args)
-
-    def view(self, array: Any) -> Any:
-        """The array itself."""
-        return array
-
-
-def in_place(function: Callable[P, None], *args: P.args, **given: P.kwargs) -> Call:
-    """A call of a kernel with these arguments, to be repeated, whose arrays are copied only now.
-
-    For kernels that make no arrays of their own.
-    """
-    code: Callable[..., Any] = function
-    if isinstance(function, EntryKernel):
-        code = function.machine_code
-        machine_code = import_module("engine.jit.machine_code")
-        if isinstance(code, machine_code.Entry):
-            return cast("Call", code.in_place(args))
-    return _PlainCall(code, args)

@@ -21,7 +21,8 @@ from engine.exact.sampling import sample
 from engine.exact.trace import trace_many
 from engine.jit import limits, machine_code, stamp
 from engine.jit.calls import Call, Kind, leaves
-from engine.jit.decorator import EntryKernel, in_place
+from engine.jit.decorator import EntryKernel
+from engine.jit.in_place import in_place
 from engine.multibody.scenes import sandbox
 from engine.physics import body
 from engine.physics.contact import new_series
