@@ -5,7 +5,7 @@ import functools
 import time
 import urllib.parse
 from collections.abc import Callable, Coroutine, Mapping
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, TypeVar, TypeVarTuple
 
 import msgspec
 from fastapi import Depends, Request, Response
@@ -33,6 +33,7 @@ from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS, Solver, make_solver
 from engine.seeding import parse_seed
 
 T = TypeVar("T")
+Ts = TypeVarTuple("Ts")
 
 MAX_SURFACES = 5000  # pegs and walls of a board that a client sends; bounds the work
 SHORTEST_SUBSTEP = 1e-4  # s, of a stepped drop; bounds the work
@@ -81,8 +82,7 @@ async def read(request: Request, kind: type[T], empty: T | None = None) -> T:
         return empty
     if len(body) <= _INLINE_BODY:
         return decode(body, kind)
-    check = functools.partial(tasks.check_json, body)
-    await compute(request, check, prices.json(len(body)), quick=True)
+    await compute(request, prices.json(len(body)), tasks.check_json, body, quick=True)
     return await asyncio.to_thread(shaped, body, kind)
 
 
@@ -110,19 +110,20 @@ def _check_media_type(given: str | None) -> None:
 
 async def compute(
     request: Request,
-    work: Callable[[], T],
     price: Price,
-    *,
+    task: Callable[[*Ts], T],
+    *values: *Ts,
     quick: bool = False,
 ) -> T:
-    """The result of `work()`, done in a worker and charged to the client's address.
+    """What `task(*values)` returns, done in a worker and charged to the client's address.
 
     `quick`: before what takes longer. Raises CostError for a price over its limit, BudgetError,
     BusyError, GoneError when the client leaves meanwhile, which ends the work, and what it raises.
     """
     server, address = services(request), address_of(request)
     try:
-        return await attended(request, charged(server, address, work, price, quick=quick))
+        work = charged(server, address, price, task, *values, quick=quick)
+        return await attended(request, work)
     finally:
         note(request.scope, server.budgets.allowance(address, time.monotonic(), "computing-ms"))
 
@@ -130,9 +131,9 @@ async def compute(
 async def charged(
     server: Services,
     address: str,
-    work: Callable[[], T],
     price: Price,
-    *,
+    task: Callable[[*Ts], T],
+    *values: *Ts,
     quick: bool = False,
 ) -> T:
     """`compute` for whoever is at this address, as long as it is not cancelled."""
@@ -141,7 +142,7 @@ async def charged(
     server.budgets.charge(address, began, price.seconds, price.what)
     spent = price.seconds
     try:
-        done = await server.workers.measured(work, quick=quick)
+        done = await server.workers.measured(functools.partial(task, *values), quick=quick)
         spent = done.seconds
     except (DeadlineError, asyncio.CancelledError):
         spent = min(time.monotonic() - began, DEADLINE)
@@ -154,8 +155,10 @@ async def charged(
     return result
 
 
-def short_drop(request: Request, board: Board, work: Callable[[], T], price: Price) -> T | None:
-    """The result of `work()`, a short drop on a preset, computed here and charged as by `compute`.
+def short_drop(
+    request: Request, board: Board, price: Price, task: Callable[[*Ts], T], *values: *Ts
+) -> T | None:
+    """What `task(*values)` returns, a short drop on a preset, done here and charged as `compute`.
 
     None if it is for a worker: this preset is not ready yet, or the drop takes more than its price
     says. Raises BudgetError, and what `work` raises.
@@ -166,7 +169,7 @@ def short_drop(request: Request, board: Board, work: Callable[[], T], price: Pri
     now = time.monotonic()
     try:
         server.budgets.charge(address, now, price.seconds, price.what)
-        done = server.short.measured(work)
+        done = server.short.measured(lambda: task(*values))
         server.budgets.settle(address, now, done.seconds - price.seconds)
     finally:
         note(request.scope, server.budgets.allowance(address, now, "computing-ms"))
@@ -300,8 +303,7 @@ async def board_task(request: Request, text: bytes, task: Callable[[bytes], T]) 
             f"a board of {surfaces} pegs and walls is over the limit of {MAX_SURFACES}",
             field="board",
         )
-    work = functools.partial(task, text)
-    return await compute(request, work, prices.check(surfaces), quick=True)
+    return await compute(request, prices.check(surfaces), task, text, quick=True)
 
 
 class _Form(msgspec.Struct):

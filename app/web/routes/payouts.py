@@ -1,7 +1,5 @@
 """Payout tables: solve one for a board, by as many drops as a request may have."""
 
-import functools
-
 from fastapi import APIRouter, Request, Response
 
 from app.computing import prices, tasks
@@ -33,7 +31,7 @@ async def solve_payouts(request: Request, server: Server) -> Response:
             f"drops {body.drops} is not from 1 to {most}; plinko payouts takes more", field="drops"
         )
     board = await resolve_board(request, body.board)
-    run = functools.partial(tasks.payouts, board, body.returned, body.risk, body.drops)
     drops = 2 * body.drops * len(aims_of(board))  # some choose the table, as many judge it
     price = prices.many_drops(board, drops, Exact())
-    return reply(await compute(request, run, price))
+    chosen = (board, body.returned, body.risk, body.drops)
+    return reply(await compute(request, price, tasks.payouts, *chosen))

@@ -1,6 +1,5 @@
 """Drops: compute one, replay it by its address, as a record, as frames; verify."""
 
-import functools
 import secrets
 from collections.abc import Callable, Coroutine
 from typing import Annotated, Any
@@ -83,7 +82,7 @@ async def sample_drop(request: Request, ask: Asked, fps: Fps = 60.0) -> Response
     if is_current(request, etag):
         return not_modified(etag)
     price = prices.one_drop(ask.board, ask.solver)
-    body = await compute(request, functools.partial(tasks.frames, ask, fps), price, quick=True)
+    body = await compute(request, price, tasks.frames, ask, fps, quick=True)
     return reply(body, headers=cache_headers(etag))
 
 
@@ -141,15 +140,13 @@ async def verify_record(request: Request, server: Server) -> Response:
     """
     record = await read(request, dict[str, Any])
     if is_log(record):
-        work = functools.partial(tasks.log_verdict, record)
-        return reply(await compute(request, work, prices.verification()))
+        return reply(await compute(request, prices.verification(), tasks.log_verdict, record))
     check_step(
         record.get("solver"),
         record.get("dt", DEFAULT_DT),
         record.get("substeps", DEFAULT_SUBSTEPS),
     )
-    price = prices.verification()
-    return reply(await compute(request, functools.partial(tasks.verdict, record), price))
+    return reply(await compute(request, prices.verification(), tasks.verdict, record))
 
 
 async def _record(
@@ -158,12 +155,10 @@ async def _record(
     """The digest of a drop, and its record as JSON."""
     if certified:
         check_certified(ask)
-        work = functools.partial(proofs.record, ask, certainty)
-        return await compute(request, work, prices.proofs(1))
+        return await compute(request, prices.proofs(1), proofs.record, ask, certainty)
     price = prices.one_drop(ask.board, ask.solver)
-    work = functools.partial(tasks.record, ask, certainty)
     if price.seconds < prices.SHORT and not certainty:
-        found = short_drop(request, ask.board, work, price)
+        found = short_drop(request, ask.board, price, tasks.record, ask, certainty)
         if found is not None:
             return found
-    return await compute(request, work, price, quick=True)
+    return await compute(request, price, tasks.record, ask, certainty, quick=True)

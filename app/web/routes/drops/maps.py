@@ -1,6 +1,5 @@
 """The map of a board's starts, each pixel proven at a bounded cost: tiles as JSON, a picture."""
 
-import functools
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Annotated
@@ -64,8 +63,8 @@ async def get_map_tile(
     etag = f"{found.digest}.{PHYSICS_VERSION}.map.{middle}.{level}.{first}.{count}"
     if is_current(request, etag):
         return not_modified(etag)
-    work = functools.partial(proofs.tile, found, middle, level, STRIP_PIXELS, first, count)
-    tile, in_time = await compute(request, work, prices.proofs(count))
+    asked = (found, middle, level, STRIP_PIXELS, first, count)
+    tile, in_time = await compute(request, prices.proofs(count), proofs.tile, *asked)
     # Only what another try would not change is kept by caches.
     return reply(tile, headers=cache_headers(etag) if in_time else None)
 
@@ -91,8 +90,8 @@ def _map(fmt: str) -> Callable[..., object]:
         price = prices.proofs(levels * pixels)
         found, middle = server.boards.find(board), _start(x)
         name = f"{found.digest}.{PHYSICS_VERSION}.map.{fmt}.{middle}.{levels}.{pixels}.{theme}"
-        draw = functools.partial(proofs.picture, found, middle, levels, pixels, fmt, theme)
-        make = drawn_by_worker(request, server, draw, price)
+        asked = (found, middle, levels, pixels, fmt, theme)
+        make = drawn_by_worker(request, server, price, proofs.picture, *asked)
         return await picture_reply(request, server, name, make, STILLS[fmt])
 
     return get_map

@@ -1,9 +1,8 @@
 """Drops as pictures: stills, moments, animations, and many drops in one; an address a format."""
 
-import functools
 import math
 from collections.abc import Callable, Coroutine
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVarTuple
 
 from fastapi import APIRouter, Depends, Query, Request, Response
 
@@ -31,6 +30,8 @@ from engine.parameters import Exact
 from engine.seeding import parse_seed
 
 router = APIRouter(prefix="/api/v1", tags=["pictures"])
+
+Ts = TypeVarTuple("Ts")
 
 MOST_FPS = 60
 
@@ -78,10 +79,10 @@ async def picture_reply(
 
 
 def drawn_by_worker(
-    request: Request, server: Services, draw: Callable[[], bytes], price: Price
+    request: Request, server: Services, price: Price, draw: Callable[[*Ts], bytes], *values: *Ts
 ) -> Callable[[], Coroutine[Any, Any, bytes]]:
     """What has a worker draw a picture, charged to the client that asks first."""
-    return functools.partial(charged, server, address_of(request), draw, price)
+    return lambda: charged(server, address_of(request), price, draw, *values)
 
 
 def pixels_of(board: Board, width: int) -> int:
@@ -132,8 +133,8 @@ def _still(fmt: str) -> Callable[..., object]:
     ) -> Response:
         """The whole path of the ball over the board with its contacts and its end; or a moment."""
         name = f"{ask.name}.{fmt}.{width}.{theme}.{t!r}"
-        draw = functools.partial(tasks.still, ask, fmt, width, theme, t)
-        make = drawn_by_worker(request, server, draw, prices.still(pixels_of(ask.board, width)))
+        price = prices.still(pixels_of(ask.board, width))
+        make = drawn_by_worker(request, server, price, tasks.still, ask, fmt, width, theme, t)
         return await picture_reply(request, server, name, make, STILLS[fmt])
 
     return get_still
@@ -152,14 +153,13 @@ def _animation(fmt: str) -> Callable[..., object]:
 
         async def make() -> bytes:
             """The drop's duration is part of the price."""
-            lasting = functools.partial(tasks.duration, ask)
             price = prices.one_drop(ask.board, ask.solver)
             address = address_of(request)
-            seconds = await charged(server, address, lasting, price, quick=True)
+            seconds = await charged(server, address, price, tasks.duration, ask, quick=True)
             frames = math.ceil(min(seconds, LONGEST) * fps) + 1
             price = prices.animation(pixels_of(ask.board, width), frames)
-            draw = functools.partial(tasks.animation, ask, fmt, width, fps, theme)
-            return await charged(server, address, draw, price)
+            asked = (ask, fmt, width, fps, theme)
+            return await charged(server, address, price, tasks.animation, *asked)
 
         name = f"{ask.name}.{fmt}.{width}.{theme}.{fps}"
         return await picture_reply(request, server, name, make, {**ANIMATIONS, **VIDEOS}[fmt])
@@ -207,10 +207,9 @@ def _of_many(
             theme: ThemeName = "light",
         ) -> Response:
             name = f"{_name_of(many)}.{what}.{fmt}.{width}.{theme}"
-            work = functools.partial(draw, many, fmt, width, theme)
             prices.many_drops(many.board, many.drops, Exact()).check()
             price = prices.still(pixels_of(many.board, width), many.drops)
-            make = drawn_by_worker(request, server, work, price)
+            make = drawn_by_worker(request, server, price, draw, many, fmt, width, theme)
             return await picture_reply(request, server, name, make, MANY[fmt])
 
         get_picture.__doc__ = about
@@ -237,8 +236,9 @@ def _sheet(fmt: str) -> Callable[..., object]:
         parse_seed(first + drops - 1)
         many = Many(server.boards.find(board), drops, first)
         name = f"{_name_of(many)}.sheet.{fmt}.{columns}.{width}.{theme}"
-        draw = functools.partial(tasks.sheet, many, fmt, width, theme, columns)
-        make = drawn_by_worker(request, server, draw, prices.still(_MOST_SHEET, drops))
+        price = prices.still(_MOST_SHEET, drops)
+        asked = (many, fmt, width, theme, columns)
+        make = drawn_by_worker(request, server, price, tasks.sheet, *asked)
         return await picture_reply(request, server, name, make, MANY[fmt])
 
     return get_sheet

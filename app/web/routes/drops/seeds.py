@@ -1,7 +1,5 @@
 """Seeds that land in a bin: found by dropping one after the other."""
 
-import functools
-
 from fastapi import APIRouter, Request, Response
 
 from app.computing import prices, tasks
@@ -42,6 +40,7 @@ async def find_seeds(request: Request, server: Server) -> Response:
     board = await resolve_board(request, body.board)
     check_bin(board, body.bin)
     aim = None if body.aim is None else aim_of(board, body.aim)
-    run = functools.partial(tasks.seeds_in, board, body.bin, first, body.count, body.drops, aim)
-    found = await compute(request, run, prices.many_drops(board, body.drops, Exact()))
+    price = prices.many_drops(board, body.drops, Exact())
+    asked = (board, body.bin, first, body.count, body.drops, aim)
+    found = await compute(request, price, tasks.seeds_in, *asked)
     return reply(SeedsFound(**found))

@@ -1,7 +1,5 @@
 """Many drops at once: where they land, in numbers."""
 
-import functools
-
 from fastapi import APIRouter, Request, Response
 
 from app.computing import prices, tasks
@@ -44,6 +42,6 @@ async def simulate(request: Request, server: Server) -> Response:
     first = parse_seed(body.seed)
     parse_seed(first + body.drops - 1)
     board = await resolve_board(request, body.board)
-    run = functools.partial(tasks.tally, board, first, body.drops, solver)
     price = prices.many_drops(board, body.drops, solver)
-    return reply(Simulation(**(await compute(request, run, price))))
+    found = await compute(request, price, tasks.tally, board, first, body.drops, solver)
+    return reply(Simulation(**found))

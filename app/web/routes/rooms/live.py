@@ -1,7 +1,6 @@
 """Live rooms as pictures: one frame, or a stream of them that any image tag shows."""
 
 import asyncio
-import functools
 from collections.abc import Callable
 from typing import Annotated
 
@@ -12,8 +11,8 @@ from app.computing import prices
 from app.pictures.cache import look
 from app.pictures.film import BOUNDARY, PART_HEAD, Camera, Cameras, Shot
 from app.pictures.frame import draw, moment_of, pixels_of, still_of
-from app.web.routes.common import Server, address_of, attended, charged, documented, is_current
-from app.web.routes.drops.pictures import STILLS, ThemeName, Width, add_routes
+from app.web.routes.common import Server, address_of, attended, documented, is_current
+from app.web.routes.drops.pictures import STILLS, ThemeName, Width, add_routes, drawn_by_worker
 from app.web.routes.queries import Whole
 
 router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
@@ -33,9 +32,10 @@ def _frame(fmt: str) -> Callable[..., object]:
         headers = {"etag": f'"{etag}"', "cache-control": "no-cache"}
         if is_current(request, etag):
             return Response(status_code=304, headers=headers)
-        work = functools.partial(draw, still_of(found.room), fmt, width, theme)
         price = prices.still(pixels_of(found.room, width), 0)
-        make = functools.partial(charged, server, address_of(request), work, price)
+        make = drawn_by_worker(
+            request, server, price, draw, still_of(found.room), fmt, width, theme
+        )
         picture = await attended(request, server.moments.get(etag, make))
         return Response(picture, headers=headers, media_type=STILLS[fmt])
 

@@ -1,7 +1,6 @@
 """Rooms over REST: list, open, look at, drop a ball into; change, reset, close; read the log."""
 
 import bisect
-import functools
 from typing import Annotated, Literal
 
 import msgspec
@@ -18,7 +17,7 @@ from app.rooms.outcome import Outcome
 from app.rooms.pending import again_of
 from app.rooms.room import Ground, Room
 from app.rooms.touching.scene import Scene
-from app.rooms.touching.story import Retold, retell, story_of
+from app.rooms.touching.story import Retold, Story, retell, story_of
 from app.web.directory import listed
 from app.web.drops import drop_command
 from app.web.routes.common import (
@@ -327,8 +326,13 @@ async def _retold(request: Request, server: Services, body: RoomRequest) -> Reto
     rate, most = server.settings.tick_rate, server.rooms.limits.touching
     story = story_of(body.story, tick_rate=rate, max_balls=most)
     price = prices.story(story.ball_substeps(rate))
-    work = functools.partial(retell, story, tick_rate=rate, max_balls=most)
-    return await attended(request, charged(server, address_of(request), work, price))
+    return await attended(
+        request, charged(server, address_of(request), price, _retell, story, rate, most)
+    )
+
+
+def _retell(story: Story, tick_rate: int, max_balls: int) -> Retold:
+    return retell(story, tick_rate=tick_rate, max_balls=max_balls)
 
 
 async def _logged(server: Services, room_id: str) -> tuple[str, Room]:
