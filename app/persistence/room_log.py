@@ -106,8 +106,7 @@ class RoomLogs:
         read = functools.partial(self._page, reader)
         pages = _Pages(number, room, read, marks=marks, part=part)
         self._runs.report([])
-        if self._compute is not None:
-            await self._runs.ledger.read(_nothing)  # what was taken until now is in it then
+        await self._runs.ledger.settled()  # what has landed until now is in it then
         return pages.pieces(await pages.read(part.first), place)
 
     def _left(self, reader: str) -> None:
@@ -134,10 +133,6 @@ class RoomLogs:
         # Who goes away meanwhile does not end the process that reads: the next has it at once.
         url = ledger.database.url.render_as_string(hide_password=False)
         return await asyncio.shield(self._compute(functools.partial(page.elsewhere, url)))
-
-
-def _nothing(_: object) -> None:
-    """Nothing is read: what was submitted before has been written when it is answered."""
 
 
 class _Place:

@@ -112,6 +112,12 @@ class CommitQueue:
             return any(not job.keep and job.fate in undecided for job in self._all())
 
     @property
+    def writes(self) -> bool:
+        """Whether there is something to write that is not durable yet."""
+        with self._changed:
+            return any(job.read is None for job in (*self._taken, *self._waiting))
+
+    @property
     def empty(self) -> bool:
         """Whether the thread has nothing to do."""
         with self._changed:

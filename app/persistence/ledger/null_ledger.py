@@ -38,6 +38,9 @@ class NullLedger:
     async def keep(self, *writes: Write) -> None:
         """Do nothing."""
 
+    async def settled(self) -> None:
+        """Do nothing."""
+
     async def decided(self, work: "Coroutine[Any, Any, T] | asyncio.Future[T]") -> T:
         """What comes of `work`."""
         return await asyncio.shield(work)

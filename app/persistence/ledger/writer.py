@@ -217,6 +217,11 @@ class Ledger:
         result: T = job.result
         return result
 
+    async def settled(self) -> None:
+        """Return once all that was submitted is durable; raises LedgerError where it cannot be."""
+        if self._queue.writes:
+            await self.commit()
+
     async def probe(self) -> None:
         """Write something and take it out again; raises LedgerError when that fails."""
         await self.commit()

@@ -7,7 +7,7 @@ import { multiplier } from "../util/format.js";
 /** @import { Box } from "./board.js" */
 /** @import { PayoutColour } from "./theme.js" */
 
-const LEGIBLE = 8; // CSS pixels, the least size of a label
+const LEGIBLE = 9; // CSS pixels, the least size of a label
 const LARGEST = 24;
 const FILLED = 0.86; // of a pocket by a label
 const LINES = 3;

@@ -52,6 +52,9 @@ class Disk:
     def defer(self, writes: Any, done: Any = None) -> None:
         pass
 
+    async def settled(self) -> None:
+        pass
+
     async def sleep(self, seconds: float) -> None:
         self.rested += seconds
         self.time += seconds

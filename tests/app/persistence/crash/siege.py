@@ -156,9 +156,11 @@ class Siege:
         assert self.server.process.poll() is None, "the server ended by itself"
 
     async def until_still(self) -> None:
-        """Nothing moves in the players' rooms any more."""
+        """Nothing moves in the players' rooms any more, and the ledger has all that landed."""
         async with httpx.AsyncClient(base_url=self.server.address, timeout=LIMIT) as http:
             for name in self.rooms:
                 async with asyncio.timeout(LIMIT):
                     while (await http.get(f"/api/v1/rooms/{name}")).json().get("awake", True):
+                        await asyncio.sleep(0.05)
+                    while (await http.get(f"/api/v1/rooms/{name}/log?limit=1")).status_code == 503:
                         await asyncio.sleep(0.05)
