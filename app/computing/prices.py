@@ -55,6 +55,9 @@ _BYTE: Final = 6e-8  # of JSON
 _ONCE: Final = 1e-3  # what any request takes that a worker does
 _PRESET_DROP: Final = 2e-4  # with its record: 60 to 120 us
 
+UNSETTLED: Final = 2.0
+"""s of a core for a room in which balls fall so long that their ends are not computed at once."""
+
 SHORT: Final = 5e-4
 """s of a core below which the server's own process computes a drop; see `ShortDrops`."""
 

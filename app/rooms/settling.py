@@ -1,13 +1,22 @@
-"""How what falls in a room ends, computed at once: a path is fixed when its drop was taken."""
+"""How what falls in a room ends, computed at once: a path is fixed when its drop was taken.
+
+Not what falls for very long: a ball may bounce millions of times. Such a room goes on until it has
+landed, as stakes are not given back to who would rather have them.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
+from app.errors import BusyError
 from app.protocol import messages
 from app.rooms.kinds import BallLimits, make_room
 from app.rooms.pending import Entered, PendingInput
 from app.rooms.room import Room
+
+MOST_EFFORT: Final = 10_000
+"""Ticks, and pieces of paths, that are computed at once: a second or two. 200 balls on a preset
+have some 600 of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,14 +32,30 @@ def settle(room: Room, checkpoint: bytes, planned: Sequence[PendingInput[Any]]) 
     """The end of a run of independent balls that was saved as `checkpoint` with these to enter.
 
     All of them are durable. The room itself is only asked what it is: it may go on meanwhile, on
-    another thread.
+    another thread. Raises BusyError for what takes more than MOST_EFFORT.
     """
     limits = BallLimits(room.max_balls, room.max_balls)
     copy = make_room(room.id, room.origin, room.mode, tick_rate=room.tick_rate, limits=limits)
     copy.restore(checkpoint)
     copy.planned.extend(planned)
     entered, landed = copy.enter(), list[messages.Landed]()
+    effort = 0
     while copy.awake:
+        effort += 1
+        while copy.look_ahead():
+            effort += 1
+            _check(room.id, effort)
+        _check(room.id, effort)
         landed += [e for e in copy.step(watched=False) if isinstance(e, messages.Landed)]
         entered += copy.enter()
     return Settled(entered, landed, copy.world.tick)
+
+
+def _check(room_id: str, effort: int) -> None:
+    if effort > MOST_EFFORT:
+        raise BusyError(
+            f"what falls in room {room_id!r} takes too long to compute at once; the room can be "
+            "closed or begun anew when it has landed",
+            field="room",
+            retry_after=10.0,
+        )

@@ -1,6 +1,9 @@
 """Rooms over REST: list, open, look at, drop a ball into; change, reset, close; read the log."""
 
 import bisect
+import contextlib
+import time
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
 import msgspec
@@ -8,7 +11,7 @@ from fastapi import APIRouter, Depends, Header, Query, Request, Response
 from fastapi.security import HTTPBearer
 
 from app.computing import prices
-from app.errors import InvalidValueError, TokenError, UnknownRoomError
+from app.errors import BusyError, InvalidValueError, TokenError, UnknownRoomError
 from app.live.broadcast.audience import Player
 from app.live.live_room import LiveRoom
 from app.persistence.room_log import LogPart
@@ -173,7 +176,8 @@ async def change_room(room: str, request: Request, server: Server, key: Key = No
     found = await _own_room(room, request, server)
     body = await read(request, RoomChange)
     board = await _board_of_room(request, server, body.board)
-    await server.rooms.reset(found, board, _again(room, key))
+    with _ending(request, server, found):
+        await server.rooms.reset(found, board, _again(room, key))
     return reply(_view(server, found))
 
 
@@ -186,8 +190,25 @@ async def change_room(room: str, request: Request, server: Server, key: Key = No
 async def reset_room(room: str, request: Request, server: Server, key: Key = None) -> Response:
     """Take all balls out and count from zero; for its creator alone."""
     found = await _own_room(room, request, server)
-    await server.rooms.reset(found, key=_again(room, key))
+    with _ending(request, server, found):
+        await server.rooms.reset(found, key=_again(room, key))
     return reply(_view(server, found))
+
+
+@contextlib.contextmanager
+def _ending(request: Request, server: Services, live: LiveRoom) -> Iterator[None]:
+    """Charge the client's address where it was too long to compute how what falls here ends.
+
+    Raises BudgetError before that for an address that has nothing left.
+    """
+    address = address_of(request)
+    if live.room.awake:
+        server.budgets.charge(address, time.monotonic(), 0.0, "what falls in the room")
+    try:
+        yield
+    except BusyError:
+        server.budgets.settle(address, time.monotonic(), prices.UNSETTLED)
+        raise
 
 
 def _again(room: str, key: str | None) -> str | None:
@@ -204,7 +225,9 @@ def _again(room: str, key: str | None) -> str | None:
 )
 async def close_room(room: str, request: Request, server: Server) -> Response:
     """Close a room for good and send everyone away; for its creator alone."""
-    await server.rooms.delete(await _own_room(room, request, server))
+    found = await _own_room(room, request, server)
+    with _ending(request, server, found):
+        await server.rooms.delete(found)
     return Response(status_code=204)
 
 

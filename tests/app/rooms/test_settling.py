@@ -1,0 +1,46 @@
+"""What falls in a room that ends is computed to its end, unless that takes too long."""
+
+import pytest
+
+from app.errors import BusyError
+from app.rooms import settling
+from app.rooms.independent import IndependentRoom
+from app.rooms.pending import DropCommand
+from app.rooms.settling import MOST_EFFORT, settle
+from benchmarks.scenes.expensive_boards import hall
+from engine import Board, drop
+
+
+def with_balls(board: Board, count: int) -> IndependentRoom:
+    room = IndependentRoom("r", board, tick_rate=60, max_balls=count)
+    for seed in range(count):
+        room.plan_drop(DropCommand(seed)).durable = True
+        room.enter()
+    return room
+
+
+def test_a_full_room_of_a_preset_ends_as_its_drops_do_by_themselves() -> None:
+    board = Board.preset("triangle-8")
+    room = with_balls(board, 20)
+    settled = settle(room, room.checkpoint(), [])
+    assert {each.seed: each.digest for each in settled.landed} == {
+        str(seed): drop(board, seed).digest for seed in range(20)
+    }
+
+
+def test_a_ball_that_bounces_for_hours_is_given_up_after_a_bounded_effort(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    efforts: list[int] = []
+    check = settling._check
+
+    def noted(room_id: str, effort: int) -> None:
+        efforts.append(effort)
+        check(room_id, effort)
+
+    monkeypatch.setattr(settling, "_check", noted)
+    room = with_balls(Board.from_json(hall()), 3)
+    with pytest.raises(BusyError, match="takes too long to compute at once") as raised:
+        settle(room, room.checkpoint(), [])
+    assert MOST_EFFORT < efforts[-1] <= MOST_EFFORT + 2
+    assert raised.value.retry_after is not None

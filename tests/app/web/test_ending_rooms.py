@@ -1,0 +1,35 @@
+"""A room can be closed and begun anew at once, unless what falls in it falls for very long."""
+
+import httpx
+import pytest
+
+from app.computing import prices
+from benchmarks.scenes.expensive_boards import hall
+from tests.app.conftest import serving
+from tests.waiting import LIMIT
+
+
+@pytest.mark.parametrize("how", ["close", "reset"])
+def test_a_room_whose_ball_bounces_for_hours_goes_on_and_its_owner_pays_for_the_try(
+    how: str,
+) -> None:
+    with (
+        serving(compute_burst=1.5 * prices.UNSETTLED) as server,
+        httpx.Client(base_url=f"{server.url}/api/v1", timeout=LIMIT) as http,
+    ):
+        made = http.post("/rooms", json={"board": hall()}).raise_for_status().json()
+        bearer = {"authorization": f"Bearer {made['token']}"}
+        room = f"/rooms/{made['id']}"
+
+        def end() -> httpx.Response:
+            if how == "close":
+                return http.delete(room, headers=bearer)
+            return http.post(f"{room}/reset", headers=bearer)
+
+        http.post(f"{room}/drops", json={}, headers=bearer).raise_for_status()
+        tried = [end() for _ in range(3)]
+        assert [each.status_code for each in tried] == [503, 503, 429]
+        assert tried[0].json()["code"] == "busy"
+        assert "retry-after" in tried[0].headers
+        assert http.get(room).json()["awake"], "nothing has become of the ball"
+        http.post(f"{room}/drops", json={}, headers=bearer).raise_for_status()
