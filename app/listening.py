@@ -1,6 +1,7 @@
 """Where the server listens: the socket, the connections' limits, and uvicorn over them."""
 
 import asyncio
+import gc
 import socket
 import threading
 from collections.abc import Callable
@@ -13,7 +14,6 @@ from uvicorn.middleware.proxy_headers import ProxyHeadersMiddleware
 
 from app.errors import SettingError
 from app.live.broadcast.transport import DirectProtocol
-from app.ops import memory
 from app.protocol.messages import MESSAGE_BYTES
 from app.settings import Settings
 from app.web.edge.addresses import Connections, Proxies
@@ -48,7 +48,8 @@ class Server(uvicorn.Server):
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Start, then leave what lives for good out of every later garbage collection."""
         await super().startup(sockets)
-        memory.settle()
+        gc.collect()
+        gc.freeze()
         for listener in sockets or ():
             print(f"Plinko is at {address_of(listener)}", flush=True)  # noqa: T201 - it says where
         self.listening.set()

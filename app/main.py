@@ -11,7 +11,6 @@ import socket
 import sys
 import tempfile
 from collections.abc import AsyncIterator
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +32,7 @@ from app.live.arriving import any_room
 from app.live.broadcast.hub import Hub
 from app.live.registry import Rooms
 from app.live.sessions.fair_sessions import FairSessions, here
-from app.ops import cores, logs, memory
+from app.ops import logs
 from app.ops.metrics import Metrics
 from app.persistence.checks.integrity import Integrity
 from app.persistence.lease_book import LeaseBook, Unshared
@@ -208,7 +207,7 @@ def _services(settings: Settings) -> Services:
         known,
         hub,
         _main_board(settings.board),
-        watchers=(metrics, cameras, memory.Collector()),
+        watchers=(metrics, cameras),
         filmed=cameras.films,
         persistence=persistence,
         claim=shares.alive.claim if shares else any_room,
@@ -312,10 +311,6 @@ def _main_board(name: str) -> Board:
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     """Start the ticker once the physics is compiled and the ledger read; stop all at the end."""
     server: Services = app.state.services
-    memory.share_one_heap()
-    cores.wake_at_once()
-    aside = ThreadPoolExecutor(thread_name_prefix="aside", initializer=cores.leave_one)
-    asyncio.get_running_loop().set_default_executor(aside)
     await asyncio.to_thread(_warm_up, app)
     server.warm = True
     await asyncio.to_thread(server.ledger.open)
@@ -332,10 +327,6 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     rest = asyncio.create_task(asyncio.to_thread(_warm_up_rest, app.state.page), name="rest")
     preparing = asyncio.get_running_loop().call_later(_QUIET_START, server.workers.prepare)
     following = asyncio.create_task(server.rooms.follow(), name="following")
-    due_in = server.rooms.ticker.due_in
-    giving = asyncio.create_task(
-        memory.give_back_regularly(server.work_done, due_in), name="memory"
-    )
     feeding = asyncio.create_task(
         feed_relays(app.state.bus, server.rooms, server.client_ids), name="feeding"
     )
@@ -343,7 +334,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         yield
     finally:
         preparing.cancel()
-        tasks = (giving, following, being, feeding, rest, self_checking, checking, rebuilding)
+        tasks = (following, being, feeding, rest, self_checking, checking, rebuilding)
         for task in (*tasks, server.ticking):
             task.cancel()
             with contextlib.suppress(asyncio.CancelledError):
@@ -363,7 +354,6 @@ def _warm_up(app: FastAPI) -> None:
     world = World(Board.preset("triangle-8"), solver="exact")
     world.add(seed=0)
     world.step()
-    memory.give_back()
 
 
 def _warm_up_rest(site: page.Page) -> None:
@@ -373,7 +363,6 @@ def _warm_up_rest(site: page.Page) -> None:
     touching.drop(DropCommand(0))
     touching.step(watched=True)
     touching.diagnostics()
-    memory.give_back()
 
 
 def work_out_routes(app: FastAPI) -> None:
@@ -400,18 +389,12 @@ def _check_temporary() -> None:
         ) from None
 
 
-_SWITCH = 0.0005
-"""s for which a worker's thread may keep the interpreter to itself while the loop waits for it.
-Python's own 5 ms are more than a tick may be late; shorter ones would cost the workers more."""
-
-
 def run(settings: Settings | None = None) -> None:
     """Serve until SIGINT or SIGTERM; raises SettingError when it cannot listen or has no board."""
     settings = settings or Settings()
     logs.configure(settings.log_level, settings.log_format)
     for line in not_settings(os.environ):
         _log.warning(line)
-    sys.setswitchinterval(_SWITCH)
     native.forbid()
     limits.limit_calls()  # all rooms share one thread
     _check_temporary()

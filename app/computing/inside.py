@@ -12,7 +12,6 @@ from typing import Any, Final
 
 from app.computing.packing import BEGUN, REPLY, REQUEST
 from app.errors import CostError
-from app.ops import memory
 
 MEMORY: Final = 256 << 20
 """Bytes that a worker may take beyond what it was started with."""
@@ -47,7 +46,6 @@ def serve(line: socket.socket) -> None:
             outcome, exhausted = _outcome(work)
             signal.setitimer(signal.ITIMER_REAL, 0.0)
             signal.setitimer(signal.ITIMER_PROF, 0.0)
-            memory.give_back()
             ends = exhausted or _data() - begun_with > KEPT
             spent = time.process_time() - began
             line.sendall(REPLY.pack(len(outcome), spent, ends) + outcome)

@@ -24,7 +24,6 @@ class ShortDrops:
     """Drops on presets, for the event loop's thread; effort: of one, where calls are limited."""
 
     def __init__(self, effort: int = EFFORT) -> None:
-        self.seconds = 0.0  # computed until now
         self._effort = effort
         self._preparing: dict[str, asyncio.Future[None]] = {}
 
@@ -53,6 +52,4 @@ class ShortDrops:
                 value = work()
         except EngineError as raised:
             error = raised
-        spent = time.thread_time() - began
-        self.seconds += spent
-        return Done(value, error, spent)
+        return Done(value, error, time.thread_time() - began)

@@ -58,11 +58,6 @@ class Services:
     ticking: "asyncio.Task[None] | None" = None
     client_ids: Iterator[int] = field(default_factory=count)
 
-    def work_done(self) -> tuple[float, ...]:
-        """Figures that grow where something moves or is computed."""
-        computed = (self.workers.seconds, self.short.seconds, self.readers.seconds)
-        return self.rooms.ticker.ticks, *computed
-
     @property
     def ticker_runs(self) -> bool:
         """Whether the ticker's task lives, asleep or not."""

@@ -10,8 +10,6 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Final
 
-from app.ops import cores
-
 _MOST: Final = 2  # threads; the machine is there for others, too
 
 
@@ -25,7 +23,7 @@ class StepThreads:
     def __init__(self, threads: int | None = None) -> None:
         """`threads`: by default one for each core but the event loop's, and few."""
         count = min(_MOST, max(1, (os.cpu_count() or 1) - 1)) if threads is None else threads
-        self._threads = ThreadPoolExecutor(count, "step", cores.leave_one)
+        self._threads = ThreadPoolExecutor(count, "step")
         self._asked: dict[str, Future[None]] = {}
         self._closed = False
 

@@ -1,7 +1,6 @@
 """The ticker: one asyncio task for all rooms that are awake, drift-free, asleep when none is."""
 
 import asyncio
-import math
 import time
 from collections.abc import Awaitable, Callable, Iterable, Sequence
 from typing import Protocol
@@ -89,10 +88,6 @@ class Ticker:
         self._sleep = sleep
         self._watchers = watchers
         self._wake = asyncio.Event()
-
-    def due_in(self) -> float:
-        """Seconds until the next tick is due: 0 for one that is late, inf where nothing moves."""
-        return math.inf if self.asleep else self.schedule.delay(self._clock())
 
     def wake(self) -> None:
         """Something moves: start ticking, unless already at it."""

@@ -93,19 +93,9 @@ async def test_what_no_pipe_can_carry_is_an_error(workers: Workers) -> None:
     assert await workers.run(os.getpid) == pid
 
 
-@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="not on this system")
-async def test_one_core_is_left_to_the_event_loop(workers: Workers) -> None:
-    cores = sorted(os.sched_getaffinity(0))
-    theirs = await workers.run(functools.partial(os.sched_getaffinity, 0))
-    assert sorted(theirs) == (cores[1:] or cores)
-
-
-@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="not on this system")
 async def test_a_worker_is_polite_from_its_first_instruction_on(workers: Workers) -> None:
     """As the process is that it is a fork of."""
-    cores = sorted(os.sched_getaffinity(0))
     maker = await workers.run(os.getppid)
-    assert sorted(os.sched_getaffinity(maker)) == (cores[1:] or cores)
     own = os.getpriority(os.PRIO_PROCESS, 0)
     theirs = await workers.run(functools.partial(os.getpriority, os.PRIO_PROCESS, 0))
     assert theirs == os.getpriority(os.PRIO_PROCESS, maker) == min(own + 10, 19)

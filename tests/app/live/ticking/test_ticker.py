@@ -1,7 +1,6 @@
 """The clock of the rooms: drift-free, capped in catching up, asleep when nothing moves."""
 
 import asyncio
-import math
 import random
 
 import pytest
@@ -153,36 +152,6 @@ async def test_a_slow_tick_is_an_overrun_and_is_caught_up() -> None:
     await ticker_run(ticker)
     assert dues == [1, 2, 1, 1, 1]
     assert ticker.schedule.overruns == 1
-
-
-async def test_it_says_how_soon_the_next_tick_is_due() -> None:
-    clock = FakeClock(late=[0.001])
-    said: list[float] = []
-
-    def tick(due: int) -> list[bool]:
-        said.append(ticker.due_in())
-        clock.now += 1.5 * PERIOD
-        said.append(ticker.due_in())
-        return [len(said) < 4]
-
-    ticker = Ticker(Schedule(PERIOD, 5), tick, clock=clock, sleep=clock.sleep)
-    assert ticker.due_in() == math.inf, "nothing moves"
-    ticker.wake()
-    await ticker_run(ticker)
-    assert said[:2] == pytest.approx([PERIOD - 0.001, 0.0])
-    assert ticker.due_in() == math.inf
-
-
-async def test_after_a_ticker_that_fails_nobody_waits_for_a_tick() -> None:
-    def tick(due: int) -> list[bool]:
-        raise ZeroDivisionError("a bug")
-
-    clock = FakeClock()
-    ticker = Ticker(Schedule(PERIOD, 5), tick, clock=clock, sleep=clock.sleep)
-    ticker.wake()
-    with pytest.raises(ZeroDivisionError):
-        await ticker.run()
-    assert ticker.due_in() == math.inf
 
 
 class Journal:
