@@ -14,7 +14,7 @@ def test_a_room_whose_ball_bounces_for_hours_goes_on_and_its_owner_pays_for_the_
     how: str,
 ) -> None:
     with (
-        serving(compute_burst=1.5 * prices.UNSETTLED) as server,
+        serving(compute_burst=0.1 * prices.UNSETTLED) as server,
         httpx.Client(base_url=f"{server.url}/api/v1", timeout=LIMIT) as http,
     ):
         made = http.post("/rooms", json={"board": hall()}).raise_for_status().json()
@@ -27,8 +27,8 @@ def test_a_room_whose_ball_bounces_for_hours_goes_on_and_its_owner_pays_for_the_
             return http.post(f"{room}/reset", headers=bearer)
 
         http.post(f"{room}/drops", json={}, headers=bearer).raise_for_status()
-        tried = [end() for _ in range(3)]
-        assert [each.status_code for each in tried] == [503, 503, 429]
+        tried = [end(), end()]  # the first leaves a debt that takes seconds to go
+        assert [each.status_code for each in tried] == [503, 429]
         assert tried[0].json()["code"] == "busy"
         assert "retry-after" in tried[0].headers
         assert http.get(room).json()["awake"], "nothing has become of the ball"
