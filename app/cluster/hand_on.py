@@ -152,7 +152,7 @@ class HandOn:
                     if member and await self._talk(member, client):
                         return
                 except AppError:
-                    break  # of which the client is told below
+                    break  # the app tells the client below
                 await asyncio.sleep(pause)
         elif self._alive.leaving:  # the server before this one finds the room where it goes
             await client.close(RESTART)

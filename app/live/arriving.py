@@ -24,7 +24,7 @@ from app.rooms.records import LeaseRow
 from app.rooms.room import Ground, Room
 
 _ARRIVAL_SECONDS: Final = 10.0
-"""s that a client waits for a room before it is told that this takes longer."""
+"""s that a client waits for a room; then it hears that the room takes longer."""
 
 _AT_ONCE: Final = 4  # rooms that are rebuilt at a time
 
@@ -129,7 +129,7 @@ class Arriving:
     def begin_work(
         self, room_id: str, work: Coroutine[Any, Any, LiveRoom | None]
     ) -> "asyncio.Task[LiveRoom | None]":
-        """Do something with a room that is not in memory; who asks for it waits meanwhile."""
+        """Run `work` for a room that is not in memory; who asks for the room waits for it."""
         task = self._coming[room_id] = asyncio.create_task(work, name=room_id)
         task.add_done_callback(self._came)
         return task

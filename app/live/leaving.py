@@ -85,7 +85,7 @@ class Leaving:
         await to_the_end(self._hand_over(room_id, receive, holder, address))
 
     async def hand_all_over(self) -> None:
-        """Let all rooms go; those of which the ledger cannot be told now are gone from here too."""
+        """Let all rooms go, also those whose leases the ledger cannot release now."""
         rooms = [to_the_end(self._hand_over(each)) for each in self._rooms.in_memory]
         await asyncio.gather(*rooms, return_exceptions=True)
 

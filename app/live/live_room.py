@@ -412,7 +412,8 @@ class LiveRoom:
         """Take nothing more, and find out how what falls here ends.
 
         None where no ball has an end of its own. Raises LedgerError while what was taken cannot be
-        written, and then the room goes on; ClosedRoomError where it has gone meanwhile.
+        written, and BusyError where a ball falls too long to compute: then the room goes on;
+        ClosedRoomError where it has gone meanwhile.
         """
         try:
             self._check_here()

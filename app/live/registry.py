@@ -262,7 +262,10 @@ class Rooms:
         return await self.persistence.ledger.decided(work)
 
     async def delete(self, live: LiveRoom) -> None:
-        """Close a room for good, with whatever falls in it; raises LedgerError, nothing done."""
+        """Close a room for good, with whatever falls in it; raises LedgerError, BusyError.
+
+        Nothing is done then.
+        """
         await self.persistence.ledger.decided(self._delete(live))
 
     async def reset(
@@ -270,8 +273,9 @@ class Rooms:
     ) -> None:
         """Begin a room anew, on another board if one is given; everyone there starts over.
 
-        Raises LedgerError, InvalidValueError where no board can be, and ClosedRoomError where it
-        was closed meanwhile; nothing is done then. Nor is it where it was begun with this `key`.
+        Raises LedgerError, BusyError, InvalidValueError where no board can be, ClosedRoomError
+        where it was closed meanwhile; nothing is done then. Nor is it where it was begun with this
+        `key`.
         """
         if key is not None and self.persistence.runs.of(live.room).key == key:
             return

@@ -1,7 +1,7 @@
 """How what falls in a room ends, computed at once: a path is fixed when its drop was taken.
 
-Not what falls for very long: a ball may bounce millions of times. Such a room goes on until it has
-landed, as stakes are not given back to who would rather have them.
+A ball may bounce millions of times, which takes minutes to compute. A room with such a ball goes on
+until the ball has landed: to give the stake back instead would let a loser reset in time.
 """
 
 from collections.abc import Sequence
