@@ -10,9 +10,9 @@ import signal
 import socket
 import sys
 import tempfile
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 from fastapi import Depends, FastAPI, Response
@@ -64,10 +64,15 @@ from app.web.routes.drops import drops, maps, pictures, seeds, simulate
 from app.web.routes.queries import listed_queries
 from app.web.routes.rooms import halts, live, moves, players, rooms, scenes, sessions, ws
 from app.web.services import Services
+from app.web.shared import Others
 from app.web.tokens import Tokens, secret_of, signing_key_of
+from app.webhooks.targets import Target, read_targets
 from engine import Board, World, __version__, preset_names
 from engine.errors import BoardError
 from engine.jit import limits, native
+
+if TYPE_CHECKING:
+    from app.webhooks.webhooks import Webhooks
 
 _log = logging.getLogger("plinko")
 
@@ -188,12 +193,14 @@ def _services(settings: Settings) -> Services:
     budgets = Budgets(COMPUTE_RATE, settings.compute_burst)
     cameras = Cameras(MAX_CAMERAS, MAX_VIEWERS, purse=budgets)
     shares = _Shares(settings) if settings.name else None
+    targets = read_targets(settings.webhooks)
     ledger = Ledger(
         database,
         period=1.0 / settings.tick_rate,
         patience=COMMIT_PATIENCE,
         on_commit=metrics.ledger_commit.observe,
         leases=shares.book if shares else Unshared(),
+        targets=[target.url for target in targets],
     )
     limits = kinds.BallLimits(settings.max_balls, kinds.MAX_TOUCHING)
     persistence = PersistenceService(
@@ -217,6 +224,7 @@ def _services(settings: Settings) -> Services:
         secret = common_secret(database, TOKENS)
     else:
         secret = secret_of(settings.secret, secret_file)
+    others = shares.cluster(held, ledger) if shares else None
     server = Services(
         settings=settings,
         version=__version__,
@@ -241,7 +249,8 @@ def _services(settings: Settings) -> Services:
         budgets=budgets,
         logs=RoomLogs(persistence.runs, None if database.in_memory else readers.run),
         metrics=metrics,
-        others=shares.cluster(held, ledger) if shares else None,
+        others=others,
+        webhooks=_webhooks(targets, ledger, others) if targets else None,
     )
     metrics.read_from(functools.partial(readings, server))
     return server
@@ -266,6 +275,13 @@ class _Shares:
         return self._start.Cluster(
             self._settings, self.alive, rooms.shared, ledger, rooms.hub.count
         )
+
+
+def _webhooks(targets: Sequence[Target], ledger: Ledger, others: Others | None) -> "Webhooks":
+    """What tells the targets, at one of the servers that share the ledger."""
+    from app.webhooks.webhooks import Webhooks  # noqa: PLC0415 - for those who have targets
+
+    return Webhooks(targets, ledger, lambda: others is None or others.first)
 
 
 def _fair_sessions(
@@ -330,11 +346,13 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     feeding = asyncio.create_task(
         feed_relays(app.state.bus, server.rooms, server.client_ids), name="feeding"
     )
+    hooks = server.webhooks
+    telling = asyncio.create_task(hooks.run() if hooks else asyncio.sleep(0), name="webhooks")
     try:
         yield
     finally:
         preparing.cancel()
-        tasks = (following, being, feeding, rest, self_checking, checking, rebuilding)
+        tasks = (following, being, feeding, telling, rest, self_checking, checking, rebuilding)
         for task in (*tasks, server.ticking):
             task.cancel()
             with contextlib.suppress(asyncio.CancelledError):

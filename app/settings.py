@@ -96,6 +96,11 @@ class Settings:
         "more; when not given nobody may",
         secret=True,
     )
+    webhooks: str = _setting(
+        "",
+        "JSON file of the addresses that hear of each drop and landing, with their secrets: "
+        "docs/stage.md tells of it",
+    )
     tick_rate: int = _setting(60, "ticks and snapshots a second, in Hz", 1, 1000)
     address_connections: int = _setting(
         500, "connections that one address may have open; a trusted proxy any", 1, 1_000_000

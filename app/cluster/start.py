@@ -100,6 +100,11 @@ class Cluster:
         """Whether the others know that this server is there."""
         return self._alive.joined
 
+    @property
+    def first(self) -> bool:
+        """Whether this server does what one of them does for all: the first by its holder."""
+        return self._book.holder == min(self._alive.view.members, default=None)
+
     def standing(self) -> Standing:
         """How this server stands among the others."""
         view = self._alive.view

@@ -287,6 +287,13 @@ class LeaseRow:
     taken: float
 
 
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """A webhook's target has heard of the events of these numbers."""
+
+    numbers: tuple[int, ...]
+
+
 Write = (
     BoardRow
     | RoomRow
@@ -302,4 +309,5 @@ Write = (
     | LogLeaf
     | Halt
     | Release
+    | Heard
 )

@@ -20,6 +20,8 @@ def readings(server: Services) -> Iterator[Reading]:
     yield from server.returns.readings()
     if server.others is not None:
         yield from standing_readings(server.others.standing())
+    if server.webhooks is not None:
+        yield from server.webhooks.readings()
     parts = (
         *_clock(server),
         *_rooms(server),

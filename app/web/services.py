@@ -4,6 +4,7 @@ import asyncio
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import count
+from typing import TYPE_CHECKING
 
 from app.computing.pool import Workers
 from app.computing.short import ShortDrops
@@ -23,6 +24,9 @@ from app.web.limits import Budgets, KeyedBuckets, Quota
 from app.web.returns import Returns
 from app.web.shared import Others
 from app.web.tokens import Tokens
+
+if TYPE_CHECKING:
+    from app.webhooks.webhooks import Webhooks
 
 
 @dataclass(slots=True)
@@ -54,6 +58,7 @@ class Services:
     logs: RoomLogs
     metrics: Metrics
     others: Others | None = None  # servers that share the ledger, where there are any
+    webhooks: "Webhooks | None" = None
     warm: bool = False
     ticking: "asyncio.Task[None] | None" = None
     client_ids: Iterator[int] = field(default_factory=count)

@@ -41,6 +41,10 @@ class Others(Protocol):
     def joined(self) -> bool:
         """Whether the others know that this server is there."""
 
+    @property
+    def first(self) -> bool:
+        """Whether this server does what one of them does for all."""
+
     def standing(self) -> Standing:
         """How it stands now."""
 

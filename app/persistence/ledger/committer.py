@@ -56,7 +56,8 @@ class Answers:
 class Committer:
     """Works off a queue over one database; every method but the constructor is the thread's.
 
-    At most one commit starts in each `period` seconds of `clock`.
+    At most one commit starts in each `period` seconds of `clock`. `targets` are the addresses of
+    webhooks.
     """
 
     def __init__(
@@ -67,8 +68,10 @@ class Committer:
         *,
         period: float,
         clock: Callable[[], float] = time.monotonic,
+        targets: Sequence[str] = (),
     ) -> None:
         self._database = database
+        self._targets = targets
         self._queue = queue
         self._answers = answers
         self._call = answers.call
@@ -139,7 +142,7 @@ class Committer:
             # A database that was lost must take a page again before it is trusted with a drop.
             if not writes or self._queue.failure is not None:
                 writing.probe(connection)
-            writing.apply(connection, writes)
+            writing.apply(connection, writes, self._targets)
             self._queue.send(jobs)
 
     def _committed(self, jobs: Sequence[Job], seconds: float) -> None:

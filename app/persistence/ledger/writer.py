@@ -72,6 +72,7 @@ class Ledger:
     When the thread comes back with nothing for `patience` seconds, all that waits is refused.
     `on_commit` hears how long each commit took, in s. `leases` says under which leases writes are
     made, and hears of those that are lost before the callers whose writes are refused for it.
+    `targets` are the addresses that webhooks tell of drops and results.
     """
 
     keeps = True
@@ -85,6 +86,7 @@ class Ledger:
         clock: Callable[[], float] = time.monotonic,
         on_commit: Callable[[float], None] = lambda seconds: None,
         leases: LeaseBook | Unshared = _UNSHARED,
+        targets: Sequence[str] = (),
     ) -> None:
         self.database = database
         self.patience = patience
@@ -108,7 +110,9 @@ class Ledger:
             mended=self._mended,
             lost=self._lost,
         )
-        self.committer = Committer(database, self._queue, answers, period=period, clock=clock)
+        self.committer = Committer(
+            database, self._queue, answers, period=period, clock=clock, targets=targets
+        )
         self._thread = threading.Thread(target=self.committer.run, name="ledger", daemon=True)
 
     def open(self) -> None:

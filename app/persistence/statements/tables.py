@@ -205,6 +205,21 @@ halts = Table(
     Column("since", Double, nullable=False),  # Unix time, s
 )
 
+# What targets of webhooks have not heard yet: that a ball was accepted, or has landed.
+webhooks = Table(
+    "webhooks",
+    metadata,
+    Column("number", BigInteger().with_variant(Integer, "sqlite"), primary_key=True),
+    Column("target", Text, nullable=False),
+    Column("room", BigInteger, nullable=False),
+    Column("ball", BigInteger, nullable=False),
+    Column("event", String(8), nullable=False),
+    ForeignKeyConstraint(["room", "ball"], ["drops.room", "drops.ball"]),
+    Index("webhooks_target", "target", "number"),
+    Index("webhooks_ball", "room", "ball"),
+    sqlite_autoincrement=True,  # else the number of the last one would be given again
+)
+
 # Which server has a room, where several share the ledger. `number` grows with every change of
 # hands and is what a write must still find here; a `holder` of "" is nobody.
 leases = Table(

@@ -13,7 +13,7 @@ from typing import Any, Final
 import sqlalchemy as sa
 from sqlalchemy import Connection, Row, bindparam, delete, insert, update
 
-from app.persistence.statements import fair_store, halt_store, tables, totals
+from app.persistence.statements import fair_store, halt_store, tables, totals, webhook_store
 from app.persistence.statements.store import unended_drops
 from app.rooms.drop_format import DropFormat
 from app.rooms.records import (
@@ -24,6 +24,7 @@ from app.rooms.records import (
     FairOpening,
     FairSessionRow,
     Halt,
+    Heard,
     InputRow,
     LogLeaf,
     Mark,
@@ -43,8 +44,11 @@ Ended = Sequence[Row[Any]]
 """Results that were not in the ledger before, by room and ball."""
 
 
-def apply(connection: Connection, writes: Sequence[Write]) -> None:
-    """Carry out `writes` in their order; runs of one kind go to the database together."""
+def apply(connection: Connection, writes: Sequence[Write], targets: Sequence[str] = ()) -> None:
+    """Carry out `writes` in their order; runs of one kind go to the database together.
+
+    targets: of webhooks, which hear of drops and of results.
+    """
     # Boards point to nothing, so they may come first.
     boards = sorted((w for w in writes if isinstance(w, BoardRow)), key=lambda row: row.digest)
     if boards:
@@ -53,6 +57,10 @@ def apply(connection: Connection, writes: Sequence[Write]) -> None:
     ended = _write(connection, writes)
     if ended:
         totals.count(connection, ended)
+    if targets:
+        accepted = [(row.room, row.ball) for row in writes if isinstance(row, DropRow)]
+        landed = [(row.room, row.ball) for row in ended]
+        webhook_store.tell(connection, targets, accepted, landed)
 
 
 def _write(connection: Connection, writes: Iterable[Write]) -> Ended:
@@ -166,4 +174,5 @@ _APPLY: dict[type, Callable[[Connection, Any], Ended | None]] = {
     LogLeaf: fair_store.add_leaves,
     Halt: halt_store.halt,
     Release: halt_store.release,
+    Heard: webhook_store.heard,
 }

@@ -11,13 +11,8 @@ import pytest
 import yaml
 from prometheus_client.parser import text_string_to_metric_families
 
-from app.persistence.ledger.null_ledger import NullLedger
-from app.persistence.statements.totals import Total
-from app.web.readings import standing_readings
-from app.web.returns import Returns
-from app.web.shared import Standing
-from engine import Board
 from tests.app.conftest import Running
+from tests.app.ops.rare import rare_readings
 from tests.waiting import LIMIT
 
 DEPLOY = Path(__file__).parents[3] / "deploy"
@@ -48,14 +43,7 @@ def samples(server: Running) -> dict[str, set[str]]:
             found.setdefault(sample.name, set()).update(sample.labels)
     found["up"] = set()  # Prometheus' own, of each server that it asks
     found.setdefault("plinko_errors_total", {"code"})  # there once there was one
-    board = Board.preset("triangle-8")
-    play = Total(board.digest, 100, False, plays=1, staked=100, squares=1e4, paid=0)
-    for name, _, _, labels in Returns(NullLedger(), lambda: [board], (play,)).readings():
-        found[name] = set(labels)
-    among = Standing(
-        "plinko1", True, ["plinko1"], rooms=1, taken_over=0, handed_over=0, handed_on=0
-    )
-    for name, _, _, labels in standing_readings(among):
+    for name, _, _, labels in rare_readings():
         found[name] = set(labels)
     return found
 

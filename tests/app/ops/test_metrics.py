@@ -7,13 +7,8 @@ import httpx
 from prometheus_client.parser import text_string_to_metric_families
 
 from app.ops.metrics import Metrics
-from app.persistence.ledger.null_ledger import NullLedger
-from app.persistence.statements.totals import Total
-from app.web.readings import standing_readings
-from app.web.returns import Returns
-from app.web.shared import Standing
-from engine import Board
 from tests.app.conftest import Running, playing, serving
+from tests.app.ops.rare import rare_readings
 from tests.waiting import LIMIT, eventually
 
 
@@ -99,10 +94,4 @@ def test_every_metric_is_documented_and_every_documented_one_is_there(server: Ru
         )
         if family.name.startswith("plinko_") and not family.name.endswith("_created")
     }
-    # Those of plays are there once something was staked.
-    board = Board.preset("triangle-8")
-    play = Total(board.digest, 100, False, plays=1, staked=100, squares=1e4, paid=0)
-    played = Returns(NullLedger(), lambda: [board], (play,)).readings()
-    # Those of a cluster are there in one.
-    among = standing_readings(Standing("a", True, ["a"], 1, 0, 0, 0))
-    assert documented == there | {name for name, *_ in (*played, *among)}
+    assert documented == there | {name for name, *_ in rare_readings()}

@@ -1,0 +1,82 @@
+"""Statements of what webhooks are to be told: rows that are there until their target has heard.
+
+They are written in the transaction of the drop or the result that they tell of: neither is there
+without the other. A higher number of the same room is of a later event.
+"""
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+import msgspec
+from sqlalchemy import Connection, delete, insert, select
+
+from app.persistence.statements import tables
+from app.rooms.records import Heard
+
+ACCEPTED: Final = "accepted"
+LANDED: Final = "landed"
+
+Ball = tuple[int, int]
+"""The number of a room's run, and of a ball in it."""
+
+Labels = Sequence[str | None]
+"""What the bins of a board are called, None for one without a label; empty where none has one."""
+
+
+def tell(
+    connection: Connection, targets: Sequence[str], accepted: Sequence[Ball], landed: Sequence[Ball]
+) -> None:
+    """Have each target told of these."""
+    events = [(ACCEPTED, ball) for ball in accepted] + [(LANDED, ball) for ball in landed]
+    rows = [
+        {"target": target, "room": room, "ball": ball, "event": event}
+        for event, (room, ball) in events
+        for target in targets
+    ]
+    if rows:
+        connection.execute(insert(tables.webhooks), rows)
+
+
+def waiting(connection: Connection, target: str, most: int) -> list[dict[str, Any]]:
+    """What this target has not heard yet, at most so many events, the oldest first.
+
+    Each has the columns of `webhooks`, `drops` and, after `result_`, those of `results` if it is a
+    landing; the room's id as `room_id` and the digest of its `board`.
+    """
+    hook, room = tables.webhooks.c, tables.rooms.c
+    drop, result = tables.drops.c, tables.results.c
+    joined = (
+        tables.webhooks.join(tables.rooms, hook.room == room.number)
+        .join(tables.drops, (hook.room == drop.room) & (hook.ball == drop.ball))
+        .outerjoin(
+            tables.results,
+            (hook.room == result.room) & (hook.ball == result.ball) & (hook.event == LANDED),
+        )
+    )
+    chosen = (
+        select(
+            *hook,
+            room.id.label("room_id"),
+            room.board,
+            *(column for column in drop if column.name not in ("room", "ball")),
+            *(column.label(f"result_{column.name}") for column in result),
+        )
+        .select_from(joined)
+        .where(hook.target == target)
+        .order_by(hook.number)
+        .limit(most)
+    )
+    return [dict(row) for row in connection.execute(chosen).mappings()]
+
+
+def labels(connection: Connection, board: str) -> Labels:
+    """What the bins of the board with this digest are called."""
+    form = select(tables.boards.c.json).where(tables.boards.c.digest == board)
+    bins = msgspec.json.decode(connection.execute(form).scalar_one())["bins"]
+    return tuple(label and label["text"] for label in bins.get("labels", ()))
+
+
+def heard(connection: Connection, rows: list[Heard]) -> None:
+    """Forget what its target has heard."""
+    numbers = [number for row in rows for number in row.numbers]
+    connection.execute(delete(tables.webhooks).where(tables.webhooks.c.number.in_(numbers)))

@@ -1,0 +1,29 @@
+"""Metrics that only some servers have."""
+
+from typing import cast
+
+from app.ops.metrics import Reading
+from app.persistence.ledger.null_ledger import NullLedger
+from app.persistence.ledger.writer import Ledger
+from app.persistence.statements.totals import Total
+from app.web.readings import standing_readings
+from app.web.returns import Returns
+from app.web.shared import Standing
+from app.webhooks.targets import Target
+from app.webhooks.webhooks import Webhooks
+from engine import Board
+
+
+def rare_readings() -> list[Reading]:
+    """Those of plays once something was staked, of a server among others, and of webhooks."""
+    board = Board.preset("triangle-8")
+    play = Total(board.digest, 100, False, plays=1, staked=100, squares=1e4, paid=0)
+    among = Standing(
+        "plinko1", True, ["plinko1"], rooms=1, taken_over=0, handed_over=0, handed_on=0
+    )
+    hooks = Webhooks([Target("http://example.org", "")], cast(Ledger, None), lambda: True)
+    return [
+        *Returns(NullLedger(), lambda: [board], (play,)).readings(),
+        *standing_readings(among),
+        *hooks.readings(),
+    ]

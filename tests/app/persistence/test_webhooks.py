@@ -1,0 +1,274 @@
+"""What is told of drops and results: there with them or not at all, told by a real server twice
+rather than never."""
+
+import asyncio
+import dataclasses
+import signal
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import httpx
+import msgspec
+import pytest
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route
+
+from app.errors import LedgerError
+from app.persistence.ledger.database import Database
+from app.persistence.ledger.writer import Ledger
+from app.persistence.statements import store, webhook_store
+from app.rooms.records import (
+    BoardRow,
+    Close,
+    DropRow,
+    Heard,
+    ResultRow,
+    RoomRow,
+    Void,
+    Write,
+)
+from app.webhooks.sender import FIRST, LOOK, MOST, Sender
+from app.webhooks.targets import Target
+from engine import Board
+from tests.app.persistence.server import SQLITE, Served
+from tests.app.webhooks.target import SECRET, URL, FakeTarget, check_signature
+from tests.app.webhooks.target import served as serving
+from tests.ports import free_port
+from tests.waiting import eventually
+
+BOARD = Board.preset("triangle-8")
+TARGET = Target(URL, SECRET)
+RUN = 1
+
+
+def begun() -> list[Write]:
+    board = BoardRow(BOARD.digest, BOARD.name, BOARD.to_json())
+    return [board, RoomRow(RUN, "show", BOARD.digest, "independent", False, 60, 5, 0.0, 0.0)]
+
+
+def drop(ball: int, stake: int = 0) -> DropRow:
+    return DropRow(RUN, ball, 10 * ball, seed=ball, stake=stake)
+
+
+def result(ball: int) -> ResultRow:
+    return ResultRow(RUN, ball, 10 * ball + 99, 4, 1.0, 1.5, 0.0, f"{ball:064}", None)
+
+
+@asynccontextmanager
+async def opened(url: str, targets: Sequence[str] = (URL,)) -> AsyncIterator[Ledger]:
+    ledger = Ledger(Database(url), period=0.0, patience=5.0, targets=targets)
+    ledger.open()
+    ledger.start()
+    try:
+        yield ledger
+    finally:
+        await ledger.close()
+
+
+async def ids(ledger: Ledger, target: str = URL) -> list[tuple[int, str]]:
+    rows = await ledger.read(webhook_store.waiting, target=target, most=MOST)
+    return [(row["ball"], row["event"]) for row in rows]
+
+
+def test_each_target_is_to_hear_of_each_drop_and_of_each_result_once(url: str) -> None:
+    async def scene() -> None:
+        async with opened(url, (URL, "http://other.test")) as ledger:
+            await ledger.commit(*begun(), drop(0), drop(1))
+            await ledger.commit(result(1))
+            await ledger.commit(result(1), result(0))  # as after a crash: computed again
+            for target in (URL, "http://other.test"):
+                assert await ids(ledger, target) == [
+                    (0, "accepted"), (1, "accepted"), (1, "landed"), (0, "landed")
+                ]  # fmt: skip
+            (row, *_) = await ledger.read(webhook_store.waiting, target=URL, most=1)
+            await ledger.commit(Heard((row["number"],)))
+            assert len(await ids(ledger)) == 3
+            assert len(await ids(ledger, "http://other.test")) == 4
+
+    asyncio.run(scene())
+
+
+def test_a_drop_that_is_refused_is_told_to_nobody(url: str) -> None:
+    async def scene() -> None:
+        async with opened(url) as ledger:
+            await ledger.commit(*begun(), drop(0))
+            with pytest.raises(LedgerError):
+                await ledger.commit(drop(1), drop(0))
+            assert await ids(ledger) == [(0, "accepted")]
+
+    asyncio.run(scene())
+
+
+def test_a_ball_that_is_given_up_is_told_as_landed(url: str) -> None:
+    async def scene() -> None:
+        async with opened(url) as ledger:
+            await ledger.commit(*begun(), drop(0, stake=100))
+            await ledger.commit(Void(RUN, 50, "given up"), Close(RUN, 50, 1.0))
+            assert await ids(ledger) == [(0, "accepted"), (0, "landed")]
+
+    asyncio.run(scene())
+
+
+def test_without_targets_nothing_is_written_down(url: str) -> None:
+    async def scene() -> None:
+        async with opened(url, ()) as ledger:
+            await ledger.commit(*begun(), drop(0))
+            await ledger.commit(result(0))
+            assert await ids(ledger) == []
+
+    asyncio.run(scene())
+
+
+def test_what_waits_of_a_room_goes_when_the_room_is_pruned(url: str) -> None:
+    async def scene() -> None:
+        async with opened(url) as ledger:
+            await ledger.commit(*begun(), drop(0), Close(RUN, 50, 1.0))
+            assert (await ledger.read(store.prune, before=2.0)).drops == 1
+            assert await ids(ledger) == []
+
+    asyncio.run(scene())
+
+
+class Sending:
+    """A sender whose waits take no time; `waited` are those between tries."""
+
+    def __init__(self, ledger: Ledger, target: FakeTarget, patience: float = 10.0) -> None:
+        self.waited: list[float] = []
+        self.http = httpx.AsyncClient(transport=target.transport)
+        self.sender = Sender(
+            TARGET, ledger, self.http, now=lambda: 1e9, sleep=self._sleep, patience=patience
+        )
+
+    async def _sleep(self, seconds: float) -> None:
+        if seconds != LOOK:
+            self.waited.append(seconds)
+        await asyncio.sleep(0)
+
+    async def until_heard(self, target: FakeTarget, events: int) -> None:
+        task = asyncio.create_task(self.sender.run())
+        await eventually(lambda: len(target.heard) >= events or task.done())
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+        await self.http.aclose()
+
+
+@pytest.mark.parametrize("fault", [500, 302, 410, httpx.ConnectError("refused"), "hangs"], ids=str)
+def test_a_target_that_fails_hears_all_of_it_in_order_once_it_is_well(
+    fault: Any, tmp_path: Path
+) -> None:
+    target = FakeTarget([fault] * 3)
+
+    async def scene() -> Sending:
+        async with opened(f"sqlite:///{tmp_path / 'plinko.db'}") as ledger:
+            await ledger.commit(*begun(), *(drop(ball) for ball in range(MOST)))
+            await ledger.commit(*(result(ball) for ball in reversed(range(MOST))))
+            sending = Sending(ledger, target, 0.05 if fault == "hangs" else 10.0)
+            await sending.until_heard(target, 2 * MOST)
+            return sending
+
+    sending = asyncio.run(scene())
+    accepted = [f"1.{ball}.accepted" for ball in range(MOST)]
+    assert target.ids == accepted + [f"1.{ball}.landed" for ball in reversed(range(MOST))]
+    assert sending.waited == [FIRST, 2 * FIRST, 4 * FIRST]
+    assert len(set(target.bodies[:4])) == 1  # what is sent again is the same
+
+
+def test_what_the_ledger_could_not_forget_is_told_again(tmp_path: Path) -> None:
+    target = FakeTarget()
+
+    class Forgetful(Ledger):
+        refusals = 2
+
+        async def commit(self, *writes: Write) -> None:
+            if isinstance(writes[-1], Heard) and self.refusals:
+                self.refusals -= 1
+                raise LedgerError("not now")
+            await super().commit(*writes)
+
+    async def scene() -> None:
+        database = Database(f"sqlite:///{tmp_path / 'plinko.db'}")
+        ledger = Forgetful(database, period=0.0, patience=5.0, targets=(URL,))
+        ledger.open()
+        ledger.start()
+        await ledger.commit(*begun(), drop(0))
+        await Sending(ledger, target).until_heard(target, 3)
+        await ledger.close()
+
+    asyncio.run(scene())
+    assert target.ids[:3] == ["1.0.accepted"] * 3
+
+
+def test_a_prize_is_told_by_its_name(tmp_path: Path) -> None:
+    target = FakeTarget()
+    form = msgspec.json.decode(BOARD.to_json())
+    form["bins"]["labels"] = [{"text": f"prize {number}"} for number in range(9)]
+    prizes = Board.from_json(form)
+    _, room = begun()
+    assert isinstance(room, RoomRow)
+
+    async def scene() -> None:
+        async with opened(f"sqlite:///{tmp_path / 'plinko.db'}") as ledger:
+            row = BoardRow(prizes.digest, prizes.name, prizes.to_json())
+            await ledger.commit(row, dataclasses.replace(room, board=prizes.digest), drop(0))
+            await ledger.commit(result(0))
+            await Sending(ledger, target).until_heard(target, 2)
+
+    asyncio.run(scene())
+    assert [event.get("label") for event in target.heard] == [None, "prize 4"]
+
+
+@pytest.mark.parametrize("url", [SQLITE], indirect=True)
+def test_a_target_hears_of_every_ball_though_it_fails_and_the_server_is_killed(
+    url: str, tmp_path: Path
+) -> None:
+    """A show: 40 drops, a target that answers every other request with 500, and SIGKILL."""
+    heard: list[dict[str, Any]] = []
+    tries = count()
+
+    async def hook(request: Request) -> Response:
+        body = await request.body()
+        check_signature(dict(request.headers), body)
+        if next(tries) % 2:
+            return Response(status_code=500)
+        heard.extend(msgspec.json.decode(body)["events"])
+        return Response(status_code=204)
+
+    async def scene() -> None:
+        port = free_port()
+        target = Starlette(routes=[Route("/hook", hook, methods=["POST"])])
+        listed = tmp_path / "webhooks.json"
+        address = f"http://127.0.0.1:{port}/hook"
+        listed.write_bytes(msgspec.json.encode([{"url": address, "secret": SECRET}]))
+        served = Served(url, ("--webhooks", str(listed)))
+        with served:
+            async with httpx.AsyncClient(base_url=served.address, timeout=60.0) as client:
+                for seed in range(20):
+                    answer = await client.post("/api/v1/rooms/main/drops", json={"seed": str(seed)})
+                    answer.raise_for_status()
+            served.end(signal.SIGKILL)  # nobody has heard of anything yet
+            served.start()
+            async with serving(target, port):
+                await eventually(lambda: heard)
+                served.end(signal.SIGKILL)
+                served.start()
+                async with httpx.AsyncClient(base_url=served.address, timeout=60.0) as client:
+                    for seed in range(20, 40):
+                        answer = await client.post(
+                            "/api/v1/rooms/main/drops", json={"seed": str(seed)}
+                        )
+                        answer.raise_for_status()
+                await eventually(lambda: len({event["id"] for event in heard}) == 80)
+
+    asyncio.run(scene())
+    first = list({event["id"]: event for event in heard}.values())
+    accepted = [event for event in first if event["type"] == "accepted"]
+    assert [event["seed"] for event in accepted] == [str(seed) for seed in range(40)]
+    place = {event["id"]: number for number, event in enumerate(first)}
+    for event in accepted:
+        ball = f"{event['run']}.{event['ball']}"
+        assert place[f"{ball}.accepted"] < place[f"{ball}.landed"]

@@ -1,0 +1,65 @@
+"""The operator's list of targets: read at the start, or refused with the reason."""
+
+import base64
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from app.errors import SettingError
+from app.webhooks.targets import Target, read_targets
+
+SECRET = "whsec_" + base64.b64encode(b"s" * 32).decode()
+
+
+def listed(folder: Path, *targets: object) -> str:
+    file = folder / "webhooks.json"
+    file.write_bytes(msgspec.json.encode(targets))
+    return str(file)
+
+
+def test_a_file_lists_addresses_with_their_secrets(tmp_path: Path) -> None:
+    url = "https://example.org/hook"
+    assert read_targets(listed(tmp_path, {"url": url, "secret": SECRET})) == (Target(url, SECRET),)
+
+
+def test_no_file_is_no_target() -> None:
+    assert read_targets("") == ()
+
+
+@pytest.mark.parametrize(
+    ("target", "why"),
+    [
+        ({"url": "ftp://example.org", "secret": SECRET}, "an address is one such as"),
+        ({"url": "http:///hook", "secret": SECRET}, "an address is one such as"),
+        ({"url": "http://example.org", "secret": "short"}, "begins with whsec_"),
+        ({"url": "http://example.org", "secret": "whsec_?"}, "base 64"),
+        ({"url": "http://example.org", "secret": "whsec_YWJj"}, "24 to 64 bytes, not 3"),
+        ({"url": "http://example.org"}, "missing required field `secret`"),
+        ({"url": "http://example.org", "secret": SECRET, "rooms": []}, "unknown field `rooms`"),
+    ],
+)
+def test_a_target_that_cannot_be_used_is_refused_with_the_reason(
+    target: object, why: str, tmp_path: Path
+) -> None:
+    with pytest.raises(SettingError, match=why) as raised:
+        read_targets(listed(tmp_path, target))
+    assert raised.value.field == "webhooks"
+
+
+def test_an_address_is_listed_once(tmp_path: Path) -> None:
+    target = {"url": "http://example.org", "secret": SECRET}
+    with pytest.raises(SettingError, match="twice"):
+        read_targets(listed(tmp_path, target, target))
+
+
+def test_a_file_that_is_not_there_is_named() -> None:
+    with pytest.raises(SettingError, match=r"webhooks='none\.json'.*No such file"):
+        read_targets("none.json")
+
+
+def test_what_a_target_is_called_tells_no_secret(tmp_path: Path) -> None:
+    file = listed(tmp_path, {"url": "https://me:word@example.org:8443/t0ken", "secret": SECRET})
+    (target,) = read_targets(file)
+    assert target.name == "example.org:8443"
+    assert repr(target) == "Target('example.org:8443')"
