@@ -34,7 +34,12 @@ SEND_BUFFER = 1 << 16  # bytes that the kernel holds for a connection
 MAX_CONNECTIONS = 10_000  # open at once, of all addresses; one may have a tenth of those left
 _OWN_FILES = 100  # that the server opens besides connections: its ledger, workers, the page's
 _FRAMES = 2.0  # WebSocket frames of every kind to a message: pings, pongs and fragments are few
-_ENDS_WORK = 0.7  # of the grace at shutdown, that what is computed may go on
+
+SHUTDOWN_SECONDS = 3
+"""that open requests have once the server stops. Longer, and clients wait for the next server; what
+is computed rarely takes longer. Service managers wait longer than this before they kill."""
+
+_ENDS_WORK = 0.7  # of these, for which what is computed may go on
 
 
 class Server(uvicorn.Server):
@@ -62,7 +67,7 @@ class Server(uvicorn.Server):
             await server.others.leave()
         server.cameras.close()
         # What is still waited for shortly before the grace ends is ended, and its client told so.
-        patience = _ENDS_WORK * server.settings.shutdown_grace
+        patience = _ENDS_WORK * SHUTDOWN_SECONDS
         ending = asyncio.get_running_loop().call_later(patience, _end_work, server)
         await super().shutdown(sockets)
         ending.cancel()
@@ -129,7 +134,7 @@ def config_over(
         log_config=None,  # app.ops.logs has it
         server_header=False,
         proxy_headers=False,  # done above, where who forwards is still known
-        timeout_graceful_shutdown=settings.shutdown_grace,
+        timeout_graceful_shutdown=SHUTDOWN_SECONDS,
     )
 
 

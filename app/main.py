@@ -56,7 +56,7 @@ from app.web.edge.answers import AnswerHeaders
 from app.web.edge.head import HeadAsGet
 from app.web.edge.hosts import Hosts
 from app.web.edge.middleware import MAX_BODY, BodyLimit, HostCheck, OriginCheck, WeakWhenCompressed
-from app.web.limits import COMPUTE_RATE, Budgets, KeyedBuckets, Quota
+from app.web.limits import COMPUTE_BURST, COMPUTE_RATE, Budgets, KeyedBuckets, Quota
 from app.web.readings import readings
 from app.web.returns import Returns
 from app.web.routes import api_docs, boards, health, page, payouts
@@ -190,7 +190,7 @@ def _services(settings: Settings) -> Services:
     workers = Workers(settings.workers, MAX_JOBS)
     readers = Workers(1, MOST_READERS)
     database = Database(settings.ledger_url, shared=bool(settings.name))
-    budgets = Budgets(COMPUTE_RATE, settings.compute_burst)
+    budgets = Budgets(COMPUTE_RATE, COMPUTE_BURST)
     cameras = Cameras(MAX_CAMERAS, MAX_VIEWERS, purse=budgets)
     shares = _Shares(settings) if settings.name else None
     targets = read_targets(settings.webhooks)

@@ -12,6 +12,10 @@ from app.errors import SettingError
 
 ENV_PREFIX = "PLINKO_"
 
+OTHER_MESSAGES = 40.0
+"""Messages a second that one client may send besides drops: a page that is dragged over sends some
+thirty, and a client that sends far more is no page."""
+
 _ROOT_PATH = re.compile(r"(?!/(api|ws)(/|$))(/[\w.~-]+)+")  # none that the server's own begin with
 _SECRET = 32  # characters: 128 bits even of a secret written in hexadecimal
 
@@ -105,29 +109,19 @@ class Settings:
     address_connections: int = _setting(
         500, "connections that one address may have open; a trusted proxy any", 1, 1_000_000
     )
-    message_rate: float = _setting(60.0, "messages a second from one client", 0.1, 1e6)
     drop_rate: float = _setting(20.0, "drops a second from one client", 0.1, 1e6)
     max_balls: int = _setting(200, "balls in flight in one room", 1, 65535)
     max_clients: int = _setting(1000, "clients in one room", 1, 1_000_000)
     max_rooms: int = _setting(
         1000,
-        "players' own rooms held at once; those unused for `--room-rest` make way",
+        "players' own rooms held at once; those unused for an hour make way",
         1,
         1_000_000,
     )
     creator_rooms: int = _setting(
         50, "open rooms that one address may have made since the server started", 1, 1_000_000
     )
-    room_rest: float = _setting(
-        3600.0,
-        "seconds for which an unused room of a player's own makes way for no other",
-        0.0,
-        1e9,
-    )
     workers: int = _setting(2, "processes for drops, pictures and board checks", 1, 256)
-    compute_burst: float = _setting(
-        30.0, "seconds that they compute for one address at once", 0.1, 1e6
-    )
     log_format: str = _setting(
         "text", "`text` for people or `json`, one object a line", choices=("text", "json")
     )
@@ -136,7 +130,6 @@ class Settings:
         "least level logged: `debug`, `info`, `warning` or `error`",
         choices=("debug", "info", "warning", "error"),
     )
-    shutdown_grace: int = _setting(3, "seconds that open requests get at shutdown", 1, 3600)
 
     def __post_init__(self) -> None:
         for entry in fields(self):
@@ -153,6 +146,11 @@ class Settings:
                     f"PLINKO_{name.upper()} has {len(given)} characters, not {_SECRET} or more",
                     field=name,
                 )
+
+    @property
+    def message_rate(self) -> float:
+        """Messages a second from one client: its drops and what else a page has to say."""
+        return self.drop_rate + OTHER_MESSAGES
 
     @property
     def data_directory(self) -> Path | None:

@@ -16,6 +16,9 @@ from app.rooms.records import Parked, RoomRow
 from app.settings import Settings
 
 UNUSED_SECONDS = 86_400.0  # after which an unused room of a player's own is closed
+REST_SECONDS = 3600.0
+"""for which an unused room of a player's own makes way for no other: a break in a lesson."""
+
 _IN_MEMORY = 256  # rooms; beyond that, those that nobody needs now are parked
 
 _log = logging.getLogger("plinko")
@@ -30,7 +33,6 @@ class OpenRooms:
         self.parked_public: dict[str, RoomRow] = {}
         self._elsewhere = 0  # players' rooms that are not here
         self._max_rooms = settings.max_rooms
-        self._rest_seconds = settings.room_rest
         self._persistence = persistence
 
     def __contains__(self, room_id: str) -> bool:
@@ -62,7 +64,7 @@ class OpenRooms:
         self.close_idle()
         if self.free > 0:
             return
-        before = self._persistence.now() - self._rest_seconds
+        before = self._persistence.now() - REST_SECONDS
         if self.parked and next(iter(self.parked.values())).used < before:
             self._end(self.parked.popitem(last=False)[1], "room for another")
             return

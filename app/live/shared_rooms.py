@@ -12,7 +12,7 @@ from typing import Final
 from app.errors import AppError
 from app.live.arriving import Arriving
 from app.live.leaving import Leaving
-from app.live.open_rooms import UNUSED_SECONDS, OpenRooms
+from app.live.open_rooms import REST_SECONDS, UNUSED_SECONDS, OpenRooms
 from app.persistence.leases import Leases
 from app.persistence.service import PersistenceService
 from app.persistence.statements import store
@@ -69,7 +69,7 @@ class SharedRooms:
         """
         await self._count()
         if self._rooms.free == 0:
-            await self._close_unused(self._settings.room_rest, "room for another", 1)
+            await self._close_unused(REST_SECONDS, "room for another", 1)
             await self._count()
 
     async def look_after(self) -> None:

@@ -117,6 +117,10 @@ LINGER = 5.0  # s that a client which was closed for slowness has to read why
 COMPUTE_RATE = 0.5
 """s of a core that one address may have computed in each second, beyond what it may at once."""
 
+COMPUTE_BURST = 30.0
+"""s of a core that one address may have computed at once: the dearest requests, one after another,
+or a class of thirty behind one address that opens a page of drops together."""
+
 
 class Budgets:
     """How many seconds of a core each key (a client's address) may have computed, as they come.
@@ -151,7 +155,9 @@ class Budgets:
 
     def settle(self, key: str, now: float, seconds: float) -> None:
         """Charge what a request took beyond its price, in s; what it took less is given back."""
-        self._buckets.bucket(key, now).charge(seconds)
+        bucket = self._buckets.bucket(key, now)
+        bucket.left(now)  # a full bucket gains nothing while a request takes long
+        bucket.charge(seconds)
 
 
 class Quota:

@@ -219,7 +219,7 @@ def chromium() -> str:
 def serving(balls: int) -> Iterator[str]:
     """A server of its own on a free port, with room for so many balls."""
     command = [sys.executable, "-m", "app.cli", "serve", "--port", "0"]
-    command += ["--drop-rate", "1000", "--message-rate", "1000", "--max-balls", str(balls)]
+    command += ["--drop-rate", "1000", "--max-balls", str(balls)]
     root = Path(__file__).parents[2]
     process = subprocess.Popen(command, cwd=root, stdout=subprocess.PIPE, text=True)
     try:

@@ -17,7 +17,7 @@ from typing import IO
 from benchmarks.harness.effort import MissingError
 
 OPTIONS = (
-    *("--drop-rate", "1000000", "--message-rate", "1000000", "--max-clients", "5000"),
+    *("--drop-rate", "1000000", "--max-clients", "5000"),
     *("--trusted-proxies", "127.0.0.1"),
 )
 """For servers that are to be loaded from one address, as by a proxy that speaks for many."""

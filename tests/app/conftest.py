@@ -103,9 +103,9 @@ def constants(**values: Any) -> Iterator[None]:
 
 @pytest.fixture(scope="session")
 def server() -> Iterator[Running]:
-    with serving(
-        drop_rate=1000.0, message_rate=1000.0, creator_rooms=1000, compute_burst=1e6
-    ) as running:
+    with contextlib.ExitStack() as stack:
+        with constants(**{"app.main.COMPUTE_BURST": 1e6}):
+            running = stack.enter_context(serving(drop_rate=1000.0, creator_rooms=1000))
         yield running
 
 

@@ -80,7 +80,7 @@ class ServerProcess:
 
     def start(self) -> None:
         command = [sys.executable, "-m", "app.cli", "serve", "--port", str(self.port)]
-        command += ["--drop-rate", "1000", "--message-rate", "1000", "--creator-rooms", "500"]
+        command += ["--drop-rate", "1000", "--creator-rooms", "500"]
         self.process = subprocess.Popen(
             command,
             cwd=ROOT,

@@ -13,6 +13,7 @@ import yaml
 from click.testing import CliRunner
 
 from app.cli import plinko
+from app.listening import SHUTDOWN_SECONDS
 from app.settings import Settings, not_settings
 from tests.app.conftest import TINY, Running, serving
 from tests.deploy.proxies import DEPLOY
@@ -42,7 +43,7 @@ def test_the_unit_starts_a_server_that_ends_in_order_and_writes_where_it_may() -
     assert done.exit_code == 0, done.output
     data = command[command.index("--data") + 1]
     assert data == f"/var/lib/{service['StateDirectory']}"
-    assert int(service["TimeoutStopSec"]) > Settings().shutdown_grace
+    assert int(service["TimeoutStopSec"]) > SHUTDOWN_SECONDS
     assert service["PrivateTmp"] == "yes", "its workers need a directory for temporary files"
 
 

@@ -14,10 +14,8 @@ SETTINGS: Final = (
     "allowed_origins",
     "trusted_proxies",
     "max_clients",
-    "message_rate",
     "log_format",
     "log_level",
-    "shutdown_grace",
 )
 """Those of the server that a relay has too."""
 

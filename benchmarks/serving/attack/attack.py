@@ -27,7 +27,7 @@ _STOLEN: Final = 0.01
 """Of all processor time, taken by the host for others, above which an attack is made again."""
 _TRIES: Final = 5  # of it, at most
 _PERIOD: Final = 1.0 / 60.0  # s; a tick that comes later than this comes after the next is due
-_UNBOUND: Final = ("--drop-rate", "100000", "--message-rate", "100000")
+_UNBOUND: Final = ("--drop-rate", "100000")
 """So that a room gets a long log soon; the attacks have nothing of it that computes."""
 
 

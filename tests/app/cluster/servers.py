@@ -18,7 +18,7 @@ OPERATOR = "an operator's token for the tests of clusters"
 
 _SERVE = (
     *(sys.executable, "-m", "app.cli", "serve"),
-    *("--drop-rate", "1000", "--message-rate", "1000", "--creator-rooms", "1000"),
+    *("--drop-rate", "1000", "--creator-rooms", "1000"),
     *("--workers", "1"),
 )
 

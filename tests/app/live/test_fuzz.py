@@ -22,7 +22,7 @@ MESSAGES = tries(3_000, 100_000)
 GROWTH = 8e6
 """Bytes by which a server may grow between the first third of the messages and the last."""
 
-OPTIONS = ("--message-rate", "1000000", "--drop-rate", "1000000", "--max-balls", "20")
+OPTIONS = ("--drop-rate", "1000000", "--max-balls", "20")
 
 
 async def torment(server: Served, seed: int, count: int) -> Counter[str]:

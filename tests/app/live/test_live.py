@@ -284,7 +284,8 @@ async def test_a_flood_of_bad_messages_is_closed_with_the_reason(server: Running
 
 
 async def test_a_flood_of_good_messages_is_closed_too_but_eager_play_is_not() -> None:
-    with serving(message_rate=1.0, drop_rate=0.1) as server:
+    few = {"app.settings.OTHER_MESSAGES": 0.9}
+    with constants(**few), serving(drop_rate=0.1) as server:
         room = await new_room(server)
         # Of 60 messages each is one frame of the 64 and more that may come at once; of 1,000 those
         # that are read together are too many frames before any of them is read as a message.
@@ -296,7 +297,8 @@ async def test_a_flood_of_good_messages_is_closed_too_but_eager_play_is_not() ->
                 assert closed.rcvd is not None
                 assert closed.rcvd.code == 1008
                 assert re.search(rf"more than \d {limits} a second", closed.rcvd.reason)
-    with serving(drop_rate=0.1, message_rate=1000.0) as server:
+    many = {"app.settings.OTHER_MESSAGES": 1000.0}
+    with constants(**many), serving(drop_rate=0.1) as server:
         room = await new_room(server)
         async with playing(server.socket(room)) as player:
             for seed in range(100):
@@ -325,7 +327,8 @@ async def test_text_that_is_not_utf8_closes_with_1007(server: Running) -> None:
 
 
 async def test_too_many_drops_a_second_are_refused_one_by_one() -> None:
-    with serving(drop_rate=2.0, message_rate=1000.0) as server:
+    many = {"app.settings.OTHER_MESSAGES": 1000.0}
+    with constants(**many), serving(drop_rate=2.0) as server:
         async with playing(server.socket("triangle-8")) as player:
             began = time.monotonic()
             for seed in range(100):
@@ -412,7 +415,7 @@ def slow_reading(grace: float, linger: float) -> Iterator[Running]:
         "app.web.routes.rooms.ws.READING_GRACE": grace,
         "app.web.routes.rooms.ws.LINGER": linger,
     }
-    with constants(**changed), serving(drop_rate=1e4, message_rate=1e4) as server:
+    with constants(**changed), serving(drop_rate=1e4) as server:
         yield server
 
 

@@ -243,7 +243,7 @@ async def test_changes_too_fast_and_balls_too_many_are_refused() -> None:
         "app.web.routes.rooms.room_changes.CHANGE_RATE": 5.0,
         "app.rooms.kinds.MAX_TOUCHING": 3,
     }
-    with constants(**changed), serving(message_rate=1000.0) as server:
+    with constants(**changed), serving(drop_rate=1000.0) as server:
         async with playing(server.socket("interacting-triangle-8")) as player:
             for ref in range(100):  # at once: more than 5 a second, however slow the machine
                 y = 0.5 + 0.1 * (ref % 12)

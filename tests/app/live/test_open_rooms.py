@@ -33,7 +33,7 @@ def held_by(clock: Clock, **settings: float) -> Rooms:
 
 async def test_newcomers_do_not_close_a_room_that_was_used_lately() -> None:
     clock = Clock()
-    held = held_by(clock, max_rooms=3, room_rest=3600.0)
+    held = held_by(clock, max_rooms=3)
     mine = [(await held.create(BOARD)).id for _ in range(3)]
     clock.now += 3599
     for _ in range(100):
@@ -44,7 +44,7 @@ async def test_newcomers_do_not_close_a_room_that_was_used_lately() -> None:
 
 async def test_the_longest_unused_makes_way_once_it_has_rested() -> None:
     clock = Clock()
-    held = held_by(clock, max_rooms=2, room_rest=3600.0)
+    held = held_by(clock, max_rooms=2)
     first, second = [(await held.create(BOARD)).id for _ in range(2)]
     clock.now += 3000
     held.find(first)  # its creator is there
@@ -57,7 +57,7 @@ async def test_the_longest_unused_makes_way_once_it_has_rested() -> None:
 
 async def test_a_room_that_was_watched_until_now_makes_way_for_none() -> None:
     clock = Clock()
-    held = held_by(clock, max_rooms=2, room_rest=3600.0)
+    held = held_by(clock, max_rooms=2)
     watched, other = [await held.create(BOARD) for _ in range(2)]
     viewer = Watcher().client
     held.enter(watched, viewer)
@@ -87,7 +87,7 @@ async def test_a_request_for_one_room_does_not_ask_who_watches_all_others(
 
 
 async def test_everybodys_rooms_open_however_many_rooms_players_have() -> None:
-    held = held_by(Clock(), max_rooms=1, room_rest=3600.0)
+    held = held_by(Clock(), max_rooms=1)
     mine = await held.create(BOARD)
     assert held.free == 0
     for name in ("main", "triangle-9", "classic", "sandbox", "interacting-triangle-8"):

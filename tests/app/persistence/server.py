@@ -33,18 +33,19 @@ KILLS = int(os.environ.get("PLINKO_TEST_KILLS", "50"))
 SQLITE = pytest.param("sqlite", id="sqlite")
 POSTGRESQL = pytest.param("postgresql", id="postgresql", marks=pytest.mark.postgresql)
 
-_SERVE = (
-    *(sys.executable, "-m", "app.cli", "serve"),
-    *("--drop-rate", "1000", "--message-rate", "1000"),
-)
+_SERVE = ("serve", "--drop-rate", "1000")
 
 
 @dataclass
 class Served:
-    """A server process over one ledger, started again at the same port after each end."""
+    """A server process over one ledger, started again at the same port after each end.
+
+    program: what Python runs, as its own arguments.
+    """
 
     url: str  # of the ledger
     flags: tuple[str, ...] = ()
+    program: tuple[str, ...] = ("-m", "app.cli")
     port: int = field(default_factory=free_port)
     process: "subprocess.Popen[str] | None" = None
     starts: list[float] = field(default_factory=list)  # s that each took
@@ -56,7 +57,7 @@ class Served:
     def start(self) -> None:
         began = time.monotonic()
         self.process = subprocess.Popen(
-            [*_SERVE, "--port", str(self.port), *self.flags],
+            [sys.executable, *self.program, *_SERVE, "--port", str(self.port), *self.flags],
             env=os.environ | {"PLINKO_DATABASE_URL": self.url},
             stdout=subprocess.PIPE,
             text=True,

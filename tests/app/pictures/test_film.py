@@ -22,7 +22,7 @@ from app.rooms.independent import IndependentRoom
 from app.rooms.pending import DropCommand
 from app.web.limits import Budgets
 from engine import Board, World
-from tests.app.conftest import TINY, Running, serving
+from tests.app.conftest import TINY, Running, constants, serving
 from tests.waiting import eventually, turns
 
 RED = THEMES["light"]["ball"]
@@ -406,7 +406,8 @@ async def test_a_stream_shows_a_fall_to_all_who_watch_and_ends_with_them(
 
 
 def test_a_server_that_stops_ends_its_streams() -> None:
-    with serving(database_url="sqlite://", shutdown_grace=3600) as running:
+    forever = {"app.listening.SHUTDOWN_SECONDS": 3600}
+    with constants(**forever), serving(database_url="sqlite://") as running:
         url = f"{running.url}/api/v1/rooms/main/stream.mjpg?width=240"
         with httpx.Client(timeout=60) as client, client.stream("GET", url) as response:
             chunks = response.iter_raw()

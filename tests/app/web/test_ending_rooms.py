@@ -5,7 +5,7 @@ import pytest
 
 from app.computing import prices
 from benchmarks.scenes.expensive_boards import hall
-from tests.app.conftest import serving
+from tests.app.conftest import constants, serving
 from tests.waiting import LIMIT
 
 
@@ -13,8 +13,10 @@ from tests.waiting import LIMIT
 def test_a_room_whose_ball_bounces_for_hours_goes_on_and_its_owner_pays_for_the_try(
     how: str,
 ) -> None:
+    little = {"app.main.COMPUTE_BURST": 0.1 * prices.UNSETTLED}
     with (
-        serving(compute_burst=0.1 * prices.UNSETTLED) as server,
+        constants(**little),
+        serving() as server,
         httpx.Client(base_url=f"{server.url}/api/v1", timeout=LIMIT) as http,
     ):
         made = http.post("/rooms", json={"board": hall()}).raise_for_status().json()

@@ -652,7 +652,8 @@ def test_limits_answer_429_with_when_to_come_back() -> None:
 
 def test_when_all_rooms_are_taken_an_idle_one_makes_way_and_a_busy_one_does_not() -> None:
     with (
-        serving(max_rooms=1, room_rest=0.0) as server,
+        constants(**{"app.live.open_rooms.REST_SECONDS": 0.0}),
+        serving(max_rooms=1) as server,
         httpx.Client(base_url=server.url, timeout=60.0) as http,
     ):
         idle = http.post("/api/v1/rooms", json={"board": "triangle-16"}).json()["id"]

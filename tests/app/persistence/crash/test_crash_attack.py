@@ -34,7 +34,11 @@ READERS: Final = f"100 logs of {LOGGED:,} drops"
 READING: Final = 12.0  # s
 
 # Few rooms, so that newcomers want those of others, and ones that are left soon make way.
-FLAGS: Final = ("--max-rooms", "100", "--room-rest", "60")
+FLAGS: Final = ("--max-rooms", "100")
+PROGRAM: Final = (
+    "-c",
+    "from app.live import open_rooms; open_rooms.REST_SECONDS = 60.0; import app.cli.__main__",
+)
 
 
 def board_that_ends_at_once() -> Board:
@@ -47,7 +51,7 @@ def board_that_ends_at_once() -> Board:
 async def test_whoever_attacks_every_ball_is_where_it_belongs(tmp_path: Path) -> None:
     file = tmp_path / "plinko.db"
     chance = random.Random(int(os.environ.get("PLINKO_TEST_SEED", "1")))
-    siege = Siege(Served(f"sqlite:///{file}", FLAGS), file, chance)
+    siege = Siege(Served(f"sqlite:///{file}", FLAGS, PROGRAM), file, chance)
     seeds = itertools.count(chance.randrange(1 << 60))
     with siege.server:
         await _fill(siege, seeds, LONG_LOG)
@@ -78,7 +82,7 @@ async def test_whoever_attacks_every_ball_is_where_it_belongs(tmp_path: Path) ->
 @pytest.mark.timeout(3600)
 async def test_a_hundred_readers_of_a_long_log_cost_no_room_and_no_restart(tmp_path: Path) -> None:
     file = tmp_path / "plinko.db"
-    siege = Siege(Served(f"sqlite:///{file}", FLAGS), file, random.Random(1))
+    siege = Siege(Served(f"sqlite:///{file}", FLAGS, PROGRAM), file, random.Random(1))
     seeds = itertools.count(1 << 40)
     with siege.server:
         await _fill(siege, seeds, LOGGED)

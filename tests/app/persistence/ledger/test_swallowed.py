@@ -214,7 +214,7 @@ def test_a_commit_without_an_answer_is_neither_lost_nor_taken_back(
             address, proxy = stack.enter_context(proxied(url, tmp_path))
         elif not cut:
             pytest.skip("SQLite has no line that could be silent")
-        rates = {"drop_rate": 1e6, "message_rate": 1e6, "creator_rooms": 10**6}
+        rates = {"drop_rate": 1e6, "creator_rooms": 10**6}
         server = stack.enter_context(serving(database_url=address, max_rooms=10**6, **rates))
         ledger = server.services.ledger
         ledger.patience = _PATIENT if cut else _IMPATIENT

@@ -36,7 +36,7 @@ def test_a_bucket_tells_what_is_left_of_it_and_when_all_of_it_is_there_again() -
 
 
 def test_an_answer_tells_what_is_left_of_the_limits_that_it_counted_against() -> None:
-    with serving(drop_rate=0.5, compute_burst=30.0) as running:
+    with serving(drop_rate=0.5) as running:
         at = f"{running.url}/api/v1/rooms/main/drops"
         answers = [httpx.post(at, timeout=LIMIT)]
         while answers[-1].status_code == 202:  # a slow machine may send few in two seconds

@@ -8,7 +8,7 @@ import httpx
 import pytest
 
 from app.persistence.room_log import RoomLogs
-from tests.app.conftest import serving
+from tests.app.conftest import constants, serving
 from tests.waiting import until
 
 
@@ -20,7 +20,8 @@ def test_a_request_that_outlasts_the_grace_of_a_stop_gets_503(
 
     monkeypatch.setattr(RoomLogs, "read", never)
     with (
-        serving(database_url="sqlite://", shutdown_grace=1) as running,
+        constants(**{"app.listening.SHUTDOWN_SECONDS": 1}),
+        serving(database_url="sqlite://") as running,
         ThreadPoolExecutor(1) as io,
     ):
         asked = io.submit(httpx.get, f"{running.url}/api/v1/rooms/main/log", timeout=60)

@@ -12,7 +12,7 @@ import httpx
 import pytest
 
 from app.web.routes import health
-from tests.app.conftest import Running, serving
+from tests.app.conftest import Running, constants, serving
 from tests.app.live.garbled import framed
 
 HANDSHAKE = (
@@ -158,7 +158,8 @@ def test_a_failure_is_answered_with_security_headers_and_logged_once(
 )
 def test_no_connection_keeps_a_server_from_an_orderly_end(sent: bytes) -> None:
     with contextlib.ExitStack() as held:
-        with serving(shutdown_grace=1) as running:
+        held.enter_context(constants(**{"app.listening.SHUTDOWN_SECONDS": 1}))
+        with serving() as running:
             line = held.enter_context(dialled(running))
             line.sendall(sent)
             httpx.get(f"{running.url}/healthz")
