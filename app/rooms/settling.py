@@ -39,23 +39,15 @@ def settle(room: Room, checkpoint: bytes, planned: Sequence[PendingInput[Any]]) 
     copy.restore(checkpoint)
     copy.planned.extend(planned)
     entered, landed = copy.enter(), list[messages.Landed]()
-    effort = 0
-    while copy.awake:
-        effort += 1
-        while copy.look_ahead():
-            effort += 1
-            _check(room.id, effort)
-        _check(room.id, effort)
-        landed += [e for e in copy.step(watched=False) if isinstance(e, messages.Landed)]
-        entered += copy.enter()
-    return Settled(entered, landed, copy.world.tick)
-
-
-def _check(room_id: str, effort: int) -> None:
-    if effort > MOST_EFFORT:
-        raise BusyError(
-            f"what falls in room {room_id!r} takes too long to compute at once; the room can be "
-            "closed or begun anew when it has landed",
-            field="room",
-            retry_after=10.0,
-        )
+    for _ in range(MOST_EFFORT):
+        if not copy.awake:
+            return Settled(entered, landed, copy.world.tick)
+        if not copy.look_ahead():
+            landed += [e for e in copy.step(watched=False) if isinstance(e, messages.Landed)]
+            entered += copy.enter()
+    raise BusyError(
+        f"what falls in room {room.id!r} takes too long to compute at once; the room can be closed "
+        "or begun anew when it has landed",
+        field="room",
+        retry_after=10.0,
+    )

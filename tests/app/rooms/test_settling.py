@@ -3,7 +3,6 @@
 import pytest
 
 from app.errors import BusyError
-from app.rooms import settling
 from app.rooms.independent import IndependentRoom
 from app.rooms.pending import DropCommand
 from app.rooms.settling import MOST_EFFORT, settle
@@ -31,16 +30,16 @@ def test_a_full_room_of_a_preset_ends_as_its_drops_do_by_themselves() -> None:
 def test_a_ball_that_bounces_for_hours_is_given_up_after_a_bounded_effort(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    efforts: list[int] = []
-    check = settling._check
+    efforts: list[str] = []
+    look_ahead = IndependentRoom.look_ahead
 
-    def noted(room_id: str, effort: int) -> None:
-        efforts.append(effort)
-        check(room_id, effort)
+    def counted(room: IndependentRoom) -> bool:
+        efforts.append(room.id)
+        return look_ahead(room)
 
-    monkeypatch.setattr(settling, "_check", noted)
+    monkeypatch.setattr(IndependentRoom, "look_ahead", counted)
     room = with_balls(Board.from_json(hall()), 3)
     with pytest.raises(BusyError, match="takes too long to compute at once") as raised:
         settle(room, room.checkpoint(), [])
-    assert MOST_EFFORT < efforts[-1] <= MOST_EFFORT + 2
+    assert len(efforts) == MOST_EFFORT
     assert raised.value.retry_after is not None
