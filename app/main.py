@@ -62,7 +62,17 @@ from app.web.returns import Returns
 from app.web.routes import api_docs, boards, health, page, payouts
 from app.web.routes.drops import drops, maps, pictures, seeds, simulate
 from app.web.routes.queries import listed_queries
-from app.web.routes.rooms import halts, live, moves, players, rooms, scenes, sessions, ws
+from app.web.routes.rooms import (
+    halts,
+    invitations,
+    live,
+    moves,
+    players,
+    rooms,
+    scenes,
+    sessions,
+    ws,
+)
 from app.web.services import Services
 from app.web.shared import Others
 from app.web.tokens import Tokens, secret_of, signing_key_of
@@ -124,6 +134,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         payouts.router,
         maps.router,
         live.router,
+        invitations.router,
         rooms.router,
         moves.router,
         scenes.router,

@@ -26,7 +26,7 @@ async def move_room(room: str, request: Request, server: Server) -> Response:
     check_operator(request, server, "rooms are moved")
     body = await read(request, MoveRequest)
     if server.others is None:
-        raise MissingPartError("this server is alone: rooms move where `--cluster` says so")
+        raise MissingPartError("this server is alone: rooms move between servers with a `--name`")
     found = await server.rooms.seek(room)
     peer = await server.others.move(found.id, body.to)
     return reply(MoveView(found.id, peer.name), headers={"cache-control": "no-store"})

@@ -23,7 +23,10 @@ HERE = Path(__file__).parent
 REPOSITORY = HERE.parents[3]
 DIGEST = drop(Board.preset("triangle-8"), 42).digest
 
-PICTURES = ("image/png", "image/jpeg", "image/gif", "image/webp", "image/apng", "video/mp4")
+PICTURES = (
+    *("image/png", "image/jpeg", "image/gif", "image/webp", "image/apng", "image/svg+xml"),
+    "video/mp4",
+)
 CONFIG = {
     "content_type_overrides": dict.fromkeys(PICTURES, "application/octet-stream"),
     "post_hooks": [],

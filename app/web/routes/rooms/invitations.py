@@ -1,0 +1,41 @@
+"""A room's page as a QR code, so that an audience comes to it by phone."""
+
+import asyncio
+import io
+from urllib.parse import quote
+
+from fastapi import APIRouter, Request, Response
+
+from app.live.public_tables import MAIN
+from app.web.routes.common import Server, documented
+
+router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
+
+SVG = "image/svg+xml"
+
+
+@router.get(
+    "/{room}/qr.svg",
+    summary="A room's address as a QR code",
+    response_class=Response,
+    responses=documented(None, 404, 503, description="The code", media_type=SVG),
+)
+async def get_room_code(room: str, request: Request, server: Server) -> Response:
+    """The address of the room's page, as this request has reached the server.
+
+    Asked for by a name that only this machine knows, such as `localhost`, it leads phones nowhere.
+    """
+    found = await server.rooms.seek(room)
+    query = "" if found.id == MAIN else f"?room={quote(found.id)}"
+    picture = await asyncio.to_thread(_code, f"{request.base_url}{query}")
+    return Response(picture, headers={"cache-control": "no-cache"}, media_type=SVG)
+
+
+def _code(text: str) -> bytes:
+    """An SVG without a size of its own, black on white, with the margin that the standard wants."""
+    import segno  # noqa: PLC0415 - where somebody asks for a code
+
+    picture = io.BytesIO()
+    code = segno.make(text, error="m", micro=False)
+    code.save(picture, kind="svg", xmldecl=False, omitsize=True, light="white")
+    return picture.getvalue()

@@ -1,0 +1,57 @@
+"""A room's QR code, read again by a reader that is not the one which wrote it."""
+
+import re
+
+import httpx
+import numpy as np
+import numpy.typing as npt
+import zxingcpp
+
+from tests.app.conftest import TINY, Running
+from tests.waiting import LIMIT
+
+SCALE = 8  # pixels a module
+
+
+def pixels(svg: str) -> npt.NDArray[np.uint8]:
+    """The picture of a code's SVG: modules drawn as horizontal strokes, one after the other."""
+    found = re.search(r'viewBox="0 0 (\d+) (\d+)"', svg)
+    assert found is not None
+    width, height = map(int, found.groups())
+    picture = np.full((height, width), 255, np.uint8)
+    (strokes,) = re.findall(r'class="qrline"[^>]* d="([^"]+)"', svg)
+    x = y = 0.0
+    for kind, numbers in re.findall(r"([Mmh])([-\d. ]+)", strokes):
+        values = [float(value) for value in re.findall(r"-?\d*\.?\d+", numbers)]
+        if kind == "h":
+            picture[int(y), int(x) : int(x + values[0])] = 0
+            x += values[0]
+        else:
+            x, y = values if kind == "M" else (x + values[0], y + values[1])
+    return picture.repeat(SCALE, 0).repeat(SCALE, 1)
+
+
+def read(svg: str) -> str:
+    (code,) = zxingcpp.read_barcodes(pixels(svg))
+    text: str = code.text
+    return text
+
+
+def test_the_code_of_a_room_leads_to_its_page(server: Running) -> None:
+    with httpx.Client(base_url=server.url, timeout=LIMIT) as http:
+        made = http.post("/api/v1/rooms", json={"board": TINY}).raise_for_status().json()["id"]
+        answer = http.get(f"/api/v1/rooms/{made}/qr.svg").raise_for_status()
+        assert answer.headers["content-type"] == "image/svg+xml"
+        address = read(answer.text)
+        assert address == f"{server.url}/?room={made}"
+        assert http.get(address).status_code == 200
+
+
+def test_the_main_room_s_code_is_the_site_s_address_as_it_was_asked_by(server: Running) -> None:
+    port = httpx.URL(server.url).port
+    code = httpx.get(f"http://localhost:{port}/api/v1/rooms/main/qr.svg", timeout=LIMIT)
+    assert read(code.raise_for_status().text) == f"http://localhost:{port}/"
+
+
+def test_a_room_that_is_not_there_has_no_code(server: Running) -> None:
+    assert httpx.get(f"{server.url}/api/v1/rooms/nope/qr.svg", timeout=LIMIT).status_code == 404
