@@ -272,9 +272,7 @@ class _Shares:
     def cluster(self, rooms: Rooms, ledger: Ledger) -> Any:
         """What is started and stopped, and what routes know of the other servers."""
         assert rooms.shared is not None
-        return self._start.Cluster(
-            self._settings, self.alive, rooms.shared, ledger, rooms.hub.count
-        )
+        return self._start.Cluster(self._settings, self.alive, rooms.shared, ledger)
 
 
 def _webhooks(targets: Sequence[Target], ledger: Ledger, others: Others | None) -> "Webhooks":
@@ -359,8 +357,6 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
                 await task
         server.rooms.leave()
         await server.ledger.close()
-        if cluster is not None:
-            await cluster.gone()
         server.cameras.close()
         server.workers.close()
         server.readers.close()
