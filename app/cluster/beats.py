@@ -75,12 +75,12 @@ class Beats:
 
     async def beat(self, me: Member) -> list[Seen]:
         """Say that `me` is alive; returns who was found, `me` as it was at its last beat."""
-        found = await self._ask(_BEAT, me.holder, me.name, me.address, me.leaving)
-        if me.leaving:
+        asked = await self._ask(_BEAT, me.holder, me.name, me.address, me.leaving)
+        rows = await asked.fetchall()
+        found = [Seen(Member(*row[:4]), age=row[4], connected=row[5]) for row in rows]
+        if me.leaving and me not in [each.member for each in found]:  # only once: it hears it too
             await self._ask("NOTIFY members")
-        return [
-            Seen(Member(*row[:4]), age=row[4], connected=row[5]) for row in await found.fetchall()
-        ]
+        return found
 
     async def until_told(self, seconds: float) -> None:
         """Wait, for less time where a server says that it leaves."""

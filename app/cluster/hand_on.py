@@ -89,10 +89,6 @@ class HandOn:
 
     async def _socket(self, scope: Scope, receive: Receive, send: Send) -> None:
         client = WebSocket(scope, receive, send)
-        handed_on = HOPS in client.headers
-        if handed_on and self._alive.leaving:  # the server before this one finds where it goes
-            await client.close(RESTART)
-            return
 
         async def here() -> None:
             try:
@@ -103,7 +99,7 @@ class HandOn:
                 pass  # the app tells the client
             await self.app(scope, receive, send)
 
-        tries = 0 if handed_on else _TRIES
+        tries = 0 if HOPS in client.headers else _TRIES
         if await self._bring(here, lambda member: self._talk(member, client), tries=tries):
             await self.app(scope, receive, send)  # it tells the client to come again
 

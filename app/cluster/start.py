@@ -95,8 +95,7 @@ class Cluster:
 
     async def ask_all(self, path: str, part: str) -> list[Any]:
         """What each of the others lists as `part` of its answer to a GET of this path."""
-        me, members = self._book.holder, self._alive.view.members.values()
-        others = [each for each in members if each.holder != me]
+        others = [each for each in self._alive.view.members.values() if each != self._alive.me]
         return list(await asyncio.gather(*(self._peers.ask(each, path, part) for each in others)))
 
     async def move(self, room_id: str, to: str) -> Member:

@@ -67,7 +67,10 @@ class TakeOver:
         awake = {MAIN, *(room.id for room in await self._ledger.read(store.awake_rooms))}
         rows = await self._rooms.leases.listing()
         self._give_up([each for each in held if each is not None], rows)
-        return (self._inherited(rows, awake) | self._given(rows, awake)) - self._taking
+        # Rooms that were passed on to this server, which was not asked for them since, are its own.
+        given = {each.room for each in rows if each.holder == self._book.holder} & awake
+        due = self._inherited(rows, awake) | (given - {*self._book.rooms})
+        return due - self._taking
 
     def _give_up(self, held: Sequence[Lease], rows: Sequence[LeaseRow]) -> None:
         """Put rooms away whose lease was this server's and is not any more: it was frozen, say."""
@@ -90,11 +93,6 @@ class TakeOver:
             for room_id, sweeps in self._orphaned.items()
             if self._alive.me in order(room_id, able)[:sweeps]
         }
-
-    def _given(self, rows: Sequence[LeaseRow], awake: Collection[str]) -> set[str]:
-        """Rooms that were passed on to this server, which was not asked for them since."""
-        mine = {row.room for row in rows if row.holder == self._book.holder}
-        return {each for each in mine if each in awake and self._book.of(each) is None}
 
     async def take(self, room_id: str) -> None:
         """Have a room here from now on, if that can be."""

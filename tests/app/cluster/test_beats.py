@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import itertools
 import time
 from collections.abc import AsyncIterator, Iterator
 from typing import LiteralString
@@ -73,6 +74,22 @@ async def test_who_waits_is_told_at_once_of_one_that_leaves(database: str) -> No
         await first.beat(leaving)
         await waiting
         assert (await seen(second, B))["a"].member == leaving
+
+
+async def test_a_server_that_leaves_says_so_once(database: str) -> None:
+    leaving = Member(A.holder, A.name, A.address, leaving=True)
+    async with both(database) as (first, _):
+        with psycopg.connect(database, autocommit=True) as listening:
+            listening.execute("LISTEN members")
+            for me in (A, leaving, leaving, leaving):
+                await first.beat(me)
+            do(database, "NOTIFY members, 'the last'")
+            told = itertools.count()
+            for each in listening.notifies(timeout=LIMIT):
+                if each.payload:
+                    break
+                next(told)
+        assert next(told) == 1, "each notice wakes all servers, and itself"
 
 
 async def test_a_connection_that_was_ended_is_a_failure_and_so_is_a_database_that_is_not_there(
