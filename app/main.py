@@ -31,7 +31,8 @@ from app.listening import listen, server_over
 from app.live.arriving import any_room
 from app.live.broadcast.hub import Hub
 from app.live.registry import Rooms
-from app.live.sessions.fair_sessions import FairSessions, here
+from app.live.sessions.fair_sessions import FairSessions
+from app.live.shared_rooms import SharedRooms
 from app.ops import logs
 from app.ops.metrics import Metrics
 from app.persistence.checks.integrity import Integrity
@@ -282,10 +283,8 @@ class _Shares:
 
     def cluster(self, rooms: Rooms, ledger: Ledger) -> Any:
         """What is started and stopped, and what routes know of the other servers."""
-        assert rooms.shared is not None
-        return self._start.Cluster(
-            self._settings, self.alive, rooms.shared, ledger, rooms.hub.count
-        )
+        assert isinstance(rooms.shared, SharedRooms)
+        return self._start.Cluster(self._settings, self.alive, rooms.shared, ledger)
 
 
 def _webhooks(targets: Sequence[Target], ledger: Ledger, others: Others | None) -> "Webhooks":
@@ -304,7 +303,7 @@ def _fair_sessions(
         kernel_digest=kernel_digest_of(page_kernels().read_bytes()),
         draw=secrets.token_bytes,
         new_id=lambda: secrets.token_hex(16),
-        having=here if held.shared is None else held.shared.arriving.having,
+        having=held.shared.having,
     )
 
 
@@ -370,8 +369,6 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
                 await task
         server.rooms.leave()
         await server.ledger.close()
-        if cluster is not None:
-            await cluster.gone()
         server.cameras.close()
         server.workers.close()
         server.readers.close()

@@ -140,6 +140,11 @@ class Settings:
                 "slash and ends without one",
                 field="root_path",
             )
+        if self.address and not self.address.startswith(("http://", "https://")):
+            raise SettingError(
+                f"address={self.address!r} is not an address such as http://10.0.0.1:8000",
+                field="address",
+            )
         for name in ("secret", "operator_token"):
             if 0 < len(given := getattr(self, name)) < _SECRET:
                 raise SettingError(

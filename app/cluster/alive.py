@@ -6,14 +6,17 @@ Beats go by themselves: a ledger that takes its time must not cost this server i
 import asyncio
 import contextlib
 import logging
-import time
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Iterable
+from typing import Final
 
 from app.cluster.beats import FAILURES, Beats
-from app.cluster.membership import BEAT, Member, View
+from app.cluster.membership import BEAT, LEASE, Member, Seen, View
 from app.concurrency.signal import Signal
 from app.persistence.lease_book import LeaseBook
 from app.rooms.records import LeaseRow
+
+_PATIENCE: Final = 5.0
+"""s that a start and an end wait for PostgreSQL; a server that has started is not ready then."""
 
 _log = logging.getLogger("plinko")
 
@@ -22,24 +25,16 @@ class Alive:
     """For the event loop's thread. `name` is what people call this server.
 
     `looked` is sent each time it looked who is alive, and when that could not be seen. `leaving`
-    is whether this server gives its rooms away.
+    is whether this server gives its rooms away. `database` is PostgreSQL's address.
     """
 
-    def __init__(
-        self,
-        beats: Beats,
-        book: LeaseBook,
-        name: str,
-        *,
-        clock: Callable[[], float] = time.monotonic,
-    ) -> None:
+    def __init__(self, database: str, book: LeaseBook, name: str) -> None:
         self.name = name
         self.view = View()
         self.leaving = False
         self.looked = Signal()
-        self._beats = beats
+        self._database = database
         self._book = book
-        self._clock = clock
         self._depending: dict[asyncio.Timeout, str] = {}  # on the server of this name
 
     @property
@@ -47,44 +42,46 @@ class Alive:
         """This server, as the others see it."""
         return Member(self._book.holder, self.name, self._book.address, self.leaving)
 
-    @property
-    def joined(self) -> bool:
-        """Whether the others know that this server is there."""
-        return self._book.holder in self.view.members
-
-    @property
-    def others(self) -> list[Member]:
-        """The other servers that can be given rooms."""
-        return self.view.others(self._book.holder)
-
     def claim(self, room_id: str, row: LeaseRow | None) -> int:
         """The number of the lease that this server's is to follow; raises LeaseLostError."""
         return self.view.claim(room_id, row, self.me)
 
     async def run(self) -> None:
-        """Beat until cancelled, whatever becomes of it; at once where another server leaves."""
+        """Beat until cancelled, whatever becomes of PostgreSQL; at once where a server leaves."""
+        clock = asyncio.get_running_loop().time
         while True:
-            due = self._clock() + BEAT
-            await self.beat()
-            with contextlib.suppress(*FAILURES):
-                await self._beats.until_told(max(0.0, due - self._clock()))
-            if not self.view.up:
-                await asyncio.sleep(max(0.0, due - self._clock()))
+            began = clock()
+            try:
+                async with Beats.connected(self._database) as beats:
+                    while True:
+                        me = self.me
+                        self.look(me, await beats.beat(me))
+                        await beats.until_told(BEAT)
+            except FAILURES as error:
+                self.failed(error)
+            # A connection that lasted is made again at once: without one the lease is shorter.
+            await asyncio.sleep(began + BEAT - clock())
 
-    async def beat(self) -> None:
-        """Say that this server is alive, and see who else is."""
-        try:
-            look = await self._beats.beat(self.me)
-        except FAILURES as error:
-            if self.view.up:
-                _log.warning("servers do not see each other: rooms stay where they are: %s", error)
-            self.view.failed()
-        else:
-            self.view.look(self._clock(), look)
-            for limit, holder in list(self._depending.items()):
-                if self.view.is_gone(holder):
-                    del self._depending[limit]
-                    limit.reschedule(0.0)
+    def look(self, me: Member, found: Iterable[Seen]) -> None:
+        """Take in who was found at the beat of `me`."""
+        if late := self.view.look(me, found):
+            _log.warning(
+                "this server was late: it said %.1f s ago that it is alive, and others have taken "
+                "its rooms after %g s",
+                late,
+                LEASE,
+            )
+        for limit, holder in list(self._depending.items()):
+            if self.view.is_gone(holder):
+                del self._depending[limit]
+                limit.reschedule(0.0)
+        self.looked.send()
+
+    def failed(self, error: Exception) -> None:
+        """PostgreSQL is away, and with it all that is known of who is alive."""
+        if self.view.up:
+            _log.warning("servers do not see each other: rooms stay where they are: %s", error)
+        self.view.failed()
         self.looked.send()
 
     @contextlib.asynccontextmanager
@@ -97,13 +94,9 @@ class Alive:
             finally:
                 self._depending.pop(limit, None)
 
-    async def leave(self) -> None:
-        """From now on this server gives its rooms away, and the others know."""
-        self.leaving = True
-        await self.beat()
-
-    async def gone(self) -> None:
-        """This server has ended; nobody is to ask it any more."""
-        with contextlib.suppress(*FAILURES):
-            await self._beats.leave(self.me)
-        self._beats.close()
+    async def until_known(self) -> None:
+        """Return once the others know how this server is, or it is clear that this takes long."""
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(_PATIENCE):
+                while self.me != self.view.members.get(self.me.holder):
+                    await self.looked.wait()

@@ -1,15 +1,13 @@
 """Brings each request to the server that has its room; for the client there is one server.
 
-A request is answered here. Where the answer is that its room is at another server, which the answer
-names, nothing was done, and the request is handed on to that server; where the room is on its way
-between servers, it is tried again. A request is handed on once: the server that it came to is the
-one to try again.
+A request is answered here. Where its room is at another server nothing was done, the error names
+that server, and the request is handed on to it; where the room is on its way between servers, it is
+tried again. A request is handed on once: the server that it came to is the one to try again.
 """
 
 import asyncio
 import contextlib
-import time
-from collections.abc import Awaitable, Callable, Iterable, Iterator, Set
+from collections.abc import Awaitable, Callable
 from typing import Final
 from urllib.parse import urlsplit
 
@@ -32,29 +30,22 @@ from app.web.shared import HOPS
 
 _SOCKETS: Final = "/ws/rooms/"
 
-_TRY_SECONDS: Final = 8.0  # for which a request is tried again
-_FIRST_PAUSE: Final = 0.03  # s until it is; each pause is twice the one before, up to
-_LONGEST_PAUSE: Final = 0.4  # s
+_TRIES: Final = 80
+_PAUSE: Final = 0.1  # s between two of them: a room is on its way for two or three, mostly
 
 _OPEN_SECONDS: Final = 2.0  # for another server to take a WebSocket
 _CLOSE_SECONDS: Final = 1.0  # for it to hear that the client has left
 
-_OF_ONE_HOP: Final = {
-    *(b"connection", b"keep-alive", b"proxy-connection", b"te", b"trailer"),
-    *(b"transfer-encoding", b"upgrade"),
-}
+_OF_ONE_HOP: Final = frozenset(
+    b"connection keep-alive proxy-connection te trailer transfer-encoding upgrade".split()
+)
 """Headers that are for the next hop alone (RFC 9110, 7.6.1)."""
 
-_NOT_PASSED: Final = _OF_ONE_HOP | {
-    *(b"content-length", b"expect", b"x-forwarded-for", b"x-forwarded-proto", HOPS.encode()),
-}
-_OF_A_HANDSHAKE: Final = {
-    *(b"host", b"origin", b"user-agent"),  # the origin was found good here
-    *(b"sec-websocket-key", b"sec-websocket-version"),
-    *(b"sec-websocket-extensions", b"sec-websocket-protocol"),
-}
+_NOT_PASSED: Final = _OF_ONE_HOP | frozenset(
+    b"content-length expect origin x-forwarded-for x-forwarded-proto".split()
+)
+"""Nor are those that are made again, and the origin, which was found good here."""
 
-_NEVER_SENT: Final = (httpx.ConnectError, httpx.ConnectTimeout)
 _SAFE: Final = ("GET", "HEAD", "OPTIONS")  # methods of requests that may be sent twice
 
 _UNKNOWN: Final = (
@@ -76,7 +67,7 @@ class HandOn:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request, here or there."""
-        if scope["type"] == "http" and HOPS not in Headers(scope=scope):
+        if scope["type"] == "http":
             await self._request(scope, receive, send)
         elif scope["type"] == "websocket" and scope["path"].startswith(_SOCKETS):
             await self._socket(scope, receive, send)
@@ -88,31 +79,54 @@ class HandOn:
             body = await Request(scope, receive).body()
         except ClientDisconnect:
             return
-        for pause in _pauses():
-            holder = await self._here(dict(scope), _again(body, receive), send)
-            if holder is None:
-                return
-            member = self._alive.view.members.get(holder)
-            if member and await self._there(member, scope, body, receive, send):
-                return
-            await asyncio.sleep(pause)
-        await self.app(scope, _again(body, receive), send)
+        lost = await self._bring(
+            lambda: self.app(dict(scope), _again(body, receive), send),
+            lambda member: self._ask(member, scope, body, receive, send),
+            tries=0 if HOPS in Headers(scope=scope) else _TRIES,
+        )
+        if lost is not None:
+            await problem_response(lost, scope["path"])(scope, receive, send)
 
-    async def _here(self, scope: Scope, receive: Receive, send: Send) -> str | None:
-        """Answer here; where the room is at another server, return its name and answer nothing."""
-        holder: str | None = None
+    async def _socket(self, scope: Scope, receive: Receive, send: Send) -> None:
+        client = WebSocket(scope, receive, send)
 
-        async def unless_moved(message: Message) -> None:
-            nonlocal holder
-            if message["type"] == "http.response.start" and message["status"] == 503:
-                holder = Headers(raw=message["headers"]).get(MOVED)
-            if holder is None:
-                await send(message)
+        async def here() -> None:
+            try:
+                await self._fetch(scope["path"].removeprefix(_SOCKETS))
+            except LeaseLostError:
+                raise
+            except AppError:
+                pass  # the app tells the client
+            await self.app(scope, receive, send)
 
-        await self.app(scope, receive, unless_moved)
-        return holder
+        tries = 0 if HOPS in client.headers else _TRIES
+        if await self._bring(here, lambda member: self._talk(member, client), tries=tries):
+            await self.app(scope, receive, send)  # it tells the client to come again
 
-    async def _there(
+    async def _bring(
+        self,
+        here: Callable[[], Awaitable[None]],
+        there: Callable[[Member], Awaitable[bool]],
+        *,
+        tries: int,
+    ) -> LeaseLostError | None:
+        """Answer here or, which may be tried so often, there; why not, if it could not be."""
+        while True:
+            try:
+                await here()
+            except LeaseLostError as error:
+                lost = error
+            else:
+                return None
+            if tries == 0:
+                return lost
+            tries -= 1
+            member = self._alive.view.members.get(lost.holder)
+            if member and await there(member):
+                return None
+            await asyncio.sleep(_PAUSE)
+
+    async def _ask(
         self, member: Member, scope: Scope, body: bytes, receive: Receive, send: Send
     ) -> bool:
         """Have `member` answer; False where nothing was done, or may be done again."""
@@ -126,62 +140,49 @@ class HandOn:
         answer = None
         try:
             async with self._alive.while_there(member), asking as answer:
-                if answer.status_code == 503 and MOVED in answer.headers:
+                if MOVED in answer.headers:
                     return False
                 passed = StreamingResponse(answer.aiter_raw(), answer.status_code)
-                passed.raw_headers = _without(answer.headers.raw, _OF_ONE_HOP)
+                passed.raw_headers = [
+                    each for each in answer.headers.raw if each[0].lower() not in _OF_ONE_HOP
+                ]
                 await passed(scope, receive, send)
                 return True
         except (httpx.HTTPError, TimeoutError) as error:
             if answer is not None:
                 raise  # an answer that breaks off there breaks off here
-            if isinstance(error, _NEVER_SENT) or scope["method"] in _SAFE:
+            never_sent = isinstance(error, httpx.ConnectError | httpx.ConnectTimeout)
+            if never_sent or scope["method"] in _SAFE:
                 return False
         await problem_response(EndedError(_UNKNOWN), scope["path"])(scope, receive, send)
         return True
-
-    async def _socket(self, scope: Scope, receive: Receive, send: Send) -> None:
-        client = WebSocket(scope, receive, send)
-        if HOPS not in client.headers:
-            for pause in _pauses():
-                try:
-                    await self._fetch(scope["path"].removeprefix(_SOCKETS))
-                    break
-                except LeaseLostError as moved:
-                    member = self._alive.view.members.get(moved.holder)
-                    if member and await self._talk(member, client):
-                        return
-                except AppError:
-                    break  # the app tells the client below
-                await asyncio.sleep(pause)
-        elif self._alive.leaving:  # the server before this one finds the room where it goes
-            await client.close(RESTART)
-            return
-        await self.app(scope, receive, send)
 
     async def _talk(self, member: Member, client: WebSocket) -> bool:
         """Have `member` talk to a client until one of them ends; False if it does not answer."""
         self._peers.handed_on += 1
         at, host = urlsplit(member.address), client.headers.get("host", "localhost")
-        scheme, port = ("wss", 443) if at.scheme == "https" else ("ws", 80)
-        headers = _without(_headers(client.scope), _OF_A_HANDSHAKE)
+        scheme = at.scheme.replace("http", "ws")
+        headers = [
+            (name.decode("latin-1"), value.decode("latin-1"))
+            for name, value in _headers(client.scope)
+            if name != b"host"
+        ]
+        joining = connect(
+            f"{scheme}://{host}{_target(client.scope).decode('latin-1')}",
+            host=at.hostname,
+            port=at.port or {"ws": 80, "wss": 443}[scheme],
+            additional_headers=headers,
+            user_agent_header=None,
+            compression=None,
+            max_size=None,
+            proxy=None,
+            ping_interval=None,
+            open_timeout=_OPEN_SECONDS,
+            close_timeout=_CLOSE_SECONDS,
+        )
         try:
             async with self._alive.while_there(member):
-                room = await connect(
-                    f"{scheme}://{host}{_target(client.scope).decode('latin-1')}",
-                    host=at.hostname,
-                    port=at.port or port,
-                    additional_headers=[
-                        (n.decode("latin-1"), v.decode("latin-1")) for n, v in headers
-                    ],
-                    user_agent_header=None,
-                    compression=None,
-                    max_size=None,
-                    proxy=None,
-                    ping_interval=None,
-                    open_timeout=_OPEN_SECONDS,
-                    close_timeout=_CLOSE_SECONDS,
-                )
+                room = await joining
         except (OSError, InvalidHandshake, ConnectionClosed, TimeoutError):
             return False
         async with room:
@@ -189,19 +190,11 @@ class HandOn:
             with contextlib.suppress(RuntimeError, WebSocketDisconnect):
                 await client.accept()
                 with contextlib.suppress(TimeoutError):
-                    async with self._alive.while_there(member), self._peers.socket():
+                    async with self._alive.while_there(member):
                         await both_ways(client, room)
                         end = end_of(room)
                 await client.close(*end)
         return True
-
-
-def _pauses() -> Iterator[float]:
-    """s after which a request is tried again, each time, until that has lasted long enough."""
-    end, pause = time.monotonic() + _TRY_SECONDS, _FIRST_PAUSE
-    while time.monotonic() < end:
-        yield pause
-        pause = min(2 * pause, _LONGEST_PAUSE)
 
 
 def _again(body: bytes, receive: Receive) -> Receive:
@@ -222,16 +215,12 @@ def _target(scope: Scope) -> bytes:
 
 def _headers(scope: Scope) -> list[tuple[bytes, bytes]]:
     """The client's headers, who it is, and that its request was handed on."""
-    kept = _without(scope["headers"], _NOT_PASSED)
+    kept = [
+        (name, value)
+        for name, value in scope["headers"]
+        if name not in _NOT_PASSED and not name.startswith(b"sec-websocket-")
+    ]
     if scope.get("client"):
         kept.append((b"x-forwarded-for", scope["client"][0].encode()))
-    kept.append((b"x-forwarded-proto", scope["scheme"].replace("ws", "http").encode()))
-    kept.append((HOPS.encode(), b"1"))
-    return kept
-
-
-def _without(
-    headers: Iterable[tuple[bytes, bytes]], names: Set[bytes]
-) -> list[tuple[bytes, bytes]]:
-    """Those headers that have none of these names."""
-    return [(name, value) for name, value in headers if name.lower() not in names]
+    proto = scope["scheme"].replace("ws", "http").encode()
+    return [*kept, (b"x-forwarded-proto", proto), (HOPS.encode(), b"1")]

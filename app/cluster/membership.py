@@ -53,43 +53,39 @@ class Seen:
         return self.age < (LEASE if self.connected else LATE)
 
 
-@dataclass(frozen=True, slots=True)
-class Look:
-    """What one look at the table found, over which of this server's connections."""
-
-    connection: int
-    found: tuple[Seen, ...]
-
-
 class View:
     """What a server knows of the others.
 
     That somebody is gone is only believed once the table has been seen for a whole lease over one
-    connection and without a gap: after a restart of PostgreSQL, or where this process was frozen,
-    those who live need time to say so.
+    connection and without a gap: after a restart of PostgreSQL, or where this server itself was
+    late, those who live need time to say so. It is the database's clock that tells.
     """
 
-    def __init__(self, lease: float = LEASE) -> None:
+    def __init__(self) -> None:
         self.members: dict[str, Member] = {}
         self.up = False
-        self._lease = lease
-        self._connection = 0
-        self._began = self._last = -lease  # when it was seen, at first without a gap and of late
-        self._sure = False
+        self._watched = 0.0  # s for which the table has been seen
 
     @property
     def sure(self) -> bool:
         """Whether a server that is not among the members is gone."""
-        return self._sure
+        return self._watched >= LEASE
 
-    def look(self, now: float, look: Look) -> None:
-        """Take in what was seen at `now`."""
-        if look.connection != self._connection or now - self._last > self._lease:
-            self._began = now
-        self._last, self._connection, self.up = now, look.connection, True
-        self._sure = now - self._began >= self._lease
-        alive = {each.member.holder: each.member for each in look.found if each.alive}
-        self.members = alive if self._sure else {**self.members, **alive}
+    def look(self, me: Member, found: Iterable[Seen]) -> float:
+        """Take in who was found at a beat, the others as they are, `me` as it was at its last one.
+
+        Returns how many s ago that was where this server was so late that others take it for gone;
+        else 0.
+        """
+        seen = {each.member.holder: each for each in found}
+        since = seen[me.holder].age if me.holder in seen else LEASE
+        went_on = self.up and since < LEASE
+        self._watched = self._watched + since if went_on else 0.0
+        alive = {holder: each.member for holder, each in seen.items() if each.alive}
+        self.members = (alive if self.sure else self.members | alive) | {me.holder: me}
+        late = self.up and not went_on
+        self.up = True
+        return since if late else 0.0
 
     def failed(self) -> None:
         """The table could not be read: all stays as it was known."""
@@ -97,7 +93,7 @@ class View:
 
     def is_gone(self, holder: str) -> bool:
         """Whether this server has ended, or its lease has run out."""
-        return holder not in self.members and self._sure
+        return holder not in self.members and self.sure
 
     def claim(self, room_id: str, row: LeaseRow | None, me: Member) -> int:
         """The number of the lease that `me`'s is to follow; raises LeaseLostError.
@@ -140,15 +136,12 @@ def order(room_id: str, members: Iterable[Member]) -> list[Member]:
     return sorted(members, key=weight)
 
 
-def orphans(rows: Iterable[LeaseRow], awake: Iterable[str], view: View, me: Member) -> list[str]:
-    """The rooms that `me` takes over: their server is gone, and it is the first in their order.
+def orphans(rows: Iterable[LeaseRow], awake: Iterable[str], view: View) -> set[str]:
+    """The rooms whose server is gone.
 
     rows: who has which room; awake: rooms in which something moves, whoever has them.
     """
     if not view.sure:
-        return []
+        return set()
     held = {row.room: row.holder for row in rows}
-    gone = {room for room, holder in held.items() if view.is_gone(holder)}
-    gone |= {room for room in awake if room not in held}
-    able = [member for member in view.members.values() if not member.leaving]
-    return [room for room in sorted(gone) if able and order(room, able)[0].holder == me.holder]
+    return {room for room, holder in held.items() if view.is_gone(holder)} | {*awake} - held.keys()

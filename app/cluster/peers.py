@@ -2,7 +2,6 @@
 
 import asyncio
 import contextlib
-from collections.abc import AsyncIterator
 from typing import Any, Final
 from urllib.parse import quote
 
@@ -12,16 +11,9 @@ from app.cluster.membership import Member
 from app.web.shared import HOPS
 
 _CONNECT: Final = 1.0  # s
-_TAKE: Final = 2.0
-"""s that a room may take to come back at the other server, before its clients are sent there."""
-_ASK: Final = 2.0  # s
-
-
-_APART: Final = 0.01
-"""s between two WebSockets that are ended: each client comes back at once over another server, and
-of a hundred that come together the last waits for all."""
-
-_ENDING: Final = 2.0  # s for all of them
+_ANSWER: Final = 2.0
+"""s for an answer to this server itself: a list, or a room that is back at the other server before
+its clients are sent there."""
 
 
 class Peers:
@@ -29,7 +21,6 @@ class Peers:
 
     def __init__(self, transport: httpx.AsyncBaseTransport | None = None) -> None:
         self.handed_on = 0
-        self._sockets: set[asyncio.Timeout] = set()
         # Shorter than a server keeps a silent connection: it must not end as a request is sent.
         limits = httpx.Limits(max_connections=None, keepalive_expiry=2.0)
         timeout = httpx.Timeout(None, connect=_CONNECT)
@@ -37,48 +28,19 @@ class Peers:
             timeout=timeout, limits=limits, trust_env=False, transport=transport
         )
 
-    async def close(self) -> None:
-        """Close them all."""
-        await self.http.aclose()
-
-    @contextlib.asynccontextmanager
-    async def socket(self) -> AsyncIterator[None]:
-        """A WebSocket leads over this server in the block; TimeoutError once it is to end."""
-        async with asyncio.timeout(None) as limit:
-            self._sockets.add(limit)
-            try:
-                yield
-            finally:
-                self._sockets.discard(limit)
-
-    async def end_sockets(self) -> None:
-        """Have the clients whose WebSockets lead over this server come over another one."""
-        apart = min(_APART, _ENDING / max(1, len(self._sockets)))
-        while self._sockets:
-            self._sockets.pop().reschedule(0.0)
-            await asyncio.sleep(apart)
-
     async def have_taken(self, member: Member, room_id: str) -> None:
         """Have another server take a room that was given to it; if it does not, it will later."""
-        await self._get(member, f"/api/v1/rooms/{quote(room_id, safe='')}", _TAKE)
+        await self._get(member, f"/api/v1/rooms/{quote(room_id, safe='')}")
 
     async def ask(self, member: Member, path: str, part: str) -> list[Any]:
-        """What another server lists as `part` of its answer to a GET, page by page."""
-        found: list[Any] = []
-        after: str | None = ""
-        while after is not None:
-            query = f"?after={quote(after)}" if after else ""
-            answer = await self._get(member, f"{path}{query}", _ASK)
-            if answer is None or answer.status_code != 200:
-                return found
-            page = answer.json()
-            found += page[part]
-            after = page["next"]
-        return found
+        """What another server lists as `part` of its answer to a GET, on the first page."""
+        answer = await self._get(member, path)
+        listed: list[Any] = [] if answer is None or answer.is_error else answer.json()[part]
+        return listed
 
-    async def _get(self, member: Member, path: str, seconds: float) -> httpx.Response | None:
+    async def _get(self, member: Member, path: str) -> httpx.Response | None:
         with contextlib.suppress(httpx.HTTPError, TimeoutError):
-            async with asyncio.timeout(seconds):
+            async with asyncio.timeout(_ANSWER):
                 return await self.http.get(
                     f"{member.address}{path}", headers={HOPS: "1", "host": "localhost"}
                 )

@@ -7,8 +7,8 @@ from collections.abc import Callable, Collection, Sequence
 from typing import Final
 
 from app.cluster.alive import Alive
-from app.cluster.membership import orphans
-from app.errors import AppError, LedgerError
+from app.cluster.membership import order, orphans
+from app.errors import LedgerError
 from app.live.public_tables import MAIN
 from app.live.shared_rooms import SharedRooms
 from app.persistence.ledger.writer import Ledger
@@ -40,37 +40,37 @@ class TakeOver:
         self._clock = clock
         self._swept = -_SWEEP
         self._seen: set[str] = set()  # servers that were alive at the last look
-        self._taking: dict[str, asyncio.Task[None]] = {}
+        self._taking: set[str] = set()
+        self._orphaned: dict[str, int] = {}  # sweeps in a row that found a room to be nobody's
 
     async def run(self) -> None:
         """Look after rooms until cancelled: at each beat, and at once where a server leaves."""
-        while True:
-            await self._alive.looked.wait()
-            try:
-                await self.look()
-            except LedgerError as error:
-                _log.info("who has which room cannot be seen: %s", error)
-            except Exception:  # noqa: BLE001 - the others look after its rooms meanwhile
-                _log.exception("the cluster cannot be looked after")
+        async with asyncio.TaskGroup() as tasks:
+            while True:
+                await self._alive.looked.wait()
+                try:
+                    for room_id in await self.look():
+                        tasks.create_task(self.take(room_id))
+                except LedgerError as error:
+                    _log.info("who has which room cannot be seen: %s", error)
+                except Exception:  # noqa: BLE001 - the others look after its rooms meanwhile
+                    _log.exception("the cluster cannot be looked after")
 
-    async def look(self) -> None:
-        """Look at all rooms, unless nothing has happened since that was done last."""
+    async def look(self) -> set[str]:
+        """Look at all rooms, unless nothing has happened since; returns those to be taken."""
         now, seen, self._seen = self._clock(), self._seen, set(self._alive.view.members)
-        if seen - self._seen or now - self._swept >= _SWEEP:
-            self._swept = now
-            await self._sweep()
-
-    async def _sweep(self) -> None:
+        if not seen - self._seen and now - self._swept < _SWEEP:
+            return set()
+        self._swept = now
         held = [self._book.of(room_id) for room_id in self._book.rooms]
         # In this order: a room is leased before it is in the ledger.
         awake = {MAIN, *(room.id for room in await self._ledger.read(store.awake_rooms))}
         rows = await self._rooms.leases.listing()
         self._give_up([each for each in held if each is not None], rows)
-        due = orphans(rows, awake, self._alive.view, self._alive.me)
-        for room_id in {*due, *self._given(rows, awake)} - self._taking.keys():
-            task = asyncio.create_task(self._take(room_id, orphan=room_id in due), name=room_id)
-            self._taking[room_id] = task
-            task.add_done_callback(lambda done: self._taking.pop(done.get_name()))
+        # Rooms that were passed on to this server, which was not asked for them since, are its own.
+        given = {each.room for each in rows if each.holder == self._book.holder} & awake
+        due = self._inherited(rows, awake) | (given - {*self._book.rooms})
+        return due - self._taking
 
     def _give_up(self, held: Sequence[Lease], rows: Sequence[LeaseRow]) -> None:
         """Put rooms away whose lease was this server's and is not any more: it was frozen, say."""
@@ -79,24 +79,32 @@ class TakeOver:
             if numbers.get(lease.room) != lease.number and self._book.of(lease.room) == lease:
                 self._rooms.leaving.put_away(lease.room)
 
-    def _given(self, rows: Sequence[LeaseRow], awake: Collection[str]) -> list[str]:
-        """Rooms that were passed on to this server, which was not asked for them since."""
-        mine = [row.room for row in rows if row.holder == self._book.holder]
-        return [each for each in mine if each in awake and self._book.of(each) is None]
+    def _inherited(self, rows: Sequence[LeaseRow], awake: Collection[str]) -> set[str]:
+        """Rooms whose server is gone and whose heir this one is.
 
-    async def _take(self, room_id: str, *, orphan: bool) -> None:
+        At first that is the first server in the room's order; each sweep that finds the room to be
+        nobody's still has one more: the first may be alive and yet unable to bring it back.
+        """
+        before, found = self._orphaned, orphans(rows, awake, self._alive.view)
+        self._orphaned = {room_id: before.get(room_id, 0) + 1 for room_id in found}
+        able = [each for each in self._alive.view.members.values() if not each.leaving]
+        return {
+            room_id
+            for room_id, sweeps in self._orphaned.items()
+            if self._alive.me in order(room_id, able)[:sweeps]
+        }
+
+    async def take(self, room_id: str) -> None:
+        """Have a room here from now on, if that can be."""
+        orphan = room_id in self._orphaned
+        self._taking.add(room_id)
         try:
             await self._rooms.arriving.fetch(room_id)
-        except AppError as error:
+        except Exception as error:  # noqa: BLE001 - one room keeps nothing from the others
             _log.info("put off: %s", error)
             return
+        finally:
+            self._taking.discard(room_id)
         if orphan and self._book.of(room_id) is not None:
             self.count += 1
             _log.warning("room taken over", extra={"room": room_id})
-
-    async def close(self) -> None:
-        """This server has ended."""
-        tasks = list(self._taking.values())
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)

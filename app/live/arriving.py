@@ -5,9 +5,8 @@ server that had it is gone, and is rebuilt from what that one has written.
 """
 
 import asyncio
-import contextlib
 import logging
-from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
+from collections.abc import Awaitable, Callable, Coroutine
 from typing import Any, Final
 
 from app.concurrency.single_flight import SingleFlight
@@ -165,17 +164,3 @@ class Arriving:
         if room is None and ground is not None:
             room = await self._make(room_id, *self._public.find(room_id))
         return room
-
-    @contextlib.asynccontextmanager
-    async def having(self, room_id: str) -> AsyncIterator[None]:
-        """Have a room here for a while, even one that is closed; raises what `fetch` raises."""
-        await self.fetch(room_id)
-        if room_id in self._rooms.in_memory:
-            yield
-            return
-        await self.begin(room_id)
-        try:
-            yield
-        finally:
-            if room_id not in self._rooms.in_memory:
-                self._leases.let_go(room_id)

@@ -84,17 +84,8 @@ class Leaving:
             raise UnknownRoomError(f"room {room_id!r} is not at this server", field="room")
         await to_the_end(self._hand_over(room_id, receive, holder, address))
 
-    async def hand_all_over(self) -> None:
-        """Let all rooms go, also those whose leases the ledger cannot release now."""
-        rooms = [to_the_end(self._hand_over(each)) for each in self._rooms.in_memory]
-        await asyncio.gather(*rooms, return_exceptions=True)
-
     async def _hand_over(
-        self,
-        room_id: str,
-        receive: Callable[[], Awaitable[object]] = _to_nobody,
-        holder: str = "",
-        address: str = "",
+        self, room_id: str, receive: Callable[[], Awaitable[object]], holder: str, address: str
     ) -> None:
         if room_id in self._leaving:
             await self.until_left(room_id)

@@ -27,7 +27,7 @@ from app.live.leaving import Leaving
 from app.live.live_room import Around, LiveRoom
 from app.live.open_rooms import OpenRooms
 from app.live.public_tables import MAIN, PublicTables
-from app.live.shared_rooms import SharedRooms
+from app.live.shared_rooms import SharedRooms, UnsharedRooms
 from app.live.ticking.runner import Runner, Running
 from app.live.ticking.ticker import Watcher
 from app.persistence.leases import Leases
@@ -94,9 +94,8 @@ class Rooms:
         self._open = OpenRooms(settings, self.persistence)
         self.rebuilding = RebuildQueue(self._rebuild)
         self.public = PublicTables(boards, main_board, self.scene)
-        self.shared: SharedRooms | None = None
-        if self.persistence.leases is not None:
-            self.shared = self._share(self.persistence.leases, claim)
+        leases = self.persistence.leases
+        self.shared = UnsharedRooms() if leases is None else self._share(leases, claim)
         self._new_id = new_id
         self._loading = asyncio.Lock()
         self._making: set[str | None] = set()  # keys of requests for rooms that are being opened
@@ -108,7 +107,7 @@ class Rooms:
         kept, rooms = self.persistence, self._open
         leaving = Leaving(leases, kept, rooms, self)
         arriving = Arriving(leases, claim, kept, rooms, self.public, self, self._new_aside, leaving)
-        return SharedRooms(self.settings, kept, rooms, leases, leaving, arriving)
+        return SharedRooms(kept, rooms, self.public, leases, leaving, arriving)
 
     # Finding.
 
@@ -142,13 +141,8 @@ class Rooms:
         self.persistence.recovery.check(room_id)
         if room_id in self.rebuilding:
             raise rebuilding(room_id)
-        if self.shared is not None:
-            self.shared.leaving.check(
-                room_id
-            )  # who still watches is sent on, whatever they ask for
+        self.shared.check(room_id)
         ground, mode = self.public.find(room_id)
-        if self.shared is not None:
-            raise LeaseLostError(f"room {room_id!r} is not at this server", field="room")
         row = self._open.parked_public.pop(room_id, None)
         back = None if row is None else self.persistence.recovery.restore(row, ground)
         return self.add(back or self._new(room_id, ground, mode))
@@ -165,8 +159,7 @@ class Rooms:
         RebuildingError for one that takes long to come back.
         """
         self._open.close_idle()
-        if self.shared is not None:
-            await self.shared.arriving.fetch(room_id)
+        await self.shared.fetch(room_id)
         await self.rebuilding.need(room_id)
         if room_id in self._open.parked:
             async with self._loading:
@@ -204,15 +197,13 @@ class Rooms:
         self._open.parked_public = left.public
         self._open.parked = OrderedDict((each.id, each) for each in left.owned)
         self.rebuilding.fill(sorted(left.moving, key=lambda each: each.id != MAIN))
-        if self.shared is not None:
-            return
-        # Where it is set aside, who asks for it is told.
-        with contextlib.suppress(RebuildingError, DamagedRoomError):
+        # Where it is set aside, or at another server, who asks for it is told.
+        with contextlib.suppress(RebuildingError, DamagedRoomError, LeaseLostError):
             self.find(MAIN)
 
     async def follow(self) -> None:
         """Heed what other servers do to all rooms of a shared ledger, until cancelled."""
-        while self.shared is not None:
+        while not self.shared.alone:
             with contextlib.suppress(LedgerError):  # it is told of where something is to be done
                 await self.halts.follow()
                 await self.shared.look_after()
@@ -227,7 +218,7 @@ class Rooms:
 
         None where this server alone knows. Raises LedgerError.
         """
-        return None if self.shared is None else await self.shared.made_by(creator)
+        return await self.shared.made_by(creator)
 
     async def begun_by(self, key: str) -> LiveRoom | None:
         """The room that the request with this key has opened, if it is open still.
@@ -289,16 +280,14 @@ class Rooms:
         key: str | None,
         retold: Retold | None = None,
     ) -> LiveRoom:
-        if self.shared is not None:
-            await self.shared.make_place()
+        await self.shared.make_place()
         self._open.make_place()
         room = await self._new_aside(self._new_id(), ground, mode)
         if retold is not None:
             await asyncio.to_thread(room.restore, retold.checkpoint)
-        if self.shared is not None:
-            await self.shared.arriving.begin(room.id)
+        await self.shared.begin(room.id)
         taken = () if retold is None else retold.inputs
-        counted = None if self.shared is None else creator
+        counted = None if self.shared.alone else creator
         self._making.add(key)
         try:
             await self.persistence.create(room, counted, taken, key)
@@ -315,8 +304,7 @@ class Rooms:
         error = ClosedRoomError(f"room {live.id!r} was closed by its creator")
         self._forget(live, error)
         self.hub.close(live.id, error)
-        if self.shared is not None:
-            self.shared.leases.let_go(live.id)
+        self.shared.let_go(live.id)
         _log.info("room closed", extra={"room": live.id, "why": "its creator"})
 
     async def _reset(self, live: LiveRoom, board: Board | None, key: str | None) -> None:
@@ -338,8 +326,7 @@ class Rooms:
         self._forget(live, error)
         self.persistence.abandon(live.room, _FAILED)
         self.hub.close(live.id, error)
-        if self.shared is not None:
-            self.shared.leases.let_go(live.id)
+        self.shared.let_go(live.id)
 
     def drop_from_memory(self, live: LiveRoom, error: LeaseLostError) -> None:
         """Have a room no more that is another server's."""

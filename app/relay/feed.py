@@ -74,8 +74,11 @@ async def feed_relays(bus: Carried | None, rooms: Rooms, client_ids: Iterator[in
     """Feed relays over a bus, and carry it, until this is cancelled; nothing without a bus."""
     if bus is None:
         return
+
     # Where several servers hear the wishes, the one that has the room is the one to grant them.
-    holds: Callable[[str], bool] = (lambda _: True) if rooms.shared is None else rooms.is_open
+    def holds(room_id: str) -> bool:
+        return rooms.shared.alone or rooms.is_open(room_id)
+
     feeds = Feeds(bus, rooms, new_client=client_ids.__next__, holds=holds)
     try:
         await bus.run()

@@ -36,7 +36,6 @@ async def listed(
 
 async def _elsewhere(server: Services, others: Others, only: str | None) -> dict[str, RoomSummary]:
     """Rooms that this server does not have; what cannot be asked for just now is missing."""
-    assert server.rooms.shared is not None
     found: dict[str, RoomSummary] = {}
     with contextlib.suppress(LedgerError):
         for each in await server.rooms.shared.directory():

@@ -76,8 +76,9 @@ def problem_response(error: Exception, path: str = "") -> Response:
 
 
 def _answer(request: Request, error: Exception) -> Response:
-    if not isinstance(error, LeaseLostError):  # no failure: the request is handed on
-        request.app.state.services.metrics.errors.labels(answer(error).code).inc()
+    if isinstance(error, LeaseLostError):
+        raise error  # no answer yet: `app.cluster.hand_on` has another server give one
+    request.app.state.services.metrics.errors.labels(answer(error).code).inc()
     return problem_response(error, request.url.path)
 
 

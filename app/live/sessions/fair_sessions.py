@@ -5,10 +5,9 @@ stay in memory and the server; one that nobody uses ends by itself when somebody
 """
 
 import asyncio
-import contextlib
 import time
 from collections import OrderedDict
-from collections.abc import AsyncIterator, Callable
+from collections.abc import Callable
 from contextlib import AbstractAsyncContextManager
 from typing import Any, Final
 
@@ -42,12 +41,6 @@ closes the page in the evening finds it in the morning."""
 _HELD: Final = 10_000  # sessions in memory; the others are in the ledger
 
 
-@contextlib.asynccontextmanager
-async def here(room_id: str) -> AsyncIterator[None]:
-    """Every room is here."""
-    yield
-
-
 class FairSessions:
     """For the event loop's thread. `rest`: seconds without a drop after which a session is over.
 
@@ -65,8 +58,8 @@ class FairSessions:
         rest: float = REST_SECONDS,
         draw: Callable[[int], bytes],
         new_id: Callable[[], str],
+        having: Callable[[str], AbstractAsyncContextManager[None]],
         now: Callable[[], float] = time.time,
-        having: Callable[[str], AbstractAsyncContextManager[None]] = here,
     ) -> None:
         self.signer = signer
         self.kernel_digest = kernel_digest

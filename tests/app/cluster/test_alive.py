@@ -1,54 +1,77 @@
-"""What depends on another server ends once that server is gone, and not before."""
+"""What depends on another server ends once that server is gone; who was late says so of itself."""
 
 import asyncio
-from typing import cast
+from collections.abc import Iterable
 
 import pytest
 
 from app.cluster.alive import Alive
-from app.cluster.beats import Beats
-from app.cluster.membership import LEASE, Look, Member, Seen
+from app.cluster.membership import BEAT, LEASE, Member, Seen
 from app.persistence.lease_book import LeaseBook
 from tests.waiting import turns
 
 A, B = Member("a.1", "a", ""), Member("b.1", "b", "http://b")
 
 
-class Table:
-    """The table of members, as a test has it; `now` is a clock."""
+def beat(alive: Alive, *others: Member, age: float = BEAT) -> None:
+    """A beat of `A` so many seconds of the database's clock after the last one."""
+    found = [Seen(A, age, connected=True), *(Seen(each, 0.0, connected=True) for each in others)]
+    alive.look(A, found)
 
-    def __init__(self) -> None:
-        self.alive = [A, B]
-        self.now = 0.0
-        self.down = False
 
-    async def beat(self, me: Member) -> Look:
-        if self.down:
-            raise TimeoutError
-        return Look(1, tuple(Seen(each, 0.0, connected=True) for each in self.alive))
+def alive_with(others: Iterable[Member]) -> Alive:
+    """`A`, which has seen itself and these others for a lease."""
+    alive = Alive("", LeaseBook("a.1"), "a")
+    for _ in range(3):
+        beat(alive, *others, age=LEASE / 2)
+    return alive
 
 
 async def test_a_block_that_depends_on_a_server_ends_once_it_is_gone() -> None:
-    table = Table()
-    alive = Alive(cast(Beats, table), LeaseBook("a.1"), "a", clock=lambda: table.now)
+    alive = alive_with([B])
 
     async def depend() -> None:
         async with alive.while_there(B):
             await asyncio.Event().wait()
 
-    for table.now in (0.0, LEASE / 2, LEASE):
-        await alive.beat()
     depending = asyncio.create_task(depend())
     await turns()
-    table.alive = [A]
-    table.down = True
-    await alive.beat()
+    alive.failed(TimeoutError())
     await turns()
     assert not depending.done(), "nothing is known of it"
-    table.down = False
-    await alive.beat()
+    for _ in range(3):
+        beat(alive, age=LEASE / 2)
     with pytest.raises(TimeoutError):
         await depending
     async with alive.while_there(A):
-        await alive.beat()
+        beat(alive)
         await turns()
+
+
+def test_a_server_that_was_late_says_so_of_itself_and_takes_nobody_for_gone(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    alive = alive_with([B])
+    beat(alive, age=3 * LEASE)  # B has not had the time to beat either
+    (line,) = caplog.messages
+    assert line.startswith("this server was late: it said 6.0 s ago that it is alive")
+    assert not alive.view.is_gone(B.holder)
+    assert alive.view.up
+    for _ in range(round(LEASE / BEAT)):
+        beat(alive)
+    assert alive.view.is_gone(B.holder), "it had a lease of the database's time to say so"
+    assert len(caplog.messages) == 1
+
+
+def test_the_others_are_doubted_only_when_postgresql_fails_and_once(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    alive = alive_with([B])
+    beat(alive, B, age=LEASE - 0.1)
+    assert caplog.messages == []
+    for _ in range(3):
+        alive.failed(TimeoutError("PostgreSQL has not answered for 2 s"))
+    (line,) = caplog.messages
+    assert line.startswith("servers do not see each other")
+    beat(alive, B, age=3 * LEASE)
+    assert len(caplog.messages) == 1, "the time without PostgreSQL is not this server's"

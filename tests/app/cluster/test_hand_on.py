@@ -2,20 +2,17 @@
 
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import httpx
 import pytest
-from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
-from starlette.routing import Route
+from starlette.routing import Route, Router
 
 from app.cluster.alive import Alive
-from app.cluster.beats import Beats
 from app.cluster.hand_on import HandOn
-from app.cluster.membership import Look, Member, Seen
+from app.cluster.membership import Member, Seen
 from app.cluster.peers import Peers
 from app.errors import LeaseLostError
 from app.persistence.lease_book import LeaseBook
@@ -31,7 +28,7 @@ class Place:
         self.answers = list(answers)
         self.asked: list[tuple[str, str, httpx.Headers]] = []
         methods = ["GET", "POST"]
-        self.app = Starlette(routes=[Route("/{path:path}", self._answer, methods=methods)])
+        self.app = Router([Route("/{path:path}", self._answer, methods=methods)])
 
     async def _answer(self, request: Request) -> Response:
         body = (await request.body()).decode()
@@ -42,16 +39,16 @@ class Place:
         return answer
 
 
-def moved(holder: str = "") -> Response:
-    """What a server says of a room that is at the server of this name, or on its way."""
-    return problem_response(LeaseLostError("it is elsewhere", holder=holder))
+def moved(holder: str = "") -> LeaseLostError:
+    """What comes of a request whose room is at the server of this name, or on its way."""
+    return LeaseLostError("it is elsewhere", holder=holder)
 
 
 @asynccontextmanager
 async def asking(here: Place, there: Place, **headers: str) -> AsyncIterator[httpx.AsyncClient]:
     """A client of `here`, which knows `there`."""
-    alive = Alive(cast(Beats, SimpleNamespace()), LeaseBook("a.1"), "a")
-    alive.view.look(0.0, Look(1, (Seen(THERE, 0.0, connected=True),)))
+    alive = Alive("", LeaseBook("a.1"), "a")
+    alive.look(alive.me, [Seen(THERE, 0.0, connected=True)])
     peers = Peers(httpx.ASGITransport(app=there.app))
 
     async def fetch(room_id: str) -> None:
@@ -59,11 +56,9 @@ async def asking(here: Place, there: Place, **headers: str) -> AsyncIterator[htt
 
     app = HandOn(here.app, alive, peers, fetch)
     transport = httpx.ASGITransport(app=app, client=("192.0.2.7", 1))
-    async with httpx.AsyncClient(
-        transport=transport, base_url="http://here", headers=headers
-    ) as client:
+    client = httpx.AsyncClient(transport=transport, base_url="http://here", headers=headers)
+    async with peers.http, client:
         yield client
-    await peers.close()
 
 
 async def test_what_is_answered_here_is_asked_nobody_else() -> None:
@@ -101,7 +96,10 @@ async def test_what_was_handed_on_is_answered_wherever_the_room_is() -> None:
     [
         ([moved(), moved()], []),  # it was on its way, and is here
         ([moved("gone.1")], []),  # its server is not known, and it is here now
-        ([moved("b.1"), moved("b.1")], [moved("a.1")]),  # it was there only after a while
+        (
+            [moved("b.1"), moved("b.1")],
+            [problem_response(moved("a.1"))],
+        ),  # it was there only after a while
     ],
 )
 async def test_a_room_on_its_way_is_waited_for(here: list[Any], there: list[Any]) -> None:

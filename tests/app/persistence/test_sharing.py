@@ -231,7 +231,8 @@ async def test_all_rooms_are_handed_over_at_the_end(address: str) -> None:
         rooms = [await a.rooms.create(BOARD) for _ in range(3)]
         rooms.append(await a.rooms.seek("main"))
         await a.drop(rooms[0], 3)
-        await a.shared.leaving.hand_all_over()
+        for room in rooms:
+            await a.shared.leaving.hand_over(room.id)
         assert (a.rooms.all(), a.shared.leases.book.rooms) == ([], [])
         assert await b.shared.leases.listing() == []
         for room in rooms:
@@ -412,7 +413,7 @@ def fair(life: Life) -> FairSessions:
         rest=1e6,
         draw=lambda count: b"\x01" * count,
         new_id=iter(f"{number}" for number in range(99)).__next__,
-        having=life.shared.arriving.having,
+        having=life.shared.having,
     )
 
 

@@ -302,9 +302,9 @@ async def drop_into_room(
     Where the answer was `undecided`, or never came, ask again with the same `Idempotency-Key`: the
     ball is dropped once, and the reply is what came of it.
     """
+    found = await server.rooms.seek(room)  # first: a drop counts where its room is
     limit_drops(request, server)
     body = await read(request, RoomDropRequest, empty=RoomDropRequest())
-    found = await server.rooms.seek(room)
     command = drop_command(body, server.rooms.draw)
     session = None if body.session is None else await own_session(body.session, request, server)
     if key is None:

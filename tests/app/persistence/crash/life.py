@@ -82,7 +82,7 @@ class Life:
     @property
     def shared(self) -> SharedRooms:
         """The rooms of the ledger, where several servers share it."""
-        assert self.rooms.shared is not None
+        assert isinstance(self.rooms.shared, SharedRooms)
         return self.rooms.shared
 
     async def row(self, room_id: str) -> RoomRow:
