@@ -16,7 +16,7 @@ from engine import json_text
 
 
 class DropMessage(msgspec.Struct, frozen=True, tag="drop", forbid_unknown_fields=True):
-    """Ask for a ball. `seed`, `x`, `aim` stay as they came: their parsers name what is wrong.
+    """Ask for a ball. Values stay as they came: their parsers name what is wrong.
 
     `key`, that of an earlier hello, says that the same drop, by its `ref`, was asked for then.
     """
@@ -29,6 +29,8 @@ class DropMessage(msgspec.Struct, frozen=True, tag="drop", forbid_unknown_fields
     who: Any = None
     session: str | None = None
     key: str | None = None
+    name: Any = None
+    colour: Any = None
 
 
 class SessionMessage(msgspec.Struct, frozen=True, tag="session", forbid_unknown_fields=True):

@@ -48,6 +48,8 @@ class BallStart(msgspec.Struct, frozen=True):
     x: float
     tick: int
     practice: bool | msgspec.UnsetType = msgspec.UNSET
+    name: str | msgspec.UnsetType = msgspec.UNSET
+    colour: str | msgspec.UnsetType = msgspec.UNSET
 
 
 class SignedReceipt(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -120,7 +122,8 @@ class Accepted(Event, frozen=True, tag="accepted", kw_only=True):
 
     `aim` in m is there where the player chose the middle of what the seed draws, `stake` in minor
     units where something was staked, `receipt` where the drop is one of a session, `practice`
-    (true) where its player chose the seed or x, `visitor` where who dropped it is one.
+    (true) where its player chose the seed or x, `visitor` where who dropped it is one, `name` and
+    `colour` where the drop has such a tag.
     """
 
     ball: int
@@ -134,6 +137,8 @@ class Accepted(Event, frozen=True, tag="accepted", kw_only=True):
     practice: bool | msgspec.UnsetType = msgspec.UNSET
     receipt: SignedReceipt | msgspec.UnsetType = msgspec.UNSET
     visitor: int | msgspec.UnsetType = msgspec.UNSET
+    name: str | msgspec.UnsetType = msgspec.UNSET
+    colour: str | msgspec.UnsetType = msgspec.UNSET
 
 
 class Contact(Event, frozen=True, tag="contact", kw_only=True):
@@ -152,7 +157,8 @@ class Contact(Event, frozen=True, tag="contact", kw_only=True):
 class Landed(Event, frozen=True, tag="landed", kw_only=True):
     """A ball's end; `digest` is that of the same drop replayed alone, if no other ball touches it.
 
-    `payout` in minor units is there where something was staked, `label` where the bin has one.
+    `payout` in minor units is there where something was staked, `label` where the bin has one,
+    `name` and `colour` where the drop has such a tag.
     """
 
     ball: int
@@ -167,6 +173,8 @@ class Landed(Event, frozen=True, tag="landed", kw_only=True):
     payout: int | msgspec.UnsetType = msgspec.UNSET
     practice: bool | msgspec.UnsetType = msgspec.UNSET
     label: str | msgspec.UnsetType = msgspec.UNSET
+    name: str | msgspec.UnsetType = msgspec.UNSET
+    colour: str | msgspec.UnsetType = msgspec.UNSET
 
     @property
     def paid(self) -> int:
@@ -188,6 +196,8 @@ class BriefAccepted(Event, frozen=True, tag="accepted", kw_only=True, omit_defau
     practice: bool | msgspec.UnsetType = msgspec.UNSET
     receipt: SignedReceipt | msgspec.UnsetType = msgspec.UNSET
     visitor: int | msgspec.UnsetType = msgspec.UNSET
+    name: str | msgspec.UnsetType = msgspec.UNSET
+    colour: str | msgspec.UnsetType = msgspec.UNSET
 
 
 class BriefLanded(Event, frozen=True, tag="landed", kw_only=True, omit_defaults=True):

@@ -85,6 +85,8 @@ class SeedStream:
                 practice=event.practice,
                 receipt=event.receipt,
                 visitor=event.visitor,
+                name=event.name,
+                colour=event.colour,
             )
         if isinstance(event, messages.Landed) and event.digest is not None:
             digest = event.digest[:DIGITS]

@@ -1,10 +1,11 @@
-"""What visitors say of themselves to the others at a table, and what of it is taken. Pure.
+"""Names and colours: what visitors say of themselves, what a drop may carry, what is taken. Pure.
 
-None of it is part of a room: no log, no digest, no result and no ledger ever has it.
+No digest covers any of it. What a visitor says is in no log, result or ledger either; the tag of a
+drop is kept with the drop.
 """
 
 import re
-from typing import Any, Final
+from typing import Any, Final, TypedDict
 
 import msgspec
 
@@ -31,6 +32,45 @@ class Visitor(msgspec.Struct, frozen=True, omit_defaults=True):
     visitor: int
     name: str | None = None
     colour: str | None = None
+
+
+class TagForm(TypedDict, total=False):
+    """What is there of a tag."""
+
+    name: str
+    colour: str
+
+
+class Tag(msgspec.Struct, frozen=True, omit_defaults=True):
+    """What a drop carries for those who watch: whose it is, and the colour of its ball."""
+
+    name: str | None = None
+    colour: str | None = None
+
+    @property
+    def fields(self) -> TagForm:
+        """What is there of it."""
+        form: TagForm = {}
+        if self.name is not None:
+            form["name"] = self.name
+        if self.colour is not None:
+            form["colour"] = self.colour
+        return form
+
+    @property
+    def marks(self) -> tuple[str, ...]:
+        """What tells a request with this tag from the same one with another; nothing of none."""
+        return () if self == NO_TAG else (self.name or "", self.colour or "")
+
+
+TAG_FIELDS: Final = Tag.__struct_fields__
+
+NO_TAG: Final = Tag()
+
+
+def parse_tag(name: object, colour: object) -> Tag:
+    """The tag of a drop; raises InvalidValueError for a bad name or colour."""
+    return Tag(parse_name(name), parse_colour(colour))
 
 
 def parse_name(value: object) -> str | None:

@@ -6,6 +6,7 @@ from typing import Any, Final
 import msgspec
 
 from app.protocol import messages
+from app.protocol.visitors import TAG_FIELDS, parse_tag
 from app.rooms.input_format import InputFormat, check_known
 from app.rooms.pending import DropCommand, PendingInput
 from app.rooms.records import DropRow, OpenDrop, ResultRow
@@ -17,7 +18,7 @@ from engine.seeding import parse_seed
 ENTRY: Final = ("ball", "tick", "seed", "result")
 """What each drop of a log has."""
 
-ENTRY_OPTIONAL: Final = ("x", "aim", "stake", "who", "practice")
+ENTRY_OPTIONAL: Final = ("x", "aim", "stake", "who", "practice", *TAG_FIELDS)
 """What it may have besides."""
 
 _RESULT: Final = ("tick", "bin", "score", "t", "x_end", "digest", "unsettled")
@@ -49,6 +50,7 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
             drop.aim,
             drop.practice,
             pending.again,
+            **drop.tag.fields,
         )
 
     def entry(self, row: DropRow, result: ResultRow | None, tick: int) -> dict[str, Any]:
@@ -65,6 +67,7 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
             "stake": row.stake,
             "who": row.who,
             **({"practice": True} if row.practice else {}),
+            **row.tag.fields,
             "result": ended,
         }
 
@@ -101,8 +104,9 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
         """The drop that an entry tells of; raises SeedError, InvalidValueError."""
         stake, who = parse_stake(entry.get("stake")), parse_who(entry.get("who"))
         seed, practice = parse_seed(entry["seed"]), entry.get("practice", False) is True
-        aim = entry.get("aim")
-        return DropCommand(seed, entry.get("x"), stake, who, aim, practice=practice)
+        x, aim = entry.get("x"), entry.get("aim")
+        tag = parse_tag(*map(entry.get, TAG_FIELDS))
+        return DropCommand(seed, x, stake, who, aim, practice=practice, tag=tag)
 
     def result(self, session: int, landed: messages.Landed) -> ResultRow:
         """What the ledger keeps of a landing."""

@@ -12,6 +12,7 @@ import msgspec
 from app.errors import AppError, BallLimitError
 from app.protocol import messages, snapshots
 from app.protocol.segments import Scale, SegmentStream
+from app.protocol.visitors import NO_TAG, Tag
 from app.rooms.drop_format import DropFormat
 from app.rooms.pending import DropCommand, Entered, PendingInput
 from app.rooms.room import QUIET, Room, decode_checkpoint
@@ -40,6 +41,7 @@ class _Checkpoint(msgspec.Struct, frozen=True):
     histogram: list[int]
     stakes: dict[int, int]
     practice: list[int] = []
+    tags: dict[int, Tag] = {}
 
 
 class IndependentRoom(Room):
@@ -68,6 +70,7 @@ class IndependentRoom(Room):
         )
         self._stakes: dict[int, int] = {}  # of the balls in flight, where there is one
         self._practice: set[int] = set()  # balls in flight whose start was chosen
+        self._tags: dict[int, Tag] = {}  # of the balls in flight that have one
         self._segments: SegmentStream | None = None
         self._prepares = False  # on another thread
 
@@ -81,7 +84,12 @@ class IndependentRoom(Room):
         """The balls in flight, by age."""
         return [
             messages.BallStart(
-                ball.id, str(ball.seed), ball.x, ball.tick, self._is_practice(ball.id)
+                ball.id,
+                str(ball.seed),
+                ball.x,
+                ball.tick,
+                self._is_practice(ball.id),
+                **self._tags.get(ball.id, NO_TAG).fields,
             )
             for ball in self.world.balls
         ]
@@ -140,6 +148,8 @@ class IndependentRoom(Room):
             self._stakes[ball] = command.stake
         if command.practice:
             self._practice.add(ball)
+        if command.tag != NO_TAG:
+            self._tags[ball] = command.tag
         self.drops += 1
         self.seq += 1
         if self._segments is not None and self.world.has(ball):
@@ -154,6 +164,7 @@ class IndependentRoom(Room):
             stake=command.stake or msgspec.UNSET,
             practice=command.practice or msgspec.UNSET,
             receipt=pending.receipt or msgspec.UNSET,
+            **command.tag.fields,
         )
         return Entered(pending, [accepted])
 
@@ -239,6 +250,7 @@ class IndependentRoom(Room):
             payout=payout_of(stake, landing.score) if stake else msgspec.UNSET,
             practice=practice,
             label=self.board.bins.label_of(landing.bin) or msgspec.UNSET,
+            **self._tags.pop(landing.ball, NO_TAG).fields,
         )
 
     def give_up(self, why: str) -> list[messages.Landed]:
@@ -256,6 +268,7 @@ class IndependentRoom(Room):
                 digest=None,
                 unsettled=why,
                 payout=self._stakes.get(ball.id, 0) or msgspec.UNSET,
+                **self._tags.get(ball.id, NO_TAG).fields,
             )
             for ball in self.world.balls
         ]
@@ -324,6 +337,7 @@ class IndependentRoom(Room):
                 self.histogram,
                 self._stakes,
                 sorted(self._practice),
+                self._tags,
             )
         )
 
@@ -335,3 +349,4 @@ class IndependentRoom(Room):
         self.histogram = list(saved.histogram)
         self._stakes = dict(saved.stakes)
         self._practice = set(saved.practice)
+        self._tags = dict(saved.tags)

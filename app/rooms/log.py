@@ -2,7 +2,8 @@
 
 `plinko verify` and whoever else reads one replays the inputs at their ticks, compares every result
 that a log of its kind has, and at the end the whole world, to the last bit. What no replay tells,
-as whose a drop was, is in the log's digest; a field that a log does not have is refused.
+as whose a drop was, is in the log's digest, but for the tags that drops carry for those who watch;
+a field that a log does not have is refused.
 """
 
 import hashlib
@@ -11,6 +12,7 @@ from typing import Any, Final
 
 from app.errors import AppError
 from app.protocol.messages import Landed
+from app.protocol.visitors import TAG_FIELDS
 from app.rooms.canonical import canonical
 from app.rooms.input_format import InputFormat, check_known
 from app.rooms.kinds import INDEPENDENT, INTERACTING, SCENE, BallLimits, format_of, make_room
@@ -47,12 +49,18 @@ def head(room: Room) -> dict[str, Any]:
 
 
 def lines(entries: Iterable[Mapping[str, Any]]) -> bytes:
-    """Entries as what a log's digest covers of them."""
-    return b"".join(canonical(each) + b"\n" for each in entries)
+    """Entries as what a log's digest covers of them: all but the tags of drops."""
+    return b"".join(canonical(_covered(each)) + b"\n" for each in entries)
+
+
+def _covered(entry: Mapping[str, Any]) -> Mapping[str, Any]:
+    if entry.keys().isdisjoint(TAG_FIELDS):
+        return entry
+    return {name: value for name, value in entry.items() if name not in TAG_FIELDS}
 
 
 class LogDigest:
-    """SHA-256 over a log's lines as canonical JSON: its head, then each entry as it stands."""
+    """SHA-256 over a log's lines as canonical JSON: its head, then each entry without its tag."""
 
     def __init__(self, head: Mapping[str, Any]) -> None:
         self._hash = hashlib.sha256()

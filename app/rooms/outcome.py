@@ -44,6 +44,7 @@ def outcome_of(
         stake=row.stake or msgspec.UNSET,
         practice=row.practice or msgspec.UNSET,
         receipt=msgspec.UNSET if receipt is None else signed(receipt),
+        **row.tag.fields,
     )
     if result is None:
         return Outcome(accepted, earlier=True)
@@ -60,5 +61,6 @@ def outcome_of(
         payout=result.payout if row.stake else msgspec.UNSET,
         practice=row.practice or msgspec.UNSET,
         label=ground.bins.label_of(result.bin) or msgspec.UNSET,
+        **row.tag.fields,
     )
     return Outcome(accepted, landed, earlier=True)

@@ -6,6 +6,7 @@ from typing import Any, Generic, TypeVar
 
 from app.errors import MissingBallError
 from app.protocol import messages
+from app.protocol.visitors import NO_TAG, Tag
 
 Command = TypeVar("Command")
 
@@ -16,7 +17,8 @@ class DropCommand:
 
     `stake` is in minor units, `who` a mark of the player's own. `aim`: the middle, in metres, of
     what the seed draws, where the player chose it. `start`: where the ball starts, in metres, once
-    a room has found all that valid. `practice`: the player chose seed or x.
+    a room has found all that valid. `practice`: the player chose seed or x. `tag`: whose it is, for
+    those who watch.
     """
 
     seed: int
@@ -26,6 +28,7 @@ class DropCommand:
     aim: float | None = None
     start: float | None = None
     practice: bool = False
+    tag: Tag = NO_TAG
 
 
 def again_of(kind: str, *parts: str) -> str:

@@ -4,6 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
+from app.protocol.visitors import NO_TAG, Tag
+
 
 @dataclass(frozen=True, slots=True)
 class BoardRow:
@@ -75,6 +77,7 @@ class DropRow:
     """An accepted drop: ball number `ball` of its room starts at `tick`; `stake` in minor units.
 
     `x` and `aim` in m, where the player chose one. `key`: by which it may be asked for again.
+    `name` and `colour`: its tag.
     """
 
     room: int
@@ -87,6 +90,13 @@ class DropRow:
     aim: float | None = None
     practice: bool = False
     key: str | None = None
+    name: str | None = None
+    colour: str | None = None
+
+    @property
+    def tag(self) -> Tag:
+        """Whose it is, for those who watch."""
+        return Tag(self.name, self.colour) if self.name or self.colour else NO_TAG
 
     @property
     def number(self) -> int:

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 from app.errors import InvalidValueError
 from app.protocol.client_messages import DropMessage, parse_aim, parse_x
+from app.protocol.visitors import parse_tag
 from app.rooms.pending import DropCommand
 from app.rooms.stakes import parse_stake, parse_who
 from app.web.schemas.rooms import RoomDropRequest
@@ -32,4 +33,5 @@ def drop_command(form: DropMessage | RoomDropRequest, draw: Callable[[], int]) -
         who=who,
         aim=aim,
         practice=seed is not None or x is not None,
+        tag=parse_tag(form.name, form.colour),
     )

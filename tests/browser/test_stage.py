@@ -4,6 +4,7 @@ import json
 import signal
 from collections.abc import Iterator
 
+import httpx
 import pytest
 from playwright.sync_api import ViewportSize, expect
 
@@ -51,6 +52,22 @@ _GROUNDS = """
 """
 
 
+# What is written on canvases that are copied later, as names at balls are.
+_WRITTEN = """
+const { prototype } = OffscreenCanvasRenderingContext2D;
+const { fillText } = prototype;
+window.written = new Set();
+prototype.fillText = function (text, ...place) {
+  window.written.add(text);
+  return fillText.call(this, text, ...place);
+};
+"""
+
+
+def written(screen: Screen) -> set[str]:
+    return set(screen.page.evaluate("[...window.written]"))
+
+
 def there(screen: Screen) -> Screen:
     return screen.state("asleep", "live")
 
@@ -81,6 +98,31 @@ def test_an_audience_sees_who_won_what_and_has_nothing_to_click(
         assert found["fills"] > 0.99, name
         assert found["part"] > 0.3, name
         stage.shot(f"stage-{name}")
+
+
+def test_a_drop_with_a_name_has_it_at_its_ball_on_the_stage_and_at_the_table(
+    opened: Open, server: ServerProcess
+) -> None:
+    quick = quick_table(server, "triangle-8")
+    address = f"/stage.html?room={quick.room}"
+    stage = there(opened(address, before=_WRITTEN))
+    silent = there(opened(f"{address}&names=off", before=_WRITTEN))
+    player = opened(quick.page, before=_WRITTEN).ready()
+    reply = httpx.post(
+        f"{server.url}/api/v1/rooms/{quick.room}/drops",
+        json={"name": NAME, "colour": "#e91e63"},
+        headers={"authorization": f"Bearer {quick.token}"},
+    )
+    assert reply.status_code == 202, reply.text
+    for screen, lists in ((stage, ("winners", "leaders")), (silent, ("winners", "leaders"))):
+        for name in lists:
+            row = screen.page.locator(f"#{name} > li")
+            expect(row).to_contain_text(NAME)
+            expect(row.locator(".swatch")).to_have_css("background-color", "rgb(233, 30, 99)")
+    player.drawer("Game")
+    expect(player.page.locator("#landings > li")).to_contain_text(NAME)
+    assert NAME in written(stage) & written(player)
+    assert NAME not in written(silent)
 
 
 def test_the_address_switches_each_part_and_chooses_the_ground(opened: Open) -> None:

@@ -28,6 +28,8 @@ class Play:
     aim: float | None
     stake: int
     practice: bool
+    name: str | None
+    colour: str | None
     session: str | None
     session_drop: int | None
     time: int | None
@@ -53,6 +55,7 @@ def plays(
         select(
             drop.room.label("place_room"), drop.ball, room.id, board.name, room.board,
             room.physics_version, drop.seed, drop.x, drop.aim, drop.stake, drop.practice,
+            drop.name, drop.colour,
             receipt.session, receipt.number, receipt.receipt, result.digest, result.bin,
             result.score, result.payout, result.t, result.x_end, result.unsettled,
         )
@@ -78,6 +81,6 @@ def plays(
 
 def _play(row: Any) -> Play:
     number, ball, *fields = row
-    receipt = fields[11]
-    fields[11] = None if receipt is None else msgspec.json.decode(receipt)["time"]
+    receipt = fields[13]
+    fields[13] = None if receipt is None else msgspec.json.decode(receipt)["time"]
     return Play((number, ball), *fields)

@@ -317,6 +317,8 @@ def _drop(row: Row[Any]) -> DropRow:
         row.aim,
         row.practice,
         row.key,
+        row.name,
+        row.colour,
     )
 
 

@@ -103,6 +103,9 @@ drops = Table(
     Column("practice", Boolean, nullable=False),  # chosen seed or x
     # By which it may be asked for again; a client may use one again, and the last counts.
     Column("key", String(64)),
+    # For those who watch; no digest covers them.
+    Column("name", Text),
+    Column("colour", String(7)),
     CheckConstraint("stake >= 0", name="drops_stake"),
     Index("drops_key", "room", "key", sqlite_where=text("key IS NOT NULL"),
           postgresql_where=text("key IS NOT NULL")),

@@ -11,6 +11,7 @@ import msgspec
 
 from app.errors import BallLimitError, InvalidValueError, MissingBallError, shorten
 from app.protocol import touching_messages as wire
+from app.protocol.visitors import NO_TAG
 from app.rooms.pending import DropCommand
 from app.rooms.touching import inputs, values
 from app.rooms.touching.crowd import Spot, check_room
@@ -62,6 +63,12 @@ class InputCheck:
             raise InvalidValueError(
                 f"stake {command.stake}: nothing is staked where others may knock the ball",
                 field="stake",
+            )
+        if command.tag != NO_TAG:
+            raise InvalidValueError(
+                f"room {self.room_id!r} has balls that touch each other, and none of them has a "
+                "name or a colour: leave both out",
+                field="name" if command.tag.name else "colour",
             )
         start = start_of(self.ground, command.seed, command.x, command.aim)
         self._check_place(Spot(start, self.ground.drop.y, self.ground.ball.radius))

@@ -9,6 +9,8 @@ from typing import Annotated, Any, Literal
 import msgspec
 from msgspec import Meta
 
+from app.protocol.visitors import MAX_NAME
+
 _BOARD_FORM = {"$ref": "#/components/schemas/BoardForm"}
 _NAMED_BOARD = "A preset's name, the digest of a registered board, or a whole board."
 
@@ -47,6 +49,28 @@ AimIn = Annotated[
         description="Middle of the starts that seeds draw, in metres; without it the board's own.",
         examples=[0.01],
         extra_json_schema={"anyOf": [{"type": "number"}, {"type": "null"}]},
+    ),
+]
+NameIn = Annotated[
+    Any,
+    Meta(
+        description="Whose ball it is, for those who watch; with the room's token where it has an "
+        "owner.",
+        examples=["Ada"],
+        extra_json_schema={
+            "anyOf": [{"type": "string", "minLength": 1, "maxLength": MAX_NAME}, {"type": "null"}]
+        },
+    ),
+]
+ColourIn = Annotated[
+    Any,
+    Meta(
+        description="The ball's colour, for those who watch; with the room's token where it has "
+        "an owner.",
+        examples=["#e91e63"],
+        extra_json_schema={
+            "anyOf": [{"type": "string", "pattern": "^#[0-9a-f]{6}$"}, {"type": "null"}]
+        },
     ),
 ]
 StartIn = Annotated[

@@ -21,6 +21,8 @@ class PlayView(msgspec.Struct, frozen=True):
     aim: Annotated[float | None, Meta(description="Middle of what the seed drew, if chosen.")]
     stake: int
     practice: bool
+    name: Annotated[str | None, Meta(description="Whose ball it was, as those who watched saw.")]
+    colour: Annotated[str | None, Meta(description="Of the ball, #rrggbb.")]
     session: Annotated[str | None, Meta(description="The fair session that it was in.")]
     session_drop: Annotated[int | None, Meta(description="Its number there.")]
     time: Annotated[int | None, Meta(description="Of its receipt: Unix time, in ms.")]

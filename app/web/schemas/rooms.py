@@ -13,7 +13,9 @@ from app.web.schemas.fields import (
     AimIn,
     BoardIn,
     BoardRef,
+    ColourIn,
     Digest,
+    NameIn,
     OptionalBoard,
     PhysicsVersion,
     Seed,
@@ -158,6 +160,12 @@ class LoggedDrop(msgspec.Struct, frozen=True):
         float | msgspec.UnsetType,
         Meta(description="Middle of what the seed draws, m; only where it was chosen."),
     ] = msgspec.UNSET
+    name: Annotated[
+        str | msgspec.UnsetType, Meta(description="Whose ball it was; no digest covers it.")
+    ] = msgspec.UNSET
+    colour: Annotated[
+        str | msgspec.UnsetType, Meta(description="Of the ball, #rrggbb; no digest covers it.")
+    ] = msgspec.UNSET
 
 
 class LoggedInput(msgspec.Struct, frozen=True):
@@ -241,6 +249,8 @@ class RoomDropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         str | None,
         Meta(description="The session whose next drop this is; show its token. No seed, no x."),
     ] = None
+    name: NameIn = None
+    colour: ColourIn = None
 
 
 class RoomDrop(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -260,3 +270,5 @@ class RoomDrop(msgspec.Struct, frozen=True, omit_defaults=True):
     receipt: Annotated[
         SignedReceipt | None, Meta(description="Of a drop of a session: its place in the log.")
     ] = None
+    name: str | None = None
+    colour: str | None = None

@@ -6,6 +6,7 @@ import { beamHeight, facesOf, paintPulse, pulseOf } from "../paint/bin.js";
 import { binBox } from "../paint/board.js";
 import { Damage } from "../paint/damage.js";
 import { paintNote, paintPath, paintRing } from "../paint/marks.js";
+import { NameBook } from "../paint/names.js";
 import { coloursOf, prizeOf } from "../paint/prizes.js";
 import { t } from "../texts/text.js";
 import { StampBook } from "../paint/stamps.js";
@@ -42,6 +43,7 @@ export class ScenePainter {
     this.radius = board.ball.radius * geometry.scale;
     const { palette } = theme;
     this.stamps = new StampBook(this.radius, density, theme);
+    this.names = new NameBook(Math.max(12, Math.min(26, 0.2 * geometry.scale)), density);
     const largest = board.pegs.reduce((most, peg) => Math.max(most, peg.radius), 0.01);
     this.faces = facesOf(still, Math.floor(geometry.binTop * density));
     this.flashes = makeFlashes(largest * geometry.scale, density, palette.flash);
@@ -59,6 +61,7 @@ export class ScenePainter {
     this.#drawTrails(ctx, scene.balls);
     for (const ball of scene.balls) if (!ball.mine) this.#drawBall(ctx, ball);
     for (const ball of scene.balls) if (ball.mine) this.#drawBall(ctx, ball);
+    for (const ball of scene.balls) if (ball.name) this.#drawName(ctx, ball.name, ball);
     for (const ball of scene.balls) if (ball.id === scene.chosen) this.#drawChosen(ctx, ball);
     if (scene.aim !== null) this.#drawAim(ctx, scene.aim);
     for (const hit of scene.hits) this.#drawHit(ctx, hit);
@@ -142,6 +145,16 @@ export class ScenePainter {
     paintBall(ctx, body, atX, atY, angle);
     if (sinking) ctx.restore();
     this.#touch(atX, atY, Math.max(1.6 * radius, halo.half) + 3);
+  }
+
+  /** Above its ball, within the picture. @param {CanvasRenderingContext2D} ctx @param {string} name @param {Point} ball */
+  #drawName(ctx, name, { x, y }) {
+    const { px, py, width: whole, binTop } = this.geometry;
+    const { sheet, width, height } = this.names.of(name);
+    const left = Math.max(0, Math.min(whole - width, px(x) - width / 2));
+    const top = Math.max(0, Math.min(py(y), binTop) - this.radius - height);
+    ctx.drawImage(sheet, left, top, width, height);
+    this.#damage.add(left - 1, top - 1, width + 2, height + 2);
   }
 
   /**

@@ -5,7 +5,8 @@
 
 /**
  * @typedef {{x_min: number, x_max: number, y_min: number, y_max: number}} Extent metres
- * @typedef {{ball: number, seed: string, x: number, tick: number}} BallStart
+ * @typedef {{name?: string, colour?: string}} Tag what a drop carries for those who watch; colour: #rrggbb
+ * @typedef {{ball: number, seed: string, x: number, tick: number} & Tag} BallStart
  *
  * @typedef {object} Hello the full state of a room
  * @property {"hello"} type
@@ -54,7 +55,7 @@
  * @typedef {{type: "accepted", ref?: string | null, explicit_x?: boolean, x?: number, aim?: number,
  *   practice?: boolean, receipt?: SignedReceipt, visitor?: number} & Omit<BallStart, "x">} BriefAccepted in
  *   the stream `seeds`: x only where the seed does not say it
- * @typedef {{visitor: number, name?: string, colour?: string}} Visitor colour: #rrggbb
+ * @typedef {{visitor: number} & Tag} Visitor
  * @typedef {{type: "presence", here: number, visitors: Visitor[], you?: number}} Presence who is at the table
  * @typedef {{type: "clock", tick: number, seq: number}} ClockMessage the room's time
  *

@@ -22,6 +22,7 @@
  * @property {Float64Array} trail x y x y …, newest first
  * @property {number} trailCount
  * @property {number} [id]
+ * @property {string} [name] shown at the ball
  *
  * @typedef {{at: Point, path: Point[], hair: number, score: number}} Parting hair: how far aside, m; score: what
  *   the other's bin pays

@@ -13,7 +13,7 @@ import { t } from "../texts/text.js";
 /** @import { Store } from "./store.js" */
 
 /**
- * @typedef {{id: number, seed: string, x: number, explicit: boolean, aim?: number}} Accepting
+ * @typedef {{id: number, seed: string, x: number, explicit: boolean, aim?: number, by?: string}} Accepting
  *   what a drop needs to know of its ball
  * @typedef {{ref: string, stake: number, practice: boolean, ball: Accepting | null, fair?: FairPlace,
  *   shown?: Played}} OwnDrop ball: null until accepted; fair: of a staked one, from then on
@@ -210,12 +210,13 @@ export class OwnDrops {
   }
 
   /** @param {OwnDrop} drop @param {Accepting} ball @param {End} end @returns {Played} */
-  #played({ ref, stake, practice, fair }, { seed, x, explicit, aim }, { bin, score, digest }) {
+  #played({ ref, stake, practice, fair }, { seed, x, explicit, aim, by }, { bin, score, digest }) {
     const { mode, board_name: name, board_digest: boardDigest } = this.#hello;
     const paid = payoutOf(Math.round(stake * MINOR_UNITS), score) / MINOR_UNITS;
     return {
       board: this.address, boardDigest, name, seed, x: explicit ? x : null, aim: aim ?? null, ref,
       knocked: mode === "interacting", stake, paid, practice, bin, score, digest, ...(fair && { fair }),
+      ...(by && { by }),
     };
   }
 

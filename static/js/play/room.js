@@ -253,6 +253,7 @@ export class Room {
     for (const session of this.own.adopt(this.wallet.openIn(this.id))) this.news.tell("behind", session);
     this.fair.greeted(hello);
     this.company.begin();
+    for (const ball of table.balls.values()) this.company.dye(ball);
     this.appear();
     this.news.tell("table", { hello, table });
     this.#resume(hello, pending);

@@ -23,7 +23,7 @@ export class Leaders {
 
   /** @param {Landing} landing @param {Pick<Board, "bins">} board on which it was */
   note(landing, board) {
-    const name = landing.visitor?.name;
+    const name = landing.owner?.name;
     if (!name || landing.bin === null) return;
     const old = this.#known.get(name);
     const won = labelOf(board, landing.bin) !== null;

@@ -146,9 +146,9 @@ export class Show {
   }
 
   /** @param {Landing} landing @param {HTMLElement} told of it */
-  #row({ visitor }, told) {
-    const colour = visitor ? swatchOf(visitor) : this.theme.palette.other;
-    return make("li", {}, swatch(colour), make("bdi", {}, called(visitor)), told);
+  #row({ owner }, told) {
+    const colour = owner ? swatchOf(owner) : this.theme.palette.other;
+    return make("li", {}, swatch(colour), make("bdi", {}, called(owner)), told);
   }
 
   /** @param {number} now ms */
@@ -159,6 +159,7 @@ export class Show {
     this.room.settle(still ? Number.POSITIVE_INFINITY : time, now);
     const scene = table?.sceneAt(time, now / 1000) ?? emptyScene();
     if (table) this.sound.hear(table.heard, time);
+    for (const { pose, by } of table?.balls.values() ?? []) pose.name = this.wishes.names ? by : undefined;
     if (still) Object.assign(scene, { balls: [], flashes: [] });
     this.view.draw(scene);
     return table?.busy ?? false;

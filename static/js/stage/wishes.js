@@ -9,6 +9,7 @@ import { MAIN_ROOM } from "../model/presets.js";
  * @property {string} room
  * @property {string | null} ground what lies around the board: null for the page's own, "transparent", or #rrggbb
  * @property {boolean} plate whether the board has its own ground
+ * @property {boolean} names whether names are shown at the balls
  * @property {boolean} winners whether the last landings are listed
  * @property {Rank | null} leaders null for no leaderboard
  * @property {boolean} sound
@@ -25,6 +26,7 @@ export function readWishes(asked) {
     room: asked.get("room") || MAIN_ROOM,
     ground: groundOf(asked.get("ground")),
     plate: asked.get("plate") !== "off",
+    names: asked.get("names") !== "off",
     winners: asked.get("winners") !== "off",
     leaders: leaders === "off" ? null : RANKS.find((rank) => rank === leaders) ?? "best",
     sound: asked.get("sound") === "on",

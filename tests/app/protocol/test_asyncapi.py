@@ -18,7 +18,7 @@ EVENTS = json.loads((REPOSITORY / "tests/golden/events.json").read_text())["even
 
 SAID: list[dict[str, Any]] = [
     {"type": "drop"},
-    {"type": "drop", "seed": "42", "x": 0.1, "ref": [1], "stake": 100, "who": "ann"},
+    {"type": "drop", "seed": "42", "x": 0.1, "ref": [1], "stake": 100, "who": "ann", "name": "Ada"},
     {"type": "ping", "t": 1.5},
     {"type": "resume", "run": "a", "since": 3, "key": "b"},
     {"type": "add", "x": 0.0, "y": 1.0, "ref": 1},

@@ -7,6 +7,7 @@ import msgspec
 
 from app.protocol import messages
 from app.protocol.touching_messages import Change
+from app.protocol.visitors import Tag
 from app.rooms import log as roomlog
 from app.rooms.independent import IndependentRoom
 from app.rooms.pending import DropCommand
@@ -41,7 +42,7 @@ def of_drops() -> Log:
     for command in (
         DropCommand(2**63, stake=100, who="ann"),
         DropCommand(7, x=0.25, who="ben", practice=True),
-        DropCommand(8),
+        DropCommand(8, tag=Tag("Ada", "#57c7ff")),
         DropCommand(9, aim=0.125, stake=7, who="ann"),
     ):
         pending = room.plan_drop(command)

@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+from app.protocol.visitors import TAG_FIELDS
 from app.rooms.drop_format import ENTRY, ENTRY_OPTIONAL, RESULT, DropFormat
 
 FILE = Path(__file__).parents[3] / "static/js/solver/log/fields.js"
@@ -21,6 +22,7 @@ def text() -> str:
         "ENTRY": ENTRY,
         "ENTRY_OPTIONAL": ENTRY_OPTIONAL,
         "RESULT": RESULT,
+        "UNCOVERED": TAG_FIELDS,
     }
     lines = [f"export const {name} = {json.dumps(names)};\n" for name, names in lists.items()]
     return _HEAD + "".join(lines)

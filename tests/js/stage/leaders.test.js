@@ -7,10 +7,10 @@ import { Leaders, MOST_NAMES } from "../../../static/js/stage/leaders.js";
 
 const BOARD = { bins: { y: 1, edges: [0, 1, 2], multipliers: [5, 1], labels: [{ text: "Mug" }, null] } };
 const landing = (name, bin, score = bin === null ? 1 : BOARD.bins.multipliers[bin]) => (
-  { mine: false, visitor: { visitor: 1, ...(name && { name }) }, ball: {}, score, bin });
+  { mine: false, owner: { visitor: 1, ...(name && { name }) }, ball: {}, score, bin });
 
 function names(leaders, rank, most = 5) {
-  return leaders.top(rank, most).map(({ best }) => best.visitor.name);
+  return leaders.top(rank, most).map(({ best }) => best.owner.name);
 }
 
 test("they are ranked by their best drop, their balls or their prizes", () => {
@@ -26,15 +26,15 @@ test("they are ranked by their best drop, their balls or their prizes", () => {
 
 test("a name is one player, whatever number the line gave them", () => {
   const leaders = new Leaders();
-  leaders.note({ ...landing("Ada", 1), visitor: { visitor: 1, name: "Ada" } }, BOARD);
-  leaders.note({ ...landing("Ada", 1), visitor: { visitor: 7, name: "Ada" } }, BOARD);
+  leaders.note({ ...landing("Ada", 1), owner: { visitor: 1, name: "Ada" } }, BOARD);
+  leaders.note({ ...landing("Ada", 1), owner: { visitor: 7, name: "Ada" } }, BOARD);
   assert.deepEqual(leaders.top("balls", 5).map(({ balls }) => balls), [2]);
 });
 
 test("guests, balls of nobody and balls that rest on the board are not ranked", () => {
   const leaders = new Leaders();
   leaders.note(landing(null, 0), BOARD);
-  leaders.note({ ...landing("Ada", 0), visitor: null }, BOARD);
+  leaders.note({ ...landing("Ada", 0), owner: null }, BOARD);
   leaders.note(landing("Ada", null), BOARD);
   assert.deepEqual(leaders.top("balls", 5), []);
 });
@@ -44,5 +44,5 @@ test("of a hundred thousand names the last are known", () => {
   for (let i = 0; i < 100_000; i += 1) leaders.note(landing(`n${i}`, 1), BOARD);
   const known = leaders.top("balls", 100_000);
   assert.equal(known.length, MOST_NAMES);
-  assert.ok(known.some(({ best }) => best.visitor.name === "n99999"));
+  assert.ok(known.some(({ best }) => best.owner.name === "n99999"));
 });

@@ -42,6 +42,15 @@ class Changes:
         self._claimed = True
         return messages.Claimed(ref=message.ref)
 
+    def check_owner(self, what: str) -> None:
+        """Raise TokenError in an owned room that was not claimed; `what` its owner alone does."""
+        if self._live.owned and not self._claimed:
+            raise TokenError(
+                f"room {self._live.id!r} has an owner, by whom alone {what}: send `claim` with "
+                "its token",
+                field="type",
+            )
+
     def watch(self, message: WatchMessage) -> None:
         """Subscribe to diagnostics, or end that."""
         self._live.audience.watch_diagnostics(self._client.id, message.diagnostics)
@@ -54,11 +63,7 @@ class Changes:
         """
         live = self._live
         live.room.check_changeable()
-        if live.owned and not self._claimed:
-            raise TokenError(
-                f"room {live.id!r} is changed by its creator: send `claim` with its token",
-                field="type",
-            )
+        self.check_owner("it is changed")
         spend(self._bucket, time.monotonic(), "changes")
         if isinstance(message, ReleaseMessage):
             self._holding.discard(message.ball)  # even one that has gone is not held any more

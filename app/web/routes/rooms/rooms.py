@@ -15,6 +15,7 @@ from app.errors import BusyError, InvalidValueError, TokenError, UnknownRoomErro
 from app.live.broadcast.audience import Player
 from app.live.live_room import LiveRoom
 from app.persistence.room_log import LogPart
+from app.protocol.visitors import NO_TAG
 from app.rooms.kinds import SCENE
 from app.rooms.outcome import Outcome
 from app.rooms.pending import again_of
@@ -297,7 +298,8 @@ async def drop_into_room(
     """Put a ball in; everyone who watches sees it fall.
 
     A stake needs an open `session`, whose token is shown: nobody can choose such a drop's start.
-    With a `seed` or `x` a drop is practice.
+    With a `seed` or `x` a drop is practice. A `name` and a `colour` are shown at the ball to all
+    who watch; in a room that has an owner they need the room's token.
     With `wait=1` the reply comes with the landing, or as 202 without it should that take too long.
     Where the answer was `undecided`, or never came, ask again with the same `Idempotency-Key`: the
     ball is dropped once, and the reply is what came of it.
@@ -306,11 +308,13 @@ async def drop_into_room(
     limit_drops(request, server)
     body = await read(request, RoomDropRequest, empty=RoomDropRequest())
     command = drop_command(body, server.rooms.draw)
+    if found.owned and command.tag != NO_TAG:
+        server.tokens.check(found.id, request.headers.get("authorization"))
     session = None if body.session is None else await own_session(body.session, request, server)
     if key is None:
         outcome = Outcome(await found.drop(command, session=session))
     else:
-        player = Player(again=again_of("rest", key))
+        player = Player(again=again_of("rest", key, *command.tag.marks))
         outcome = await found.drop_once(command, player, session)
     accepted, landed = outcome.accepted, outcome.landed if wait else None
     if wait and landed is None:
@@ -324,6 +328,8 @@ async def drop_into_room(
         landed,
         practice=accepted.practice is True,
         receipt=accepted.receipt or None,
+        name=accepted.name or None,
+        colour=accepted.colour or None,
     )
     return reply(drop, 202 if landed is None else 200)
 

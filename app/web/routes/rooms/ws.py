@@ -36,7 +36,7 @@ from app.live.broadcast.transport import connection_of, sever
 from app.live.live_room import LiveRoom
 from app.protocol import asyncapi, client_messages, messages
 from app.protocol.touching_messages import ClaimMessage, WatchMessage
-from app.protocol.visitors import AppearMessage, parse_colour, parse_name
+from app.protocol.visitors import NO_TAG, AppearMessage, Tag, parse_colour, parse_name
 from app.protocol.wire import WireMessage
 from app.rooms.pending import again_of
 from app.web.drops import drop_command
@@ -114,9 +114,9 @@ def _event(error: BaseException, ref: object = None) -> messages.Error:
     return messages.Error(code=answer(error).code, detail=told(error), ref=ref)
 
 
-def _again(key: str, ref: object) -> str:
+def _again(key: str, ref: object, tag: Tag) -> str:
     """By what a drop of a connection with this key may be asked for again."""
-    return again_of("socket", key, msgspec.json.encode(ref, order="sorted").decode())
+    return again_of("socket", key, msgspec.json.encode(ref, order="sorted").decode(), *tag.marks)
 
 
 class RoomClient:
@@ -251,9 +251,11 @@ class RoomClient:
     async def _drop(self, message: client_messages.DropMessage) -> None:
         """Drop a ball, unless it was asked for before, over another connection."""
         command = drop_command(message, self.server.rooms.draw)
+        if command.tag != NO_TAG:
+            self._changes.check_owner("a name or a colour is given")
         session = None if message.session is None else self._sessions.of(message.session)
         known = message.key or self.client.key
-        again = None if message.ref is None else _again(known, message.ref)
+        again = None if message.ref is None else _again(known, message.ref, command.tag)
         player = Player(client=self.client.id, key=self.client.key, ref=message.ref, again=again)
         if message.key is None:
             await self._decided(self.live.drop(command, player, session), message.ref)

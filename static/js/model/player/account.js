@@ -46,6 +46,7 @@ import { Mean } from "../statistics.js";
  * @property {string} [boardDigest]
  * @property {FairPlace} [fair] of a staked drop
  * @property {boolean} [practice] it counts for nothing
+ * @property {string} [by] what its player was called
  * @property {string} [ref] under which this page asked for it
  *
  * @typedef {object} Account

@@ -2,15 +2,17 @@
 
 import { colourOf } from "../player/colour.js";
 
-/** @import { Landed, Presence, Visitor } from "../messages.js" */
+/** @import { Landed, Presence, Tag, Visitor } from "../messages.js" */
 /** @import { Ball } from "./table.js" */
 
 const MOST_KNOWN = 200; // visitors whose names are remembered after they are named no more
 const MOST_LANDINGS = 8;
 
 /**
- * @typedef {{mine: boolean, visitor: Visitor | null, ball: Pick<Ball, "seed" | "x" | "explicit" | "aim">,
- *   score: number, bin: number | null}} Landing visitor: as they were then; null where nobody knows
+ * @typedef {{visitor?: number} & Tag} Owner of a ball: a visitor, under the name and in the colour of the drop's
+ *   tag where it has one
+ * @typedef {{mine: boolean, owner: Owner | null, ball: Pick<Ball, "seed" | "x" | "explicit" | "aim">,
+ *   score: number, bin: number | null}} Landing owner: as they were then; null where nobody knows
  */
 
 /** The visitors of one table as this page was told of them. */
@@ -56,15 +58,16 @@ export class Company {
     this.onChange();
   }
 
-  /** @param {Pick<Ball, "visitor">} ball @returns {Visitor | null} whose it is */
-  ownerOf({ visitor }) {
-    if (visitor === undefined) return null;
-    return this.#known.get(visitor) ?? { visitor };
+  /** @param {Pick<Ball, "visitor" | "tag">} ball @returns {Owner | null} whose it is */
+  ownerOf({ visitor, tag }) {
+    if (visitor === undefined) return tag ?? null;
+    return { ...(this.#known.get(visitor) ?? { visitor }), ...tag };
   }
 
-  /** Gives a ball its player's colour; ours has its own unless we chose one. @param {Ball} ball */
+  /** Gives a ball its player's name and colour; ours has its own unless we chose one. @param {Ball} ball */
   dye(ball) {
     const owner = this.ownerOf(ball);
+    ball.by = owner?.name;
     if (ball.mine) ball.pose.colour = owner?.colour;
     else if (owner) ball.pose.colour = swatchOf(owner);
   }
@@ -72,14 +75,14 @@ export class Company {
   /** @param {Ball} ball @param {Pick<Landed, "bin" | "score">} outcome @returns {Landing} */
   landed(ball, { bin, score }) {
     const { mine, seed, x, explicit, aim } = ball;
-    const landing = { mine, visitor: this.ownerOf(ball), ball: { seed, x, explicit, aim }, score, bin };
+    const landing = { mine, owner: this.ownerOf(ball), ball: { seed, x, explicit, aim }, score, bin };
     this.landings = [landing, ...this.landings].slice(0, MOST_LANDINGS);
     this.onChange();
     return landing;
   }
 }
 
-/** @param {Visitor} visitor @returns {string} #rrggbb, the same on every screen */
-export function swatchOf({ visitor, colour }) {
-  return colour ?? colourOf(String(visitor));
+/** @param {Owner} owner @returns {string} #rrggbb, the same on every screen */
+export function swatchOf({ visitor, name, colour }) {
+  return colour ?? colourOf(String(visitor ?? name));
 }

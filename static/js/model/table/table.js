@@ -10,7 +10,7 @@ import { shownEnd, timeInFall, timeSeen } from "./pace.js";
 import { SegmentFeed } from "./segment-feed.js";
 import { SolvedFeed } from "./solved-feed.js";
 
-/** @import { Accepted, BallStart, BriefAccepted, BriefLanded, Contact, Hello, Landed, SegmentMessage, Snapshot } from "../messages.js" */
+/** @import { Accepted, BallStart, BriefAccepted, BriefLanded, Contact, Hello, Landed, SegmentMessage, Snapshot, Tag } from "../messages.js" */
 /** @import { BinHit, Scene, SceneBall } from "../scene.js" */
 /** @import { QueuedImpact } from "./impact-queue.js" */
 /** @import { Solved } from "./solved-feed.js" */
@@ -37,6 +37,8 @@ const MOST_KEYFRAMES = 600; // of one ball, should nobody draw for a while
  * @property {boolean} mine
  * @property {number} [stake] credits, of a staked one of ours
  * @property {number} [visitor] whose it is, where that is known
+ * @property {Tag} [tag] that its drop carries
+ * @property {string} [by] what its player is called
  * @property {Path} path
  * @property {SegmentFeed | null} feed makes the path, where segments of it come
  * @property {SolvedFeed | null} solved makes the path, where this page computed it
@@ -110,7 +112,7 @@ export class Table {
     const ball = this.#add(event, { mine, explicit, fresh: true, from });
     ball.aim = event.aim;
     ball.visitor = event.visitor;
-    if (!mine && event.receipt) ball.pose.colour = colourOf(event.receipt.receipt.session);
+    if (!mine && event.receipt && !event.colour) ball.pose.colour = colourOf(event.receipt.receipt.session);
     return ball;
   }
 
@@ -271,12 +273,13 @@ export class Table {
    * @param {{mine: boolean, explicit: boolean, fresh: boolean, from: number}} given from: table time
    *   from which on it is seen, s
    */
-  #add({ ball: id, seed, x: given, aim, tick }, { mine, explicit, fresh, from }) {
+  #add({ ball: id, seed, x: given, aim, tick, ...rest }, { mine, explicit, fresh, from }) {
     const start = tick / this.rate;
     const path = new Path(this.law, MOST_KEYFRAMES);
     const { board, rate } = this;
     const solved = this.solve?.(given === undefined ? { seed, aim } : { seed, x: given });
     const x = solved?.xStart ?? given ?? 0;
+    const tag = tagOf(rest);
     /** @type {Ball} */
     const ball = {
       id, seed, x, aim, explicit, start, mine, path, landed: null, outcome: null, settled: false,
@@ -285,9 +288,10 @@ export class Table {
       feed: this.obstacles && new SegmentFeed(path, board, this.obstacles, rate),
       solved: solved ? new SolvedFeed(path, solved, board, { start, from, rate }) : null,
       trace: mine && this.tracing ? new Trace() : null,
+      ...(tag && { tag }),
       pose: {
         x, y: board.drop.y, angle: 0, mine, trail: new Float64Array(2 * OWN_TRAIL_POINTS),
-        trailCount: 0, id,
+        trailCount: 0, id, ...tag,
       },
       passed: (a, b, law) => {
         ball.trace?.follow(a, b, law);
@@ -381,6 +385,11 @@ export class Table {
 function foreseen({ id, pace, solved }) {
   if (pace === 1 || !solved) return null;
   return solved.landing({ type: "landed", ball: id, digest: solved.solved.digest });
+}
+
+/** @param {Tag} start @returns {Tag | undefined} what a drop carries, if anything */
+function tagOf({ name, colour }) {
+  return name || colour ? { ...(name && { name }), ...(colour && { colour }) } : undefined;
 }
 
 /** What a snapshot tells of a ball, on its way into a path. */

@@ -12,7 +12,7 @@ import { nameOf } from "../account/self.js";
 
 /** @import { Board } from "../../model/board.js" */
 /** @import { Visitor } from "../../model/messages.js" */
-/** @import { Landing } from "../../model/table/company.js" */
+/** @import { Landing, Owner } from "../../model/table/company.js" */
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
 
@@ -63,10 +63,10 @@ export class CompanyPanel {
   }
 
   /** @param {Landing} landing */
-  #landing({ mine, visitor, ball, score, bin }) {
-    const own = visitor?.colour ?? this.theme.palette.ball;
-    const other = visitor ? swatchOf(visitor) : this.theme.palette.other;
-    const who = make("bdi", {}, mine ? t("company.you") : called(visitor));
+  #landing({ mine, owner, ball, score, bin }) {
+    const own = owner?.colour ?? this.theme.palette.ball;
+    const other = owner ? swatchOf(owner) : this.theme.palette.other;
+    const who = make("bdi", {}, mine ? t("company.you") : called(owner));
     const row = make("li", {}, swatch(mine ? own : other), who, paidMark(this.theme, this.#board, bin, score));
     const { hello, own: drops } = this.game.room;
     // What others did to a ball is in no seed: there is nothing to replay alone.
@@ -125,10 +125,10 @@ export function swatch(colour) {
   return dot;
 }
 
-/** @param {Visitor | null} visitor @returns {string} */
-export function called(visitor) {
-  if (!visitor) return t("company.someone");
-  return visitor.name ?? t("company.guest", { n: visitor.visitor });
+/** @param {Owner | null} owner @returns {string} */
+export function called(owner) {
+  if (owner?.name) return owner.name;
+  return owner?.visitor === undefined ? t("company.someone") : t("company.guest", { n: owner.visitor });
 }
 
 /**

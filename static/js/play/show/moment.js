@@ -99,7 +99,8 @@ export class Moment {
 
   /** @param {Played} played @param {boolean} still */
   #showCard(played, still) {
-    const { score, stake, paid, practice } = played;
+    const { score, stake, paid, practice, by = "" } = played;
+    byId("card-name").textContent = by;
     byId("card-words").textContent = practice
       ? t("play.win-practice")
       : t("play.win-paid", { paid: amount(paid), stake: plain(stake) });

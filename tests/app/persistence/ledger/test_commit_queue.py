@@ -162,7 +162,8 @@ def test_an_input_that_the_database_will_never_take_takes_the_later_ones_of_its_
     main = table.persistence.runs.of(table.rooms.find("main").room).number
     with table.database.transaction() as connection:
         connection.exec_driver_sql(
-            f"INSERT INTO drops VALUES ({main}, 4, 0, '99', NULL, 0, NULL, NULL, 0, NULL)"
+            "INSERT INTO drops (room, ball, tick, seed, stake, practice) "
+            f"VALUES ({main}, 4, 0, '99', 0, 0)"
         )
     asked = {seed: table.asks("main", seed) for seed in range(3, 6)}
     others = [table.asks("triangle-8", seed) for seed in range(13, 16)]

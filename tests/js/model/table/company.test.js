@@ -39,9 +39,9 @@ test("a landing keeps the name that its player had then, and the last few are ke
   company.landed(ball(1), { bin: 3, score: 2 });
   company.hear(presence([{ ...ada, name: "Countess" }], 3));
   assert.deepEqual([company.you, company.here, changes], [1, 3, 3]);
-  assert.equal(company.landings[0].visitor.name, "Ada");
+  assert.equal(company.landings[0].owner.name, "Ada");
   company.landed(ball(undefined), { bin: null, score: 1 });
-  assert.equal(company.landings[0].visitor, null);
+  assert.equal(company.landings[0].owner, null);
   for (let i = 0; i < 100; i += 1) company.landed(ball(1), { bin: 1, score: i });
   assert.equal(company.landings.length, 8);
   assert.equal(company.landings[0].score, 99);
@@ -57,4 +57,16 @@ test("who is named no more is still known while their balls fall, but not for ev
   assert.equal(company.ownerOf(ball(399)).name, "v399");
   company.begin();
   assert.deepEqual(company.ownerOf(ball(399)), { visitor: 399 }, "after a lost line numbers mean others");
+});
+
+test("a drop's tag goes before what its visitor is called", () => {
+  const company = new Company(() => {});
+  company.hear(presence([ada]));
+  const tagged = { ...ball(1), tag: { name: "Ben" } };
+  company.dye(tagged);
+  assert.deepEqual([tagged.by, tagged.pose.colour], ["Ben", ada.colour]);
+  const bots = { ...ball(undefined), tag: { name: "Ben" } };
+  company.dye(bots);
+  assert.equal(bots.pose.colour, swatchOf({ name: "Ben" }));
+  assert.deepEqual(company.landed(bots, { bin: 0, score: 1 }).owner, { name: "Ben" });
 });

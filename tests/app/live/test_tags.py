@@ -1,0 +1,145 @@
+"""Names and colours of drops: told, kept, and part of nothing that decides or proves anything."""
+
+import csv
+import io
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from app.rooms.log import verify_log
+from engine import Board, drop
+from tests.app.conftest import TINY, Player, Running, playing, serving
+
+# From right to left, with an emoji.
+TAG = {"name": "\u05e9\u05e8\u05d4 \U0001f388", "colour": "#e91e63"}
+NO_TAG: dict[str, str] = {}
+
+
+def tag_of(told: dict[str, Any]) -> dict[str, Any]:
+    return {field: told[field] for field in TAG if field in told}
+
+
+async def both(player: Player, kind: str) -> list[dict[str, Any]]:
+    """The first two events of this kind, by ball."""
+    while player.kinds().count(kind) < 2:
+        await player.step()
+    return sorted((e for e in player.events if e["type"] == kind), key=lambda e: str(e["ball"]))
+
+
+def opened(http: httpx.Client, board: Any = TINY, **more: Any) -> tuple[str, dict[str, str]]:
+    reply = http.post("/api/v1/rooms", json={"board": board, **more}).raise_for_status().json()
+    return reply["id"], {"authorization": f"Bearer {reply['token']}"}
+
+
+async def test_a_drop_s_tag_is_told_wherever_the_drop_is_and_costs_no_other_a_field(
+    server: Running, http: httpx.Client
+) -> None:
+    room, own = opened(http)
+    path = f"/api/v1/rooms/{room}/drops"
+    mark = {"who": "tags mark"}
+    async with (
+        playing(server.socket(room)) as full,
+        playing(server.socket(room) + "?stream=seeds") as brief,
+    ):
+        reply = http.post(path, json={"seed": 1, **TAG, **mark}, headers=own).json()
+        plain = http.post(path, json={"seed": 2, **mark}).json()
+        async with playing(server.socket(room)) as late:
+            flying = late.hello["balls"]
+        accepted, landed = [await both(full, kind) for kind in ("accepted", "landed")]
+        briefly = await both(brief, "accepted")
+    for told in ((reply, plain), flying, accepted, landed, briefly):
+        assert [tag_of(each) for each in told] == [TAG, NO_TAG]
+    assert landed[0]["digest"] == drop(Board.from_json(TINY), 1).digest
+    log = http.get(f"/api/v1/rooms/{room}/log").json()
+    assert [tag_of(each) for each in log["drops"]] == [TAG, NO_TAG]
+    bare = {**log, "drops": [{k: v for k, v in d.items() if k not in TAG} for d in log["drops"]]}
+    assert verify_log(log).ok
+    assert verify_log(bare).ok, "the log's digest does not cover it"
+    plays = http.get("/api/v1/players/tags mark/plays", params={"format": "csv"}).text
+    rows = list(csv.DictReader(io.StringIO(plays)))
+    assert [tag_of(row) for row in rows] == [dict.fromkeys(TAG, ""), TAG]
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("name", "<b>Ada</b>"),
+        ("name", "Ada\u202e"),
+        ("name", ""),
+        ("name", "x" * 25),
+        ("name", 5),
+        ("colour", "red"),
+        ("colour", "#E91E63"),
+        ("colour", "#e91e63;"),
+        ("colour", 0),
+    ],
+)
+def test_a_tag_is_taken_as_a_visitor_s_is_or_named(
+    http: httpx.Client, field: str, value: Any
+) -> None:
+    answer = http.post("/api/v1/rooms/triangle-8/drops", json={field: value})
+    assert (answer.status_code, answer.json()["field"]) == (422, field)
+
+
+async def test_a_room_s_owner_alone_gives_tags_and_in_open_rooms_everybody(
+    server: Running, http: httpx.Client
+) -> None:
+    room, own = opened(http)
+    path = f"/api/v1/rooms/{room}/drops"
+    _, other = opened(http)
+    for shown, status in ((NO_TAG, 401), (other, 403), (own, 202)):
+        assert http.post(path, json=TAG, headers=shown).status_code == status
+    assert http.post(path, json={"colour": TAG["colour"]}).status_code == 401
+    assert http.post(path).status_code == 202, "without a tag it is as ever"
+    async with playing(server.socket(room)) as player:
+        await player.send(type="drop", ref=1, **TAG)
+        assert (await player.until("error", ref=1))["code"] == "not-yours"
+        await player.send(type="claim", token=own["authorization"].split()[1])
+        await player.until("claimed")
+        await player.send(type="drop", ref=2, **TAG)
+        assert tag_of(await player.until("accepted", ref=2)) == TAG
+    async with playing(server.socket("triangle-8")) as player:
+        await player.send(type="drop", ref=3, name="Ada")
+        assert tag_of(await player.until("accepted", ref=3)) == {"name": "Ada"}
+
+
+async def test_a_key_with_another_name_is_another_request(
+    server: Running, http: httpx.Client
+) -> None:
+    room, own = opened(http)
+    path, headers = f"/api/v1/rooms/{room}/drops", {**own, "idempotency-key": "one"}
+    names = ["Ada", "Ben", "Ada", None]
+    asked = [http.post(path, json={"name": name}, headers=headers).json() for name in names]
+    assert [each["ball"] for each in asked] == [0, 1, 0, 2]
+    assert [each.get("name") for each in asked] == names
+    async with playing(server.socket("triangle-8")) as player:
+        balls = []
+        for name in names[:3]:
+            await player.send(type="drop", ref="r", name=name, key=player.hello["key"])
+            balls.append((await player.until("accepted", ref="r", name=name))["ball"])
+    assert balls[0] == balls[2] != balls[1]
+
+
+def test_balls_that_touch_each_other_have_no_tags(http: httpx.Client) -> None:
+    room, own = opened(http, mode="interacting")
+    answer = http.post(f"/api/v1/rooms/{room}/drops", json=TAG, headers=own)
+    assert (answer.status_code, answer.json()["field"]) == (422, "name")
+
+
+def test_what_falls_over_a_restart_keeps_its_tag(tmp_path: Path) -> None:
+    """Of a ball in the checkpoint, and of one that was dropped after it."""
+    kept = {"database_url": f"sqlite:///{tmp_path / 'plinko.db'}"}
+    slow = {**TINY, "gravity": 0.01}
+    flying = []
+    with serving(**kept) as server, httpx.Client(base_url=server.url) as http:
+        room, own = opened(http, slow)
+        path = f"/api/v1/rooms/{room}"
+        http.post(f"{path}/drops", json=TAG, headers=own).raise_for_status()
+    for name in ("Ben", None):
+        with serving(**kept) as server, httpx.Client(base_url=server.url) as http:
+            flying = [tag_of(ball) for ball in http.get(path).json()["balls"]]
+            again = {"name": name} if name else {}
+            http.post(f"{path}/drops", json=again, headers=own).raise_for_status()
+    assert flying == [TAG, {"name": "Ben"}]
