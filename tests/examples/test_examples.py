@@ -1,5 +1,6 @@
 """Every file in examples/ is run as its first lines say, and does what it says."""
 
+import asyncio
 import csv
 import json
 import os
@@ -10,14 +11,17 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import httpx
 import pytest
 from PIL import Image
+from websockets.asyncio.server import ServerConnection, serve
 
 from app.fairness.signing import Signer
 from engine import Board, drop
 from tests.app.conftest import TINY, Running, serving
 from tests.app.fairness.sessions import SIGNER
 from tests.repository.test_repository import ROOT
+from tests.waiting import LIMIT
 
 EXAMPLES = ROOT / "examples"
 GOLDEN = ROOT / "tests" / "golden" / "session.json"
@@ -114,11 +118,60 @@ def test_a_worksheet_has_its_pictures_its_table_and_its_questions(tmp_path: Path
     assert {"seed", "bin", "impact_count"} <= set(rows[0])
 
 
+def names(server: Running) -> list[str]:
+    """Of all drops that the room `main` has had."""
+    log = httpx.get(f"{server.url}/api/v1/rooms/main/log", timeout=LIMIT).json()
+    return [drop["name"] for drop in log["drops"] if "name" in drop]
+
+
 def test_a_bot_drops_a_ball_for_each_viewer_and_says_where_it_is(server: Running) -> None:
-    chat = "ann: hello\nann: !drop\nbob: !drop\n"
-    said = run(sys.executable, "stream_bot.py", server.url, "main", given=chat)
-    assert sorted(line.split()[0] for line in said.splitlines()) == ["@ann", "@bob"]
+    before = len(names(server))
+    chat = "ann: hello\nann: !drop\n!drop Bob B.\n!dropping\n"
+    said = run(sys.executable, "stream_bot.py", "--server", server.url, given=chat)
+    assert sorted(line.partition(" bin ")[0] for line in said.splitlines()) == ["@Bob B.", "@ann"]
     assert all("x (seed " in line for line in said.splitlines())
+    assert sorted(names(server)[before:]) == ["Bob B.", "ann"]
+
+
+def test_a_bot_reads_a_chat_as_twitch_has_it(server: Running) -> None:
+    """A chat that asks whether the bot is still there, and breaks off in between."""
+    heard: list[str] = []
+    visits: list[ServerConnection] = []
+
+    async def chat(visitor: ServerConnection) -> None:
+        visits.append(visitor)
+        heard.extend([str(await visitor.recv()), str(await visitor.recv())])
+        if len(visits) == 1:
+            await visitor.send("PING :tmi.twitch.tv\r\n")
+            heard.append(str(await visitor.recv()))
+            await visitor.send(":ann!ann@ann.tmi.twitch.tv PRIVMSG #show :!drop\r\n")
+            visitor.transport.abort()
+            return
+        tags = "@badges=;color=#00FF00;display-name=Bob"
+        hello = ":bob!bob@bob.tmi.twitch.tv PRIVMSG #show :hello"
+        await visitor.send(f"{hello}\r\n{tags} {hello.replace('hello', '!drop')}\r\n")
+        await visitor.wait_closed()
+
+    async def scene() -> list[str]:
+        async with serve(chat, "127.0.0.1", 0) as chatting:
+            port = next(iter(chatting.sockets)).getsockname()[1]
+            bot = await asyncio.create_subprocess_exec(
+                *(sys.executable, "stream_bot.py", "--server", server.url),
+                *("--chat", f"ws://127.0.0.1:{port}", "--channel", "show"),
+                cwd=EXAMPLES,
+                stdout=asyncio.subprocess.PIPE,
+            )
+            assert bot.stdout is not None
+            async with asyncio.timeout(LIMIT):
+                said = [(await bot.stdout.readline()).decode() for _ in range(2)]
+            bot.kill()
+            await bot.wait()
+            return said
+
+    said = asyncio.run(scene())
+    assert sorted(line.partition(" bin ")[0] for line in said) == ["@ann", "@bob"]
+    joining = ["NICK justinfan4242", "JOIN #show"]
+    assert heard == [*joining, "PONG :tmi.twitch.tv", *joining]
 
 
 def verified(session: dict[str, Any], folder: Path, code: int = 0, key: str = "") -> str:
