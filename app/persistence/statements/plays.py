@@ -1,4 +1,4 @@
-"""What the ledger has of one player's drops, the last one first."""
+"""What the ledger has of one player's drops, or of a room's, the last one first."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -43,11 +43,11 @@ class Play:
 
 
 def plays(
-    connection: Connection, who: str, before: tuple[int, int] | None, limit: int
+    connection: Connection, *, of: str | int, before: tuple[int, int] | None, limit: int
 ) -> list[Play]:
-    """Drops with this mark, the last first, from the one on that comes before this place.
+    """Drops with this mark, or of this run of a room, from the one on that comes before this place.
 
-    The sessions of rooms in the order in which they began, and in each the drops in theirs.
+    The last first: sessions of rooms in the order in which they began, in each its drops in theirs.
     """
     drop, room, board = tables.drops.c, tables.rooms.c, tables.boards.c
     result, receipt = tables.results.c, tables.receipts.c
@@ -69,7 +69,7 @@ def plays(
                 tables.receipts, and_(receipt.room == drop.room, receipt.ball == drop.ball)
             )
         )
-        .where(drop.who == who)
+        .where(drop.who == of if isinstance(of, str) else drop.room == of)
         .order_by(drop.room.desc(), drop.ball.desc())
         .limit(limit)
     )  # fmt: skip

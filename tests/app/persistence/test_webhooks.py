@@ -203,7 +203,7 @@ def test_what_the_ledger_could_not_forget_is_told_again(tmp_path: Path) -> None:
     assert target.ids[:3] == ["1.0.accepted"] * 3
 
 
-def test_a_prize_is_told_by_its_name(tmp_path: Path) -> None:
+def test_a_prize_and_whose_it_is_are_told(tmp_path: Path) -> None:
     target = FakeTarget()
     form = msgspec.json.decode(BOARD.to_json())
     form["bins"]["labels"] = [{"text": f"prize {number}"} for number in range(9)]
@@ -214,12 +214,14 @@ def test_a_prize_is_told_by_its_name(tmp_path: Path) -> None:
     async def scene() -> None:
         async with opened(f"sqlite:///{tmp_path / 'plinko.db'}") as ledger:
             row = BoardRow(prizes.digest, prizes.name, prizes.to_json())
-            await ledger.commit(row, dataclasses.replace(room, board=prizes.digest), drop(0))
+            named = dataclasses.replace(drop(0), name="Ann", colour="#00ff00")
+            await ledger.commit(row, dataclasses.replace(room, board=prizes.digest), named)
             await ledger.commit(result(0))
             await Sending(ledger, target).until_heard(target, 2)
 
     asyncio.run(scene())
     assert [event.get("label") for event in target.heard] == [None, "prize 4"]
+    assert [(event["name"], event["colour"]) for event in target.heard] == 2 * [("Ann", "#00ff00")]
 
 
 @pytest.mark.parametrize("url", [SQLITE], indirect=True)

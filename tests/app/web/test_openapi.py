@@ -72,6 +72,7 @@ def test_it_lists_the_interface(document: dict[str, Any]) -> None:
         ("/api/v1/rooms/{room}/drops", "post"),
         ("/api/v1/rooms/{room}/frame.jpg", "get"),
         ("/api/v1/rooms/{room}/frame.png", "get"),
+        ("/api/v1/rooms/{room}/plays", "get"),
         ("/api/v1/rooms/{room}/qr.svg", "get"),
         ("/api/v1/rooms/{room}/stream.mjpg", "get"),
         ("/api/v1/sessions", "post"),

@@ -166,3 +166,25 @@ def test_plays_and_their_paths_outlive_the_server(tmp_path: Path) -> None:
         (play,) = before["plays"]
         assert http.get(play["path"]).json()["digest"] == play["digest"]
         assert play["x"] == 0.25
+
+
+def test_a_room_recalls_the_plays_of_all_since_it_was_reset(http: httpx.Client) -> None:
+    made = http.post("/api/v1/rooms", json={"board": BOARD}).raise_for_status().json()
+    address, owner = f"/api/v1/rooms/{made['id']}", {"authorization": f"Bearer {made['token']}"}
+    played(http, made["id"], seed="1")
+    http.post(f"{address}/reset", headers=owner).raise_for_status()
+    for name in ("Ann", "=1+1"):
+        body = {"name": name, "colour": "#00ff00"}
+        http.post(f"{address}/drops?wait=1", json=body, headers=owner).raise_for_status()
+    first = http.get(f"{address}/plays", params={"limit": 1})
+    assert [play["name"] for play in first.json()["plays"]] == ["=1+1"]
+    following = http.get(first.links["next"]["url"]).json()
+    assert [play["name"] for play in following["plays"]] == ["Ann"]
+    assert following["next"] is None
+    table = table_of(http.get(f"{address}/plays", params={"format": "csv", "limit": 1000}))
+    assert [(row["name"], row["colour"]) for row in table] == [
+        ("'=1+1", "#00ff00"),
+        ("Ann", "#00ff00"),
+    ]
+    assert all(row["bin"] for row in table)
+    assert http.get("/api/v1/rooms/nope/plays").status_code == 404

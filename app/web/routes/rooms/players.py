@@ -1,4 +1,4 @@
-"""A player's last plays, recalled from the ledger with their paths: as JSON, or as CSV."""
+"""The last plays of a player or of a room, recalled from the ledger with their paths."""
 
 import csv
 import io
@@ -19,11 +19,12 @@ from app.web.routes.queries import Whole
 from app.web.schemas.players import PlayList, PlayView
 from app.web.services import Services
 
-router = APIRouter(prefix="/api/v1/players", tags=["rooms"])
+router = APIRouter(prefix="/api/v1", tags=["rooms"])
 
 CSV = "text/csv"
 
 Limit = Annotated[Whole, Query(ge=1, le=100, description="How many plays, at most.")]
+RoomLimit = Annotated[Whole, Query(ge=1, le=1000, description="How many plays, at most.")]
 Before = Annotated[
     str | None, Query(description="The play before which the page begins; without, the last one.")
 ]
@@ -35,12 +36,12 @@ _FORMULA: Final = ("=", "+", "-", "@", "\t", "\r")
 _PLACE = re.compile(r"(\d{1,15})\.(\d{1,15})", re.ASCII)
 
 
-_ANSWERS = documented(PlayList, 422, 429, 503)
+_ANSWERS = documented(PlayList, 404, 422, 429, 503)
 _ANSWERS[200]["content"][CSV] = {"schema": {"type": "string"}}
 
 
 @router.get(
-    "/{key}/plays",
+    "/players/{key}/plays",
     summary="Recall a player's plays",
     responses=_ANSWERS,
 )
@@ -59,16 +60,51 @@ async def list_plays(
     own. As CSV with `format=csv` or `Accept: text/csv`. `Link` names the following page.
     """
     limit_drops(request, server)
-    who, place = str(parse_who(key)), None if before is None else _place(before)
+    return await _page(request, server, str(parse_who(key)), before, limit, format)
+
+
+@router.get(
+    "/rooms/{room}/plays",
+    summary="Recall a room's plays",
+    responses=_ANSWERS,
+)
+async def list_room_plays(
+    room: str,
+    request: Request,
+    server: Server,
+    before: Before = None,
+    limit: RoomLimit = 20,
+    format: Format = None,  # noqa: A002 - the parameter's name
+) -> Response:
+    """The drops of a room since it was opened or reset, the last first, as those of a player.
+
+    With `format=csv` a lesson's results for a spreadsheet.
+    """
+    limit_drops(request, server)
+    found = await server.rooms.seek(room)
+    run = server.rooms.persistence.runs.of(found.room).number
+    return await _page(request, server, run, before, limit, format)
+
+
+async def _page(
+    request: Request,
+    server: Services,
+    of: str | int,
+    before: str | None,
+    limit: int,
+    form: str | None,
+) -> Response:
+    """A page of the plays of a player's mark, or of a room's run."""
+    place = None if before is None else _place(before)
     server.rooms.persistence.runs.report([])  # what has landed just now is among them
-    found = await server.ledger.read(ledger.plays, who=who, before=place, limit=limit + 1)
+    found = await server.ledger.read(ledger.plays, of=of, before=place, limit=limit + 1)
     await _know_boards(request, server, {play.board_digest for play in found[:limit]})
     views = [_view(play) for play in found[:limit]]
     page = PlayList(views, views[-1].play if len(found) > limit else None)
     headers = {"cache-control": "no-store", "vary": "accept"}
     if page.next is not None:
         headers |= next_page(request, before=page.next)
-    if not _wants_csv(format, request):
+    if not _wants_csv(form, request):
         return reply(page, headers=headers)
     return Response(_table(views), headers=headers, media_type=f"{CSV}; charset=utf-8")
 
