@@ -126,6 +126,7 @@ async def seconds_away(staying: list[Guest], frozen: One) -> list[float]:
     return list(away.values())
 
 
+@pytest.mark.long("a server is frozen until its guests are at another")
 async def test_whoever_is_at_a_server_that_stands_still_is_at_another_before_it_goes_on(
     proxy: str, servers: Servers
 ) -> None:

@@ -289,6 +289,7 @@ async def test_while_postgresql_is_away_rooms_stay_and_are_taken_over_once_it_is
     assert servers.holder(staying) is second, "nobody took it from a server that lived"
 
 
+@pytest.mark.long("a server is frozen until another has its rooms")
 async def test_a_server_that_was_frozen_and_comes_back_harms_nothing(servers: Servers) -> None:
     first, second, third = servers.all
     room = new_room(first)
