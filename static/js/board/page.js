@@ -2,13 +2,16 @@
 
 import { MAIN_BOARD, MAIN_ROOM, readBoardName } from "../model/presets.js";
 import { Visited } from "../model/player/visited.js";
+import { readSeed } from "../model/seed.js";
 import { ApiError, getJson, messageOf } from "../net/api.js";
 import { LinkError } from "../net/board-link.js";
+import { dropSearch } from "../net/drop-address.js";
 import { Theme } from "../paint/theme.js";
 import { t } from "../texts/text.js";
-import { byId, make } from "../util/dom.js";
+import { byId, make, say } from "../util/dom.js";
 import { keepOffline } from "../util/offline.js";
 
+/** @import { DropAddress } from "../net/drop-address.js" */
 /** @import { BoardList } from "../net/replies.js" */
 
 /** What is shown where an address names nothing. */
@@ -41,7 +44,7 @@ export function showState(state, text) {
  * @param {string} board what REST calls it
  * @returns {string} link back to where the visitor played, or else to this board's own table
  */
-export function tableLink(board) {
+function tableLink(board) {
   const room = new Visited(window.localStorage).room || (readBoardName(board) ? board : MAIN_ROOM);
   return room === MAIN_ROOM ? "./" : `./?${new URLSearchParams({ room })}`;
 }
@@ -60,4 +63,41 @@ export async function fillBoards(select, chosen) {
   if (!listed.some(({ value }) => value === chosen.value)) listed.unshift(chosen);
   select.replaceChildren(...listed.map(({ value, name }) => make("option", { value }, name)));
   select.value = chosen.value;
+}
+
+/**
+ * Whether fields of the form that asks for another drop hold seeds; the first that does not is named and entered.
+ * @param {HTMLInputElement[]} fields @param {string} needs what is said of an empty one
+ */
+export function holdSeeds(fields, needs) {
+  const note = byId("other-note");
+  for (const field of fields) {
+    const reading = readSeed(field.value);
+    const good = reading.ok && reading.seed !== null;
+    field.setAttribute("aria-invalid", String(!good));
+    note.hidden = good;
+    if (good) {
+      field.value = String(reading.seed); // without zeros before it
+      continue;
+    }
+    say(note, "bad", reading.ok ? needs : reading.message);
+    field.focus();
+    return false;
+  }
+  return true;
+}
+
+/** Links to the other pages lead to the drop that is looked at. @param {DropAddress} drop */
+export function linkPages(drop) {
+  const { hash } = window.location; // which may hold the board
+  const search = dropSearch({ ...drop, board: hash ? "" : drop.board });
+  const links = {
+    "to-table": tableLink(drop.board), back: tableLink(drop.board),
+    "to-replay": `replay.html?${search}${hash}`, "to-compare": `compare.html?${search}${hash}`,
+    "to-editor": hash ? `editor.html${hash}` : `editor.html?board=${drop.board}`,
+  };
+  for (const [id, href] of Object.entries(links)) {
+    const link = byId(id, HTMLAnchorElement);
+    if (!link.hasAttribute("aria-current")) link.href = href;
+  }
 }

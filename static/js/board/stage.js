@@ -12,7 +12,7 @@ import { BoardView } from "./view.js";
 /** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
 
-/** @typedef {(ctx: CanvasRenderingContext2D, geometry: Geometry) => void} Paint */
+/** @typedef {{ctx: CanvasRenderingContext2D, geometry: Geometry}} Layer cleared, to be painted on */
 
 /** The canvases of a page that looks at drops. `onLayout` tells that the size changed. */
 export class Stage {
@@ -44,14 +44,15 @@ export class Stage {
 
   /**
    * @param {Scene} scene
-   * @param {Paint} paintUnder what lies under the balls
-   * @param {Paint} [paintOver] what lies over them
+   * @param {(layer: Layer) => void} paintUnder what lies under the balls
+   * @param {(layer: Layer) => void} [paintOver] what lies over them
    */
   draw(scene, paintUnder, paintOver = () => {}) {
-    if (!this.geometry) return;
-    paintUnder(fitted(this.under, this.geometry), this.geometry);
+    const { geometry } = this;
+    if (!geometry) return;
+    paintUnder({ ctx: fitted(this.under, geometry), geometry });
     this.view.draw(scene);
-    paintOver(fitted(this.over, this.geometry), this.geometry);
+    paintOver({ ctx: fitted(this.over, geometry), geometry });
   }
 
   /** @param {MouseEvent} event @returns {{x: number, y: number} | null} metres */

@@ -1,18 +1,18 @@
 // The compare page: two drops at once, both paths, the distance between them and when they part.
 
-import { DEFAULT_BOARD, DEFAULT_SEED, fillBoards, openPage, showState, tableLink } from "../board/page.js";
+import { DEFAULT_BOARD, DEFAULT_SEED, fillBoards, holdSeeds, linkPages, openPage, showState } from "../board/page.js";
 import { Stage } from "../board/stage.js";
 import { Chart } from "../instruments/chart.js";
 import { partingWords } from "../model/certificate.js";
 import { emptyScene } from "../model/scene.js";
-import { complaintOf, MAX_SEED, readSeed } from "../model/seed.js";
+import { MAX_SEED } from "../model/seed.js";
 import { ApiError } from "../net/api.js";
 import { dropSearch, readDrop, replayLink } from "../net/drop-address.js";
 import { paintPath } from "../paint/marks.js";
 import { boardOf, certificateOf, Replay } from "../replay/replay.js";
 import { Transport } from "../replay/transport.js";
 import { t as words } from "../texts/text.js";
-import { byId, factId, fieldOf, inputOf, make, radiosOf, radioValue, say } from "../util/dom.js";
+import { byId, factId, fieldOf, inputOf, make, radiosOf, radioValue } from "../util/dom.js";
 import { bitsOf } from "../util/doubles.js";
 import { fixed, multiplier, rounded, seconds } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
@@ -23,9 +23,9 @@ import {
 import { openingPair } from "./opening-pair.js";
 import { readShift, secondDrop } from "./second-start.js";
 
+/** @import { Layer } from "../board/stage.js" */
 /** @import { Board } from "../model/board.js" */
 /** @import { DropAddress } from "../net/drop-address.js" */
-/** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
 /** @import { Key } from "../texts/text.js" */
 
@@ -85,11 +85,7 @@ class ComparePage {
     this.#fillForm(board, first, search, shift);
     await fillBoards(byId("other-board", HTMLSelectElement), { value: address, name: board.name });
     showState("replay", words("page.compare"));
-    if (window.matchMedia("(prefers-reduced-motion: reduce)").matches) {
-      this.transport.seek(longest.duration);
-    } else {
-      this.transport.play();
-    }
+    this.transport.begin();
   }
 
   /** Asks for proofs of both drops, and shows where they part. */
@@ -120,7 +116,7 @@ class ComparePage {
     // The first ball lies on top: where they are one, it alone is seen.
     two.addTo(scene, t, false);
     one.addTo(scene, t, true);
-    this.stage.draw(scene, (ctx, geometry) => this.#paintPaths(ctx, geometry, pair, t));
+    this.stage.draw(scene, (layer) => this.#paintPaths(layer, pair, t));
     byId("now").textContent = t <= end
       ? `${figure(distanceAt(one.motion, two.motion, t))} m`
       : words("compare.one-landed");
@@ -129,13 +125,8 @@ class ComparePage {
     return this.transport.playing;
   }
 
-  /**
-   * @param {CanvasRenderingContext2D} ctx
-   * @param {Geometry} geometry
-   * @param {Pair} pair
-   * @param {number} t
-   */
-  #paintPaths(ctx, geometry, { board, one, two }, t) {
+  /** @param {Layer} layer @param {Pair} pair @param {number} t */
+  #paintPaths({ ctx, geometry }, { board, one, two }, t) {
     const { palette } = this.theme;
     const width = Math.max(2, 0.3 * board.ball.radius * geometry.scale);
     const both = [
@@ -218,11 +209,7 @@ class ComparePage {
    * @param {string} by which the second start differs
    */
   #fillForm(board, first, search, by) {
-    const { hash } = window.location;
-    byId("to-table", HTMLAnchorElement).href = tableLink(first.board);
-    byId("back", HTMLAnchorElement).href = tableLink(first.board);
-    byId("to-replay", HTMLAnchorElement).href = this.#link(first);
-    byId("to-editor", HTMLAnchorElement).href = hash ? `editor.html${hash}` : `editor.html?board=${first.board}`;
+    linkPages(first);
     const form = byId("other", HTMLFormElement);
     const shift = fieldOf(form, "shift");
     inputOf(form, "seed").value = first.seed;
@@ -270,23 +257,12 @@ class ComparePage {
     const [seed, x, other] = [inputOf(form, "seed"), inputOf(form, "x"), inputOf(form, "with")];
     const [board, shift] = [fieldOf(form, "board"), fieldOf(form, "shift")];
     const wanted = shift.value === "seed" ? [seed, other] : [seed];
-    const note = byId("other-note");
-    note.hidden = true;
-    for (const field of wanted) {
-      const reading = readSeed(field.value);
-      const good = reading.ok && reading.seed !== null;
-      field.setAttribute("aria-invalid", String(!good));
-      if (good) continue;
-      note.hidden = false;
-      say(note, "bad", complaintOf(reading, words("compare.needs-seed")));
-      field.focus();
-      return;
-    }
+    if (!holdSeeds(wanted, words("compare.needs-seed"))) return;
     // Another board's middle is elsewhere, and a start of one's own has none.
     const aim = x.value.trim() || board.value !== first.board ? null : first.aim;
-    const drop = { ...first, board: board.value, seed: seed.value.trim(), x: x.value.trim(), aim };
+    const drop = { ...first, board: board.value, seed: seed.value, x: x.value.trim(), aim };
     const search = dropSearch(drop);
-    if (shift.value === "seed") search.set("with", other.value.trim());
+    if (shift.value === "seed") search.set("with", other.value);
     else search.set("shift", shift.value);
     window.location.assign(`compare.html?${search}`);
   }

@@ -62,7 +62,7 @@ export class NumberFields {
   /** @param {Row} row */
   #field({ path, label, step = 0.01, text = false }) {
     const id = `at-${path.replace(/[^a-z0-9]+/gi, "-")}`;
-    const note = make("span", { class: "note note-bad", id: `${id}-note` });
+    const note = make("span", { class: "note", "data-tone": "bad", id: `${id}-note` });
     const input = make("input", {
       id, inputmode: text ? "text" : "decimal", autocomplete: "off", spellcheck: "false", "data-path": path,
       "aria-describedby": note.id,

@@ -10,10 +10,9 @@ import { t } from "../texts/text.js";
 import { byId } from "../util/dom.js";
 import { FrameLoop } from "../util/frame-loop.js";
 
+/** @import { Layer } from "../board/stage.js" */
 /** @import { DropAddress } from "../net/drop-address.js" */
-/** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
-
 
 class EmbeddedDrop {
   /** @type {Replay | null} */
@@ -65,7 +64,7 @@ class EmbeddedDrop {
       this.#lastMs = now;
       if (this.#t >= replay.duration) this.#tell(replay);
     }
-    this.stage.draw(replay.sceneAt(this.#t), (ctx, geometry) => this.#paintPath(ctx, geometry, replay));
+    this.stage.draw(replay.sceneAt(this.#t), (layer) => this.#paintPath(layer, replay));
     if (this.#t >= replay.end) this.#falling = false;
     return this.#falling;
   }
@@ -79,13 +78,8 @@ class EmbeddedDrop {
     this.button.textContent = t("embed.again");
   }
 
-  /**
-   * What it has fallen so far; what is to come stays untold.
-   * @param {CanvasRenderingContext2D} ctx
-   * @param {Geometry} geometry
-   * @param {Replay} replay
-   */
-  #paintPath(ctx, geometry, replay) {
+  /** What it has fallen so far; what is to come stays untold. @param {Layer} layer @param {Replay} replay */
+  #paintPath({ ctx, geometry }, replay) {
     const width = Math.max(1.5, 0.2 * replay.board.ball.radius * geometry.scale);
     paintPath(ctx, geometry, replay.pathTo(this.#t), { colour: this.theme.palette.trayMark, width, alpha: 0.8 });
   }

@@ -60,7 +60,7 @@ function table(steps) {
 }
 
 /** @param {boolean} ok */
-const mark = (ok) => make("span", { class: ok ? "fair-good" : "fair-bad" }, ok ? "✓" : "✗");
+const mark = (ok) => make("span", { class: "fair-mark" }, ok ? "✓" : "✗");
 
 /** @param {string} name @param {unknown} content a value with a button that copies it */
 export function value(name, content) {

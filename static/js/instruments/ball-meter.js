@@ -4,14 +4,18 @@ import { energyOf } from "../model/impact.js";
 import { shortestTurn } from "../model/motion/interpolate.js";
 import { t } from "../texts/text.js";
 import { byId } from "../util/dom.js";
-import { figure, prefixed } from "../util/scale.js";
+import { figure } from "../util/scale.js";
 import { Series } from "../util/series.js";
 import { Chart } from "./chart.js";
+import { energyAreas } from "./energy-areas.js";
 
 /** @import { Ball, Table } from "../model/table/table.js" */
 /** @import { Theme } from "../paint/theme.js" */
 /** @import { Keyframe } from "../model/motion/interpolate.js" */
 /** @import { Board } from "../model/board.js" */
+/** @import { EnergyRow } from "./energy-areas.js" */
+
+/** @typedef {EnergyRow & {speed: number}} MeterRow */
 
 const REDRAW_MS = 200;
 const NEAR = 3; // of the ball's radius: how far a click may miss it
@@ -107,8 +111,7 @@ export class BallMeter {
     if (nowMs - this.#shownMs < REDRAW_MS) return true;
     this.#shownMs = nowMs;
     this.#shownCount = this.#series.count;
-    this.#plotSpeed();
-    this.#plotEnergy();
+    this.#plot();
     return false;
   }
 
@@ -119,44 +122,20 @@ export class BallMeter {
     this.#shownCount = -1;
   }
 
-  #plotSpeed() {
-    const points = this.#series.points("t", "speed");
+  #plot() {
+    const rows = /** @type {MeterRow[]} */ (this.#series.rows);
+    const x = { from: 0, to: Math.max(1, rows.at(-1)?.t ?? 0), unit: "s" };
+    const points = rows.map(({ t: since, speed }) => ({ x: since, y: speed }));
     const most = points.reduce((top, { y }) => Math.max(top, y), 1);
-    this.speed.set({
-      x: { from: 0, to: Math.max(1, this.#series.last("t") || 0), unit: "s" },
-      y: { from: 0, to: most, unit: "m/s" },
-      series: [{ points, colour: "trayMark", width: 1.5 }],
-    });
-    this.speed.canvas.setAttribute("aria-label", points.length
-      ? t("lab.speed", { now: figure(this.#series.last("speed")), most: figure(most) })
+    this.speed.set({ x, y: { from: 0, to: most, unit: "m/s" }, series: [{ points, colour: "trayMark", width: 1.5 }] });
+    const areas = energyAreas(rows);
+    this.energy.set({ x, ...areas });
+    const whole = areas.series[areas.series.length - 1].points;
+    this.speed.canvas.setAttribute("aria-label", rows.length
+      ? t("lab.speed", { now: figure(points[points.length - 1].y), most: figure(most) })
       : t("lab.speed-none"));
-  }
-
-  #plotEnergy() {
-    const potential = this.#series.points("t", "height");
-    const moving = this.#series.points("t", "moving");
-    const turning = this.#series.points("t", "turning");
-    const total = potential.map(({ y }, i) => y + moving[i].y + turning[i].y);
-    const most = Math.max(1e-9, ...total);
-    const { unit, per } = prefixed(most, "J");
-    /** @param {(i: number) => number} value */
-    const at = (value) => potential.map(({ x }, i) => ({ x, y: per * value(i) }));
-    const ground = at(() => 0);
-    const height = at((i) => potential[i].y);
-    const motion = at((i) => potential[i].y + moving[i].y);
-    const all = at((i) => total[i]);
-    this.energy.set({
-      x: { from: 0, to: Math.max(1, this.#series.last("t") || 0), unit: "s" },
-      y: { from: 0, to: per * most, unit },
-      series: [
-        { points: height, base: ground, colour: "other", alpha: 0.45 },
-        { points: motion, base: height, colour: "trayBar", alpha: 0.9 },
-        { points: all, base: motion, colour: "ball" },
-        { points: all, colour: "trayMark", width: 1.5 },
-      ],
-    });
-    this.energy.canvas.setAttribute("aria-label", total.length
-      ? t("lab.energy", { first: figure(per * total[0]), unit, now: figure(per * total[total.length - 1]) })
+    this.energy.canvas.setAttribute("aria-label", rows.length
+      ? t("lab.energy", { first: figure(whole[0].y), unit: areas.y.unit, now: figure(whole[whole.length - 1].y) })
       : t("lab.energy-none"));
   }
 }

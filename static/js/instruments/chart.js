@@ -1,7 +1,7 @@
 // A plot against time or count: areas and lines, marks of events, one place marked. Redrawn on change.
 
 import { figure, powerText, powerTicks, ticks } from "../util/scale.js";
-import { fitted } from "../util/canvas.js";
+import { disc, fitted } from "../util/canvas.js";
 
 /** @import { Palette, Theme } from "../paint/theme.js" */
 /** @import { Point } from "../model/board.js" */
@@ -31,6 +31,8 @@ const LIMIT_LINES = 3; // font sizes that a plot is high whose limit is named in
  * @typedef {{width: number, height: number, font: number,
  *   margin: {left: number, right: number, top: number, bottom: number}}} Size CSS pixels
  * @typedef {{px: (x: number) => number, py: (y: number) => number, x: (px: number) => number}} Scales
+ *
+ * @typedef {Size & Scales & {ctx: CanvasRenderingContext2D, palette: Palette}} Sheet what a plot is painted on
  */
 
 /** Draws a plot on a canvas; `onPick(x)` tells where it was clicked or dragged over. */
@@ -86,7 +88,8 @@ export class Chart {
     const size = this.#size();
     if (!this.#plot || size.width === 0) return;
     if (this.#stale) {
-      paintPlot(fitted(this.#picture, size), size, this.#plot, this.theme.palette);
+      const ctx = fitted(this.#picture, size);
+      paintPlot({ ctx, palette: this.theme.palette, ...size, ...scales(size, this.#plot) }, this.#plot);
       this.#stale = false;
     }
     const ctx = fitted(this.canvas, size);
@@ -137,30 +140,18 @@ function scales({ width, height, margin }, { x, y }) {
   };
 }
 
-/**
- * @param {CanvasRenderingContext2D} ctx
- * @param {Size} size
- * @param {Plot} plot
- * @param {Palette} palette
- */
-function paintPlot(ctx, size, plot, palette) {
-  const scale = scales(size, plot);
-  paintAxes(ctx, size, plot, scale, palette);
-  for (const one of plot.series) paintSeries(ctx, one, scale, palette);
-  paintEvents(ctx, size, plot, scale, palette);
-  if (plot.limit) paintLimit(ctx, size, plot.limit, scale, palette);
+/** @param {Sheet} sheet @param {Plot} plot */
+function paintPlot(sheet, plot) {
+  paintAxes(sheet, plot);
+  for (const curve of plot.series) paintSeries(sheet, curve);
+  paintEvents(sheet, plot.events ?? []);
+  if (plot.limit) paintLimit(sheet, plot.limit);
 }
 
-/**
- * @param {CanvasRenderingContext2D} ctx
- * @param {Size} size
- * @param {Plot} plot
- * @param {Scales} scales
- * @param {Palette} palette
- */
-function paintAxes(ctx, { width, height, font, margin }, { x, y }, { px, py }, { trayInk }) {
+/** @param {Sheet} sheet @param {Plot} plot */
+function paintAxes({ ctx, width, height, font, margin, px, py, palette }, { x, y }) {
   ctx.font = `500 ${font}px ${FAMILY}`;
-  ctx.fillStyle = trayInk;
+  ctx.fillStyle = palette.trayInk;
   ctx.textBaseline = "middle";
   ctx.textAlign = "right";
   const rows = Math.max(2, Math.floor(height / (2.5 * font)));
@@ -186,13 +177,8 @@ function paintAxes(ctx, { width, height, font, margin }, { x, y }, { px, py }, {
   ctx.fillText(y.unit, margin.left - 0.5 * font, margin.top - 0.7 * font);
 }
 
-/**
- * @param {CanvasRenderingContext2D} ctx
- * @param {Curve} curve
- * @param {Scales} scales
- * @param {Palette} palette
- */
-function paintSeries(ctx, { points, base, colour, width = 2, alpha = 1, dots }, { px, py }, palette) {
+/** @param {Sheet} sheet @param {Curve} curve */
+function paintSeries({ ctx, px, py, palette }, { points, base, colour, width = 2, alpha = 1, dots }) {
   ctx.globalAlpha = alpha;
   ctx.beginPath();
   for (const { x, y } of points) ctx.lineTo(px(x), py(y));
@@ -208,40 +194,21 @@ function paintSeries(ctx, { points, base, colour, width = 2, alpha = 1, dots }, 
   }
   if (dots || points.length === 1) {
     ctx.fillStyle = palette[colour];
-    for (const { x, y } of points) {
-      ctx.beginPath();
-      ctx.arc(px(x), py(y), 3, 0, 2 * Math.PI);
-      ctx.fill();
-    }
+    for (const { x, y } of points) disc(ctx, px(x), py(y), 3);
   }
   ctx.globalAlpha = 1;
 }
 
-/**
- * A tooth on the axis for each event.
- * @param {CanvasRenderingContext2D} ctx
- * @param {Size} size
- * @param {Plot} plot
- * @param {Scales} scales
- * @param {Palette} palette
- */
-function paintEvents(ctx, { height, margin }, { events = [] }, { px }, { flash }) {
-  ctx.fillStyle = flash;
-  for (const place of events) {
-    ctx.fillRect(px(place) - 0.75, height - margin.bottom - 7, 1.5, 7);
-  }
+/** A tooth on the axis for each event. @param {Sheet} sheet @param {number[]} events */
+function paintEvents({ ctx, height, margin, px, palette }, events) {
+  ctx.fillStyle = palette.flash;
+  for (const place of events) ctx.fillRect(px(place) - 0.75, height - margin.bottom - 7, 1.5, 7);
 }
 
-/**
- * @param {CanvasRenderingContext2D} ctx
- * @param {Size} size
- * @param {Limit} limit
- * @param {Scales} scales
- * @param {Palette} palette
- */
-function paintLimit(ctx, { width, height, font, margin }, { y, text }, { py }, { ballLight, trayInk }) {
+/** @param {Sheet} sheet @param {Limit} limit */
+function paintLimit({ ctx, width, height, font, margin, py, palette }, { y, text }) {
   ctx.save();
-  ctx.strokeStyle = ballLight;
+  ctx.strokeStyle = palette.ballLight;
   ctx.lineWidth = 1.5;
   ctx.setLineDash([6, 4]);
   ctx.beginPath();
@@ -251,7 +218,7 @@ function paintLimit(ctx, { width, height, font, margin }, { y, text }, { py }, {
   ctx.restore();
   // On a low plot the words would lie over curves and events; the page says them, too.
   if (height - margin.top - margin.bottom < LIMIT_LINES * font) return;
-  ctx.fillStyle = trayInk;
+  ctx.fillStyle = palette.trayInk;
   ctx.textAlign = "right";
   ctx.fillText(text, width - margin.right, py(y) + 1.1 * font);
 }

@@ -4,7 +4,7 @@ import { t } from "../texts/text.js";
 import { fitted } from "../util/canvas.js";
 import { parentOf } from "../util/dom.js";
 
-/** @import { Bins, Board } from "../model/board.js" */
+/** @import { Board } from "../model/board.js" */
 /** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
 /** @import { Entry } from "./pile/columns.js" */
@@ -130,29 +130,17 @@ export class Histogram {
     const [geometry, board, height] = [this.#geometry, this.#board, this.#height];
     if (!geometry || !board) return;
     const ctx = fitted(this.canvas, { width: geometry.width, height });
-    const pile = this.#pile;
-    if (!pile) {
-      this.#paintCounts(ctx, geometry, board.bins, height);
-      return;
-    }
-    pile.paint(ctx, board, geometry, height);
-    const expected = this.#expected?.chances.map((chance) => chance * this.total);
-    const columns = this.#counts.map((_, bin) => columnOf(board.bins.edges, bin, geometry));
-    if (expected) this.#paintExpected(ctx, columns, height, expected.map((count, bin) => pile.heightOf(bin, count, geometry)));
-  }
-
-  /**
-   * @param {CanvasRenderingContext2D} ctx @param {Geometry} geometry @param {Bins} bins
-   * @param {number} height CSS pixels
-   */
-  #paintCounts(ctx, geometry, bins, height) {
+    const { edges, multipliers } = board.bins;
     const { total } = this;
-    const expected = this.#expected?.chances.map((chance) => chance * Math.max(total, 1));
+    const pile = this.#pile;
+    const columns = this.#counts.map((_, bin) => columnOf(edges, bin, geometry));
+    const expected = this.#expected?.chances.map((chance) => chance * Math.max(total, pile ? 0 : 1));
     const most = Math.max(1, ...this.#counts, ...(expected ?? []));
     const unit = (height - TOP) / Math.max(most, total ? 4 : 0.5);
-    const columns = this.#counts.map((_, bin) => columnOf(bins.edges, bin, geometry));
-    this.#paintBars(ctx, columns, bins.multipliers, height, unit);
-    if (expected) this.#paintExpected(ctx, columns, height, expected.map((count) => count * unit));
+    if (pile) pile.paint(ctx, board, geometry, height);
+    else this.#paintBars({ ctx, columns, height }, multipliers, unit);
+    const heights = expected?.map((count, bin) => (pile ? pile.heightOf(bin, count, geometry) : count * unit));
+    if (heights) this.#paintExpected({ ctx, columns, height }, heights);
   }
 
   /** @param {number} nowMs */
@@ -170,14 +158,8 @@ export class Histogram {
     return t("lab.histogram", { n: total, bins: parts.join(", ") });
   }
 
-  /**
-   * @param {CanvasRenderingContext2D} ctx
-   * @param {Column[]} columns
-   * @param {number[]} multipliers
-   * @param {number} height
-   * @param {number} unit
-   */
-  #paintBars(ctx, columns, multipliers, height, unit) {
+  /** @param {Sheet} sheet @param {number[]} multipliers @param {number} unit of a ball, CSS pixels */
+  #paintBars({ ctx, columns, height }, multipliers, unit) {
     this.#counts.forEach((count, bin) => {
       const { x, width } = columns[bin];
       ctx.fillStyle = this.theme.payout(multipliers[bin]).fill;
@@ -191,13 +173,8 @@ export class Histogram {
     });
   }
 
-  /**
-   * @param {CanvasRenderingContext2D} ctx
-   * @param {Column[]} columns
-   * @param {number} height
-   * @param {number[]} heights of what is expected, CSS pixels
-   */
-  #paintExpected(ctx, columns, height, heights) {
+  /** @param {Sheet} sheet @param {number[]} heights of what is expected, CSS pixels */
+  #paintExpected({ ctx, columns, height }, heights) {
     ctx.strokeStyle = this.theme.palette.trayMark;
     ctx.lineWidth = 2;
     ctx.lineCap = "round";
@@ -212,7 +189,10 @@ export class Histogram {
   }
 }
 
-/** @typedef {{x: number, width: number}} Column CSS pixels */
+/**
+ * @typedef {{x: number, width: number}} Column CSS pixels
+ * @typedef {{ctx: CanvasRenderingContext2D, columns: Column[], height: number}} Sheet what is painted on, CSS pixels
+ */
 
 /** @param {number[]} edges @param {number} bin @param {Geometry} geometry @returns {Column} */
 function columnOf(edges, bin, { px }) {

@@ -24,11 +24,6 @@ export function readSeed(text) {
   return { ok: true, seed: digits };
 }
 
-/** @param {SeedReading} reading @param {string} empty what to say of an empty field @returns {string} */
-export function complaintOf(reading, empty) {
-  return reading.ok ? empty : reading.message;
-}
-
 /** @param {string} seed decimal @returns {string} the next one; 0 comes after the last */
 export function seedAfter(seed) {
   return String((BigInt(seed) + 1n) & MAX_SEED);

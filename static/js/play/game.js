@@ -14,13 +14,14 @@ import { Self } from "./account/self.js";
 import { Wallet } from "./account/wallet.js";
 import { FairPlay } from "./fairness/fair-play.js";
 import { Room } from "./room.js";
-import { findTable, putIntoAddress } from "./rooms.js";
+import { choiceOf, findTable, putIntoAddress } from "./rooms.js";
 import { Run } from "./runs.js";
 import { Store } from "./store.js";
 
 /** @import { Odds } from "../model/odds.js" */
 /** @import { Played } from "../model/player/account.js" */
 /** @import { Pace } from "../model/table/pace.js" */
+/** @import { World } from "../model/worlds.js" */
 /** @import { Solver } from "../solver/solver.js" */
 /** @import { Reason } from "./room.js" */
 /** @import { TableChoice } from "./rooms.js" */
@@ -150,6 +151,16 @@ export class Game extends Store {
       this.say(t("play.table-fails"), { urgent: true });
       this.tell("choice", null);
     }
+  }
+
+  /** @returns {TableChoice | null} what is played; null before it is known, and of a board that nobody can choose */
+  get played() {
+    return this.room.hello && choiceOf(this.room.hello);
+  }
+
+  /** Goes to the same board in another world. @param {World} world */
+  travel({ gravity, material }) {
+    if (this.played) void this.move({ ...this.played, gravity, material });
   }
 
   /** @param {Partial<Choice>} changed */

@@ -52,6 +52,20 @@ export class Store {
   }
 
   /**
+   * For a panel that shows what is, and need not do so for each of many balls.
+   * @param {keyof News} kind @param {number} ms after the first of several @param {() => void} show
+   */
+  onCalm(kind, ms, show) {
+    let timer = 0;
+    this.on(kind, () => {
+      timer ||= window.setTimeout(() => {
+        timer = 0;
+        show();
+      }, ms);
+    });
+  }
+
+  /**
    * @template {keyof News} K
    * @param {K} kind
    * @param {News[K]} value

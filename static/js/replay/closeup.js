@@ -1,7 +1,7 @@
 // The ball through a loupe: what is near it, how it turns, where it goes, what an impact gave it.
 
 import { paintArrow, paintPath } from "../paint/marks.js";
-import { fitted } from "../util/canvas.js";
+import { disc, fitted } from "../util/canvas.js";
 
 /** @import { Impact } from "../model/impact.js" */
 /** @import { State } from "../model/motion/flight.js" */
@@ -15,7 +15,8 @@ const LONGEST = 1.6; // ball radii: the arrow of the greatest speed
 
 /**
  * What is seen through it, the ball in the middle.
- * @typedef {Pick<Geometry, "px" | "py" | "scale" | "width"> & {radius: number}} Lens radius: m
+ * @typedef {Pick<Geometry, "px" | "py" | "scale" | "width"> & {ctx: CanvasRenderingContext2D, radius: number}} Lens
+ *   radius: m
  */
 
 /** Draws on a round canvas over the board; gets out of the ball's way. */
@@ -52,25 +53,23 @@ export class CloseUp {
     const scale = width / (2 * REACH * radius);
     /** @type {Lens} */
     const lens = {
-      width,
-      scale,
-      radius,
+      ctx, width, scale, radius,
       px: (x) => width / 2 + (x - state.x) * scale,
       py: (y) => width / 2 + (y - state.y) * scale,
     };
-    this.#paintBoard(ctx, lens, board, state);
+    this.#paintBoard(lens, board, state);
     const near = 1.5 * REACH * radius;
     const { palette } = this.theme;
     for (const stretch of stretches(path, state, near)) {
       paintPath(ctx, lens, stretch, { colour: palette.trayMark, width: 1.5, alpha: 0.6 });
     }
-    this.#paintBall(ctx, lens, state);
+    this.#paintBall(lens, state);
     if (impact?.normal) {
       const { point, normal, impulse } = impact;
       const at = { x: lens.px(point.x), y: lens.py(point.y) };
       paintImpact(ctx, at, { normal, impulse, strongest, long: 2 * radius * scale }, palette);
     } else {
-      this.#paintSpeed(ctx, lens, state);
+      this.#paintSpeed(lens, state);
     }
   }
 
@@ -81,13 +80,8 @@ export class CloseUp {
     if (covered) this.canvas.dataset.side = this.canvas.dataset.side === "left" ? "right" : "left";
   }
 
-  /**
-   * @param {CanvasRenderingContext2D} ctx
-   * @param {Lens} lens
-   * @param {Board} board
-   * @param {State} state
-   */
-  #paintBoard(ctx, { px, py, scale, width, radius: ball }, board, state) {
+  /** @param {Lens} lens @param {Board} board @param {State} state */
+  #paintBoard({ ctx, px, py, scale, width, radius: ball }, board, state) {
     const { palette } = this.theme;
     const reach = Math.SQRT2 * REACH * ball;
     ctx.fillStyle = palette.board;
@@ -97,9 +91,7 @@ export class CloseUp {
     ctx.lineWidth = 1.5;
     for (const { x, y, radius } of board.pegs) {
       if (Math.abs(x - state.x) > reach + radius || Math.abs(y - state.y) > reach + radius) continue;
-      ctx.beginPath();
-      ctx.arc(px(x), py(y), radius * scale, 0, 2 * Math.PI);
-      ctx.fill();
+      disc(ctx, px(x), py(y), radius * scale);
       ctx.stroke();
     }
     /** @param {string} colour @param {Wall} wall */
@@ -116,13 +108,8 @@ export class CloseUp {
     line(palette.trayMark, { x1: edges[0], y1: y, x2: edges[edges.length - 1], y2: y });
   }
 
-  /**
-   * A disc with a stripe, so that its turning is seen.
-   * @param {CanvasRenderingContext2D} ctx
-   * @param {Lens} lens
-   * @param {State} state
-   */
-  #paintBall(ctx, { px, py, scale, radius: metres }, { x, y, theta }) {
+  /** A disc with a stripe, so that its turning is seen. @param {Lens} lens @param {State} state */
+  #paintBall({ ctx, px, py, scale, radius: metres }, { x, y, theta }) {
     const { ball, ballBand, ballDark } = this.theme.palette;
     const radius = metres * scale;
     ctx.save();
@@ -130,9 +117,7 @@ export class CloseUp {
     ctx.rotate(theta);
     ctx.globalAlpha = 0.85;
     ctx.fillStyle = ball;
-    ctx.beginPath();
-    ctx.arc(0, 0, radius, 0, 2 * Math.PI);
-    ctx.fill();
+    disc(ctx, 0, 0, radius);
     ctx.clip();
     ctx.fillStyle = ballBand;
     ctx.fillRect(-radius, -0.12 * radius, 2 * radius, 0.24 * radius);
@@ -144,8 +129,8 @@ export class CloseUp {
     ctx.stroke();
   }
 
-  /** @param {CanvasRenderingContext2D} ctx @param {Lens} lens @param {State} state */
-  #paintSpeed(ctx, { px, py, scale, radius }, { x, y, vx, vy }) {
+  /** @param {Lens} lens @param {State} state */
+  #paintSpeed({ ctx, px, py, scale, radius }, { x, y, vx, vy }) {
     const { flash, railShade } = this.theme.palette;
     const long = (LONGEST * radius * scale) / this.#fastest;
     const by = { x: long * vx, y: long * vy };

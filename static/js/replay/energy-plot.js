@@ -1,5 +1,6 @@
-// The ball's energy against time as a plot: height, motion and spin on top of each other. Pure.
+// The ball's energy against time as a plot, and in words. Pure.
 
+import { energyAreas } from "../instruments/energy-areas.js";
 import { energyOf } from "../model/impact.js";
 import { t } from "../texts/text.js";
 import { fixed } from "../util/format.js";
@@ -17,37 +18,20 @@ const POINTS = 400;
  * @returns {Plot} energy against seconds
  */
 export function energyPlot(motion, withHeight) {
-  const rows = samples(motion);
-  if (!withHeight) for (const row of rows) [row.total, row.height] = [row.total - row.height, 0];
-  const most = Math.max(...rows.map((row) => row.total));
-  const { unit, per } = prefixed(most, "J");
-  /** @param {(row: EnergyRow) => number} value */
-  const level = (value) => rows.map((row) => ({ x: row.t, y: per * value(row) }));
-  const ground = level(() => 0);
-  const height = level((row) => row.height);
-  const moving = level((row) => row.height + row.moving);
-  const total = level((row) => row.total);
+  const rows = samples(motion).map((row) => (withHeight ? row : { ...row, height: 0 }));
   return {
     x: { from: 0, to: motion.duration, unit: "s" },
-    y: { from: 0, to: per * most, unit },
-    series: [
-      { points: height, base: ground, colour: "other", alpha: 0.45 },
-      { points: moving, base: height, colour: "trayBar", alpha: 0.9 },
-      { points: total, base: moving, colour: "ball" },
-      { points: total, colour: "trayMark", width: 1.5 },
-    ],
+    ...energyAreas(rows),
     events: motion.events.map(({ t }) => t),
   };
 }
-
-/** @typedef {{t: number} & ReturnType<typeof energyOf>} EnergyRow */
 
 /**
  * Energies in time order; at each event right before and right after it, so that steps are steep.
  * @param {Motion} motion
  */
 function samples(motion) {
-  /** @param {State} state @returns {EnergyRow} */
+  /** @param {State} state */
   const at = (state) => ({ t: state.t, ...energyOf(motion.board, state) });
   const rows = Array.from({ length: POINTS + 1 }, (_, i) =>
     at(motion.stateAt((i / POINTS) * motion.duration)));

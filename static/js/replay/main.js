@@ -1,12 +1,11 @@
 // The replay page: loads the drop that the address names, plays it, shows what each impact did.
 
-import { DEFAULT_BOARD, DEFAULT_SEED, fillBoards, openPage, showState, tableLink } from "../board/page.js";
+import { DEFAULT_BOARD, DEFAULT_SEED, fillBoards, holdSeeds, linkPages, openPage, showState } from "../board/page.js";
 import { Stage } from "../board/stage.js";
 import { Chart } from "../instruments/chart.js";
 import { provenWords } from "../model/certificate.js";
-import { complaintOf, readSeed } from "../model/seed.js";
 import { ApiError } from "../net/api.js";
-import { dropSearch, readDrop, replayLink } from "../net/drop-address.js";
+import { readDrop, replayLink } from "../net/drop-address.js";
 import { paintPath, paintRing } from "../paint/marks.js";
 import { prizeOf } from "../paint/prizes.js";
 import { t } from "../texts/text.js";
@@ -25,9 +24,9 @@ import { Share } from "./share.js";
 import { Transport } from "./transport.js";
 import { Verifier } from "./verify.js";
 
+/** @import { Layer } from "../board/stage.js" */
 /** @import { DropRecord } from "../model/motion/drop.js" */
 /** @import { DropAddress } from "../net/drop-address.js" */
-/** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
 /** @import { Fact } from "../util/dom.js" */
 
@@ -49,7 +48,7 @@ class ReplayPage {
     this.verifier = new Verifier(this.list);
     this.share = new Share();
     this.fileCheck = new FileCheck();
-    this.guess = new Guess(() => this.#fall());
+    this.guess = new Guess(() => this.transport.begin());
     this.energy = new Chart(byId("energy", HTMLCanvasElement), theme, (t) => this.transport.seek(t));
     this.closeUp = new CloseUp(byId("closeup", HTMLCanvasElement), theme);
     this.withCloseUp = byId("with-closeup", HTMLInputElement);
@@ -89,17 +88,9 @@ class ReplayPage {
     if (riddle) this.guess.ask(board);
     else {
       this.#tell(replay);
-      this.#fall();
+      this.transport.begin();
     }
     await fillBoards(byId("other-board", HTMLSelectElement), { value: drop.board, name: board.name });
-  }
-
-  #fall() {
-    if (window.matchMedia("(prefers-reduced-motion: reduce)").matches) {
-      this.transport.seek(this.#replay?.duration ?? 0);
-    } else {
-      this.transport.play();
-    }
   }
 
   /** @param {Replay} replay @param {number | null} [guess] of its bin */
@@ -125,8 +116,8 @@ class ReplayPage {
     }
     this.stage.draw(
       replay.sceneAt(t),
-      (ctx, geometry) => this.#paintPath(ctx, geometry, replay, t),
-      (ctx, geometry) => this.#paintImpact(ctx, geometry, replay, this.list.chosen),
+      (layer) => this.#paintPath(layer, replay, t),
+      (layer) => this.#paintImpact(layer, replay, this.list.chosen),
     );
     this.#drawCloseUp(replay, Math.min(t, replay.duration));
     return this.transport.playing;
@@ -136,13 +127,8 @@ class ReplayPage {
     if (this.#replay) this.energy.set(energyPlot(this.#replay.motion, this.withHeight.checked));
   }
 
-  /**
-   * @param {CanvasRenderingContext2D} ctx
-   * @param {Geometry} geometry
-   * @param {Replay} replay
-   * @param {number} t
-   */
-  #paintPath(ctx, geometry, replay, t) {
+  /** @param {Layer} layer @param {Replay} replay @param {number} t */
+  #paintPath({ ctx, geometry }, replay, t) {
     const { palette } = this.theme;
     const width = Math.max(1.25, 0.16 * replay.board.ball.radius * geometry.scale);
     if (!this.guess.open) {
@@ -153,12 +139,9 @@ class ReplayPage {
 
   /**
    * Normal and impulse at the point of contact, the impulse as long as it is strong.
-   * @param {CanvasRenderingContext2D} ctx
-   * @param {Geometry} geometry
-   * @param {Replay} replay
-   * @param {number} index
+   * @param {Layer} layer @param {Replay} replay @param {number} index
    */
-  #paintImpact(ctx, { px, py, scale }, replay, index) {
+  #paintImpact({ ctx, geometry: { px, py, scale } }, replay, index) {
     const { palette } = this.theme;
     const chosen = this.list.impacts[index];
     if (!chosen?.normal) return;
@@ -220,12 +203,7 @@ class ReplayPage {
     showState("replay", t("page.replay"));
     document.title = t("replay.title-seed", { seed: drop.seed, board: board.name });
     byId("title").textContent = t("replay.of-seed", { seed });
-    const link = window.location.hash;
-    const search = dropSearch({ ...drop, board: link ? "" : drop.board });
-    byId("to-table", HTMLAnchorElement).href = tableLink(drop.board);
-    byId("back", HTMLAnchorElement).href = tableLink(drop.board);
-    byId("to-compare", HTMLAnchorElement).href = `compare.html?${search}${link}`;
-    byId("to-editor", HTMLAnchorElement).href = link ? `editor.html${link}` : `editor.html?board=${drop.board}`;
+    linkPages(drop);
     fillFacts(byId("facts"), [
       ["fact.board", board.name],
       ["fact.seed", seed],
@@ -253,19 +231,9 @@ class ReplayPage {
     solver.value = drop.solver === "stepped" ? "stepped" : "";
     form.addEventListener("submit", (event) => {
       event.preventDefault();
-      const reading = readSeed(seed.value);
-      const wanted = reading.ok ? reading.seed : null;
-      const note = byId("other-note");
-      note.hidden = wanted !== null;
-      say(note, "bad", wanted !== null ? "" : complaintOf(reading, t("replay.needs-seed")));
-      seed.setAttribute("aria-invalid", String(wanted === null));
-      if (wanted === null) {
-        seed.focus();
-        return;
-      }
-      window.location.assign(replayLink({
-        board: board.value, seed: wanted, x: x.value.trim(), solver: solver.value,
-      }));
+      if (!holdSeeds([seed], t("replay.needs-seed"))) return;
+      const asked = { board: board.value, seed: seed.value, x: x.value.trim(), solver: solver.value };
+      window.location.assign(replayLink(asked));
     });
   }
 

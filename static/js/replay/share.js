@@ -11,6 +11,11 @@ import { saveFile } from "../util/file.js";
 
 const POSTER_WIDTH = "1200"; // pixels
 const FILM_WIDTH = "480";
+/** @type {[string, string, string, Record<string, string>][]} link, path below the drop's, its file's end, query */
+const FILES = [
+  ["share-poster", ".png", ".png", { width: POSTER_WIDTH }], ["share-film", ".webp", ".webp", { width: FILM_WIDTH }],
+  ["share-record", "", ".json", {}],
+];
 const FRAME = { width: 520, height: 580 }; // CSS pixels, for a board about as wide as high
 
 /** The panel that hands a drop on. Nothing works before `load`. */
@@ -36,15 +41,12 @@ export class Share {
     const at = (/** @type {string} */ path) => new URL(`${path}?${search}${hash}`, document.baseURI).href;
     this.link = new URL(`replay.html?${search}&guess${hash}`, document.baseURI).href;
     this.frame = frameOf(at("embed/replay"), t("replay.frame-title", { seed: drop.seed }));
-    const api = (/** @type {string} */ part, /** @type {Record<string, string>} */ query = {}) =>
-      `api/v1/${dropPath(drop, part, new URLSearchParams(query))}`;
-    byId("share-poster", HTMLAnchorElement).href = api(".png", { width: POSTER_WIDTH });
-    byId("share-film", HTMLAnchorElement).href = api(".webp", { width: FILM_WIDTH });
-    byId("share-record", HTMLAnchorElement).href = api("");
     const name = `plinko-${drop.seed}`;
-    byId("share-poster", HTMLAnchorElement).download = `${name}.png`;
-    byId("share-film", HTMLAnchorElement).download = `${name}.webp`;
-    byId("share-record", HTMLAnchorElement).download = `${name}.json`;
+    for (const [id, part, end, query] of FILES) {
+      const link = byId(id, HTMLAnchorElement);
+      link.href = `api/v1/${dropPath(drop, part, new URLSearchParams(query))}`;
+      link.download = `${name}${end}`;
+    }
     this.video = { path: dropPath(drop, ".mp4", new URLSearchParams({ width: FILM_WIDTH })), name: `${name}.mp4` };
     for (const button of this.buttons) button.disabled = false;
   }

@@ -66,6 +66,12 @@ export class Transport {
     this.#show();
   }
 
+  /** As a page opens: whoever does not want to see things move is shown the end. */
+  begin() {
+    if (window.matchMedia("(prefers-reduced-motion: reduce)").matches) this.seek(this.#timeline.duration);
+    else this.play();
+  }
+
   /** @param {number} t s */
   seek(t) {
     this.t = Math.min(Math.max(0, t), this.#timeline.end);

@@ -8,18 +8,18 @@ export class Series {
   #skip = 1; // one of so many is kept
   #turn = 0;
 
-  /** @param {string[]} names of the columns @param {number} [rows] most that are kept */
-  constructor(names, rows = ROWS) {
+  /** @param {string[]} names of the columns @param {number} [most] rows that are kept */
+  constructor(names, most = ROWS) {
     this.names = names;
-    this.rows = rows;
-    this.columns = Object.fromEntries(names.map((name) => [name, new Float64Array(rows)]));
+    this.most = most;
+    this.columns = Object.fromEntries(names.map((name) => [name, new Float64Array(most)]));
   }
 
   /** @param {Record<string, number>} row */
   add(row) {
     this.#turn += 1;
     if (this.#turn % this.#skip !== 0) return;
-    if (this.count === this.rows) this.#thin();
+    if (this.count === this.most) this.#thin();
     for (const name of this.names) this.columns[name][this.count] = row[name];
     this.count += 1;
   }
@@ -30,19 +30,13 @@ export class Series {
     this.#turn = 0;
   }
 
-  /** @param {string} x @param {string} y names of columns @returns {{x: number, y: number}[]} */
-  points(x, y) {
-    const [across, up] = [this.columns[x], this.columns[y]];
-    return Array.from({ length: this.count }, (_, i) => ({ x: across[i], y: up[i] }));
-  }
-
-  /** @param {string} name @returns {number} the newest of a column; NaN of none */
-  last(name) {
-    return this.count ? this.columns[name][this.count - 1] : Number.NaN;
+  /** @returns {Record<string, number>[]} in the order in which they were added */
+  get rows() {
+    return Array.from({ length: this.count }, (_, i) => Object.fromEntries(this.names.map((name) => [name, this.columns[name][i]])));
   }
 
   #thin() {
-    const half = Math.floor(this.rows / 2);
+    const half = Math.floor(this.most / 2);
     for (const column of Object.values(this.columns)) {
       for (let i = 0; i < half; i += 1) column[i] = column[2 * i];
     }

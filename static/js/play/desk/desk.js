@@ -136,7 +136,7 @@ export class Desk {
     const message = reading.ok ? this.hint : reading.message;
     // Only a change is written, so that a screen reader is told once.
     if (this.note.textContent !== message) this.note.textContent = message;
-    this.note.classList.toggle("note-bad", !reading.ok);
+    this.note.dataset.tone = reading.ok ? "" : "bad";
     this.note.setAttribute("role", reading.ok ? "note" : "alert");
     this.seed.setAttribute("aria-invalid", String(!reading.ok));
     if (reading.ok && reading.seed !== this.game.choice.seed) this.game.choose({ seed: reading.seed });

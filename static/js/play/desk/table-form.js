@@ -5,7 +5,6 @@ import { t } from "../../texts/text.js";
 import { byId, make, radiosOf, radioValue } from "../../util/dom.js";
 import { plain } from "../../util/format.js";
 import { figure } from "../../util/scale.js";
-import { choiceOf } from "../rooms.js";
 
 /** @import { Game } from "../game.js" */
 /** @import { TableChoice } from "../rooms.js" */
@@ -56,7 +55,7 @@ export class TableForm {
   #show() {
     const { hello } = this.game.room;
     if (!hello || this.game.moving) return;
-    const choice = choiceOf(hello);
+    const choice = this.game.played;
     for (const field of [this.rows, this.gravity, this.material]) field.disabled = choice === null;
     this.gravity.options[0].textContent = t("world.own-gravity", { g: figure(hello.board.gravity) });
     this.gravity.value = choice?.gravity ?? OWN;

@@ -21,7 +21,6 @@ const TOLD_MS = 2100; // between two changes of name: the server takes no more f
 
 /** Of one table at a time. */
 export class CompanyPanel {
-  #showTimer = 0;
   #tellTimer = 0;
   #toldMs = Number.NEGATIVE_INFINITY;
 
@@ -30,9 +29,7 @@ export class CompanyPanel {
     this.game = game;
     this.theme = theme;
     const { self } = game;
-    game.on("company", () => {
-      if (this.#showTimer === 0) this.#showTimer = window.setTimeout(() => this.#show(), SHOWN_MS);
-    });
+    game.onCalm("company", SHOWN_MS, () => this.#show());
     this.name = byId("self-name", HTMLInputElement);
     this.colours = byId("self-colours");
     this.#offerColours();
@@ -45,7 +42,6 @@ export class CompanyPanel {
   }
 
   #show() {
-    this.#showTimer = 0;
     const { company } = this.game.room;
     const others = company.visitors.filter(({ visitor }) => visitor !== company.you);
     byId("company-here").textContent = company.here > 1

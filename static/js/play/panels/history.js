@@ -3,8 +3,9 @@
 import { replayLink } from "../../net/drop-address.js";
 import { t } from "../../texts/text.js";
 import { byId, make } from "../../util/dom.js";
-import { multiplier, shortSeed, signed } from "../../util/format.js";
+import { shortSeed, signed } from "../../util/format.js";
 import { Prover } from "../fairness/proof.js";
+import { paidMark } from "./company.js";
 
 /** @import { Played } from "../../model/player/account.js" */
 /** @import { Theme } from "../../paint/theme.js" */
@@ -17,7 +18,6 @@ const RENEWED_MS = 200; // while balls rain
 export class History {
   /** @type {Map<string, HTMLElement>} rows by what they show: one of them may show its proof */
   #rows = new Map();
-  #timer = 0;
   #newest = "";
 
   /** @param {Game} game @param {Theme} theme */
@@ -26,9 +26,7 @@ export class History {
     this.theme = theme;
     this.prover = new Prover(game.solver);
     game.on("table", ({ hello }) => this.prover.know(hello.board_digest, hello.board));
-    game.on("account", () => {
-      if (this.#timer === 0) this.#timer = window.setTimeout(() => this.#show(), RENEWED_MS);
-    });
+    game.onCalm("account", RENEWED_MS, () => this.#show());
     theme.onChange(() => {
       this.#rows.clear();
       this.#show();
@@ -37,7 +35,6 @@ export class History {
   }
 
   #show() {
-    this.#timer = 0;
     const { last } = this.game.account;
     byId("history-empty").hidden = last.length > 0;
     const keys = last.map((drop) => JSON.stringify(drop));
@@ -89,10 +86,8 @@ export class History {
 
   /** @param {Played} drop @returns {HTMLElement} its multiplier, or that it has none */
   #paid({ bin, score }) {
-    if (bin === null) return make("span", { class: "paid", title: t("play.void-why") }, t("play.void"));
-    const paid = make("span", { class: "paid" }, multiplier(score));
-    const { fill, ink } = this.theme.payout(score);
-    Object.assign(paid.style, { background: fill, color: ink });
+    const paid = paidMark(this.theme, null, bin, score);
+    if (bin === null) paid.title = t("play.void-why");
     return paid;
   }
 }

@@ -11,22 +11,17 @@ const [WIDE, HIGH] = [240, 64]; // of the curve's own square paper
 
 /** A view of the account. */
 export class Statistics {
-  #timer = 0;
-
   /** @param {Game} game */
   constructor(game) {
     this.game = game;
     this.curve = document.getElementById("curve-line");
     this.zero = document.getElementById("curve-zero");
     byId("stats-reset").addEventListener("click", () => game.reset());
-    game.on("account", () => {
-      if (this.#timer === 0) this.#timer = window.setTimeout(() => this.#show(), RENEWED_MS);
-    });
+    game.onCalm("account", RENEWED_MS, () => this.#show());
     this.#show();
   }
 
   #show() {
-    this.#timer = 0;
     const { staked, returned, profit, balls, wins, losses, best, curve } = this.game.account;
     /** @type {[string, string][]} */
     const values = [

@@ -6,7 +6,6 @@ import { paintSample } from "../../paint/sample.js";
 import { fitted } from "../../util/canvas.js";
 import { byId, make } from "../../util/dom.js";
 import { percent } from "../../util/format.js";
-import { choiceOf } from "../rooms.js";
 import { returnsOf } from "./odds.js";
 
 /** @import { World } from "../../model/worlds.js" */
@@ -45,15 +44,11 @@ export class Worlds {
     const label = make("span", { "aria-hidden": "true" }, words, share);
     this.box.append(make("label", { class: "place" }, radio, picture, label));
     this.#cards.set(name, { radio, picture, share, world });
-    radio.addEventListener("change", () => {
-      const choice = this.game.room.hello && choiceOf(this.game.room.hello);
-      if (choice) this.game.move({ ...choice, gravity: world.gravity, material: world.material });
-    });
+    radio.addEventListener("change", () => this.game.travel(world));
   }
 
   #show() {
-    const { hello } = this.game.room;
-    const choice = hello && choiceOf(hello);
+    const choice = this.game.played;
     for (const { radio, share, world } of this.#cards.values()) {
       const { gravity, material } = world;
       radio.checked = choice?.gravity === gravity && choice.material === material;
@@ -81,22 +76,19 @@ export class TryMoon {
     this.game = game;
     this.button = byId("try-moon");
     this.button.addEventListener("click", () => {
-      const choice = game.room.hello && choiceOf(game.room.hello);
       const moon = TABLES.find(({ name }) => name === "Moon");
-      if (choice && moon) game.move({ ...choice, gravity: moon.gravity, material: moon.material });
+      if (moon) game.travel(moon);
     });
-    game.on("table", ({ hello }) => {
-      const choice = choiceOf(hello);
-      if (choice && !isOwn(choice)) game.storage.setItem(TRY_KEY, "yes");
+    game.on("table", () => {
+      if (game.played && !isOwn(game.played)) game.storage.setItem(TRY_KEY, "yes");
       this.#show();
     });
     game.on("account", () => this.#show());
   }
 
   #show() {
-    const { hello } = this.game.room;
-    const choice = hello && choiceOf(hello);
-    this.button.hidden = !choice || !isOwn(choice) || this.game.storage.getItem(TRY_KEY) !== null
+    const { played } = this.game;
+    this.button.hidden = !played || !isOwn(played) || this.game.storage.getItem(TRY_KEY) !== null
       || this.game.account.balls < TRY_AFTER;
   }
 }

@@ -8,7 +8,6 @@ import { emptyScene } from "../../model/scene.js";
 import { ratioOf } from "../../paint/geometry.js";
 import { byId } from "../../util/dom.js";
 import { FrameLoop } from "../../util/frame-loop.js";
-import { aimAt } from "../desk/aim.js";
 import { BoardPointer } from "../desk/pointer.js";
 import { Notices } from "../panels/notices.js";
 import { Tray } from "../panels/tray.js";
@@ -61,12 +60,7 @@ export class Picture {
     this.instruments = new InstrumentPanel(theme, {
       onExpected: (expected) => this.tray.expect(expected), onChange: wake, say: (text) => game.say(text),
     });
-    this.pointer = new BoardPointer(this.view, {
-      aimAt: (x) => (game.room.hello ? aimAt(game.room.hello.board, game.room.hello.slots, x) : null),
-      onDrop: (x) => game.drop(x ?? undefined),
-      onPick: (x, y) => { if (game.room.table) this.instruments.pick(x, y); },
-      onHover: wake,
-    });
+    this.pointer = new BoardPointer(game, this.view, (x, y) => this.instruments.pick(x, y));
     this.#subscribe(wake);
     theme.onChange(() => {
       this.view.repaint();
