@@ -99,16 +99,15 @@ export class ImpactList {
 
   /** @param {Impact} impact @param {number} i */
   #row(impact, i) {
-    const button = make("button", { class: "impact", type: "button", "aria-pressed": "false" });
-    button.setAttribute("aria-label", t("replay.impact-button", { n: i + 1, what: impact.told }));
-    button.append(String(i + 1));
-    const size = Math.hypot(impact.impulse.x, impact.impulse.y);
-    const row = make("tr", {},
-      make("td", {}, button),
-      make("td", {}, fixed(impact.t, 3)),
-      make("td", {}, impact.told),
-      make("td", {}, impact.normal ? `${degrees(impact.normal)}°` : "–"),
-      make("td", {}, impact.normal ? figure(size * this.#units.impulse.per) : "–"));
+    const { t: time, told, normal, impulse } = impact;
+    const name = t("replay.impact-button", { n: i + 1, what: told });
+    const button = make("button", { class: "impact", type: "button", "aria-pressed": "false", "aria-label": name }, String(i + 1));
+    const size = Math.hypot(impulse.x, impulse.y);
+    const cells = [
+      button, fixed(time, 3), told, normal ? `${degrees(normal)}°` : "–",
+      normal ? figure(size * this.#units.impulse.per) : "–",
+    ];
+    const row = make("tr", {}, ...cells.map((cell) => make("td", {}, cell)));
     row.addEventListener("click", () => this.onChoose(i));
     return { row, button };
   }

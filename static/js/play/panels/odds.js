@@ -16,33 +16,21 @@ import { choiceOf } from "../rooms.js";
 const DROPS = 20_000; // counted in a worker, in about a second
 const KEY = `plinko.odds.${PHYSICS_VERSION}`;
 
-/** What this browser has learnt, by the names of boards: what was measured is not measured again. */
-class Known {
-  /** @type {Record<string, {share: number, measured?: Odds}> | null} */
-  #all = null;
-
-  get #read() {
-    this.#all ??= JSON.parse(window.localStorage.getItem(KEY) ?? "{}");
-    return /** @type {Record<string, {share: number, measured?: Odds}>} */ (this.#all);
-  }
-
-  /** @param {string} name */
-  of(name) {
-    return this.#read[name];
-  }
-
-  /** @param {string} name @param {Odds} odds */
-  keep(name, odds) {
-    this.#read[name] = { share: odds.return, ...(odds.measured && { measured: odds }) };
-    window.localStorage.setItem(KEY, JSON.stringify(this.#read));
-  }
-}
-
-const known = new Known();
+/**
+ * What this browser has learnt, by the names of boards: what was measured is not measured again.
+ * @returns {Record<string, {share: number, measured?: Odds}>}
+ */
+const known = () => JSON.parse(window.localStorage.getItem(KEY) ?? "{}");
 
 /** @param {string} name of a board @returns {number | null} its average return, where this browser knows it */
 export function returnsOf(name) {
-  return known.of(name)?.share ?? null;
+  return known()[name]?.share ?? null;
+}
+
+/** @param {string} name of a board @param {Odds} odds */
+function keep(name, odds) {
+  const learnt = { share: odds.return, ...(odds.measured && { measured: odds }) };
+  window.localStorage.setItem(KEY, JSON.stringify({ ...known(), [name]: learnt }));
 }
 
 /** Of one table at a time. */
@@ -70,7 +58,7 @@ export class OddsNote {
     const odds = choice && !choice.knock ? await this.#find(hello).catch(() => []) : [];
     if (digest !== this.#digest) return;
     this.#odds = odds;
-    if (odds.length) known.keep(name, odds[0]);
+    if (odds.length) keep(name, odds[0]);
     else this.#tell(null);
     this.#show();
   }
@@ -81,7 +69,7 @@ export class OddsNote {
       const found = /** @type {OddsReply} */ (await getJson(`boards/${name}/odds`));
       return found.board_digest === digest ? found.aims : [];
     }
-    const kept = known.of(name)?.measured;
+    const kept = known()[name]?.measured;
     if (kept) return [kept];
     const tally = await new Batch({ board, first: "0", drops: DROPS }, () => {}).done;
     return tally ? [measuredOdds(tally, board.bins.multipliers)] : [];
