@@ -1,5 +1,6 @@
 // The page that checks a session's export, from a file or a link, by itself: no server decides it.
 
+import { showState } from "../board/page.js";
 import { openTools } from "../fairness/tools.js";
 import { report } from "../fairness/report.js";
 import { ExportError, readExport } from "../fairness/export.js";
@@ -18,12 +19,13 @@ const tools = openTools();
 
 /** @param {string} text an export @param {string} [key] */
 async function check(text, key) {
-  document.documentElement.dataset.state = "checking";
+  showState("checking", t("page.computing"));
   try {
     const session = readExport(text);
     byId("key-shown").textContent = session.key;
     const failed = await report(session, { ...(await tools), ...(key && { key }) }, { verdict, list });
-    document.documentElement.dataset.state = failed.length > 0 ? "forged" : "proven";
+    if (failed.length > 0) showState("forged", t("page.failed"));
+    else showState("proven", t("play.ready"));
   } catch (error) {
     refuse(error);
   }
@@ -31,7 +33,7 @@ async function check(text, key) {
 
 /** @param {unknown} error */
 function refuse(error) {
-  document.documentElement.dataset.state = "failed";
+  showState("failed", t("page.failed"));
   list.replaceChildren();
   say(verdict, "bad", error instanceof ExportError ? t("check.no-session", { why: error.message }) : messageOf(error));
 }

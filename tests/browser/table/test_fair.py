@@ -34,15 +34,16 @@ def test_a_session_is_revealed_checked_and_checked_again_offline(
     late = copy.deepcopy(export)
     late["heard_session"]["statement"]["server_commitment"] = "5" * 64
     told_late = {**export, "heard_session": None}
-    for session, said in (
-        (export, "Proven: neither side could choose"),
-        (dearer, "not over yet. payout of drop 0"),
-        (late, "not over yet. heard-session."),
-        (told_late, "Not proven: that the server committed before"),
+    for session, said, lamp in (
+        (export, "Proven: neither side could choose", "Ready"),
+        (dearer, "not over yet. payout of drop 0", "Failed"),
+        (late, "not over yet. heard-session.", "Failed"),
+        (told_late, "Not proven: that the server committed before", "Ready"),
     ):
         text = json.dumps(session).encode()
         file = FilePayload(name="session.json", mimeType="application/json", buffer=text)
         page.locator("#file").set_input_files(file)
         expect(page.locator("#verdict")).to_contain_text(said)
+        expect(page.locator("#state-text")).to_have_text(lamp)
     page.context.set_offline(False)
     screen.shot("verify")

@@ -4,7 +4,7 @@ import pytest
 from playwright.sync_api import expect
 
 from app.cli import main
-from tests.browser.conftest import OPERATOR, Open, Quick, ServerProcess
+from tests.browser.conftest import OPERATOR, Complaints, Open, Quick, ServerProcess
 
 
 def test_a_ball_in_flight_is_still_ours_after_the_line_alone_broke(opened: Open) -> None:
@@ -17,6 +17,20 @@ def test_a_ball_in_flight_is_still_ours_after_the_line_alone_broke(opened: Open)
     expect(screen.rows).to_have_count(1)
     screen.landed(screen.last_dropped()["bin"])
     expect(screen.page.locator("#staked")).to_have_text("1")
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 800), (820, 1180), (390, 844)])
+def test_a_lost_line_moves_nothing_on_the_desk(
+    opened: Open, complaints: Complaints, width: int, height: int
+) -> None:
+    german = {"viewport": {"width": width, "height": height}, "locale": "de"}
+    screen = opened("/?room=triangle-8", before=_LOSABLE, **german).ready()
+    before = screen.drop.bounding_box()
+    screen.page.evaluate("lose()")
+    screen.state("reconnecting")
+    expect(screen.page.locator("#line-key")).to_be_visible()
+    assert screen.drop.bounding_box() == before
+    complaints.allow("WebSocket")
 
 
 def test_a_drop_whose_acceptance_was_never_heard_is_ours_too(opened: Open) -> None:
@@ -55,6 +69,17 @@ window.WebSocket = class extends WebSocket {
     window.broken = true;
     this.onmessage = null;
     this.close();
+  }
+};
+"""
+
+# From `lose()` on no line opens.
+_LOSABLE = """
+window.WebSocket = class extends WebSocket {
+  constructor(...all) {
+    super(...all);
+    if (window.lost) this.close();
+    window.lose = () => { window.lost = true; this.close(); };
   }
 };
 """
