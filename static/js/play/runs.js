@@ -56,7 +56,6 @@ export class Pacer {
 
 /** What was dropped together, and what it has come to. */
 export class Run {
-  balls = 0;
   staked = 0;
   paid = 0;
   #scores = 0;
@@ -120,7 +119,6 @@ export class Run {
         this.stop("refused"); // unless there was another reason
         break;
       }
-      this.balls += 1;
       this.#open.add(ref);
     }
     this.#showers = this.#showers.filter(({ pacer }) => !pacer.done);
@@ -153,9 +151,7 @@ export class Run {
 
   /** @param {string} ref the table did not take this one @returns {boolean} whether it was one of these */
   refuse(ref) {
-    if (!this.#open.delete(ref)) return false;
-    this.balls -= 1;
-    return true;
+    return this.#open.delete(ref);
   }
 
   /** @returns {{text: string, score?: number} | null} what it came to, once all are down; null when nothing did */

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { GRANT } from "../../../static/js/model/player/account.js";
+import { balanceOf, GRANT } from "../../../static/js/model/player/account.js";
 import { ApiError } from "../../../static/js/net/api.js";
 import { keepToken } from "../../../static/js/net/session-token.js";
 import { Recovery } from "../../../static/js/play/account/recovery.js";
@@ -51,11 +51,11 @@ test("after a change of table or a reload, what landed meanwhile is asked for, a
   const storage = browser();
   stakedOne(new Wallet(storage)); // the page of before
   const { wallet, recovery, told, done } = tab(storage, [exported([landed(250)])]);
-  assert.equal(wallet.balance, GRANT - 100);
+  assert.equal(balanceOf(wallet.account), GRANT - 100);
   recovery.seekAllBut("new");
   await done;
   assert.deepEqual(told.paths, ["sessions/s1/export"]);
-  assert.equal(wallet.balance, GRANT + 150);
+  assert.equal(balanceOf(wallet.account), GRANT + 150);
   assert.equal(wallet.view(0).profit, 1.5);
   assert.deepEqual(wallet.view(0).last[0].fair, { session: "s1", drop: 0 });
   await new Promise(setImmediate);
@@ -80,7 +80,7 @@ test("a stake in a session whose token is lost is back, as the server tells nobo
   recovery.seekAllBut("new");
   await done;
   assert.deepEqual(told.paths, [], "a question that can only be refused is not asked");
-  assert.equal(wallet.balance, GRANT);
+  assert.equal(balanceOf(wallet.account), GRANT);
   assert.equal(told.gone.length, 1);
 });
 
@@ -97,7 +97,7 @@ test("a drop that the server took while the page crashed is found with its stake
   const { wallet, recovery, done } = tab(storage, [exported([landed(0, 4), landed(300)])]);
   recovery.seek(["s1"]);
   await done;
-  assert.equal(wallet.balance, GRANT - 200 + 300);
+  assert.equal(balanceOf(wallet.account), GRANT - 200 + 300);
 });
 
 test("a void drop that is found has its stake back", async () => {
@@ -105,7 +105,7 @@ test("a void drop that is found has its stake back", async () => {
   const { wallet, recovery, done } = tab(storage, [exported([landed(100, null)])]);
   recovery.seek(["s1"]);
   await done;
-  assert.equal(wallet.balance, GRANT);
+  assert.equal(balanceOf(wallet.account), GRANT);
   assert.equal(wallet.view(0).last[0].bin, null);
 });
 
@@ -123,7 +123,7 @@ test("a ball that still falls is asked for again, and so is a server that does n
   }
   await done;
   assert.equal(told.paths.length, 3);
-  assert.equal(wallet.balance, GRANT - 80);
+  assert.equal(balanceOf(wallet.account), GRANT - 80);
 });
 
 test("two tabs that find the same landing count it once, in balance, score and history", async () => {
@@ -136,7 +136,7 @@ test("two tabs that find the same landing count it once, in balance, score and h
   await one.done;
   await new Promise(setImmediate);
   for (const { wallet } of [one, two]) {
-    assert.equal(wallet.balance, GRANT + 150);
+    assert.equal(balanceOf(wallet.account), GRANT + 150);
     const { staked, returned, last } = wallet.view(0);
     assert.deepEqual([staked, returned, last.length], [1, 2.5, 1]);
   }
@@ -148,7 +148,7 @@ test("where the server's ledger knows nothing of a session its stakes come back"
   const { wallet, recovery, told, done } = tab(storage, [new ApiError("unknown", 404)]);
   recovery.seek(["s1"]);
   await done;
-  assert.equal(wallet.balance, GRANT);
+  assert.equal(balanceOf(wallet.account), GRANT);
   assert.deepEqual(told.gone, [1]);
 });
 

@@ -1,7 +1,7 @@
 // The account as this browser keeps it, for all its tabs: read again before each change.
 
 import {
-  applied, balanceOf, knownDrops, newAccount, openDrops, refillOf, viewOf,
+  applied, knownDrops, newAccount, openDrops, refillOf, viewOf,
 } from "../../model/player/account.js";
 
 /** @import { Account, AccountEvent, OpenDrop } from "../../model/player/account.js" */
@@ -42,11 +42,6 @@ export class Wallet {
     this.#text = JSON.stringify(after);
     this.storage.setItem(KEY, this.#text);
     return true;
-  }
-
-  /** @returns {number} credits that are on no drop, minor units */
-  get balance() {
-    return balanceOf(this.account);
   }
 
   /** @param {number} held credits staked on drops that the server has not acknowledged yet */
