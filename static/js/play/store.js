@@ -4,6 +4,7 @@
 /** @import { Odds } from "../model/odds.js" */
 /** @import { Played } from "../model/player/account.js" */
 /** @import { Receipt } from "../fairness/export.js" */
+/** @import { Expected } from "../instruments/fit-meter.js" */
 /** @import { Entry } from "../instruments/pile/columns.js" */
 /** @import { Landing } from "../model/table/company.js" */
 /** @import { Ball, Table } from "../model/table/table.js" */
@@ -17,6 +18,7 @@
  * @property {null} choice the player has set something on the desk
  * @property {null} account
  * @property {null} run what was dropped together has grown, or is down
+ * @property {Expected | null} expected what the tray's counts are compared with
  * @property {Odds | null} odds of the table that is played at are known, or that none are
  * @property {null} picture there is something new to draw
  * @property {Played} seen a drop of ours is shown to land: from here on it is final

@@ -41,6 +41,11 @@ export class Tray {
     const first = () => { if (!this.#fetched) void this.#fetch(); };
     for (const gesture of ["pointermove", "pointerdown", "keydown"]) document.addEventListener(gesture, first, { once: true });
     game.on("run", first);
+    game.on("expected", (expected) => {
+      this.#expected = expected;
+      this.histogram.setExpected(expected);
+      game.tell("picture", null);
+    });
     theme.onChange(() => this.histogram.draw());
   }
 
@@ -56,13 +61,6 @@ export class Tray {
       this.button.setAttribute("aria-pressed", "false");
       this.game.say(t("play.pile-fails"), { urgent: true });
     }
-    this.game.tell("picture", null);
-  }
-
-  /** @param {Expected | null} expected */
-  expect(expected) {
-    this.#expected = expected;
-    this.histogram.setExpected(expected);
     this.game.tell("picture", null);
   }
 

@@ -7,6 +7,7 @@ import { randomSeed } from "../room.js";
 /** @import { Hello } from "../../model/messages.js" */
 /** @import { Scene } from "../../model/scene.js" */
 /** @import { Ball, Solve } from "../../model/table/table.js" */
+/** @import { Game } from "../game.js" */
 
 const KEY = "plinko.demo.1";
 const QUIET_MS = 5000; // before the first
@@ -58,9 +59,10 @@ export class Demo {
   /** Waits for the table to have been quiet; null once somebody has played. @type {(() => void) | null} */
   #wait = null;
 
-  /** @param {Storage} storage @param {() => void} onBegin */
-  constructor(storage, onBegin) {
-    this.onBegin = onBegin;
+  /** @param {Game} game */
+  constructor(game) {
+    const { storage } = game;
+    this.game = game;
     this.wanted = byId("demo", HTMLInputElement);
     this.wanted.checked = storage.getItem(KEY) !== "off";
     this.wanted.addEventListener("change", () => {
@@ -68,10 +70,11 @@ export class Demo {
       if (this.wanted.checked) this.#wait?.();
       else this.#hide();
     });
+    game.on("table", ({ hello, table }) => this.#setTable(hello, table));
   }
 
   /** @param {Hello} hello @param {Table} table */
-  setTable(hello, { solve, flying }) {
+  #setTable(hello, { solve, flying }) {
     if (hello.board_digest === this.#digest) return; // a line that came back
     this.#digest = hello.board_digest;
     this.end();
@@ -88,7 +91,7 @@ export class Demo {
     if (!this.wanted.checked || document.visibilityState === "hidden") return;
     this.#balls = new DemoBalls(hello, solve, randomSeed);
     byId("demo-mark").hidden = false;
-    this.onBegin();
+    this.game.tell("picture", null);
   }
 
   end() {

@@ -3,12 +3,12 @@
 import { BoardView } from "../../board/view.js";
 import { describeBoard } from "../../board/alternative-text.js";
 import { announceShape } from "../../board/shape.js";
-import { InstrumentPanel } from "../../instruments/panel.js";
 import { emptyScene } from "../../model/scene.js";
 import { ratioOf } from "../../paint/geometry.js";
 import { byId } from "../../util/dom.js";
 import { FrameLoop } from "../../util/frame-loop.js";
 import { BoardPointer } from "../desk/pointer.js";
+import { InstrumentPanel } from "../panels/instruments.js";
 import { Notices } from "../panels/notices.js";
 import { Tray } from "../panels/tray.js";
 import { Sound } from "../sound/sound.js";
@@ -54,12 +54,10 @@ export class Picture {
     });
     this.notices = new Notices(game, theme);
     this.moment = new Moment(theme, this.view);
-    this.demo = new Demo(game.storage, wake);
+    this.demo = new Demo(game);
     this.sound = new Sound();
     this.soundChoice = new SoundChoice(this.sound, game.storage);
-    this.instruments = new InstrumentPanel(theme, {
-      onExpected: (expected) => this.tray.expect(expected), onChange: wake, say: (text) => game.say(text),
-    });
+    this.instruments = new InstrumentPanel(game, theme);
     this.pointer = new BoardPointer(game, this.view, (x, y) => this.instruments.pick(x, y));
     this.#subscribe(wake);
     theme.onChange(() => {
@@ -72,21 +70,14 @@ export class Picture {
 
   /** @param {() => void} wake */
   #subscribe(wake) {
-    const { game, instruments } = this;
+    const { game } = this;
     for (const kind of /** @type {const} */ (["picture", "room", "choice"])) game.on(kind, wake);
     game.on("table", ({ hello, table }) => this.#setTable(hello, table));
     game.on("seen", (played) => this.#seen(played));
-    game.on("odds", (odds) => instruments.fit.setRecord(odds, instruments.open));
-    game.on("pong", (ms) => instruments.line.pong(ms));
-    game.on("snapshot", () => instruments.ball.measure());
     let falling = 0;
     game.on("run", () => {
       if (game.falling > falling) this.#dropped();
       falling = game.falling;
-    });
-    game.on("room", () => {
-      if (game.room.state === "live") instruments.line.wake();
-      else instruments.line.rest(game.room);
     });
   }
 
@@ -108,8 +99,6 @@ export class Picture {
     this.#won = null;
     table.onPassed = this.ghost.follow;
     table.tracing = this.#still.matches;
-    this.demo.setTable(hello, table);
-    this.instruments.setTable(hello, table);
     this.tray.histogram.setBoard(board, hello.stats.histogram, this.instruments.fit.expected);
     this.loop.wake();
   }
@@ -185,7 +174,7 @@ export class Picture {
     this.ghost.paint(now);
     const tray = this.tray.show(now, still);
     const { counts } = this.tray.histogram;
-    const measuring = instruments.open && instruments.show(room, counts, game.account.scores, now);
+    const measuring = instruments.show(counts, now);
     return (table?.busy ?? false) || this.ghost.pending || tray || measuring || encore || streaking || celebrating
       || this.#won !== null || demo !== null;
   }
