@@ -3,11 +3,15 @@
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import Browser, ViewportSize, expect
 
 from tests.browser.conftest import NO_DEMO, Complaints, ServerProcess
 
-PAGES = ["", "compare.html", "replay.html", "editor.html", "sandbox.html"]
+DESK, PHONE = (1280, 800), (390, 844)
+PAGES = [
+    *((path, DESK) for path in ("", "compare.html", "replay.html", "editor.html", "sandbox.html")),
+    ("compare.html", PHONE),
+]
 SCREENS = [(360, 640), (390, 844), (700, 900), (1280, 800)]
 
 # To be run before the page: how far its parts move once they are painted, as browsers count it
@@ -46,11 +50,17 @@ def test_little_comes_before_the_first_drop_and_nothing_moves_about(
     assert shifted <= 0.02
 
 
-@pytest.mark.parametrize("path", PAGES)
+@pytest.mark.parametrize(("path", "size"), PAGES)
 def test_no_page_moves_about_while_it_opens(
-    browser: Browser, server: ServerProcess, complaints: Complaints, path: str
+    browser: Browser,
+    server: ServerProcess,
+    complaints: Complaints,
+    path: str,
+    size: tuple[int, int],
 ) -> None:
-    context = browser.new_context(service_workers="block", viewport={"width": 1280, "height": 800})
+    width, height = size
+    viewport: ViewportSize = {"width": width, "height": height}
+    context = browser.new_context(service_workers="block", viewport=viewport)
     context.add_init_script(NO_DEMO)
     context.add_init_script(WATCH)
     page = context.new_page()
