@@ -34,7 +34,7 @@ class EmbeddedDrop {
   async open(asked, hash) {
     const { board, address } = await boardOf(asked.board || DEFAULT_BOARD, hash);
     const drop = { ...asked, board: address, seed: asked.seed || DEFAULT_SEED };
-    const replay = await Replay.load(board, drop);
+    const replay = await Replay.compute(board, drop);
     this.#replay = replay;
     this.stage.setBoard(board);
     byId("more", HTMLAnchorElement).href = hash ? `replay.html?seed=${drop.seed}${hash}` : replayLink(drop);
