@@ -7,7 +7,7 @@ tried again. A request is handed on once: the server that it came to is the one 
 
 import asyncio
 import contextlib
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from typing import Final
 from urllib.parse import urlsplit
 
@@ -30,8 +30,9 @@ from app.web.shared import HOPS
 
 _SOCKETS: Final = "/ws/rooms/"
 
-_TRIES: Final = 80
-_PAUSE: Final = 0.1  # s between two of them: a room is on its way for two or three, mostly
+_PAUSES: Final = (0.05, 0.1, 0.2, *[0.4] * 19)
+"""s after which a request is tried again, each time: at first as long as a room is on its way
+mostly, and later so seldom that those who wait do not hold it up."""
 
 _OPEN_SECONDS: Final = 2.0  # for another server to take a WebSocket
 _CLOSE_SECONDS: Final = 1.0  # for it to hear that the client has left
@@ -82,7 +83,7 @@ class HandOn:
         lost = await self._bring(
             lambda: self.app(dict(scope), _again(body, receive), send),
             lambda member: self._ask(member, scope, body, receive, send),
-            tries=0 if HOPS in Headers(scope=scope) else _TRIES,
+            pauses=() if HOPS in Headers(scope=scope) else _PAUSES,
         )
         if lost is not None:
             await problem_response(lost, scope["path"])(scope, receive, send)
@@ -99,8 +100,8 @@ class HandOn:
                 pass  # the app tells the client
             await self.app(scope, receive, send)
 
-        tries = 0 if HOPS in client.headers else _TRIES
-        if await self._bring(here, lambda member: self._talk(member, client), tries=tries):
+        pauses = () if HOPS in client.headers else _PAUSES
+        if await self._bring(here, lambda member: self._talk(member, client), pauses=pauses):
             await self.app(scope, receive, send)  # it tells the client to come again
 
     async def _bring(
@@ -108,23 +109,22 @@ class HandOn:
         here: Callable[[], Awaitable[None]],
         there: Callable[[Member], Awaitable[bool]],
         *,
-        tries: int,
+        pauses: Sequence[float],
     ) -> LeaseLostError | None:
-        """Answer here or, which may be tried so often, there; why not, if it could not be."""
-        while True:
+        """Answer here or, trying again after each pause, there; why not, if it could not be."""
+        for pause in (*pauses, None):
             try:
                 await here()
             except LeaseLostError as error:
                 lost = error
             else:
                 return None
-            if tries == 0:
-                return lost
-            tries -= 1
-            member = self._alive.view.members.get(lost.holder)
-            if member and await there(member):
-                return None
-            await asyncio.sleep(_PAUSE)
+            if pause is not None:
+                member = self._alive.view.members.get(lost.holder)
+                if member and await there(member):
+                    return None
+                await asyncio.sleep(pause)
+        return lost
 
     async def _ask(
         self, member: Member, scope: Scope, body: bytes, receive: Receive, send: Send

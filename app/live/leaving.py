@@ -56,10 +56,6 @@ class Leaving:
         if room_id in self._leaving:
             raise _going(room_id)
 
-    def is_leaving(self, room_id: str) -> bool:
-        """Whether a room is on its way to another server."""
-        return room_id in self._leaving
-
     async def until_left(self, room_id: str) -> None:
         """Return once a room that is on its way to another server is there; at once for others."""
         if room_id in self._leaving:

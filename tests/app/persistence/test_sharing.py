@@ -206,7 +206,7 @@ async def test_who_watches_is_sent_on_only_once_the_next_server_has_the_room(add
         assert [each.room.world.tick for each in taken] == [room.room.world.tick]
         with pytest.raises(LeaseLostError):
             await watcher.running
-        assert not a.shared.leaving.is_leaving(room.id)
+        a.shared.leaving.check(room.id)  # it has left
 
 
 async def test_who_watches_is_sent_on_although_the_next_server_failed_to_take_the_room(
