@@ -66,8 +66,8 @@ class Alive:
         """Take in who was found at the beat of `me`."""
         if late := self.view.look(me, found):
             _log.warning(
-                "this server was late: it said %.1f s ago that it is alive, and others have taken "
-                "its rooms after %g s",
+                "this server was late: it said %.1f s ago that it is alive, and after %g s others "
+                "may take its rooms",
                 late,
                 LEASE,
             )
