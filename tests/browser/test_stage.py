@@ -125,6 +125,35 @@ def test_a_drop_with_a_name_has_it_at_its_ball_on_the_stage_and_at_the_table(
     assert NAME not in written(silent)
 
 
+def test_what_waits_is_shown_and_goes_on_after_the_server_was_killed(
+    opened: Open, mortal: ServerProcess, complaints: Complaints
+) -> None:
+    complaints.allow(GONE)
+    quick = quick_table(mortal, "triangle-8")
+    stage = there(opened(f"{mortal.url}/stage.html?room={quick.room}&leaders=balls"))
+    player = opened(f"{mortal.url}{quick.page}").ready()
+    path = f"{mortal.url}/api/v1/rooms/{quick.room}"
+    own = {"authorization": f"Bearer {quick.token}"}
+    for name, n in ((NAME, 12), ("Ben", 200)):
+        item = {"n": n, "name": name, "every": 0.1}
+        httpx.post(f"{path}/queue", json=item, headers=own).raise_for_status()
+    waiting = stage.page.locator("#queue > li")
+    expect(waiting.first).to_contain_text(NAME)
+    expect(waiting.last).to_have_text("Ben200")
+    stage.shot("stage-queue")
+    expect(stage.page.locator("#winners > li").first).to_contain_text(NAME)
+    mortal.kill(signal.SIGKILL)
+    stage.state("reconnecting")
+    mortal.start()
+    there(stage)
+    expect(waiting).to_have_count(1)
+    httpx.post(f"{path}/queue/skip", headers=own).raise_for_status()
+    expect(waiting).to_have_count(0)
+    drops = httpx.get(f"{path}/log").json()["drops"]
+    assert [drop["name"] for drop in drops][:13] == [NAME] * 12 + ["Ben"]
+    player.ready()
+
+
 def test_the_address_switches_each_part_and_chooses_the_ground(opened: Open) -> None:
     bare = there(opened("/stage.html?room=triangle-8&winners=off&leaders=off&ground=transparent"))
     expect(bare.page.locator(".show-panel:not([hidden])")).to_have_count(0)
