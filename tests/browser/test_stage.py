@@ -30,7 +30,7 @@ _TO_CLICK = "document.querySelectorAll('a, button, input, select, textarea, [tab
 _LAID_OUT = """
 () => {
   const box = (id) => document.getElementById(id).getBoundingClientRect();
-  const beyond = ["board", "winners-panel", "leaders-panel"].map(box).map((one) => Math.max(
+  const beyond = ["board", "winners-panel", "leaders-panel", "queue-panel"].map(box).map((one) => Math.max(
     -one.left, -one.top, one.right - innerWidth, one.bottom - innerHeight));
   const [board, stage] = [box("board"), document.querySelector(".stage").getBoundingClientRect()];
   const fills = Math.max(board.width / stage.width, board.height / stage.height);
@@ -140,7 +140,13 @@ def test_what_waits_is_shown_and_goes_on_after_the_server_was_killed(
     waiting = stage.page.locator("#queue > li")
     expect(waiting.first).to_contain_text(NAME)
     expect(waiting.last).to_have_text("Ben200")
-    stage.shot("stage-queue")
+    for size in FRAMES:
+        stage.page.set_viewport_size(size)
+        stage.frames(4)
+        found = stage.page.evaluate(_LAID_OUT)
+        assert found["beyond"] <= 0, size
+        assert found["fills"] > 0.99, size
+        stage.shot(f"stage-queue-{size['width']}x{size['height']}")
     expect(stage.page.locator("#winners > li").first).to_contain_text(NAME)
     mortal.kill(signal.SIGKILL)
     stage.state("reconnecting")
@@ -155,7 +161,7 @@ def test_what_waits_is_shown_and_goes_on_after_the_server_was_killed(
 
 
 def test_the_address_switches_each_part_and_chooses_the_ground(opened: Open) -> None:
-    bare = there(opened("/stage.html?room=triangle-8&winners=off&leaders=off&ground=transparent"))
+    bare = there(opened("/stage.html?room=triangle-8&winners=off&leaders=off&queue=off&ground=transparent"))
     expect(bare.page.locator(".show-panel:not([hidden])")).to_have_count(0)
     clear, all_of_it = "rgba(0, 0, 0, 0)", 255
     found = bare.page.evaluate(_GROUNDS)
@@ -163,7 +169,7 @@ def test_the_address_switches_each_part_and_chooses_the_ground(opened: Open) -> 
     page = bare.page
     page.goto(f"{bare.url}/stage.html?room=triangle-8&ground=00b140&plate=off")
     there(bare)
-    expect(page.locator(".show-panel:not([hidden])")).to_have_count(2)
+    expect(page.locator(".show-panel:not([hidden])")).to_have_count(3)
     found = page.evaluate(_GROUNDS)
     assert found == {"around": 0, "plate": 0, "below": ["rgb(0, 177, 64)"]}
     page.goto(f"{bare.url}/stage.html?room=triangle-8")
