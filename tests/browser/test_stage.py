@@ -30,7 +30,8 @@ _TO_CLICK = "document.querySelectorAll('a, button, input, select, textarea, [tab
 _LAID_OUT = """
 () => {
   const box = (id) => document.getElementById(id).getBoundingClientRect();
-  const beyond = ["board", "winners-panel", "leaders-panel", "queue-panel"].map(box).map((one) => Math.max(
+  const parts = ["board", "winners-panel", "leaders-panel", "queue-panel"];
+  const beyond = parts.map(box).map((one) => Math.max(
     -one.left, -one.top, one.right - innerWidth, one.bottom - innerHeight));
   const [board, stage] = [box("board"), document.querySelector(".stage").getBoundingClientRect()];
   const fills = Math.max(board.width / stage.width, board.height / stage.height);
@@ -161,7 +162,9 @@ def test_what_waits_is_shown_and_goes_on_after_the_server_was_killed(
 
 
 def test_the_address_switches_each_part_and_chooses_the_ground(opened: Open) -> None:
-    bare = there(opened("/stage.html?room=triangle-8&winners=off&leaders=off&queue=off&ground=transparent"))
+    bare = there(
+        opened("/stage.html?room=triangle-8&winners=off&leaders=off&queue=off&ground=transparent")
+    )
     expect(bare.page.locator(".show-panel:not([hidden])")).to_have_count(0)
     clear, all_of_it = "rgba(0, 0, 0, 0)", 255
     found = bare.page.evaluate(_GROUNDS)
