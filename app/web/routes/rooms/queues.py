@@ -39,8 +39,8 @@ async def add_to_queue(room: str, request: Request, server: Server) -> Response:
     At most twenty of them fall at a time; what comes later waits. It survives a restart of the
     server, with each ball dropped once. A room that is begun anew or closed forgets what waits.
     """
+    found = await own_room(room, request, server)  # first: it counts where its room is
     limit_drops(request, server)
-    found = await own_room(room, request, server)
     body = await read(request, QueueRequest)
     if not found.room.format.has_results:
         raise InvalidValueError(
