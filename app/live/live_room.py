@@ -20,6 +20,7 @@ from app.errors import (
 )
 from app.live.broadcast.audience import NOBODY, Audience, Means, Player
 from app.live.halts import Halts
+from app.live.queue import RoomQueue
 from app.live.sessions.fair_session import FairSession, TakenDrop
 from app.live.ticking.landings import Landings
 from app.live.ticking.runner import Runner
@@ -43,7 +44,7 @@ _LOOK: Final = 0.002  # s that a room may follow paths in a turn; those of most 
 
 @dataclass(frozen=True)
 class Around:
-    """What all live rooms of a server share. `new_id` names a life of a room.
+    """What all live rooms of a server share. `new_id` names a life of a room, `draw` gives a seed.
 
     `filmed` says whether a room is watched by others than clients of the hub.
     """
@@ -54,6 +55,7 @@ class Around:
     runner: Runner
     new_id: Callable[[], str]
     filmed: Callable[[str], bool]
+    draw: Callable[[], int]
 
 
 @dataclass(eq=False)
@@ -87,11 +89,25 @@ class LiveRoom:
         self._alone = 0  # ticks for which nobody watched a scene
         self._behind = 0  # ticks by which it waits for another thread
         self._missed = 0  # ticks in a row that were due and did not run
+        self.queue = self._new_queue()
         self._begin()
 
     def _begin(self) -> None:
         self.room.owned = self.owned
         self._runner.wake(self)
+
+    def _new_queue(self) -> RoomQueue:
+        """What waits in the run that begins or goes on now."""
+        record = self._persistence.runs.of(self.room)
+        return RoomQueue(
+            self._persistence.ledger,
+            record.number,
+            drop=self.drop_once,
+            flying=lambda: {ball.ball for ball in self.room.balls},
+            draw=self._around.draw,
+            tell=self.audience.notify,
+            empty=not record.known,
+        )
 
     @property
     def owned(self) -> bool:
@@ -450,6 +466,7 @@ class LiveRoom:
         self._leave_behind(why)
         self.room = room
         self.audience.begin(room, self._around.new_id())
+        self.queue = self._new_queue()
         self._begin()
 
     def give_up(self, why: str) -> None:
@@ -464,6 +481,7 @@ class LiveRoom:
 
     def _leave_behind(self, error: AppError) -> None:
         """Tick no more, and tell all who wait for something here that it will not come."""
+        self.queue.end()
         self._leave_runner()
         self.landings.end(error)
         for pending, asked in list(self._asked.items()):

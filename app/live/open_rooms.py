@@ -108,7 +108,13 @@ class OpenRooms:
         return None
 
     def _is_used(self, live: LiveRoom) -> bool:
-        return live.ticks or bool(live.room.planned) or live.id == MAIN or live.watched
+        return (
+            live.ticks
+            or bool(live.room.planned)
+            or live.queue.running
+            or live.id == MAIN
+            or live.watched
+        )
 
     def _park(self, live: LiveRoom, closing: str = "") -> None:
         """Let the ledger have a sleeping room; one with an owner is closed where there is a why.

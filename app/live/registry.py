@@ -34,7 +34,9 @@ from app.persistence.leases import Leases
 from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.recovery.rebuild_queue import RebuildQueue, Turn, rebuilding
 from app.persistence.service import PersistenceService
-from app.persistence.statements import store
+from app.persistence.statements import queue_store, store
+from app.protocol import messages
+from app.protocol.wire import WireMessage
 from app.rooms import kinds
 from app.rooms.boards import Boards
 from app.rooms.kinds import INDEPENDENT, SCENE, BallLimits, make_room
@@ -90,7 +92,9 @@ class Rooms:
         )
         self.ticker = self.runner.ticker
         audiences = Means.of(hub, settings, clock, self.halts.holds, Presence(clock))
-        self._around = Around(audiences, self.persistence, self.halts, self.runner, new_id, filmed)
+        self._around = Around(
+            audiences, self.persistence, self.halts, self.runner, new_id, filmed, draw
+        )
         self._open = OpenRooms(settings, self.persistence)
         self.rebuilding = RebuildQueue(self._rebuild)
         self.public = PublicTables(boards, main_board, self.scene)
@@ -165,7 +169,10 @@ class Rooms:
             async with self._loading:
                 if room_id in self._open.parked:
                     await self._load(room_id)
-        return self.find(room_id)
+        live = self.find(room_id)
+        with contextlib.suppress(LedgerError):  # then the next one who asks for the room tries it
+            await live.queue.load()
+        return live
 
     async def _load(self, room_id: str) -> None:
         """Take a parked room into memory; raises LedgerError, DamagedRoomError."""
@@ -202,15 +209,35 @@ class Rooms:
             self.find(MAIN)
 
     async def follow(self) -> None:
-        """Heed what other servers do to all rooms of a shared ledger, until cancelled."""
+        """Go on with what waits in rooms that are this server's alone, once.
+
+        Where servers share the ledger, heed what others do to all rooms, until cancelled; what
+        waits in a room then goes on at the server that has it, when somebody asks for the room.
+        """
+        if self.shared.alone:
+            await self._go_on_with_queues()
         while not self.shared.alone:
             with contextlib.suppress(LedgerError):  # it is told of where something is to be done
                 await self.halts.follow()
                 await self.shared.look_after()
             await asyncio.sleep(_FOLLOW)
 
+    async def _go_on_with_queues(self) -> None:
+        try:
+            waiting = await self.persistence.ledger.read(queue_store.waiting)
+        except LedgerError as error:
+            _log.warning("what waits goes on when somebody asks for its room: %s", error)
+            return
+        for room_id in waiting:
+            try:
+                await self.seek(room_id)
+            except AppError as error:
+                _log.warning("what waits does not go on: %s", error, extra={"room": room_id})
+
     def leave(self) -> None:
         """The server stops: hand the ledger what it needs to go on from here."""
+        for live in self._open.in_memory.values():
+            live.queue.end()
         self.persistence.leave(self.runner.close())
 
     async def made_by(self, creator: str) -> int | None:
@@ -366,6 +393,8 @@ class Rooms:
     def enter(self, live: LiveRoom, client: Client) -> None:
         """Let a client watch: the full state first, then all that happens. Raises RoomFullError."""
         live.audience.enter(client)
+        if live.queue.state.items:
+            client.post(WireMessage.of_text(messages.encode_event(live.queue.event)))
         live.wake()
 
     def exit(self, live: LiveRoom, client: Client) -> None:

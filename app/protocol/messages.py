@@ -289,6 +289,23 @@ class Halted(Event, frozen=True, tag="halted", kw_only=True):
     halted: bool
 
 
+class QueueItem(msgspec.Struct, frozen=True, kw_only=True):
+    """Balls that wait to be dropped, for somebody."""
+
+    number: int
+    left: int
+    name: str | msgspec.UnsetType = msgspec.UNSET
+    colour: str | msgspec.UnsetType = msgspec.UNSET
+
+
+class QueueState(Event, frozen=True, tag="queue", kw_only=True):
+    """How many balls wait to be dropped, and the first of them by item."""
+
+    waiting: int
+    paused: bool
+    items: list[QueueItem]
+
+
 class Presence(Event, frozen=True, tag="presence", kw_only=True):
     """How many visitors are here, and who was last heard of. `you`: who is told, once it appears.
 

@@ -146,6 +146,14 @@ TakenRow = DropRow | InputRow
 
 
 @dataclass(frozen=True, slots=True)
+class QueueRow:
+    """What waits to be dropped in the run `room`, as JSON, in place of what did."""
+
+    room: int
+    data: str
+
+
+@dataclass(frozen=True, slots=True)
 class Pruned:
     """How much was deleted: sessions of rooms, their drops and inputs."""
 
@@ -317,6 +325,7 @@ Write = (
     | FairOpening
     | FairEnd
     | LogLeaf
+    | QueueRow
     | Halt
     | Release
     | Heard

@@ -12,6 +12,7 @@ from tests.browser.access.axe import check_axe
 from tests.browser.conftest import Complaints, Open, ServerProcess, quick_table
 from tests.browser.screen import Screen
 from tests.browser.table.test_reconnect import GONE
+from tests.waiting import LIMIT
 
 FRAMES: list[ViewportSize] = [
     {"width": 1920, "height": 1080},
@@ -30,7 +31,8 @@ _TO_CLICK = "document.querySelectorAll('a, button, input, select, textarea, [tab
 _LAID_OUT = """
 () => {
   const box = (id) => document.getElementById(id).getBoundingClientRect();
-  const beyond = ["board", "winners-panel", "leaders-panel"].map(box).map((one) => Math.max(
+  const parts = ["board", "winners-panel", "leaders-panel", "queue-panel"];
+  const beyond = parts.map(box).map((one) => Math.max(
     -one.left, -one.top, one.right - innerWidth, one.bottom - innerHeight));
   const [board, stage] = [box("board"), document.querySelector(".stage").getBoundingClientRect()];
   const fills = Math.max(board.width / stage.width, board.height / stage.height);
@@ -112,6 +114,7 @@ def test_a_drop_with_a_name_has_it_at_its_ball_on_the_stage_and_at_the_table(
         f"{server.url}/api/v1/rooms/{quick.room}/drops",
         json={"name": NAME, "colour": "#e91e63"},
         headers={"authorization": f"Bearer {quick.token}"},
+        timeout=LIMIT,
     )
     assert reply.status_code == 202, reply.text
     for screen, lists in ((stage, ("winners", "leaders")), (silent, ("winners", "leaders"))):
@@ -125,8 +128,50 @@ def test_a_drop_with_a_name_has_it_at_its_ball_on_the_stage_and_at_the_table(
     assert NAME not in written(silent)
 
 
+def test_what_waits_is_shown_and_goes_on_after_the_server_was_killed(
+    opened: Open, mortal: ServerProcess, complaints: Complaints
+) -> None:
+    complaints.allow(GONE)
+    quick = quick_table(mortal, "triangle-8")
+    stage = there(opened(f"{mortal.url}/stage.html?room={quick.room}&leaders=balls"))
+    player = opened(f"{mortal.url}{quick.page}").ready()
+    path = f"{mortal.url}/api/v1/rooms/{quick.room}"
+    own = {"authorization": f"Bearer {quick.token}"}
+    http = httpx.Client(headers=own, timeout=LIMIT)
+    http.patch(f"{path}/queue", json={"paused": True}).raise_for_status()
+    for name, n in ((NAME, 12), ("Ben", 100)):
+        item = {"n": n, "name": name, "every": 0.1}
+        http.post(f"{path}/queue", json=item).raise_for_status()
+    waiting = stage.page.locator("#queue > li")
+    expect(waiting).to_have_text([f"{NAME}12", "Ben100"])
+    expect(stage.page.locator("#queue-title")).to_have_text("Waiting: 112 (paused)")
+    for size in FRAMES[3:]:  # which has the shape of the first
+        stage.page.set_viewport_size(size)
+        stage.frames(4)
+        found = stage.page.evaluate(_LAID_OUT)
+        assert found["beyond"] <= 0, size
+        assert found["fills"] > 0.99, size
+        stage.shot(f"stage-queue-{size['width']}x{size['height']}")
+    http.patch(f"{path}/queue", json={"paused": False}).raise_for_status()
+    expect(stage.page.locator("#winners > li").first).to_contain_text(NAME)
+    mortal.kill(signal.SIGKILL)
+    stage.state("reconnecting")
+    mortal.start()
+    there(stage)
+    expect(waiting).to_have_count(1)
+    http.delete(f"{path}/queue").raise_for_status()
+    expect(waiting).to_have_count(0)
+    names = [drop["name"] for drop in http.get(f"{path}/log").json()["drops"]]
+    http.close()
+    assert names[:12] == [NAME] * 12
+    assert set(names[12:]) <= {"Ben"}
+    player.ready()
+
+
 def test_the_address_switches_each_part_and_chooses_the_ground(opened: Open) -> None:
-    bare = there(opened("/stage.html?room=triangle-8&winners=off&leaders=off&ground=transparent"))
+    bare = there(
+        opened("/stage.html?room=triangle-8&winners=off&leaders=off&queue=off&ground=transparent")
+    )
     expect(bare.page.locator(".show-panel:not([hidden])")).to_have_count(0)
     clear, all_of_it = "rgba(0, 0, 0, 0)", 255
     found = bare.page.evaluate(_GROUNDS)
@@ -134,7 +179,7 @@ def test_the_address_switches_each_part_and_chooses_the_ground(opened: Open) -> 
     page = bare.page
     page.goto(f"{bare.url}/stage.html?room=triangle-8&ground=00b140&plate=off")
     there(bare)
-    expect(page.locator(".show-panel:not([hidden])")).to_have_count(2)
+    expect(page.locator(".show-panel:not([hidden])")).to_have_count(3)
     found = page.evaluate(_GROUNDS)
     assert found == {"around": 0, "plate": 0, "below": ["rgb(0, 177, 64)"]}
     page.goto(f"{bare.url}/stage.html?room=triangle-8")

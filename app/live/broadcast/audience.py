@@ -137,10 +137,13 @@ class Audience:
 
     def tell_halt(self) -> None:
         """Tell everyone whether the room takes anything new."""
-        halted = messages.Halted(halted=self._means.halted(self.room.id))
-        event = messages.encode_event(halted)
+        self.notify(messages.Halted(halted=self._means.halted(self.room.id)))
+
+    def notify(self, event: messages.Event) -> None:
+        """Tell everyone what is no event of the room."""
+        text = messages.encode_event(event)
         for client in self._hub.clients(self.room.id):
-            self._hub.notify(self.room.id, client.id, event)
+            self._hub.notify(self.room.id, client.id, text)
 
     # What is told.
 

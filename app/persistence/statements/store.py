@@ -40,6 +40,7 @@ def prune(connection: Connection, before: float, *, keep: bool = False) -> Prune
         (tables.results, tables.results.c.room),
         (tables.webhooks, tables.webhooks.c.room),
         (tables.drops, tables.drops.c.room),
+        (tables.queues, tables.queues.c.room),
         (tables.inputs, tables.inputs.c.room),
         (rooms, rooms.c.number),
     ):
@@ -50,7 +51,7 @@ def prune(connection: Connection, before: float, *, keep: bool = False) -> Prune
     if not keep:  # no server runs, so that nobody has a room that is not there any more
         gone = tables.leases.c.room.not_in(select(rooms.c.id))
         connection.execute(delete(tables.leases).where(gone))
-    _, _, drops, inputs, sessions = counts
+    _, _, drops, _, inputs, sessions = counts
     return Pruned(sessions, drops, inputs)
 
 

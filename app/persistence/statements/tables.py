@@ -223,6 +223,14 @@ webhooks = Table(
     sqlite_autoincrement=True,  # else the number of the last one would be given again
 )
 
+# What waits to be dropped in a run of a room, as JSON: its items, and whether they are paused.
+queues = Table(
+    "queues",
+    metadata,
+    Column("room", BigInteger, ForeignKey("rooms.number"), primary_key=True, autoincrement=False),
+    Column("data", Text, nullable=False),
+)
+
 # Which server has a room, where several share the ledger. `number` grows with every change of
 # hands and is what a write must still find here; a `holder` of "" is nobody.
 leases = Table(

@@ -13,7 +13,14 @@ from typing import Any, Final
 import sqlalchemy as sa
 from sqlalchemy import Connection, Row, bindparam, delete, insert, update
 
-from app.persistence.statements import fair_store, halt_store, tables, totals, webhook_store
+from app.persistence.statements import (
+    fair_store,
+    halt_store,
+    queue_store,
+    tables,
+    totals,
+    webhook_store,
+)
 from app.persistence.statements.store import unended_drops
 from app.rooms.drop_format import DropFormat
 from app.rooms.records import (
@@ -28,6 +35,7 @@ from app.rooms.records import (
     InputRow,
     LogLeaf,
     Mark,
+    QueueRow,
     Release,
     ResultRow,
     RoomRow,
@@ -172,6 +180,7 @@ _APPLY: dict[type, Callable[[Connection, Any], Ended | None]] = {
     FairOpening: fair_store.open_sessions,
     FairEnd: fair_store.end_sessions,
     LogLeaf: fair_store.add_leaves,
+    QueueRow: queue_store.put,
     Halt: halt_store.halt,
     Release: halt_store.release,
     Heard: webhook_store.heard,

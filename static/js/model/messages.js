@@ -99,6 +99,8 @@
  *
  * @typedef {{type: "error", code: string, detail: string, ref?: string | null}} Refusal
  * @typedef {{type: "missed", events: (Accepted | Landed | Contact)[] | null}} Missed
+ * @typedef {{number: number, left: number} & Tag} QueueItem balls that wait to be dropped, for somebody
+ * @typedef {{type: "queue", waiting: number, paused: boolean, items: QueueItem[]}} QueueState the first items that wait
  * @typedef {{type: "halted", halted: boolean}} Halted whether an operator lets the table take drops
  * @typedef {{type: "pong", t: number}} Pong
  * @typedef {object} Snapshot one tick of a room, as columns: ball i is ids[i], x[i], …
@@ -119,7 +121,7 @@
  *   in flight is on
  *
  * @typedef {Hello | Accepted | BriefAccepted | Contact | Landed | BriefLanded | ClockMessage | Refusal
- *   | Presence | Missed | Halted | Pong | SessionState | SessionEnded} TableMessage
+ *   | Presence | Missed | Halted | QueueState | Pong | SessionState | SessionEnded} TableMessage
  *
  * @typedef {{type: "placed", ball: number} & BallKind} Placed
  * @typedef {{type: "edited", ball: number | null} & Partial<BallKind>} Edited

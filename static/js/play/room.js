@@ -236,6 +236,7 @@ export class Room {
     else if (event.type === "session") this.fair.told(event);
     else if (event.type === "ended") this.fair.ended(event);
     else if (event.type === "halted") this.news.tell("halted", event.halted);
+    else if (event.type === "queue") this.news.tell("queue", event);
     else if (event.type === "presence") this.company.hear(event, this.table?.balls.values());
     else if (event.type === "pong") this.news.tell("pong", performance.now() - event.t);
     this.news.tell("picture", null);

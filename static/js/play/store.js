@@ -1,6 +1,6 @@
 // The news of the live page: whoever knows something tells it, and each panel subscribes to what it shows.
 
-/** @import { SessionEnded, SessionState, Hello } from "../model/messages.js" */
+/** @import { Hello, QueueState, SessionEnded, SessionState } from "../model/messages.js" */
 /** @import { Odds } from "../model/odds.js" */
 /** @import { Played } from "../model/player/account.js" */
 /** @import { Receipt } from "../fairness/export.js" */
@@ -27,6 +27,7 @@
  * @property {Landing} landed a ball, anybody's, is shown to land
  * @property {{ref: string, text?: string}} refused the table did not take a drop of ours
  * @property {{text: string, score?: number, urgent?: boolean}} said urgent: it stays while a ball falls
+ * @property {QueueState} queue what waits to be dropped
  * @property {boolean} halted the operator lets no drops in, or does again
  * @property {{ended: SessionEnded, heard: Heard}} ended a fair session
  * @property {string} unsealed ref of a drop that waited for a session which will not be

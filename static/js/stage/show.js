@@ -19,7 +19,7 @@ import { plain } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
 import { Leaders } from "./leaders.js";
 
-/** @import { Hello } from "../model/messages.js" */
+/** @import { Hello, QueueState } from "../model/messages.js" */
 /** @import { Landing } from "../model/table/company.js" */
 /** @import { Table } from "../model/table/table.js" */
 /** @import { Theme } from "../paint/theme.js" */
@@ -27,6 +27,8 @@ import { Leaders } from "./leaders.js";
 /** @import { Leader } from "./leaders.js" */
 /** @import { Rank, Wishes } from "./wishes.js" */
 
+const QUEUED = 2; // items of what waits
+const NOTHING_WAITS = { waiting: 0, paused: false, items: [] };
 const SHOWN = 5; // in each list; the style sheet shows fewer where there is no room
 const AGAIN_MS = 30_000; // after a refusal: until then a room or a server may be there again
 
@@ -61,6 +63,7 @@ export class Show {
     if (wishes.sound) this.sound.switch(true);
     byId("winners-panel").hidden = !wishes.winners;
     byId("leaders-panel").hidden = wishes.leaders === null;
+    byId("queue-panel").hidden = !wishes.queue;
     const news = this.#subscribed(wake);
     this.room = new Room(wishes.room, {
       news, streams, solver, wallet: new Wallet(NOTHING_KEPT), self: new Self(NOTHING_KEPT),
@@ -78,6 +81,7 @@ export class Show {
     const news = new Store();
     news.on("picture", wake);
     news.on("table", ({ hello, table }) => this.#setTable(hello, table));
+    news.on("queue", (queue) => this.#tellQueue(queue));
     news.on("landed", (landing) => this.#landed(landing));
     news.on("room", () => {
       this.#tellState();
@@ -90,6 +94,7 @@ export class Show {
   #setTable(hello, table) {
     const { board, board_digest: digest, slots } = hello;
     table.tracing = this.#still.matches;
+    this.#tellQueue(NOTHING_WAITS); // else it is told right after this
     if (this.#digest !== digest) {
       this.#digest = digest;
       document.title = t("stage.title-board", { board: board.name });
@@ -131,6 +136,16 @@ export class Show {
     fill("winners", landings.map((landing) => this.#row(landing, this.#paid(landing))));
     const best = leaders ? this.#leaders.top(leaders, SHOWN) : [];
     fill("leaders", best.map((leader) => this.#leader(leader, /** @type {Rank} */ (leaders))));
+  }
+
+  /** @param {Pick<QueueState, "waiting" | "paused" | "items">} queue */
+  #tellQueue({ waiting, paused, items }) {
+    byId("queue-title").textContent = t(paused ? "stage.queue-paused" : "stage.queue", { n: waiting });
+    fill("queue", items.slice(0, QUEUED).map((item) => {
+      const { name, left } = item;
+      const colour = item.colour ?? (name ? swatchOf(item) : this.theme.palette.other);
+      return make("li", {}, swatch(colour), make("bdi", {}, called({ name })), make("span", { class: "count" }, plain(left)));
+    }));
   }
 
   /** @param {Leader} leader @param {Rank} rank */

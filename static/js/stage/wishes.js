@@ -12,6 +12,7 @@ import { MAIN_ROOM } from "../model/presets.js";
  * @property {boolean} names whether names are shown at the balls
  * @property {boolean} winners whether the last landings are listed
  * @property {Rank | null} leaders null for no leaderboard
+ * @property {boolean} queue whether it is told what waits
  * @property {boolean} sound
  */
 
@@ -29,6 +30,7 @@ export function readWishes(asked) {
     names: asked.get("names") !== "off",
     winners: asked.get("winners") !== "off",
     leaders: leaders === "off" ? null : RANKS.find((rank) => rank === leaders) ?? "best",
+    queue: asked.get("queue") !== "off",
     sound: asked.get("sound") === "on",
   };
 }

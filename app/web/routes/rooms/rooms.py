@@ -174,7 +174,7 @@ async def get_room(room: str, server: Server) -> Response:
 )
 async def change_room(room: str, request: Request, server: Server, key: Key = None) -> Response:
     """Give a room another board. It begins anew, for everyone in it; for its creator alone."""
-    found = await _own_room(room, request, server)
+    found = await own_room(room, request, server)
     body = await read(request, RoomChange)
     board = await _board_of_room(request, server, body.board)
     with _ending(request, server, found):
@@ -190,7 +190,7 @@ async def change_room(room: str, request: Request, server: Server, key: Key = No
 )
 async def reset_room(room: str, request: Request, server: Server, key: Key = None) -> Response:
     """Take all balls out and count from zero; for its creator alone."""
-    found = await _own_room(room, request, server)
+    found = await own_room(room, request, server)
     with _ending(request, server, found):
         await server.rooms.reset(found, key=_again(room, key))
     return reply(_view(server, found))
@@ -226,7 +226,7 @@ def _again(room: str, key: str | None) -> str | None:
 )
 async def close_room(room: str, request: Request, server: Server) -> Response:
     """Close a room for good and send everyone away; for its creator alone."""
-    found = await _own_room(room, request, server)
+    found = await own_room(room, request, server)
     with _ending(request, server, found):
         await server.rooms.delete(found)
     return Response(status_code=204)
@@ -381,7 +381,7 @@ async def _logged(server: Services, room_id: str) -> tuple[str, Room]:
     return f"{record.number}-{record.opened:.6f}", live.room
 
 
-async def _own_room(room_id: str, request: Request, server: Services) -> LiveRoom:
+async def own_room(room_id: str, request: Request, server: Services) -> LiveRoom:
     """The room, if the request bears its token; raises what stands in the way."""
     live = await server.rooms.seek(room_id)
     if not live.owned:

@@ -1,0 +1,158 @@
+"""The queue of one room while it is played in: drops what waits, evenly, a few balls at a time.
+
+What waits is in the ledger before anybody is told. Each ball has a key made of its item and its
+number, by which it is dropped once: after a restart an item is gone through from its first ball on,
+and those that the ledger has are not dropped again.
+"""
+
+import asyncio
+import functools
+import logging
+from collections.abc import Awaitable, Callable
+from typing import Final
+
+import msgspec
+
+from app.errors import HaltedError, LedgerError, LimitError, ResetError, UndecidedError
+from app.live.broadcast.audience import Player
+from app.persistence.ledger.null_ledger import NullLedger
+from app.persistence.ledger.writer import Ledger
+from app.persistence.statements import queue_store
+from app.protocol import messages
+from app.rooms.outcome import Outcome
+from app.rooms.pending import DropCommand
+from app.rooms.queue import EMPTY, Item, Queue
+from app.rooms.records import QueueRow
+
+MOST_FALLING: Final = 20  # balls of a queue at a time
+_POLL: Final = 0.1  # s between two polls of whether one has landed
+_RETRY: Final = 1.0  # s after which a ball is tried again that the room could not take
+_SHOWN: Final = 5  # items that an event names
+
+_PASSING: Final = (HaltedError, LimitError, LedgerError, ResetError, UndecidedError)
+"""Errors that waiting helps against."""
+
+_log = logging.getLogger("plinko")
+
+
+class RoomQueue:
+    """Of one run of a room, by its number; for the event loop's thread.
+
+    `drop` takes a ball unless it was taken before, `flying` are the balls in flight, `draw` gives a
+    seed, and `tell` sends an event to all who watch. `empty`: the ledger has nothing of it.
+    """
+
+    def __init__(
+        self,
+        ledger: Ledger | NullLedger,
+        run: int,
+        *,
+        drop: Callable[[DropCommand, Player], Awaitable[Outcome]],
+        flying: Callable[[], set[int]],
+        draw: Callable[[], int],
+        tell: Callable[[messages.Event], None],
+        empty: bool,
+    ) -> None:
+        self.state = EMPTY
+        self._ledger = ledger
+        self._run = run
+        self._drop = drop
+        self._flying = flying
+        self._draw = draw
+        self._tell_all = tell
+        self._loaded = empty
+        self._turn = asyncio.Lock()
+        self._task: asyncio.Task[None] | None = None
+        self._ended = False
+        self._item = -1  # number of the item that is being dropped
+        self._dropped = 0  # its balls until now
+
+    @property
+    def running(self) -> bool:
+        """Whether something is being dropped."""
+        return self._task is not None and not self._task.done()
+
+    @property
+    def waiting(self) -> int:
+        """Balls that wait."""
+        return sum(self.left(item) for item in self.state.items)
+
+    def left(self, item: Item) -> int:
+        """Balls of an item that wait."""
+        return item.balls - (self._dropped if item.number == self._item else 0)
+
+    @property
+    def event(self) -> messages.QueueState:
+        """What those who watch are told."""
+        shown = [
+            messages.QueueItem(number=item.number, left=self.left(item), **item.tag.fields)
+            for item in self.state.items[:_SHOWN]
+        ]
+        return messages.QueueState(waiting=self.waiting, paused=self.state.paused, items=shown)
+
+    async def load(self) -> None:
+        """Go on with what the ledger has of it; raises LedgerError."""
+        if self._loaded:
+            return
+        async with self._turn:
+            if not self._loaded:
+                self.state = await self._ledger.read(queue_store.queue, room=self._run)
+                self._loaded = True
+        self._go_on()
+
+    async def change(self, step: Callable[[Queue], Queue]) -> None:
+        """Have what waits become what `step` makes of it; raises what that raises, LedgerError."""
+        await self._ledger.decided(self._change(step))
+
+    async def _change(self, step: Callable[[Queue], Queue]) -> None:
+        await self.load()
+        async with self._turn:
+            after = step(self.state)
+            await self._ledger.commit(QueueRow(self._run, msgspec.json.encode(after).decode()))
+            self.state = after
+        self._tell_all(self.event)
+        self._go_on()
+
+    def end(self) -> None:
+        """The room ends or leaves: nothing more is dropped here."""
+        self._ended = True
+        if self._task is not None:
+            self._task.cancel()
+
+    def _go_on(self) -> None:
+        if self.state.items and not (self.state.paused or self.running or self._ended):
+            self._task = asyncio.create_task(self._work(), name="queue")
+            self._task.add_done_callback(_log_failure)
+
+    async def _work(self) -> None:
+        """Drop what waits, ball by ball, until nothing does or it is paused."""
+        falling: set[int] = set()
+        while self.state.items and not self.state.paused:
+            item = self.state.items[0]
+            if item.number != self._item:
+                self._item, self._dropped = item.number, 0
+            falling &= self._flying()
+            if len(falling) >= MOST_FALLING:
+                await asyncio.sleep(_POLL)
+                continue
+            try:
+                if self._dropped == item.balls:
+                    await self.change(functools.partial(Queue.without, number=item.number))
+                    continue
+                command = DropCommand(self._draw(), tag=item.tag)
+                outcome = await self._drop(command, Player(again=item.key(self._dropped)))
+            except _PASSING as error:
+                _log.info("a queue waits: %s", error)
+                await asyncio.sleep(_RETRY)
+                continue
+            self._dropped += 1
+            if outcome.landed is None:
+                falling.add(outcome.accepted.ball)
+            self._tell_all(self.event)
+            if not outcome.earlier:
+                await asyncio.sleep(item.every)
+
+
+def _log_failure(done: "asyncio.Task[None]") -> None:
+    if not done.cancelled() and (error := done.exception()) is not None:
+        _log.error("a queue ended: %s", error, exc_info=error)

@@ -1,0 +1,40 @@
+"""Statements of what waits to be dropped into rooms: one row a run, with all of it as JSON."""
+
+from dataclasses import asdict
+
+import msgspec
+from sqlalchemy import Connection, select
+
+from app.persistence.statements import tables
+from app.rooms.queue import EMPTY, Queue
+from app.rooms.records import QueueRow
+
+
+def queue(connection: Connection, room: int) -> Queue:
+    """What waits in the run of this number."""
+    chosen = select(tables.queues.c.data).where(tables.queues.c.room == room)
+    text = connection.scalar(chosen)
+    return EMPTY if text is None else msgspec.json.decode(text, type=Queue)
+
+
+def waiting(connection: Connection) -> list[str]:
+    """The ids of the open rooms in which something waits and is not paused."""
+    chosen = (
+        select(tables.rooms.c.id, tables.queues.c.data)
+        .join(tables.rooms, tables.rooms.c.number == tables.queues.c.room)
+        .where(tables.rooms.c.closed.is_(None))
+    )
+    found = (
+        (room, msgspec.json.decode(data, type=Queue)) for room, data in connection.execute(chosen)
+    )
+    return [room for room, each in found if each.items and not each.paused]
+
+
+def put(connection: Connection, rows: list[QueueRow]) -> None:
+    """What waits now, in place of what did."""
+    adding = tables.adding(connection, tables.queues)
+    adding = adding.on_conflict_do_update(
+        index_elements=["room"], set_={"data": adding.excluded.data}
+    )
+    for row in rows:
+        connection.execute(adding, asdict(row))

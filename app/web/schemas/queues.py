@@ -1,0 +1,46 @@
+"""Bodies of the routes of what waits to be dropped into a room."""
+
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+
+from app.rooms.queue import MOST_BALLS
+from app.web.schemas.fields import ColourIn, NameIn
+
+
+class QueueRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Balls for somebody."""
+
+    n: Annotated[int, Meta(ge=1, le=MOST_BALLS, description="How many balls.")]
+    name: NameIn = None
+    colour: ColourIn = None
+    every: Annotated[
+        float, Meta(ge=0.02, le=60.0, description="Seconds from one of the balls to the next.")
+    ] = 0.5
+
+
+class QueueChange(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What is to be different about a queue."""
+
+    paused: bool
+
+
+class QueuedItem(msgspec.Struct, frozen=True, omit_defaults=True):
+    """Balls that wait, for somebody."""
+
+    number: Annotated[int, Meta(description="Its own, for as long as the room is not begun anew.")]
+    n: Annotated[int, Meta(description="How many balls it had at first.")]
+    left: Annotated[int, Meta(description="How many of them wait.")]
+    every: float
+    name: str | None = None
+    colour: str | None = None
+
+
+class QueueView(msgspec.Struct, frozen=True):
+    """What waits to be dropped into a room."""
+
+    room: str
+    paused: bool
+    waiting: Annotated[int, Meta(description="Balls of all items.")]
+    items: Annotated[list[QueuedItem], Meta(description="In the order in which they are dropped.")]
