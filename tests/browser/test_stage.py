@@ -31,7 +31,8 @@ _TO_CLICK = "document.querySelectorAll('a, button, input, select, textarea, [tab
 _LAID_OUT = """
 () => {
   const box = (id) => document.getElementById(id).getBoundingClientRect();
-  const parts = ["board", "winners-panel", "leaders-panel", "queue-panel"];
+  const parts = ["board", "winners-panel", "leaders-panel", "queue-panel",
+    "join-panel"];
   const beyond = parts.map(box).map((one) => Math.max(
     -one.left, -one.top, one.right - innerWidth, one.bottom - innerHeight));
   const [board, stage] = [box("board"), document.querySelector(".stage").getBoundingClientRect()];
@@ -78,7 +79,7 @@ def test_an_audience_sees_who_won_what_and_has_nothing_to_click(
     opened: Open, server: ServerProcess
 ) -> None:
     quick = quick_table(server, "triangle-8", prize="Mug")
-    stage = there(opened(f"/stage.html?room={quick.room}&leaders=prizes"))
+    stage = there(opened(f"/stage.html?room={quick.room}&leaders=prizes&join=on"))
     player = opened(quick.page, before=_NAMED, viewport={"width": 390, "height": 844}).ready()
     winners, leaders = (stage.page.locator(f"#{name} > li") for name in ("winners", "leaders"))
     expect(winners).to_have_count(0)
@@ -89,6 +90,8 @@ def test_an_audience_sees_who_won_what_and_has_nothing_to_click(
     expect(winners.first).to_have_text(f"{NAME}Mug")
     expect(winners.first.locator(".paid")).to_have_css("background-color", "rgb(192, 57, 43)")
     assert stage.page.evaluate(_TO_CLICK) == 0
+    expect(stage.page.locator("#join")).to_have_js_property("complete", value=True)
+    assert stage.page.locator("#join").evaluate("image => image.naturalWidth") > 0
     assert [json.loads(frame)["type"] for frame in stage.sent] == ["appear"], "nothing is played"
     check_axe(stage)
     for size in FRAMES:

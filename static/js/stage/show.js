@@ -64,6 +64,7 @@ export class Show {
     byId("winners-panel").hidden = !wishes.winners;
     byId("leaders-panel").hidden = wishes.leaders === null;
     byId("queue-panel").hidden = !wishes.queue;
+    if (wishes.join) showWay(wishes.room);
     const news = this.#subscribed(wake);
     this.room = new Room(wishes.room, {
       news, streams, solver, wallet: new Wallet(NOTHING_KEPT), self: new Self(NOTHING_KEPT),
@@ -141,7 +142,7 @@ export class Show {
   /** @param {Pick<QueueState, "waiting" | "paused" | "items">} queue */
   #tellQueue({ waiting, paused, items }) {
     byId("queue-title").textContent = t(paused ? "stage.queue-paused" : "stage.queue", { n: waiting });
-    fill("queue", items.slice(0, QUEUED).map((item) => {
+    fill("queue", items.filter(({ left }) => left).slice(0, QUEUED).map((item) => {
       const { name, left } = item;
       const colour = item.colour ?? (name ? swatchOf(item) : this.theme.palette.other);
       return make("li", {}, swatch(colour), make("bdi", {}, called({ name })), make("span", { class: "count" }, plain(left)));
@@ -185,4 +186,10 @@ export class Show {
 function fill(id, rows) {
   byId(id).replaceChildren(...rows);
   byId(`${id}-panel`).dataset.empty = String(rows.length === 0);
+}
+
+/** @param {string} room to which phones are led */
+function showWay(room) {
+  byId("join", HTMLImageElement).src = `api/v1/rooms/${encodeURIComponent(room)}/qr.svg`;
+  byId("join-panel").hidden = false;
 }

@@ -13,6 +13,7 @@ import { MAIN_ROOM } from "../model/presets.js";
  * @property {boolean} winners whether the last landings are listed
  * @property {Rank | null} leaders null for no leaderboard
  * @property {boolean} queue whether it is told what waits
+ * @property {boolean} join whether phones are shown the way to the room
  * @property {boolean} sound
  */
 
@@ -31,6 +32,7 @@ export function readWishes(asked) {
     winners: asked.get("winners") !== "off",
     leaders: leaders === "off" ? null : RANKS.find((rank) => rank === leaders) ?? "best",
     queue: asked.get("queue") !== "off",
+    join: asked.get("join") === "on",
     sound: asked.get("sound") === "on",
   };
 }

@@ -7,7 +7,7 @@ import { readWishes } from "../../../static/js/stage/wishes.js";
 
 const read = (search) => readWishes(new URLSearchParams(search));
 
-const PLAIN = { room: "main", ground: null, plate: true, names: true, winners: true, leaders: "best", queue: true, sound: false };
+const PLAIN = { room: "main", ground: null, plate: true, names: true, winners: true, leaders: "best", queue: true, join: false, sound: false };
 
 test("without a word everything is shown, and nothing is heard", () => {
   assert.deepEqual(read(""), PLAIN);
@@ -19,6 +19,7 @@ test("each part is switched by itself", () => {
   assert.deepEqual(read("names=off"), { ...PLAIN, names: false });
   assert.deepEqual(read("winners=off"), { ...PLAIN, winners: false });
   assert.deepEqual(read("queue=off"), { ...PLAIN, queue: false });
+  assert.deepEqual(read("join=on"), { ...PLAIN, join: true });
   assert.deepEqual(read("leaders=off"), { ...PLAIN, leaders: null });
   assert.deepEqual(read("leaders=prizes"), { ...PLAIN, leaders: "prizes" });
   assert.deepEqual(read("sound=on"), { ...PLAIN, sound: true });
