@@ -24,6 +24,7 @@ from app.web.schemas.health import Health, IntegrityView, Readiness
 from app.web.schemas.payouts import Payouts, PayoutsRequest
 from app.web.schemas.players import PlayList
 from app.web.schemas.problem import Problem
+from app.web.schemas.queues import QueueChange, QueueRequest, QueueView
 from app.web.schemas.rooms import (
     RoomChange,
     RoomDrop,
@@ -86,6 +87,9 @@ DOCUMENTED = (
     MoveView,
     ClusterView,
     PlayList,
+    QueueRequest,
+    QueueChange,
+    QueueView,
 )
 
 

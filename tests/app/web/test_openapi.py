@@ -69,6 +69,11 @@ def test_it_lists_the_interface(document: dict[str, Any]) -> None:
         ("/api/v1/rooms/{room}/reset", "post"),
         ("/api/v1/rooms/{room}/move", "post"),
         ("/api/v1/rooms/{room}/log", "get"),
+        ("/api/v1/rooms/{room}/queue", "get"),
+        ("/api/v1/rooms/{room}/queue", "post"),
+        ("/api/v1/rooms/{room}/queue", "patch"),
+        ("/api/v1/rooms/{room}/queue", "delete"),
+        ("/api/v1/rooms/{room}/queue/skip", "post"),
         ("/api/v1/rooms/{room}/drops", "post"),
         ("/api/v1/rooms/{room}/frame.jpg", "get"),
         ("/api/v1/rooms/{room}/frame.png", "get"),
@@ -166,7 +171,7 @@ def test_every_operation_reads_well(document: dict[str, Any]) -> None:
         assert operation["description"], path
         assert set(operation["tags"]) <= tags, path
         assert operation["tags"], path
-        if method in ("post", "patch") and not path.endswith(("/reset", "/end")):
+        if method in ("post", "patch") and not path.endswith(("/reset", "/end", "/skip")):
             assert "application/json" in operation["requestBody"]["content"], path
         success = next(code for code in operation["responses"] if code.startswith("2"))
         if success != "204":
