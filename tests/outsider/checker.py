@@ -200,7 +200,8 @@ def number(value: float) -> str:
 def log_digest(log: Json) -> str:
     entries = "drops" if "drops" in log else "inputs"
     head = {key: value for key, value in log.items() if key not in (entries, "digest")}
-    lines = [canonical(part) + "\n" for part in (head, *log[entries])]
+    told = [{k: v for k, v in each.items() if k not in ("name", "colour")} for each in log[entries]]
+    lines = [canonical(part) + "\n" for part in (head, *told)]
     return hashlib.sha256("".join(lines).encode()).hexdigest()
 
 
