@@ -179,10 +179,10 @@ def test_a_commit_that_comes_through_late_is_undecided_until_then_and_true_from_
         def slow() -> Iterator[Any]:
             with transaction() as connection:
                 yield connection
+                ledger.patience = 0.1  # not before: what is not sent by then is refused
             assert told.wait(LIMIT)
 
         ledger.database.transaction = slow  # type: ignore[method-assign]
-        ledger.patience = 0.1
         undecided = http.post(f"/rooms/{ROOM}/drops", json={"seed": 1})
         assert (undecided.status_code, undecided.json()["code"]) == (503, "undecided")
         assert int(undecided.headers["retry-after"]) >= 1
