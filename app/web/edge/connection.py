@@ -14,6 +14,7 @@ from http import HTTPStatus
 from typing import Any
 
 from app.errors import AppError, answer
+from app.live.broadcast.transport import PAST, Past
 from app.web.edge.addresses import Connections, one_client
 from app.web.edge.intake import Intake
 from app.web.edge.middleware import SECURITY_HEADERS
@@ -72,9 +73,10 @@ class Connection(asyncio.BufferedProtocol):
         """Pass it on, unless this client has connections enough."""
         self._transport = transport
         self.close, self.abort = transport.close, transport.abort
-        self.is_closing, self.get_extra_info = transport.is_closing, transport.get_extra_info
+        self.is_closing = transport.is_closing
         self.get_write_buffer_size = transport.get_write_buffer_size
         self.set_write_buffer_limits = transport.set_write_buffer_limits
+        self._past = Past(transport)
         edge = self._edge
         self._host = str((transport.get_extra_info("peername") or ("",))[0])
         self._client = one_client(self._host)
@@ -164,6 +166,10 @@ class Connection(asyncio.BufferedProtocol):
         self._written += len(data)
         self._transport.write(data)
 
+    def get_extra_info(self, name: str, default: Any = None) -> Any:
+        """What is known of the connection, and how a WebSocket's frames are sent past this."""
+        return self._past if name == PAST else self._transport.get_extra_info(name, default)
+
     def pause_reading(self) -> None:
         """Take no more until `resume_reading`."""
         self._wanted = False
@@ -183,7 +189,7 @@ class Connection(asyncio.BufferedProtocol):
     def _watch(self) -> None:
         """Cut off a client that has read nothing of what waits for it since the last look."""
         waiting = self._transport.get_write_buffer_size()
-        taken = self._written - waiting
+        taken = self._written + self._past.written - waiting
         if waiting and taken == self._taken:
             self._edge.refused("unread")
             self._transport.abort()
