@@ -172,23 +172,23 @@ def test_a_commit_that_comes_through_late_is_undecided_until_then_and_true_from_
         httpx.Client(base_url=f"{server.url}/api/v1", timeout=60.0) as http,
     ):
         ledger = server.services.ledger
-        transaction, patience = ledger.database.transaction, ledger.patience
+        batch, patience = ledger.database.batch, ledger.patience  # of writes: reads go by
         told = threading.Event()
 
         @contextlib.contextmanager
         def slow() -> Iterator[Any]:
-            with transaction() as connection:
+            with batch() as connection:
                 yield connection
                 ledger.patience = 0.1  # not before: what is not sent by then is refused
             assert told.wait(LIMIT)
 
-        ledger.database.transaction = slow  # type: ignore[method-assign]
+        ledger.database.batch = slow  # type: ignore[method-assign]
         undecided = http.post(f"/rooms/{ROOM}/drops", json={"seed": 1})
         assert (undecided.status_code, undecided.json()["code"]) == (503, "undecided")
         assert int(undecided.headers["retry-after"]) >= 1
         refused = http.post(f"/rooms/{ROOM}/drops", json={"seed": 7})
         assert (refused.status_code, refused.json()["code"]) == (503, "ledger-unavailable")
-        ledger.database.transaction = transaction  # type: ignore[method-assign]
+        ledger.database.batch = batch  # type: ignore[method-assign]
         ledger.patience = patience
         told.set()
         again = f"/rooms/{ROOM}/drops?wait=1"
