@@ -78,7 +78,7 @@ class Alive:
         self.looked.send()
 
     def failed(self, error: Exception) -> None:
-        """PostgreSQL is away, and with it all that is known of who is alive."""
+        """Note that PostgreSQL does not say who is alive; all stays as it was known."""
         if self.view.up:
             _log.warning("servers do not see each other: rooms stay where they are: %s", error)
         self.view.failed()

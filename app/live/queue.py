@@ -1,8 +1,8 @@
 """The queue of one room while it is played in: drops what waits, evenly, a few balls at a time.
 
-What waits is in the ledger before anybody is told. Each ball has a key made of its item and its
-number, by which it is dropped once: after a restart an item is gone through from its first ball on,
-and those that the ledger has are not dropped again.
+The ledger has what waits before anybody is told. Each ball has a key, made of its item and its
+number there. After a restart the room goes through an item from its first ball on; the keys keep it
+from dropping again what the ledger has.
 """
 
 import asyncio

@@ -20,7 +20,7 @@ from app.rooms.records import Heard
 from app.webhooks.events import body_of, event_of, signed
 from app.webhooks.targets import Target
 
-MOST_BOARDS: Final = 64  # whose labels are remembered
+MOST_BOARDS: Final = 64  # whose labels are remembered from one request to the next
 MOST: Final = 100  # events in a request
 LOOK: Final = 0.2  # s between looks at what waits, where nothing did
 FIRST, LONGEST = 1.0, 60.0  # s between tries: doubled from the first to the longest
@@ -78,9 +78,9 @@ class Sender:
         rows = await read(webhook_store.waiting, target=self.target.url, most=MOST)
         if not rows:
             return False
+        if len(self._labels) >= MOST_BOARDS:
+            self._labels.clear()
         for board in {row["board"] for row in rows} - self._labels.keys():
-            if len(self._labels) >= MOST_BOARDS:
-                self._labels.clear()
             self._labels[board] = await read(webhook_store.labels, board=board)
         await self._deliver(rows)
         await self._ledger.commit(Heard(tuple(row["number"] for row in rows)))

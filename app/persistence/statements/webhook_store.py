@@ -1,4 +1,4 @@
-"""Statements of what webhooks are to be told: rows that are there until their target has heard.
+"""Statements of events that targets of webhooks have not heard yet, a row for each.
 
 They are written in the transaction of the drop or the result that they tell of: neither is there
 without the other. A higher number of the same room is of a later event.
@@ -38,7 +38,7 @@ def tell(
 
 
 def waiting(connection: Connection, target: str, most: int) -> list[dict[str, Any]]:
-    """What this target has not heard yet, at most so many events, the oldest first.
+    """The oldest events that this target has not heard, at most `most` of them, in order.
 
     Each has the columns of `webhooks`, `drops` and, after `result_`, those of `results` if it is a
     landing; the room's id as `room_id` and the digest of its `board`.

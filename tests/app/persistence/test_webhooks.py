@@ -134,6 +134,33 @@ def test_what_waits_of_a_room_goes_when_the_room_is_pruned(url: str) -> None:
     asyncio.run(scene())
 
 
+def test_more_boards_than_are_remembered_are_told_of(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.webhooks.sender.MOST_BOARDS", 1)
+    target = FakeTarget()
+    board, room = begun()
+    assert isinstance(board, BoardRow)
+    assert isinstance(room, RoomRow)
+    other = dataclasses.replace(board, digest="f" * 64)
+    second = dataclasses.replace(room, number=2, id="other", board=other.digest)
+
+    async def scene() -> None:
+        async with opened(f"sqlite:///{tmp_path / 'plinko.db'}") as ledger:
+            await ledger.commit(board, other, room, second, drop(0))
+            sending = Sending(ledger, target)
+            task = asyncio.create_task(sending.sender.run())
+            await eventually(lambda: target.heard or task.done())
+            await ledger.commit(drop(1), dataclasses.replace(drop(0), room=2))
+            await eventually(lambda: len(target.heard) == 3 or task.done())
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
+            await sending.http.aclose()
+
+    asyncio.run(scene())
+    assert sorted(target.ids) == ["1.0.accepted", "1.1.accepted", "2.0.accepted"]
+
+
 class Sending:
     """A sender whose waits take no time; `waited` are those between tries."""
 

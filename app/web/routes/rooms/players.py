@@ -80,8 +80,8 @@ async def list_room_plays(
 
     With `format=csv` a lesson's results for a spreadsheet.
     """
+    found = await server.rooms.seek(room)  # first: it counts where its room is
     limit_drops(request, server)
-    found = await server.rooms.seek(room)
     run = server.rooms.persistence.runs.of(found.room).number
     return await _page(request, server, run, before, limit, format)
 
