@@ -30,12 +30,13 @@ ALL := server,certify
 WITH_NODE := node="$$(tools/node)" && export PATH="$$node:$$PATH"
 NPM_INSTALL := npm install --no-audit --no-fund --no-package-lock --ignore-scripts --loglevel=error
 
-.PHONY: help play check test test-long test-crash test-attack test-browsers test-arm64 lint docs links format bench readme architecture pictures constraints clean kernels npm
+.PHONY: help play check test test-servers test-long test-crash test-attack test-browsers test-arm64 lint docs links format bench readme architecture pictures constraints clean kernels npm
 
 help:
 	@echo 'make play         start the server and print its address (PORT=8000)'
 	@echo 'make check        run the tests of CHECKED, which need only Python (a minute)'
-	@echo 'make test         run every test but the longest, browser tests included (five minutes)'
+	@echo 'make test         run the tests, browser tests included (five minutes)'
+	@echo 'make test-servers run the tests of SERVERS: kept, shared and lost, over SQLite and PostgreSQL (two)'
 	@echo 'make test-long    run the tests marked "long": sieges, measurements, many more tries'
 	@echo 'make test-crash   of these, a server under load killed, stalled, cut off, full (KILLS=50 FAULTS=20)'
 	@echo 'make test-attack  a server attacked, killed and stalled for long (HOURS=2), at half a core'
@@ -57,27 +58,36 @@ help:
 play: $(VENV)/.stamp-play
 	exec $(BIN)/plinko serve --host $(HOST) --port $(PORT)
 
-# What needs no browser, no database server and nothing of Debian: physics, rules, protocol and HTTP.
+# What needs no server, no browser and nothing of Debian: physics, rules, protocol and pictures.
 CHECKED ?= tests/engine tests/outsider tests/app/computing tests/app/conformance tests/app/fairness \
-	tests/app/ops tests/app/protocol tests/app/render tests/app/rooms tests/app/web
+	tests/app/ops tests/app/protocol tests/app/render tests/app/rooms
 
 check: export PYTHONDONTWRITEBYTECODE =
 check: $(VENV)/.stamp-test
-	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not postgresql and not long' \
-		--ignore tests/app/web/clients $(CHECKED) $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not postgresql and not long' $(CHECKED) \
+		$(PYTEST_ARGS)
 
-# The page's pure modules run in Node.js. Other tests drive a real Chromium and a real PostgreSQL: the
-# machine's own, or else Debian's.
+# What servers keep and lose: ledgers that fail, are cut off or freeze, servers that are killed, several
+# as one, relays, proxies.
+SERVERS ?= tests/app/cluster tests/app/persistence tests/app/relay tests/deploy
+
+# The page's pure modules run in Node.js. Other tests drive a real Chromium.
 # No result depends on how fast the machine is: `tools/busy make test` runs them beside busy loops.
 # A hundred servers and commands start: whatever the environment says, they are compiled once.
 test: export PYTHONDONTWRITEBYTECODE =
 test: $(VENV)/.stamp-test node_modules/.stamp
 	$(WITH_NODE) && node --test --test-reporter=spec $$(find tests/js -name '*.test.js' | sort)
+	chromium="$$(tools/chromium shell)" && \
+	CHROMIUM="$$chromium" $(BIN)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal \
+		$(SERVERS:%=--ignore %) $(PYTEST_ARGS)
+
+# They start PostgreSQL, Redis and proxies: the machine's own, or else Debian's.
+test-servers: export PYTHONDONTWRITEBYTECODE =
+test-servers: $(VENV)/.stamp-test
 	tools/postgresql
 	tools/proxies
 	tools/redis
-	chromium="$$(tools/chromium shell)" && \
-	CHROMIUM="$$chromium" $(BIN)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal $(SERVERS) $(PYTEST_ARGS)
 
 # Under load, over SQLite and over PostgreSQL, the server is killed KILLS times and meets FAULTS
 # stalls, frozen backends, cut lines and full disks, of each kind; and every step of a commit fails.
