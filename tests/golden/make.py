@@ -5,10 +5,10 @@ engine/constants.py and say what changed in CHANGELOG.md under 'Simulation resul
 boards may be added at any time. --initial, for use before anyone relies on a result, overwrites.
 """
 
-import json
 import sys
 
 from tests.golden import check
+from tests.golden.lines import in_lines
 
 
 def changed(old: check.Entry, new: check.Entry) -> list[str]:
@@ -33,7 +33,7 @@ def main(arguments: list[str]) -> int:
             print("\n".join(lines))  # noqa: T201 - a command prints
             print("results changed: raise PHYSICS_VERSION first")  # noqa: T201
             return 1
-    check.FILE.write_text(json.dumps(new, indent=1) + "\n", encoding="utf-8")
+    check.FILE.write_text(in_lines(new), encoding="utf-8")
     return 0
 
 

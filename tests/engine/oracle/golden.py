@@ -17,6 +17,7 @@ import numpy.typing as npt
 from engine.board.model import Board
 from tests.engine.oracle.drop import CUT, Event, OracleDrop, oracle_drop
 from tests.engine.oracle.scene import Real
+from tests.golden.lines import in_lines
 
 FOLDER: Final = Path(__file__).parents[2] / "golden" / "oracle"
 DPS: Final = 50
@@ -116,8 +117,7 @@ def save(name: str, board: Board, drops: list[GoldenDrop]) -> Path:
     }
     FOLDER.mkdir(parents=True, exist_ok=True)
     path = FOLDER / f"{name}.json"
-    rows = json.dumps(document, indent=1, allow_nan=False)
-    path.write_text(rows + "\n", encoding="utf-8")
+    path.write_text(in_lines(document), encoding="utf-8")
     return path
 
 
