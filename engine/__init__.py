@@ -11,6 +11,7 @@ from engine.board.parts import BallSpec, Bins, DropZone, Label, Peg, Wall
 from engine.board.presets import preset_names
 from engine.constants import PHYSICS_VERSION
 from engine.drops.batch import DropBatch, drop_many
+from engine.drops.draws import find_draw
 from engine.drops.drop import Drop, drop
 from engine.drops.occupancy import Occupancy, occupancy
 from engine.drops.seeds import seeds_landing_in
@@ -56,6 +57,7 @@ __all__ = [
     "certify",
     "drop",
     "drop_many",
+    "find_draw",
     "occupancy",
     "polygon",
     "preset_names",

@@ -53,6 +53,19 @@ def drop_seed(server_seed, client_seed, number, board_digest):
     return int.from_bytes(hmac.digest(server_seed, message, "sha256")[:8], "big")
 
 
+def drawn(draw, server_seed, client_seed, number, board_digest):
+    """The bin and the seed of a drop in a room with a draw: other bytes of another HMAC."""
+    message = b"plinko draw 1\n" + client_seed + number.to_bytes(8, "big") + board_digest
+    mac = hmac.digest(server_seed, message, "sha256")
+    place = int.from_bytes(mac[:16], "big") * sum(draw["weights"]) >> 128
+    for bin_, weight in enumerate(draw["weights"]):
+        if place < weight:
+            seeds = draw["seeds"][bin_]
+            return bin_, seeds[int.from_bytes(mac[16:24], "big") * len(seeds) >> 64]
+        place -= weight
+    raise ValueError("the weights are all 0")
+
+
 def leaf_hash(leaf):
     return hashlib.sha256(b"\x00" + leaf).digest()
 
@@ -101,7 +114,7 @@ def failures(export, key=None):
     server_seed, client_seed = (
         bytes.fromhex(export[name]) for name in ("server_seed", "client_seed")
     )
-    drops = export["drops"]
+    drops, draw = export["drops"], export.get("draw")
     holds = {
         "the key is the one that you know": key in (None, export["key"]),
         "the statement is signed": is_signed(export["session"], export["key"]),
@@ -120,6 +133,10 @@ def failures(export, key=None):
             canonical(export["board"]["bins"]["multipliers"]).encode()
         ).hexdigest()
         == session["payouts_digest"],
+        "the draw is the one committed to": session.get("draw_digest")
+        == (draw and hashlib.sha256(canonical(draw).encode()).hexdigest()),
+        "the draw is of this board": draw is None
+        or draw["board_digest"] == session["board_digest"],
     }
     size, root = head["size"], bytes.fromhex(head["root"])
     for number, drop in enumerate(drops):
@@ -129,7 +146,18 @@ def failures(export, key=None):
             "receipt": receipt, "index": index, "root": drop["root"],
         }  # fmt: skip
         signed = {"statement": entry, "signature": drop["signature"]}
-        seed = drop_seed(server_seed, client_seed, number, bytes.fromhex(session["board_digest"]))
+        known = (server_seed, client_seed, number, bytes.fromhex(session["board_digest"]))
+        if draw is None:
+            holds[f"drop {number}: both seeds draw its start"] = receipt["seed"] == str(
+                drop_seed(*known)
+            )
+        else:
+            bin_, seed = drawn(draw, *known)
+            start = (receipt["seed"], receipt["aim"])
+            holds |= {
+                f"drop {number}: both seeds draw its bin": drop["result"]["bin"] == bin_,
+                f"drop {number}: its ball is of that bin's list": start == (seed, None),
+            }
         leaf, old = canonical(receipt).encode(), bytes.fromhex(drop["root"])
         inclusion, consistency = (
             [bytes.fromhex(node) for node in drop[name]] for name in ("inclusion", "consistency")
@@ -139,7 +167,6 @@ def failures(export, key=None):
             f"drop {number}: the receipt is signed": is_signed(signed, export["key"]),
             f"drop {number}: it is of this session and board": same
             == (session["session"], session["board_digest"]),
-            f"drop {number}: both seeds draw its start": receipt["seed"] == str(seed),
             f"drop {number}: the log has it": root_by_inclusion(leaf, index, size, inclusion)
             == root,
             f"drop {number}: the log only grew": roots_by_consistency(

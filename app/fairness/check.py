@@ -14,7 +14,7 @@ import msgspec
 
 from app.errors import InvalidValueError
 from app.fairness.export import ExportedDrop, SessionExport, Signed
-from app.fairness.seeds import commitment, drop_seed, parse_hex
+from app.fairness.seeds import commitment, draw_mac, drop_seed, parse_hex
 from app.fairness.signing import is_signed
 from app.fairness.statements import (
     VERSION,
@@ -26,9 +26,10 @@ from app.fairness.statements import (
     payouts_digest,
 )
 from app.protocol.messages import SignedReceipt
+from app.rooms.draw import Draw
 from app.rooms.stakes import payout_of
 from engine import PHYSICS_VERSION, Board, drop, merkle
-from engine.errors import EngineError, RecordError
+from engine.errors import EngineError, ParameterError, RecordError, SeedError
 
 Kind = TypeVar("Kind", SessionStatement, Receipt, TreeHead, Closing)
 
@@ -78,7 +79,7 @@ def check_session(export: SessionExport, *, kernel_digest: str, key: str | None 
     """
     try:
         steps = tuple(_Check(export, kernel_digest, key).steps())
-    except InvalidValueError as error:
+    except (InvalidValueError, ParameterError, SeedError) as error:
         raise RecordError(str(error), field=error.field) from error
     return Verdict(steps, len(export.drops), export.key)
 
@@ -114,6 +115,8 @@ class _Check:
         self._head = _typed(export.head.statement, TreeHead)
         self._root = parse_hex(self._head.root, "head.root")
         self._board = self._read_board()
+        draw = export.draw
+        self._draw = None if draw is msgspec.UNSET else Draw.of_values(self._board, draw)
         self._receipts = [_typed(each.receipt, Receipt) for each in export.drops]
 
     def _read_board(self) -> Board:
@@ -176,6 +179,10 @@ class _Check:
         yield _same("payouts", "the board's multipliers", said.payouts_digest, found)
         yield _same("physics", "the laws of motion", said.physics_version, PHYSICS_VERSION)
         yield _same("kernel", "the compiled solver", said.kernel_digest, self._kernel)
+        if said.draw_digest is not None or self._draw is not None:
+            drawn = None if self._draw is None else self._draw.digest
+            text = "the published odds, and the balls of each bin"
+            yield _same("draw", text, said.draw_digest, drawn)
 
     def _counter(self) -> Step:
         said = [receipt.drop for receipt in self._receipts]
@@ -222,16 +229,8 @@ class _Check:
 
     def _played(self, each: ExportedDrop, receipt: Receipt) -> Iterator[Step]:
         same = partial(_same, number=receipt.drop)
-        export = self._export
-        if export.server_seed is not None and export.client_seed is not None:
-            seed = drop_seed(
-                parse_hex(export.server_seed, "server-seed"),
-                parse_hex(export.client_seed, "client-seed"),
-                receipt.drop,
-                bytes.fromhex(self._board.digest),
-            )
-            yield same("start", "the start is drawn by both secrets", receipt.seed, str(seed))
         found = drop(self._board, receipt.seed, aim=receipt.aim)
+        yield from self._start(receipt, found.bin)
         payout = payout_of(receipt.stake, found.score)
         if each.result is None:
             owed = {"bin": found.bin, "payout": payout}
@@ -246,6 +245,27 @@ class _Check:
             [found.bin, found.score, found.duration, found.x_end, found.unsettled],
         )
         yield same("payout", "what was paid", said.payout, payout)
+
+    def _start(self, receipt: Receipt, landed: int | None) -> Iterator[Step]:
+        """The start is what both secrets draw: a seed, or in a draw a bin and one of its seeds."""
+        server, client = self._export.server_seed, self._export.client_seed
+        if server is None or client is None:
+            return
+        known = (
+            parse_hex(server, "server-seed"),
+            parse_hex(client, "client-seed"),
+            receipt.drop,
+            bytes.fromhex(self._board.digest),
+        )
+        same = partial(_same, number=receipt.drop)
+        if self._draw is None:
+            text = "the start is drawn by both secrets"
+            yield same("start", text, receipt.seed, str(drop_seed(*known)))
+            return
+        drawn, seed = self._draw.pick(draw_mac(*known))
+        text = "the bin was drawn by published odds, then a ball that falls there"
+        yield same("start", text, [receipt.seed, receipt.aim], [str(seed), None])
+        yield same("drawn-bin", "the ball falls into the bin that was drawn", landed, drawn)
 
     def _heard(self, heard: SignedReceipt) -> Step:
         """A receipt that the player was given must be the one in the export."""

@@ -55,6 +55,7 @@ class SessionExport(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     heard, heard_session: receipts that the player was given at the time, and the statement that
     they had before they opened their secret. The player adds both: a server could change them.
+    draw: weights and seeds of the room, where it has a draw.
     """
 
     kind: str
@@ -69,6 +70,7 @@ class SessionExport(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     end: Signed | None
     heard: list[SignedReceipt] = []
     heard_session: Signed | None = None
+    draw: dict[str, Any] | msgspec.UnsetType = msgspec.UNSET
 
 
 def is_export(fields: Mapping[str, Any]) -> bool:

@@ -15,7 +15,9 @@ SECRET_BYTES: Final = 32
 
 DIGEST_BYTES: Final = 32
 
-_DOMAIN: Final = b"plinko drop 1\n"  # so that an HMAC of this kind is no other's
+# So that an HMAC of one kind is no other's.
+_DOMAIN: Final = b"plinko drop 1\n"
+_DRAW_DOMAIN: Final = b"plinko draw 1\n"
 
 
 def parse_hex(value: object, field: str, size: int = SECRET_BYTES) -> bytes:
@@ -37,7 +39,18 @@ def commitment(secret: bytes) -> bytes:
 
 def drop_mac(server_seed: bytes, client_seed: bytes, number: int, board_digest: bytes) -> bytes:
     """HMAC-SHA256 keyed with the server's seed, of all else that drop `number` depends on."""
-    message = _DOMAIN + client_seed + number.to_bytes(8, "big") + board_digest
+    return _mac(_DOMAIN, server_seed, client_seed, number, board_digest)
+
+
+def draw_mac(server_seed: bytes, client_seed: bytes, number: int, board_digest: bytes) -> bytes:
+    """`drop_mac` of a room with a draw: what draws the bin and one of its seeds, see Draw.pick."""
+    return _mac(_DRAW_DOMAIN, server_seed, client_seed, number, board_digest)
+
+
+def _mac(
+    domain: bytes, server_seed: bytes, client_seed: bytes, number: int, board_digest: bytes
+) -> bytes:
+    message = domain + client_seed + number.to_bytes(8, "big") + board_digest
     return hmac.digest(server_seed, message, hashlib.sha256)
 
 

@@ -32,7 +32,10 @@ class _Statement:
 
 @dataclass(frozen=True, slots=True)
 class SessionStatement(_Statement):
-    """What holds for a session, said before the player opens their secret."""
+    """What holds for a session, said before the player opens their secret.
+
+    draw_digest: of the room's draw; a room without one has no such member in its JSON.
+    """
 
     KIND: ClassVar[str] = "plinko session"
 
@@ -45,6 +48,14 @@ class SessionStatement(_Statement):
     server_commitment: str
     client_commitment: str
     time: Count
+    draw_digest: str | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Its JSON form, all that is signed."""
+        values = _Statement.to_dict(self)
+        if self.draw_digest is None:
+            del values["draw_digest"]
+        return values
 
 
 @dataclass(frozen=True, slots=True)

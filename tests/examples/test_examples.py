@@ -25,6 +25,7 @@ from tests.waiting import LIMIT
 
 EXAMPLES = ROOT / "examples"
 GOLDEN = ROOT / "tests" / "golden" / "session.json"
+DRAWN = GOLDEN.with_name("draw_session.json")
 
 
 @pytest.fixture(scope="module")
@@ -221,6 +222,21 @@ def test_a_drop_left_out_and_another_key_are_found(tmp_path: Path) -> None:
     assert other != SIGNER.public.hex()
     session = json.loads(GOLDEN.read_text("utf-8")) | {"key": other}
     assert "the statement is signed" in verified(session, tmp_path, code=1)
+
+
+def test_the_session_of_a_draw_is_verified_and_what_is_forged_in_it_is_named(
+    tmp_path: Path,
+) -> None:
+    text = DRAWN.read_text("utf-8")
+    assert verified(json.loads(text), tmp_path).startswith("all of it holds: 6 drops, ")
+    lighter, steered = json.loads(text), json.loads(text)
+    lighter["draw"]["weights"][0] -= 1
+    assert "does not hold: the draw is the one committed to\n" in verified(lighter, tmp_path, 1)
+    steered["drops"][0]["receipt"]["seed"] = "1"
+    steered["drops"][1]["result"]["bin"] = 2
+    told = verified(steered, tmp_path, 1)
+    assert "does not hold: drop 0: its ball is of that bin's list\n" in told
+    assert "does not hold: drop 1: both seeds draw its bin\n" in told
 
 
 def test_the_board_with_prizes_falls_as_its_preset_and_names_what_is_won() -> None:

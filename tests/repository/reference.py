@@ -18,7 +18,7 @@ GROUPS = {
     "Boards": ["Board", "BallSpec", "Material", "Peg", "Wall", "Bins", "Label", "DropZone",
                "polygon", "preset_names"],
     "Drops": ["drop", "Drop", "drop_many", "DropBatch", "occupancy", "Occupancy",
-              "seeds_landing_in"],
+              "seeds_landing_in", "find_draw"],
     "Proofs and records": ["certify", "Certificate", "verify", "Verification"],
     "Live worlds": ["World", "Arena", "ArenaSettings", "Place"],
     "Pictures": list(plinko.PICTURES),

@@ -10,7 +10,7 @@ import { bytesOfHex, bytesOfText, hexOf, isSigned, sha256 } from "./crypto.js";
 import { ExportError } from "./export.js";
 import { isConsistent, isIncluded } from "./merkle.js";
 import { payoutOf } from "./payout.js";
-import { commitment, dropSeed } from "./seeds.js";
+import { commitment, drawn, dropSeed } from "./seeds.js";
 
 /** @import { Solver } from "../solver/solver.js" */
 /** @import { Key } from "../texts/text.js" */
@@ -142,6 +142,16 @@ class Check {
     yield same("payouts", "step.payouts", said.payouts_digest, payouts);
     yield same("physics", "step.physics", said.physics_version, PHYSICS_VERSION);
     yield same("kernel", "step.kernel", said.kernel_digest, this.#tools.kernelDigest);
+    yield* this.#draw(boardDigest);
+  }
+
+  /** @param {string} board its digest @returns {AsyncGenerator<Step>} */
+  async* #draw(board) {
+    const { draw } = this.#session;
+    const said = this.#said.draw_digest;
+    if (said === undefined && draw === undefined) return;
+    const found = draw && [hexOf(await sha256(bytesOfText(canonical(draw)))), draw.board_digest];
+    yield same("draw", "step.draw", [said ?? null, board], found);
   }
 
   /** @returns {Step} */
@@ -199,7 +209,7 @@ class Check {
   async* #drop({ receipt, result }) {
     const number = receipt.drop;
     const found = this.#tools.solver.drop(this.#session.board, { seed: receipt.seed, aim: receipt.aim });
-    yield* this.#start(receipt, found.boardDigest);
+    yield* this.#start(receipt, found);
     const payout = payoutOf(receipt.stake, found.score);
     if (result === null) {
       const owed = { bin: found.bin, payout };
@@ -214,16 +224,22 @@ class Check {
     yield same("payout", "step.payout", result.payout, payout, number);
   }
 
-  /** @param {Receipt} receipt @param {string} board its digest @returns {AsyncGenerator<Step>} */
-  async* #start({ drop, seed }, board) {
-    const { server_seed: server, client_seed: client } = this.#session;
+  /** @param {Receipt} receipt @param {{boardDigest: string, bin: number | null}} landed @returns {AsyncGenerator<Step>} */
+  async* #start({ drop, seed, aim }, { boardDigest, bin }) {
+    const { server_seed: server, client_seed: client, draw } = this.#session;
     if (server === null || client === null) return;
-    const found = await dropSeed({
+    const known = {
       server: bytesOfHex(server, "server-seed"),
       client: bytesOfHex(client, "client-seed"),
-      board: bytesOfHex(board, "board"),
-    }, drop);
-    yield same("start", "step.start", seed, found, drop);
+      board: bytesOfHex(boardDigest, "board"),
+    };
+    if (draw === undefined) {
+      yield same("start", "step.start", seed, await dropSeed(known, drop), drop);
+      return;
+    }
+    const picked = await drawn(draw, known, drop);
+    yield same("start", "step.drawn", [seed, aim], [picked.seed, null], drop);
+    yield same("drawn-bin", "step.drawn-bin", bin, picked.bin, drop);
   }
 
   /** @param {SignedReceipt} heard what the player was given must be in the export @returns {Promise<Step>} */

@@ -42,6 +42,14 @@
  * @property {Signed | null} end
  * @property {SignedReceipt[]} [heard] what the player was given meanwhile
  * @property {Signed | null} [heard_session] the statement that they had before they opened
+ * @property {Draw} [draw] of a room that has one
+ *
+ * @typedef {object} Draw
+ * @property {string} kind
+ * @property {number} version
+ * @property {string} board_digest
+ * @property {number[]} weights of the bins, left to right
+ * @property {string[][]} seeds whose balls land in each bin
  */
 
 const KIND = "plinko-session";
@@ -55,6 +63,8 @@ const EARLIER = ["tick"]; // in exports of before: it follows from nothing that 
 const EXPORT = ["kind", "version", "key", "session", "board", "client_seed", "server_seed", "drops",
   "head", "end"];
 const HEARD = ["heard", "heard_session"]; // which the player may add
+const DRAWN = ["draw"]; // in a room that has one
+const DRAW = ["kind", "version", "board_digest", "weights", "seeds"];
 
 /** What each signed statement has beside `kind` and `version`. */
 export const STATEMENTS = {
@@ -65,6 +75,9 @@ export const STATEMENTS = {
   "plinko tree head": ["size", "root", "time"],
   "plinko session end": ["session", "drops", "server_seed", "time"],
 };
+
+/** What each may have besides. @type {Record<string, string[]>} */
+const MORE = { "plinko session": ["draw_digest"] }; // in a room with a draw
 
 /** What is no session's export; the message says why. */
 export class ExportError extends Error {}
@@ -88,15 +101,38 @@ export function checkedExport(value) {
   const found = /** @type {SessionExport} */ (object(value, "the export"));
   if (found.kind !== KIND) throw new ExportError("this is no session's export");
   if (found.version !== VERSION) throw new ExportError(`version ${found.version} is not ${VERSION}`);
-  fields(found, "the export", EXPORT, HEARD);
+  fields(found, "the export", EXPORT, [...HEARD, ...DRAWN]);
   statement(found.session, "session", "plinko session");
   statement(found.head, "head", "plinko tree head");
   if (found.end !== null) statement(found.end, "end", "plinko session end");
   if (found.heard_session) statement(found.heard_session, "heard_session", "plinko session");
   object(found.board, "board");
+  if (found.draw !== undefined) checkDraw(found.draw);
   list(found.drops, "drops").forEach((drop, i) => checkDrop(drop, `drops[${i}]`));
   list(found.heard ?? [], "heard").forEach((heard, i) => checkReceipt(heard, `heard[${i}]`, RECEIPT));
   return found;
+}
+
+/** @param {unknown} value the form alone: that its digest is the signed one is a step of the check */
+function checkDraw(value) {
+  const draw = object(value, "draw");
+  fields(draw, "draw", DRAW);
+  if (draw.kind !== "plinko draw" || draw.version !== VERSION) {
+    throw new ExportError(`draw is not a plinko draw, version ${VERSION}`);
+  }
+  const weights = list(draw.weights, "draw.weights");
+  weights.forEach((weight, bin) => whole(weight, `draw.weights[${bin}]`));
+  const seeds = list(draw.seeds, "draw.seeds");
+  const fits = seeds.length === weights.length && weights.some(Boolean)
+    && seeds.every((some, bin) => Boolean(weights[bin]) === list(some, `draw.seeds[${bin}]`).length > 0);
+  if (!fits) throw new ExportError("draw has not a list of seeds for each bin with a weight, and for no other");
+  const wrong = seeds.flatMap((some) => list(some, "draw.seeds")).find((seed) => !isSeed(seed));
+  if (wrong !== undefined) throw new ExportError(`draw.seeds has ${JSON.stringify(wrong)}, no seed`);
+}
+
+/** @param {unknown} value @returns {boolean} a decimal number below 2^64, as it is written */
+function isSeed(value) {
+  return typeof value === "string" && /^(0|[1-9][0-9]{0,19})$/.test(value) && BigInt(value) < 2n ** 64n;
 }
 
 /** @param {unknown} drop @param {string} where */
@@ -127,7 +163,7 @@ function statement(value, where, kind) {
 
 /** @param {Record<string, unknown>} value @param {string} where @param {keyof typeof STATEMENTS} kind */
 function stated(value, where, kind) {
-  fields(value, where, ["kind", "version", ...STATEMENTS[kind]]);
+  fields(value, where, ["kind", "version", ...STATEMENTS[kind]], MORE[kind]);
   if (value.kind !== kind || value.version !== VERSION) {
     throw new ExportError(`${where} is not a ${kind}, version ${VERSION}`);
   }

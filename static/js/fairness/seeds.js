@@ -1,22 +1,53 @@
 // What each side commits to, and the seed of a drop that neither could choose: see docs/fairness.md.
 
-import { bytesOfText, hmac, joined, sha256 } from "./crypto.js";
+import { bytesOfText, hexOf, hmac, joined, sha256 } from "./crypto.js";
 
 /** @import { Bytes } from "./crypto.js" */
 
-const DOMAIN = bytesOfText("plinko drop 1\n");
+// So that an HMAC of one kind is no other's.
+const DROP = bytesOfText("plinko drop 1\n");
+const DRAW = bytesOfText("plinko draw 1\n");
+
+/** @typedef {{server: Bytes, client: Bytes, board: Bytes}} Known both secrets, and the board's digest */
 
 /** @param {Bytes} secret @returns {Promise<Bytes>} what is published of it at first */
 export const commitment = (secret) => sha256(secret);
 
 /**
- * @param {{server: Bytes, client: Bytes, board: Bytes}} known both secrets, and the board's digest
+ * @param {Known} known
  * @param {number} number of the drop in its session, from 0
  * @returns {Promise<string>} the first 64 bits of an HMAC, as a decimal seed
  */
-export async function dropSeed({ server, client, board }, number) {
+export async function dropSeed(known, number) {
+  return String(whole(await mac(DROP, known, number), 0, 8));
+}
+
+/**
+ * The bin of a draw, by its weights, and the seed from that bin's list. Whole numbers throughout.
+ * @param {{weights: number[], seeds: string[][]}} draw
+ * @param {Known} known
+ * @param {number} number of the drop in its session, from 0
+ * @returns {Promise<{bin: number, seed: string}>}
+ */
+export async function drawn({ weights, seeds }, known, number) {
+  return pick({ weights, seeds }, await mac(DRAW, known, number));
+}
+
+/** @param {{weights: number[], seeds: string[][]}} draw @param {Bytes} bytes of an HMAC */
+export function pick({ weights, seeds }, bytes) {
+  const sum = weights.reduce((total, weight) => total + BigInt(weight), 0n);
+  let place = (whole(bytes, 0, 16) * sum) >> 128n;
+  const bin = weights.findIndex((weight) => (place -= BigInt(weight)) < 0n);
+  const place64 = (whole(bytes, 16, 8) * BigInt(seeds[bin].length)) >> 64n;
+  return { bin, seed: seeds[bin][Number(place64)] };
+}
+
+/** @param {Bytes} domain @param {Known} known @param {number} number @returns {Promise<Bytes>} */
+function mac(domain, { server, client, board }, number) {
   const counted = new Uint8Array(8);
   new DataView(counted.buffer).setBigUint64(0, BigInt(number));
-  const mac = await hmac(server, joined(DOMAIN, client, counted, board));
-  return String(new DataView(mac.buffer).getBigUint64(0));
+  return hmac(server, joined(domain, client, counted, board));
 }
+
+/** @param {Bytes} bytes @param {number} at @param {number} size @returns {bigint} big-endian */
+const whole = (bytes, at, size) => BigInt(`0x${hexOf(bytes.subarray(at, at + size))}`);

@@ -6,7 +6,7 @@ import msgspec
 
 from app.fairness.check import kernel_digest_of
 from app.fairness.export import KIND, VERSION, DropResult, SessionExport, Signed, make_export
-from app.fairness.seeds import commitment, drop_seed
+from app.fairness.seeds import commitment, draw_mac, drop_seed
 from app.fairness.signing import Signer
 from app.fairness.statements import (
     Closing,
@@ -17,13 +17,21 @@ from app.fairness.statements import (
     payouts_digest,
 )
 from app.protocol.messages import SignedReceipt
+from app.rooms.draw import Draw
 from app.rooms.stakes import payout_of
-from engine import PHYSICS_VERSION, Board, drop, merkle
+from engine import PHYSICS_VERSION, Board, drop, find_draw, merkle
 
 KERNEL = kernel_digest_of(b"kernels")
 BOARD = Board.preset("triangle-9")
 SERVER_SEED, CLIENT_SEED = bytes(range(32)), bytes(range(32, 64))
 SIGNER = Signer(b"\x07" * 32)
+MOST = (1 << 53) - 1
+ODDS = [MOST, 0, 1, 3, MOST, 0, MOST, 7, 0, MOST]
+"""Of the bins of BOARD: none, all but none, and the most there can be."""
+
+
+def draw() -> Draw:
+    return Draw.of(BOARD, **find_draw(BOARD, ODDS, per_bin=3))
 
 
 class Log:
@@ -49,18 +57,25 @@ def signed(statement: Any) -> Signed:
 
 
 def honest(
-    drops: int = 4, *, kernel: str = KERNEL, others: int = 2, server_seed: bytes = SERVER_SEED
+    drops: int = 4,
+    *,
+    kernel: str = KERNEL,
+    others: int = 2,
+    server_seed: bytes = SERVER_SEED,
+    drawing: Draw | None = None,
 ) -> dict[str, Any]:
     """A session's export, as JSON; `others` leaves of other players lie between its own.
 
-    It has what the player was given at its beginning.
+    It has what the player was given at its beginning. `drawing`: the room's draw.
     """
     log, played = Log(), []
     for number in range(drops):
         for other in range(others):
             log.add(f"other {number} {other}".encode())
-        seed = drop_seed(server_seed, CLIENT_SEED, number, bytes.fromhex(BOARD.digest))
-        aim = BOARD.drop.x + 0.01 if number % 2 else None
+        known = (server_seed, CLIENT_SEED, number, bytes.fromhex(BOARD.digest))
+        seed, aim = drop_seed(*known), BOARD.drop.x + 0.01 if number % 2 else None
+        if drawing is not None:
+            (_, seed), aim = drawing.pick(draw_mac(*known)), None
         receipt = Receipt(
             "s1", number, 100, aim, str(seed), BOARD.digest, "main", number, 1000 + number
         )
@@ -79,6 +94,7 @@ def honest(
         server_commitment=commitment(server_seed).hex(),
         client_commitment=commitment(CLIENT_SEED).hex(),
         time=999,
+        draw_digest=None if drawing is None else drawing.digest,
     )
     head = TreeHead(log.size, merkle.root(log.size, log.lookup).hex(), 2000)
     bare = SessionExport(
@@ -93,6 +109,7 @@ def honest(
         head=signed(head),
         end=signed(Closing("s1", drops, server_seed.hex(), 1999)),
         heard_session=signed(session),
+        draw=msgspec.UNSET if drawing is None else drawing.to_dict(),
     )
     made: dict[str, Any] = msgspec.to_builtins(make_export(bare, played, log.lookup))
     return made

@@ -1,8 +1,9 @@
 """An honest session is proven, and each way to forge one has a name."""
 
+import contextlib
 import copy
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from app.fairness.signing import Signer
 from app.protocol.messages import SignedReceipt
 from app.settings import page_kernels
 from engine.errors import RecordError
-from tests.app.fairness.sessions import KERNEL, SIGNER, honest
+from tests.app.fairness.sessions import KERNEL, SIGNER, draw, honest
 from tests.golden import session as golden
 
 Forge = Callable[[dict[str, Any]], None]
@@ -162,6 +163,106 @@ def test_each_forgery_is_named(forge: Forge, names: set[str]) -> None:
     assert names <= found <= names | {"payout", "outcome"}
 
 
+DRAWN = honest(2, drawing=draw())
+
+
+def test_a_session_of_a_draw_is_proven() -> None:
+    verdict = checked(DRAWN)
+    assert verdict.failed == []
+    assert [step.name for step in verdict.steps if step.drop == 1] == [
+        "receipt-session", "receipt-board", "receipt", "inclusion", "consistency", "start",
+        "drawn-bin", "trajectory", "outcome", "payout",
+    ]  # fmt: skip
+    assert "draw" in {step.name for step in verdict.steps}
+
+
+def test_a_statement_of_a_room_without_a_draw_does_not_speak_of_one() -> None:
+    assert "draw_digest" not in HONEST["session"]["statement"]
+    assert "draw" not in HONEST
+
+
+def lighter(session: dict[str, Any]) -> None:
+    session["draw"]["weights"][0] -= 1
+
+
+def other_list(session: dict[str, Any]) -> None:
+    """Another ball of the same bin: it falls there, and was not in the list."""
+    session["draw"]["seeds"][0].append(session["draw"]["seeds"][0][0])
+
+
+def no_draw(session: dict[str, Any]) -> None:
+    del session["draw"]
+
+
+def steered(session: dict[str, Any]) -> None:
+    """A server that signs whatever it likes gives the ball of another bin."""
+    draw, receipt = session["draw"], session["drops"][0]["receipt"]
+    at = session["drops"][0]["result"]["bin"]
+    receipt["seed"] = next(seeds[0] for b, seeds in enumerate(draw["seeds"]) if seeds and b != at)
+    _sign_again(session["drops"][0])
+
+
+def aimed(session: dict[str, Any]) -> None:
+    session["drops"][0]["receipt"]["aim"] = 0.0
+    _sign_again(session["drops"][0])
+
+
+def _sign_again(drop: dict[str, Any]) -> None:
+    entry = {"kind": "plinko log entry", "version": 1, "receipt": drop["receipt"],
+             "index": drop["index"], "root": drop["root"]}  # fmt: skip
+    drop["signature"] = SIGNER.sign(entry).hex()
+
+
+DRAWN_FORGERIES: list[tuple[Forge, set[str]]] = [
+    (lighter, {"draw"}),
+    (other_list, {"draw"}),
+    (no_draw, {"draw", "start"}),
+    (steered, {"inclusion", "start", "drawn-bin", "trajectory", "outcome"}),
+    (aimed, {"inclusion", "start"}),
+    (other_server_seed, {"server-seed", "end-seed", "start"}),
+]
+
+
+@pytest.mark.parametrize(
+    ("forge", "names"), DRAWN_FORGERIES, ids=lambda each: getattr(each, "__name__", "")
+)
+def test_each_forgery_of_a_draw_is_named(forge: Forge, names: set[str]) -> None:
+    session = copy.deepcopy(DRAWN)
+    forge(session)
+    found = {step.name for step in checked(session).failed}
+    # Other secrets draw other bins, and an aim moves the path: what must be named is, at least.
+    moved = {"start", "drawn-bin", "trajectory", "outcome", "payout"}
+    assert names <= found <= names | moved
+
+
+def _leaves(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    if not isinstance(value, dict | list):
+        yield path
+        return
+    for key in value if isinstance(value, dict) else range(len(value)):
+        yield from _leaves(value[key], (*path, key))
+
+
+def _changed(value: Any) -> Any:
+    if isinstance(value, str):
+        return value[:-1] + ("1" if value[-1:] == "0" else "0")
+    return 1 if value is None else value + 1
+
+
+def test_whatever_is_changed_in_a_session_of_a_draw_does_not_hold() -> None:
+    """Every value of the draw, of what was signed, of receipts, proofs and results."""
+    parts = ("version", "key", "session", "draw", "client_seed", "server_seed", "drops",
+             "head", "end", "heard_session")  # fmt: skip
+    for path in _leaves({name: DRAWN[name] for name in parts}):
+        session = copy.deepcopy(DRAWN)
+        place: Any = session
+        for step in path[:-1]:
+            place = place[step]
+        place[path[-1]] = _changed(place[path[-1]])
+        with contextlib.suppress(RecordError):  # refused for its form
+            assert not checked(session).ok, path
+
+
 def test_an_earlier_export_with_the_rooms_tick_is_read_and_proven() -> None:
     """Nothing signed says at which tick a drop ended, so nothing is made of it."""
     session = copy.deepcopy(HONEST)
@@ -261,6 +362,7 @@ def test_the_command_line_proves_and_names(
 def test_the_golden_session_is_this_one() -> None:
     """What tests/js/fairness tries; `python -m tests.golden.session` makes it anew."""
     assert golden.FILE.read_text() == golden.text()
+    assert golden.DRAWN_FILE.read_text() == golden.drawn_text()
 
 
 def test_a_player_over_rest_names_the_replies_that_they_kept(

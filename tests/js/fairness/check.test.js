@@ -69,6 +69,57 @@ for (const [name, [forge, expected]] of Object.entries(FORGERIES)) {
   });
 }
 
+const DRAWN = json("tests/golden/draw_session.json");
+
+test("a session of a draw is proven, and says how its bins were drawn", async () => {
+  assert.deepEqual(await failures(DRAWN), new Set());
+  const texts = [];
+  for await (const step of checkSession(checkedExport(DRAWN), { solver, kernelDigest })) texts.push(step.text);
+  for (const text of ["step.draw", "step.drawn", "step.drawn-bin"]) assert.ok(texts.includes(text));
+});
+
+const DRAWN_FORGERIES = {
+  "a lighter bin": [(s) => { s.draw.weights[0] -= 1; }, ["draw"]],
+  "another list": [(s) => { s.draw.seeds[0].push(s.draw.seeds[0][0]); }, ["draw"]],
+  "another board's draw": [(s) => { s.draw.board_digest = "0".repeat(64); }, ["draw"]],
+  "no draw": [(s) => { delete s.draw; }, ["draw", "start"]],
+  "the ball of another bin": [(s) => {
+    const [{ receipt, result }] = s.drops;
+    [receipt.seed] = s.draw.seeds.find((seeds, bin) => seeds.length > 0 && bin !== result.bin);
+  }, ["receipt", "inclusion", "start", "drawn-bin", "trajectory", "outcome"]],
+  "an aim": [(s) => { s.drops[0].receipt.aim = 0; }, ["receipt", "inclusion", "start"]],
+  "a draw where none was": [(s) => { delete s.session.statement.draw_digest; },
+    ["session", "heard-session", "draw"]],
+};
+
+for (const [name, [forge, expected]] of Object.entries(DRAWN_FORGERIES)) {
+  test(`in a draw, ${name} is named`, async () => {
+    const session = structuredClone(DRAWN);
+    forge(session);
+    const found = await failures(session);
+    for (const each of expected) assert.ok(found.has(each), `${each} in ${[...found]}`);
+    const moved = ["start", "drawn-bin", "trajectory", "outcome", "payout"];
+    for (const each of found) assert.ok([...expected, ...moved].includes(each), `${each} was not forged`);
+  });
+}
+
+test("what is no draw is named", () => {
+  const refused = (change, message) => {
+    const session = structuredClone(DRAWN);
+    change(session.draw);
+    assert.throws(() => checkedExport(session), (error) => error instanceof ExportError
+      && message.test(error.message));
+  };
+  refused((draw) => { draw.kind = "plinko receipt"; }, /draw is not a plinko draw/);
+  refused((draw) => { draw.more = 1; }, /draw has more/);
+  refused((draw) => { draw.weights[0] = 1.5; }, /draw\.weights\[0\] is 1\.5/);
+  refused((draw) => { draw.weights[0] = 2 ** 53; }, /draw\.weights\[0\]/);
+  refused((draw) => { draw.weights[1] = 1; }, /a list of seeds for each bin with a weight/);
+  refused((draw) => { draw.weights.pop(); }, /a list of seeds for each bin with a weight/);
+  refused((draw) => { draw.seeds[0][0] = "18446744073709551616"; }, /no seed/);
+  refused((draw) => { draw.seeds[0][0] = 1; }, /no seed/);
+});
+
 test("another kernel and another server are named", async () => {
   assert.deepEqual(await failures(HONEST, { kernelDigest: "0".repeat(64) }), new Set(["kernel"]));
   assert.deepEqual(await failures(HONEST, { key: "0".repeat(64) }), new Set(["key"]));

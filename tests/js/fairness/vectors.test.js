@@ -7,7 +7,7 @@ import { canonical } from "../../../static/js/fairness/canonical.js";
 import { bytesOfHex, bytesOfText, hexOf, hmac, isSigned } from "../../../static/js/fairness/crypto.js";
 import { isConsistent, isIncluded } from "../../../static/js/fairness/merkle.js";
 import { payoutOf } from "../../../static/js/fairness/payout.js";
-import { dropSeed } from "../../../static/js/fairness/seeds.js";
+import { dropSeed, pick } from "../../../static/js/fairness/seeds.js";
 
 const hex = (digits) => bytesOfHex(digits, "digits", digits.length / 2);
 
@@ -92,4 +92,22 @@ test("payouts are whole units rounded down, and JSON has one spelling", () => {
   assert.equal(payoutOf(1_000_000_000, 1e6), 1e15);
   assert.equal(payoutOf(1000, 1e-7), 0);
   assert.equal(canonical({ b: [1.0, null, "ä"], a: { d: true, c: -0 } }), '{"a":{"c":0,"d":true},"b":[1,null,"ä"]}');
+});
+
+test("a bin begins just where the weights before it end, and a list is picked from evenly", () => {
+  const weights = [0, 3, 0, 2 ** 53 - 1, 0, 1, 0];
+  const draw = { weights, seeds: weights.map((weight, bin) => (weight ? [`${bin}a`, `${bin}b`] : [])) };
+  const sum = weights.reduce((total, weight) => total + BigInt(weight), 0n);
+  const bytes = (x, y) => hex(x.toString(16).padStart(32, "0") + y.toString(16).padStart(32, "0"));
+  const up = (place) => -((-(place << 128n)) / sum);
+  const half = 1n << 63n;
+  let before = 0n;
+  for (const [bin, weight] of weights.entries()) {
+    if (weight === 0) continue;
+    const first = (before << 128n) % sum === 0n ? up(before) : up(before) + 1n;
+    before += BigInt(weight);
+    const next = (before << 128n) % sum === 0n ? up(before) : up(before) + 1n;
+    assert.deepEqual(pick(draw, bytes(first, (half - 1n) << 64n)), { bin, seed: `${bin}a` });
+    assert.deepEqual(pick(draw, bytes(next - 1n, half << 64n)), { bin, seed: `${bin}b` });
+  }
 });
