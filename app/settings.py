@@ -46,17 +46,17 @@ class Settings:
     )
     hosts: tuple[str, ...] = _setting(
         (),
-        "comma-separated names under which the server is reached, beside `localhost` and the "
-        "address it listens on; `*.example.org` for all below one, `*` for any",
+        "comma-separated names under which the server answers, in addition to `localhost` and the "
+        "address that it listens on; `*.example.org` for all names below, `*` for any",
     )
     trusted_proxies: tuple[str, ...] = _setting(
         (),
-        "comma-separated addresses or networks of proxies whose `X-Forwarded-For` says who asks",
+        "comma-separated addresses or networks of proxies whose `X-Forwarded-For` names the client",
     )
     root_path: str = _setting(
         "",
-        "path below which a proxy shows the site and which it takes off, such as `/plinko`: for "
-        "addresses that the server writes out",
+        "path, such as `/plinko`, that a proxy removes from requests and that the server adds to "
+        "the addresses it writes",
     )
     data: str = _setting(
         "",
@@ -70,56 +70,57 @@ class Settings:
     )
     relays: str = _setting(
         "",
-        "Redis by which relays hear what happens in rooms: `redis://HOST:6379`; none when not "
-        "given",
+        "Redis through which relays receive the events of rooms: `redis://HOST:6379`; none when "
+        "not given",
     )
     name: str = _setting(
         "",
-        "what this server is called among several that share one ledger on PostgreSQL; when not "
-        "given it has its ledger alone",
+        "name of this server among several that share one ledger on PostgreSQL; when not given, "
+        "no other server may use its ledger",
     )
     address: str = _setting(
         "",
-        "where those servers reach this one: `http://HOST:PORT`; where it listens when not given",
+        "address at which those servers reach this one: `http://HOST:PORT`; the address that it "
+        "listens on when not given",
     )
     secret: str = _setting(
         "",
-        "what rooms' tokens are signed with, 32 characters or more; when not given one is made and "
-        "kept beside the ledger",
+        "secret that signs the tokens of rooms, at least 32 characters; when not given, the server "
+        "makes one and keeps it next to the ledger",
         secret=True,
     )
     metrics_token: str = _setting(
         "",
-        "what `/metrics` is read with, as `Authorization: Bearer TOKEN`; when not given, whoever "
-        "reaches the server may read it",
+        "token that `/metrics` requires, as `Authorization: Bearer TOKEN`; when not given, "
+        "everybody may read it",
         secret=True,
     )
     operator_token: str = _setting(
         "",
-        "what tables are halted with over REST, as `Authorization: Bearer TOKEN`, 32 characters or "
-        "more; when not given nobody may",
+        "token that halts tables over REST, as `Authorization: Bearer TOKEN`, at least 32 "
+        "characters; when not given, nobody can halt tables",
         secret=True,
     )
     webhooks: str = _setting(
         "",
-        "JSON file of the addresses that hear of each drop and landing, with their secrets: "
-        "docs/stage.md tells of it",
+        "JSON file of the addresses that receive each drop and landing, with their secrets: see "
+        "docs/stage.md",
     )
     tick_rate: int = _setting(60, "ticks and snapshots a second, in Hz", 1, 1000)
     address_connections: int = _setting(
-        500, "connections that one address may have open; a trusted proxy any", 1, 1_000_000
+        500, "open connections of one address; no limit for a trusted proxy", 1, 1_000_000
     )
     drop_rate: float = _setting(20.0, "drops a second from one client", 0.1, 1e6)
     max_balls: int = _setting(200, "balls in flight in one room", 1, 65535)
     max_clients: int = _setting(1000, "clients in one room", 1, 1_000_000)
     max_rooms: int = _setting(
         1000,
-        "players' own rooms held at once; those unused for an hour make way",
+        "rooms created by players, open at once; rooms idle for an hour close for new ones",
         1,
         1_000_000,
     )
     creator_rooms: int = _setting(
-        50, "open rooms that one address may have made since the server started", 1, 1_000_000
+        50, "open rooms that one address has created since the server started", 1, 1_000_000
     )
     workers: int = _setting(2, "processes for drops, pictures and board checks", 1, 256)
     log_format: str = _setting(

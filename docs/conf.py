@@ -1,15 +1,17 @@
-"""How `make docs` makes a site of these pages; every warning is an error there.
+"""How `make docs` builds the site from these pages; every warning is an error there.
 
-Sphinx, as the reference is made from docstrings (autodoc), the pages stay the Markdown that one
-reads in the repository (MyST), links between them are checked as they are read, and links to other
-sites by `make links`.
+Sphinx builds it: autodoc makes the reference from docstrings, and MyST reads the Markdown that the
+repository shows. The build checks links between pages; `make links` checks links to other sites.
 """
 
 import re
 
 import numpy.typing as npt
+from docutils import nodes
+from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
 from sphinx.util.typing import stringify_annotation
+from sphinx.writers.html5 import HTML5Translator
 
 import engine
 
@@ -20,11 +22,15 @@ project_copyright = author
 
 extensions = ["sphinx.ext.autodoc", "sphinx.ext.viewcode", "myst_nb"]
 html_theme = "furo"
+html_static_path = ["site"]
+html_css_files = ["site.css"]
 html_title = f"Plinko {release}"
 
-# Markdown: links to headings as on the repository's own pages.
+# Markdown: links to headings as on the repository's own pages. Formulas stand in dollars, as there;
+# on the site they are MathML, which browsers draw without a script.
 myst_heading_anchors = 3
-myst_enable_extensions = ["colon_fence"]
+myst_enable_extensions = ["colon_fence", "dollarmath"]
+html_math_renderer = "mathml"
 
 # Docstrings: a name in single backticks is code.
 default_role = "code"
@@ -34,13 +40,13 @@ autodoc_preserve_defaults = True
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 88
 
-# The tutorial is run anew, and a cell that fails fails the site.
+# The build runs the tutorial; a cell that fails stops the build.
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = -1
 nb_merge_streams = True
 
-# Anchors of other sites are often made by their scripts; the pages are checked.
+# Scripts of other sites often make their anchors: `make links` checks that their pages exist.
 linkcheck_anchors = False
 
 ARRAY_LIKE = stringify_annotation(npt.ArrayLike, "smart")
@@ -52,9 +58,9 @@ def _expression(signature: str) -> str:
 
 
 def _as_written(_app: Sphinx, _what: str, _name: str, _value: object, *rest: object) -> object:
-    """A signature with numpy's names for arrays, not with what these stand for.
+    """Write numpy's names for arrays in a signature, not the types that these names stand for.
 
-    A default that a factory makes is no expression, with which nothing of it would be read.
+    Sphinx cannot parse a signature with `<factory>` in it, so that default becomes `...`.
     """
     _options, *both = rest
     return tuple(
@@ -65,6 +71,18 @@ def _as_written(_app: Sphinx, _what: str, _name: str, _value: object, *rest: obj
     )
 
 
+def _inline_formula(writer: HTML5Translator, node: nodes.math) -> None:
+    writer.body.append(tex2mathml(node.astext(), as_block=False))
+    raise nodes.SkipNode
+
+
+def _formula(writer: HTML5Translator, node: nodes.math_block) -> None:
+    mathml = tex2mathml(node.astext(), as_block=True)
+    writer.body.append(f'<div class="formula">{mathml}</div>\n')
+    raise nodes.SkipNode
+
+
 def setup(app: Sphinx) -> None:
-    """What Sphinx calls first."""
+    """Sphinx calls this first."""
     app.connect("autodoc-process-signature", _as_written)
+    app.add_html_math_renderer("mathml", (_inline_formula, None), (_formula, None))

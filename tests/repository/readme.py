@@ -20,8 +20,9 @@ from tests.repository import photographs
 
 ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
+INDEX = ROOT / "docs" / "index.md"
 QUICKSTART = ROOT / "docs" / "quickstart.md"
-PAGES = (README, QUICKSTART, ROOT / "docs" / "pictures.md")
+PAGES = (README, INDEX, QUICKSTART, ROOT / "docs" / "pictures.md")
 IMAGES = Path("docs/images")
 ADDRESS = "http://127.0.0.1:8000"
 

@@ -1,6 +1,7 @@
-"""docs/python-reference.md, of signatures and docstrings: `python -m tests.repository.reference`.
+"""docs/python-reference.md, made of the sources: `python -m tests.repository.reference` writes it.
 
-For whoever reads the repository, or has no browser: the site makes the same of docs/python.md.
+The page is for readers of the repository: each name with the first sentences of its docstring. The
+site has the whole docstrings, which it takes from docs/python.md.
 """
 
 import ast
@@ -25,13 +26,15 @@ GROUPS = {
     "Errors": ["EngineError", "BoardError", "Fault", "SeedError", "ParameterError", "RecordError"],
     "Versions": ["PHYSICS_VERSION", "__version__"],
 }  # fmt: skip
-"""All names of `plinko`, in the order in which one meets them."""
+"""All names of `plinko`, in the order in which a reader meets them."""
 
 _HEAD = """\
 # The Python reference
 
-Every public name with its signature, as a file; [the Python interface](python.md) introduces them.
-`import plinko` has all of them. Made of the sources by `make readme`; a test compares it.
+For Python programmers who read the repository: every public name of `plinko` with its signature.
+
+[The Python interface](python.md) introduces the names; `help(plinko.Board)` prints a docstring.
+`make readme` makes this page from the sources.
 """
 
 
@@ -49,24 +52,22 @@ def _entry(name: str, value: Any) -> str:
         return _class(name, value)
     if inspect.isfunction(value):
         node = _node(value)
-        return _section("###", f"{name}{_arguments(node)}", ast.get_docstring(node))
+        return _section(name, _summary(node), [f"{name}{_arguments(node)}"])
     return f"### {name}\n\n`{value!r}`\n"
 
 
 def _class(name: str, value: type) -> str:
     node = _node(value)
     bases = f"({ast.unparse(node.bases[0])})" if node.bases and "Error" in name else ""
-    parts = [_section("###", f"class {name}{bases}", ast.get_docstring(node))]
-    fields = [line for kind in _ours(value) for line in _fields(_node(kind))]
-    if fields:
-        parts.append("```text\n" + "\n".join(dict.fromkeys(fields)) + "\n```\n")
-    seen: set[str] = set()
+    lines = [f"class {name}{bases}"]
+    lines += dict.fromkeys(f"    {line}" for kind in _ours(value) for line in _fields(_node(kind)))
+    members: dict[str, ast.FunctionDef] = {}
     for kind in _ours(value):
         for member in _members(_node(kind)):
-            if member.name not in seen:
-                seen.add(member.name)
-                parts.append(_member(name, member))
-    return "\n".join(parts)
+            members.setdefault(member.name, member)
+    for member in members.values():
+        lines += [f"    {_signature(member)}", *(f"        {line}" for line in _first_line(member))]
+    return _section(name, _summary(node), lines)
 
 
 def _ours(value: type) -> Iterator[type]:
@@ -96,15 +97,22 @@ def _members(node: ast.ClassDef) -> Iterator[ast.FunctionDef]:
             yield item
 
 
-def _member(owner: str, node: ast.FunctionDef) -> str:
+def _signature(node: ast.FunctionDef) -> str:
     kinds = _decorators(node)
     if kinds & {"property", "cached_property"}:
-        signature = f"{owner}.{node.name} -> {ast.unparse(node.returns) if node.returns else ''}"
-    else:
-        if "staticmethod" not in kinds:
-            node.args.args = node.args.args[1:]
-        signature = f"{owner}.{node.name}{_arguments(node)}"
-    return _section("####", signature, ast.get_docstring(node))
+        return f"{node.name} -> {ast.unparse(node.returns) if node.returns else ''}"
+    if "staticmethod" not in kinds:
+        node.args.args = node.args.args[1:]
+    return f"{node.name}{_arguments(node)}"
+
+
+def _summary(node: Any) -> str:
+    """The first paragraph of the docstring."""
+    return (ast.get_docstring(node) or "").partition("\n\n")[0]
+
+
+def _first_line(node: ast.FunctionDef) -> list[str]:
+    return (ast.get_docstring(node) or "").splitlines()[:1]
 
 
 def _decorators(node: ast.FunctionDef) -> set[str]:
@@ -116,9 +124,9 @@ def _arguments(node: Any) -> str:
     return f"({ast.unparse(node.args)}){returns}"
 
 
-def _section(level: str, signature: str, words: str | None) -> str:
-    title = signature.partition("(")[0].removeprefix("class ").partition(" ")[0]
-    return f"{level} {title}\n\n```text\n{signature}\n```\n" + (f"\n{words}\n" if words else "")
+def _section(name: str, words: str, lines: list[str]) -> str:
+    code = "\n".join(lines)
+    return f"### {name}\n\n" + (f"{words}\n\n" if words else "") + f"```text\n{code}\n```\n"
 
 
 def _node(value: Any) -> Any:
