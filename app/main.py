@@ -354,7 +354,8 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     self_checking = asyncio.create_task(server.self_check.run(), name="self-check")
     rest = asyncio.create_task(asyncio.to_thread(_warm_up_rest, app.state.page), name="rest")
     preparing = asyncio.get_running_loop().call_later(_QUIET_START, server.workers.prepare)
-    following = asyncio.create_task(server.rooms.follow(), name="following")
+    goes_on = server.rooms.follow() if cluster else server.rooms.go_on_with_queues()
+    following = asyncio.create_task(goes_on, name="following")
     feeding = asyncio.create_task(
         feed_relays(app.state.bus, server.rooms, server.client_ids), name="feeding"
     )

@@ -25,8 +25,7 @@ from app.cluster.membership import Member
 from app.cluster.peers import Peers
 from app.errors import AppError, EndedError, LeaseLostError
 from app.relay.line import RESTART, both_ways, end_of
-from app.web.problems import MOVED, problem_response
-from app.web.shared import HOPS
+from app.web.problems import HOPS, MOVED, problem_response
 
 _SOCKETS: Final = "/ws/rooms/"
 

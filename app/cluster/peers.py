@@ -8,7 +8,7 @@ from urllib.parse import quote
 import httpx
 
 from app.cluster.membership import Member
-from app.web.shared import HOPS
+from app.web.problems import HOPS
 
 _CONNECT: Final = 1.0  # s
 _ANSWER: Final = 2.0

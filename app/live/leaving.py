@@ -5,13 +5,14 @@ at once, when another server has taken them.
 """
 
 import asyncio
+import logging
 from collections.abc import Awaitable, Callable
 from typing import Final, Protocol
 
+from app.concurrency.to_the_end import to_the_end
 from app.errors import LeaseLostError, UnknownRoomError
 from app.live.live_room import LiveRoom
 from app.live.open_rooms import OpenRooms
-from app.live.to_the_end import to_the_end
 from app.persistence.leases import Leases
 from app.persistence.service import PersistenceService
 from app.rooms.room import Room
@@ -20,6 +21,8 @@ _ENTRY_SECONDS: Final = 2.0
 """s that drops which were taken may need to enter before a room is handed over."""
 
 _ENTRY_POLL: Final = 0.005  # s between two polls of whether they have
+
+_log = logging.getLogger("plinko")
 
 
 class Memory(Protocol):
@@ -118,6 +121,7 @@ class Leaving:
     def put_away(self, room_id: str) -> None:
         """A room is another server's: nothing more is sent of it, nor written."""
         self._leases.book.drop(room_id)
+        _log.warning("another server has taken a room", extra={"room": room_id})
         live = self._rooms.in_memory.get(room_id)
         if live is not None:
             away = LeaseLostError(f"room {room_id!r} is at another server now", field="room")

@@ -209,20 +209,19 @@ class Rooms:
             self.find(MAIN)
 
     async def follow(self) -> None:
-        """Go on with what waits in rooms that are this server's alone, once.
-
-        Where servers share the ledger, heed what others do to all rooms, until cancelled; what
-        waits in a room then goes on at the server that has it, when somebody asks for the room.
-        """
-        if self.shared.alone:
-            await self._go_on_with_queues()
-        while not self.shared.alone:
+        """Carry out what other servers do to all rooms, until cancelled."""
+        while True:
             with contextlib.suppress(LedgerError):  # it is told of where something is to be done
                 await self.halts.follow()
                 await self.shared.look_after()
             await asyncio.sleep(_FOLLOW)
 
-    async def _go_on_with_queues(self) -> None:
+    async def go_on_with_queues(self) -> None:
+        """Go on with what waits in rooms; for a server that has the ledger alone.
+
+        Where servers share it, what waits goes on at the server that has the room, when somebody
+        asks for the room.
+        """
         try:
             waiting = await self.persistence.ledger.read(queue_store.waiting)
         except LedgerError as error:

@@ -10,7 +10,7 @@ import math
 from collections.abc import AsyncIterator
 from typing import Final
 
-from app.errors import AppError, LeaseLostError
+from app.errors import DamagedRoomError, LeaseLostError
 from app.live.arriving import Arriving
 from app.live.leaving import Leaving
 from app.live.open_rooms import REST_SECONDS, UNUSED_SECONDS, OpenRooms
@@ -148,8 +148,8 @@ class SharedRooms(UnsharedRooms):
         """Now and then, close the rooms that nobody has used for too long; raises LedgerError."""
         now = self._persistence.now()
         if now >= self._next_search:
-            self._next_search = now + _SEARCH_SECONDS
             await self._close_unused(UNUSED_SECONDS, "unused", _UNUSED_AT_ONCE)
+            self._next_search = now + _SEARCH_SECONDS
 
     async def _count(self) -> None:
         self._rooms.count(await self._ledger.read(store.count_owned))
@@ -160,7 +160,8 @@ class SharedRooms(UnsharedRooms):
             if room.id in self._rooms.in_memory or self.arriving.is_coming(room.id):
                 continue
             closing = self.arriving.begin_work(room.id, self._close(room, before, why))
-            with contextlib.suppress(AppError):  # another server has it, and so it is in use
+            # Another server has it, and so it is in use; or it cannot be read.
+            with contextlib.suppress(LeaseLostError, DamagedRoomError):
                 await asyncio.shield(closing)
 
     async def _close(self, room: Parked, before: float, why: str) -> None:

@@ -6,13 +6,11 @@ has the same number. A server that was frozen while another took its room can th
 it any more, however late it wakes up.
 """
 
-import logging
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from app.errors import LeaseLostError
 from app.rooms.records import FairEnd, FairOpening, FairSessionRow, Lease, RoomRow, Write
 
 Part = tuple[Lease | None, Sequence[Write]]
@@ -20,8 +18,6 @@ Part = tuple[Lease | None, Sequence[Write]]
 
 _NOBODY: Final = Lease("", 0)
 """The lease of a room that this server does not have: the ledger never has it."""
-
-_log = logging.getLogger("plinko")
 
 
 class Unshared:
@@ -31,7 +27,7 @@ class Unshared:
         """All writes, under no lease."""
         return [(None, writes)]
 
-    def lost(self, leases: Sequence[Lease], failure: LeaseLostError) -> None:
+    def lost(self, leases: Sequence[Lease]) -> None:
         """Never called: nothing is written under a lease."""
 
 
@@ -109,13 +105,12 @@ class LeaseBook:
             del parts[None]
         return list(parts.items())
 
-    def lost(self, leases: Sequence[Lease], failure: LeaseLostError) -> None:
+    def lost(self, leases: Sequence[Lease]) -> None:
         """The ledger has refused what was written under these."""
         for lease in leases:
             entry = self.entry(lease.room)
             if entry is not None and entry.lease == lease:
                 self.drop(lease.room)
-                _log.warning("%s", failure, extra={"room": lease.room})
                 entry.lost(lease.room)
 
     def _lease_of(self, write: Write) -> Lease | None:

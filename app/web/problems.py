@@ -31,6 +31,9 @@ MOVED = "plinko-moved"
 Its value is that server's name in the ledger, where it is known.
 """
 
+HOPS = "plinko-hops"
+"""The header of a request that another server has handed on."""
+
 _TYPE = "urn:plinko:problem:"
 
 _CLIENT_GONE = 499  # nginx's number for it; it only ever shows in logs

@@ -1,10 +1,7 @@
 """What routes know of the other servers, where several share one ledger; see `app/cluster/`."""
 
 from dataclasses import dataclass
-from typing import Any, Final, Protocol
-
-HOPS: Final = "plinko-hops"
-"""The header that says how often another server has handed a request on."""
+from typing import Any, Protocol
 
 
 @dataclass(frozen=True, slots=True)

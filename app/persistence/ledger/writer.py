@@ -17,6 +17,7 @@ from typing import Any, Concatenate, Final, ParamSpec, Protocol, TypeVar
 
 from sqlalchemy import Connection
 
+from app.concurrency.to_the_end import log_failure
 from app.errors import LeaseLostError, LedgerError, UndecidedError
 from app.persistence.lease_book import LeaseBook, Unshared
 from app.persistence.ledger.commit_queue import CommitQueue, Done, Job
@@ -190,7 +191,7 @@ class Ledger:
         finally:
             self._waiters.discard(waits)
             if not doing.done():
-                doing.add_done_callback(_log_failure)
+                doing.add_done_callback(log_failure)
         if doing.done():
             return doing.result()
         raise UndecidedError(
@@ -299,7 +300,7 @@ class Ledger:
 
     def _lost(self, leases: Sequence[Lease], jobs: Sequence[Job], failure: LeaseLostError) -> None:
         """The rooms go before anybody hears of a refusal: whoever watched them hears of nothing."""
-        self._leases.lost(leases, failure)
+        self._leases.lost(leases)
         _tell(jobs[::-1], failure)
 
     def _mended(self, failure: LedgerError) -> None:
@@ -331,8 +332,3 @@ def _settle(future: "asyncio.Future[None]") -> Done:
             future.set_exception(error)
 
     return done
-
-
-def _log_failure(done: "asyncio.Future[Any]") -> None:
-    if not done.cancelled() and (error := done.exception()) is not None:
-        _log.warning("what nobody waits for any more failed: %s", error)

@@ -7,6 +7,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from app.web.limits import Allowance
+from app.web.problems import HOPS
 
 REQUEST_ID = "x-request-id"
 
@@ -16,8 +17,9 @@ _ID = re.compile(r"[A-Za-z0-9._~-]{1,64}")
 class AnswerHeaders:
     """Adds `X-Request-Id` to every answer, and `RateLimit` where a limit was counted against.
 
-    `Location` of a server below a path (`--root-path`) begins with that path. A client or a proxy
-    may choose the id, so that its log and the server's name one request alike.
+    `Location` of a server below a path (`--root-path`) begins with that path; the server that hands
+    a request on puts it there, and not the one that answers. A client or a proxy may choose the id,
+    so that its log and the server's name one request alike.
     """
 
     def __init__(self, app: ASGIApp, root_path: str = "") -> None:
@@ -30,7 +32,8 @@ class AnswerHeaders:
             await self.app(scope, receive, send)
             return
         scope["root_path"] = self._root_path
-        given = Headers(scope=scope).get(REQUEST_ID, "")
+        asked = Headers(scope=scope)
+        given = asked.get(REQUEST_ID, "")
         chosen = given if _ID.fullmatch(given) else secrets.token_hex(16)
         allowances: dict[str, Allowance] = {}
         scope.setdefault("state", {}).update(request_id=chosen, allowances=allowances)
@@ -39,7 +42,7 @@ class AnswerHeaders:
             if message["type"] == "http.response.start":
                 headers = MutableHeaders(scope=message)
                 headers[REQUEST_ID] = chosen
-                if headers.get("location", "").startswith("/"):
+                if HOPS not in asked and headers.get("location", "").startswith("/"):
                     headers["location"] = self._root_path + headers["location"]
                 if allowances:
                     told = allowances.values()

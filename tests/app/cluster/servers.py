@@ -150,7 +150,10 @@ def one_s_rooms(one: One) -> set[str]:
 @contextlib.contextmanager
 def running(database: str, count: int = 3) -> Iterator[Servers]:
     """So many servers, gone at the end."""
-    servers = Servers(database, tuple(One(f"plinko{k + 1}") for k in range(count)))
+    # Each allows an address another rate, so that an answer shows which of them has counted.
+    rates = [("--drop-rate", f"{1000 + k}") for k in range(count)]
+    all_of_them = (One(f"plinko{k + 1}", more=rate) for k, rate in enumerate(rates))
+    servers = Servers(database, tuple(all_of_them))
     with kept(servers):
         yield servers
 

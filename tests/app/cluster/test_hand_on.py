@@ -16,6 +16,7 @@ from app.cluster.membership import Member, Seen
 from app.cluster.peers import Peers
 from app.errors import LeaseLostError
 from app.persistence.lease_book import LeaseBook
+from app.web.edge.answers import AnswerHeaders
 from app.web.problems import problem_response
 
 THERE = Member("b.1", "b", "http://there:8001")
@@ -45,16 +46,18 @@ def moved(holder: str = "") -> LeaseLostError:
 
 
 @asynccontextmanager
-async def asking(here: Place, there: Place, **headers: str) -> AsyncIterator[httpx.AsyncClient]:
+async def asking(
+    here: Place, there: Place, root_path: str = "", **headers: str
+) -> AsyncIterator[httpx.AsyncClient]:
     """A client of `here`, which knows `there`."""
     alive = Alive("", LeaseBook("a.1"), "a")
     alive.look(alive.me, [Seen(THERE, 0.0, connected=True)])
-    peers = Peers(httpx.ASGITransport(app=there.app))
+    peers = Peers(httpx.ASGITransport(app=AnswerHeaders(there.app, root_path)))
 
     async def fetch(room_id: str) -> None:
         raise AssertionError(room_id)
 
-    app = HandOn(here.app, alive, peers, fetch)
+    app = AnswerHeaders(HandOn(here.app, alive, peers, fetch), root_path)
     transport = httpx.ASGITransport(app=app, client=("192.0.2.7", 1))
     client = httpx.AsyncClient(transport=transport, base_url="http://here", headers=headers)
     async with peers.http, client:
@@ -81,6 +84,14 @@ async def test_a_request_goes_on_whole_to_the_server_that_the_answer_names() -> 
     assert headers["x-forwarded-for"] == "192.0.2.7"
     assert headers["plinko-hops"] == "1"
     assert len(here.asked) == 1
+
+
+async def test_below_a_path_a_new_address_begins_with_that_path_once() -> None:
+    made = Response(status_code=201, headers={"location": "/api/v1/rooms/r"})
+    here, there = Place(moved("b.1")), Place(made)
+    async with asking(here, there, root_path="/games") as client:
+        answer = await client.post("/api/v1/rooms")
+    assert (answer.status_code, answer.headers["location"]) == (201, "/games/api/v1/rooms/r")
 
 
 async def test_what_was_handed_on_is_answered_wherever_the_room_is() -> None:

@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import functools
 import hashlib
+import re
 import signal
 from typing import Any
 
@@ -67,6 +68,28 @@ def test_a_room_is_one_room_whichever_server_is_asked(servers: Servers) -> None:
         assert one.get(f"/api/v1/rooms/{room}/frame.png").headers["content-type"] == "image/png"
         assert one.get("/api/v1/rooms/nowhere").status_code == 404
     assert servers.holder(room) is servers.all[0]
+
+
+def test_a_drop_counts_where_its_room_is_and_nowhere_else(servers: Servers) -> None:
+    right, wrong, _ = servers.all
+    rooms = [new_room(one) for one in (right, wrong)]
+    before = {one.name: dropped_at(one) for one in servers}
+    allowed = [
+        httpx.post(f"{wrong.url}/api/v1/rooms/{room}/drops", json={"seed": "1"}, timeout=LIMIT)
+        .raise_for_status()
+        .headers["ratelimit-policy"]
+        for room in (*rooms, rooms[0])
+    ]
+    at_right, at_wrong = '"drops";q=2000;w=2', '"drops";q=2002;w=2'
+    assert allowed == [at_right, at_wrong, at_right]
+    counted = {one.name: dropped_at(one) - before[one.name] for one in servers}
+    assert counted == {"plinko1": 2, "plinko2": 1, "plinko3": 0}
+
+
+def dropped_at(one: One) -> float:
+    """How many drops this server has counted."""
+    (line,) = re.findall(r"^plinko_drops_total\S* (\S+)$", one.get("/metrics").text, re.MULTILINE)
+    return float(line)
 
 
 async def test_who_plays_over_the_wrong_server_sees_and_does_all_that_others_do(

@@ -3,13 +3,20 @@
 import asyncio
 import contextlib
 import hashlib
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Awaitable, Callable
 from typing import Any
 
 import msgspec
 import pytest
 
-from app.errors import AppError, HaltedError, LeaseLostError, RoomLimitError, UnknownRoomError
+from app.errors import (
+    AppError,
+    HaltedError,
+    LeaseLostError,
+    LedgerError,
+    RoomLimitError,
+    UnknownRoomError,
+)
 from app.fairness.check import check_session, kernel_digest_of
 from app.fairness.export import read_export
 from app.fairness.signing import Signer
@@ -19,14 +26,14 @@ from app.live.open_rooms import UNUSED_SECONDS
 from app.live.sessions.fair_sessions import FairSessions
 from app.persistence.checks.audit import Audit
 from app.persistence.ledger.database import Database
-from app.persistence.statements import store
+from app.persistence.statements import lease_store, store
 from app.protocol.wire import WireMessage
 from app.rooms.kinds import INTERACTING
 from app.rooms.records import EVERY_ROOM, LeaseRow
 from tests.app.asking import ask
 from tests.app.persistence import postgres
 from tests.app.persistence.crash.life import BOARD, Life, living
-from tests.waiting import eventually, turns
+from tests.waiting import LIMIT, eventually, turns
 
 KERNEL = kernel_digest_of(b"kernels")
 SECRET = b"\x2a" * 32
@@ -98,6 +105,23 @@ async def test_a_room_goes_on_at_the_server_that_takes_it_over(address: str) -> 
         await b.rest()
         await b.leave()
     assert (sound(address).drops, sound(address).results) == (5, 5)
+
+
+async def test_a_room_that_another_server_took_is_logged_once_whoever_waited_for_it(
+    address: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    async with two(address) as (a, b):
+        room = await a.rooms.seek("main")
+        await b.shared.arriving.take_over("main")
+        asking = [ask(room, seed) for seed in range(3)]
+        await turns()
+        for each in asking:
+            each.cancel()
+        await a.heard()
+        await eventually(lambda: room.gone is not None)
+        await turns()
+    (line,) = [each for each in caplog.records if each.levelname == "WARNING"]
+    assert (line.getMessage(), vars(line)["room"]) == ("another server has taken a room", "main")
 
 
 async def test_who_lost_a_room_shows_no_tick_that_its_next_holder_did_not_begin_from(
@@ -382,17 +406,37 @@ async def test_an_address_s_rooms_are_counted_at_all_servers(address: str) -> No
         assert await a.rooms.made_by("other") == 0
 
 
-async def test_a_room_that_nobody_uses_is_closed_wherever_it_was(address: str) -> None:
+async def test_a_room_that_nobody_uses_is_closed_wherever_it_was_once_the_ledger_answers(
+    address: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     async with two(address) as (a, b):
         room = await a.rooms.create(BOARD)
         await a.shared.leaving.hand_over(room.id)
         used = (await b.row(room.id)).used
         b.rooms.persistence.runs.now = lambda: used + UNUSED_SECONDS + 1.0
-        await b.shared.look_after()
-        await b.heard()
+        with monkeypatch.context() as broken:
+            broken.setattr(lease_store, "take", no_answer)
+            with pytest.raises(LedgerError):
+                await b.shared.look_after()
+        await asked_again(b.shared.look_after)
+        await asked_again(b.heard)
         assert await b.ledger.read(lambda c: store.open_room(c, room.id)) is None
         with pytest.raises(UnknownRoomError):
             await b.rooms.seek(room.id)
+
+
+def no_answer(*_: object, **__: object) -> None:
+    """What comes of a statement to a database that is not there."""
+    raise OSError("nobody answers")
+
+
+async def asked_again(work: Callable[[], Awaitable[object]]) -> None:
+    """Do this, again and again where the ledger of a busy machine does not answer in time."""
+    async with asyncio.timeout(LIMIT):
+        while True:
+            with contextlib.suppress(LedgerError):
+                await work()
+                return
 
 
 async def test_sessions_have_numbers_of_their_own_at_every_server(address: str) -> None:

@@ -24,6 +24,7 @@ from app.rooms.touching.scene import Scene
 from app.rooms.touching.story import Retold, Story, retell, story_of
 from app.web.directory import listed
 from app.web.drops import drop_command
+from app.web.problems import HOPS
 from app.web.routes.common import (
     Server,
     address_of,
@@ -53,7 +54,6 @@ from app.web.schemas.rooms import (
     RoomView,
 )
 from app.web.services import Services
-from app.web.shared import HOPS
 from app.web.streamed import StreamedAnswer
 from engine import Board
 

@@ -5,6 +5,8 @@ import logging
 from collections.abc import Coroutine
 from typing import Any, TypeVar
 
+from app.errors import LeaseLostError
+
 T = TypeVar("T")
 
 _log = logging.getLogger("plinko")
@@ -19,10 +21,16 @@ async def to_the_end(work: Coroutine[Any, Any, T]) -> T:
     try:
         return await asyncio.shield(doing)
     except asyncio.CancelledError:
-        doing.add_done_callback(_log_failure)
+        doing.add_done_callback(log_failure)
         raise
 
 
-def _log_failure(done: "asyncio.Future[Any]") -> None:
-    if not done.cancelled() and (error := done.exception()) is not None:
+def log_failure(done: "asyncio.Future[Any]") -> None:
+    """Log that work failed which nobody waits for any more.
+
+    Not where its room has gone to another server: that is logged once for the room.
+    """
+    if done.cancelled() or (error := done.exception()) is None:
+        return
+    if not isinstance(error, LeaseLostError):
         _log.warning("what nobody waits for any more failed: %s", error)
