@@ -1,12 +1,15 @@
 """Says that this server is alive, sees which others are, and ends what depends on one that is not.
 
-Beats go by themselves: a ledger that takes its time must not cost this server its rooms.
+Beats go by themselves, on a thread of their own: neither a ledger that takes its time nor a loop
+that has much to do may cost this server its rooms, as giving them to others makes more to do.
 """
 
 import asyncio
 import contextlib
 import logging
-from collections.abc import AsyncIterator, Iterable
+import threading
+import time
+from collections.abc import AsyncIterator, Callable, Iterable
 from typing import Final
 
 from app.cluster.beats import FAILURES, Beats
@@ -17,6 +20,10 @@ from app.rooms.records import LeaseRow
 
 _PATIENCE: Final = 5.0
 """s that a start and an end wait for PostgreSQL; a server that has started is not ready then."""
+
+_STANDS_STILL: Final = 10.0
+"""s after which a loop that has not come round counts as standing still, and others may take its
+rooms: longer than a busy machine holds it up."""
 
 _log = logging.getLogger("plinko")
 
@@ -35,6 +42,7 @@ class Alive:
         self.looked = Signal()
         self._database = database
         self._book = book
+        self._came_round = 0.0  # when the loop last took in who is alive, s of the monotonic clock
         self._depending: dict[asyncio.Timeout, str] = {}  # on the server of this name
 
     @property
@@ -47,23 +55,35 @@ class Alive:
         return self.view.claim(room_id, row, self.me)
 
     async def run(self) -> None:
-        """Beat until cancelled, whatever becomes of PostgreSQL; at once where a server leaves."""
-        clock = asyncio.get_running_loop().time
-        while True:
-            began = clock()
+        """Beat until cancelled, whatever becomes of PostgreSQL."""
+        self._came_round = time.monotonic()
+        tell, over = asyncio.get_running_loop().call_soon_threadsafe, threading.Event()
+        thread = threading.Thread(target=self._beat, args=(tell, over), name="beats", daemon=True)
+        thread.start()
+        try:
+            await asyncio.Event().wait()
+        finally:
+            over.set()
+            await asyncio.to_thread(thread.join, LEASE)
+
+    def _beat(self, tell: Callable[..., object], over: threading.Event) -> None:
+        while not over.is_set():
+            began = time.monotonic()
             try:
-                async with Beats.connected(self._database) as beats:
-                    while True:
-                        me = self.me
-                        self.look(me, await beats.beat(me))
-                        await beats.until_told(BEAT)
+                with Beats.connected(self._database) as beats:
+                    while not over.is_set():
+                        if time.monotonic() < self._came_round + _STANDS_STILL:
+                            me = self.me
+                            tell(self.look, me, beats.beat(me))
+                        beats.until_told()
             except FAILURES as error:
-                self.failed(error)
+                tell(self.failed, error)
             # A connection that lasted is made again at once: without one the lease is shorter.
-            await asyncio.sleep(began + BEAT - clock())
+            over.wait(began + BEAT - time.monotonic())
 
     def look(self, me: Member, found: Iterable[Seen]) -> None:
         """Take in who was found at the beat of `me`."""
+        self._came_round = time.monotonic()
         if late := self.view.look(me, found):
             _log.warning(
                 "this server was late: it said %.1f s ago that it is alive, and after %g s others "
@@ -79,6 +99,7 @@ class Alive:
 
     def failed(self, error: Exception) -> None:
         """Note that PostgreSQL does not say who is alive; all stays as it was known."""
+        self._came_round = time.monotonic()
         if self.view.up:
             _log.warning("servers do not see each other: rooms stay where they are: %s", error)
         self.view.failed()

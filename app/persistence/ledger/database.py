@@ -27,7 +27,7 @@ _PATIENCE = 5  # s that a database may take to answer
 _LOCK = 0x706C696E6B6F  # 'plinko', the key of PostgreSQL's advisory lock
 _MAKING = _LOCK + 1  # of the lock under which tables are made
 _MAKING_PATIENCE = 60  # s
-_IDLE = 1  # s that a server may leave a transaction open which others may wait for
+_IDLE = 2  # s that a server may leave a transaction open; before, others take none of its rooms
 _LOCK_PATIENCE = 1  # s that the server before may take to let go of it
 _LOCK_NOT_AVAILABLE = "55P03"  # PostgreSQL's error code
 
