@@ -22,7 +22,7 @@ _log = logging.getLogger("plinko")
 
 
 class TakeOver:
-    """For the event loop's thread. `count` is of rooms."""
+    """For the event loop's thread. `count` is of rooms whose server was gone."""
 
     def __init__(
         self,
@@ -42,6 +42,7 @@ class TakeOver:
         self._seen: set[str] = set()  # servers that were alive at the last look
         self._taking: set[str] = set()
         self._orphaned: dict[str, int] = {}  # sweeps in a row that found a room to be nobody's
+        self._lost: set[str] = set()  # those of them that a server had which is gone
 
     async def run(self) -> None:
         """Look after rooms until cancelled: at each beat, and at once where a server leaves."""
@@ -86,6 +87,7 @@ class TakeOver:
         nobody's still has one more: the first may be alive and yet unable to bring it back.
         """
         before, found = self._orphaned, orphans(rows, awake, self._alive.view)
+        self._lost = found & {row.room for row in rows}
         self._orphaned = {room_id: before.get(room_id, 0) + 1 for room_id in found}
         able = [each for each in self._alive.view.members.values() if not each.leaving]
         return {
@@ -96,7 +98,7 @@ class TakeOver:
 
     async def take(self, room_id: str) -> None:
         """Have a room here from now on, if that can be."""
-        orphan = room_id in self._orphaned
+        lost = room_id in self._lost
         self._taking.add(room_id)
         try:
             await self._rooms.arriving.fetch(room_id)
@@ -105,6 +107,6 @@ class TakeOver:
             return
         finally:
             self._taking.discard(room_id)
-        if orphan and self._book.of(room_id) is not None:
+        if lost and self._book.of(room_id) is not None:
             self.count += 1
             _log.warning("room taken over", extra={"room": room_id})

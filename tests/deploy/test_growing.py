@@ -4,14 +4,17 @@ import contextlib
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import httpx
 import pytest
 
+from app.settings import Settings, not_settings
 from engine import Board, drop_many
 from tests.app.cluster.conftest import postgresql  # noqa: F401 - a fixture
 from tests.app.persistence import postgres
@@ -92,6 +95,38 @@ def test_three_servers_are_one(
                 f"http://127.0.0.1:{port}/api/v1/rooms/main/drops", json={}, timeout=LIMIT
             )
             assert made.status_code == 202, made.text
+    restored = brought_back(postgresql, own["PLINKO_DATABASE_URL"])
+    assert restored.startswith("sound: 1 sessions, 3 drops"), "what was dropped is there"
+
+
+def brought_back(postgresql: postgres.Cluster, database: str) -> str:  # noqa: F811
+    """What the ledger's check says of a dump by the operator's page that is restored elsewhere."""
+    page = (DEPLOY.parent / "docs" / "operations.md").read_text()
+    lines = re.findall(r"^(?:pg_dump|psql|plinko ledger) .*postgresql://.*$", page, re.MULTILINE)
+    said, place = "", "postgresql://plinko@db.example/plinko"
+    empty = postgresql.new_database()
+    with tempfile.TemporaryDirectory() as folder:
+        for line, address in zip(lines, (database, empty, empty), strict=True):
+            program, *options = shlex.split(line.replace(place, address))
+            found = shutil.which(program, path=f"{BIN}:{postgresql.binaries}:{os.environ['PATH']}")
+            assert found is not None, program
+            done = subprocess.run(
+                [found, *options], cwd=folder, capture_output=True, text=True, check=False
+            )
+            assert done.returncode == 0, f"{line}: {done.stderr}"
+            said = done.stdout
+    return said
+
+
+def test_the_environment_of_a_server_among_others_is_of_settings() -> None:
+    (block,) = re.findall(r"```text\n( *PLINKO_NAME.*?)```", PAGE, re.DOTALL)
+    given = dict(line.strip().split("=", 1) for line in block.strip().splitlines())
+    assert not_settings(given) == []
+    settings = Settings.load(given)
+    assert (settings.name, settings.host) == ("a", "0.0.0.0")
+    in_proxy = set(re.findall(r"^ +(PLINKO_(?:BIND|\d))=", PAGE, re.MULTILINE))
+    assert in_proxy <= set(re.findall(r"PLINKO_\w+", (DEPLOY / "haproxy.cfg").read_text()))
+    assert len(in_proxy) == 4
 
 
 def known(port: int) -> list[str]:

@@ -78,6 +78,13 @@ async def test_a_room_whose_server_is_gone_is_taken_over_and_counted(address: st
         assert taking.count >= 1
 
 
+async def test_a_room_that_nobody_had_is_taken_and_no_server_missed(address: str) -> None:
+    async with living(address, holder="a") as a:
+        taking = looking(a)
+        assert await taken(a, taking) == {"main"}
+        assert taking.count == 0, "it is the first start of all"
+
+
 async def test_a_room_whose_heir_cannot_take_it_is_taken_by_the_next_one_after_a_while(
     address: str,
 ) -> None:
