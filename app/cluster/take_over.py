@@ -41,7 +41,7 @@ class TakeOver:
         self._swept = -_SWEEP
         self._seen: set[str] = set()  # servers that were alive at the last look
         self._taking: set[str] = set()
-        self._orphaned: dict[str, int] = {}  # sweeps in a row that found a room to be nobody's
+        self._orphaned: set[str] = set()  # rooms that the last sweep found to be nobody's
         self._lost: set[str] = set()  # those of them that a server had which is gone
 
     async def run(self) -> None:
@@ -81,20 +81,16 @@ class TakeOver:
                 self._rooms.leaving.put_away(lease.room)
 
     def _inherited(self, rows: Sequence[LeaseRow], awake: Collection[str]) -> set[str]:
-        """Rooms whose server is gone and whose heir this one is.
+        """Rooms whose server is gone and that this one is to have.
 
-        At first that is the first server in the room's order; each sweep that finds the room to be
-        nobody's still has one more: the first may be alive and yet unable to bring it back.
+        At first they are for the first server in the room's order; what the next sweep still finds
+        to be nobody's is for whoever is faster: the first may be alive and yet unable to take it.
         """
-        before, found = self._orphaned, orphans(rows, awake, self._alive.view)
-        self._lost = found & {row.room for row in rows}
-        self._orphaned = {room_id: before.get(room_id, 0) + 1 for room_id in found}
+        before, self._orphaned = self._orphaned, orphans(rows, awake, self._alive.view)
+        self._lost = self._orphaned & {row.room for row in rows}
         able = [each for each in self._alive.view.members.values() if not each.leaving]
-        return {
-            room_id
-            for room_id, sweeps in self._orphaned.items()
-            if self._alive.me in order(room_id, able)[:sweeps]
-        }
+        mine = {each for each in self._orphaned if order(each, able)[:1] == [self._alive.me]}
+        return mine | (self._orphaned & before)
 
     async def take(self, room_id: str) -> None:
         """Have a room here from now on, if that can be."""

@@ -1,12 +1,12 @@
 """Leases of rooms, taken, confirmed, passed on and released in the ledger that servers share."""
 
 import asyncio
-import logging
 import time
 from collections.abc import Callable
 from typing import Final
 
 from app.concurrency.single_flight import SingleFlight
+from app.concurrency.to_the_end import log_failure
 from app.errors import LeaseLostError, LedgerError
 from app.persistence.lease_book import LeaseBook
 from app.persistence.ledger.writer import Ledger
@@ -19,8 +19,6 @@ _TAKE_SECONDS: Final = 10.0
 _TAKE_AGAIN: Final = 0.05  # s until it is tried again
 
 _FRESH: Final = 0.25  # s for which a confirmed lease counts as good; none is lost that fast
-
-_log = logging.getLogger("plinko")
 
 
 class Leases:
@@ -94,15 +92,10 @@ class Leases:
         """A room has left the memory, and all of it is written: any server may have it."""
         lease = self.book.drop(room_id)
         if lease is not None:
-            task = asyncio.create_task(self._let_go(lease), name=room_id)
+            task = asyncio.create_task(self.release(lease))
             self._releasing.add(task)
             task.add_done_callback(self._releasing.discard)
-
-    async def _let_go(self, lease: Lease) -> None:
-        try:
-            await self.release(lease)
-        except LedgerError as error:
-            _log.info("a room is not released: %s", error, extra={"room": lease.room})
+            task.add_done_callback(log_failure)
 
     async def holder_of(self, room_id: str) -> LeaseRow | None:
         """Who has a room, as the ledger knows it; raises LedgerError."""

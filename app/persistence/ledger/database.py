@@ -292,6 +292,10 @@ def _upgrade(connection: Connection) -> None:
     config.attributes["connection"] = connection
     try:
         with connection.begin():
+            if connection.dialect.name == "postgresql":
+                # Nobody waits for these tables yet but servers that start, each as long.
+                standing = f"SET LOCAL idle_in_transaction_session_timeout = '{_MAKING_PATIENCE}s'"
+                connection.execute(sa.text(standing))
             command.upgrade(config, "head")
     except CommandError as error:
         raise LedgerError(

@@ -8,6 +8,9 @@ from typing import Any
 
 import msgspec
 import pytest
+import sqlalchemy as sa
+from alembic import command
+from alembic.config import Config
 
 from app.errors import (
     AppError,
@@ -437,6 +440,25 @@ async def asked_again(work: Callable[[], Awaitable[object]]) -> None:
             with contextlib.suppress(LedgerError):
                 await work()
                 return
+
+
+def test_tables_are_made_however_long_that_takes_on_a_busy_machine(
+    address: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    database, upgrade = Database(address, shared=True), command.upgrade
+    patience = sa.text("SHOW idle_in_transaction_session_timeout")
+    found: list[str] = []
+
+    def upgraded(config: Config, revision: str) -> None:
+        found.append(config.attributes["connection"].execute(patience).scalar())
+        upgrade(config, revision)
+
+    monkeypatch.setattr(command, "upgrade", upgraded)
+    database.open()
+    with database.transaction() as connection:
+        found.append(connection.execute(patience).scalar_one())
+    database.close()
+    assert found == ["1min", "2s"], "later, a server that freezes keeps no room from the others"
 
 
 async def test_sessions_have_numbers_of_their_own_at_every_server(address: str) -> None:
