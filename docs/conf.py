@@ -29,7 +29,7 @@ html_title = f"Plinko {release}"
 # Markdown: links to headings as on the repository's own pages. Formulas stand in dollars, as there;
 # on the site they are MathML, which browsers draw without a script.
 myst_heading_anchors = 3
-myst_enable_extensions = ["colon_fence", "dollarmath"]
+myst_enable_extensions = ["colon_fence", "dollarmath", "html_image"]
 html_math_renderer = "mathml"
 
 # Docstrings: a name in single backticks is code.

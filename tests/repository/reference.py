@@ -1,11 +1,12 @@
 """docs/python-reference.md, made of the sources: `python -m tests.repository.reference` writes it.
 
-The page is for readers of the repository: each name with the first sentences of its docstring. The
-site has the whole docstrings, which it takes from docs/python.md.
+The page is for readers of the repository: each name with the first lines of its docstring. The site
+has the whole docstrings, by docs/python.md, which also says which members of a class are shown.
 """
 
 import ast
 import inspect
+import re
 import textwrap
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,7 +14,8 @@ from typing import Any
 
 import plinko
 
-PAGE = Path(__file__).parents[2] / "docs" / "python-reference.md"
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE = DOCS / "python-reference.md"
 
 GROUPS = {
     "Boards": ["Board", "BallSpec", "Material", "Peg", "Wall", "Bins", "Label", "DropZone",
@@ -36,6 +38,17 @@ For Python programmers who read the repository: every public name of `plinko` wi
 [The Python interface](python.md) introduces the names; `help(plinko.Board)` prints a docstring.
 `make readme` makes this page from the sources.
 """
+
+
+SHOWN = {
+    name: members.split(", ")
+    for name, members in re.findall(
+        r"^\.\. autoclass:: engine\.(\w+)\n   :members: (.+)$",
+        (DOCS / "python.md").read_text(encoding="utf-8"),
+        re.MULTILINE,
+    )
+}
+"""Members by class, where the page of the interface lists them; of other classes all are shown."""
 
 
 def text() -> str:
@@ -66,6 +79,8 @@ def _class(name: str, value: type) -> str:
         for member in _members(_node(kind)):
             members.setdefault(member.name, member)
     for member in members.values():
+        if member.name not in SHOWN.get(name, members):
+            continue
         lines += [f"    {_signature(member)}", *(f"        {line}" for line in _first_line(member))]
     return _section(name, _summary(node), lines)
 
