@@ -46,7 +46,7 @@ def density_picture(
     progress: Callable[[int], None] | None = None,
     workers: Workers | None = None,
 ) -> bytes:
-    """Where the centres of the balls of `seeds` are how long, in `fmt`: `png`, `jpg` or `webp`.
+    """Where the balls of `seeds` spend their time, in `fmt`: `png`, `jpg` or `webp`.
 
     Each pixel is a cell of the count; memory does not grow with the drops. `threads` and `progress`
     as in `engine.drops.occupancy`; `workers` count consecutive seeds elsewhere. Raises

@@ -17,7 +17,7 @@ from engine.notebooks import figure, png
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Board(BoardFields):
-    """The fields of a board that can be played: each is checked, and the board as a whole.
+    """A valid board. Every field is checked, and the board as a whole.
 
     Boards are equal if their digests are. Raises BoardError whose `faults` name all that is wrong.
     """
@@ -88,7 +88,7 @@ class Board(BoardFields):
 
     @classmethod
     def named(cls, board: object) -> "Board":
-        """Return `board`, or the preset of that name: what functions take that take a board.
+        """Return `board`, or the preset of that name, as every function does that takes a board.
 
         Raises BoardError that says what to do with anything else, such as the path of a file.
         """
@@ -105,7 +105,7 @@ class Board(BoardFields):
 
     @classmethod
     def from_json(cls, source: str | os.PathLike[str] | Mapping[str, Any]) -> "Board":
-        """Make a board of its JSON form: text (starts with `{`), the path of a file, or a dict.
+        """Make a board from its JSON form: text (starts with `{`), the path of a file, or a dict.
 
         Raises BoardError whose `faults` name all that is wrong.
         """
@@ -119,7 +119,7 @@ class Board(BoardFields):
 
     @classmethod
     def kept(cls, form: Mapping[str, Any]) -> "Board":
-        """Return a board that was accepted before, from its JSON form.
+        """Return a board that was accepted earlier, from its JSON form.
 
         The values are checked. The board as a whole is not: a ledger keeps what was once played,
         even if newer checks would refuse it. The caller compares the digest.

@@ -68,7 +68,7 @@ def _down(x: arb) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """What was proven of a drop, about the board's float64 values as they stand.
+    """What was proven of a drop. The board's float64 values count as exact.
 
     bin: None unless the ball is proven to land. unsettled: why it does not land, proven too.
     undecided: which comparison was left open at the last precision; then nothing is proven. ties:
@@ -94,7 +94,7 @@ class Certificate:
 
     @property
     def decided(self) -> bool:
-        """Whether there is a theorem: a bin, or that the ball does not land."""
+        """Whether the proof gave a bin, or showed that the ball does not land."""
         return self.undecided is None
 
     def to_dict(self) -> dict[str, Any]:
@@ -169,7 +169,7 @@ def certify(
     aim: float | None = None,
     effort: Effort = FULL,
 ) -> Certificate:
-    """Prove where the ball lands that is dropped from where `seed` says, or from an exact x in m.
+    """Prove the bin of the ball that starts where `seed` says, or at an exact `x` in m.
 
     `aim`, in m, is the middle of the starts that seeds draw; without it, the board's own.
 

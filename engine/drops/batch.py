@@ -124,7 +124,7 @@ class DropBatch:
         return png(self)
 
     def to_columns(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Columns by name, each of shape (n,): what a DataFrame of pandas or polars is made of.
+        """Columns by name, each of shape (n,), for a DataFrame of pandas or polars.
 
         seed, x_start (m), bin (-1: it did not land), score, duration (s), impact_count, x_end (m),
         landed (bool).
@@ -154,13 +154,13 @@ class DropBatch:
 
     @property
     def scores(self) -> npt.NDArray[np.float64]:
-        """Multiplier of each drop, 1 (the stake back) where the ball did not land."""
+        """Multiplier of each drop; 1, the stake back, if the ball did not land."""
         table = np.array([*self.board.bins.multipliers, 1.0])
         return _read_only(table[self.bin])
 
     @cached_property
     def digest(self) -> str:
-        """Merkle root over blocks of all outcomes, 64 hex digits; `engine.drops.digest` has it."""
+        """Merkle root over blocks of all outcomes, 64 hex digits; see `engine.drops.digest`."""
         return outcomes_digest(
             self.board.digest, self.solver, self.bin, self.duration, self.impact_count, self.x_end
         )

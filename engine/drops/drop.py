@@ -42,7 +42,7 @@ _STATE_ORDER = (0, 1, 2, 5, 3, 4, 6)  # of the kernels' columns t x y vx vy thet
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Drop:
-    """The outcome of a drop. Made by `drop`; everything but its inputs follows from them.
+    """The outcome of a drop. `drop` makes it; everything else follows from its inputs.
 
     Drops are equal if their digests are: one start on one board, by seed, by aim or by x. `aim` is
     the middle of the starts that seeds draw, m, where a player chose it.
@@ -117,7 +117,7 @@ class Drop:
 
     @property
     def x_end(self) -> float:
-        """Where the centre crossed the bins' line (or came to its end), m."""
+        """x of the centre at the landing (or at the end of the simulation), m."""
         return float(self.trajectory.end[1])
 
     @cached_property
@@ -138,7 +138,7 @@ class Drop:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of the drop, 64 hex digits; `engine.drops.digest` says of what."""
+        """SHA-256 of the drop, 64 hex digits; `engine.drops.digest` lists its bytes."""
         path = self.trajectory
         return drop_digest(
             self.board.digest, self.solver, start_row(path), path.outcome, path.events, path.marks
@@ -250,7 +250,7 @@ def drop(
     substeps: int = DEFAULT_SUBSTEPS,
     correction: float = DEFAULT_CORRECTION,
 ) -> Drop:
-    """Drop a ball at rest from where `seed` says, or from an explicit `x` in m.
+    """Drop a ball at rest from the start that `seed` gives, or from an explicit `x` in m.
 
     `aim`, in m, is the middle of the starts that seeds draw; without it, the board's own. `board`
     may be a preset's name. dt (s), substeps and correction are read by the stepped solver alone.

@@ -38,7 +38,7 @@ _SEGMENTS: Final = 128 * CHUNK  # of a log: more than nearly all chunks have
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Occupancy:
-    """Counts of looks at balls, shape (rows, columns), one row below the other from `top` m down.
+    """Counts of samples of balls, shape (rows, columns); rows go down from `top` m.
 
     Arrays are read-only. Each look stands for `step` s. `histogram` has the number of balls in each
     bin, `unsettled` that of balls that did not land.

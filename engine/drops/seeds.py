@@ -27,7 +27,7 @@ def seeds_landing_in(
     patience: int = PATIENCE,
     threads: int | None = None,
 ) -> Iterator[int]:
-    """Yield the seeds whose balls land in `bin`, in rising order, each of them.
+    """Yield all seeds whose balls land in `bin`, in ascending order.
 
     The first is the next after the seed `after` (default: from 0 on). It ends after `count` seeds;
     without a count, only with the last seed there is. `aim` is the middle of the starts that seeds

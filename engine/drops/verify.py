@@ -48,7 +48,7 @@ class Verification:
 
 
 def verify(record: Mapping[str, Any]) -> Verification:
-    """Recompute the drop that `record` describes and compare all that it claims.
+    """Recompute the drop that `record` describes, and compare every field of the record.
 
     `expected` is what the record says, `actual` what comes out. Raises RecordError, naming the
     field, for a record that lacks one, has one that no record has, or cannot be simulated.

@@ -119,11 +119,11 @@ class Arena:
         return chosen
 
     def remove(self, ball: int) -> None:
-        """Take a ball out."""
+        """Remove a ball."""
         self.remove_many([ball])
 
     def remove_many(self, balls: Iterable[int]) -> None:
-        """Take balls out; all must be there."""
+        """Remove balls, all of which must exist."""
         chosen = [int(ball) for ball in balls]
         rows = [self._table.row(ball) for ball in chosen]
         for row in rows:
@@ -132,7 +132,7 @@ class Arena:
         self._record_input("remove_many", balls=chosen)
 
     def clear(self) -> None:
-        """Take all balls out."""
+        """Remove all balls."""
         self._table.wake_all()
         self._drop(list(range(self.count)))
         self._record_input("clear")
@@ -166,7 +166,7 @@ class Arena:
         self._record_input("impulse", ball=int(ball), jx=jx, jy=jy)
 
     def edit(self, ball: int, **values: float) -> None:
-        """Set some of a ball's values, those of RANGES; at another radius it keeps its density."""
+        """Set some of a ball's values, those of RANGES; a new radius keeps the density."""
         row = self._table.row(ball)
         self._set(np.array([row]), values)
         self._record_input("edit", ball=int(ball), **values)
@@ -288,7 +288,7 @@ class Arena:
         return self._table.values(self._table.row(ball))
 
     def find(self, x: float, y: float) -> int | None:
-        """Id of the ball under the point (x, y) in m, the nearest centre first; None if none is."""
+        """Id of the ball at the point (x, y) in m, the nearest centre first, or None."""
         pos = self._table.bodies.pos[: self.count]
         squares = (pos[:, body.X] - x) ** 2 + (pos[:, body.Y] - y) ** 2
         under = np.flatnonzero(squares <= pos[:, body.RADIUS] ** 2)
@@ -306,7 +306,7 @@ class Arena:
 
     @property
     def events_lost(self) -> int:
-        """Impacts that `take_events` left out: too many in a step, or not asked for in time."""
+        """Impacts that `take_events` omitted: too many in a step, or not taken in time."""
         return self._events.lost
 
     def diagnostics(self) -> Diagnostics:
@@ -321,14 +321,14 @@ class Arena:
     # Saving
 
     def copy(self) -> "Arena":
-        """An arena that goes on from here by itself, bit for bit, and records no inputs."""
+        """A copy that continues from here, bit for bit, and records no inputs."""
         other = copy.copy(self)
         other.record, other._log = None, new_log(0)
         other._table, other._events = self._table.copy(), self._events.copy()
         return other
 
     def snapshot(self) -> bytes:
-        """All that `restore` needs to go on bit for bit, but for events not yet taken."""
+        """Everything that `restore` needs to continue bit for bit, except events not yet taken."""
         return msgspec.msgpack.encode(
             {
                 "arena": 1,
@@ -363,7 +363,7 @@ class Arena:
 
     @classmethod
     def from_snapshot(cls, snapshot: bytes) -> "Arena":
-        """A new arena that goes on where `snapshot` was made."""
+        """A new arena that continues from `snapshot`."""
         arena = cls(StaticGeometry())
         arena.restore(snapshot)
         return arena

@@ -15,7 +15,7 @@ SLEEP_SECONDS = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArenaSettings:
-    """gravity in m/s^2 downward; drag in 1/s; damping: the part of the velocity kept in a step.
+    """Gravity in m/s^2, downward; drag in 1/s; damping, a factor of the velocity in each step.
 
     correction: part of an overlap that is removed in a substep; dt: a step, s; max_speed in m/s,
     None: no clamp; sleeping: whether what is at rest may sleep. Raises ParameterError.

@@ -27,7 +27,7 @@ board."""
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class StaticGeometry:
-    """Pegs and walls, what they are made of, bins where balls land, if any; metres, y down.
+    """Pegs and walls, their materials, and bins, if any; metres, y down.
 
     Raises BoardError that names a value that is wrong. Nothing is asked of how the parts stand to
     each other: they may be a closed box, or a trap.
@@ -101,7 +101,7 @@ class StaticGeometry:
         return min(xs), max(xs), min(ys), max(ys)
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form: that of a board, as far as there is one, and its extent."""
+        """The JSON form of a board's parts, and the extent."""
         return {
             "pegs": [{"x": p.x, "y": p.y, "radius": p.radius} for p in self.pegs],
             "peg_material": _material_dict(self.peg_material),

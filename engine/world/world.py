@@ -124,7 +124,7 @@ class World:
         x: float | None = None,
         aim: float | None = None,
     ) -> int:
-        """Start a ball from where `seed` says about `aim`, or from an explicit `x`; return its id.
+        """Start a ball where `seed` says, around `aim`, or at an explicit `x`; return its id.
 
         x and aim are in m; without an aim seeds draw about the board's own x.
         """
@@ -231,7 +231,7 @@ class World:
         raise ParameterError(f"ball {ball} is not in flight", field="ball")
 
     def step(self, *, contacts: bool = True) -> None:
-        """Advance by one step; without `contacts`, `take_events` tells of landings alone."""
+        """Advance by one step; without `contacts`, `take_events` returns only landings."""
         self.tick += 1
         if not self._balls:
             return
@@ -338,7 +338,7 @@ class World:
         return momentum_of(self.board.ball, self._ball_set.states)
 
     def snapshot(self) -> bytes:
-        """All that `restore` needs to go on bit for bit, but for events not yet taken.
+        """Everything that `restore` needs to continue bit for bit, except events not yet taken.
 
         The names of its parts belong to `digest`, which is in the logs of rooms: they stay.
         """
