@@ -12,7 +12,7 @@ import sys
 import tempfile
 from collections.abc import AsyncIterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import msgspec
 from fastapi import Depends, FastAPI, Response
@@ -84,6 +84,7 @@ from engine.errors import BoardError
 from engine.jit import limits, native
 
 if TYPE_CHECKING:
+    from app.cluster.start import Cluster
     from app.webhooks.webhooks import Webhooks
 
 _log = logging.getLogger("plinko")
@@ -277,16 +278,17 @@ class _Shares:
         from app.cluster import start  # noqa: PLC0415 - for those who have one
 
         self._settings = settings
-        self._start = start
         # Called by another name in the ledger at each start.
         holder = f"{settings.name}.{secrets.token_hex(4)}"
         self.book = LeaseBook(holder, settings.address.rstrip("/"))
         self.alive = start.member(settings, self.book)
 
-    def cluster(self, rooms: Rooms, ledger: Ledger) -> Any:
+    def cluster(self, rooms: Rooms, ledger: Ledger) -> "Cluster":
         """What is started and stopped, and what routes know of the other servers."""
+        from app.cluster.start import Cluster  # noqa: PLC0415 - as above
+
         assert isinstance(rooms.shared, SharedRooms)
-        return self._start.Cluster(self._settings, self.alive, rooms.shared, ledger)
+        return Cluster(self._settings, self.alive, rooms.shared, ledger)
 
 
 def _webhooks(targets: Sequence[Target], ledger: Ledger, others: Others | None) -> "Webhooks":

@@ -9,13 +9,16 @@ where Python's own stack is deeper.
 import json
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 from engine.errors import JsonSyntaxError, JsonValueError
 
 DEEPEST: Final = 64
 """Brackets within brackets."""
+
+JsonObject = Mapping[str, Any]
+"""A JSON object whose values have not been read yet."""
 
 _STRINGS: Final = re.compile(r'"(?:[^"\\]|\\.)*"', re.DOTALL)
 _BRACKETS: Final = re.compile(r"[\[\]{}]")

@@ -2,7 +2,6 @@
 
 import json
 from pathlib import Path
-from typing import Any
 
 from engine import RecordError
 from engine.batches.tally import Tally, tally_of
@@ -26,7 +25,7 @@ def load(path: Path) -> tuple[Tally, float]:
     return tally, float(seconds)
 
 
-def form_of(tally: Tally, seconds: float) -> dict[str, Any]:
+def form_of(tally: Tally, seconds: float) -> dict[str, object]:
     """The JSON form: of the file, and of `--json`."""
     form = tally.to_dict()
     hashes = form.pop("hashes")

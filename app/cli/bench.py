@@ -4,7 +4,7 @@ import importlib.util
 import sys
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -134,7 +134,7 @@ def command(
         _print(about, found, drawn)
 
 
-def _as_json(about: dict[str, str], quick: bool, found: "list[Section]") -> dict[str, Any]:
+def _as_json(about: dict[str, str], quick: bool, found: "list[Section]") -> dict[str, object]:
     return {
         "machine": about,
         "quick": quick,

@@ -2,7 +2,7 @@
 
 import asyncio
 import contextlib
-from typing import Any, Final
+from typing import Final
 from urllib.parse import quote
 
 import httpx
@@ -32,10 +32,10 @@ class Peers:
         """Have another server take a room that was given to it; if it does not, it will later."""
         await self._get(member, f"/api/v1/rooms/{quote(room_id, safe='')}")
 
-    async def ask(self, member: Member, path: str, part: str) -> list[Any]:
+    async def ask(self, member: Member, path: str, part: str) -> list[object]:
         """What another server lists as `part` of its answer to a GET, on the first page."""
         answer = await self._get(member, path)
-        listed: list[Any] = [] if answer is None or answer.is_error else answer.json()[part]
+        listed: list[object] = [] if answer is None or answer.is_error else answer.json()[part]
         return listed
 
     async def _get(self, member: Member, path: str) -> httpx.Response | None:

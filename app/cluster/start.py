@@ -5,7 +5,7 @@ import contextlib
 import functools
 import logging
 import socket
-from typing import Any, Final
+from typing import Final
 
 from starlette.applications import Starlette
 
@@ -93,7 +93,7 @@ class Cluster:
         counts = (self._take_over.count, self._handed_over, self._peers.handed_on)
         return Standing(self.name, view.up, names, len(self._book.rooms), *counts)
 
-    async def ask_all(self, path: str, part: str) -> list[Any]:
+    async def ask_all(self, path: str, part: str) -> list[object]:
         """What each of the others lists as `part` of its answer to a GET of this path."""
         others = [each for each in self._alive.view.members.values() if each != self._alive.me]
         return list(await asyncio.gather(*(self._peers.ask(each, path, part) for each in others)))

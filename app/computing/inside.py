@@ -8,7 +8,7 @@ import signal
 import socket
 import time
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from app.computing.packing import BEGUN, REPLY, REQUEST
 from app.errors import CostError
@@ -65,7 +65,7 @@ def _outcome(work: bytes) -> tuple[bytes, bool]:
         return _pickled(None, RuntimeError(f"{error!r}: {why}")), False
 
 
-def _pickled(value: Any, error: Exception | None) -> bytes:
+def _pickled(value: object, error: Exception | None) -> bytes:
     return pickle.dumps((value, error), pickle.HIGHEST_PROTOCOL)
 
 

@@ -5,7 +5,7 @@ import contextlib
 import os
 from collections.abc import AsyncIterator, Awaitable, Callable
 from dataclasses import dataclass, field
-from typing import Any, Final, TypeVar, cast
+from typing import Final, TypeVar, cast
 
 from app.computing.packing import packed
 from app.computing.process import Done, WorkerProcess, prepare, start
@@ -102,7 +102,7 @@ class Workers:
         return cast(T, done.value)
 
     async def measured(
-        self, work: Callable[[], Any], *, quick: bool = False, deadline: float = DEADLINE
+        self, work: Callable[[], object], *, quick: bool = False, deadline: float = DEADLINE
     ) -> Done:
         """`run`, with what it took; an error of the work's own is in the result."""
         if self.full or self._closed:

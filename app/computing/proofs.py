@@ -5,7 +5,7 @@ The certified solver is loaded when the first is asked for: it may not be instal
 
 import time
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import msgspec
 
@@ -33,7 +33,7 @@ def record(ask: Ask, certainty: bool) -> tuple[str, bytes]:
     return found["digest"], msgspec.json.encode(found | {"certificate": certificate(ask)})
 
 
-def certificate(ask: Ask) -> dict[str, Any]:
+def certificate(ask: Ask) -> dict[str, object]:
     """What can be proven of a drop, as JSON values with the enclosed events."""
     from engine.certified.certify import certify  # noqa: PLC0415
 

@@ -7,7 +7,7 @@ The event loop waits for one meanwhile, and so does a tick. Few begin in a turn 
 import asyncio
 import time
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Final
 
 from app.computing.process import Done
 from engine import Board
@@ -39,12 +39,12 @@ class ShortDrops:
             self._preparing[preset.digest] = made
         return made.done()
 
-    def measured(self, work: Callable[[], Any]) -> Done:
+    def measured(self, work: Callable[[], object]) -> Done:
         """What came of `work`, which computes a drop on a ready preset, and how long it took.
 
         Its error is an EffortError where the drop takes more than it may here.
         """
-        value: Any = None
+        value: object = None
         error: Exception | None = None
         began = time.thread_time()
         try:

@@ -6,7 +6,7 @@ event loop.
 
 import time
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import msgspec
 import numpy as np
@@ -23,6 +23,7 @@ from engine.drops.digest import BLOCK
 from engine.drops.drop import make_drop
 from engine.drops.seeds import Search
 from engine.drops.start import unsigned_zero
+from engine.json_text import JsonObject
 from engine.parameters import Exact, Solver, Stepped
 from engine.payouts.solve import solve_payouts
 from engine.seeding import SEED_LIMIT
@@ -57,7 +58,7 @@ class Ask:
         if isinstance(self.solver, Stepped):
             # Followed once without keeping the path, which may be more than there is memory for.
             starts = None if self.x is None else [self.x]
-            how: dict[str, Any] = {"solver": "stepped", "threads": 1, **self.solver.fields()}
+            how: JsonObject = {"solver": "stepped", "threads": 1, **self.solver.fields()}
             found = drop_many(self.board, [self.seed], xs=starts, aim=self.aim, **how)
             prices.stepped_drop(float(found.duration[0]) / self.solver.h).check()
         return make_drop(self.board, self.seed, unsigned_zero(self.x), self.solver, self.aim)
@@ -88,14 +89,14 @@ def record(ask: Ask, certainty: bool) -> tuple[str, bytes]:
     return found["digest"], msgspec.json.encode(found)
 
 
-def verdict(claimed: dict[str, Any]) -> bytes:
+def verdict(claimed: dict[str, object]) -> bytes:
     """As JSON whether every bit of a drop's record is reproduced."""
     found = verify(claimed)
     names = ("ok", "field", "expected", "actual")
     return msgspec.json.encode({name: getattr(found, name) for name in names})
 
 
-def log_verdict(log: dict[str, Any]) -> bytes:
+def log_verdict(log: dict[str, object]) -> bytes:
     """As JSON whether a room's log is reproduced; raises InvalidValueError when that takes long."""
     started = time.process_time()
 
@@ -204,7 +205,7 @@ class Patience:
 
 def tally(
     board: Board, first: int, drops: int, solver: Solver, seconds: float = MAX_SECONDS
-) -> dict[str, Any]:
+) -> JsonObject:
     """The summary of many drops; raises InvalidValueError when they take longer than `seconds`."""
     found = Tally(Job(board, solver, first, drops))
     patience = Patience(drops, seconds)
@@ -221,7 +222,7 @@ def seeds_in(
     drops: int,
     aim: float | None,
     seconds: float = MAX_SECONDS,
-) -> dict[str, Any]:
+) -> JsonObject:
     """Seeds from `first` on that land in a bin, the next `count` among at most so many `drops`.
 
     Raises InvalidValueError when they take longer than `seconds`.
@@ -254,7 +255,7 @@ def _block(job: Job, number: int, patience: Patience) -> Block:
     return summed(number, parts)
 
 
-def payouts(board: Board, returned: float, risk: str, drops: int) -> dict[str, Any]:
+def payouts(board: Board, returned: float, risk: str, drops: int) -> JsonObject:
     """A solved payout table by at most so many drops from each aim."""
     return solve_payouts(board, returned=returned, risk=risk, drops=drops, threads=1).to_dict()
 

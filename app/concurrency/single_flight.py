@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 T = TypeVar("T")
 
@@ -27,7 +27,7 @@ class SingleFlight(Generic[T]):
         self._abandons = abandons
         self._flights: dict[str, _Flight[T]] = {}
 
-    async def do(self, key: str, work: Callable[[], Coroutine[Any, Any, T]]) -> T:
+    async def do(self, key: str, work: Callable[[], Coroutine[None, None, T]]) -> T:
         """The result of this key's work that goes on, or of `work`; raises what it raises."""
         flight = self._flights.get(key)
         if flight is None:
@@ -48,7 +48,7 @@ class SingleFlight(Generic[T]):
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
-    def _begin(self, key: str, work: Callable[[], Coroutine[Any, Any, T]]) -> _Flight[T]:
+    def _begin(self, key: str, work: Callable[[], Coroutine[None, None, T]]) -> _Flight[T]:
         flight = self._flights[key] = _Flight(asyncio.create_task(work(), name=key))
 
         def ended(task: asyncio.Task[T]) -> None:

@@ -3,7 +3,7 @@
 import asyncio
 import logging
 from collections.abc import Coroutine
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from app.errors import LeaseLostError
 
@@ -12,7 +12,7 @@ T = TypeVar("T")
 _log = logging.getLogger("plinko")
 
 
-async def to_the_end(work: Coroutine[Any, Any, T]) -> T:
+async def to_the_end(work: Coroutine[None, None, T]) -> T:
     """What comes of `work`, which is not cancelled with the one who waits for it.
 
     What the ledger is told and what memory then holds must not come apart in between.
@@ -25,7 +25,7 @@ async def to_the_end(work: Coroutine[Any, Any, T]) -> T:
         raise
 
 
-def log_failure(done: "asyncio.Future[Any]") -> None:
+def log_failure(done: "asyncio.Future[T]") -> None:
     """Log that work failed which nobody waits for any more.
 
     Not where its room has gone to another server: that is logged once for the room.

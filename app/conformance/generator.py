@@ -8,7 +8,7 @@ import hashlib
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from math import sqrt
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -129,7 +129,7 @@ class Report:
         """Whether no test fails, and every start lies where the board says."""
         return not self.failed and not self.outside
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """The JSON form."""
         tests = [asdict(each) for each in self.outcomes]
         return {

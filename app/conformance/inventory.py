@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import app
 import engine
@@ -105,7 +105,7 @@ def first_difference(files: Files, expected: Files) -> str | None:
     return None
 
 
-def configuration_of(settings: Settings) -> dict[str, Any]:
+def configuration_of(settings: Settings) -> dict[str, object]:
     """Every setting that may change how the server plays, by name; no secret is in it.
 
     The board of the room `main`, where it is a file, counts by its content.
@@ -123,7 +123,7 @@ def configuration_of(settings: Settings) -> dict[str, Any]:
     }
 
 
-def digests_of(files: Files, configuration: Mapping[str, Any]) -> Digests:
+def digests_of(files: Files, configuration: Mapping[str, object]) -> Digests:
     """The digests of these files, kernels apart, and of the configuration's canonical JSON."""
     return Digests(
         code=_listed_digest(files, (name for name in files if not name.endswith(KERNELS))),

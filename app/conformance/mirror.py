@@ -4,7 +4,6 @@ A board that is its own mirror image has no side that physics or rounding may fa
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +20,7 @@ class Mirror:
     pairs: int
     unlike: tuple[float, ...]
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """The JSON form."""
         return {"pairs": self.pairs, "unlike": list(self.unlike)}
 

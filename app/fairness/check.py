@@ -8,7 +8,7 @@ import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Final, TypeVar
+from typing import Final, TypeVar
 
 import msgspec
 
@@ -47,8 +47,8 @@ class Step:
     name: str
     ok: bool
     text: str
-    said: Any = None
-    found: Any = None
+    said: object = None
+    found: object = None
     drop: int | None = None
 
 
@@ -84,11 +84,11 @@ def check_session(export: SessionExport, *, kernel_digest: str, key: str | None 
     return Verdict(steps, len(export.drops), export.key)
 
 
-def _same(name: str, text: str, said: Any, found: Any, number: int | None = None) -> Step:
+def _same(name: str, text: str, said: object, found: object, number: int | None = None) -> Step:
     return Step(name, said == found, text, said, found, number)
 
 
-def _typed(values: Mapping[str, Any], kind: type[Kind]) -> Kind:
+def _typed(values: Mapping[str, object], kind: type[Kind]) -> Kind:
     """A statement from its JSON form; raises RecordError for another's."""
     fields = {key: value for key, value in values.items() if key not in ("kind", "version")}
     try:

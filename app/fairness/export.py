@@ -4,8 +4,8 @@ The format is versioned, a field it does not have is refused, and docs/fairness.
 What is signed is in it as it was signed, `kind` and `version` included.
 """
 
-from collections.abc import Iterable, Mapping
-from typing import Any, Final
+from collections.abc import Iterable
+from typing import Final
 
 import msgspec
 
@@ -13,6 +13,7 @@ from app.fairness.statements import Count
 from app.protocol.messages import SignedReceipt
 from engine import merkle
 from engine.errors import RecordError
+from engine.json_text import JsonObject
 
 KIND: Final = "plinko-session"
 VERSION: Final = 1
@@ -21,7 +22,7 @@ VERSION: Final = 1
 class Signed(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A statement of the server's, with its signature in hexadecimal."""
 
-    statement: dict[str, Any]
+    statement: JsonObject
     signature: str
 
 
@@ -62,7 +63,7 @@ class SessionExport(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     version: int
     key: str
     session: Signed
-    board: dict[str, Any]
+    board: dict[str, object]
     client_seed: str | None
     server_seed: str | None
     drops: list[ExportedDrop]
@@ -73,12 +74,12 @@ class SessionExport(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     draw: dict[str, Any] | msgspec.UnsetType = msgspec.UNSET
 
 
-def is_export(fields: Mapping[str, Any]) -> bool:
+def is_export(fields: JsonObject) -> bool:
     """Whether a JSON object says that it is a session's export."""
     return fields.get("kind") == KIND
 
 
-def with_heard(fields: Mapping[str, Any], reply: Mapping[str, Any]) -> dict[str, Any]:
+def with_heard(fields: JsonObject, reply: JsonObject) -> JsonObject:
     """An export with what its player was answered with at the time, over REST.
 
     reply: of POST sessions, which has the signed statement, or of a drop, which has its receipt.
@@ -96,7 +97,7 @@ def with_heard(fields: Mapping[str, Any], reply: Mapping[str, Any]) -> dict[str,
     )
 
 
-def read_export(fields: Mapping[str, Any]) -> SessionExport:
+def read_export(fields: JsonObject) -> SessionExport:
     """The session of a JSON object; raises RecordError that names what is wrong with its form."""
     if fields.get("version") != VERSION:
         raise RecordError(

@@ -1,7 +1,6 @@
 """Ed25519 (RFC 8032) over canonical JSON: what the server says, so that it cannot be denied."""
 
 from collections.abc import Mapping
-from typing import Any
 
 from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
@@ -17,7 +16,7 @@ class Signer:
         self._key = Ed25519PrivateKey.from_private_bytes(secret)
         self.public: bytes = self._key.public_key().public_bytes_raw()
 
-    def sign(self, value: Mapping[str, Any]) -> bytes:
+    def sign(self, value: Mapping[str, object]) -> bytes:
         """The signature of the object as canonical JSON, 64 bytes; the same each time."""
         return self.sign_bytes(canonical(dict(value)))
 
@@ -26,7 +25,7 @@ class Signer:
         return self._key.sign(message)
 
 
-def is_signed(value: Mapping[str, Any], signature: bytes, public: bytes) -> bool:
+def is_signed(value: Mapping[str, object], signature: bytes, public: bytes) -> bool:
     """Whether this is the signature of the object by the owner of the public key."""
     try:
         Ed25519PublicKey.from_public_bytes(public).verify(signature, canonical(dict(value)))

@@ -6,7 +6,7 @@ Digests, seeds and keys are hexadecimal, times whole milliseconds of Unix time, 
 
 import hashlib
 from dataclasses import asdict, dataclass
-from typing import Annotated, Any, ClassVar, Final
+from typing import Annotated, ClassVar, Final
 
 from msgspec import Meta
 
@@ -25,7 +25,7 @@ class _Statement:
 
     KIND: ClassVar[str]
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Its JSON form, all that is signed."""
         return {"kind": self.KIND, "version": VERSION, **asdict(self)}
 
@@ -85,7 +85,7 @@ class LogEntry(_Statement):
 
     KIND: ClassVar[str] = "plinko log entry"
 
-    receipt: dict[str, Any]
+    receipt: dict[str, object]
     index: Count
     root: str
 

@@ -7,7 +7,7 @@ server that had it is gone, and is rebuilt from what that one has written.
 import asyncio
 import logging
 from collections.abc import Awaitable, Callable, Coroutine
-from typing import Any, Final
+from typing import Final
 
 from app.concurrency.single_flight import SingleFlight
 from app.errors import LeaseLostError, LedgerError
@@ -126,7 +126,7 @@ class Arriving:
             raise rebuilding(room_id) from None
 
     def begin_work(
-        self, room_id: str, work: Coroutine[Any, Any, LiveRoom | None]
+        self, room_id: str, work: Coroutine[None, None, LiveRoom | None]
     ) -> "asyncio.Task[LiveRoom | None]":
         """Run `work` for a room that is not in memory; who asks for the room waits for it."""
         task = self._coming[room_id] = asyncio.create_task(work, name=room_id)

@@ -8,7 +8,7 @@ import asyncio
 import contextlib
 from collections.abc import AsyncIterator, Callable, Coroutine, Iterator
 from dataclasses import dataclass, replace
-from typing import Any, Final, TypeVar, cast
+from typing import Final, TypeVar, cast
 
 from app.errors import (
     AppError,
@@ -29,7 +29,7 @@ from app.persistence.statements import store
 from app.protocol import messages
 from app.protocol.touching_messages import Change
 from app.rooms.outcome import Outcome, outcome_of
-from app.rooms.pending import DropCommand, Entered, PendingInput
+from app.rooms.pending import DropCommand, Entered, Pending
 from app.rooms.records import InputRow
 from app.rooms.room import Room
 from app.rooms.settling import Settled, settle
@@ -81,9 +81,9 @@ class LiveRoom:
         self._around = around
         self._persistence = around.persistence
         self._runner = around.runner
-        self._asked: dict[PendingInput[Any], _Asked] = {}
+        self._asked: dict[Pending, _Asked] = {}
         # Drops under way that may be asked for again, by key.
-        self._under_way: dict[str, asyncio.Task[Any]] = {}
+        self._under_way: dict[str, asyncio.Task[messages.Accepted | Outcome]] = {}
         self._shut: list[AppError] = []  # why nothing is taken for now
         self.gone: AppError | None = None  # why it is not here any more
         self._alone = 0  # ticks for which nobody watched a scene
@@ -151,7 +151,7 @@ class LiveRoom:
             drop = self._drop_unless_kept(command, player, session)
             return await decided(self._begin_drop(player.again, drop))
         try:
-            found: messages.Accepted | Outcome = await decided(before)
+            found = await decided(before)
         except UndecidedError as undecided:
             undecided.outcome = None  # it is for who asked first; who asks again may do so again
             raise
@@ -159,7 +159,7 @@ class LiveRoom:
         return replace(outcome, earlier=True)
 
     def _begin_drop(
-        self, again: str | None, drop: Coroutine[Any, Any, Taken]
+        self, again: str | None, drop: Coroutine[None, None, Taken]
     ) -> "asyncio.Task[Taken]":
         """Begin a drop, which goes on to its end whoever waits for it."""
         work = asyncio.create_task(drop)
@@ -228,7 +228,7 @@ class LiveRoom:
             raise self._shut[-1]
 
     async def _carry_out(
-        self, pending: PendingInput[Any], player: Player, taken: TakenDrop | None
+        self, pending: Pending, player: Player, taken: TakenDrop | None
     ) -> messages.Event | None:
         """Have a planned input kept, and wait until it has entered; returns its first event."""
         room, persistence = self.room, self._persistence
@@ -258,7 +258,7 @@ class LiveRoom:
         self._runner.admit(self)
         return await asked.entered
 
-    def _take_back(self, room: Room, pending: PendingInput[Any]) -> None:
+    def _take_back(self, room: Room, pending: Pending) -> None:
         """What was planned last was never asked for: its numbers are the next one's."""
         asked = self._asked.pop(pending)
         if asked.taken is not None:

@@ -20,6 +20,7 @@ from websockets.protocol import State
 from websockets.uri import WebSocketURI, parse_uri
 
 from app.errors import AppError, InvalidValueError
+from engine.json_text import JsonObject
 
 _LATEST = 0.25  # s that a tick may be late and its room not yet have slept
 
@@ -53,7 +54,7 @@ class RoomClient(asyncio.Protocol):
         self._protocol = ClientProtocol(uri, max_size=None)
         self._transport: asyncio.Transport | None = None
 
-    def send(self, **message: Any) -> None:
+    def send(self, **message: object) -> None:
         """Send a message of docs/protocol.md; nothing once the connection is closed."""
         if self._protocol.state is State.OPEN:
             self._protocol.send_text(msgspec.json.encode(message))
@@ -169,7 +170,7 @@ class Clock:
         self.rate = tick_rate
         self._pongs: deque[tuple[float, float, float]] = deque(maxlen=kept)
 
-    def observe(self, pong: dict[str, Any], now: float) -> None:
+    def observe(self, pong: JsonObject, now: float) -> None:
         """Take a pong whose `t` was time.monotonic() when the ping left."""
         trip = now - pong["t"]
         ahead = pong["server_time"] - (pong["t"] + 0.5 * trip)

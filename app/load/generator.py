@@ -10,9 +10,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from app.load.client import Clock, RefusedError, RoomClient, connect
 from app.protocol import messages
+from engine.json_text import JsonObject
 
 _TOGETHER = 50  # handshakes under way at once
 _PING = 0.2  # s between the timekeeper's pings
@@ -45,7 +47,7 @@ class Report:
     bytes: int
     texts: int
     fps: list[float]
-    latencies: Any
+    latencies: npt.NDArray[np.float64]
     missed: int
     gappy: int
     tick_rate: float
@@ -61,7 +63,7 @@ class Report:
         """The latency that this share of all frames did not exceed, in s; 0 without frames."""
         return float(np.quantile(self.latencies, share)) if len(self.latencies) else 0.0
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> JsonObject:
         """JSON form: figures instead of the latencies themselves."""
         fps = self.fps or [0.0]
         return {
@@ -111,7 +113,7 @@ class Load:
     errors: Counter[str] = field(default_factory=Counter)
     latencies: "array[float]" = field(default_factory=lambda: array("d"))
     clock: Clock | None = None
-    hello: dict[str, Any] | None = None
+    hello: JsonObject | None = None
     dropped: int = 0
 
     async def run(self, seconds: float) -> Report:

@@ -9,7 +9,6 @@ import asyncio
 import logging
 import sys
 from datetime import UTC, datetime
-from typing import Any
 
 import msgspec
 
@@ -51,7 +50,7 @@ class _Quiet(logging.Filter):
         return not ended and not record.getMessage().startswith(_AT_WILL)
 
 
-def particulars(record: logging.LogRecord) -> dict[str, Any]:
+def particulars(record: logging.LogRecord) -> dict[str, object]:
     """What a record carries beside what every record does."""
     return {name: value for name, value in vars(record).items() if name not in _STANDARD}
 
@@ -73,7 +72,7 @@ class JsonFormatter(logging.Formatter):
 
     def format(self, record: logging.LogRecord) -> str:
         """The record as a line."""
-        line: dict[str, Any] = {
+        line: dict[str, object] = {
             "time": datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds"),
             "level": record.levelname.lower(),
             "logger": record.name,

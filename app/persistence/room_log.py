@@ -11,7 +11,7 @@ import weakref
 from collections import Counter
 from collections.abc import AsyncIterator, Awaitable, Callable
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import msgspec
 
@@ -64,7 +64,7 @@ class RoomLogs:
         compute: Compute | None = None,
         *,
         clock: Callable[[], float] = time.monotonic,
-        sleep: "Callable[[float], Any]" = asyncio.sleep,
+        sleep: "Callable[[float], Awaitable[None]]" = asyncio.sleep,
     ) -> None:
         self._runs = runs
         self._compute = compute

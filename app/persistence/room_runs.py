@@ -8,7 +8,6 @@ import functools
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import msgspec
 
@@ -18,7 +17,7 @@ from app.persistence.ledger.commit_queue import Done
 from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.ledger.writer import Ledger
 from app.persistence.numbers import SharedNumbers
-from app.rooms.pending import PendingInput
+from app.rooms.pending import Pending
 from app.rooms.records import BoardRow, Close, Mark, ResultRow, RoomRow, Write
 from app.rooms.room import Ground, Room
 from app.rooms.settling import Settled
@@ -179,9 +178,7 @@ class RoomRuns:
         """All that the ledger needs to know of a session before its first input."""
         return [self.board_row(room), self.room_row(room, record)]
 
-    def rows_with(
-        self, room: Room, record: RoomRun, taken: Sequence[PendingInput[Any]]
-    ) -> list[Write]:
+    def rows_with(self, room: Room, record: RoomRun, taken: Sequence[Pending]) -> list[Write]:
         """`rows` of a session that begins later than at tick 0, with inputs its room has taken."""
         if not room.world.tick and not taken:
             return self.rows(room, record)

@@ -9,7 +9,7 @@ import functools
 import math
 import time
 from collections.abc import Callable, Coroutine, Iterable, Sequence
-from typing import Any, Final
+from typing import Final
 
 from app.errors import LedgerError
 from app.persistence.leases import Leases
@@ -19,7 +19,7 @@ from app.persistence.recovery.recovery import Recovery
 from app.persistence.room_runs import RoomRun, RoomRuns
 from app.protocol import messages
 from app.rooms.kinds import BallLimits
-from app.rooms.pending import PendingInput
+from app.rooms.pending import Pending
 from app.rooms.records import Close, Lease, LogLeaf, Mark, Parked, RoomRow, Void, Write
 from app.rooms.room import Room
 from app.rooms.settling import Settled
@@ -79,7 +79,7 @@ class PersistenceService:
         self,
         room: Room,
         creator: str | None = None,
-        taken: Sequence[PendingInput[Any]] = (),
+        taken: Sequence[Pending] = (),
         key: str | None = None,
     ) -> None:
         """Enter a room that belongs to its creator, by a mark of that; raises LedgerError.
@@ -167,8 +167,8 @@ class PersistenceService:
     # What happens in rooms.
 
     def submit(
-        self, room: Room, pending: PendingInput[Any], leaf: LogLeaf | None = None
-    ) -> Coroutine[Any, Any, None]:
+        self, room: Room, pending: Pending, leaf: LogLeaf | None = None
+    ) -> Coroutine[None, None, None]:
         """Have a planned input written down; what this returns ends when it is. Raises LedgerError.
 
         So may what it returns: then all that the room has planned and that is not durable is

@@ -5,7 +5,6 @@ import hashlib
 from collections import OrderedDict
 from collections.abc import Callable, Coroutine
 from pathlib import Path
-from typing import Any
 
 from app.concurrency.single_flight import SingleFlight
 from app.settings import static_directory
@@ -26,7 +25,7 @@ class Pictures:
         self._kept: OrderedDict[str, bytes] = OrderedDict()
         self._drawing = SingleFlight[bytes](abandons=True)
 
-    async def get(self, name: str, make: Callable[[], Coroutine[Any, Any, bytes]]) -> bytes:
+    async def get(self, name: str, make: Callable[[], Coroutine[None, None, bytes]]) -> bytes:
         """The picture of this name, which says all that decides it; `make()` has it drawn.
 
         Raises what `make` raises. It is cancelled when all are gone who wait for it.
@@ -36,7 +35,7 @@ class Pictures:
             return self._kept[name]
         return await self._drawing.do(name, lambda: self._draw(name, make))
 
-    async def _draw(self, name: str, make: Callable[[], Coroutine[Any, Any, bytes]]) -> bytes:
+    async def _draw(self, name: str, make: Callable[[], Coroutine[None, None, bytes]]) -> bytes:
         picture = await make()
         self.drawn += 1
         self._keep(name, picture)

@@ -4,7 +4,7 @@ What is said only where balls touch each other is in touching_messages.py.
 """
 
 import math
-from typing import Any, Final, get_args
+from typing import Final, get_args
 
 import msgspec
 
@@ -21,40 +21,40 @@ class DropMessage(msgspec.Struct, frozen=True, tag="drop", forbid_unknown_fields
     `key`, that of an earlier hello, says that the same drop, by its `ref`, was asked for then.
     """
 
-    seed: Any = None
-    x: Any = None
-    aim: Any = None
-    ref: Any = None
-    stake: Any = None
-    who: Any = None
+    seed: object = None
+    x: object = None
+    aim: object = None
+    ref: object = None
+    stake: object = None
+    who: object = None
     session: str | None = None
     key: str | None = None
-    name: Any = None
-    colour: Any = None
+    name: object = None
+    colour: object = None
 
 
 class SessionMessage(msgspec.Struct, frozen=True, tag="session", forbid_unknown_fields=True):
     """Begin a session with a `commitment`, or join one again by its id and `token`."""
 
-    commitment: Any = None
+    commitment: object = None
     session: str | None = None
     token: str | None = None
-    ref: Any = None
+    ref: object = None
 
 
 class OpenMessage(msgspec.Struct, frozen=True, tag="open", forbid_unknown_fields=True):
     """Open the secret `seed` that a session's commitment is of, 64 hexadecimal digits."""
 
     session: str
-    seed: Any
-    ref: Any = None
+    seed: object
+    ref: object = None
 
 
 class EndMessage(msgspec.Struct, frozen=True, tag="end", forbid_unknown_fields=True):
     """End a session: the server reveals its secret."""
 
     session: str
-    ref: Any = None
+    ref: object = None
 
 
 class PingMessage(msgspec.Struct, frozen=True, tag="ping", forbid_unknown_fields=True):
@@ -118,7 +118,7 @@ def decode_message(data: str | bytes) -> Message:
     return message
 
 
-def peek(data: str | bytes, key: str) -> Any:
+def peek(data: str | bytes, key: str) -> object:
     """Field `key` of a JSON object that may be no valid message; None when there is none."""
     text = data if isinstance(data, str) else data.decode(errors="replace")
     if json_text.too_deep(text):

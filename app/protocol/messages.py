@@ -4,7 +4,8 @@ docs/protocol.md describes every field; tests/golden/ holds examples that other 
 too. What clients say is in client_messages.py, the binary messages in snapshots.py and segments.py.
 """
 
-from typing import Annotated, Any, Final
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Final
 
 import msgspec
 from msgspec import Meta
@@ -58,7 +59,7 @@ class SignedReceipt(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     The signature is over all of it; docs/fairness.md says how.
     """
 
-    receipt: dict[str, Any]
+    receipt: dict[str, object]
     index: Annotated[int, Meta(ge=0, le=(1 << 63) - 1)]
     root: str
     signature: str
@@ -79,13 +80,13 @@ class Limits(msgspec.Struct, frozen=True):
 class ArenaState(msgspec.Struct, frozen=True, kw_only=True):
     """What a room whose balls touch each other has beside the rest; `balls` is in columns."""
 
-    scene: dict[str, Any] | None
-    place: dict[str, Any]
+    scene: dict[str, object] | None
+    place: dict[str, object]
     settings: dict[str, float]
     paused: bool
     owned: bool
     balls: dict[str, list[float]]
-    ranges: dict[str, Any]
+    ranges: Mapping[str, object]
     presets: dict[str, dict[str, float]]
 
 
@@ -131,7 +132,7 @@ class Accepted(Event, frozen=True, tag="accepted", kw_only=True):
     x: float
     explicit_x: bool
     tick: int
-    ref: Any = None
+    ref: object = None
     aim: float | msgspec.UnsetType = msgspec.UNSET
     stake: int | msgspec.UnsetType = msgspec.UNSET
     practice: bool | msgspec.UnsetType = msgspec.UNSET
@@ -190,7 +191,7 @@ class BriefAccepted(Event, frozen=True, tag="accepted", kw_only=True, omit_defau
     tick: int
     x: float | None = None
     explicit_x: bool = False
-    ref: Any = None
+    ref: object = None
     aim: float | msgspec.UnsetType = msgspec.UNSET
     stake: int | msgspec.UnsetType = msgspec.UNSET
     practice: bool | msgspec.UnsetType = msgspec.UNSET
@@ -226,7 +227,7 @@ class Placed(Event, frozen=True, tag="placed", kw_only=True):
     density: float
     restitution: float
     friction: float
-    ref: Any = None
+    ref: object = None
 
 
 class Edited(Event, frozen=True, tag="edited", kw_only=True, omit_defaults=True):
@@ -263,14 +264,14 @@ class SessionState(Event, frozen=True, tag="session", kw_only=True):
 
     session: str
     room: str
-    statement: dict[str, Any]
+    statement: dict[str, object]
     signature: str
     key: str
     open: bool
     drops: int
     ended: bool
     token: str | None = None
-    ref: Any = None
+    ref: object = None
 
 
 class SessionEnded(Event, frozen=True, tag="ended", kw_only=True):
@@ -278,9 +279,9 @@ class SessionEnded(Event, frozen=True, tag="ended", kw_only=True):
 
     session: str
     server_seed: str
-    statement: dict[str, Any]
+    statement: dict[str, object]
     signature: str
-    ref: Any = None
+    ref: object = None
 
 
 class Halted(Event, frozen=True, tag="halted", kw_only=True):
@@ -320,14 +321,14 @@ class Presence(Event, frozen=True, tag="presence", kw_only=True):
 class Claimed(Event, frozen=True, tag="claimed", kw_only=True):
     """The token was right: this connection may change the room."""
 
-    ref: Any = None
+    ref: object = None
 
 
 class Done(Event, frozen=True, tag="done", kw_only=True):
     """A change that had a `ref` was carried out at this tick; its own events came before."""
 
     tick: int
-    ref: Any
+    ref: object
 
 
 class Diagnostics(Event, frozen=True, tag="diagnostics", kw_only=True):
@@ -356,7 +357,7 @@ class Error(Event, frozen=True, tag="error", kw_only=True):
 
     code: str
     detail: str
-    ref: Any = None
+    ref: object = None
 
 
 class Missed(Event, frozen=True, tag="missed", kw_only=True):
@@ -367,7 +368,7 @@ class Missed(Event, frozen=True, tag="missed", kw_only=True):
 
     since: int
     until: int
-    events: list[Any] | None
+    events: Sequence[object] | None
 
 
 class Pong(Event, frozen=True, tag="pong", kw_only=True):

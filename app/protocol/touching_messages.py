@@ -3,46 +3,44 @@
 Values stay as they came: `app.rooms.touching.values` has their ranges and names what is wrong.
 """
 
-from typing import Any
-
 import msgspec
 
 
 class _Message(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """`ref` comes back in the error, or in the event that follows from the message."""
 
-    ref: Any = None
+    ref: object = None
 
 
 class AddMessage(_Message, frozen=True, tag="add"):
     """Put in a ball, at rest or thrown."""
 
-    x: Any
-    y: Any
-    vx: Any = None
-    vy: Any = None
-    omega: Any = None
-    radius: Any = None
-    density: Any = None
-    restitution: Any = None
-    friction: Any = None
+    x: object
+    y: object
+    vx: object = None
+    vy: object = None
+    omega: object = None
+    radius: object = None
+    density: object = None
+    restitution: object = None
+    friction: object = None
 
 
 class KickMessage(_Message, frozen=True, tag="kick"):
     """Change a ball's velocity by so much."""
 
     ball: int
-    vx: Any = None
-    vy: Any = None
-    omega: Any = None
+    vx: object = None
+    vy: object = None
+    omega: object = None
 
 
 class DragMessage(_Message, frozen=True, tag="drag"):
     """Hold a ball and draw it to this place."""
 
     ball: int
-    x: Any
-    y: Any
+    x: object
+    y: object
 
 
 class ReleaseMessage(_Message, frozen=True, tag="release"):
@@ -65,24 +63,24 @@ class EditMessage(_Message, frozen=True, tag="edit"):
     """Make a ball another one."""
 
     ball: int
-    radius: Any = None
-    density: Any = None
-    restitution: Any = None
-    friction: Any = None
+    radius: object = None
+    density: object = None
+    restitution: object = None
+    friction: object = None
 
 
 class SettingsMessage(_Message, frozen=True, tag="settings"):
     """Set what holds for the room; density, restitution and friction for every ball in it."""
 
-    gravity: Any = None
-    drag: Any = None
-    damping: Any = None
-    correction: Any = None
-    dt: Any = None
-    substeps: Any = None
-    density: Any = None
-    restitution: Any = None
-    friction: Any = None
+    gravity: object = None
+    drag: object = None
+    damping: object = None
+    correction: object = None
+    dt: object = None
+    substeps: object = None
+    density: object = None
+    restitution: object = None
+    friction: object = None
 
 
 class PauseMessage(_Message, frozen=True, tag="pause"):
@@ -98,7 +96,7 @@ class StepMessage(_Message, frozen=True, tag="step"):
 class ResetMessage(_Message, frozen=True, tag="reset"):
     """Begin anew, as another scene where one is given."""
 
-    scene: dict[str, Any] | str | None = None
+    scene: dict[str, object] | str | None = None
 
 
 class WatchMessage(_Message, frozen=True, tag="watch"):

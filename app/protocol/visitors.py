@@ -5,7 +5,7 @@ drop is kept with the drop.
 """
 
 import re
-from typing import Any, Final, TypedDict
+from typing import Final, TypedDict
 
 import msgspec
 
@@ -22,8 +22,8 @@ _MARKUP: Final = re.compile("[<>&]")
 class AppearMessage(msgspec.Struct, frozen=True, tag="appear", forbid_unknown_fields=True):
     """Be seen by others who are, under a name and in a colour, or under none; again to change."""
 
-    name: Any = None
-    colour: Any = None
+    name: object = None
+    colour: object = None
 
 
 class Visitor(msgspec.Struct, frozen=True, omit_defaults=True):

@@ -2,7 +2,6 @@
 
 import asyncio
 import contextlib
-from typing import Any
 from urllib.parse import quote, urlsplit
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
@@ -75,5 +74,5 @@ async def _down(room: ClientConnection, socket: WebSocket) -> None:
 
 async def _up(socket: WebSocket, room: ClientConnection) -> None:
     while (message := await socket.receive())["type"] != "websocket.disconnect":
-        data: Any = message.get("text")
-        await room.send(message["bytes"] if data is None else data)
+        text = message.get("text")
+        await room.send(message["bytes"] if text is None else text)

@@ -6,7 +6,7 @@ numbers about a millionth; those beyond 2^53, to which nothing in a log comes ne
 """
 
 from decimal import Decimal
-from typing import Any, Final
+from typing import Final
 
 import msgspec
 
@@ -29,7 +29,7 @@ def canonical(value: object) -> bytes:
     return _encoder.encode(_plain(value))
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> object:
     """`value` with its numbers so that they are written as JavaScript does."""
     if isinstance(value, float):
         if not -LARGEST < value < LARGEST:

@@ -1,7 +1,7 @@
 """Drops of independent balls as the ledger keeps them and as a log tells them."""
 
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import Final
 
 import msgspec
 
@@ -13,6 +13,7 @@ from app.rooms.records import DropRow, OpenDrop, ResultRow
 from app.rooms.stakes import parse_stake, parse_who
 from engine.drops.verify import Verification
 from engine.errors import RecordError
+from engine.json_text import JsonObject
 from engine.seeding import parse_seed
 
 ENTRY: Final = ("ball", "tick", "seed", "result")
@@ -53,7 +54,7 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
             **drop.tag.fields,
         )
 
-    def entry(self, row: DropRow, result: ResultRow | None, tick: int) -> dict[str, Any]:
+    def entry(self, row: DropRow, result: ResultRow | None, tick: int) -> dict[str, object]:
         """One drop of a log that ends at `tick`: what landed later has no result yet."""
         ended = None
         if result is not None and result.tick <= tick:
@@ -94,13 +95,13 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
             )
         check_known(result or {}, RESULT, f"{where}.result")
 
-    def first_line(self, entry: Mapping[str, Any]) -> bytes:
+    def first_line(self, entry: JsonObject) -> bytes:
         """The digest of the drop's result."""
         result = entry["result"]
         digest: str = result["digest"] if result else "-"
         return digest.encode()
 
-    def command(self, entry: Mapping[str, Any]) -> DropCommand:
+    def command(self, entry: JsonObject) -> DropCommand:
         """The drop that an entry tells of; raises SeedError, InvalidValueError."""
         stake, who = parse_stake(entry.get("stake")), parse_who(entry.get("who"))
         seed, practice = parse_seed(entry["seed"]), entry.get("practice", False) is True
@@ -139,7 +140,7 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
         )
 
     def compare(
-        self, where: str, entry: Mapping[str, Any], landed: messages.Landed | None
+        self, where: str, entry: JsonObject, landed: messages.Landed | None
     ) -> Verification | None:
         """How a drop's landing differs from the result that its log tells."""
         said, where = entry["result"], f"{where}.result"
@@ -157,7 +158,7 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
         return None
 
 
-def _differs(where: str, said: Mapping[str, Any], stake: int) -> Verification | None:
+def _differs(where: str, said: JsonObject, stake: int) -> Verification | None:
     """How the result of a drop that was given up in flight is not its stake back."""
     for name, value in (("bin", None), ("score", 1.0), ("payout", stake)):
         if said[name] != value:

@@ -3,9 +3,9 @@
 The state is the engine's World and what is counted beside it.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, Final
+from typing import Final
 
 import msgspec
 
@@ -19,6 +19,7 @@ from app.rooms.room import QUIET, Room, decode_checkpoint
 from app.rooms.stakes import payout_of
 from engine import Board, World
 from engine.drops.start import start_of
+from engine.json_text import JsonObject
 from engine.world.events import Contact, Landing
 
 INDEPENDENT: Final = "independent"
@@ -130,7 +131,7 @@ class IndependentRoom(Room):
     def _placed(self, command: DropCommand) -> DropCommand:
         return replace(command, start=start_of(self.board, command.seed, command.x, command.aim))
 
-    def replay(self, entry: Mapping[str, Any]) -> None:
+    def replay(self, entry: JsonObject) -> None:
         """Take a drop that a room has taken before; its tick is now."""
         command = self._placed(self.format.command(entry))
         self._carry_out(PendingInput(self.taken, self.world.tick, command))

@@ -1,7 +1,7 @@
 """What differs between kinds of rooms in how their inputs are kept in the ledger and logged."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from typing import Any, ClassVar, Generic, TypeVar
 
 from app.protocol import messages
@@ -9,12 +9,13 @@ from app.rooms.pending import PendingInput
 from app.rooms.records import OpenDrop, ResultRow
 from engine.drops.verify import Verification
 from engine.errors import RecordError
+from engine.json_text import JsonObject
 
 Command = TypeVar("Command")
 Row = TypeVar("Row")
 
 
-def check_known(values: Mapping[str, Any], names: Collection[str], what: str) -> None:
+def check_known(values: JsonObject, names: Collection[str], what: str) -> None:
     """Raise RecordError naming the first of `values` that is none of `names`: nothing covers it."""
     for name in values:
         if name not in names:
@@ -45,7 +46,7 @@ class InputFormat(ABC, Generic[Command, Row]):
         """What the ledger keeps of an input in the session of this number."""
 
     @abstractmethod
-    def entry(self, row: Row, result: ResultRow | None, tick: int) -> dict[str, Any]:
+    def entry(self, row: Row, result: ResultRow | None, tick: int) -> dict[str, object]:
         """One entry of a log that ends at `tick`."""
 
     @abstractmethod
@@ -53,7 +54,7 @@ class InputFormat(ABC, Generic[Command, Row]):
         """Raise RecordError naming what is wrong with entry `number` of a log, found at `where`."""
 
     @abstractmethod
-    def first_line(self, entry: Mapping[str, Any]) -> bytes:
+    def first_line(self, entry: JsonObject) -> bytes:
         """What of an entry went into the digest of a log of the first version."""
 
     def result(self, session: int, landed: messages.Landed) -> ResultRow | None:
@@ -65,7 +66,11 @@ class InputFormat(ABC, Generic[Command, Row]):
         return None
 
     def compare(
-        self, where: str, entry: Mapping[str, Any], landed: messages.Landed | None
+        self, where: str, entry: JsonObject, landed: messages.Landed | None
     ) -> Verification | None:
         """How what came of an entry differs from what its log says; None where it does not."""
         return None
+
+
+AnyFormat = InputFormat[Any, Any]
+"""That of any kind of room."""

@@ -2,16 +2,17 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import msgspec
 
 from app.rooms.independent import INDEPENDENT, IndependentRoom
-from app.rooms.input_format import InputFormat
+from app.rooms.input_format import AnyFormat
 from app.rooms.room import Ground, Room
 from app.rooms.touching.room import INTERACTING, SCENE, TouchingRoom
 from app.rooms.touching.scene import Scene
 from engine import Board
+from engine.json_text import JsonObject
 
 MODES: Final = (INDEPENDENT, INTERACTING)  # of rooms with boards
 
@@ -32,8 +33,8 @@ class _Kind:
     """What is to be known of rooms of one mode before there is one."""
 
     room: Callable[..., Room]
-    format: InputFormat[Any, Any]
-    ground: Callable[[Any], Ground]  # from JSON
+    format: AnyFormat
+    ground: Callable[[JsonObject], Ground]  # from JSON
     most_balls: Callable[[BallLimits], int]
 
 
@@ -60,7 +61,7 @@ def make_room(
     return kind.room(room_id, ground, tick_rate=tick_rate, max_balls=kind.most_balls(limits))
 
 
-def format_of(mode: str) -> InputFormat[Any, Any]:
+def format_of(mode: str) -> AnyFormat:
     """How the inputs of rooms of this mode are kept and logged."""
     return _KINDS[mode].format
 

@@ -14,13 +14,14 @@ from app.errors import AppError
 from app.protocol.messages import Landed
 from app.protocol.visitors import TAG_FIELDS
 from app.rooms.canonical import canonical
-from app.rooms.input_format import InputFormat, check_known
+from app.rooms.input_format import AnyFormat, check_known
 from app.rooms.kinds import INDEPENDENT, INTERACTING, SCENE, BallLimits, format_of, make_room
 from app.rooms.room import Ground, Room
 from app.rooms.touching.scene import Scene
 from engine import PHYSICS_VERSION
 from engine.drops.verify import Verification, board_of
 from engine.errors import EngineError, RecordError
+from engine.json_text import JsonObject
 
 KIND: Final = "plinko-room"
 VERSION: Final = 2
@@ -48,12 +49,12 @@ def head(room: Room) -> dict[str, Any]:
     }
 
 
-def lines(entries: Iterable[Mapping[str, Any]]) -> bytes:
+def lines(entries: Iterable[JsonObject]) -> bytes:
     """Entries as what a log's digest covers of them: all but the tags of drops."""
     return b"".join(canonical(_covered(each)) + b"\n" for each in entries)
 
 
-def _covered(entry: Mapping[str, Any]) -> Mapping[str, Any]:
+def _covered(entry: JsonObject) -> JsonObject:
     if entry.keys().isdisjoint(TAG_FIELDS):
         return entry
     return {name: value for name, value in entry.items() if name not in TAG_FIELDS}
@@ -62,11 +63,11 @@ def _covered(entry: Mapping[str, Any]) -> Mapping[str, Any]:
 class LogDigest:
     """SHA-256 over a log's lines as canonical JSON: its head, then each entry without its tag."""
 
-    def __init__(self, head: Mapping[str, Any]) -> None:
+    def __init__(self, head: JsonObject) -> None:
         self._hash = hashlib.sha256()
         self.add([head])
 
-    def add(self, entries: Iterable[Mapping[str, Any]]) -> None:
+    def add(self, entries: Iterable[JsonObject]) -> None:
         """Take in the next entries."""
         self.add_lines(lines(entries))
 
@@ -79,13 +80,13 @@ class LogDigest:
         return self._hash.hexdigest()
 
 
-def is_log(record: Mapping[str, Any]) -> bool:
+def is_log(record: JsonObject) -> bool:
     """Whether a JSON object is a room's log, and not a drop's record."""
     return record.get("kind") == KIND
 
 
 def verify_log(
-    log: Mapping[str, Any], progress: Callable[[int], None] = lambda tick: None
+    log: JsonObject, progress: Callable[[int], None] = lambda tick: None
 ) -> Verification:
     """Replay the room that `log` describes and compare all that it claims.
 
@@ -115,7 +116,7 @@ def verify_log(
     return _compare(log, entries, room, landings)
 
 
-def _room_of(log: Mapping[str, Any], independent: bool) -> Room:
+def _room_of(log: JsonObject, independent: bool) -> Room:
     """The room at its beginning."""
     tick_rate = _whole(log, "tick_rate", 1)
     ground: Ground
@@ -138,7 +139,7 @@ def _scene_of(values: object, tick_rate: int) -> Scene:
         raise RecordError(f"scene: {error}", field="scene") from error
 
 
-def _entries(inputs: InputFormat[Any, Any], value: object) -> list[Mapping[str, Any]]:
+def _entries(inputs: AnyFormat, value: object) -> list[JsonObject]:
     if not isinstance(value, Sequence) or isinstance(value, str):
         raise RecordError(f"{inputs.name} is not a list", field=inputs.name)
     for number, entry in enumerate(value):
@@ -146,7 +147,7 @@ def _entries(inputs: InputFormat[Any, Any], value: object) -> list[Mapping[str, 
     return list(value)
 
 
-def _whole(values: Mapping[str, Any], name: str, least: int, where: str = "") -> int:
+def _whole(values: JsonObject, name: str, least: int, where: str = "") -> int:
     value = values[name]
     if isinstance(value, bool) or not isinstance(value, int) or value < least:
         raise RecordError(
@@ -156,7 +157,7 @@ def _whole(values: Mapping[str, Any], name: str, least: int, where: str = "") ->
 
 
 def _replay(
-    room: Room, entries: Sequence[Mapping[str, Any]], last: int, progress: Callable[[int], None]
+    room: Room, entries: Sequence[JsonObject], last: int, progress: Callable[[int], None]
 ) -> dict[int, Landed]:
     """Carry the inputs out at their ticks, go on to tick `last`; returns the landings by ball."""
     landings: dict[int, Landed] = {}
@@ -186,8 +187,8 @@ def _advance(
 
 
 def _compare(
-    log: Mapping[str, Any],
-    entries: Sequence[Mapping[str, Any]],
+    log: JsonObject,
+    entries: Sequence[JsonObject],
     room: Room,
     landings: Mapping[int, Landed],
 ) -> Verification:
@@ -206,9 +207,7 @@ def _compare(
     return Verification(True)
 
 
-def _digest(
-    log: Mapping[str, Any], entries: Sequence[Mapping[str, Any]], inputs: InputFormat[Any, Any]
-) -> str:
+def _digest(log: JsonObject, entries: Sequence[JsonObject], inputs: AnyFormat) -> str:
     """Digest of a log by the rule of its version."""
     if log["version"] == FIRST_VERSION:
         lines = (inputs.first_line(entry) + b"\n" for entry in entries)

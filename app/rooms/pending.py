@@ -52,6 +52,10 @@ class PendingInput(Generic[Command]):
     receipt: messages.SignedReceipt | None = None
 
 
+Pending = PendingInput[Any]
+"""That of any kind of room."""
+
+
 @dataclass(frozen=True, slots=True)
 class Entered:
     """An input that was carried out just now, and what to tell of it.
@@ -60,7 +64,7 @@ class Entered:
     failed: why nothing came of it, for who asked; what it was about has gone since it was planned.
     """
 
-    pending: PendingInput[Any]
+    pending: Pending
     events: list[messages.Event]
     begins_anew: bool = False
     failed: MissingBallError | None = None

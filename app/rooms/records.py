@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 from app.protocol.visitors import NO_TAG, Tag
 
@@ -242,7 +242,7 @@ class LogLeaf:
     number: int
     room: int
     ball: int
-    receipt: dict[str, Any]
+    receipt: dict[str, object]
     leaf: bytes
     sign: Callable[[int, str], str]
     index: int | None = None

@@ -10,8 +10,8 @@ which a ball starts never depends on how long the ledger took.
 
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Mapping
-from typing import Any, ClassVar, Literal, Protocol, TypeVar
+from collections.abc import Callable
+from typing import ClassVar, Literal, Protocol, TypeVar
 
 import msgspec
 import numpy as np
@@ -20,12 +20,13 @@ import numpy.typing as npt
 from app.errors import InvalidValueError
 from app.protocol import messages, snapshots
 from app.protocol.touching_messages import Change
-from app.rooms.input_format import InputFormat
-from app.rooms.pending import Command, DropCommand, Entered, PendingInput
+from app.rooms.input_format import AnyFormat
+from app.rooms.pending import Command, DropCommand, Entered, Pending, PendingInput
 from app.rooms.touching.scene import Scene
 from app.rooms.touching.world import Box
 from engine import PHYSICS_VERSION, Board
 from engine.errors import RecordError
+from engine.json_text import JsonObject
 
 Ground = Board | Scene
 """What stands in a room."""
@@ -65,7 +66,7 @@ class Room(ABC):
     solver: ClassVar[Literal["exact", "stepped"]]
     """The solver that computes the paths."""
 
-    format: ClassVar[InputFormat[Any, Any]]
+    format: ClassVar[AnyFormat]
     """How its inputs are kept and logged."""
 
     world: RoomWorld
@@ -84,7 +85,7 @@ class Room(ABC):
         self.owned = False  # for whoever holds the room to set
         self.seq = 0
         self.touched = False  # changed since the last snapshot, and not by a tick
-        self.planned: deque[PendingInput[Any]] = deque()
+        self.planned: deque[Pending] = deque()
         self._bounced: set[int] = set()
         self._begin_on(origin)
 
@@ -139,16 +140,14 @@ class Room(ABC):
     # Inputs.
 
     @abstractmethod
-    def plan_drop(
-        self, command: DropCommand, lead: int = 0, again: str | None = None
-    ) -> PendingInput[Any]:
+    def plan_drop(self, command: DropCommand, lead: int = 0, again: str | None = None) -> Pending:
         """Plan a drop `lead` ticks from now, or for this very tick where nothing moves.
 
         Raises BallLimitError when the room is full, InvalidValueError where nothing can be
         dropped, the engine's errors for a bad start; the room is then as it was.
         """
 
-    def plan_change(self, change: Change, lead: int = 0) -> PendingInput[Any]:
+    def plan_change(self, change: Change, lead: int = 0) -> Pending:
         """Plan a change as `plan_drop` plans a drop; raises InvalidValueError where none can be."""
         raise self._unchangeable()
 
@@ -177,7 +176,7 @@ class Room(ABC):
         """Whether ticks pass by themselves."""
         return self.world.awake
 
-    def refuse(self, pending: PendingInput[Any]) -> None:
+    def refuse(self, pending: Pending) -> None:
         """Take back the input that was planned last, as if it had never been asked for.
 
         Raises RuntimeError for any other: those after it have numbers that follow on from its own.
@@ -203,17 +202,17 @@ class Room(ABC):
         return accepted
 
     @abstractmethod
-    def replay(self, entry: Mapping[str, Any]) -> None:
+    def replay(self, entry: JsonObject) -> None:
         """Take an input that a room has taken before, an entry of its log; its tick is now.
 
         Raises RecordError, InvalidValueError and the engine's errors for what was never taken.
         """
 
     @abstractmethod
-    def _carry_out(self, pending: PendingInput[Any]) -> Entered:
+    def _carry_out(self, pending: Pending) -> Entered:
         """Do what was planned."""
 
-    def _check_turn(self, pending: PendingInput[Any]) -> None:
+    def _check_turn(self, pending: Pending) -> None:
         if (pending.number, pending.tick) != (self.taken, self.world.tick):
             raise RuntimeError(f"{pending} came as input {self.taken} at tick {self.world.tick}")
 
@@ -371,7 +370,7 @@ class Room(ABC):
             return bytes(self._board_json)  # which stands there as long as the room lives
         return msgspec.json.encode(self.origin.to_dict())
 
-    def ground_fields(self) -> dict[str, Any]:
+    def ground_fields(self) -> dict[str, object]:
         """What stood there at tick 0, as a log tells it."""
         return {"board": self.origin.preset_name or self.origin.to_dict()}
 

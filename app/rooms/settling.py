@@ -6,12 +6,12 @@ until the ball has landed: to give the stake back instead would let a loser rese
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 from app.errors import BusyError
 from app.protocol import messages
 from app.rooms.kinds import BallLimits, make_room
-from app.rooms.pending import Entered, PendingInput
+from app.rooms.pending import Entered, Pending
 from app.rooms.room import Room
 
 MOST_EFFORT: Final = 10_000
@@ -28,7 +28,7 @@ class Settled:
     tick: int
 
 
-def settle(room: Room, checkpoint: bytes, planned: Sequence[PendingInput[Any]]) -> Settled:
+def settle(room: Room, checkpoint: bytes, planned: Sequence[Pending]) -> Settled:
     """The end of a run of independent balls that was saved as `checkpoint` with these to enter.
 
     All of them are durable. The room itself is only asked what it is: it may go on meanwhile, on

@@ -1,6 +1,6 @@
 """The OpenAPI document: what the interface is about, and the schemas that bodies are decoded by."""
 
-from typing import Any, Final
+from typing import Final
 
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
@@ -36,7 +36,7 @@ LIMITED: Final = {
 """Headers of an answer that a limit was reached."""
 
 
-def _add_common_answers(responses: dict[str, Any], has_body: bool) -> None:
+def _add_common_answers(responses: dict[str, object], has_body: bool) -> None:
     """What any request may get: a limit was reached; and any body: it is not JSON."""
     text = {"schema": {"type": "string"}}
     limit = documented_failures(429)[429]
@@ -46,7 +46,7 @@ def _add_common_answers(responses: dict[str, Any], has_body: bool) -> None:
         responses["415"] = documented_failures(415)[415]
 
 
-def document(app: FastAPI) -> dict[str, Any]:
+def document(app: FastAPI) -> dict[str, object]:
     """The OpenAPI document, with the schemas that requests are really decoded by."""
     if app.openapi_schema is None:
         made = get_openapi(

@@ -2,7 +2,6 @@
 
 import logging
 from collections.abc import Sequence
-from typing import Any
 from urllib.parse import quote
 
 import msgspec
@@ -22,6 +21,7 @@ from app.errors import (
 )
 from app.web.schemas.problem import FaultOf, Problem
 from engine.errors import BoardError, EngineError
+from engine.json_text import JsonObject
 
 MEDIA_TYPE = "application/problem+json"
 
@@ -85,7 +85,7 @@ def _answer(request: Request, error: Exception) -> Response:
     return problem_response(error, request.url.path)
 
 
-def _about(request: Request) -> dict[str, Any]:
+def _about(request: Request) -> dict[str, object]:
     """A request as the log shows it: its query may hold what is nobody's business."""
     request_id = getattr(request.state, "request_id", None)
     return {"method": request.method, "path": request.url.path, "request_id": request_id}
@@ -113,7 +113,7 @@ async def _bad_parameter(request: Request, error: Exception) -> Response:
     return _answer(request, _named(error.errors()))
 
 
-def _named(errors: Sequence[Any]) -> InvalidValueError:
+def _named(errors: Sequence[JsonObject]) -> InvalidValueError:
     """The first of the framework's findings, with the bad value in its message."""
     first = errors[0]
     field = str(first["loc"][-1])

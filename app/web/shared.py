@@ -1,7 +1,7 @@
 """What routes know of the other servers, where several share one ledger; see `app/cluster/`."""
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class Others(Protocol):
     async def move(self, room_id: str, to: str) -> Peer:
         """Give a room that is here to the server of this name; raises InvalidValueError."""
 
-    async def ask_all(self, path: str, part: str) -> list[Any]:
+    async def ask_all(self, path: str, part: str) -> list[object]:
         """What each of the others lists as `part` of its answer to a GET of this path.
 
         Nothing of one that does not answer.

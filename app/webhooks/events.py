@@ -3,19 +3,20 @@
 import base64
 import hashlib
 import hmac
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, Final
 
 import msgspec
 
 from app.persistence.statements.webhook_store import LANDED, Labels
+from engine.json_text import JsonObject
 
 _ALWAYS: Final = ("tick", "seed", "x", "stake")
 _OPTIONAL: Final = ("aim", "who", "name", "colour")
 _RESULT: Final = ("tick", "bin", "score", "payout", "t", "x_end", "digest", "unsettled")
 
 
-def event_of(row: Mapping[str, Any], labels: Labels) -> dict[str, Any]:
+def event_of(row: JsonObject, labels: Labels) -> dict[str, object]:
     """One event, from what the ledger has of it; its `id` is the same however often it is told.
 
     labels: of the board's bins, or nothing. In an event `seed` is decimal text, `tick` that of the
@@ -42,7 +43,7 @@ def event_of(row: Mapping[str, Any], labels: Labels) -> dict[str, Any]:
     return told
 
 
-def body_of(events: Sequence[Mapping[str, Any]]) -> bytes:
+def body_of(events: Sequence[JsonObject]) -> bytes:
     """The body of a request that tells of these."""
     return msgspec.json.encode({"events": events})
 

@@ -9,7 +9,7 @@ import asyncio
 import logging
 import time
 from collections.abc import Awaitable, Callable, Sequence
-from typing import Any, Final
+from typing import Final
 
 import httpx
 
@@ -19,6 +19,7 @@ from app.persistence.statements import webhook_store
 from app.rooms.records import Heard
 from app.webhooks.events import body_of, event_of, signed
 from app.webhooks.targets import Target
+from engine.json_text import JsonObject
 
 MOST_BOARDS: Final = 64  # whose labels are remembered from one request to the next
 MOST: Final = 100  # events in a request
@@ -86,7 +87,7 @@ class Sender:
         await self._ledger.commit(Heard(tuple(row["number"] for row in rows)))
         return True
 
-    async def _deliver(self, rows: Sequence[dict[str, Any]]) -> None:
+    async def _deliver(self, rows: Sequence[JsonObject]) -> None:
         """Return once the target has taken these."""
         body = body_of([event_of(row, self._labels[row["board"]]) for row in rows])
         message = f"{rows[0]['number']}-{rows[-1]['number']}"

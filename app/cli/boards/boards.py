@@ -1,6 +1,6 @@
 """`plinko boards`: the presets, or one board's JSON."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -36,7 +36,7 @@ def command(board: str | None, as_json: bool) -> None:
         click.echo("  ".join(cells).rstrip())
 
 
-def _summary(board: "Board") -> dict[str, Any]:
+def _summary(board: "Board") -> dict[str, object]:
     """What the list says of a board, as `GET boards` calls it."""
     return {
         "name": board.name,

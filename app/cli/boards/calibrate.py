@@ -1,7 +1,7 @@
 """`plinko calibrate`: search for the physics that makes a triangle's walk binomial."""
 
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -60,7 +60,7 @@ def _show(what: str, found: "Fit", as_json: bool) -> None:
     sys.stdout.flush()  # a search takes minutes; whoever reads a pipe wants to see it
 
 
-def _fields(found: "Fit") -> dict[str, Any]:
+def _fields(found: "Fit") -> dict[str, object]:
     return found.tuning._asdict() | {
         "drops": found.drops,
         "distance": found.distance,

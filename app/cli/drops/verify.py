@@ -4,11 +4,11 @@ import functools
 import json
 import sys
 from pathlib import Path
-from typing import Any
 
 import click
 
 from app.cli import common
+from engine.json_text import JsonObject
 
 EXIT_DIFFERS = 1
 
@@ -60,7 +60,7 @@ def command(record: str, key: str | None, heard: tuple[str, ...]) -> int:
     return EXIT_DIFFERS
 
 
-def _session(fields: dict[str, Any], key: str | None) -> int:
+def _session(fields: JsonObject, key: str | None) -> int:
     """Check a session's export and say what is forged in it."""
     from app.fairness.check import check_session, kernel_digest_of
     from app.fairness.export import read_export
@@ -93,7 +93,7 @@ def _session(fields: dict[str, Any], key: str | None) -> int:
     return 0
 
 
-def _read(name: str) -> dict[str, Any]:
+def _read(name: str) -> JsonObject:
     """The JSON object in the file `name`, or on standard input for `-`."""
     from engine import json_text
     from engine.errors import JsonSyntaxError, JsonValueError, RecordError

@@ -5,12 +5,12 @@ import os
 import urllib.error
 import urllib.parse
 import urllib.request
-from typing import Any
 
 import click
 
 from app.cli import common
 from app.errors import SettingError
+from engine.json_text import JsonObject
 
 TOKEN = "PLINKO_OPERATOR_TOKEN"
 
@@ -39,7 +39,7 @@ def command(url: str, room: str | None, release: bool, as_json: bool) -> None:
     )
 
 
-def ask(url: str, path: str, body: dict[str, Any]) -> dict[str, Any]:
+def ask(url: str, path: str, body: dict[str, object]) -> JsonObject:
     """What the server at `url` answers to a POST; raises SettingError with what is wrong."""
     address = urllib.parse.urlsplit(url)
     if address.scheme not in ("http", "https") or not address.netloc:
@@ -61,7 +61,7 @@ def ask(url: str, path: str, body: dict[str, Any]) -> dict[str, Any]:
         raise SettingError(f"{url}: {why}", field="url") from missing
 
 
-def _document(url: str, status: int, body: bytes) -> dict[str, Any]:
+def _document(url: str, status: int, body: bytes) -> JsonObject:
     """The JSON object of an answer; another program's, or a proxy's own page, is told as such."""
     try:
         found = json.loads(body)

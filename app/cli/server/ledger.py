@@ -4,7 +4,7 @@ import contextlib
 import dataclasses
 import time
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import click
 
@@ -15,7 +15,7 @@ from app.settings import Settings
 if TYPE_CHECKING:
     from app.persistence.ledger.database import Database
 
-Command = TypeVar("Command", bound=Callable[..., Any])
+Command = TypeVar("Command", bound=Callable[..., object])
 
 EXIT_DAMAGED = 1
 
@@ -36,7 +36,7 @@ def _which(command: Command) -> Command:
 
 
 @contextlib.contextmanager
-def _opened(flags: dict[str, Any]) -> Iterator["Database"]:
+def _opened(flags: dict[str, object]) -> Iterator["Database"]:
     """The ledger that the options name; raises SettingError when there is none or it is in use."""
     from app.persistence.ledger.database import Database
 
@@ -55,7 +55,7 @@ def _opened(flags: dict[str, Any]) -> Iterator["Database"]:
               help="Rooms that were closed longer ago go.")  # fmt: skip
 @click.option("--dry-run", is_flag=True, help="Say what would go, and leave it.")
 @_which
-def prune(keep_days: float, dry_run: bool, **flags: Any) -> None:
+def prune(keep_days: float, dry_run: bool, **flags: object) -> None:
     """Delete closed rooms with their drops, inputs and results.
 
     What is open stays, however old: it can be replayed as long as it is there. Boards stay.
@@ -76,7 +76,7 @@ def prune(keep_days: float, dry_run: bool, **flags: Any) -> None:
 @click.option("--replay", is_flag=True, help="Play open rooms again from their first tick on.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 @_which
-def check(rooms: tuple[str, ...], replay: bool, as_json: bool, **flags: Any) -> int:
+def check(rooms: tuple[str, ...], replay: bool, as_json: bool, **flags: object) -> int:
     """Check every room's record, or those of the given rooms: is it whole, and true?
 
     Numbers without a gap, boards by their digests, every result computed again, every payout, and
@@ -115,7 +115,7 @@ def check(rooms: tuple[str, ...], replay: bool, as_json: bool, **flags: Any) -> 
 @command.command(name="retire")
 @click.argument("room", metavar="ROOM")
 @_which
-def retire(room: str, **flags: Any) -> None:
+def retire(room: str, **flags: object) -> None:
     """Give up a room as it stands, for one that is set aside and cannot be mended.
 
     Its rows stay, and results stay what they are; drops without one get their stake back. A

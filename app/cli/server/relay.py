@@ -1,6 +1,6 @@
 """`plinko relay`: pass on what happens in rooms to more spectators than one process can serve."""
 
-from typing import Any, Final
+from typing import Final
 
 import click
 
@@ -29,7 +29,7 @@ SETTINGS: Final = (
         *(each for each in settings_options() if each.name in SETTINGS),
     ],
 )
-def command(redis: str, rooms: str, **flags: Any) -> None:
+def command(redis: str, rooms: str, **flags: object) -> None:
     """Serve spectators of the rooms of the server at ROOMS (http://HOST:8000), by seeds.
 
     That server and this relay know the same REDIS (redis://HOST:6379): start the server with

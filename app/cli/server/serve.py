@@ -2,7 +2,6 @@
 
 import gc
 from collections.abc import Mapping
-from typing import Any
 
 import click
 
@@ -27,12 +26,12 @@ def settings_options() -> list[click.Parameter]:
     return [_flag(row) for row in options() if row.flag]
 
 
-def settings_from(flags: Mapping[str, Any]) -> Settings:
+def settings_from(flags: Mapping[str, object]) -> Settings:
     """The settings of the environment and of these flags; raises SettingError."""
     given = dict(flags)
     for row in options():
-        if isinstance(row.default, tuple) and given.get(row.name) is not None:
-            given[row.name] = tuple(filter(None, map(str.strip, given[row.name].split(","))))
+        if isinstance(row.default, tuple) and isinstance(text := given.get(row.name), str):
+            given[row.name] = tuple(filter(None, map(str.strip, text.split(","))))
     return Settings.load(overrides=given)
 
 
@@ -42,7 +41,7 @@ def settings_from(flags: Mapping[str, Any]) -> Settings:
     epilog="Each flag can be set as PLINKO_NAME in the environment too; the flag wins.",
     params=settings_options(),
 )
-def command(**flags: Any) -> None:
+def command(**flags: object) -> None:
     """Run the game server and print its address; Ctrl-C stops it."""
     common.need_server()
     settings = settings_from(flags)

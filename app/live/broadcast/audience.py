@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Final, cast
+from typing import Final, cast
 
 import msgspec
 
@@ -29,7 +29,7 @@ class Player:
 
     client: int | None = None
     key: str = ""
-    ref: Any = None  # JSON, as it came
+    ref: object = None  # JSON, as it came
     again: str | None = None
 
 

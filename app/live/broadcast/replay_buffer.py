@@ -1,7 +1,7 @@
 """What was last announced in a room, for clients who lost their connection: bounded, pure."""
 
 from collections import deque
-from typing import Any, Final
+from typing import Final
 
 import msgspec
 
@@ -18,14 +18,14 @@ class Recent:
 
     def __init__(self, run: str) -> None:
         self.run = run
-        self._events: deque[tuple[int, messages.Event, str, Any]] = deque(maxlen=KEPT)
+        self._events: deque[tuple[int, messages.Event, str, object]] = deque(maxlen=KEPT)
         self._lost = 0  # the number of the latest event that is not kept any more
 
     def begin(self, seq: int) -> None:
         """What came up to number `seq` was not heard here."""
         self._lost = max(self._lost, seq)
 
-    def add(self, seq: int, event: messages.Event, key: str = "", ref: Any = None) -> None:
+    def add(self, seq: int, event: messages.Event, key: str = "", ref: object = None) -> None:
         """Remember event number `seq`; its `ref` is for the client that has this key."""
         if isinstance(event, messages.Contact):
             return
@@ -44,5 +44,5 @@ class Recent:
         ]
 
 
-def _with_ref(event: messages.Event, ref: Any) -> messages.Event:
+def _with_ref(event: messages.Event, ref: object) -> messages.Event:
     return msgspec.structs.replace(event, ref=ref)

@@ -7,9 +7,9 @@ The insides change between releases, so pyproject.toml names the one that this i
 """
 
 import asyncio
-from collections.abc import MutableMapping
 from typing import Any, Final
 
+from starlette.types import Scope
 from starlette.websockets import WebSocket, WebSocketDisconnect
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
@@ -95,11 +95,11 @@ def connection_of(socket: WebSocket) -> Connection:
     return _direct(socket.scope)
 
 
-def sever(scope: MutableMapping[str, Any], linger: float) -> None:
+def sever(scope: Scope, linger: float) -> None:
     """Let one more frame out and drop the connection after `linger` seconds."""
     _direct(scope).sever(linger)
 
 
-def _direct(scope: MutableMapping[str, Any]) -> DirectConnection:
+def _direct(scope: Scope) -> DirectConnection:
     direct: DirectConnection = scope["extensions"][EXTENSION]
     return direct

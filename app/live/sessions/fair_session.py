@@ -7,14 +7,14 @@ first, as the ledger tells it (app/persistence/ledger/commit_queue.py).
 import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 from app.errors import InvalidValueError, LimitError, SessionStateError
 from app.fairness.seeds import drop_seed
 from app.fairness.signing import Signer
 from app.fairness.statements import LogEntry, Receipt
 from app.protocol import messages
-from app.rooms.pending import PendingInput
+from app.rooms.pending import Pending
 from app.rooms.records import Lease, LogLeaf
 from app.rooms.room import Room
 
@@ -35,14 +35,14 @@ class FairSession:
     room: str
     board_digest: str
     server_seed: bytes
-    statement: dict[str, Any]
+    statement: dict[str, object]
     signature: str
     signer: Signer
     used: float
     client_seed: bytes | None = None
     drops: int = 0
     pending: int = 0
-    end: dict[str, Any] | None = None
+    end: dict[str, object] | None = None
     end_signature: str = ""
     ending: "asyncio.Task[None] | None" = None
     lease: Lease | None = None
@@ -90,7 +90,7 @@ class FairSession:
         digest = bytes.fromhex(self.board_digest)
         return drop_seed(self.server_seed, self.client_seed, self.drops, digest)
 
-    def take(self, pending: PendingInput[Any], room_session: int, now: float) -> "TakenDrop":
+    def take(self, pending: Pending, room_session: int, now: float) -> "TakenDrop":
         """The next drop is this one, of the room's session of this number; `now` in Unix time."""
         command = pending.command
         receipt = Receipt(
@@ -119,7 +119,7 @@ class FairSession:
         self.used = now
         return TakenDrop(self, leaf)
 
-    def state(self, *, token: str | None = None, ref: Any = None) -> messages.SessionState:
+    def state(self, *, token: str | None = None, ref: object = None) -> messages.SessionState:
         """What its player is told of it."""
         return messages.SessionState(
             session=self.id,
@@ -134,7 +134,7 @@ class FairSession:
             ref=ref,
         )
 
-    def ended(self, *, ref: Any = None) -> messages.SessionEnded:
+    def ended(self, *, ref: object = None) -> messages.SessionEnded:
         """What its player is told at the end; raises SessionStateError before it."""
         if self.end is None:
             raise SessionStateError(f"session {self.id!r} is not over", field="session")
@@ -165,7 +165,7 @@ class TakenDrop:
         return messages.SignedReceipt(leaf.receipt, leaf.index, leaf.root, leaf.signature)
 
 
-def _signs(signer: Signer, receipt: dict[str, Any]) -> Callable[[int, str], str]:
+def _signs(signer: Signer, receipt: dict[str, object]) -> Callable[[int, str], str]:
     """What signs a receipt with its place, in hexadecimal."""
 
     def sign(index: int, root: str) -> str:

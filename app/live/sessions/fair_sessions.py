@@ -9,7 +9,7 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import AbstractAsyncContextManager
-from typing import Any, Final
+from typing import Final
 
 import msgspec
 
@@ -92,7 +92,7 @@ class FairSessions:
             )
         now = self._now()
         secret = self._draw(SECRET_BYTES)
-        statement = SessionStatement(
+        began = SessionStatement(
             session=self._new_id(),
             room=room.id,
             board_digest=board.digest,
@@ -102,9 +102,10 @@ class FairSessions:
             server_commitment=commitment(secret).hex(),
             client_commitment=committed.hex(),
             time=int(now * 1000.0),
-        ).to_dict()
+        )
+        statement = began.to_dict()
         session = FairSession(
-            id=statement["session"],
+            id=began.session,
             room=room.id,
             board_digest=board.digest,
             server_seed=secret,
@@ -262,7 +263,7 @@ class FairSessions:
         drops = [(signed(each), _result(result)) for each, result in found.drops]
         return make_export(bare, drops, _looked_up(found.nodes))
 
-    def _signed(self, statement: dict[str, Any]) -> Signed:
+    def _signed(self, statement: dict[str, object]) -> Signed:
         return Signed(statement, self.signer.sign(statement).hex())
 
     def _restored(self, row: FairSessionRow, drops: int, used: float) -> FairSession:

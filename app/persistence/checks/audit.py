@@ -6,7 +6,7 @@ Reads a ledger that no server uses; each session by itself, so that all that is 
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any, Final
+from typing import Final
 
 import sqlalchemy as sa
 from sqlalchemy import Connection
@@ -177,7 +177,7 @@ class _Session:
 
 def _expected(
     ground: Ground, row: DropRow, result: ResultRow, tick_rate: int, *, compute: bool
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """What a drop's result should say; computed again where this release can."""
     if not result.digest:  # it could not be computed as it was promised, or was given up
         return {"bin": None, "score": 1.0, "payout": row.stake}

@@ -56,9 +56,9 @@ class Job:
     done: Done | None = None
     leases: tuple[Lease, ...] = ()
     line: int | None = None
-    task: "asyncio.Task[Any] | None" = None
+    task: "asyncio.Task[object] | None" = None
     keep: bool = False
-    read: Callable[[Connection], Any] | None = None
+    read: Callable[[Connection], object] | None = None
     result: Any = None
     asked: float = 0.0
     fate: Fate = Fate.OPEN

@@ -8,7 +8,6 @@ import socket
 import sqlite3
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 from urllib.parse import quote
 
 import sqlalchemy as sa
@@ -339,7 +338,7 @@ def _sqlite(url: URL) -> Engine:
     )
 
     @event.listens_for(engine, "connect")
-    def _prepare(connection: Any, _: Any) -> None:
+    def _prepare(connection: sqlite3.Connection, _: object) -> None:
         # Python's own idea of when a transaction begins leaves the tables' making outside of it.
         connection.isolation_level = None
         connection.execute("PRAGMA journal_mode = WAL")

@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import Callable, Coroutine, Sequence
-from typing import Any, NoReturn, TypeVar
+from typing import NoReturn, TypeVar
 
 from app.errors import LedgerError
 from app.persistence.ledger.commit_queue import Done
@@ -41,10 +41,10 @@ class NullLedger:
     async def settled(self) -> None:
         """Do nothing."""
 
-    async def decided(self, work: "Coroutine[Any, Any, T] | asyncio.Future[T]") -> T:
+    async def decided(self, work: "Coroutine[None, None, T] | asyncio.Future[T]") -> T:
         """What comes of `work`."""
         return await asyncio.shield(work)
 
-    async def read(self, read: Callable[..., Any], *args: Any, **values: Any) -> NoReturn:
+    async def read(self, read: Callable[..., object], *args: object, **values: object) -> NoReturn:
         """Raise LedgerError: nothing was kept."""
         raise LedgerError("this server keeps no ledger")

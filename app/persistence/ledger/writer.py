@@ -56,10 +56,10 @@ class _Waiter:
 class Loop(Protocol):
     """What the ledger needs of an event loop."""
 
-    def call_soon_threadsafe(self, callback: Callable[..., Any], *args: Any) -> Any:
+    def call_soon_threadsafe(self, callback: Callable[..., object], *args: object) -> object:
         """Call back in the loop's thread, in the order of these calls."""
 
-    def call_later(self, delay: float, callback: Callable[..., Any]) -> Any:
+    def call_later(self, delay: float, callback: Callable[[], None]) -> object:
         """Call back so many seconds later."""
 
     def is_closed(self) -> bool:
@@ -174,7 +174,7 @@ class Ledger:
         self.defer(writes, _settle(future))
         await future
 
-    async def decided(self, work: "Coroutine[Any, Any, T] | asyncio.Future[T]") -> T:
+    async def decided(self, work: "Coroutine[None, None, T] | asyncio.Future[T]") -> T:
         """What comes of `work`, which goes on whoever waits for it.
 
         Raises UndecidedError when the ledger fails while it is under way, unless what it wrote is
@@ -273,7 +273,7 @@ class Ledger:
 
     # What the committer says, on the event loop.
 
-    def _call(self, function: Callable[..., None], *values: Any) -> None:
+    def _call(self, function: Callable[..., None], *values: object) -> None:
         """From the committer's thread."""
         assert self._loop is not None
         if not self._loop.is_closed():

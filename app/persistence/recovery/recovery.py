@@ -12,7 +12,7 @@ import logging
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Final, TypeVar
+from typing import Final, TypeVar
 
 from sqlalchemy import Connection
 
@@ -185,7 +185,7 @@ class Recovery:
             f"room {room_id!r} is set aside: {why}", field="room", retry_after=60.0
         )
 
-    async def _read(self, read: Callable[..., T], **values: Any) -> T:
+    async def _read(self, read: Callable[..., T], **values: object) -> T:
         return await read_sound(self._ledger, read, **values)
 
     # Rooms that go on.

@@ -3,7 +3,7 @@
 import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Final, TypeVar
+from typing import Final, TypeVar
 
 import sqlalchemy as sa
 from sqlalchemy import Connection
@@ -32,7 +32,7 @@ class Salvaged:
     next_number: int
 
 
-async def read_sound(ledger: Ledger | NullLedger, read: Callable[..., T], **values: Any) -> T:
+async def read_sound(ledger: Ledger | NullLedger, read: Callable[..., T], **values: object) -> T:
     """What `read` finds, where the pages that hold it are whole; else raises DamagedRoomError.
 
     Raises LedgerError when the ledger cannot be read at all.
@@ -59,7 +59,7 @@ async def salvage(ledger: Ledger | NullLedger) -> Salvaged:
     return Salvaged(rows, lost, highest + _UNREADABLE)
 
 
-def _sound(connection: Connection, read: Callable[..., T], /, **values: Any) -> T:
+def _sound(connection: Connection, read: Callable[..., T], /, **values: object) -> T:
     try:
         return read(connection, **values)
     except sa.exc.DatabaseError as error:

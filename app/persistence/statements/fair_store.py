@@ -6,7 +6,7 @@ log's new nodes, or none of them. So the log has no gaps, whatever else was refu
 
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
-from typing import Any, Final
+from typing import Final
 
 import msgspec
 from sqlalchemy import Connection, func, insert, select, tuple_, update
@@ -113,7 +113,7 @@ def add_leaves(connection: Connection, leaves: list[LogLeaf]) -> None:
     connection.execute(insert(tables.receipts), [_row(leaf) for leaf in leaves])
 
 
-def _row(leaf: LogLeaf) -> dict[str, Any]:
+def _row(leaf: LogLeaf) -> dict[str, object]:
     return {
         "leaf": leaf.index,
         "session": leaf.session,

@@ -6,7 +6,7 @@ and nothing comes after it.
 """
 
 from collections.abc import Iterable
-from typing import Any, Final
+from typing import Final
 
 import sqlalchemy as sa
 from sqlalchemy import Connection, func, select, update
@@ -44,7 +44,9 @@ def take(
         return None
 
 
-def _taking(connection: Connection, room: str, after: int | None, values: dict[str, Any]) -> Any:
+def _taking(
+    connection: Connection, room: str, after: int | None, values: dict[str, object]
+) -> sa.UpdateBase:
     row = tables.leases
     number = row.c.number
     if after:

@@ -1,7 +1,5 @@
 """The ledger's tables. A change here needs a step in `migrations/versions` as well."""
 
-from typing import Any
-
 from sqlalchemy import (
     BigInteger,
     Boolean,
@@ -278,7 +276,8 @@ probes = Table(
 )
 
 
-def adding(connection: Connection, table: Table) -> Any:
+def adding(connection: Connection, table: Table) -> postgresql.Insert | sqlite.Insert:
     """An insert into a table that can say what becomes of rows that are there already."""
-    dialect = postgresql if connection.dialect.name == "postgresql" else sqlite
-    return dialect.insert(table)
+    if connection.dialect.name == "postgresql":
+        return postgresql.insert(table)
+    return sqlite.insert(table)

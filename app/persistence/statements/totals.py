@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass
 from typing import Any, Final
 
+import sqlalchemy as sa
 from sqlalchemy import Connection, Row, select, tuple_
 
 from app.persistence.statements import tables
@@ -79,11 +80,11 @@ def _staked(connection: Connection, results: Sequence[Row[Any]]) -> Iterator[Any
     yield from connection.execute(chosen)
 
 
-def _values(total: Total) -> dict[str, Any]:
+def _values(total: Total) -> dict[str, object]:
     return dict(zip(tables.totals.c.keys(), astuple(total), strict=True))
 
 
-def _adding(connection: Connection) -> Any:
+def _adding(connection: Connection) -> sa.Insert:
     new = tables.adding(connection, tables.totals)
     here, sums = tables.totals.c, ("plays", "staked", "squares", "paid")
     grown = {name: here[name] + new.excluded[name] for name in sums}

@@ -5,13 +5,14 @@ without the other. A higher number of the same room is of a later event.
 """
 
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Final
 
 import msgspec
 from sqlalchemy import Connection, delete, insert, select
 
 from app.persistence.statements import tables
 from app.rooms.records import Heard
+from engine.json_text import JsonObject
 
 ACCEPTED: Final = "accepted"
 LANDED: Final = "landed"
@@ -37,7 +38,7 @@ def tell(
         connection.execute(insert(tables.webhooks), rows)
 
 
-def waiting(connection: Connection, target: str, most: int) -> list[dict[str, Any]]:
+def waiting(connection: Connection, target: str, most: int) -> list[JsonObject]:
     """The oldest events that this target has not heard, at most `most` of them, in order.
 
     Each has the columns of `webhooks`, `drops` and, after `result_`, those of `results` if it is a

@@ -107,8 +107,8 @@ def _add_results(connection: Connection, rows: list[ResultRow]) -> Ended:
     # A result that is written again is the same: it follows from the drop.
     result = tables.results.c
     adding = tables.adding(connection, tables.results).on_conflict_do_nothing()
-    adding = adding.returning(result.room, result.ball)
-    return connection.execute(adding, [asdict(row) for row in rows]).all()
+    new = adding.returning(result.room, result.ball)
+    return connection.execute(new, [asdict(row) for row in rows]).all()
 
 
 def _mark(connection: Connection, rows: list[Mark]) -> None:
@@ -133,7 +133,7 @@ def _mark_all(connection: Connection, rows: list[Mark], types: dict[str, str]) -
 def _marked(names: tuple[str, ...]) -> sa.Update:
     row = tables.rooms
     going_on = (row.c.number == bindparam("room")) & row.c.closed.is_(None)
-    new: dict[str, Any] = {name: bindparam(f"new_{name}") for name in names}
+    new: dict[str, object] = {name: bindparam(f"new_{name}") for name in names}
     return update(row).where(going_on).values(new)
 
 

@@ -48,9 +48,7 @@ class InputCheck:
 
         Raises InvalidValueError, MissingBallError, and BallLimitError when the room is full.
         """
-        asked = msgspec.structs.asdict(message)
-        given = {k: v for k, v in asked.items() if k != "ref" and v is not None}
-        return _CHECKS[type(message)](self, given)
+        return _CHECKS[type(message)](self, message)
 
     def drop(self, command: DropCommand) -> inputs.Drop:
         """The input that a drop is here; also raises the engine's errors for a bad start."""
@@ -83,15 +81,14 @@ class InputCheck:
         values.check_work(count + 1, settings.dt, settings.substeps, self.tick_rate)
         check_room(spot, self.world.bodies, self.coming)
 
-    def _ball(self, given: dict[str, Any]) -> int:
-        """Take the ball out of what is given; raises MissingBallError."""
-        ball: int = given.pop("ball")
+    def _ball(self, ball: int) -> int:
+        """A ball that is there; raises MissingBallError."""
         if not self.world.has(ball):
             raise no_such_ball(ball)
         return ball
 
-    def _add(self, given: dict[str, Any]) -> inputs.Add:
-        found = values.checked(given, values.BALL, values.MOTION)
+    def _add(self, asked: wire.AddMessage) -> inputs.Add:
+        found = _numbers(asked, values.BALL, values.MOTION)
         self._check_given(found, "x", "y")
         usual = self.ground.radius if isinstance(self.ground, Scene) else self.ground.ball.radius
         radius = found.setdefault("radius", usual)
@@ -117,12 +114,12 @@ class InputCheck:
                 f"y {y!r} is not from {top:g} to {box.y_max - margin:g} m", field="y"
             )
 
-    def _kick(self, given: dict[str, Any]) -> inputs.Kick:
-        return inputs.Kick(ball=self._ball(given), **values.checked(given, values.MOTION))
+    def _kick(self, asked: wire.KickMessage) -> inputs.Kick:
+        return inputs.Kick(ball=self._ball(asked.ball), **_numbers(asked, values.MOTION))
 
-    def _drag(self, given: dict[str, Any]) -> inputs.Drag:
-        ball = self._ball(given)
-        found = values.checked(given, values.MOTION)
+    def _drag(self, asked: wire.DragMessage) -> inputs.Drag:
+        ball = self._ball(asked.ball)
+        found = _numbers(asked, values.MOTION)
         self._check_given(found, "x", "y")
         # A pointer may leave the box; the hand stays inside.
         box = self.world.extent
@@ -130,39 +127,39 @@ class InputCheck:
         y = min(max(found["y"], box.y_min - 2.0), box.y_max)
         return inputs.Drag(ball=ball, x=x, y=y)
 
-    def _release(self, given: dict[str, Any]) -> inputs.Release:
-        return inputs.Release(ball=self._ball(given))
+    def _release(self, asked: wire.ReleaseMessage) -> inputs.Release:
+        return inputs.Release(ball=self._ball(asked.ball))
 
-    def _remove(self, given: dict[str, Any]) -> inputs.Remove:
-        return inputs.Remove(ball=self._ball(given))
+    def _remove(self, asked: wire.RemoveMessage) -> inputs.Remove:
+        return inputs.Remove(ball=self._ball(asked.ball))
 
-    def _clear(self, given: dict[str, Any]) -> inputs.Clear:
+    def _clear(self, asked: wire.ClearMessage) -> inputs.Clear:
         return inputs.Clear()
 
-    def _edit(self, given: dict[str, Any]) -> inputs.Edit:
-        ball = self._ball(given)
-        found = values.checked(given, values.BALL)
+    def _edit(self, asked: wire.EditMessage) -> inputs.Edit:
+        ball = self._ball(asked.ball)
+        found = _numbers(asked, values.BALL)
         if not found:
             known = ", ".join(values.BALL)
             raise InvalidValueError(f"an edit of ball {ball} sets none of: {known}", field="type")
         return inputs.Edit(ball=ball, **found)
 
-    def _configure(self, given: dict[str, Any]) -> inputs.Configure:
+    def _configure(self, asked: wire.SettingsMessage) -> inputs.Configure:
         ranges = {name: values.BALL[name] for name in BALL_NAMES}
-        found: dict[str, Any] = values.checked(given, values.SETTINGS, ranges)
+        found = _numbers(asked, values.SETTINGS, ranges)
         now = self.world.arena.settings
         dt, substeps = found.get("dt", now.dt), found.get("substeps", now.substeps)
         values.check_work(self.world.count, dt, substeps, self.tick_rate)
         return inputs.Configure(**found)
 
-    def _pause(self, given: dict[str, Any]) -> inputs.Pause:
-        return inputs.Pause(**given)
+    def _pause(self, asked: wire.PauseMessage) -> inputs.Pause:
+        return inputs.Pause(paused=asked.paused)
 
-    def _step(self, given: dict[str, Any]) -> inputs.Step:
+    def _step(self, asked: wire.StepMessage) -> inputs.Step:
         return inputs.Step()
 
-    def _reset(self, given: dict[str, Any]) -> inputs.Reset:
-        wanted = given.get("scene")
+    def _reset(self, asked: wire.ResetMessage) -> inputs.Reset:
+        wanted = asked.scene
         if wanted is None:
             return inputs.Reset()
         if not isinstance(self.ground, Scene):
@@ -173,9 +170,13 @@ class InputCheck:
         return inputs.Reset(scene=scene.to_dict())
 
 
-_CHECKS: Final[
-    dict[type[wire.Change], Callable[[InputCheck, dict[str, Any]], inputs.TouchingInput]]
-] = {
+def _numbers(asked: wire.Change, *tables: Mapping[str, values.Range]) -> dict[str, Any]:
+    """What a message says of these, by name, as numbers within their ranges."""
+    said = msgspec.structs.asdict(asked)
+    return values.checked({k: v for k, v in said.items() if k not in ("ref", "ball")}, *tables)
+
+
+_CHECKS: Final[dict[type[wire.Change], Callable[..., inputs.TouchingInput]]] = {
     wire.AddMessage: InputCheck._add,
     wire.KickMessage: InputCheck._kick,
     wire.DragMessage: InputCheck._drag,

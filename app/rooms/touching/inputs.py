@@ -6,7 +6,7 @@ for. Units are those of `app.rooms.touching.values`.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import msgspec
 
@@ -19,6 +19,7 @@ from app.rooms.touching.scene import as_kept
 from engine import Board
 from engine.drops.start import start_of
 from engine.errors import RecordError
+from engine.json_text import JsonObject
 from engine.seeding import parse_seed
 
 _Number = float | msgspec.UnsetType
@@ -128,7 +129,7 @@ class Reset(_Input, frozen=True, kw_only=True, tag="reset"):
     """Begin anew, as another scene where one is given."""
 
     begins_anew: ClassVar[bool] = True
-    scene: dict[str, Any] | msgspec.UnsetType = msgspec.UNSET
+    scene: dict[str, object] | msgspec.UnsetType = msgspec.UNSET
 
 
 TouchingInput = (
@@ -136,7 +137,7 @@ TouchingInput = (
 )
 
 
-def given(values: msgspec.Struct, *but: str) -> dict[str, Any]:
+def given(values: msgspec.Struct, *but: str) -> dict[str, float]:
     """The fields of an input that were asked for, without those named in `but`."""
     fields = msgspec.structs.asdict(values)
     return {
@@ -171,7 +172,7 @@ class ChangeFormat(InputFormat[TouchingCommand, InputRow]):
         who = pending.command.who
         return InputRow(session, pending.number, pending.tick, data, who, pending.again)
 
-    def entry(self, row: InputRow, result: ResultRow | None, tick: int) -> dict[str, Any]:
+    def entry(self, row: InputRow, result: ResultRow | None, tick: int) -> dict[str, object]:
         """One input of a log."""
         return {"tick": row.tick, "who": row.who, "input": msgspec.json.decode(row.data)}
 
@@ -187,12 +188,12 @@ class ChangeFormat(InputFormat[TouchingCommand, InputRow]):
         except InvalidValueError as error:
             raise RecordError(f"{where}.{error}", field=f"{where}.who") from error
 
-    def first_line(self, entry: Mapping[str, Any]) -> bytes:
+    def first_line(self, entry: JsonObject) -> bytes:
         """The input with its tick."""
         asked = msgspec.to_builtins(self.input(entry))
         return msgspec.json.encode([entry["tick"], asked], order="sorted")
 
-    def input(self, entry: Mapping[str, Any]) -> TouchingInput:
+    def input(self, entry: JsonObject) -> TouchingInput:
         """The input that an entry tells of; raises RecordError."""
         try:
             found: TouchingInput = msgspec.convert(entry["input"], TouchingInput)

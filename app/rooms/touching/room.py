@@ -4,8 +4,8 @@ So the same inputs at the same ticks make the same room again, to the last bit: 
 for whoever reads its log.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Final
+from collections.abc import Callable, Sequence
+from typing import Final
 
 import msgspec
 import numpy as np
@@ -26,6 +26,7 @@ from app.rooms.touching.scene import Scene
 from app.rooms.touching.table import Fall, Table
 from app.rooms.touching.world import Box, TouchingWorld
 from engine import Board
+from engine.json_text import JsonObject
 from engine.multibody.events import ArenaEvent, Landed, Left, Touch
 
 INTERACTING: Final = "interacting"
@@ -42,7 +43,7 @@ class _Checkpoint(msgspec.Struct, frozen=True):
     """A room between two ticks."""
 
     world: bytes
-    scene: dict[str, Any] | None
+    scene: dict[str, object] | None
     seq: int
     taken: int
     drops: int
@@ -152,7 +153,7 @@ class TouchingRoom(Room):
             made_of=self.table.made_of,
         )
 
-    def replay(self, entry: Mapping[str, Any]) -> None:
+    def replay(self, entry: JsonObject) -> None:
         """Take an input that a room has taken before; its tick is now."""
         command = TouchingCommand(self.format.input(entry))
         self._carry_out(PendingInput(self.taken, self.world.tick, command))
@@ -347,7 +348,7 @@ class TouchingRoom(Room):
 
     # Saving.
 
-    def ground_fields(self) -> dict[str, Any]:
+    def ground_fields(self) -> dict[str, object]:
         """What stood there at tick 0, as a log tells it: a board or a scene."""
         scene = _scene_fields(self.origin)
         board = super().ground_fields() if scene is None else {"board": None}
@@ -387,7 +388,7 @@ class TouchingRoom(Room):
         self.table.made_of = dict(saved.settings)
 
 
-def _scene_fields(ground: Ground) -> dict[str, Any] | None:
+def _scene_fields(ground: Ground) -> dict[str, object] | None:
     return ground.to_dict() if isinstance(ground, Scene) else None
 
 

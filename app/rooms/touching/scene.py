@@ -1,7 +1,6 @@
 """Scenes of balls that touch each other, as data: what `POST rooms` takes, and how one is built."""
 
 import hashlib
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final
@@ -12,6 +11,7 @@ from app.errors import InvalidValueError, shorten
 from app.rooms.touching.values import BALL, SETTINGS, Range, check_work, checked
 from engine import Board
 from engine.errors import RecordError
+from engine.json_text import JsonObject
 from engine.multibody.arena import Arena
 from engine.multibody.scenes import galton, sandbox
 from engine.seeding import parse_seed
@@ -27,7 +27,7 @@ _GALTON: Final = Board.preset("galton")
 
 _WHOLE: Final = ("balls", "substeps")
 
-DEFAULTS: Final[dict[str, dict[str, Any]]] = {
+DEFAULTS: Final[dict[str, dict[str, object]]] = {
     SANDBOX: {
         "balls": 60,
         "seed": "1",
@@ -53,7 +53,7 @@ DEFAULTS: Final[dict[str, dict[str, Any]]] = {
 class Scene:
     """A scene with all its parameters, checked; equal ones have equal digests."""
 
-    values: Mapping[str, Any]
+    values: JsonObject
 
     @classmethod
     def of(cls, values: object, *, tick_rate: int, max_balls: int) -> "Scene":
@@ -96,7 +96,7 @@ class Scene:
         """SHA-256 of the parameters, 64 hex digits."""
         return hashlib.sha256(b"plinko scene" + msgspec.json.encode(self.to_dict())).hexdigest()
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """JSON form, which `of` takes."""
         return dict(sorted(self.values.items()))
 
@@ -127,7 +127,7 @@ class Scene:
         return arena
 
 
-def as_kept(values: Mapping[str, Any]) -> dict[str, Any]:
+def as_kept(values: JsonObject) -> dict[str, object]:
     """Parameters as a log tells them, with the types that `Scene.of` gave them.
 
     JavaScript writes 6.0 as 6; in a world's digest the two differ. Raises RecordError unless it is
@@ -145,14 +145,14 @@ def as_kept(values: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value if name in _WHOLE else _as_float(value) for name, value in values.items()}
 
 
-def _as_float(value: Any) -> Any:
+def _as_float(value: object) -> object:
     """Numbers, and those in a list, as floats."""
     if isinstance(value, list):
         return [_as_float(part) for part in value]
     return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
-def _checked(values: dict[str, Any], max_balls: int) -> dict[str, Any]:
+def _checked(values: JsonObject, max_balls: int) -> JsonObject:
     """Every parameter of a scene within its range."""
     ranges = {
         "balls": BALLS, "width": SIDE, "height": SIDE, "speed": SPEED, **SETTINGS,
@@ -182,7 +182,7 @@ def _radii(value: object) -> list[float]:
     return [low, high]
 
 
-def _check_room(values: Mapping[str, Any]) -> None:
+def _check_room(values: JsonObject) -> None:
     """Raise where so many balls do not find room in the box."""
     side = 2.0 * values["radii"][1]
     columns, rows = int(values["width"] / side), int(values["height"] / side)

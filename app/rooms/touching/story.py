@@ -6,7 +6,7 @@ ticks make a room in which every ball is where it was there, to the last bit.
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, Final
+from typing import Annotated, Final
 
 import msgspec
 from msgspec import Meta
@@ -18,6 +18,7 @@ from app.rooms.touching.inputs import TouchingCommand
 from app.rooms.touching.room import TouchingRoom
 from app.rooms.touching.scene import Scene
 from engine.constants import PHYSICS_VERSION
+from engine.json_text import JsonObject
 
 MOST_INPUTS: Final = 10_000
 
@@ -30,7 +31,8 @@ class StoryEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     tick: Annotated[int, Meta(ge=0)]
     input: Annotated[
-        dict[str, Any], Meta(description="A message as over the WebSocket, but `drop` and `reset`.")
+        dict[str, object],
+        Meta(description="A message as over the WebSocket, but `drop` and `reset`."),
     ]
 
 
@@ -38,7 +40,7 @@ class StoryForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A box as it is told."""
 
     scene: Annotated[
-        Any,
+        object,
         Meta(
             description="As for a room.",
             examples=[{"scene": "sandbox", "balls": 40}],
@@ -120,7 +122,7 @@ def story_of(form: StoryForm, *, tick_rate: int, max_balls: int) -> Story:
     return Story(scene, form.tick, tuple(changes))
 
 
-def _change(asked: dict[str, Any], where: str) -> wire.Change:
+def _change(asked: JsonObject, where: str) -> wire.Change:
     try:
         change: wire.Change = msgspec.convert(asked, wire.Change)
     except msgspec.ValidationError as error:

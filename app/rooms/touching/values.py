@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 from app.errors import InvalidValueError, shorten
 from engine.multibody.scenes import GRAVITY_PRESETS, RESTITUTION_PRESETS
@@ -82,7 +82,7 @@ def named(value: object, field: str) -> object:
 
 
 def checked(
-    values: Mapping[str, Any], *tables: Mapping[str, Range], prefix: str = ""
+    values: Mapping[str, object], *tables: Mapping[str, Range], prefix: str = ""
 ) -> dict[str, float]:
     """The given values (those not None) as numbers within their ranges, by name."""
     ranges = {name: entry for table in tables for name, entry in table.items()}
@@ -104,7 +104,7 @@ def check_work(balls: int, dt: float, substeps: float, tick_rate: int) -> None:
         )
 
 
-def table(**usual: float) -> dict[str, dict[str, dict[str, Any]]]:
+def table(**usual: float) -> dict[str, dict[str, dict[str, object]]]:
     """All ranges, for those who draw sliders; `usual` is what a ball has in this room, by name."""
     return {
         group: {

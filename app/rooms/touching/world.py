@@ -7,7 +7,7 @@ dt says. All of it goes into `snapshot`, so that a restored world goes on bit fo
 import copy
 import hashlib
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import msgspec
 import numpy as np
@@ -137,6 +137,6 @@ class TouchingWorld:
 
     def digest(self) -> str:
         """SHA-256 of the world, 64 hex digits: equal worlds have equal digests."""
-        rest: list[Any] = [self.tick, sorted(self.holds.items())]
+        rest: list[object] = [self.tick, sorted(self.holds.items())]
         packed = msgspec.msgpack.encode(rest)
         return hashlib.sha256(self.arena.digest().encode() + packed).hexdigest()

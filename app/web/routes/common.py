@@ -181,7 +181,7 @@ def short_drop(
     return result
 
 
-async def attended(request: Request, work: Coroutine[Any, Any, T]) -> T:
+async def attended(request: Request, work: Coroutine[None, None, T]) -> T:
     """The result of `work`, which is cancelled when the client leaves: GoneError is raised then.
 
     For a request whose body has been read, or that has none.
@@ -204,7 +204,7 @@ async def _left(request: Request) -> None:
         pass
 
 
-def reply(value: Any, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
+def reply(value: object, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
     """A JSON response; `value` is a Struct, a dict or bytes already encoded."""
     body = value if isinstance(value, bytes) else msgspec.json.encode(value)
     return Response(body, status, headers, "application/json")
@@ -271,13 +271,14 @@ def chosen_solver(name: str, dt: float | None, substeps: int | None) -> Solver:
     return make_solver(name, dt, substeps)
 
 
-def check_step(solver: Any, dt: Any, substeps: Any) -> None:
+def check_step(solver: object, dt: object, substeps: object) -> None:
     """Raise InvalidValueError for steps so short that the drop would keep a thread for minutes.
 
     Anything else about the values is the engine's to judge.
     """
-    numbers = isinstance(dt, int | float) and isinstance(substeps, int)
-    if solver == "stepped" and numbers and 0.0 < dt < SHORTEST_SUBSTEP * substeps:
+    if solver != "stepped" or not isinstance(dt, int | float) or not isinstance(substeps, int):
+        return
+    if 0.0 < dt < SHORTEST_SUBSTEP * substeps:
         raise InvalidValueError(
             f"dt {dt!r} in {substeps} substeps makes steps shorter than {SHORTEST_SUBSTEP:g} s; "
             "compute it with the command line",
@@ -344,25 +345,29 @@ def not_modified(etag: str) -> Response:
     return Response(status_code=304, headers=cache_headers(etag))
 
 
+Responses = dict[int | str, dict[str, Any]]
+"""As FastAPI takes them: by status."""
+
+
 def documented(
     success: type[msgspec.Struct] | None,
     *failures: int,
     status: int = 200,
     description: str = "Success",
     media_type: str = "application/json",
-) -> dict[int | str, dict[str, Any]]:
+) -> Responses:
     """OpenAPI's `responses` of a route: what it replies, and how it fails."""
     schema = _reference(success) if success else {"type": "string", "format": "binary"}
-    responses: dict[int | str, dict[str, Any]] = {
+    responses: Responses = {
         status: {"description": description, "content": {media_type: {"schema": schema}}}
     }
     return responses | documented_failures(*failures)
 
 
-def documented_failures(*failures: int) -> dict[int | str, dict[str, Any]]:
+def documented_failures(*failures: int) -> Responses:
     """OpenAPI's `responses` for the ways in which a route fails."""
     problem = {"application/problem+json": {"schema": _reference(Problem)}}
-    responses: dict[int | str, dict[str, Any]] = {}
+    responses: Responses = {}
     for failure in failures:
         responses[failure] = {"description": _FAILURES[failure]}
         if failure != 304:
@@ -370,13 +375,15 @@ def documented_failures(*failures: int) -> dict[int | str, dict[str, Any]]:
     return responses
 
 
-def body_of(kind: type[msgspec.Struct], example: Any, *, required: bool = True) -> dict[str, Any]:
+def body_of(
+    kind: type[msgspec.Struct], example: object, *, required: bool = True
+) -> dict[str, object]:
     """OpenAPI's `requestBody` of a route."""
     content = {"application/json": {"schema": _reference(kind), "example": example}}
     return {"requestBody": {"required": required, "content": content}}
 
 
-def either(*kinds: type[msgspec.Struct]) -> dict[str, Any]:
+def either(*kinds: type[msgspec.Struct]) -> dict[str, object]:
     """The schema of a body that is one of several."""
     return {"anyOf": [_reference(kind) for kind in kinds]}
 

@@ -5,7 +5,7 @@ A parameter that the route does not list, or that comes twice, is refused like a
 
 import re
 from collections.abc import Callable, Collection
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import Request
 from fastapi.dependencies.models import Dependant
@@ -17,11 +17,11 @@ from starlette.datastructures import QueryParams
 from app.errors import InvalidValueError, shorten
 
 
-def _spelt(pattern: str, wanted: str) -> Callable[[Any], Any]:
+def _spelt(pattern: str, wanted: str) -> Callable[[object], object]:
     """A check of how a number is written: Python alone would also read `1_0` and ` 10`."""
     form = re.compile(pattern, re.ASCII)
 
-    def check(text: Any) -> Any:
+    def check(text: object) -> object:
         if isinstance(text, str) and form.fullmatch(text) is None:
             raise PydanticCustomError("number", "it must be {wanted}", {"wanted": wanted})
         return text

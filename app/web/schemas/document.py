@@ -1,10 +1,9 @@
 """The JSON Schemas of all bodies, for the server's OpenAPI document."""
 
-from typing import Any
-
 import msgspec
 
 from app.fairness.export import SessionExport
+from app.protocol.asyncapi import anything
 from app.web.schemas.board_form import BoardForm
 from app.web.schemas.boards import BoardList, BoardOdds, BoardView
 from app.web.schemas.cluster import ClusterView, MoveRequest, MoveView
@@ -44,6 +43,7 @@ from app.web.schemas.sessions import (
     SessionRequest,
     SessionView,
 )
+from engine.json_text import JsonObject
 
 DOCUMENTED = (
     Problem,
@@ -93,6 +93,8 @@ DOCUMENTED = (
 )
 
 
-def components() -> dict[str, Any]:
+def components() -> JsonObject:
     """The JSON Schemas of all bodies, by name, for OpenAPI's components."""
-    return msgspec.json.schema_components(DOCUMENTED, ref_template="#/components/schemas/{name}")[1]
+    return msgspec.json.schema_components(
+        DOCUMENTED, schema_hook=anything, ref_template="#/components/schemas/{name}"
+    )[1]

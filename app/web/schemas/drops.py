@@ -1,6 +1,6 @@
 """Bodies of the routes that compute drops: one, its frames, its verdict, and many."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import msgspec
 from msgspec import Meta
@@ -159,8 +159,8 @@ class Verdict(msgspec.Struct, frozen=True):
 
     ok: bool
     field: str | None
-    expected: Annotated[Any, Meta(description="What the record says.")]
-    actual: Annotated[Any, Meta(description="What the engine computes.")]
+    expected: Annotated[object, Meta(description="What the record says.")]
+    actual: Annotated[object, Meta(description="What the engine computes.")]
 
 
 class SimulationRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -169,7 +169,7 @@ class SimulationRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True)
     board: BoardIn
     drops: Annotated[int, Meta(description="How many, at least 1.")] = 100
     seed: Annotated[
-        Any,
+        object,
         Meta(
             description="Of the first drop; then one more each.",
             extra_json_schema={"anyOf": [{"type": "string"}, {"type": "integer"}]},
@@ -187,7 +187,7 @@ class SeedsRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     bin: Annotated[int, Meta(description="Its number from the left, from 0.")]
     count: Annotated[int, Meta(description="Seeds wanted, at least 1.")] = 1
     after: Annotated[
-        Any,
+        object,
         Meta(
             description="Begin with the seed after this one; from 0 on if left out.",
             extra_json_schema={

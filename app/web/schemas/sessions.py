@@ -1,6 +1,6 @@
 """Bodies of players' sessions, over REST."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import msgspec
 from msgspec import Meta
@@ -27,7 +27,7 @@ class SessionRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Begin a session in a room."""
 
     commitment: Annotated[
-        Any,
+        object,
         Meta(
             description="SHA-256 of a secret of yours of 32 bytes, 64 hexadecimal digits.",
             extra_json_schema=_HEX,
@@ -40,7 +40,7 @@ class SessionOpening(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Open the secret that was committed to."""
 
     seed: Annotated[
-        Any,
+        object,
         Meta(description="Your secret, 64 hexadecimal digits.", extra_json_schema=_HEX),
     ]
 
@@ -51,7 +51,7 @@ class SessionView(msgspec.Struct, frozen=True, kw_only=True):
     session: str
     room: str
     statement: Annotated[
-        dict[str, Any], Meta(description="What the server committed to at the beginning.")
+        dict[str, object], Meta(description="What the server committed to at the beginning.")
     ]
     signature: Signature
     key: Key
@@ -73,7 +73,7 @@ class SessionEnd(msgspec.Struct, frozen=True):
 
     session: str
     server_seed: Digest
-    statement: dict[str, Any]
+    statement: dict[str, object]
     signature: Signature
 
 

@@ -2,7 +2,7 @@
 
 import secrets
 from collections.abc import Callable, Coroutine
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
 from fastapi.routing import APIRoute
@@ -100,7 +100,7 @@ class _PlainRoute(APIRoute):
     """The route of `get_drop`. An address without a query is read here: to find that none of the
     options is given takes the framework as long as the drop takes."""
 
-    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
+    def get_route_handler(self) -> Callable[[Request], Coroutine[None, None, Response]]:
         """What answers a request."""
         with_options = super().get_route_handler()
 
@@ -138,7 +138,7 @@ async def verify_record(request: Request, server: Server) -> Response:
 
     A record that does not hold is no error: `ok` is false and `field` the first that differs.
     """
-    record = await read(request, dict[str, Any])
+    record = await read(request, dict[str, object])
     if is_log(record):
         return reply(await compute(request, prices.verification(), tasks.log_verdict, record))
     check_step(

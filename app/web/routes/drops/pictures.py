@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Coroutine
-from typing import Annotated, Any, Literal, TypeVarTuple
+from typing import Annotated, Literal, TypeVarTuple
 
 from fastapi import APIRouter, Depends, Query, Request, Response
 
@@ -64,7 +64,7 @@ async def picture_reply(
     request: Request,
     server: Services,
     name: str,
-    make: Callable[[], Coroutine[Any, Any, bytes]],
+    make: Callable[[], Coroutine[None, None, bytes]],
     media_type: str,
 ) -> Response:
     """The picture called `name`, or 304; `make` has it drawn if nobody asked for it lately.
@@ -80,7 +80,7 @@ async def picture_reply(
 
 def drawn_by_worker(
     request: Request, server: Services, price: Price, draw: Callable[[*Ts], bytes], *values: *Ts
-) -> Callable[[], Coroutine[Any, Any, bytes]]:
+) -> Callable[[], Coroutine[None, None, bytes]]:
     """What has a worker draw a picture, charged to the client that asks first."""
     return lambda: charged(server, address_of(request), price, draw, *values)
 

@@ -4,7 +4,7 @@ import csv
 import io
 import re
 import urllib.parse
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Final, Literal
 
 import msgspec
 from fastapi import APIRouter, Query, Request, Response
@@ -155,5 +155,5 @@ def _table(views: list[PlayView]) -> str:
     return text.getvalue()
 
 
-def _as_text(value: Any) -> Any:
+def _as_text(value: object) -> object:
     return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value

@@ -1,6 +1,6 @@
 """Players' sessions over REST: begin, open, end, export; and the log that their receipts are in."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import msgspec
 from fastapi import APIRouter, Depends, Query, Request, Response
@@ -19,6 +19,7 @@ from app.web.schemas.sessions import (
     SessionView,
 )
 from app.web.services import Services
+from engine.json_text import JsonObject
 
 router = APIRouter(prefix="/api/v1", tags=["sessions"])
 
@@ -129,6 +130,6 @@ async def own_session(session: str, request: Request, server: Services) -> FairS
     return await server.fair.find(session)
 
 
-def _fields(session: FairSession) -> dict[str, Any]:
+def _fields(session: FairSession) -> JsonObject:
     state = msgspec.to_builtins(session.state())
     return {name: state[name] for name in SessionView.__struct_fields__}
