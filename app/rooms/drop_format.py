@@ -1,7 +1,7 @@
 """Drops of independent balls as the ledger keeps them and as a log tells them."""
 
 from collections.abc import Mapping
-from typing import Final
+from typing import Any, Final
 
 import msgspec
 
@@ -22,8 +22,7 @@ ENTRY: Final = ("ball", "tick", "seed", "result")
 ENTRY_OPTIONAL: Final = ("x", "aim", "stake", "who", "practice", *TAG_FIELDS)
 """What it may have besides."""
 
-_RESULT: Final = ("tick", "bin", "score", "t", "x_end", "digest", "unsettled")
-RESULT: Final = (*_RESULT, "payout")
+RESULT: Final = tuple(name for name in ResultRow.__slots__ if name not in ("room", "ball"))
 """What the result of a drop that has ended has."""
 
 
@@ -58,7 +57,7 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
         """One drop of a log that ends at `tick`: what landed later has no result yet."""
         ended = None
         if result is not None and result.tick <= tick:
-            ended = {name: getattr(result, name) for name in _RESULT} | {"payout": result.payout}
+            ended = {name: getattr(result, name) for name in RESULT}
         return {
             "ball": row.ball,
             "tick": row.tick,
@@ -111,33 +110,12 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
 
     def result(self, session: int, landed: messages.Landed) -> ResultRow:
         """What the ledger keeps of a landing."""
-        return ResultRow(
-            room=session,
-            ball=landed.ball,
-            tick=landed.tick,
-            bin=landed.bin,
-            score=landed.score,
-            t=landed.t,
-            x_end=landed.x_end,
-            digest=landed.digest or "",
-            unsettled=landed.unsettled,
-            payout=landed.paid,
-        )
+        return ResultRow(session, landed.ball, **_result_of(landed))
 
     def void(self, drop: OpenDrop, tick: int, why: str) -> ResultRow:
         """The end of a drop that can no longer be computed as it was promised: stake back."""
-        return ResultRow(
-            room=drop.room,
-            ball=drop.ball,
-            tick=tick,
-            bin=None,
-            score=1.0,
-            t=0.0,
-            x_end=0.0,
-            digest="",
-            unsettled=why,
-            payout=drop.stake,
-        )
+        given_up = (tick, None, 1.0, 0.0, 0.0, "", why)
+        return ResultRow(drop.room, drop.ball, *given_up, payout=drop.stake)
 
     def compare(
         self, where: str, entry: JsonObject, landed: messages.Landed | None
@@ -151,11 +129,16 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
                 return None
             actual = None if landed is None else msgspec.to_builtins(landed)
             return Verification(False, where, said, actual)
-        found = {name: getattr(landed, name) for name in _RESULT} | {"payout": landed.paid}
-        for name, value in found.items():
+        for name, value in _result_of(landed).items():
             if said[name] != value:
                 return Verification(False, f"{where}.{name}", said[name], value)
         return None
+
+
+def _result_of(landed: messages.Landed) -> dict[str, Any]:
+    """What a log has of a landing, by name."""
+    told = {name: getattr(landed, name, None) for name in RESULT}
+    return told | {"digest": landed.digest or "", "payout": landed.paid}
 
 
 def _differs(where: str, said: JsonObject, stake: int) -> Verification | None:

@@ -12,6 +12,7 @@ import msgspec
 from sqlalchemy import Connection, func, insert, select, tuple_, update
 
 from app.persistence.statements import tables
+from app.persistence.statements.store import result_of
 from app.rooms.canonical import canonical
 from app.rooms.records import (
     FairEnd,
@@ -192,22 +193,13 @@ def _drops(connection: Connection, session_id: str) -> list[tuple[ReceiptRow, Re
     joined = receipt.outerjoin(
         result, (receipt.c.room == result.c.room) & (receipt.c.ball == result.c.ball)
     )
-    labelled = [column.label(f"result_{column.name}") for column in result.c]
     chosen = (
-        select(*receipt.c, *labelled)
+        select(*receipt.c, *result.c)  # in the order of the rows' fields
         .select_from(joined)
         .where(receipt.c.session == session_id)
         .order_by(receipt.c.number)
     )
-    names = [column.name for column in receipt.c]
-    fields = [column.name for column in result.c]
-    rows = connection.execute(chosen).mappings()
+    fields = len(receipt.c)
     return [
-        (
-            ReceiptRow(**{name: row[name] for name in names}),
-            None
-            if row["result_digest"] is None
-            else ResultRow(**{name: row[f"result_{name}"] for name in fields}),
-        )
-        for row in rows
+        (ReceiptRow(*row[:fields]), result_of(row[fields:])) for row in connection.execute(chosen)
     ]

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from sqlalchemy import Connection, Row, Select, delete, func, select
+from sqlalchemy import Connection, Select, delete, func, select
 
 from app.errors import DamagedRoomError, shorten
 from app.persistence.statements import tables
@@ -152,9 +152,7 @@ def count_owned(connection: Connection, creator: str | None = None) -> int:
 
 def last_number(connection: Connection) -> int:
     """The highest number that a session ever got, or 0."""
-    highest = select(tables.rooms.c.number).order_by(tables.rooms.c.number.desc()).limit(1)
-    found: int | None = connection.execute(highest).scalar()
-    return found or 0
+    return int(connection.scalar(select(func.max(tables.rooms.c.number))) or 0)
 
 
 def open_session(connection: Connection, number: int) -> RoomRow | None:
@@ -194,13 +192,15 @@ def drops(
         tables.results, (drop.room == result.room) & (drop.ball == result.ball)
     )
     chosen = (
-        select(*drop, *(column.label(f"result_{column.name}") for column in result))
+        select(*drop, *result)  # in the order of the rows' fields
         .select_from(joined)
         .where(drop.room == room, drop.ball >= first)
         .order_by(drop.ball)
         .limit(limit)
     )
-    found = [(_drop(row), _result(row)) for row in connection.execute(chosen)]
+    fields = len(drop)
+    rows = connection.execute(chosen)
+    found = [(_drop(*row[:fields]), result_of(row[fields:])) for row in rows]
     for number, (row, _) in enumerate(found, first):
         if row.ball != number:
             raise DamagedRoomError(f"session {room} of the ledger lacks drop {number}")
@@ -302,39 +302,14 @@ def _rooms(connection: Connection, chosen: Select[Any]) -> list[RoomRow]:
     return [RoomRow(**row) for row in connection.execute(chosen).mappings()]
 
 
-def _drop(row: Row[Any]) -> DropRow:
-    if not row.seed.isdecimal():
+def _drop(room: int, ball: int, tick: int, seed: str, *rest: Any) -> DropRow:
+    if not seed.isdecimal():
         raise DamagedRoomError(
-            f"drop {row.ball} of session {row.room} has the seed {shorten(row.seed)}, no number"
+            f"drop {ball} of session {room} has the seed {shorten(seed)}, no number"
         )
-    return DropRow(
-        row.room,
-        row.ball,
-        row.tick,
-        int(row.seed),
-        row.x,
-        row.stake,
-        row.who,
-        row.aim,
-        row.practice,
-        row.key,
-        row.name,
-        row.colour,
-    )
+    return DropRow(room, ball, tick, int(seed), *rest)
 
 
-def _result(row: Row[Any]) -> ResultRow | None:
-    if row.result_digest is None:
-        return None
-    return ResultRow(
-        room=row.room,
-        ball=row.ball,
-        tick=row.result_tick,
-        bin=row.result_bin,
-        score=row.result_score,
-        t=row.result_t,
-        x_end=row.result_x_end,
-        digest=row.result_digest,
-        unsettled=row.result_unsettled,
-        payout=row.result_payout,
-    )
+def result_of(fields: Sequence[Any]) -> ResultRow | None:
+    """The result in these columns of an outer join, if there is one."""
+    return None if fields[0] is None else ResultRow(*fields)
