@@ -17,7 +17,10 @@ from engine.errors import JsonSyntaxError, JsonValueError
 DEEPEST: Final = 64
 """Brackets within brackets."""
 
-JsonObject = Mapping[str, Any]
+Json = Any
+"""A JSON value that has not been read yet."""
+
+JsonObject = Mapping[str, Json]
 """A JSON object whose values have not been read yet."""
 
 _STRINGS: Final = re.compile(r'"(?:[^"\\]|\\.)*"', re.DOTALL)

@@ -63,7 +63,7 @@ class SessionExport(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     version: int
     key: str
     session: Signed
-    board: dict[str, object]
+    board: JsonObject
     client_seed: str | None
     server_seed: str | None
     drops: list[ExportedDrop]
@@ -71,7 +71,7 @@ class SessionExport(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     end: Signed | None
     heard: list[SignedReceipt] = []
     heard_session: Signed | None = None
-    draw: dict[str, Any] | msgspec.UnsetType = msgspec.UNSET
+    draw: JsonObject | msgspec.UnsetType = msgspec.UNSET
 
 
 def is_export(fields: JsonObject) -> bool:

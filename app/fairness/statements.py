@@ -12,6 +12,7 @@ from msgspec import Meta
 
 from app.rooms.canonical import canonical
 from engine import Board
+from engine.json_text import JsonObject
 
 VERSION: Final = 1
 
@@ -50,7 +51,7 @@ class SessionStatement(_Statement):
     time: Count
     draw_digest: str | None = None
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Its JSON form, all that is signed."""
         values = _Statement.to_dict(self)
         if self.draw_digest is None:
@@ -85,7 +86,7 @@ class LogEntry(_Statement):
 
     KIND: ClassVar[str] = "plinko log entry"
 
-    receipt: dict[str, object]
+    receipt: JsonObject
     index: Count
     root: str
 

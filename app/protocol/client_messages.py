@@ -13,6 +13,7 @@ from app.protocol.messages import SNAPSHOTS, STREAMS
 from app.protocol.touching_messages import Change, ClaimMessage, WatchMessage
 from app.protocol.visitors import AppearMessage
 from engine import json_text
+from engine.json_text import Json
 
 
 class DropMessage(msgspec.Struct, frozen=True, tag="drop", forbid_unknown_fields=True):
@@ -21,40 +22,40 @@ class DropMessage(msgspec.Struct, frozen=True, tag="drop", forbid_unknown_fields
     `key`, that of an earlier hello, says that the same drop, by its `ref`, was asked for then.
     """
 
-    seed: object = None
-    x: object = None
-    aim: object = None
-    ref: object = None
-    stake: object = None
-    who: object = None
+    seed: Json = None
+    x: Json = None
+    aim: Json = None
+    ref: Json = None
+    stake: Json = None
+    who: Json = None
     session: str | None = None
     key: str | None = None
-    name: object = None
-    colour: object = None
+    name: Json = None
+    colour: Json = None
 
 
 class SessionMessage(msgspec.Struct, frozen=True, tag="session", forbid_unknown_fields=True):
     """Begin a session with a `commitment`, or join one again by its id and `token`."""
 
-    commitment: object = None
+    commitment: Json = None
     session: str | None = None
     token: str | None = None
-    ref: object = None
+    ref: Json = None
 
 
 class OpenMessage(msgspec.Struct, frozen=True, tag="open", forbid_unknown_fields=True):
     """Open the secret `seed` that a session's commitment is of, 64 hexadecimal digits."""
 
     session: str
-    seed: object
-    ref: object = None
+    seed: Json
+    ref: Json = None
 
 
 class EndMessage(msgspec.Struct, frozen=True, tag="end", forbid_unknown_fields=True):
     """End a session: the server reveals its secret."""
 
     session: str
-    ref: object = None
+    ref: Json = None
 
 
 class PingMessage(msgspec.Struct, frozen=True, tag="ping", forbid_unknown_fields=True):

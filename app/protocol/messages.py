@@ -4,13 +4,14 @@ docs/protocol.md describes every field; tests/golden/ holds examples that other 
 too. What clients say is in client_messages.py, the binary messages in snapshots.py and segments.py.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Annotated, Final
 
 import msgspec
 from msgspec import Meta
 
 from app.protocol.visitors import Visitor
+from engine.json_text import Json, JsonObject
 
 PROTOCOL_VERSION = 1
 
@@ -59,7 +60,7 @@ class SignedReceipt(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     The signature is over all of it; docs/fairness.md says how.
     """
 
-    receipt: dict[str, object]
+    receipt: JsonObject
     index: Annotated[int, Meta(ge=0, le=(1 << 63) - 1)]
     root: str
     signature: str
@@ -80,13 +81,13 @@ class Limits(msgspec.Struct, frozen=True):
 class ArenaState(msgspec.Struct, frozen=True, kw_only=True):
     """What a room whose balls touch each other has beside the rest; `balls` is in columns."""
 
-    scene: dict[str, object] | None
-    place: dict[str, object]
+    scene: JsonObject | None
+    place: JsonObject
     settings: dict[str, float]
     paused: bool
     owned: bool
     balls: dict[str, list[float]]
-    ranges: Mapping[str, object]
+    ranges: JsonObject
     presets: dict[str, dict[str, float]]
 
 
@@ -132,7 +133,7 @@ class Accepted(Event, frozen=True, tag="accepted", kw_only=True):
     x: float
     explicit_x: bool
     tick: int
-    ref: object = None
+    ref: Json = None
     aim: float | msgspec.UnsetType = msgspec.UNSET
     stake: int | msgspec.UnsetType = msgspec.UNSET
     practice: bool | msgspec.UnsetType = msgspec.UNSET
@@ -191,7 +192,7 @@ class BriefAccepted(Event, frozen=True, tag="accepted", kw_only=True, omit_defau
     tick: int
     x: float | None = None
     explicit_x: bool = False
-    ref: object = None
+    ref: Json = None
     aim: float | msgspec.UnsetType = msgspec.UNSET
     stake: int | msgspec.UnsetType = msgspec.UNSET
     practice: bool | msgspec.UnsetType = msgspec.UNSET
@@ -227,7 +228,7 @@ class Placed(Event, frozen=True, tag="placed", kw_only=True):
     density: float
     restitution: float
     friction: float
-    ref: object = None
+    ref: Json = None
 
 
 class Edited(Event, frozen=True, tag="edited", kw_only=True, omit_defaults=True):
@@ -264,14 +265,14 @@ class SessionState(Event, frozen=True, tag="session", kw_only=True):
 
     session: str
     room: str
-    statement: dict[str, object]
+    statement: JsonObject
     signature: str
     key: str
     open: bool
     drops: int
     ended: bool
     token: str | None = None
-    ref: object = None
+    ref: Json = None
 
 
 class SessionEnded(Event, frozen=True, tag="ended", kw_only=True):
@@ -279,9 +280,9 @@ class SessionEnded(Event, frozen=True, tag="ended", kw_only=True):
 
     session: str
     server_seed: str
-    statement: dict[str, object]
+    statement: JsonObject
     signature: str
-    ref: object = None
+    ref: Json = None
 
 
 class Halted(Event, frozen=True, tag="halted", kw_only=True):
@@ -321,14 +322,14 @@ class Presence(Event, frozen=True, tag="presence", kw_only=True):
 class Claimed(Event, frozen=True, tag="claimed", kw_only=True):
     """The token was right: this connection may change the room."""
 
-    ref: object = None
+    ref: Json = None
 
 
 class Done(Event, frozen=True, tag="done", kw_only=True):
     """A change that had a `ref` was carried out at this tick; its own events came before."""
 
     tick: int
-    ref: object
+    ref: Json
 
 
 class Diagnostics(Event, frozen=True, tag="diagnostics", kw_only=True):
@@ -357,7 +358,7 @@ class Error(Event, frozen=True, tag="error", kw_only=True):
 
     code: str
     detail: str
-    ref: object = None
+    ref: Json = None
 
 
 class Missed(Event, frozen=True, tag="missed", kw_only=True):
@@ -368,7 +369,7 @@ class Missed(Event, frozen=True, tag="missed", kw_only=True):
 
     since: int
     until: int
-    events: Sequence[object] | None
+    events: Sequence[Json] | None
 
 
 class Pong(Event, frozen=True, tag="pong", kw_only=True):

@@ -5,42 +5,44 @@ Values stay as they came: `app.rooms.touching.values` has their ranges and names
 
 import msgspec
 
+from engine.json_text import Json, JsonObject
+
 
 class _Message(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """`ref` comes back in the error, or in the event that follows from the message."""
 
-    ref: object = None
+    ref: Json = None
 
 
 class AddMessage(_Message, frozen=True, tag="add"):
     """Put in a ball, at rest or thrown."""
 
-    x: object
-    y: object
-    vx: object = None
-    vy: object = None
-    omega: object = None
-    radius: object = None
-    density: object = None
-    restitution: object = None
-    friction: object = None
+    x: Json
+    y: Json
+    vx: Json = None
+    vy: Json = None
+    omega: Json = None
+    radius: Json = None
+    density: Json = None
+    restitution: Json = None
+    friction: Json = None
 
 
 class KickMessage(_Message, frozen=True, tag="kick"):
     """Change a ball's velocity by so much."""
 
     ball: int
-    vx: object = None
-    vy: object = None
-    omega: object = None
+    vx: Json = None
+    vy: Json = None
+    omega: Json = None
 
 
 class DragMessage(_Message, frozen=True, tag="drag"):
     """Hold a ball and draw it to this place."""
 
     ball: int
-    x: object
-    y: object
+    x: Json
+    y: Json
 
 
 class ReleaseMessage(_Message, frozen=True, tag="release"):
@@ -63,24 +65,24 @@ class EditMessage(_Message, frozen=True, tag="edit"):
     """Make a ball another one."""
 
     ball: int
-    radius: object = None
-    density: object = None
-    restitution: object = None
-    friction: object = None
+    radius: Json = None
+    density: Json = None
+    restitution: Json = None
+    friction: Json = None
 
 
 class SettingsMessage(_Message, frozen=True, tag="settings"):
     """Set what holds for the room; density, restitution and friction for every ball in it."""
 
-    gravity: object = None
-    drag: object = None
-    damping: object = None
-    correction: object = None
-    dt: object = None
-    substeps: object = None
-    density: object = None
-    restitution: object = None
-    friction: object = None
+    gravity: Json = None
+    drag: Json = None
+    damping: Json = None
+    correction: Json = None
+    dt: Json = None
+    substeps: Json = None
+    density: Json = None
+    restitution: Json = None
+    friction: Json = None
 
 
 class PauseMessage(_Message, frozen=True, tag="pause"):
@@ -96,7 +98,7 @@ class StepMessage(_Message, frozen=True, tag="step"):
 class ResetMessage(_Message, frozen=True, tag="reset"):
     """Begin anew, as another scene where one is given."""
 
-    scene: dict[str, object] | str | None = None
+    scene: JsonObject | str | None = None
 
 
 class WatchMessage(_Message, frozen=True, tag="watch"):

@@ -11,6 +11,7 @@ import msgspec
 
 from app.errors import InvalidValueError, shorten
 from engine import plain_text
+from engine.json_text import Json
 
 MAX_NAME: Final = 24  # characters, after NFC
 
@@ -22,8 +23,8 @@ _MARKUP: Final = re.compile("[<>&]")
 class AppearMessage(msgspec.Struct, frozen=True, tag="appear", forbid_unknown_fields=True):
     """Be seen by others who are, under a name and in a colour, or under none; again to change."""
 
-    name: object = None
-    colour: object = None
+    name: Json = None
+    colour: Json = None
 
 
 class Visitor(msgspec.Struct, frozen=True, omit_defaults=True):

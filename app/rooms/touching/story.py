@@ -18,7 +18,7 @@ from app.rooms.touching.inputs import TouchingCommand
 from app.rooms.touching.room import TouchingRoom
 from app.rooms.touching.scene import Scene
 from engine.constants import PHYSICS_VERSION
-from engine.json_text import JsonObject
+from engine.json_text import Json, JsonObject
 
 MOST_INPUTS: Final = 10_000
 
@@ -31,7 +31,7 @@ class StoryEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     tick: Annotated[int, Meta(ge=0)]
     input: Annotated[
-        dict[str, object],
+        JsonObject,
         Meta(description="A message as over the WebSocket, but `drop` and `reset`."),
     ]
 
@@ -40,7 +40,7 @@ class StoryForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A box as it is told."""
 
     scene: Annotated[
-        object,
+        Json,
         Meta(
             description="As for a room.",
             examples=[{"scene": "sandbox", "balls": 40}],
@@ -79,7 +79,7 @@ class Story:
         """Of a second, at most, by the finest settings that were made."""
         told = [dict(self.scene.values)]
         told += [msgspec.structs.asdict(change) for _, change in self.changes]
-        steps = min(_positive(each.get("dt"), math.inf) for each in told)
+        steps: float = min(_positive(each.get("dt"), math.inf) for each in told)
         return max(_positive(each.get("substeps"), 0.0) for each in told) / steps
 
 

@@ -15,6 +15,7 @@ from app.web.schemas.fields import (
     Solver,
     StartIn,
 )
+from engine.json_text import Json
 
 Dt = Annotated[
     float | None, Meta(description="Step in seconds, of the stepped solver alone; 1/60.")
@@ -159,8 +160,8 @@ class Verdict(msgspec.Struct, frozen=True):
 
     ok: bool
     field: str | None
-    expected: Annotated[object, Meta(description="What the record says.")]
-    actual: Annotated[object, Meta(description="What the engine computes.")]
+    expected: Annotated[Json, Meta(description="What the record says.")]
+    actual: Annotated[Json, Meta(description="What the engine computes.")]
 
 
 class SimulationRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -169,7 +170,7 @@ class SimulationRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True)
     board: BoardIn
     drops: Annotated[int, Meta(description="How many, at least 1.")] = 100
     seed: Annotated[
-        object,
+        Json,
         Meta(
             description="Of the first drop; then one more each.",
             extra_json_schema={"anyOf": [{"type": "string"}, {"type": "integer"}]},
@@ -187,7 +188,7 @@ class SeedsRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     bin: Annotated[int, Meta(description="Its number from the left, from 0.")]
     count: Annotated[int, Meta(description="Seeds wanted, at least 1.")] = 1
     after: Annotated[
-        object,
+        Json,
         Meta(
             description="Begin with the seed after this one; from 0 on if left out.",
             extra_json_schema={

@@ -1,6 +1,6 @@
 """What several bodies have in common: boards, seeds, starts and digests, with what OpenAPI says.
 
-Values with a parser of their own (seeds, boards, starts) stay `object` or `Raw` here, so that the
+Values with a parser of their own (seeds, boards, starts) stay `Json` or `Raw` here, so that the
 parser that knows what is wrong names it; what they may be is said in the description.
 """
 
@@ -10,6 +10,7 @@ import msgspec
 from msgspec import Meta
 
 from app.protocol.visitors import MAX_NAME
+from engine.json_text import Json
 
 _BOARD_FORM = {"$ref": "#/components/schemas/BoardForm"}
 _NAMED_BOARD = "A preset's name, the digest of a registered board, or a whole board."
@@ -19,7 +20,7 @@ _A_BOARD = Meta(
     examples=["triangle-16"],
     extra_json_schema={"anyOf": [{"type": "string"}, _BOARD_FORM]},
 )
-BoardRef = Annotated[object, _A_BOARD]
+BoardRef = Annotated[Json, _A_BOARD]
 # A worker reads it: five thousand pegs would keep the event loop for 3 ms.
 BoardIn = Annotated[msgspec.Raw, _A_BOARD]
 OptionalBoard = Annotated[
@@ -33,9 +34,9 @@ OptionalBoard = Annotated[
         },
     ),
 ]
-WholeBoard = Annotated[object, Meta(extra_json_schema=_BOARD_FORM)]
+WholeBoard = Annotated[Json, Meta(extra_json_schema=_BOARD_FORM)]
 SeedIn = Annotated[
-    object,
+    Json,
     Meta(
         description="0 <= seed < 2^64, as a decimal string or an integer; without it the server "
         "draws one.",
@@ -44,7 +45,7 @@ SeedIn = Annotated[
     ),
 ]
 AimIn = Annotated[
-    object,
+    Json,
     Meta(
         description="Middle of the starts that seeds draw, in metres; without it the board's own.",
         examples=[0.01],
@@ -52,7 +53,7 @@ AimIn = Annotated[
     ),
 ]
 NameIn = Annotated[
-    object,
+    Json,
     Meta(
         description="Whose ball it is, for those who watch; with the room's token where it has an "
         "owner.",
@@ -63,7 +64,7 @@ NameIn = Annotated[
     ),
 ]
 ColourIn = Annotated[
-    object,
+    Json,
     Meta(
         description="The ball's colour, for those who watch; with the room's token where it has "
         "an owner.",
@@ -74,7 +75,7 @@ ColourIn = Annotated[
     ),
 ]
 StartIn = Annotated[
-    object,
+    Json,
     Meta(
         description="Explicit start in metres; without it the seed decides.",
         examples=[0.1],
@@ -86,7 +87,7 @@ Digest = Annotated[
     str, Meta(description="SHA-256, 64 hexadecimal digits.", pattern="^[0-9a-f]{64}$")
 ]
 PhysicsVersion = Annotated[
-    object,
+    Json,
     Meta(
         description="Digests are comparable only under the same one.",
         extra_json_schema={"anyOf": [{"type": "integer"}, {"type": "string"}]},

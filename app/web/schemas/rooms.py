@@ -1,7 +1,6 @@
 """Bodies of the routes of rooms and scenes."""
 
 import functools
-from collections.abc import Mapping
 from typing import Annotated, Literal
 
 import msgspec
@@ -24,6 +23,7 @@ from app.web.schemas.fields import (
     Solver,
     StartIn,
 )
+from engine.json_text import Json, JsonObject
 
 
 class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -35,7 +35,7 @@ class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         Meta(description="Whether balls pass through each other or knock each other."),
     ] = "independent"
     scene: Annotated[
-        object,
+        Json,
         Meta(
             description="Instead of a board: `sandbox` or `galton`, or an object with that name as "
             "`scene` and the parameters that `GET scenes` lists. The message `reset`, a room's "
@@ -63,14 +63,14 @@ class SceneView(msgspec.Struct, frozen=True):
 
     name: str
     room: str
-    parameters: Annotated[dict[str, object], Meta(description="With their defaults.")]
+    parameters: Annotated[JsonObject, Meta(description="With their defaults.")]
 
 
 class SceneList(msgspec.Struct, frozen=True):
     """The scenes; the ranges of what can be set, with units; the presets by name."""
 
     scenes: list[SceneView]
-    ranges: Mapping[str, object]
+    ranges: JsonObject
     presets: dict[str, dict[str, float]]
 
 
@@ -122,7 +122,7 @@ class RoomView(msgspec.Struct, frozen=True):
     balls: Annotated[list[BallStart], Meta(description="The drops in flight.")]
     stats: Stats
     scene: Annotated[
-        dict[str, object] | None,
+        JsonObject | None,
         Meta(description="As it was opened; null for a room with a board."),
     ]
 
@@ -175,7 +175,7 @@ class LoggedInput(msgspec.Struct, frozen=True):
 
     tick: Annotated[int, Meta(description="The room's tick at which it was carried out.")]
     who: str | None
-    input: Annotated[dict[str, object], Meta(description="Its `type` and fields.")]
+    input: Annotated[JsonObject, Meta(description="Its `type` and fields.")]
 
 
 class RoomLog(msgspec.Struct, frozen=True):
@@ -199,7 +199,7 @@ class RoomLog(msgspec.Struct, frozen=True):
     ]
     board: BoardRef | msgspec.UnsetType = msgspec.UNSET  # not in a scene
     scene: Annotated[
-        dict[str, object] | msgspec.UnsetType | None, Meta(description="A scene's parameters.")
+        JsonObject | msgspec.UnsetType | None, Meta(description="A scene's parameters.")
     ] = msgspec.UNSET
     drops: Annotated[
         list[LoggedDrop] | msgspec.UnsetType, Meta(description="Where balls pass each other.")
@@ -224,7 +224,7 @@ class RoomDropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     x: StartIn = None
     aim: AimIn = None
     stake: Annotated[
-        object,
+        Json,
         Meta(
             description="Whole minor units; `landed` has the payout. Needs a `session`.",
             extra_json_schema={
@@ -236,7 +236,7 @@ class RoomDropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         ),
     ] = None
     who: Annotated[
-        object,
+        Json,
         Meta(
             description="A mark of the player's own, kept with the drop.",
             extra_json_schema={
@@ -264,7 +264,7 @@ class RoomDrop(msgspec.Struct, frozen=True, omit_defaults=True):
     x: float
     tick: Annotated[int, Meta(description="The room's tick at which it starts.")]
     landed: Annotated[
-        object, Meta(description="The `landed` event, with `wait=1`.", extra_json_schema={})
+        Json, Meta(description="The `landed` event, with `wait=1`.", extra_json_schema={})
     ] = None
     practice: Annotated[
         bool, Meta(description="Whether its seed or x was chosen: there where it was.")

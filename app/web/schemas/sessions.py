@@ -7,6 +7,7 @@ from msgspec import Meta
 
 from app.fairness.export import Signed
 from app.web.schemas.fields import Digest
+from engine.json_text import Json, JsonObject
 
 _HEX = {"type": "string", "pattern": "^[0-9a-fA-F]{64}$"}
 
@@ -27,7 +28,7 @@ class SessionRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Begin a session in a room."""
 
     commitment: Annotated[
-        object,
+        Json,
         Meta(
             description="SHA-256 of a secret of yours of 32 bytes, 64 hexadecimal digits.",
             extra_json_schema=_HEX,
@@ -40,7 +41,7 @@ class SessionOpening(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Open the secret that was committed to."""
 
     seed: Annotated[
-        object,
+        Json,
         Meta(description="Your secret, 64 hexadecimal digits.", extra_json_schema=_HEX),
     ]
 
@@ -51,7 +52,7 @@ class SessionView(msgspec.Struct, frozen=True, kw_only=True):
     session: str
     room: str
     statement: Annotated[
-        dict[str, object], Meta(description="What the server committed to at the beginning.")
+        JsonObject, Meta(description="What the server committed to at the beginning.")
     ]
     signature: Signature
     key: Key
@@ -73,7 +74,7 @@ class SessionEnd(msgspec.Struct, frozen=True):
 
     session: str
     server_seed: Digest
-    statement: dict[str, object]
+    statement: JsonObject
     signature: Signature
 
 
