@@ -5,8 +5,7 @@ from typing import Final
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
-from app.web.routes.common import documented_failures
-from app.web.schemas.document import components
+from app.web.routes.common import components, documented_failures
 
 DESCRIPTION: Final = """\
 A Plinko board whose physics is true. The same board and seed give the same path, to the last bit,

@@ -29,6 +29,7 @@ from app.web.schemas.problem import Problem
 from app.web.services import Services
 from engine import Board
 from engine.errors import BoardError, EffortError
+from engine.json_text import JsonObject
 from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS, Solver, make_solver
 from engine.seeding import parse_seed
 
@@ -345,6 +346,9 @@ def not_modified(etag: str) -> Response:
     return Response(status_code=304, headers=cache_headers(etag))
 
 
+_REFERENCE = "#/components/schemas/{name}"
+_BODIES: dict[str, type[msgspec.Struct]] = {}  # those that some route has documented
+
 Responses = dict[int | str, dict[str, Any]]
 """As FastAPI takes them: by status."""
 
@@ -388,5 +392,12 @@ def either(*kinds: type[msgspec.Struct]) -> dict[str, object]:
     return {"anyOf": [_reference(kind) for kind in kinds]}
 
 
+def components() -> JsonObject:
+    """The JSON Schemas of all that routes take and reply, by name, for OpenAPI's components."""
+    kinds = [kind for _, kind in sorted(_BODIES.items())]
+    return msgspec.json.schema_components(kinds, ref_template=_REFERENCE)[1]
+
+
 def _reference(kind: type[msgspec.Struct]) -> dict[str, str]:
-    return {"$ref": f"#/components/schemas/{kind.__name__}"}
+    _BODIES[kind.__name__] = kind
+    return {"$ref": _REFERENCE.format(name=kind.__name__)}

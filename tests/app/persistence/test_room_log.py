@@ -16,7 +16,7 @@ from app.persistence.room_log import MOST_OF_ONE, MOST_READERS, RoomLogs
 from app.persistence.room_runs import RoomRuns
 from app.rooms.independent import IndependentRoom
 from app.rooms.log import lines
-from app.web.streamed import StreamedAnswer
+from app.web.routes.rooms.rooms import StreamedAnswer
 from engine import Board
 
 ENTRY = {"ball": 0, "who": "x", "result": None}

@@ -10,7 +10,7 @@ from openapi_schema_validator import OAS31Validator
 from openapi_spec_validator import OpenAPIV31SpecValidator
 
 from app.main import create_app
-from app.web.schemas.document import components
+from app.web.routes.common import components
 from app.web.schemas.drops import DropRecord
 from engine import Board, BoardError, Label, drop, preset_names
 from tests.app.conftest import TINY

@@ -1,13 +1,40 @@
 """What only who runs the server may do: halt one table or all, and let them go on."""
 
+from typing import Annotated
+
+import msgspec
 from fastapi import APIRouter, Depends, Request, Response
 from fastapi.security import HTTPBearer
+from msgspec import Meta
 
 from app.rooms.records import EVERY_ROOM
 from app.web.routes.common import Server, body_of, documented, read, reply
 from app.web.routes.rooms.operator import check_operator
-from app.web.schemas.halts import HaltedTable, HaltRequest, HaltView
 from app.web.services import Services
+
+
+class HaltRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Halt a table, or let it go on."""
+
+    halted: Annotated[bool, Meta(description="False lets it go on.")]
+    room: Annotated[str | None, Meta(description="Which; null, or nothing, is all of them.")] = None
+
+
+class HaltedTable(msgspec.Struct, frozen=True):
+    """A table that takes no drops."""
+
+    room: str
+    since: Annotated[float, Meta(description="Unix time, in s.")]
+
+
+class HaltView(msgspec.Struct, frozen=True):
+    """What takes no drops now."""
+
+    all_since: Annotated[
+        float | None, Meta(description="Since when all tables are halted, Unix time in s.")
+    ]
+    rooms: Annotated[list[HaltedTable], Meta(description="Those halted by themselves.")]
+
 
 router = APIRouter(prefix="/api/v1", tags=["health"])
 

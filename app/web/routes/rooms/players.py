@@ -8,6 +8,7 @@ from typing import Annotated, Final, Literal
 
 import msgspec
 from fastapi import APIRouter, Query, Request, Response
+from msgspec import Meta
 
 from app.errors import InvalidValueError, UnknownBoardError, shorten
 from app.persistence.statements import plays as ledger
@@ -16,8 +17,44 @@ from app.persistence.statements.plays import Play
 from app.rooms.stakes import parse_who
 from app.web.routes.common import Server, checked_board, documented, limit_drops, next_page, reply
 from app.web.routes.queries import Whole
-from app.web.schemas.players import PlayList, PlayView
+from app.web.schemas.fields import Digest, PhysicsVersion, Seed
 from app.web.services import Services
+
+
+class PlayView(msgspec.Struct, frozen=True):
+    """A drop as it was played. Lengths in m, times in s, stake and payout in minor units."""
+
+    play: Annotated[str, Meta(description="Its place; `before` of the page that follows it.")]
+    room: str
+    board: str
+    board_digest: Digest
+    physics_version: PhysicsVersion
+    seed: Seed
+    x: Annotated[float | None, Meta(description="The start, where the player chose it.")]
+    aim: Annotated[float | None, Meta(description="Middle of what the seed drew, if chosen.")]
+    stake: int
+    practice: bool
+    name: Annotated[str | None, Meta(description="Whose ball it was, as those who watched saw.")]
+    colour: Annotated[str | None, Meta(description="Of the ball, #rrggbb.")]
+    session: Annotated[str | None, Meta(description="The fair session that it was in.")]
+    session_drop: Annotated[int | None, Meta(description="Its number there.")]
+    time: Annotated[int | None, Meta(description="Of its receipt: Unix time, in ms.")]
+    digest: Annotated[str | None, Meta(description="Of its whole path; null while it falls.")]
+    bin: int | None
+    score: Annotated[float | None, Meta(description="The multiplier.")]
+    payout: int | None
+    duration: float | None
+    x_end: float | None
+    unsettled: str | None
+    path: Annotated[str, Meta(description="Where its path is told, impact by impact.")]
+
+
+class PlayList(msgspec.Struct, frozen=True):
+    """A page of a player's plays, the last one first."""
+
+    plays: list[PlayView]
+    next: Annotated[str | None, Meta(description="`before` of the following page; null: no more.")]
+
 
 router = APIRouter(prefix="/api/v1", tags=["rooms"])
 

@@ -2,16 +2,19 @@
 
 import bisect
 import contextlib
+import logging
 import time
 from collections.abc import Iterator
 from typing import Annotated, Literal
 
 import msgspec
 from fastapi import APIRouter, Depends, Header, Query, Request, Response
+from fastapi.responses import StreamingResponse
 from fastapi.security import HTTPBearer
+from starlette.types import Send
 
 from app.computing import prices
-from app.errors import BusyError, InvalidValueError, TokenError, UnknownRoomError
+from app.errors import AppError, BusyError, InvalidValueError, TokenError, UnknownRoomError
 from app.live.broadcast.audience import Player
 from app.live.live_room import LiveRoom
 from app.persistence.room_log import LogPart
@@ -54,10 +57,27 @@ from app.web.schemas.rooms import (
     RoomView,
 )
 from app.web.services import Services
-from app.web.streamed import StreamedAnswer
 from engine import Board
 
 router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
+
+_log = logging.getLogger("plinko")
+
+
+class StreamedAnswer(StreamingResponse):
+    """Pieces of a body; where the next cannot be had, the connection is closed in the middle.
+
+    Its status has been told by then, so that only a body without an end says that something is
+    missing. The log says what.
+    """
+
+    async def stream_response(self, send: Send) -> None:
+        """Send the pieces that there are."""
+        try:
+            await super().stream_response(send)
+        except AppError as error:
+            _log.warning("answer cut short", extra={"why": str(error)})
+
 
 WAIT_SECONDS = 30.0  # that `?wait=1` waits for a landing
 
