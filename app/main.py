@@ -61,7 +61,7 @@ from app.web.limits import COMPUTE_BURST, COMPUTE_RATE, Budgets, KeyedBuckets, Q
 from app.web.readings import readings
 from app.web.returns import Returns
 from app.web.routes import api_docs, boards, health, page, payouts
-from app.web.routes.drops import drops, maps, pictures, seeds, simulate
+from app.web.routes.drops import drops, many, maps, pictures
 from app.web.routes.queries import listed_queries
 from app.web.routes.rooms import (
     halts,
@@ -132,8 +132,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         boards.router,
         pictures.router,
         drops.router,
-        simulate.router,
-        seeds.router,
+        many.router,
         payouts.router,
         maps.router,
         live.router,

@@ -287,6 +287,15 @@ def check_step(solver: object, dt: object, substeps: object) -> None:
         )
 
 
+def check_count(count: int, command: str, field: str = "drops") -> None:
+    """Raise InvalidValueError for more than a request may have; `command` has no such limit."""
+    if not 1 <= count <= prices.MAX_DROPS:
+        raise InvalidValueError(
+            f"{field} {count} is not from 1 to {prices.MAX_DROPS}; {command} takes more",
+            field=field,
+        )
+
+
 async def checked_board(request: Request, text: bytes) -> Board:
     """A board from its JSON, checked by a worker; raises what `board_task` raises."""
     return await board_task(request, text, tasks.board_of)

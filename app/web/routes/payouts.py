@@ -7,8 +7,16 @@ from fastapi import APIRouter, Request, Response
 from msgspec import Meta
 
 from app.computing import prices, tasks
-from app.errors import InvalidValueError
-from app.web.routes.common import Server, body_of, compute, documented, read, reply, resolve_board
+from app.web.routes.common import (
+    Server,
+    body_of,
+    check_count,
+    compute,
+    documented,
+    read,
+    reply,
+    resolve_board,
+)
 from app.web.schemas.boards import Odds
 from app.web.schemas.fields import BoardIn, Digest
 from engine.parameters import Exact
@@ -67,11 +75,7 @@ async def solve_payouts(request: Request, server: Server) -> Response:
     percent or so; each aim says its interval. `plinko payouts` goes on until it is known to 0.1 %.
     """
     body = await read(request, PayoutsRequest)
-    most = prices.MAX_DROPS
-    if not 1 <= body.drops <= most:
-        raise InvalidValueError(
-            f"drops {body.drops} is not from 1 to {most}; plinko payouts takes more", field="drops"
-        )
+    check_count(body.drops, "plinko payouts")
     board = await resolve_board(request, body.board)
     drops = 2 * body.drops * len(aims_of(board))  # some choose the table, as many judge it
     price = prices.many_drops(board, drops, Exact())

@@ -9,7 +9,6 @@ from fastapi import APIRouter, Depends, Query, Request, Response
 from app.computing import prices, tasks
 from app.computing.prices import Price
 from app.computing.tasks import Many
-from app.errors import InvalidValueError
 from app.pictures.cache import look
 from app.render.parts.view import LEAST_WIDTH, MOST_WIDTH, lay_out
 from app.web.routes.common import (
@@ -18,6 +17,7 @@ from app.web.routes.common import (
     attended,
     cache_headers,
     charged,
+    check_count,
     documented,
     is_current,
     not_modified,
@@ -179,12 +179,8 @@ async def _many(
     seed: Annotated[str, Query(description="Of the first drop; then one more each.")] = "0",
 ) -> Many:
     """The drops of a request; raises the errors of what cannot be."""
-    most = prices.MAX_DROPS
-    count = min(DEFAULT_DROPS, most) if drops is None else drops
-    if not 1 <= count <= most:
-        raise InvalidValueError(
-            f"drops {count} is not from 1 to {most}; plinko render takes more", field="drops"
-        )
+    count = min(DEFAULT_DROPS, prices.MAX_DROPS) if drops is None else drops
+    check_count(count, "plinko render")
     first = parse_seed(seed)
     parse_seed(first + count - 1)
     return Many(server.boards.find(board), count, first)

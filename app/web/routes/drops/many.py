@@ -1,17 +1,50 @@
-"""Seeds that land in a bin: found by dropping one after the other."""
+"""Many drops at once, in numbers: where they land, and the seeds that land in a bin."""
 
 from fastapi import APIRouter, Request, Response
 
 from app.computing import prices, tasks
 from app.errors import InvalidValueError
-from app.web.routes.common import Server, body_of, compute, documented, read, reply, resolve_board
-from app.web.schemas.drops import SeedsFound, SeedsRequest
+from app.web.routes.common import (
+    Server,
+    body_of,
+    check_count,
+    chosen_solver,
+    compute,
+    documented,
+    read,
+    reply,
+    resolve_board,
+)
+from app.web.schemas.drops import SeedsFound, SeedsRequest, Simulation, SimulationRequest
 from engine.drops.seeds import check_bin
 from engine.drops.start import aim_of
 from engine.parameters import Exact
 from engine.seeding import SEED_LIMIT, parse_seed
 
 router = APIRouter(prefix="/api/v1", tags=["drops"])
+
+
+@router.post(
+    "/simulate",
+    summary="Compute many drops",
+    responses=documented(Simulation, 400, 404, 413, 422, 503),
+    openapi_extra=body_of(SimulationRequest, {"board": "triangle-16", "drops": 100, "seed": "0"}),
+)
+async def simulate(request: Request, server: Server) -> Response:
+    """Drop balls with the seeds `seed`, `seed` + 1, … and count where they land.
+
+    Up to 10,000; for more there is `plinko simulate`, whose numbers are
+    the same.
+    """
+    body = await read(request, SimulationRequest)
+    check_count(body.drops, "plinko simulate")
+    solver = chosen_solver(body.solver, body.dt, body.substeps)
+    first = parse_seed(body.seed)
+    parse_seed(first + body.drops - 1)
+    board = await resolve_board(request, body.board)
+    price = prices.many_drops(board, body.drops, solver)
+    found = await compute(request, price, tasks.tally, board, first, body.drops, solver)
+    return reply(Simulation(**found))
 
 
 @router.post(
@@ -27,13 +60,8 @@ async def find_seeds(request: Request, server: Server) -> Response:
     bin, go on with `after` set to `last` of the reply. `plinko seeds` has no such limit.
     """
     body = await read(request, SeedsRequest)
-    most = prices.MAX_DROPS
-    for name in ("drops", "count"):
-        value = getattr(body, name)
-        if not 1 <= value <= most:
-            raise InvalidValueError(
-                f"{name} {value} is not from 1 to {most}; plinko seeds takes more", field=name
-            )
+    check_count(body.drops, "plinko seeds")
+    check_count(body.count, "plinko seeds", "count")
     first = 0 if body.after is None else parse_seed(body.after) + 1
     if first == SEED_LIMIT:
         raise InvalidValueError(f"after {body.after} is the last seed", field="after")
