@@ -116,7 +116,6 @@ class LiveRoom:
 
     @property
     def watched(self) -> bool:
-        """Whether somebody sees it."""
         return self._around.audiences.hub.count(self.id) > 0 or self._around.filmed(self.id)
 
     # What is asked.

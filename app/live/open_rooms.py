@@ -80,7 +80,6 @@ class OpenRooms:
 
     @property
     def owned(self) -> int:
-        """How many rooms in memory are players' own."""
         return sum(live.owned for live in self.in_memory.values())
 
     def count(self, everywhere: int) -> None:

@@ -397,7 +397,6 @@ class Rooms:
         live.wake()
 
     def exit(self, live: LiveRoom, client: Client) -> None:
-        """A client watches no more."""
         live.audience.leave(client)
         self._open.get(live.id)  # it was used until now
 

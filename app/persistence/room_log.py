@@ -76,7 +76,6 @@ class RoomLogs:
 
     @property
     def readers(self) -> int:
-        """How many read now."""
         return self._readers.total()
 
     async def read(
@@ -166,7 +165,6 @@ class _Pages:
         self._head = log.head(room)
 
     async def read(self, first: int) -> Entries:
-        """Entries from `first` on, as many as a page has."""
         limit = min(_PAGE, self._end - first)
         if limit <= 0:
             return NONE

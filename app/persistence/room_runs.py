@@ -147,7 +147,6 @@ class RoomRuns:
         self._results += results
 
     def take_results(self) -> list[Write]:
-        """What has landed since the last news."""
         results, self._results = self._results, []
         return results
 
@@ -156,7 +155,6 @@ class RoomRuns:
         self.ledger.defer([*self.take_results(), *writes], done)
 
     def slept(self, room: Room) -> None:
-        """Nothing moves in the room any more."""
         record = self.of(room)
         record.version += 1
         record.clean = False
@@ -190,11 +188,9 @@ class RoomRuns:
         return [*kept, Close(number, settled.tick, self.now())]
 
     def board_row(self, room: Room) -> BoardRow:
-        """What the room was opened over."""
         return BoardRow(room.origin.digest, room.origin.name, room.origin_json.decode())
 
     def board_row_of(self, origin: Ground) -> BoardRow:
-        """A board, or a scene, by its content."""
         return BoardRow(origin.digest, origin.name, msgspec.json.encode(origin.to_dict()).decode())
 
     def room_row(self, room: Room, record: RoomRun) -> RoomRow:
@@ -226,7 +222,6 @@ class RoomRuns:
         return [self.board_row(room), self.restorable_row(room, record), *inputs]
 
     def restorable_row(self, room: Room, record: RoomRun) -> RoomRow:
-        """The row from which a room is restored as it is now."""
         return replace(
             self.room_row(room, record),
             tick=room.world.tick,

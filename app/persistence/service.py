@@ -135,7 +135,6 @@ class PersistenceService:
         self.runs.forget(room)
 
     def close(self, room: Parked) -> None:
-        """A parked room's session is over."""
         self.runs.note(room.number, room.id)
         self.runs.report([Close(room.number, room.tick, self.now())])
 
@@ -152,7 +151,6 @@ class PersistenceService:
         return self.runs.restorable_row(room, record) if record.known else None
 
     def touch(self, room: Room) -> None:
-        """Someone needs the room."""
         self.runs.of(room).used = self.now()
 
     def leave(self, awake: Iterable[Room]) -> None:
@@ -215,7 +213,6 @@ class PersistenceService:
             self.runs.add_results([result])
 
     def slept(self, room: Room) -> None:
-        """Nothing moves in the room any more."""
         self.runs.slept(room)
 
     def ticked(self, ticks: int, awake: Iterable[Room]) -> None:

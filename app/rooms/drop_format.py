@@ -37,7 +37,6 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
     has_results = True
 
     def row(self, session: int, pending: PendingInput[DropCommand]) -> DropRow:
-        """What the ledger keeps of a drop."""
         drop = pending.command
         return DropRow(
             session,
@@ -109,7 +108,6 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
         return DropCommand(seed, x, stake, who, aim, practice=practice, tag=tag)
 
     def result(self, session: int, landed: messages.Landed) -> ResultRow:
-        """What the ledger keeps of a landing."""
         return ResultRow(session, landed.ball, **_result_of(landed))
 
     def void(self, drop: OpenDrop, tick: int, why: str) -> ResultRow:
@@ -136,7 +134,6 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
 
 
 def _result_of(landed: messages.Landed) -> dict[str, Any]:
-    """What a log has of a landing, by name."""
     told = {name: getattr(landed, name, None) for name in RESULT}
     return told | {"digest": landed.digest or "", "payout": landed.paid}
 

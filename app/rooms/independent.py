@@ -77,7 +77,6 @@ class IndependentRoom(Room):
 
     @property
     def taken(self) -> int:
-        """Drops taken so far."""
         return self.drops
 
     @property
@@ -194,7 +193,6 @@ class IndependentRoom(Room):
 
     @property
     def events_kept(self) -> int:
-        """Events of paths that are held in memory."""
         return self.world.events_kept
 
     def look_ahead(self) -> bool:

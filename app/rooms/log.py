@@ -68,7 +68,6 @@ class LogDigest:
         self.add([head])
 
     def add(self, entries: Iterable[JsonObject]) -> None:
-        """Take in the next entries."""
         self.add_lines(lines(entries))
 
     def add_lines(self, text: bytes) -> None:
@@ -76,7 +75,6 @@ class LogDigest:
         self._hash.update(text)
 
     def hex(self) -> str:
-        """64 hexadecimal digits."""
         return self._hash.hexdigest()
 
 
@@ -117,7 +115,6 @@ def verify_log(
 
 
 def _room_of(log: JsonObject, independent: bool) -> Room:
-    """The room at its beginning."""
     tick_rate = _whole(log, "tick_rate", 1)
     ground: Ground
     if independent or log.get("scene") is None:

@@ -24,7 +24,6 @@ class Outcome:
 
 
 def signed(row: ReceiptRow) -> messages.SignedReceipt:
-    """A receipt with its place in the log."""
     receipt = msgspec.json.decode(row.receipt)
     return messages.SignedReceipt(receipt, row.leaf, row.root, row.signature)
 

@@ -59,7 +59,6 @@ class Parked:
 
     @classmethod
     def of(cls, row: RoomRow, board_name: str) -> "Parked":
-        """What is remembered of a session that sleeps."""
         drops = row.checkpoint_drops
         return cls(row.number, row.id, board_name, row.board, row.mode, row.tick, drops, row.used)
 
@@ -95,12 +94,10 @@ class DropRow:
 
     @property
     def tag(self) -> Tag:
-        """Whose it is, for those who watch."""
         return Tag(self.name, self.colour) if self.name or self.colour else NO_TAG
 
     @property
     def number(self) -> int:
-        """Of the drop among the inputs of its room."""
         return self.ball
 
 

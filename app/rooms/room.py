@@ -173,7 +173,6 @@ class Room(ABC):
 
     @property
     def _runs(self) -> bool:
-        """Whether ticks pass by themselves."""
         return self.world.awake
 
     def refuse(self, pending: Pending) -> None:
@@ -317,7 +316,6 @@ class Room(ABC):
         raise self._unchangeable()
 
     def stats(self) -> messages.Stats:
-        """What has come of the drops so far."""
         return messages.Stats(self.drops, list(self.histogram), self.unsettled)
 
     def hello(
@@ -371,7 +369,6 @@ class Room(ABC):
         return msgspec.json.encode(self.origin.to_dict())
 
     def ground_fields(self) -> dict[str, object]:
-        """What stood there at tick 0, as a log tells it."""
         return {"board": self.origin.preset_name or self.origin.to_dict()}
 
 

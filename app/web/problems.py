@@ -65,7 +65,6 @@ def _faults(error: Exception) -> tuple[FaultOf, ...]:
 
 
 def problem_response(error: Exception, path: str = "") -> Response:
-    """The HTTP response for an error."""
     problem = problem_of(error, path)
     headers = {}
     if problem.status == 401:

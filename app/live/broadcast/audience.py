@@ -110,13 +110,11 @@ class Audience:
         self.greet(client)
 
     def leave(self, client: Client) -> None:
-        """A client watches no more."""
         self._hub.leave(self.room.id, client)
         self._diagnosed.discard(client.id)
         self._means.presence.leave(self.room.id, client.id)
 
     def greet(self, client: Client) -> None:
-        """Give a client the full state to start from."""
         room = self.room
         hello = msgspec.structs.replace(
             room.hello(self._means.clock(), self._means.limits, client.stream),

@@ -199,7 +199,6 @@ class Hub:
         streams.setdefault(client.stream, {})[client.id] = client
 
     def leave(self, room_id: str, client: Client) -> None:
-        """Forget a client."""
         streams = self._rooms.get(room_id, {})
         clients = streams.get(client.stream, {})
         clients.pop(client.id, None)
@@ -217,11 +216,9 @@ class Hub:
 
     @property
     def total(self) -> int:
-        """How many clients all rooms have."""
         return sum(map(self.count, self._rooms))
 
     def clients(self, room_id: str) -> list[Client]:
-        """Those who watch this room."""
         return list(self._everyone(room_id))
 
     def announce(

@@ -48,7 +48,6 @@ class Company:
         return self._visitors[client.id]
 
     def leave(self, client_id: int) -> bool:
-        """Forget a client; whether it was here."""
         self.clients.pop(client_id, None)
         return self._visitors.pop(client_id, None) is not None
 
@@ -102,7 +101,6 @@ class Presence:
         return msgspec.structs.replace(company.state(), you=visitor.visitor)
 
     def leave(self, room_id: str, client_id: int) -> None:
-        """A client is in this room no more."""
         company = self._companies.get(room_id)
         if company is None or not company.leave(client_id):
             return

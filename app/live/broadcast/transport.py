@@ -91,7 +91,6 @@ class DirectProtocol(WebSocketsSansIOProtocol):
 
 
 def connection_of(socket: WebSocket) -> Connection:
-    """How to send to this client."""
     return _direct(socket.scope)
 
 

@@ -14,7 +14,6 @@ class Landings:
 
     @property
     def waiting(self) -> int:
-        """How many balls are waited for."""
         return len(self._waiting)
 
     async def wait(self, ball: int, seconds: float) -> messages.Landed | None:
@@ -36,13 +35,11 @@ class Landings:
                 self._waiting.pop(ball, None)
 
     def landed(self, landed: messages.Landed) -> None:
-        """A ball has landed."""
         for future in self._waiting.pop(landed.ball, ()):
             if not future.done():
                 future.set_result(landed)
 
     def end(self, error: AppError) -> None:
-        """Nothing will land here any more."""
         for future in self._all():
             future.set_exception(error)
 

@@ -96,7 +96,6 @@ class Runner:
 
     @property
     def awake(self) -> list[Room]:
-        """The rooms in which something moves."""
         return [live.room for live in self._awake.values()]
 
     def close(self) -> list[Room]:
@@ -125,11 +124,9 @@ class Runner:
         self.ticker.wake()
 
     def runs(self, live: Running) -> bool:
-        """Whether the room ticks."""
         return self._awake.get(live.id) is live
 
     def drop_out(self, live: Running) -> None:
-        """Run a room no more."""
         self._awake.pop(live.id, None)
         self._threads.forget(live.id)
 

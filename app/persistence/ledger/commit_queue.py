@@ -119,7 +119,6 @@ class CommitQueue:
 
     @property
     def empty(self) -> bool:
-        """Whether the thread has nothing to do."""
         with self._changed:
             return not (self._waiting or self._reads or self._taken or self.failure)
 

@@ -96,7 +96,6 @@ class Database:
 
     @property
     def file(self) -> Path | None:
-        """SQLite's file."""
         if self.url.get_backend_name() != "sqlite" or self.in_memory:
             return None
         return Path(str(self.url.database))

@@ -61,7 +61,6 @@ class Fence:
         os.fsync(self._descriptor)
 
     def begin(self, connection: Connection) -> None:
-        """A transaction has begun."""
         self._changes, self._coming = _changes(connection), self._number
 
     def count(self, connection: Connection) -> None:
@@ -71,7 +70,6 @@ class Fence:
             connection.exec_driver_sql(f"PRAGMA user_version = {self._coming}")
 
     def committed(self) -> None:
-        """It is durable."""
         if self._coming == self._number:
             return
         self._number = self._coming

@@ -19,7 +19,6 @@ class NullLedger:
     up = True
 
     def submit(self, *writes: Write, line: int | None = None) -> "asyncio.Future[None]":
-        """All is done."""
         future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         future.set_result(None)
         return future
@@ -42,7 +41,6 @@ class NullLedger:
         """Do nothing."""
 
     async def decided(self, work: "Coroutine[None, None, T] | asyncio.Future[T]") -> T:
-        """What comes of `work`."""
         return await asyncio.shield(work)
 
     async def read(self, read: Callable[..., object], *args: object, **values: object) -> NoReturn:

@@ -139,7 +139,6 @@ class Ledger:
 
     @property
     def up(self) -> bool:
-        """Whether writes are taken."""
         return self._queue.failure is None
 
     @property

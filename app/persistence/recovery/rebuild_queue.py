@@ -43,11 +43,9 @@ class RebuildQueue:
 
     @property
     def waiting(self) -> list[Parked]:
-        """The rooms that are still to come back."""
         return list(self._waiting.values())
 
     def __contains__(self, room_id: str) -> bool:
-        """Whether this room is still to come back."""
         return room_id in self._waiting
 
     def fill(self, rooms: Iterable[Parked]) -> None:

@@ -309,7 +309,6 @@ class Recovery:
 def _session(
     connection: Connection, find: Callable[..., RoomRow | None], room_id: str
 ) -> tuple[RoomRow | None, str | None]:
-    """A room's session, and the JSON of its board."""
     row = find(connection, room_id=room_id)
     return row, None if row is None else store.board(connection, digest=row.board)
 
@@ -328,7 +327,6 @@ def _begun(
 def _page(
     connection: Connection, row: RoomRow, replay: Replay
 ) -> list[tuple[TakenRow, ResultRow | None]]:
-    """The next inputs of a session."""
     name, first = format_of(row.mode).name, replay.next_input
     return store.taken(connection, name=name, room=row.number, first=first, limit=_PAGE)
 

@@ -44,18 +44,15 @@ class Exported:
 
 
 def add_sessions(connection: Connection, rows: list[FairSessionRow]) -> None:
-    """New sessions."""
     connection.execute(insert(tables.fair_sessions), [asdict(row) for row in rows])
 
 
 def open_sessions(connection: Connection, rows: list[FairOpening]) -> None:
-    """Players' secrets are open."""
     for row in rows:
         _change(connection, row.session, client_seed=row.client_seed)
 
 
 def end_sessions(connection: Connection, rows: list[FairEnd]) -> None:
-    """Sessions are over."""
     for row in rows:
         _change(connection, row.session, end=row.end, end_signature=row.end_signature)
 
@@ -88,7 +85,6 @@ def session(connection: Connection, session_id: str) -> tuple[FairSessionRow, in
 
 
 def size(connection: Connection) -> int:
-    """How many leaves the log has."""
     highest = connection.scalar(select(func.max(tables.receipts.c.leaf)))
     return 0 if highest is None else int(highest) + 1
 

@@ -174,7 +174,6 @@ def last_number_of_inputs(connection: Connection) -> int:
 
 
 def board(connection: Connection, digest: str) -> str | None:
-    """A board's JSON."""
     found = select(tables.boards.c.json).where(tables.boards.c.digest == digest)
     text: str | None = connection.execute(found).scalar()
     return text
@@ -251,7 +250,6 @@ def session_numbers(connection: Connection, room_ids: Sequence[str] = ()) -> lis
 
 
 def session(connection: Connection, number: int) -> RoomRow:
-    """The session of this number, which is there."""
     (row,) = _rooms(connection, select(tables.rooms).where(tables.rooms.c.number == number))
     return row
 

@@ -58,7 +58,6 @@ def count(connection: Connection, results: Sequence[Row[Any]]) -> None:
 
 
 def read(connection: Connection) -> list[Total]:
-    """All that was counted."""
     order = tables.totals.c
     chosen = select(tables.totals).order_by(order.board, order.stake, order.aimed)
     return [Total(**row) for row in connection.execute(chosen).mappings()]

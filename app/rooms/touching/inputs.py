@@ -167,13 +167,11 @@ class ChangeFormat(InputFormat[TouchingCommand, InputRow]):
     replayed = ".input"
 
     def row(self, session: int, pending: PendingInput[TouchingCommand]) -> InputRow:
-        """What the ledger keeps of an input."""
         data = msgspec.json.encode(pending.command.input).decode()
         who = pending.command.who
         return InputRow(session, pending.number, pending.tick, data, who, pending.again)
 
     def entry(self, row: InputRow, result: ResultRow | None, tick: int) -> dict[str, object]:
-        """One input of a log."""
         return {"tick": row.tick, "who": row.who, "input": msgspec.json.decode(row.data)}
 
     def check(self, where: str, number: int, entry: object) -> None:

@@ -82,12 +82,10 @@ class TouchingRoom(Room):
 
     @property
     def taken(self) -> int:
-        """Inputs carried out so far, drops among them."""
         return self._taken
 
     @property
     def awake(self) -> bool:
-        """Whether anything moves, or is about to."""
         return super().awake if not self.paused else bool(self.planned) or self._steps > 0
 
     @property
@@ -96,17 +94,14 @@ class TouchingRoom(Room):
 
     @property
     def balls(self) -> list[messages.BallStart]:
-        """The drops in flight, by age."""
         return [fall.start for fall in self.table.falls.values()]
 
     @property
     def is_scene(self) -> bool:
-        """Whether it has no board to drop balls on."""
         return isinstance(self.origin, Scene)
 
     @property
     def box(self) -> Box | None:
-        """What stands where there is no board."""
         if isinstance(self.ground, Scene):
             return Box(self.world.place, self.ground.radius)
         return None
@@ -355,7 +350,6 @@ class TouchingRoom(Room):
         return board | {"scene": scene}
 
     def checkpoint(self) -> bytes:
-        """All that `restore` needs but the planned inputs."""
         return msgspec.msgpack.encode(
             _Checkpoint(
                 world=self.world.snapshot(),

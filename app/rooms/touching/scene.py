@@ -83,7 +83,6 @@ class Scene:
 
     @property
     def name(self) -> str:
-        """`sandbox` or `galton`."""
         return str(self.values["scene"])
 
     @property
@@ -97,7 +96,6 @@ class Scene:
         return hashlib.sha256(b"plinko scene" + msgspec.json.encode(self.to_dict())).hexdigest()
 
     def to_dict(self) -> dict[str, object]:
-        """JSON form, which `of` takes."""
         return dict(sorted(self.values.items()))
 
     @property
@@ -109,7 +107,6 @@ class Scene:
         return 0.5 * float(low + high)
 
     def build(self) -> Arena:
-        """The scene at its beginning."""
         values = dict(self.values)
         make = sandbox if values.pop("scene") == SANDBOX else galton
         balls, seed = values.pop("balls"), parse_seed(values.pop("seed"))
@@ -153,7 +150,6 @@ def _as_float(value: object) -> object:
 
 
 def _checked(values: JsonObject, max_balls: int) -> JsonObject:
-    """Every parameter of a scene within its range."""
     ranges = {
         "balls": BALLS, "width": SIDE, "height": SIDE, "speed": SPEED, **SETTINGS,
         **{name: BALL[name] for name in ("density", "restitution", "friction")},

@@ -60,7 +60,6 @@ class TouchingWorld:
 
     @property
     def count(self) -> int:
-        """Number of balls, at rest or not."""
         return self.arena.count
 
     @property
@@ -70,28 +69,22 @@ class TouchingWorld:
 
     @property
     def place(self) -> Place:
-        """What does not move."""
         return self.arena.place
 
     @property
     def bodies(self) -> npt.NDArray[np.void]:
-        """The balls, by id."""
         return self.arena.bodies
 
     def has(self, ball: int) -> bool:
-        """Whether there is a ball of this id."""
         return bool((self.arena.bodies["id"] == ball).any())
 
     def hold(self, ball: int, x: float, y: float) -> None:
-        """Hold a ball, or move the hand that holds it."""
         self.holds[ball] = (x, y, self.tick + round(HOLD_LAPSE * self.tick_rate))
 
     def release(self, ball: int) -> None:
-        """Let go of a ball, if it is held."""
         self.holds.pop(ball, None)
 
     def step(self) -> None:
-        """One tick on."""
         if self.holds:
             self._pull()
         self.arena.advance(1.0 / self.tick_rate)
@@ -121,7 +114,6 @@ class TouchingWorld:
         self.tick, self.arena, self.holds = other.tick, other.arena, other.holds
 
     def snapshot(self) -> bytes:
-        """All that `restore` needs."""
         holds = [(ball, x, y, lapse) for ball, (x, y, lapse) in sorted(self.holds.items())]
         return msgspec.msgpack.encode(_Saved(self.tick, self.arena.snapshot(), holds))
 

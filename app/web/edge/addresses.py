@@ -41,7 +41,6 @@ class Proxies:
             ) from None
 
     def __contains__(self, host: str) -> bool:
-        """Whether this is the address of one."""
         if not self._networks:
             return False
         try:
@@ -94,5 +93,4 @@ class Connections:
             del self._open[key]
 
     def __len__(self) -> int:
-        """How many are open, of all clients."""
         return self._count

@@ -91,7 +91,6 @@ class Connection(asyncio.BufferedProtocol):
         self._protocol.connection_made(self)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Count it no more."""
         self._looking.cancel()
         self._read.clear()
         if self._counted:
@@ -100,7 +99,6 @@ class Connection(asyncio.BufferedProtocol):
             self._protocol.connection_lost(exc)
 
     def get_buffer(self, sizehint: int) -> memoryview:
-        """Where to read to, a piece at most."""
         return self._edge.intake.buffer
 
     def buffer_updated(self, nbytes: int) -> None:
@@ -116,11 +114,9 @@ class Connection(asyncio.BufferedProtocol):
             self._protocol.eof_received()
 
     def pause_writing(self) -> None:
-        """Pass it on."""
         self._protocol.pause_writing()
 
     def resume_writing(self) -> None:
-        """Pass it on."""
         self._protocol.resume_writing()
 
     # A source of the intake.
@@ -171,17 +167,14 @@ class Connection(asyncio.BufferedProtocol):
         return self._past if name == PAST else self._transport.get_extra_info(name, default)
 
     def pause_reading(self) -> None:
-        """Take no more until `resume_reading`."""
         self._wanted = False
         self._continue()
 
     def resume_reading(self) -> None:
-        """Take more."""
         self._wanted = True
         self._continue()
 
     def set_protocol(self, protocol: Any) -> None:
-        """Have this one speak from now on."""
         self._protocol = protocol
 
     # Whoever does not read.

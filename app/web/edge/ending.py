@@ -24,7 +24,6 @@ class Ending:
         self._app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass a request on, and answer it if nobody else did."""
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return

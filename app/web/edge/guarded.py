@@ -73,14 +73,12 @@ class GuardedProtocol(HttpToolsProtocol):
     # What the parser tells.
 
     def on_message_begin(self) -> None:
-        """A request begins."""
         super().on_message_begin()
         self._in_head, self._head, self._raw, self._fields = True, 0, 0, 0
         if self._deadline is None:
             self._expect(self.edge.head_seconds, "head")
 
     def on_url(self, url: bytes) -> None:
-        """Some of its line."""
         self._head += len(url)
         super().on_url(url)
 

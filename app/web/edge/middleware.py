@@ -75,7 +75,6 @@ class HostCheck:
         self.hosts = hosts
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on, or refuse it."""
         if scope["type"] in ("http", "websocket"):
             named = Headers(scope=scope).getlist("host")
             try:
@@ -99,7 +98,6 @@ class OriginCheck:
         self.allowed = allowed
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on, or refuse it with 403."""
         if scope["type"] == "websocket" or (
             scope["type"] == "http" and scope["method"] not in _SAFE_METHODS
         ):
@@ -134,7 +132,6 @@ class ForwardedCheck:
         self._named: set[str] = set()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on."""
         if scope["type"] != "lifespan" and len(self._named) < _FORWARDERS_NAMED:
             self._check(scope)
         await self.app(scope, receive, send)
@@ -219,7 +216,6 @@ class BodyLimit:
         self.max_body = max_body
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on, or answer 413."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return

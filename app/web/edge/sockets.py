@@ -44,7 +44,6 @@ class GuardedSocket(WebSocketsSansIOProtocol):
         self._handshake = self.loop.call_later(self.edge.body_seconds, self._look)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Wait no more."""
         self._handshake.cancel()
         super().connection_lost(exc)
 

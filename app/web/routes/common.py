@@ -391,7 +391,6 @@ def documented_failures(*failures: int) -> Responses:
 def body_of(
     kind: type[msgspec.Struct], example: object, *, required: bool = True
 ) -> dict[str, object]:
-    """OpenAPI's `requestBody` of a route."""
     content = {"application/json": {"schema": _reference(kind), "example": example}}
     return {"requestBody": {"required": required, "content": content}}
 

@@ -49,7 +49,6 @@ class Release:
 
     @classmethod
     def of(cls, directory: Path) -> "Release":
-        """Those in a directory."""
         pages: dict[str, dict[str, str]] = {}
         made: dict[str, str] = {}
         languages = languages_of(directory)

@@ -101,7 +101,6 @@ class _PlainRoute(APIRoute):
     options is given takes the framework as long as the drop takes."""
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[None, None, Response]]:
-        """What answers a request."""
         with_options = super().get_route_handler()
 
         async def handle(request: Request) -> Response:

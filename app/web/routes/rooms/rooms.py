@@ -72,7 +72,6 @@ class StreamedAnswer(StreamingResponse):
     """
 
     async def stream_response(self, send: Send) -> None:
-        """Send the pieces that there are."""
         try:
             await super().stream_response(send)
         except AppError as error:
@@ -172,7 +171,6 @@ async def open_room(request: Request, server: Server, key: Key = None) -> Respon
 
 
 def _opened(server: Services, live: LiveRoom) -> Response:
-    """What the creator of a room is told of it."""
     view = msgspec.structs.asdict(_view(server, live))
     opened = RoomOpened(**view, token=server.tokens.of(live.id))
     headers = {"location": f"/api/v1/rooms/{live.id}", "cache-control": "no-store"}
@@ -233,7 +231,6 @@ def _ending(request: Request, server: Services, live: LiveRoom) -> Iterator[None
 
 
 def _again(room: str, key: str | None) -> str | None:
-    """The mark of a key with which a room is begun anew."""
     return None if key is None else again_of("anew", room, key)
 
 

@@ -10,7 +10,6 @@ depends_on = None
 
 
 def upgrade() -> None:
-    """Add a table, and leave all others alone."""
     op.create_table(
         "queues",
         sa.Column("room", sa.BigInteger(), autoincrement=False, nullable=False),
