@@ -167,7 +167,7 @@ class SharedRooms(UnsharedRooms):
     async def _close(self, room: Parked, before: float, why: str) -> None:
         await self.arriving.begin(room.id)
         try:
-            row = await self._ledger.read(store.open_session, number=room.number)
+            row = await self._ledger.read(store.open_run, number=room.number)
             if row is not None and not row.awake and row.used < before:
                 self._persistence.close(room)
                 _log.info("room closed", extra={"room": room.id, "why": why})

@@ -35,13 +35,13 @@ NONE: Final = Entries(0, b"", b"")
 
 @dataclass(frozen=True, slots=True)
 class LogPage:
-    """Which entries of the log of which session, of a room of this `mode` that is at this `tick`.
+    """Which entries of the log of which run, of a room of this `mode` that is at this `tick`.
 
     `limit` of them from `first` on; players' `marks` are null unless they are asked for.
     """
 
     mode: str
-    session: int
+    run: int
     tick: int
     first: int
     limit: int
@@ -50,7 +50,7 @@ class LogPage:
     def entries(self, connection: Connection) -> Entries:
         """What the ledger has of it; raises DamagedRoomError."""
         inputs = format_of(self.mode)
-        found = store.taken(connection, inputs.name, self.session, self.first, self.limit)
+        found = store.taken(connection, inputs.name, self.run, self.first, self.limit)
         page = [inputs.entry(row, result, self.tick) for row, result in found]
         if not self.marks:
             for entry in page:

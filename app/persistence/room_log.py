@@ -85,11 +85,11 @@ class RoomLogs:
         *,
         marks: bool,
         part: LogPart = WHOLE,
-        session: int | None = None,
+        run: int | None = None,
     ) -> AsyncIterator[bytes]:
         """The room's log as JSON in pieces, up to this moment, for a `reader` (an address).
 
-        Of the session that goes on in the room, or of the one of this number, which is over.
+        Of the run that goes on in the room, or of the one of this number, which is over.
 
         Players' `marks` are null in it unless they are asked for; its digest is of the log
         as given. It is asked for whole before the first piece is given, but for later pages of a
@@ -101,7 +101,7 @@ class RoomLogs:
             raise ReadersError(f"{MOST_OF_ONE} logs of rooms are being read by this address")
         self._readers[reader] += 1
         place = _Place(functools.partial(self._left, reader))
-        number = self._runs.of(room).number if session is None else session
+        number = self._runs.of(room).number if run is None else run
         read = functools.partial(self._page, reader)
         pages = _Pages(number, room, read, marks=marks, part=part)
         self._runs.report([])
@@ -146,7 +146,7 @@ class _Pages:
 
     def __init__(
         self,
-        session: int,
+        run: int,
         room: Room,
         read: "Callable[[LogPage], Awaitable[Entries]]",
         *,
@@ -156,7 +156,7 @@ class _Pages:
         self._marks = marks
         self._part = part
         self._read = read
-        self._session = session
+        self._run = run
         self._mode = room.mode
         self._name = room.format.name
         count = room.taken
@@ -169,7 +169,7 @@ class _Pages:
         if limit <= 0:
             return NONE
         tick = self._head["tick"]
-        return await self._read(LogPage(self._mode, self._session, tick, first, limit, self._marks))
+        return await self._read(LogPage(self._mode, self._run, tick, first, limit, self._marks))
 
     async def pieces(self, page: Entries, _place: _Place) -> AsyncIterator[bytes]:
         """All of it, from the first page on; for as long as this goes on a place is held."""

@@ -1,6 +1,6 @@
-"""The sessions of the rooms in memory: what the ledger has heard of each, and what it is told next.
+"""The runs of the rooms in memory: what the ledger has heard of each, and what it is told next.
 
-A session is one world of a room from tick 0 on; a room that is reset gets another. What has landed
+A run is one world of a room from tick 0 on; a room that is reset gets another. What has landed
 waits here until there are other news.
 """
 
@@ -47,25 +47,25 @@ class SharedNumbers:
         self._left.extend(range(first, first + _BLOCK))
 
     def next(self) -> int:
-        """A number that no session has had; raises LedgerError when none is at hand."""
+        """A number that no run has had; raises LedgerError when none is at hand."""
         if len(self._left) <= _LOW and self._filling is None:
             self._filling = asyncio.create_task(self._refill(), name="numbers")
         if not self._left:
-            raise LedgerError("no number for a session is at hand before the ledger answers")
+            raise LedgerError("no number for a run is at hand before the ledger answers")
         return self._left.popleft()
 
     async def _refill(self) -> None:
         try:
             await self.fill()
         except LedgerError as error:
-            _log.warning("no numbers for sessions: %s", error)  # the next one asks again
+            _log.warning("no numbers for runs: %s", error)  # the next one asks again
         finally:
             self._filling = None
 
 
 @dataclass(slots=True)
 class RoomRun:
-    """What is known of a room's session in the ledger. Times are Unix times."""
+    """What is known of a room's run in the ledger. Times are Unix times."""
 
     number: int
     owned: bool
@@ -103,7 +103,7 @@ class RoomRuns:
         self._results: list[Write] = []
 
     def of(self, room: Room) -> RoomRun:
-        """The record of a room's session, a new one where there is none."""
+        """The record of a room's run, a new one where there is none."""
         found = self._records.get(room.id)
         if found is None:
             now = self.now()
@@ -112,17 +112,17 @@ class RoomRuns:
         return found
 
     def find(self, room: Room, number: int) -> RoomRun | None:
-        """The record of this room if its session is still the one of this number."""
+        """The record of this room if its run is still the one of this number."""
         found = self._records.get(room.id)
         return found if found is not None and found.number == number else None
 
     def begin(self, room_id: str, record: RoomRun) -> None:
-        """The room goes on in this session."""
+        """The room goes on in this run."""
         self._records[room_id] = record
         self.note(record.number, room_id)
 
     def note(self, number: int, room_id: str) -> None:
-        """The session of this number is one of this room."""
+        """The run of this number is one of this room."""
         if self.leases is not None:
             self.leases.book.note(number, room_id)
 
@@ -131,7 +131,7 @@ class RoomRuns:
         self._records.pop(room.id, None)
 
     def number(self, room_id: str) -> int:
-        """A number that no session has had, for one of this room; raises LedgerError.
+        """A number that no run has had, for one of this room; raises LedgerError.
 
         It always has one where a single server uses the ledger.
         """
@@ -179,7 +179,7 @@ class RoomRuns:
         return Mark(record.number, tick, awake, self.now(), room.checkpoint(), room.taken)
 
     def closing(self, room: Room, settled: Settled | None = None) -> list[Write]:
-        """The end of a room's session, with the results of what fell in it."""
+        """The end of a room's run, with the results of what fell in it."""
         number = self.of(room).number
         if settled is None:
             return [Close(number, room.world.tick, self.now())]
@@ -194,7 +194,7 @@ class RoomRuns:
         return BoardRow(origin.digest, origin.name, msgspec.json.encode(origin.to_dict()).decode())
 
     def room_row(self, room: Room, record: RoomRun) -> RoomRow:
-        """A session at its beginning."""
+        """A run at its beginning."""
         return RoomRow(
             number=record.number,
             id=room.id,
@@ -210,11 +210,11 @@ class RoomRuns:
         )
 
     def rows(self, room: Room, record: RoomRun) -> list[Write]:
-        """All that the ledger needs to know of a session before its first input."""
+        """All that the ledger needs to know of a run before its first input."""
         return [self.board_row(room), self.room_row(room, record)]
 
     def rows_with(self, room: Room, record: RoomRun, taken: Sequence[Pending]) -> list[Write]:
-        """`rows` of a session that begins later than at tick 0, with inputs its room has taken."""
+        """`rows` of a run that begins later than at tick 0, with inputs its room has taken."""
         if not room.world.tick and not taken:
             return self.rows(room, record)
         record.marked = record.horizon = record.checkpoint_tick = room.world.tick

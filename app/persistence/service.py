@@ -100,7 +100,7 @@ class PersistenceService:
     async def replace(
         self, old: Room, new: Room, settled: Settled | None, key: str | None = None
     ) -> None:
-        """End a room's session and begin its next, both or neither; raises LedgerError.
+        """End a room's run and begin its next, both or neither; raises LedgerError.
 
         With the results of what fell in it, where each ball has one.
         """
@@ -121,13 +121,13 @@ class PersistenceService:
         self.runs.begin(new.id, following)
 
     async def end(self, room: Room, settled: Settled | None) -> None:
-        """Close the room's session for good, as `replace` does; raises LedgerError."""
+        """Close the room's run for good, as `replace` does; raises LedgerError."""
         self.runs.report([])
         await self.ledger.commit(*self.runs.closing(room, settled))
         self.runs.forget(room)
 
     def abandon(self, room: Room, why: str) -> None:
-        """The room failed: its session is over, and what has no result gets its stake back."""
+        """The room failed: its run is over, and what has no result gets its stake back."""
         record = self.runs.of(room)
         if record.known:
             void = Void(record.number, room.world.tick, why)
@@ -190,7 +190,7 @@ class PersistenceService:
         return _noted(record, kept, tick, first=bool(rows))
 
     def taken_back(self, room: Room, number: int) -> None:
-        """The room has taken back all that the ledger has refused of its session `number`."""
+        """The room has taken back all that the ledger has refused of its run `number`."""
         self.ledger.mend(number)
         if self.runs.find(room, number) is not None and not room.awake:
             self.slept(room)  # what was refused may have told the ledger that it is awake

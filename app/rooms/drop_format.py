@@ -36,10 +36,10 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
     )  # fmt: skip
     has_results = True
 
-    def row(self, session: int, pending: PendingInput[DropCommand]) -> DropRow:
+    def row(self, run: int, pending: PendingInput[DropCommand]) -> DropRow:
         drop = pending.command
         return DropRow(
-            session,
+            run,
             pending.number,
             pending.tick,
             drop.seed,
@@ -107,8 +107,8 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
         tag = parse_tag(*map(entry.get, TAG_FIELDS))
         return DropCommand(seed, x, stake, who, aim, practice=practice, tag=tag)
 
-    def result(self, session: int, landed: messages.Landed) -> ResultRow:
-        return ResultRow(session, landed.ball, **_result_of(landed))
+    def result(self, run: int, landed: messages.Landed) -> ResultRow:
+        return ResultRow(run, landed.ball, **_result_of(landed))
 
     def void(self, drop: OpenDrop, tick: int, why: str) -> ResultRow:
         """The end of a drop that can no longer be computed as it was promised: stake back."""

@@ -42,8 +42,8 @@ class InputFormat(ABC, Generic[Command, Row]):
     """Whether each input has a result of its own, which the ledger keeps and a log tells."""
 
     @abstractmethod
-    def row(self, session: int, pending: PendingInput[Command]) -> Row:
-        """What the ledger keeps of an input in the session of this number."""
+    def row(self, run: int, pending: PendingInput[Command]) -> Row:
+        """What the ledger keeps of an input in the run of this number."""
 
     @abstractmethod
     def entry(self, row: Row, result: ResultRow | None, tick: int) -> dict[str, object]:
@@ -57,8 +57,8 @@ class InputFormat(ABC, Generic[Command, Row]):
     def first_line(self, entry: JsonObject) -> bytes:
         """What of an entry went into the digest of a log of the first version."""
 
-    def result(self, session: int, landed: messages.Landed) -> ResultRow | None:
-        """What the ledger keeps of a landing in the session of this number, if anything."""
+    def result(self, run: int, landed: messages.Landed) -> ResultRow | None:
+        """What the ledger keeps of a landing in the run of this number, if anything."""
         return None
 
     def void(self, drop: OpenDrop, tick: int, why: str) -> ResultRow | None:

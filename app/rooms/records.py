@@ -1,4 +1,4 @@
-"""What the ledger keeps, as frozen values: a board, a session of a room, a drop, a result."""
+"""What the ledger keeps, as frozen values: a board, a run of a room, a drop, a result."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ class BoardRow:
 
 @dataclass(frozen=True, slots=True)
 class RoomRow:
-    """A session of the room `id`: one world from tick 0 on; `number` is its own, for ever.
+    """A run of the room `id`: one world from tick 0 on; `number` is its own, for ever.
 
     `tick` is one that nobody was shown a later one than. `checkpoint` is a world to start a replay
     from, after `checkpoint_drops` drops (or inputs); None means the world at tick 0. Times are
@@ -152,7 +152,7 @@ class QueueRow:
 
 @dataclass(frozen=True, slots=True)
 class Pruned:
-    """How much was deleted: sessions of rooms, their drops and inputs."""
+    """How much was deleted: runs of rooms, their drops and inputs."""
 
     rooms: int
     drops: int
@@ -173,7 +173,7 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class Close:
-    """A session is over, at `tick`."""
+    """A run is over, at `tick`."""
 
     room: int
     tick: int
@@ -182,7 +182,7 @@ class Close:
 
 @dataclass(frozen=True, slots=True)
 class Void:
-    """Every drop of a session without a result gets its stake back, at `tick`, and that is why."""
+    """Every drop of a run without a result gets its stake back, at `tick`, and that is why."""
 
     room: int
     tick: int
@@ -231,7 +231,7 @@ class FairEnd:
 class LogLeaf:
     """A receipt on its way into the log, where it gets its place: `index`, `root`, `signature`.
 
-    Drop `number` of a session is ball `ball` of the room session `room`. `leaf` are its bytes in
+    Drop `number` of a session is ball `ball` of the room run `room`. `leaf` are its bytes in
     the log, `sign` signs them with their place; both follow from `receipt`, which is JSON.
     """
 

@@ -91,7 +91,7 @@ def check(rooms: tuple[str, ...], replay: bool, as_json: bool, **flags: object) 
     with _opened(flags) as database:
         pages = check_database(database)
         with database.transaction() as connection:
-            numbers = store.session_numbers(connection, rooms)
+            numbers = store.run_numbers(connection, rooms)
         for number in numbers:
             audit.look(database, number, replay=replay)
         name = database.name

@@ -1,6 +1,6 @@
 """Is every room's record whole and true? Numbers, boards, results, payouts and checkpoints, anew.
 
-Reads a ledger that no server uses; each session by itself, so that all that is wrong is found.
+Reads a ledger that no server uses; each run by itself, so that all that is wrong is found.
 """
 
 import math
@@ -28,7 +28,7 @@ _TICKS: Final = 1 << 30  # at once: nobody waits for anything else
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """Something that is wrong with a session of a room."""
+    """Something that is wrong with a run of a room."""
 
     session: int
     room: str
@@ -39,7 +39,7 @@ class Finding:
 class Audit:
     """What was looked at, and what was found.
 
-    other_physics: sessions whose results this release cannot compute again, only their payouts.
+    other_physics: runs whose results this release cannot compute again, only their payouts.
     """
 
     sessions: int = 0
@@ -50,7 +50,7 @@ class Audit:
     findings: list[Finding] = field(default_factory=list)
 
     def look(self, database: Database, number: int, *, replay: bool) -> None:
-        """Check the session of this number; with `replay` an open room is played from tick 0 on.
+        """Check the run of this number; with `replay` an open room is played from tick 0 on.
 
         Raises SQLAlchemy's errors when a sound database cannot be read.
         """
@@ -58,7 +58,7 @@ class Audit:
         room = ""
         try:
             with database.transaction() as connection:
-                row = store.session(connection, number)
+                row = store.run(connection, number)
                 room = row.id
                 self.other_physics += row.physics_version != PHYSICS_VERSION
                 for what in _Session(self, connection, row, replay).check():
@@ -73,7 +73,7 @@ class Audit:
 
 
 class _Session:
-    """One session under check."""
+    """One run under check."""
 
     def __init__(self, audit: Audit, connection: Connection, row: RoomRow, replay: bool) -> None:
         self._audit = audit

@@ -5,7 +5,7 @@ its caller is told. `commit_queue` decides which, at one stroke for all that han
 commit fails or does not come back, what was not sent is refused, later submissions too, and the
 thread tries by itself until the database takes writes again. What was sent waits for the database's
 word; whoever waits for that outside hears UndecidedError meanwhile (`decided`). Kept writes
-(results, how far rooms have come, ends of sessions) are tried until they are there.
+(results, how far rooms have come, ends of runs) are tried until they are there.
 """
 
 import asyncio

@@ -1,4 +1,4 @@
-"""How a session ends that cannot go on: what has no result and can get none gets its stake back."""
+"""How a run ends that cannot go on: what has no result and can get none gets its stake back."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ DROPPED = "its room was taken off the ledger"
 
 @dataclass(frozen=True, slots=True)
 class Retired:
-    """A session that was ended: of which room, and what was given back."""
+    """A run that was ended: of which room, and what was given back."""
 
     session: int
     room: str
@@ -23,7 +23,7 @@ class Retired:
 
 
 def voided(connection: Connection, row: RoomRow, tick: int, why: str) -> list[ResultRow]:
-    """Results, at `tick`, for the drops of a session that have none."""
+    """Results, at `tick`, for the drops of a run that have none."""
     inputs = format_of(row.mode)
     if not inputs.has_results:
         return []
@@ -32,7 +32,7 @@ def voided(connection: Connection, row: RoomRow, tick: int, why: str) -> list[Re
 
 
 def retire(connection: Connection, room_id: str, now: float) -> Retired | None:
-    """End the session of a room as it stands, damaged or not; None when there is no such room.
+    """End the run of a room as it stands, damaged or not; None when there is no such room.
 
     `now` is in Unix time. Nothing of it is replayed and no row is deleted: what has a result keeps
     it, what has none gets its stake back.

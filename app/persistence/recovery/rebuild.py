@@ -14,7 +14,7 @@ Taken = Sequence[tuple[TakenRow, ResultRow | None]]
 
 
 class Replay:
-    """A room on its way back, from its checkpoint to the last tick that its session may have shown.
+    """A room on its way back, from its checkpoint to the last tick that its run may have shown.
 
     Inputs after the checkpoint are handed in in order, in pages of any size. What lands on the way
     is compared with the result that the ledger has, or is a result that it lacks. A room that
@@ -29,7 +29,7 @@ class Replay:
             self.room.restore(row.checkpoint)
         if self.room.taken != row.checkpoint_drops:
             raise DamagedRoomError(
-                f"the checkpoint of session {row.number} took {self.room.taken} inputs, its row "
+                f"the checkpoint of run {row.number} took {self.room.taken} inputs, its row "
                 f"says {row.checkpoint_drops}"
             )
         self.first_tick = self.room.world.tick
@@ -58,7 +58,7 @@ class Replay:
         for row, result in taken:
             if row.number != self.next_input:
                 raise DamagedRoomError(
-                    f"session {self._row.number} of the ledger lacks input {self.next_input}"
+                    f"run {self._row.number} of the ledger lacks input {self.next_input}"
                 )
             self._inputs.append(row)
             if result is not None:
@@ -72,7 +72,7 @@ class Replay:
     def run(self, ticks: int, *, to_end: bool) -> bool:
         """Go on by at most so many ticks; True when it is there.
 
-        There is the last input that was handed in, with `to_end` the session's last tick. Raises
+        There is the last input that was handed in, with `to_end` the run's last tick. Raises
         DamagedRoomError for an input that cannot have been taken at its tick, what `Room.replay`
         raises for one that cannot have been taken at all.
         """
@@ -90,7 +90,7 @@ class Replay:
         """Note the results that should have come out by now."""
         over = self._row.closed is not None
         for result in self._recorded.values():
-            # What was given up when a session ended has a result that no replay gives.
+            # What was given up when a run ended has a result that no replay gives.
             if result.tick <= self.room.world.tick and (result.digest or not over):
                 self.differences.append(f"the ledger says {result}, the replay gives none")
 
@@ -109,13 +109,13 @@ class Replay:
             if row.tick < room.world.tick:
                 raise self._misplaced(row, f"which was over at tick {room.world.tick}")
             room.replay(room.format.entry(row, None, row.tick))
-        # A drop is planned some moments ahead of what its session may have shown, never more.
+        # A drop is planned some moments ahead of what its run may have shown, never more.
         if self._inputs and self._inputs[0].tick > self._row.tick + self._row.tick_rate:
-            raise self._misplaced(self._inputs[0], f"its session came to tick {self._row.tick}")
+            raise self._misplaced(self._inputs[0], f"its run came to tick {self._row.tick}")
 
     def _misplaced(self, row: TakenRow, why: str) -> DamagedRoomError:
         return DamagedRoomError(
-            f"input {row.number} of session {row.room} is of tick {row.tick}, {why}"
+            f"input {row.number} of run {row.room} is of tick {row.tick}, {why}"
         )
 
     def _step(self) -> None:
@@ -133,7 +133,7 @@ class Replay:
 
 
 def rebuild(row: RoomRow, ground: Ground, taken: Taken, *, limits: BallLimits) -> Replay:
-    """The room of a session at its last tick, from its checkpoint and the inputs after it, at once.
+    """The room of a run at its last tick, from its checkpoint and the inputs after it, at once.
 
     Inputs before the checkpoint among `taken` lend their results to be compared with the replay's.
     """

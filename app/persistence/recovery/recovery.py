@@ -98,7 +98,7 @@ class Recovery:
         self._runs.next_number = found.next_number
         self._readable = {row.id for row in rows} if found.lost else None
         _log.error(
-            "the ledger's list of rooms is damaged: %d open ones can be read, and %d sessions not; "
+            "the ledger's list of rooms is damaged: %d open ones can be read, and %d runs not; "
             "see `plinko ledger check`", len(rows), found.lost,
         )  # fmt: skip
         moving = [Parked.of(row, row.id) for row in rows if row.awake]
@@ -159,7 +159,7 @@ class Recovery:
             await self._runs.leases.confirm(room_id)
 
     async def closed(self, room_id: str) -> tuple[int, Room] | None:
-        """The last session of a room that was closed, by number, and the room as it ended.
+        """The last run of a room that was closed, by number, and the room as it ended.
 
         None when the ledger knows none, or when its physics was another. Nothing goes on in it: it
         is there to be read. Raises LedgerError, DamagedRoomError.
@@ -193,7 +193,7 @@ class Recovery:
     async def _replayed(
         self, row: RoomRow, board: str | None, turn: Turn, *, over: bool = False
     ) -> Replay:
-        """The room at its last tick; of a session that is `over` the ledger is told nothing more.
+        """The room at its last tick; of a run that is `over` the ledger is told nothing more.
 
         Raises DamagedRoomError where the ledger says otherwise.
         """
@@ -253,7 +253,7 @@ class Recovery:
     # Rooms that cannot go on.
 
     def _outdated(self, row: RoomRow, ground_now: Ground | None) -> str | None:
-        """Why a session cannot go on in this server, or None when it can."""
+        """Why a run cannot go on in this server, or None when it can."""
         if row.physics_version != PHYSICS_VERSION:
             return f"its physics was version {row.physics_version}, now it is {PHYSICS_VERSION}"
         if row.tick_rate != self._tick_rate:
@@ -263,7 +263,7 @@ class Recovery:
         return None
 
     async def _succeed(self, row: RoomRow, board: str | None, why: str, turn: Turn) -> Room | None:
-        """End a session that cannot go on, and begin the next where the room has an owner."""
+        """End a run that cannot go on, and begin the next where the room has an owner."""
         writes = await self._end(row, board, why, turn)
         _log.warning("room starts anew: %s", why, extra={"room": row.id})
         if not row.owned:
@@ -274,12 +274,12 @@ class Recovery:
         record = self._runs.of(room)
         record.owned, record.opened, record.known = True, row.opened, True
         record.creator = row.creator
-        # In one transaction, so that the room is never without a session.
+        # In one transaction, so that the room is never without a run.
         self._runs.report([*writes, *self._runs.rows(room, record)])
         return room
 
     async def _end(self, row: RoomRow, board: str | None, why: str, turn: Turn) -> list[Write]:
-        """What ends a session: what is in flight lands first; what cannot, gets its stake back."""
+        """What ends a run: what is in flight lands first; what cannot, gets its stake back."""
         tick = row.tick
         if format_of(row.mode).has_results and row.awake and row.physics_version == PHYSICS_VERSION:
             replay = await self._replayed(row, board, turn)

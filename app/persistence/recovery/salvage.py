@@ -17,14 +17,14 @@ from app.rooms.records import RoomRow
 T = TypeVar("T")
 
 _UNREADABLE: Final = 1_000_000
-"""By how much sessions are numbered on from the highest that can be read, where some cannot."""
+"""By how much runs are numbered on from the highest that can be read, where some cannot."""
 
 
 @dataclass(frozen=True, slots=True)
 class Salvaged:
-    """What is left of a damaged list of rooms: open sessions, the longest unused first.
+    """What is left of a damaged list of rooms: open runs, the longest unused first.
 
-    `lost` sessions cannot be read, open or closed; new ones are numbered from `next_number` on.
+    `lost` runs cannot be read, open or closed; new ones are numbered from `next_number` on.
     """
 
     rows: list[RoomRow]
@@ -41,7 +41,7 @@ async def read_sound(ledger: Ledger | NullLedger, read: Callable[..., T], **valu
 
 
 async def salvage(ledger: Ledger | NullLedger) -> Salvaged:
-    """Every open session that can be read by itself; raises LedgerError."""
+    """Every open run that can be read by itself; raises LedgerError."""
     highest = 0
     for read in (store.last_number, store.last_number_of_drops, store.last_number_of_inputs):
         with contextlib.suppress(DamagedRoomError):
@@ -50,7 +50,7 @@ async def salvage(ledger: Ledger | NullLedger) -> Salvaged:
     lost = 0
     for number in range(1, highest + 1):
         try:
-            row = await read_sound(ledger, store.open_session, number=number)
+            row = await read_sound(ledger, store.open_run, number=number)
         except DamagedRoomError:
             lost += 1
         else:

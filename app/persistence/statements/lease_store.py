@@ -18,7 +18,7 @@ _AT_ONCE: Final = 400  # rooms of one SELECT, below what SQLite takes
 _LOCK_PATIENCE: Final = 100  # ms for which a take may wait for the former holder's transaction
 _LOCK_NOT_AVAILABLE: Final = "55P03"  # PostgreSQL's error code
 
-_SESSIONS: Final = "sessions"  # the counter of sessions' numbers
+_RUNS: Final = "sessions"  # the counter of runs' numbers
 _LOG: Final = "log"  # a row by which servers add to the log of receipts one after another
 
 
@@ -114,11 +114,11 @@ def listing(connection: Connection) -> list[LeaseRow]:
 
 
 def reserve(connection: Connection, count: int) -> int:
-    """The first of `count` numbers of sessions that no server has had."""
+    """The first of `count` numbers of runs that no server has had."""
     highest = connection.scalar(select(func.max(tables.rooms.c.number))) or 0
-    following = max(_counted(connection, _SESSIONS), int(highest) + 1)
+    following = max(_counted(connection, _RUNS), int(highest) + 1)
     row = tables.counters
-    changed = update(row).where(row.c.name == _SESSIONS).values(next=following + count)
+    changed = update(row).where(row.c.name == _RUNS).values(next=following + count)
     connection.execute(changed)
     return following
 

@@ -11,7 +11,7 @@ from app.persistence.statements import tables
 
 @dataclass(frozen=True, slots=True)
 class Play:
-    """A drop with all that is kept of it; `place` is its room session and its number there.
+    """A drop with all that is kept of it; `place` is its room run and its number there.
 
     seed is decimal; x and aim in m, where the player chose one; stake and payout in minor units.
     time: when its session's receipt was signed, Unix time in ms. What follows `digest` is None
@@ -47,7 +47,7 @@ def plays(
 ) -> list[Play]:
     """Drops with this mark, or of this run of a room, from the one on that comes before this place.
 
-    The last first: sessions of rooms in the order in which they began, in each its drops in theirs.
+    The last first: runs of rooms in the order in which they began, in each its drops in theirs.
     """
     drop, room, board = tables.drops.c, tables.rooms.c, tables.boards.c
     result, receipt = tables.results.c, tables.receipts.c

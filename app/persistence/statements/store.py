@@ -22,7 +22,7 @@ from app.rooms.records import (
 
 
 def prune(connection: Connection, before: float, *, keep: bool = False) -> Pruned:
-    """Delete the sessions that were closed before this Unix time, in s, and all that was in them.
+    """Delete the runs that were closed before this Unix time, in s, and all that was in them.
 
     But for those with drops of players' sessions: an export has them. With `keep` nothing is
     deleted, only counted.
@@ -51,12 +51,12 @@ def prune(connection: Connection, before: float, *, keep: bool = False) -> Prune
     if not keep:  # no server runs, so that nobody has a room that is not there any more
         gone = tables.leases.c.room.not_in(select(rooms.c.id))
         connection.execute(delete(tables.leases).where(gone))
-    _, _, drops, _, inputs, sessions = counts
-    return Pruned(sessions, drops, inputs)
+    _, _, drops, _, inputs, runs = counts
+    return Pruned(runs, drops, inputs)
 
 
 def public_rooms(connection: Connection) -> list[RoomRow]:
-    """The open sessions of rooms that belong to nobody."""
+    """The open runs of rooms that belong to nobody."""
     chosen = select(tables.rooms).where(
         tables.rooms.c.owned.is_(False), tables.rooms.c.closed.is_(None)
     )
@@ -64,7 +64,7 @@ def public_rooms(connection: Connection) -> list[RoomRow]:
 
 
 def open_room(connection: Connection, room_id: str) -> RoomRow | None:
-    """The session that goes on in the room `room_id`, if it was not closed."""
+    """The run that goes on in the room `room_id`, if it was not closed."""
     found = _rooms(
         connection,
         select(tables.rooms).where(tables.rooms.c.id == room_id, tables.rooms.c.closed.is_(None)),
@@ -81,7 +81,7 @@ def begun_by(connection: Connection, key: str) -> str | None:
 
 
 def closed_room(connection: Connection, room_id: str) -> RoomRow | None:
-    """The last session of the room `room_id` that was closed."""
+    """The last run of the room `room_id` that was closed."""
     chosen = select(tables.rooms).where(
         tables.rooms.c.id == room_id, tables.rooms.c.closed.is_not(None)
     )
@@ -90,17 +90,17 @@ def closed_room(connection: Connection, room_id: str) -> RoomRow | None:
 
 
 def parked_rooms(connection: Connection) -> list[Parked]:
-    """The open, sleeping sessions of rooms with owners, the longest unused first."""
+    """The open, sleeping runs of rooms with owners, the longest unused first."""
     return _parked(connection, awake=False, owned=True)
 
 
 def awake_rooms(connection: Connection) -> list[Parked]:
-    """The sessions in which something moved when last heard of, the longest unused first."""
+    """The runs in which something moved when last heard of, the longest unused first."""
     return _parked(connection, awake=True)
 
 
 def directory(connection: Connection) -> list[Listed]:
-    """All open sessions: those in which nothing moves, then the others."""
+    """All open runs: those in which nothing moves, then the others."""
     return [
         Listed(Parked(*row), awake)
         for awake in (False, True)
@@ -151,12 +151,12 @@ def count_owned(connection: Connection, creator: str | None = None) -> int:
 
 
 def last_number(connection: Connection) -> int:
-    """The highest number that a session ever got, or 0."""
+    """The highest number that a run ever got, or 0."""
     return int(connection.scalar(select(func.max(tables.rooms.c.number))) or 0)
 
 
-def open_session(connection: Connection, number: int) -> RoomRow | None:
-    """The session of this number, if there is one that was not closed."""
+def open_run(connection: Connection, number: int) -> RoomRow | None:
+    """The run of this number, if there is one that was not closed."""
     room = tables.rooms.c
     chosen = select(tables.rooms).where(room.number == number, room.closed.is_(None))
     found = _rooms(connection, chosen)
@@ -164,12 +164,12 @@ def open_session(connection: Connection, number: int) -> RoomRow | None:
 
 
 def last_number_of_drops(connection: Connection) -> int:
-    """The highest number of a session that has drops, or 0."""
+    """The highest number of a run that has drops, or 0."""
     return int(connection.scalar(select(func.max(tables.drops.c.room))) or 0)
 
 
 def last_number_of_inputs(connection: Connection) -> int:
-    """The highest number of a session that has inputs, or 0."""
+    """The highest number of a run that has inputs, or 0."""
     return int(connection.scalar(select(func.max(tables.inputs.c.room))) or 0)
 
 
@@ -182,7 +182,7 @@ def board(connection: Connection, digest: str) -> str | None:
 def drops(
     connection: Connection, room: int, first: int, limit: int | None = None
 ) -> list[tuple[DropRow, ResultRow | None]]:
-    """Drops of a session from ball number `first` on, in order, each with its result if it ended.
+    """Drops of a run from ball number `first` on, in order, each with its result if it ended.
 
     Raises DamagedRoomError when a number is missing, or a seed is none.
     """
@@ -202,7 +202,7 @@ def drops(
     found = [(_drop(*row[:fields]), result_of(row[fields:])) for row in rows]
     for number, (row, _) in enumerate(found, first):
         if row.ball != number:
-            raise DamagedRoomError(f"session {room} of the ledger lacks drop {number}")
+            raise DamagedRoomError(f"run {room} of the ledger lacks drop {number}")
     return found
 
 
@@ -233,7 +233,7 @@ def keyed(
 
 
 def results(connection: Connection, room: int, first: int, after: int) -> list[ResultRow]:
-    """Results of a session's drops from ball number `first` on that ended after tick `after`."""
+    """Results of a run's drops from ball number `first` on that ended after tick `after`."""
     result = tables.results.c
     chosen = select(tables.results).where(
         result.room == room, result.ball >= first, result.tick > after
@@ -241,21 +241,21 @@ def results(connection: Connection, room: int, first: int, after: int) -> list[R
     return [ResultRow(**row) for row in connection.execute(chosen).mappings()]
 
 
-def session_numbers(connection: Connection, room_ids: Sequence[str] = ()) -> list[int]:
-    """All sessions there ever were, or those of these rooms, in order."""
+def run_numbers(connection: Connection, room_ids: Sequence[str] = ()) -> list[int]:
+    """All runs there ever were, or those of these rooms, in order."""
     number, chosen = tables.rooms.c.number, select(tables.rooms.c.number)
     if room_ids:
         chosen = chosen.where(tables.rooms.c.id.in_(room_ids))
     return list(connection.execute(chosen.order_by(number)).scalars())
 
 
-def session(connection: Connection, number: int) -> RoomRow:
+def run(connection: Connection, number: int) -> RoomRow:
     (row,) = _rooms(connection, select(tables.rooms).where(tables.rooms.c.number == number))
     return row
 
 
 def unended_drops(connection: Connection, room: int) -> list[OpenDrop]:
-    """The drops of a session that have no result, in order."""
+    """The drops of a run that have no result, in order."""
     drop, result = tables.drops.c, tables.results.c
     joined = tables.drops.outerjoin(
         tables.results, (drop.room == result.room) & (drop.ball == result.ball)
@@ -272,7 +272,7 @@ def unended_drops(connection: Connection, room: int) -> list[OpenDrop]:
 def inputs(
     connection: Connection, room: int, first: int, limit: int | None = None
 ) -> list[InputRow]:
-    """Inputs of a session from `first` on, in order; raises DamagedRoomError for a gap."""
+    """Inputs of a run from `first` on, in order; raises DamagedRoomError for a gap."""
     row = tables.inputs.c
     chosen = (
         select(tables.inputs)
@@ -283,14 +283,14 @@ def inputs(
     found = [InputRow(**each) for each in connection.execute(chosen).mappings()]
     for number, each in enumerate(found, first):
         if each.number != number:
-            raise DamagedRoomError(f"session {room} of the ledger lacks input {number}")
+            raise DamagedRoomError(f"run {room} of the ledger lacks input {number}")
     return found
 
 
 def taken(
     connection: Connection, name: str, room: int, first: int, limit: int | None = None
 ) -> list[tuple[TakenRow, ResultRow | None]]:
-    """The `drops` or `inputs` of a session, whichever `name` says, each with its result if any."""
+    """The `drops` or `inputs` of a run, whichever `name` says, each with its result if any."""
     if name == tables.drops.name:
         return [*drops(connection, room, first, limit)]
     return [(row, None) for row in inputs(connection, room, first, limit)]
@@ -302,9 +302,7 @@ def _rooms(connection: Connection, chosen: Select[Any]) -> list[RoomRow]:
 
 def _drop(room: int, ball: int, tick: int, seed: str, *rest: Any) -> DropRow:
     if not seed.isdecimal():
-        raise DamagedRoomError(
-            f"drop {ball} of session {room} has the seed {shorten(seed)}, no number"
-        )
+        raise DamagedRoomError(f"drop {ball} of run {room} has the seed {shorten(seed)}, no number")
     return DropRow(room, ball, tick, int(seed), *rest)
 
 

@@ -49,7 +49,7 @@ boards = Table(
     Column("json", Text, nullable=False),
 )
 
-# One row for each session of a room: `id` is what the world calls it, and it gets a new row when
+# One row for each run of a room: `id` is what the world calls it, and it gets a new row when
 # it is reset or given another board, so that a row's log is that of one world from tick 0 on.
 rooms = Table(
     "rooms",

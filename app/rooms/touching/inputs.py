@@ -166,10 +166,10 @@ class ChangeFormat(InputFormat[TouchingCommand, InputRow]):
     optional = ("kind", "room", "board", "scene")
     replayed = ".input"
 
-    def row(self, session: int, pending: PendingInput[TouchingCommand]) -> InputRow:
+    def row(self, run: int, pending: PendingInput[TouchingCommand]) -> InputRow:
         data = msgspec.json.encode(pending.command.input).decode()
         who = pending.command.who
-        return InputRow(session, pending.number, pending.tick, data, who, pending.again)
+        return InputRow(run, pending.number, pending.tick, data, who, pending.again)
 
     def entry(self, row: InputRow, result: ResultRow | None, tick: int) -> dict[str, object]:
         return {"tick": row.tick, "who": row.who, "input": msgspec.json.decode(row.data)}

@@ -156,7 +156,7 @@ async def test_what_is_of_other_rooms_is_written_all_the_same(address: str) -> N
         await older.ledger.read(lambda connection: None)
         assert {name for name, error in told if error is None} == {"3-0", "3-1"}
         assert [name for name, error in told if isinstance(error, LeaseLostError)] == ["1-1"]
-        read = [functools.partial(store.session, number=number) for number in (1, 3)]
+        read = [functools.partial(store.run, number=number) for number in (1, 3)]
         assert [(await older.ledger.read(each)).tick for each in read] == [0, 50]
 
 

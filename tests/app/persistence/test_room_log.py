@@ -33,7 +33,7 @@ class Disk:
         self.reading = self.most = 0
         self.broken = False
         self.pages: list[int] = []
-        self.sessions: list[int] = []  # of these pages
+        self.runs: list[int] = []  # of these pages
 
     async def read(self, entries: Any) -> Entries:
         if self.broken:
@@ -45,7 +45,7 @@ class Disk:
         self.reading -= 1
         page: LogPage = entries.__self__
         self.pages.append(page.limit)
-        self.sessions.append(page.session)
+        self.runs.append(page.run)
         found = [ENTRY] * page.limit
         return Entries(page.limit, msgspec.json.encode(found)[1:-1], lines(found))
 
@@ -95,17 +95,17 @@ async def test_of_many_readers_one_reads_at_a_time() -> None:
 async def test_an_address_that_reads_several_logs_does_not_multiply_the_wait_of_another() -> None:
     logs, room, disk = opened(2_000)
 
-    async def read(reader: str, session: int) -> None:
-        async for _ in await logs.read(room, reader, marks=False, session=session):
+    async def read(reader: str, run: int) -> None:
+        async for _ in await logs.read(room, reader, marks=False, run=run):
             pass
 
     several = [asyncio.create_task(read("several", 1)) for _ in range(MOST_OF_ONE)]
     await read("one", 2)
-    assert disk.sessions.count(2) == 8
+    assert disk.runs.count(2) == 8
     # A turn passes before the other asks for its next page: two of these for one of its own.
-    assert disk.sessions.count(1) <= 2 * 8
+    assert disk.runs.count(1) <= 2 * 8
     await asyncio.gather(*several)
-    assert disk.sessions.count(1) == 8 * MOST_OF_ONE
+    assert disk.runs.count(1) == 8 * MOST_OF_ONE
 
 
 async def test_one_address_reads_a_few_logs_and_all_together_not_too_many() -> None:

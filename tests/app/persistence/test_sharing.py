@@ -64,7 +64,7 @@ def sound(address: str) -> Audit:
     audit, database = Audit(), Database(address)
     database.open()
     with database.transaction() as connection:
-        numbers = store.session_numbers(connection)
+        numbers = store.run_numbers(connection)
     for number in numbers:
         audit.look(database, number, replay=True)
     database.close()
@@ -464,7 +464,7 @@ def test_tables_are_made_however_long_that_takes_on_a_busy_machine(
 async def test_sessions_have_numbers_of_their_own_at_every_server(address: str) -> None:
     async with two(address) as (a, b):
         rooms = [await life.rooms.create(BOARD) for life in (a, b) * 5]
-        numbers = await a.ledger.read(store.session_numbers)
+        numbers = await a.ledger.read(store.run_numbers)
         assert len(set(numbers)) == len(numbers) == len(rooms)
 
 

@@ -274,7 +274,7 @@ async def get_room_log(
     if is_current(request, etag):
         return Response(status_code=304, headers=headers)
     number = int(session.partition("-")[0])
-    reading = server.logs.read(found, address_of(request), marks=marks, part=part, session=number)
+    reading = server.logs.read(found, address_of(request), marks=marks, part=part, run=number)
     body = await attended(request, reading)
     if limit is not None and first + limit < found.taken:
         headers |= next_page(request, first=first + limit)

@@ -137,7 +137,7 @@ def _hold_ledger(siege: Siege, what: str) -> None:
     database.open()
     assert not check_database(database)
     with database.transaction() as connection:
-        numbers = store.session_numbers(connection, tuple(siege.rooms))
+        numbers = store.run_numbers(connection, tuple(siege.rooms))
     for number in numbers:
         audit.look(database, number, replay=False)
     database.close()

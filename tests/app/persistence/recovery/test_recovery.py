@@ -338,7 +338,7 @@ async def test_a_damaged_list_of_rooms_stops_no_start(
                 with pytest.raises(DamagedRoomError, match="list of rooms is damaged"):
                     await life.rooms.seek(room)
             await life.leave()
-    assert "0 open ones can be read, and 2 sessions not" in caplog.text
+    assert "0 open ones can be read, and 2 runs not" in caplog.text
 
 
 async def test_of_a_damaged_list_of_rooms_what_can_be_read_goes_on(
@@ -403,7 +403,7 @@ async def test_drops_of_a_room_that_failed_get_their_stake_back(
         logs = RoomLogs(life.rooms.persistence.runs)
         found = await life.rooms.persistence.recovery.closed(room.id)
         assert found is not None
-        pieces = await logs.read(found[1], "", marks=True, session=found[0])
+        pieces = await logs.read(found[1], "", marks=True, run=found[0])
         log = json.loads(b"".join([piece async for piece in pieces]))
         assert [each["result"]["payout"] for each in log["drops"]][1:] == [2, 3]
         assert verify_log(log).ok
