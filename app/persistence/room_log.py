@@ -79,13 +79,7 @@ class RoomLogs:
         return self._readers.total()
 
     async def read(
-        self,
-        room: Room,
-        reader: str,
-        *,
-        marks: bool,
-        part: LogPart = WHOLE,
-        run: int | None = None,
+        self, room: Room, reader: str, *, marks: bool, part: LogPart = WHOLE, run: int | None = None
     ) -> AsyncIterator[bytes]:
         """The room's log as JSON in pieces, up to this moment, for a `reader` (an address).
 

@@ -108,13 +108,7 @@ class PersistenceService:
         now = self.now()
         number = self.runs.number(old.id)
         following = RoomRun(
-            number,
-            record.owned,
-            record.opened,
-            now,
-            known=True,
-            creator=record.creator,
-            key=key,
+            number, record.owned, record.opened, now, known=True, creator=record.creator, key=key
         )
         self.runs.report([])
         await self.ledger.commit(*self.runs.closing(old, settled), *self.runs.rows(new, following))

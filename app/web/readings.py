@@ -10,10 +10,7 @@ from engine import PHYSICS_VERSION
 
 def readings(server: Services) -> Iterator[Reading]:
     """Every value that is read rather than counted along the way."""
-    info = {
-        "version": server.version,
-        "physics_version": str(PHYSICS_VERSION),
-    }
+    info = {"version": server.version, "physics_version": str(PHYSICS_VERSION)}
     yield "plinko_info", "What runs here.", 1, info
     unchanged = server.self_check.sound
     yield "plinko_program_unchanged", "0 once its files differ from the start's.", unchanged, {}

@@ -14,14 +14,7 @@ from sqlalchemy import Connection, func, insert, select, tuple_, update
 from app.persistence.statements import tables
 from app.persistence.statements.store import result_of
 from app.rooms.canonical import canonical
-from app.rooms.records import (
-    FairEnd,
-    FairOpening,
-    FairSessionRow,
-    LogLeaf,
-    ReceiptRow,
-    ResultRow,
-)
+from app.rooms.records import FairEnd, FairOpening, FairSessionRow, LogLeaf, ReceiptRow, ResultRow
 from engine import merkle
 
 _AT_ONCE: Final = 400  # nodes of one SELECT, below what SQLite takes

@@ -12,13 +12,7 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from websockets.exceptions import HeaderLineTooLong, RequestLineTooLong
 from websockets.frames import Frame, Opcode
 
-from app.errors import (
-    BusyError,
-    HeadError,
-    HeadTooLargeError,
-    MessageFloodError,
-    answer,
-)
+from app.errors import BusyError, HeadError, HeadTooLargeError, MessageFloodError, answer
 from app.web.edge.connection import Edge, refusal
 from app.web.limits import TokenBucket
 

@@ -37,10 +37,7 @@ SwaggerUIBundle({
 });
 """
 
-_PARTS: Final = {
-    "swagger-ui.css": "text/css",
-    "swagger-ui-bundle.js": "text/javascript",
-}
+_PARTS: Final = {"swagger-ui.css": "text/css", "swagger-ui-bundle.js": "text/javascript"}
 """Files of the package `fastapi-swagger`, of which nothing else is used."""
 
 _HEADERS: Final = {"cache-control": "public, max-age=86400"}

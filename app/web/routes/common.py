@@ -110,11 +110,7 @@ def _check_media_type(given: str | None) -> None:
 
 
 async def compute(
-    request: Request,
-    price: Price,
-    task: Callable[[*Ts], T],
-    *values: *Ts,
-    quick: bool = False,
+    request: Request, price: Price, task: Callable[[*Ts], T], *values: *Ts, quick: bool = False
 ) -> T:
     """What `task(*values)` returns, done in a worker and charged to the client's address.
 

@@ -30,8 +30,7 @@ Friction = Annotated[
 ]
 Distance = Annotated[float, Meta(ge=0.0, le=_MOST, description="In metres.")]
 Size = Annotated[
-    float,
-    Meta(ge=values.MIN_RADIUS, le=2 * _MOST, description="Of the picture, in metres."),
+    float, Meta(ge=values.MIN_RADIUS, le=2 * _MOST, description="Of the picture, in metres.")
 ]
 
 Multiplier = Annotated[float, Meta(ge=0.0, le=values.MAX_MULTIPLIER)]
@@ -149,7 +148,7 @@ class BoardForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         Annotated[list[WallForm], Meta(max_length=values.MAX_WALLS)] | UnsetType,
         Meta(
             description="If left out, the outer edges of the bins are walls from above the start "
-            "down; an empty list is a board without.",
+            "down; an empty list is a board without."
         ),
     ] = UNSET
     wall_material: MaterialForm = msgspec.field(default_factory=MaterialForm)

@@ -128,8 +128,7 @@ class MapTile(msgspec.Struct, frozen=True):
     level: Annotated[int, Meta(description="Zooms by ten.")]
     first: Annotated[int, Meta(description="The strip's pixel that comes first here.")]
     bins: Annotated[
-        list[int],
-        Meta(description="From left to right; -1 stays, -2 undecided, -3 no start."),
+        list[int], Meta(description="From left to right; -1 stays, -2 undecided, -3 no start.")
     ]
     proofs: int
     whole: Annotated[

@@ -122,8 +122,7 @@ class RoomView(msgspec.Struct, frozen=True):
     balls: Annotated[list[BallStart], Meta(description="The drops in flight.")]
     stats: Stats
     scene: Annotated[
-        JsonObject | None,
-        Meta(description="As it was opened; null for a room with a board."),
+        JsonObject | None, Meta(description="As it was opened; null for a room with a board.")
     ]
 
 
@@ -228,10 +227,7 @@ class RoomDropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         Meta(
             description="Whole minor units; `landed` has the payout. Needs a `session`.",
             extra_json_schema={
-                "anyOf": [
-                    {"type": "integer", "minimum": 0, "maximum": MAX_STAKE},
-                    {"type": "null"},
-                ]
+                "anyOf": [{"type": "integer", "minimum": 0, "maximum": MAX_STAKE}, {"type": "null"}]
             },
         ),
     ] = None

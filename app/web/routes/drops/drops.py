@@ -141,9 +141,7 @@ async def verify_record(request: Request, server: Server) -> Response:
     if is_log(record):
         return reply(await compute(request, prices.verification(), tasks.log_verdict, record))
     check_step(
-        record.get("solver"),
-        record.get("dt", DEFAULT_DT),
-        record.get("substeps", DEFAULT_SUBSTEPS),
+        record.get("solver"), record.get("dt", DEFAULT_DT), record.get("substeps", DEFAULT_SUBSTEPS)
     )
     return reply(await compute(request, prices.verification(), tasks.verdict, record))
 

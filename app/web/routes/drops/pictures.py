@@ -110,14 +110,7 @@ def add_routes(
             response_class=Response,
             name=f"{name}_{fmt}",
             responses=documented(
-                None,
-                304,
-                404,
-                422,
-                503,
-                *failures,
-                description=description,
-                media_type=media_type,
+                None, 304, 404, 422, 503, *failures, description=description, media_type=media_type
             ),
         )
 

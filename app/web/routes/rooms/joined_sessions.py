@@ -3,12 +3,7 @@
 from app.errors import InvalidValueError, UnknownSessionError, shorten
 from app.live.sessions.fair_session import FairSession
 from app.protocol import messages
-from app.protocol.client_messages import (
-    EndMessage,
-    OpenMessage,
-    SessionMessage,
-    SessionRequest,
-)
+from app.protocol.client_messages import EndMessage, OpenMessage, SessionMessage, SessionRequest
 from app.rooms.room import Room
 from app.web.services import Services
 

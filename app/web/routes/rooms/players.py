@@ -77,11 +77,7 @@ _ANSWERS = documented(PlayList, 404, 422, 429, 503)
 _ANSWERS[200]["content"][CSV] = {"schema": {"type": "string"}}
 
 
-@router.get(
-    "/players/{key}/plays",
-    summary="Recall a player's plays",
-    responses=_ANSWERS,
-)
+@router.get("/players/{key}/plays", summary="Recall a player's plays", responses=_ANSWERS)
 async def list_plays(
     key: str,
     request: Request,
@@ -100,11 +96,7 @@ async def list_plays(
     return await _page(request, server, str(parse_who(key)), before, limit, format)
 
 
-@router.get(
-    "/rooms/{room}/plays",
-    summary="Recall a room's plays",
-    responses=_ANSWERS,
-)
+@router.get("/rooms/{room}/plays", summary="Recall a room's plays", responses=_ANSWERS)
 async def list_room_plays(
     room: str,
     request: Request,

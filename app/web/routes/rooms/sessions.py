@@ -17,10 +17,7 @@ from engine.json_text import Json, JsonObject
 
 _HEX = {"type": "string", "pattern": "^[0-9a-fA-F]{64}$"}
 
-Key = Annotated[
-    str,
-    Meta(description="The server's public key (Ed25519), 64 hexadecimal digits."),
-]
+Key = Annotated[str, Meta(description="The server's public key (Ed25519), 64 hexadecimal digits.")]
 Signature = Annotated[
     str,
     Meta(
@@ -47,8 +44,7 @@ class SessionOpening(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Open the secret that was committed to."""
 
     seed: Annotated[
-        Json,
-        Meta(description="Your secret, 64 hexadecimal digits.", extra_json_schema=_HEX),
+        Json, Meta(description="Your secret, 64 hexadecimal digits.", extra_json_schema=_HEX)
     ]
 
 
@@ -132,9 +128,7 @@ async def begin_session(request: Request, server: Server) -> Response:
 
 
 @router.get(
-    "/sessions/{session}",
-    summary="Look at a session",
-    responses=documented(SessionView, 404, 503),
+    "/sessions/{session}", summary="Look at a session", responses=documented(SessionView, 404, 503)
 )
 async def get_session(session: str, server: Server) -> Response:
     """What was committed to, and how many drops there were."""

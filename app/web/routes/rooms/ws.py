@@ -40,14 +40,7 @@ from app.protocol.visitors import NO_TAG, AppearMessage, Tag, parse_colour, pars
 from app.protocol.wire import WireMessage
 from app.rooms.pending import again_of
 from app.web.drops import drop_command
-from app.web.limits import (
-    LINGER,
-    READING_GRACE,
-    UNREAD_BYTES,
-    UNREAD_EVENTS,
-    TokenBucket,
-    spend,
-)
+from app.web.limits import LINGER, READING_GRACE, UNREAD_BYTES, UNREAD_EVENTS, TokenBucket, spend
 from app.web.routes.common import Server
 from app.web.routes.queries import check_queries
 from app.web.routes.rooms.joined_sessions import JoinedSessions
