@@ -10,6 +10,7 @@ from typing import Annotated, Any, TypeVar, TypeVarTuple
 import msgspec
 from fastapi import Depends, Request, Response
 from starlette.requests import HTTPConnection
+from starlette.types import Receive
 
 from app.computing import prices, tasks
 from app.computing.pool import DEADLINE
@@ -183,7 +184,7 @@ async def attended(request: Request, work: Coroutine[None, None, T]) -> T:
 
     For a request whose body has been read, or that has none.
     """
-    doing, leaving = asyncio.create_task(work), asyncio.create_task(_left(request))
+    doing, leaving = asyncio.create_task(work), asyncio.create_task(left(request.receive))
     try:
         await asyncio.wait((doing, leaving), return_when=asyncio.FIRST_COMPLETED)
         if not doing.done():
@@ -195,9 +196,9 @@ async def attended(request: Request, work: Coroutine[None, None, T]) -> T:
         await asyncio.gather(doing, leaving, return_exceptions=True)
 
 
-async def _left(request: Request) -> None:
+async def left(receive: Receive) -> None:
     """Return when the client is gone."""
-    while (await request.receive())["type"] != "http.disconnect":
+    while (await receive())["type"] != "http.disconnect":
         pass
 
 

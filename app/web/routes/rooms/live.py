@@ -11,7 +11,7 @@ from app.computing import prices
 from app.pictures.cache import look
 from app.pictures.film import BOUNDARY, PART_HEAD, Camera, Cameras, Shot
 from app.pictures.frame import draw, moment_of, pixels_of, still_of
-from app.web.routes.common import Server, address_of, attended, documented, is_current
+from app.web.routes.common import Server, address_of, attended, documented, is_current, left
 from app.web.routes.drops.pictures import STILLS, ThemeName, Width, add_routes, drawn_by_worker
 from app.web.routes.queries import Whole
 
@@ -99,7 +99,7 @@ class _Stream(Response):
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Send frames, each as soon as the one before has found room."""
-        tasks = [asyncio.create_task(self._send(send)), asyncio.create_task(_left(receive))]
+        tasks = [asyncio.create_task(self._send(send)), asyncio.create_task(left(receive))]
         try:
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         finally:
@@ -121,9 +121,3 @@ class _Stream(Response):
             if not part:
                 await send({"type": "http.response.body", "body": b"", "more_body": False})
                 return
-
-
-async def _left(receive: Receive) -> None:
-    """Return when the viewer is gone."""
-    while (await receive())["type"] != "http.disconnect":
-        pass
