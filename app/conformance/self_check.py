@@ -5,9 +5,10 @@ import logging
 import time
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 from app.conformance.inventory import Digests
+from engine.json_text import Json
 
 DAY: Final = 86400.0  # s
 _FRESH: Final = 1.0  # s for which who asks gets what the last one got: reading takes work
@@ -28,7 +29,7 @@ class Finding:
         """Whether nothing has changed since the start."""
         return self.found == self.started_with
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Json]:
         """The JSON form."""
         return {
             **self.found.to_dict(),

@@ -3,10 +3,11 @@
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 from app.errors import InvalidValueError
 from app.settings import static_directory
+from engine.json_text import JsonObject
 
 SCHEMES: Final = ("light", "dark")
 _PART: Final = " · "  # between the parts of a board's name, and of a theme's
@@ -34,9 +35,9 @@ class Theme:
 
     colours: Mapping[str, Colour]
     payouts: tuple[Payout, ...]
-    shapes: Mapping[str, Any]
+    shapes: JsonObject
     ground: str
-    grounds: Mapping[str, Any]
+    grounds: JsonObject
 
     def __getitem__(self, name: str) -> Colour:
         return self.colours[name]
@@ -55,7 +56,7 @@ def parse(text: str) -> Colour:
     return int(digits[0:2], 16), int(digits[2:4], 16), int(digits[4:6], 16)
 
 
-def _theme(data: Mapping[str, Any], name: str, place: Mapping[str, Any] | None = None) -> Theme:
+def _theme(data: JsonObject, name: str, place: JsonObject | None = None) -> Theme:
     payouts = tuple(
         Payout(step["from"], parse(step["fill"]), parse(step["ink"])) for step in data["payout"]
     )

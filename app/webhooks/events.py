@@ -4,12 +4,12 @@ import base64
 import hashlib
 import hmac
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Final
 
 import msgspec
 
 from app.persistence.statements.webhook_store import LANDED, Labels
-from engine.json_text import JsonObject
+from engine.json_text import Json, JsonObject
 
 _ALWAYS: Final = ("tick", "seed", "x", "stake")
 _OPTIONAL: Final = ("aim", "who", "name", "colour")
@@ -24,7 +24,7 @@ def event_of(row: JsonObject, labels: Labels) -> dict[str, object]:
     room's id and `run` numbers its present life.
     """
     landed = row["event"] == LANDED
-    told: dict[str, Any] = {
+    told: dict[str, Json] = {
         "id": f"{row['room']}.{row['ball']}.{row['event']}",
         "type": row["event"],
         "room": row["room_id"],

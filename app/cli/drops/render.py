@@ -4,11 +4,12 @@ import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from app.cli import common
+from engine.json_text import Json
 
 if TYPE_CHECKING:
     from click._termui_impl import ProgressBar
@@ -113,7 +114,7 @@ def _draw_many(
     fmt: str,
     theme: str,
     how: common.Options,
-    sizes: dict[str, Any],
+    sizes: dict[str, Json],
 ) -> bytes:
     from app.render import contact_sheet, density_picture, histogram_picture
     from engine import drop_many
@@ -140,7 +141,7 @@ def _draw_by(
         common.workers(cluster, None) as workers,
         common.progress(len(seeds), "drops") as told,
     ):
-        how: dict[str, Any] = {"progress": told, "workers": workers, **sizes}
+        how: dict[str, Json] = {"progress": told, "workers": workers, **sizes}
         return density_picture(board, seeds, fmt, theme=theme, **how)
 
 

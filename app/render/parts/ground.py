@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from app.render.raster.canvas import Array, Canvas, Gradient, covered
 from app.render.theme import Theme, parse
+from engine.json_text import Json, JsonObject
 
 TURN: Final = 2.0 * math.pi
 
@@ -34,11 +35,11 @@ class Place:
         step: float = self.theme.grounds["step"]
         return step
 
-    def plate(self, ground: str) -> Any:
+    def plate(self, ground: str) -> Json:
         """Measures of what is printed on the plate."""
         return self.theme.grounds[ground]["plate"]
 
-    def around(self, ground: str) -> Any:
+    def around(self, ground: str) -> Json:
         """Measures of what lies around it."""
         return self.theme.grounds[ground]["around"]
 
@@ -142,7 +143,7 @@ def _bands(canvas: Canvas, place: Place) -> None:
     _spot(canvas, plate["spot"])
 
 
-def _spot(canvas: Canvas, spot: Any) -> None:
+def _spot(canvas: Canvas, spot: JsonObject) -> None:
     across, down = spot["across"] * canvas.width, spot["down"] * canvas.height
     cx, cy = spot["x"] * canvas.width, spot["y"] * canvas.height
     left, top = max(int(cx - across) - 1, 0), max(int(cy - down) - 1, 0)

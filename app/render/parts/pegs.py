@@ -1,13 +1,12 @@
 """Pegs: their shadows, their light, and the marks of what they are made of, as on the page."""
 
-from typing import Any
-
 import numpy as np
 
 from app.render.parts.view import View
 from app.render.raster.canvas import Array, Canvas, Gradient, covered
 from app.render.theme import Theme
 from engine import Board
+from engine.json_text import JsonObject
 
 Peg = tuple[float, float, float]
 """x, y and radius, px."""
@@ -39,7 +38,7 @@ def light_of(theme: Theme) -> Gradient:
     return Gradient(shape["highlight"], stops)
 
 
-def _paint_mark(canvas: Canvas, peg: Peg, mark: Any, theme: Theme) -> None:
+def _paint_mark(canvas: Canvas, peg: Peg, mark: JsonObject, theme: Theme) -> None:
     """One shape over a peg; its measures are parts of the peg's radius."""
     x, y, radius = peg
     colour, alpha, at = theme[mark["colour"]], mark["alpha"], mark["at"]
@@ -55,7 +54,7 @@ def _paint_mark(canvas: Canvas, peg: Peg, mark: Any, theme: Theme) -> None:
             canvas.blend(left, top, _depth(xs - x, ys - y, radius, mark), colour, alpha)
 
 
-def _depth(dx: Array, dy: Array, radius: float, mark: Any) -> Array:
+def _depth(dx: Array, dy: Array, radius: float, mark: JsonObject) -> Array:
     """Coverage by a ring about a peg's middle, or by a stripe across it."""
     away, at = np.hypot(dx, dy), mark["at"]
     if mark["shape"] == "ring":
