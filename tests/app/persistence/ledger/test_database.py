@@ -9,7 +9,7 @@ import sqlalchemy as sa
 from app.errors import DamagedRoomError, SettingError
 from app.persistence.ledger.database import HEAD, Database, address
 from app.persistence.statements import store, tables, writing
-from app.rooms.records import BoardRow, DropRow, RoomRow, Write
+from app.rooms.records import BoardRow, DropRow, ReceiptRow, ResultRow, RoomRow, Write
 from tests.app.persistence.postgres import Cluster
 from tests.waiting import until
 
@@ -25,6 +25,12 @@ def test_the_migrations_make_the_tables_that_the_code_knows(url: str) -> None:
         assert compare_metadata(context, tables.metadata) == []
         assert context.get_current_revision() == HEAD
     database.close()
+
+
+def test_what_is_read_by_place_has_its_fields_in_the_order_of_the_columns() -> None:
+    assert DropRow.__slots__ == tuple(tables.drops.c.keys())
+    assert ResultRow.__slots__ == tuple(tables.results.c.keys())
+    assert ReceiptRow.__slots__ == tuple(tables.receipts.c.keys())
 
 
 def test_what_is_written_is_read_to_the_last_bit(url: str) -> None:
