@@ -77,7 +77,7 @@ from app.web.routes.rooms import (
 )
 from app.web.services import Services
 from app.web.shared import Others
-from app.web.tokens import Tokens, secret_of, signing_key_of
+from app.web.tokens import SessionTokens, Tokens, secret_of, signing_key_of
 from app.webhooks.targets import Target, read_targets
 from engine import Board, World, __version__, preset_names
 from engine.errors import BoardError
@@ -251,7 +251,7 @@ def _services(settings: Settings) -> Services:
         self_check=SelfCheck(functools.partial(inventory.digests, settings)),
         tokens=Tokens(secret),
         fair=_fair_sessions(settings, persistence, _signing_key(database, secret_file), held),
-        session_tokens=Tokens(secret, "session"),
+        session_tokens=SessionTokens(secret),
         workers=workers,
         short=ShortDrops(),
         readers=readers,

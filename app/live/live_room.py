@@ -191,9 +191,10 @@ class LiveRoom:
     ) -> messages.Accepted:
         self._check()
         self._runner.check_memory()
+        self.room.check_drop(command, fair=session is not None)
         if session is not None:
             session.check(self.room, practice=command.practice)
-            command = replace(command, seed=session.next_seed())
+            command = replace(command, seed=session.next_seed(self.room.draw))
         pending = self.room.plan_drop(command, self._persistence.lead, player.again)
         taken = None
         if session is not None:

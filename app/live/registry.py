@@ -41,7 +41,7 @@ from app.rooms import kinds
 from app.rooms.boards import Boards
 from app.rooms.kinds import INDEPENDENT, SCENE, BallLimits, make_room
 from app.rooms.records import Parked
-from app.rooms.room import Ground, Room
+from app.rooms.room import Basis, Room
 from app.rooms.touching.scene import Scene
 from app.rooms.touching.story import Retold
 from app.settings import Settings
@@ -260,16 +260,16 @@ class Rooms:
 
     async def create(
         self,
-        ground: Ground,
+        basis: Basis,
         mode: str = INDEPENDENT,
         creator: str | None = None,
         key: str | None = None,
     ) -> LiveRoom:
-        """Open a room of its own over a board or a scene, with a mark of who made it, and a key.
+        """Open a room of its own over a board, scene or draw, by a mark of who made it, and a key.
 
         Raises RoomLimitError when all rooms are in use, LedgerError when it cannot be kept.
         """
-        return await self.persistence.ledger.decided(self._create(ground, mode, creator, key))
+        return await self.persistence.ledger.decided(self._create(basis, mode, creator, key))
 
     async def create_retold(
         self, retold: Retold, creator: str | None = None, key: str | None = None
@@ -300,7 +300,7 @@ class Rooms:
 
     async def _create(
         self,
-        ground: Ground,
+        basis: Basis,
         mode: str,
         creator: str | None,
         key: str | None,
@@ -308,7 +308,7 @@ class Rooms:
     ) -> LiveRoom:
         await self.shared.make_place()
         self._open.make_place()
-        room = await self._new_aside(self._new_id(), ground, mode)
+        room = await self._new_aside(self._new_id(), basis, mode)
         if retold is not None:
             await asyncio.to_thread(room.restore, retold.checkpoint)
         await self.shared.begin(room.id)
@@ -335,7 +335,7 @@ class Rooms:
 
     async def _reset(self, live: LiveRoom, board: Board | None, key: str | None) -> None:
         old = live.room
-        new = await self._new_aside(live.id, old.ground_after_reset(board), old.mode)
+        new = await self._new_aside(live.id, old.basis_after_reset(board), old.mode)
         async with live.ending() as settled:
             await self.persistence.replace(old, new, settled, key)
         if live.gone is not None:
@@ -372,13 +372,13 @@ class Rooms:
         for live in self.all():
             live.audience.tell_halt()
 
-    def _new(self, room_id: str, ground: Ground, mode: str) -> Room:
+    def _new(self, room_id: str, basis: Basis, mode: str) -> Room:
         rate = self.settings.tick_rate
-        return make_room(room_id, ground, mode, tick_rate=rate, limits=self.limits)
+        return make_room(room_id, basis, mode, tick_rate=rate, limits=self.limits)
 
-    async def _new_aside(self, room_id: str, ground: Ground, mode: str) -> Room:
+    async def _new_aside(self, room_id: str, basis: Basis, mode: str) -> Room:
         """`_new` on another thread: five hundred balls, or a large board, take some 5 ms."""
-        return await asyncio.to_thread(self._new, room_id, ground, mode)
+        return await asyncio.to_thread(self._new, room_id, basis, mode)
 
     def add(self, room: Room) -> LiveRoom:
         """Take a room into memory, and let it tick where something moves."""

@@ -22,7 +22,7 @@ from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.ledger.writer import Ledger
 from app.persistence.statements import lease_store
 from app.rooms.pending import Pending
-from app.rooms.records import BoardRow, Close, Mark, ResultRow, RoomRow, Write
+from app.rooms.records import BoardRow, Close, DrawRow, Mark, ResultRow, RoomRow, Write
 from app.rooms.room import Ground, Room
 from app.rooms.settling import Settled
 from engine import PHYSICS_VERSION
@@ -207,11 +207,18 @@ class RoomRuns:
             used=record.used,
             creator=record.creator,
             key=record.key,
+            draw=None if room.draw is None else room.draw.digest,
         )
+
+    def basis_rows(self, room: Room) -> list[Write]:
+        """What the room is made of."""
+        draw = room.draw
+        drawn = [] if draw is None else [DrawRow(draw.digest, draw.to_json().decode())]
+        return [self.board_row(room), *drawn]
 
     def rows(self, room: Room, record: RoomRun) -> list[Write]:
         """All that the ledger needs to know of a run before its first input."""
-        return [self.board_row(room), self.room_row(room, record)]
+        return [*self.basis_rows(room), self.room_row(room, record)]
 
     def rows_with(self, room: Room, record: RoomRun, taken: Sequence[Pending]) -> list[Write]:
         """`rows` of a run that begins later than at tick 0, with inputs its room has taken."""
@@ -219,7 +226,7 @@ class RoomRuns:
             return self.rows(room, record)
         record.marked = record.horizon = record.checkpoint_tick = room.world.tick
         inputs = [room.format.row(record.number, pending) for pending in taken]
-        return [self.board_row(room), self.restorable_row(room, record), *inputs]
+        return [*self.basis_rows(room), self.restorable_row(room, record), *inputs]
 
     def restorable_row(self, room: Room, record: RoomRun) -> RoomRow:
         return replace(

@@ -91,6 +91,13 @@ class ArenaState(msgspec.Struct, frozen=True, kw_only=True):
     presets: dict[str, dict[str, float]]
 
 
+class DrawOdds(msgspec.Struct, frozen=True):
+    """The draw of a room that has one: its digest, and the weights of the bins, left to right."""
+
+    digest: str
+    weights: list[int]
+
+
 class Hello(Event, frozen=True, tag="hello", kw_only=True):
     """The full state of a room, first to each client that connects."""
 
@@ -117,6 +124,7 @@ class Hello(Event, frozen=True, tag="hello", kw_only=True):
     run: str = ""
     key: str = ""
     arena: ArenaState | msgspec.UnsetType = msgspec.UNSET
+    draw: DrawOdds | msgspec.UnsetType = msgspec.UNSET
 
 
 class Accepted(Event, frozen=True, tag="accepted", kw_only=True):

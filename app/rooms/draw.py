@@ -12,9 +12,8 @@ from functools import cached_property
 from itertools import accumulate
 from typing import Any, Final
 
-import msgspec
-
 from app.errors import InvalidValueError
+from app.protocol.messages import DrawOdds
 from app.rooms.canonical import canonical
 from engine import Board, drop_many
 from engine.drops.draws import check_weights
@@ -40,10 +39,7 @@ class Draw:
 
     @classmethod
     def of(cls, board: Board, weights: object, seeds: object) -> "Draw":
-        """The draw of JSON values; raises InvalidValueError that names what is wrong.
-
-        Whether each seed's ball lands in its bin is for `check_seeds` to say.
-        """
+        """The draw of JSON values, whose seeds are not tried yet; raises InvalidValueError."""
         try:
             weighed = check_weights(board, weights)
         except ParameterError as error:
@@ -69,6 +65,13 @@ class Draw:
                 field="draw.seeds",
             )
         return cls(board, weighed, lists)
+
+    @classmethod
+    def checked(cls, board: Board, weights: object, seeds: object) -> "Draw":
+        """`of`, with each seed dropped: raises InvalidValueError for one that lands elsewhere."""
+        draw = cls.of(board, weights, seeds)
+        draw.check_seeds()
+        return draw
 
     @classmethod
     def of_values(cls, board: Board, values: Mapping[str, Any]) -> "Draw":
@@ -103,6 +106,11 @@ class Draw:
     def digest(self) -> str:
         """SHA-256 of the canonical JSON, 64 hex digits."""
         return hashlib.sha256(self.to_json()).hexdigest()
+
+    @property
+    def odds(self) -> DrawOdds:
+        """What is published of it wherever the room is shown."""
+        return DrawOdds(self.digest, list(self.weights))
 
     @cached_property
     def _limits(self) -> list[int]:
@@ -150,8 +158,3 @@ def _seeds(bin_: int, listed: object) -> "array[int]":
             place = f"draw.seeds[{bin_}][{number}]"
             raise InvalidValueError(f"{place}: {error}", field=place) from error
     return found
-
-
-def draw_of_json(board: Board, text: str | bytes) -> Draw:
-    """The draw that the ledger keeps as JSON; raises InvalidValueError for what is none."""
-    return Draw.of_values(board, msgspec.json.decode(text))

@@ -9,10 +9,11 @@ from typing import Final
 
 import msgspec
 
-from app.errors import AppError, BallLimitError
+from app.errors import AppError, BallLimitError, InvalidValueError
 from app.protocol import messages, snapshots
 from app.protocol.segments import Scale, SegmentStream
 from app.protocol.visitors import NO_TAG, Tag
+from app.rooms.draw import Draw
 from app.rooms.drop_format import DropFormat
 from app.rooms.pending import DropCommand, Entered, PendingInput
 from app.rooms.room import QUIET, Room, decode_checkpoint
@@ -23,6 +24,7 @@ from engine.json_text import JsonObject
 from engine.world.events import Contact, Landing
 
 INDEPENDENT: Final = "independent"
+DRAW: Final = "draw"
 
 MOST_EVENTS: Final = 250_000
 """Events that a room keeps of its balls in flight and still takes drops: 14 MB, and some 25 MB of
@@ -54,8 +56,16 @@ class IndependentRoom(Room):
 
     world: World
 
-    def __init__(self, room_id: str, board: Board, *, tick_rate: int, max_balls: int) -> None:
-        super().__init__(room_id, board, INDEPENDENT, tick_rate=tick_rate, max_balls=max_balls)
+    def __init__(
+        self,
+        room_id: str,
+        board: Board,
+        mode: str = INDEPENDENT,
+        *,
+        tick_rate: int,
+        max_balls: int,
+    ) -> None:
+        super().__init__(room_id, board, mode, tick_rate=tick_rate, max_balls=max_balls)
         self.board = board
         self.world = World(board, solver=self.solver, dt=1.0 / tick_rate)
         self.extent = messages.Extent(*board.extent)
@@ -349,3 +359,34 @@ class IndependentRoom(Room):
         self._stakes = dict(saved.stakes)
         self._practice = set(saved.practice)
         self._tags = dict(saved.tags)
+
+
+class DrawRoom(IndependentRoom):
+    """A room whose bins are drawn by exact odds: a fair session draws a bin, then one of its seeds.
+
+    From there on all is as in any room of independent balls.
+    """
+
+    def __init__(self, room_id: str, draw: Draw, *, tick_rate: int, max_balls: int) -> None:
+        super().__init__(room_id, draw.board, DRAW, tick_rate=tick_rate, max_balls=max_balls)
+        self._draw = draw
+
+    @property
+    def draw(self) -> Draw:
+        """The draw by which its bins are drawn."""
+        return self._draw
+
+    @property
+    def logged_mode(self) -> str:
+        """A log has the seeds that were drawn, which are all that a replay needs."""
+        return INDEPENDENT
+
+    def basis_after_reset(self, board: Board | None = None) -> Draw:
+        """The same draw; raises InvalidValueError for another board, on which its seeds differ."""
+        if board is not None:
+            raise InvalidValueError(
+                f"room {self.id!r} has a draw, whose seeds are of its board; open another room for "
+                "another board",
+                field="board",
+            )
+        return self._draw

@@ -40,7 +40,7 @@ def head(room: Room) -> dict[str, Any]:
         "room": room.id,
         **room.ground_fields(),
         "board_digest": room.origin.digest,
-        "mode": room.mode,
+        "mode": room.logged_mode,
         "solver": room.solver,
         "tick_rate": room.tick_rate,
         "physics_version": PHYSICS_VERSION,

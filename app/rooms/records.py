@@ -17,13 +17,32 @@ class BoardRow:
 
 
 @dataclass(frozen=True, slots=True)
+class DrawRow:
+    """A room's draw by its content."""
+
+    digest: str
+    json: str
+
+
+@dataclass(frozen=True, slots=True)
+class KeptBasis:
+    """What a room run is made of, as the ledger has it: None for what it lacks, or has no need of.
+
+    board: JSON, of a scene too; draw: JSON, of a run that has one.
+    """
+
+    board: str | None
+    draw: str | None
+
+
+@dataclass(frozen=True, slots=True)
 class RoomRow:
     """A run of the room `id`: one world from tick 0 on; `number` is its own, for ever.
 
     `tick` is one that nobody was shown a later one than. `checkpoint` is a world to start a replay
     from, after `checkpoint_drops` drops (or inputs); None means the world at tick 0. Times are
     Unix times. `creator` is a mark of who made it, where rooms are counted by that; `key` is that
-    of the request that began it.
+    of the request that began it. `draw`: the digest of its draw, if it has one.
     """
 
     number: int
@@ -42,6 +61,7 @@ class RoomRow:
     closed: float | None = None
     creator: str | None = None
     key: str | None = None
+    draw: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -311,6 +331,7 @@ class Heard:
 
 Write = (
     BoardRow
+    | DrawRow
     | RoomRow
     | DropRow
     | InputRow

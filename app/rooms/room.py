@@ -20,6 +20,7 @@ import numpy.typing as npt
 from app.errors import InvalidValueError
 from app.protocol import messages, snapshots
 from app.protocol.touching_messages import Change
+from app.rooms.draw import Draw
 from app.rooms.input_format import AnyFormat
 from app.rooms.pending import Command, DropCommand, Entered, Pending, PendingInput
 from app.rooms.touching.scene import Scene
@@ -30,6 +31,9 @@ from engine.json_text import JsonObject
 
 Ground = Board | Scene
 """What stands in a room."""
+
+Basis = Ground | Draw
+"""What a room is made of: what stands in it, or a draw over a board."""
 
 QUIET = 0.05  # m/s; slower impacts are not told: a ball settling on a peg makes hundreds, unheard
 
@@ -133,11 +137,36 @@ class Room(ABC):
         """What stands where there is no board."""
         return None
 
-    def ground_after_reset(self, board: Board | None) -> Ground:
-        """What the room is begun anew over; raises InvalidValueError where `board` cannot be."""
+    @property
+    def draw(self) -> Draw | None:
+        """The draw by which its bins are drawn, if it has one."""
+        return None
+
+    @property
+    def logged_mode(self) -> str:
+        """How its log calls its kind: which room replays the log."""
+        return self.mode
+
+    def basis_after_reset(self, board: Board | None = None) -> Basis:
+        """What the room is begun anew with; raises InvalidValueError where `board` cannot be."""
         return board or self.origin
 
     # Inputs.
+
+    def check_drop(self, command: DropCommand, *, fair: bool) -> None:
+        """Raise InvalidValueError for a drop that a draw does not decide; `fair`: of a session."""
+        if self.draw is None:
+            return
+        if not fair:
+            raise InvalidValueError(
+                f"room {self.id!r} has a draw: a ball is dropped there in a fair session only, "
+                "without seed, x or aim",
+                field="session",
+            )
+        if command.aim is not None:
+            raise InvalidValueError(
+                f"aim {command.aim!r}: room {self.id!r} has a draw, where nobody aims", field="aim"
+            )
 
     @abstractmethod
     def plan_drop(self, command: DropCommand, lead: int = 0, again: str | None = None) -> Pending:
@@ -345,6 +374,7 @@ class Room(ABC):
             balls=self.balls,
             stats=self.stats(),
             arena=self._arena_state(),
+            draw=self.draw.odds if self.draw is not None else msgspec.UNSET,
         )
 
     def _arena_state(self) -> messages.ArenaState | msgspec.UnsetType:

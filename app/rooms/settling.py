@@ -35,7 +35,8 @@ def settle(room: Room, checkpoint: bytes, planned: Sequence[Pending]) -> Settled
     another thread. Raises BusyError for what takes more than MOST_EFFORT.
     """
     limits = BallLimits(room.max_balls, room.max_balls)
-    copy = make_room(room.id, room.origin, room.mode, tick_rate=room.tick_rate, limits=limits)
+    basis = room.basis_after_reset()
+    copy = make_room(room.id, basis, room.mode, tick_rate=room.tick_rate, limits=limits)
     copy.restore(checkpoint)
     copy.planned.extend(planned)
     entered, landed = copy.enter(), list[messages.Landed]()

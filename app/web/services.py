@@ -23,7 +23,7 @@ from app.settings import Settings
 from app.web.limits import Budgets, KeyedBuckets, Quota
 from app.web.returns import Returns
 from app.web.shared import Others
-from app.web.tokens import Tokens
+from app.web.tokens import SessionTokens, Tokens
 
 if TYPE_CHECKING:
     from app.webhooks.webhooks import Webhooks
@@ -44,7 +44,7 @@ class Services:
     returns: Returns
     tokens: Tokens
     fair: FairSessions
-    session_tokens: Tokens
+    session_tokens: SessionTokens
     workers: Workers
     short: ShortDrops
     readers: Workers

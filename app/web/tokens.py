@@ -55,6 +55,35 @@ class Tokens:
             )
 
 
+class SessionTokens(Tokens):
+    """The tokens of players' sessions.
+
+    One that the owner of a room has begun there has another token, which also gives the owner's
+    right to give names: a request has one header for tokens, and so need not show both.
+    """
+
+    def __init__(self, secret: bytes) -> None:
+        super().__init__(secret, "session")
+        self._owners = Tokens(secret, "session of an owner")
+
+    def of_owner(self, session_id: str) -> str:
+        """The token of a session that the room's owner has begun."""
+        return self._owners.of(session_id)
+
+    def is_owners(self, session_id: str, authorization: str | None) -> bool:
+        """Whether an Authorization header bears that token; in constant time."""
+        return self._is_owners(session_id, bearer_of(authorization))
+
+    def _is_owners(self, session_id: str, shown: str | None) -> bool:
+        wanted = self._owners.of(session_id).encode()
+        return shown is not None and hmac.compare_digest(shown.encode(), wanted)
+
+    def check_shown(self, room_id: str, shown: str | None) -> None:
+        """`check` of a token that came some other way; the owner's is one, too."""
+        if not self._is_owners(room_id, shown):
+            super().check_shown(room_id, shown)
+
+
 def check_bearer(authorization: str | None, token: str, whose: str) -> None:
     """Raise NoTokenError or TokenError unless an Authorization header bears just this token.
 

@@ -27,7 +27,7 @@ from playwright.sync_api import (
     sync_playwright,
 )
 
-from engine import Board
+from engine import Board, find_draw
 from tests.browser.screen import Screen
 from tests.ports import free_port
 from tests.waiting import LIMIT, first_line
@@ -152,8 +152,12 @@ def quick_table(
     mode: str = "independent",
     pays: float | None = None,
     prize: str | None = None,
+    odds: list[int] | None = None,
 ) -> Quick:
-    """A preset five times as fast; `pays`, `prize`: every bin has that multiplier, that label."""
+    """A preset five times as fast; `pays`, `prize`: every bin has that multiplier, that label.
+
+    odds: of a draw over it, with mode `draw`.
+    """
     # 25 times the gravity and five times the drag: the same paths, run five times as fast.
     board = Board.preset(preset).to_dict()
     board.update(name="quick", gravity=25 * board["gravity"], drag=5 * board["drag"])
@@ -161,9 +165,10 @@ def quick_table(
         board["bins"]["multipliers"] = [pays] * len(board["bins"]["multipliers"])
     if prize is not None:
         board["bins"]["labels"] = [{"text": prize, "colour": "#c0392b"}] * 9
+    draw = None if odds is None else find_draw(Board.from_json(board), odds, per_bin=4)
     request = urllib.request.Request(
         f"{server.url}/api/v1/rooms",
-        json.dumps({"board": board, "mode": mode}).encode(),
+        json.dumps({"board": board, "mode": mode, "draw": draw}).encode(),
         {"content-type": "application/json"},
     )
     with urllib.request.urlopen(request) as reply:

@@ -17,7 +17,7 @@ from PIL import Image
 from websockets.asyncio.server import ServerConnection, serve
 
 from app.fairness.signing import Signer
-from engine import Board, drop
+from engine import Board, drop, find_draw
 from tests.app.conftest import TINY, Running, serving
 from tests.app.fairness.sessions import SIGNER
 from tests.repository.test_repository import ROOT
@@ -173,6 +173,33 @@ def test_a_bot_reads_a_chat_as_twitch_has_it(server: Running) -> None:
     assert sorted(line.partition(" bin ")[0] for line in said) == ["@ann", "@bob"]
     joining = ["NICK justinfan4242", "JOIN #show"]
     assert heard == [*joining, "PONG :tmi.twitch.tv", *joining]
+
+
+def test_a_draw_is_held_as_the_page_about_the_stage_says(server: Running, tmp_path: Path) -> None:
+    page = (ROOT / "docs" / "stage.md").read_text("utf-8")
+    section = page.partition("## A draw with exact odds")[2]
+    find, hold, verify = section.partition("```bash\n")[2].partition("```")[0].splitlines()
+    assert hold.startswith("python hold_draw.py draw.json session.json Ada Bob")
+    assert all(line in (EXAMPLES / "hold_draw.py").read_text("utf-8") for line in (find, hold))
+    places = {name: str(tmp_path / name) for name in ("draw.json", "session.json")}
+
+    def words(line: str) -> list[str]:
+        return [places.get(word, word) for word in line.split()[1:]]
+
+    assert "200 seeds, ready for POST rooms" in run(sys.executable, "-m", "app.cli", *words(find))
+    # On a quick board: what the command has written for the preset takes seconds to fall.
+    draw = {"board": TINY, "mode": "draw", "draw": find_draw(Board.from_json(TINY), [1, 9999])}
+    Path(places["draw.json"]).write_text(json.dumps(draw))
+    told = run(sys.executable, *words(hold), "--server", server.url, given="\n")
+    assert re.search(r"room \w+, draw [0-9a-f]{64}\nthe server has committed to [0-9a-f]{64}", told)
+    assert re.search(r"Ada: bin [12]\nBob: bin [12]\n", told)
+    said = run(sys.executable, "-m", "app.cli", *words(verify))
+    assert "proven: 2 drops" in said
+    assert "proven: the server had committed before" in said
+    export = json.loads(Path(places["session.json"]).read_text())
+    room = export["session"]["statement"]["room"]
+    drops = httpx.get(f"{server.url}/api/v1/rooms/{room}/log").json()["drops"]
+    assert [each["name"] for each in drops] == ["Ada", "Bob"]
 
 
 def verified(session: dict[str, Any], folder: Path, code: int = 0, key: str = "") -> str:

@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 import plinko
-from app.fairness.seeds import drop_mac
+from app.fairness.seeds import draw_mac, drop_mac
 from app.rooms.canonical import canonical
 from engine import drop_many
 from tests.long import tries
@@ -134,3 +134,26 @@ def test_the_vectors_of_fair_sessions_are_those_of_the_sample() -> None:
         hashlib.sha256(b"\0" + leaf).hexdigest(),
     ):
         assert value in page
+
+
+def test_the_vectors_of_a_draw_are_those_of_its_sample() -> None:
+    page = (ROOT / "docs" / "fair-sessions.md").read_text(encoding="utf-8")
+    file = ROOT / "tests" / "golden" / "draw_session.json"
+    sample = json.loads(file.read_text(encoding="utf-8"))
+    server, client = (bytes.fromhex(sample[name]) for name in ("server_seed", "client_seed"))
+    first, weights = sample["drops"][0], sample["draw"]["weights"]
+    digest = bytes.fromhex(first["receipt"]["board_digest"])
+    mac = draw_mac(server, client, 0, digest)
+    x, y = int.from_bytes(mac[:16], "big"), int.from_bytes(mac[16:24], "big")
+    for line in (
+        f"weights        {' '.join(map(str, weights))}",
+        f"draw_digest    {hashlib.sha256(canonical(sample['draw'])).hexdigest()}",
+        f"message        {(b'plinko draw 1' + bytes([10]) + client + bytes(8) + digest).hex()}",
+        f"HMAC           {mac.hex()}",
+        f"x              {x}",
+        f"y              {y}",
+        f"place          {x * sum(weights) >> 128}",
+        f"bin            {first['result']['bin']}",
+        f"seed           {first['receipt']['seed']}",
+    ):
+        assert f"\n{line}\n" in page

@@ -1,14 +1,39 @@
-"""`plinko seeds`: the seeds whose balls land in one bin."""
+"""`plinko seeds`: the seeds whose balls land in one bin, or a draw with exact odds for all bins."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from app.cli import common
 
+if TYPE_CHECKING:
+    from engine import Board
+
 
 @click.command(name="seeds", short_help="Find seeds that land in a bin.")
 @common.board_argument
-@click.option("--bin", "number", type=int, required=True, help="Its number from the left, from 0.")
+@click.option("--bin", "number", type=int, help="Its number from the left, from 0.")
+@click.option(
+    "--draw",
+    metavar="WEIGHTS",
+    help="Instead of --bin: make a draw; one weight a bin, such as 9999,1, or a file with a list.",
+)
 @click.option("--count", type=click.IntRange(min=1), default=1, show_default=True, help="How many.")
+@click.option(
+    "--per-bin",
+    type=click.IntRange(min=1),
+    default=100,
+    show_default=True,
+    help="Of a draw: how many seeds for each bin with a weight.",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Of a draw: the file to write. [standard output]",
+)
 @click.option("--after", metavar="SEED", help="Begin with the seed after this one. [from 0 on]")
 @common.aim_option
 @click.option(
@@ -20,8 +45,11 @@ from app.cli import common
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     board: str,
-    number: int,
+    number: int | None,
+    draw: str | None,
     count: int,
+    per_bin: int,
+    output: Path | None,
     after: str | None,
     aim: float | None,
     patience: int | None,
@@ -32,11 +60,22 @@ def command(
 
     They are found by dropping one seed after the other: nothing steers a ball, and each of these
     would have landed there anyway, as `plinko drop` shows.
+
+    With --draw it writes what `POST rooms` takes: a room in which each bin has exactly the odds of
+    its weight. The server draws a bin, then one of that bin's seeds.
     """
     from engine.drops.seeds import PATIENCE, seeds_landing_in
 
+    if (number is None) == (draw is None):
+        raise click.UsageError("give either --bin or --draw")
     found = common.load_board(board)
     begin = None if after is None else common.read_seed(after)
+    if draw is not None:
+        if aim is not None:
+            raise click.UsageError("nobody aims in a draw: give --draw without --aim")
+        _write_draw(found, _weights(draw), per_bin, begin, patience or PATIENCE, threads, output)
+        return
+    assert number is not None
     seeds = seeds_landing_in(
         found,
         number,
@@ -52,3 +91,41 @@ def command(
         return
     for seed in seeds:
         click.echo(seed)
+
+
+def _weights(text: str) -> Any:
+    """The weights of `9999,1`, or of a JSON file with a list of them."""
+    numbers = text.split(",")
+    if all(number.strip().isdecimal() for number in numbers):
+        return [int(number) for number in numbers]
+    try:
+        return json.loads(Path(text).read_text("utf-8"))
+    except (OSError, ValueError) as error:
+        raise click.UsageError(
+            f"--draw {text!r} is neither weights such as 9999,1 nor a JSON file with a list of "
+            f"them: {error}"
+        ) from error
+
+
+def _write_draw(
+    board: "Board",
+    weights: Any,
+    per_bin: int,
+    after: int | None,
+    patience: int,
+    threads: int | None,
+    output: Path | None,
+) -> None:
+    from engine import find_draw
+
+    draw = find_draw(
+        board, weights, per_bin=per_bin, after=after, patience=patience, threads=threads
+    )
+    body = {"board": board.preset_name or board.to_dict(), "mode": "draw", "draw": draw}
+    text = json.dumps(body) + "\n"
+    if output is None:
+        click.echo(text, nl=False)
+        return
+    output.write_text(text, "utf-8")
+    count = sum(map(len, draw["seeds"]))
+    click.echo(f"{output}: {common.counted(count, 'seed')}, ready for POST rooms")

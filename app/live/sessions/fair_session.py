@@ -10,10 +10,11 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.errors import InvalidValueError, LimitError, SessionStateError
-from app.fairness.seeds import drop_seed
+from app.fairness.seeds import draw_mac, drop_seed
 from app.fairness.signing import Signer
 from app.fairness.statements import LogEntry, Receipt
 from app.protocol import messages
+from app.rooms.draw import Draw
 from app.rooms.pending import Pending
 from app.rooms.records import Lease, LogLeaf
 from app.rooms.room import Room
@@ -68,6 +69,12 @@ class FairSession:
                 "and begin another",
                 field="session",
             )
+        if self.statement.get("draw_digest") != (room.draw and room.draw.digest):
+            raise SessionStateError(
+                f"room {room.id!r} has another draw than session {self.id!r} began with; end it "
+                "and begin another",
+                field="session",
+            )
         self._check_open()
         if self.drops >= MOST_DROPS:
             raise LimitError(
@@ -84,11 +91,15 @@ class FairSession:
                 field="session",
             )
 
-    def next_seed(self) -> int:
-        """The seed of the next drop, once the session is open."""
+    def next_seed(self, draw: Draw | None) -> int:
+        """The seed of the next drop, once the session is open, in a room with this draw."""
         assert self.client_seed is not None
         digest = bytes.fromhex(self.board_digest)
-        return drop_seed(self.server_seed, self.client_seed, self.drops, digest)
+        known = (self.server_seed, self.client_seed, self.drops, digest)
+        if draw is None:
+            return drop_seed(*known)
+        _, seed = draw.pick(draw_mac(*known))
+        return seed
 
     def take(self, pending: Pending, room_session: int, now: float) -> "TakenDrop":
         """The next drop is this one, of the room's session of this number; `now` in Unix time."""

@@ -102,6 +102,7 @@ class FairSessions:
             server_commitment=commitment(secret).hex(),
             client_commitment=committed.hex(),
             time=int(now * 1000.0),
+            draw_digest=None if room.draw is None else room.draw.digest,
         )
         statement = began.to_dict()
         session = FairSession(
@@ -254,6 +255,7 @@ class FairSessions:
             key=self.signer.public.hex(),
             session=Signed(msgspec.json.decode(row.statement), row.signature),
             board=msgspec.json.decode(found.board),
+            draw=msgspec.UNSET if found.draw is None else msgspec.json.decode(found.draw),
             client_seed=row.client_seed,
             server_seed=None if end is None else row.server_seed,
             drops=[],

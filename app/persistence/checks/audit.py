@@ -11,13 +11,13 @@ from typing import Final
 import sqlalchemy as sa
 from sqlalchemy import Connection
 
-from app.errors import DamagedRoomError
 from app.persistence.ledger.database import Database, reason
-from app.persistence.recovery.rebuild import Replay
+from app.persistence.recovery.rebuild import Replay, basis_of
 from app.persistence.statements import store, tables
-from app.rooms.kinds import BallLimits, format_of, ground_of
+from app.rooms.draw import Draw
+from app.rooms.kinds import BallLimits, format_of
 from app.rooms.records import DropRow, ResultRow, RoomRow, TakenRow
-from app.rooms.room import Ground
+from app.rooms.room import Basis
 from app.rooms.stakes import payout_of
 from engine import PHYSICS_VERSION, Board, drop
 
@@ -85,14 +85,15 @@ class _Session:
 
     def check(self) -> Iterator[str]:
         """All that is wrong; raises where no more can be said of it."""
-        ground = self._ground()
+        kept = store.basis(self._connection, self._row.board, self._row.draw)
+        basis = basis_of(self._row, kept)
         count, tick = 0, 0
         for row, result in self._taken(0):
             if row.tick < tick:
                 yield f"input {row.number} is of tick {row.tick}, the one before of tick {tick}"
             count, tick = count + 1, max(tick, row.tick)
             if isinstance(row, DropRow):
-                yield from self._check_drop(ground, row, result)
+                yield from self._check_drop(basis, row, result)
             else:
                 self._audit.inputs += 1
                 self._inputs.check(
@@ -102,19 +103,7 @@ class _Session:
             yield f"it has {count} inputs, its checkpoint took {self._row.checkpoint_drops}"
         yield from self._check_orphans()
         if self._row.closed is None and self._current:
-            yield from self._check_way_back(ground)
-
-    def _ground(self) -> Ground:
-        text = store.board(self._connection, self._row.board)
-        if text is None:
-            raise DamagedRoomError(f"its board {self._row.board} is missing")
-        try:
-            ground = ground_of(self._row.mode, text)
-        except (ValueError, TypeError, KeyError) as error:
-            raise DamagedRoomError(f"its board {self._row.board} is none: {error}") from error
-        if ground.digest != self._row.board:
-            raise DamagedRoomError(f"its board {self._row.board} has digest {ground.digest}")
-        return ground
+            yield from self._check_way_back(basis)
 
     def _taken(self, first: int) -> Iterator[tuple[TakenRow, ResultRow | None]]:
         """Inputs from `first` on, each with its result; raises DamagedRoomError at a gap."""
@@ -126,14 +115,14 @@ class _Session:
             if len(page) < _PAGE:
                 return
 
-    def _check_drop(self, ground: Ground, row: DropRow, result: ResultRow | None) -> Iterator[str]:
+    def _check_drop(self, basis: Basis, row: DropRow, result: ResultRow | None) -> Iterator[str]:
         self._audit.drops += 1
         if result is None:
             if self._row.closed is None and not self._row.awake:
                 yield f"drop {row.ball} has no result, though nothing moves in the room"
             return
         self._audit.results += 1
-        wanted = _expected(ground, row, result, self._row.tick_rate, compute=self._current)
+        wanted = _expected(basis, row, result, self._row.tick_rate, compute=self._current)
         for name, value in wanted.items():
             said = getattr(result, name)
             if said != value:
@@ -154,19 +143,19 @@ class _Session:
         for (ball,) in self._connection.execute(chosen):
             yield f"there is a result of drop {ball}, but no such drop"
 
-    def _check_way_back(self, ground: Ground) -> Iterator[str]:
+    def _check_way_back(self, basis: Basis) -> Iterator[str]:
         """The room can be had again as it was: from its checkpoint, and from its first tick."""
-        resumed = self._replay(self._row, ground)
+        resumed = self._replay(self._row, basis)
         yield from resumed.differences
         if not self._from_start or self._row.checkpoint is None:
             return
-        again = self._replay(replace(self._row, checkpoint=None, checkpoint_drops=0), ground)
+        again = self._replay(replace(self._row, checkpoint=None, checkpoint_drops=0), basis)
         yield from again.differences
         if again.room.world.digest() != resumed.room.world.digest():
             yield "its checkpoint is not what its inputs come to"
 
-    def _replay(self, row: RoomRow, ground: Ground) -> Replay:
-        replay = Replay(row, ground, limits=_NO_LIMIT)
+    def _replay(self, row: RoomRow, basis: Basis) -> Replay:
+        replay = Replay(row, basis, limits=_NO_LIMIT)
         if self._inputs.has_results:
             oldest, after = replay.oldest_in_flight, replay.first_tick
             replay.expect(store.results(self._connection, row.number, oldest, after))
@@ -176,15 +165,16 @@ class _Session:
 
 
 def _expected(
-    ground: Ground, row: DropRow, result: ResultRow, tick_rate: int, *, compute: bool
+    basis: Basis, row: DropRow, result: ResultRow, tick_rate: int, *, compute: bool
 ) -> dict[str, object]:
     """What a drop's result should say; computed again where this release can."""
     if not result.digest:  # it could not be computed as it was promised, or was given up
         return {"bin": None, "score": 1.0, "payout": row.stake}
     if not compute:
         return {"payout": payout_of(row.stake, result.score)}
-    assert isinstance(ground, Board)
-    alone = drop(ground, row.seed, x=row.x, aim=row.aim)
+    board = basis.board if isinstance(basis, Draw) else basis
+    assert isinstance(board, Board)
+    alone = drop(board, row.seed, x=row.x, aim=row.aim)
     return {
         "tick": row.tick + landing_ticks(alone.duration, tick_rate),
         "bin": alone.bin,

@@ -3,11 +3,11 @@
 from collections import deque
 from collections.abc import Iterable, Sequence
 
-from app.errors import DamagedRoomError
+from app.errors import DamagedRoomError, InvalidValueError
 from app.protocol import messages
-from app.rooms.kinds import BallLimits, make_room
-from app.rooms.records import ResultRow, RoomRow, TakenRow
-from app.rooms.room import Ground
+from app.rooms.kinds import BallLimits, draw_of, ground_of, make_room
+from app.rooms.records import KeptBasis, ResultRow, RoomRow, TakenRow
+from app.rooms.room import Basis
 
 Taken = Sequence[tuple[TakenRow, ResultRow | None]]
 """Inputs of a room in order, each with its result if it has one."""
@@ -23,8 +23,8 @@ class Replay:
     Raises RecordError for a checkpoint of another board, physics or tick rate.
     """
 
-    def __init__(self, row: RoomRow, ground: Ground, *, limits: BallLimits) -> None:
-        self.room = make_room(row.id, ground, row.mode, tick_rate=row.tick_rate, limits=limits)
+    def __init__(self, row: RoomRow, basis: Basis, *, limits: BallLimits) -> None:
+        self.room = make_room(row.id, basis, row.mode, tick_rate=row.tick_rate, limits=limits)
         if row.checkpoint is not None:
             self.room.restore(row.checkpoint)
         if self.room.taken != row.checkpoint_drops:
@@ -132,12 +132,35 @@ class Replay:
                 self.differences.append(f"the ledger says {known}, the replay gives {result}")
 
 
-def rebuild(row: RoomRow, ground: Ground, taken: Taken, *, limits: BallLimits) -> Replay:
+def basis_of(row: RoomRow, kept: KeptBasis) -> Basis:
+    """What a run is made of, from what the ledger has; raises DamagedRoomError."""
+    if kept.board is None:
+        raise DamagedRoomError(f"its board {row.board} is missing")
+    try:
+        ground = ground_of(row.mode, kept.board)
+    except (ValueError, TypeError, KeyError) as error:
+        raise DamagedRoomError(f"its board {row.board} is none: {error}") from error
+    if ground.digest != row.board:
+        raise DamagedRoomError(f"its board {row.board} has digest {ground.digest}")
+    if row.draw is None:
+        return ground
+    if kept.draw is None:
+        raise DamagedRoomError(f"its draw {row.draw} is missing")
+    try:
+        draw = draw_of(ground, kept.draw)
+    except (InvalidValueError, ValueError, TypeError, KeyError) as error:
+        raise DamagedRoomError(f"its draw {row.draw} is none: {error}") from error
+    if draw.digest != row.draw:
+        raise DamagedRoomError(f"its draw {row.draw} has digest {draw.digest}")
+    return draw
+
+
+def rebuild(row: RoomRow, basis: Basis, taken: Taken, *, limits: BallLimits) -> Replay:
     """The room of a run at its last tick, from its checkpoint and the inputs after it, at once.
 
     Inputs before the checkpoint among `taken` lend their results to be compared with the replay's.
     """
-    replay = Replay(row, ground, limits=limits)
+    replay = Replay(row, basis, limits=limits)
     before = [result for each, result in taken if each.number < replay.room.taken]
     replay.expect(result for result in before if result is not None)
     replay.take(taken[len(before) :])

@@ -18,13 +18,13 @@ from sqlalchemy import Connection
 
 from app.errors import DamagedRoomError, LedgerError
 from app.persistence.recovery.ending import voided
-from app.persistence.recovery.rebuild import Replay, rebuild
+from app.persistence.recovery.rebuild import Replay, basis_of, rebuild
 from app.persistence.recovery.rebuild_queue import Turn
 from app.persistence.recovery.salvage import read_sound, salvage
 from app.persistence.room_runs import RoomRun, RoomRuns
 from app.persistence.statements import store
-from app.rooms.kinds import BallLimits, format_of, ground_of, make_room
-from app.rooms.records import Close, Mark, Parked, ResultRow, RoomRow, TakenRow, Write
+from app.rooms.kinds import DRAW, BallLimits, format_of, make_room
+from app.rooms.records import Close, KeptBasis, Mark, Parked, ResultRow, RoomRow, TakenRow, Write
 from app.rooms.room import Ground, Room
 from engine import PHYSICS_VERSION
 
@@ -131,14 +131,15 @@ class Recovery:
         aside, LeaseLostError when another server has taken it meanwhile.
         """
         try:
-            row, board = await self._read(_session, find=store.open_room, room_id=room_id)
-            if row is None:
+            found = await self._read(_session, find=store.open_room, room_id=room_id)
+            if found is None:
                 return None
+            row, kept = found
             self._runs.note(row.number, room_id)
             why = self._outdated(row, ground_now)
             if why is not None:
-                return await self._succeed(row, board, why, turn)
-            replay = await self._replayed(row, board, turn)
+                return await self._succeed(row, kept, why, turn)
+            replay = await self._replayed(row, kept, turn)
             await self._confirm(room_id)
             return self._enter(row, replay)
         except LedgerError as error:
@@ -164,11 +165,11 @@ class Recovery:
         None when the ledger knows none, or when its physics was another. Nothing goes on in it: it
         is there to be read. Raises LedgerError, DamagedRoomError.
         """
-        row, board = await self._read(_session, find=store.closed_room, room_id=room_id)
-        if row is None or row.physics_version != PHYSICS_VERSION:
+        found = await self._read(_session, find=store.closed_room, room_id=room_id)
+        if found is None or found[0].physics_version != PHYSICS_VERSION:
             return None
-        replay = await self._replayed(row, board, _at_once, over=True)
-        return row.number, replay.room
+        replay = await self._replayed(*found, _at_once, over=True)
+        return found[0].number, replay.room
 
     # Damage.
 
@@ -191,14 +192,14 @@ class Recovery:
     # Rooms that go on.
 
     async def _replayed(
-        self, row: RoomRow, board: str | None, turn: Turn, *, over: bool = False
+        self, row: RoomRow, kept: KeptBasis, turn: Turn, *, over: bool = False
     ) -> Replay:
         """The room at its last tick; of a run that is `over` the ledger is told nothing more.
 
         Raises DamagedRoomError where the ledger says otherwise.
         """
-        ground = await self._ground(row, board)
-        replay = await asyncio.to_thread(Replay, row, ground, limits=self._limits)
+        basis = await asyncio.to_thread(basis_of, row, kept)
+        replay = await asyncio.to_thread(Replay, row, basis, limits=self._limits)
         results, page = await self._read(_begun, row=row, replay=replay)
         replay.expect(results)
         saved_at = replay.first_tick
@@ -262,15 +263,19 @@ class Recovery:
             return "its board is another now"
         return None
 
-    async def _succeed(self, row: RoomRow, board: str | None, why: str, turn: Turn) -> Room | None:
-        """End a run that cannot go on, and begin the next where the room has an owner."""
-        writes = await self._end(row, board, why, turn)
-        _log.warning("room starts anew: %s", why, extra={"room": row.id})
-        if not row.owned:
+    async def _succeed(self, row: RoomRow, kept: KeptBasis, why: str, turn: Turn) -> Room | None:
+        """End a run that cannot go on, and begin the next where the room has an owner.
+
+        Unless it has a draw: whether its seeds still land in their bins is for its owner to find.
+        """
+        writes = await self._end(row, kept, why, turn)
+        if not row.owned or row.mode == DRAW:
+            _log.warning("room ends: %s", why, extra={"room": row.id})
             self._runs.report(writes)
             return None
-        ground = await self._ground(row, board)
-        room = make_room(row.id, ground, row.mode, tick_rate=self._tick_rate, limits=self._limits)
+        _log.warning("room starts anew: %s", why, extra={"room": row.id})
+        basis = await asyncio.to_thread(basis_of, row, kept)
+        room = make_room(row.id, basis, row.mode, tick_rate=self._tick_rate, limits=self._limits)
         record = self._runs.of(room)
         record.owned, record.opened, record.known = True, row.opened, True
         record.creator = row.creator
@@ -278,11 +283,11 @@ class Recovery:
         self._runs.report([*writes, *self._runs.rows(room, record)])
         return room
 
-    async def _end(self, row: RoomRow, board: str | None, why: str, turn: Turn) -> list[Write]:
+    async def _end(self, row: RoomRow, kept: KeptBasis, why: str, turn: Turn) -> list[Write]:
         """What ends a run: what is in flight lands first; what cannot, gets its stake back."""
         tick = row.tick
         if format_of(row.mode).has_results and row.awake and row.physics_version == PHYSICS_VERSION:
-            replay = await self._replayed(row, board, turn)
+            replay = await self._replayed(row, kept, turn)
             last = replay.room.world.tick + _LONGEST_FALL * row.tick_rate
             while replay.room.world.tick < last:
                 if await asyncio.to_thread(_slice, replay.finish):
@@ -294,23 +299,16 @@ class Recovery:
         unended = await self._read(voided, row=row, tick=tick, why=why)
         return [*unended, Close(row.number, tick, self._runs.now())]
 
-    async def _ground(self, row: RoomRow, text: str | None) -> Ground:
-        if text is None:
-            raise DamagedRoomError(f"the ledger lacks board {row.board}")
-        ground = await asyncio.to_thread(ground_of, row.mode, text)
-        if ground.digest != row.board:
-            raise DamagedRoomError(f"board {row.board} of the ledger has digest {ground.digest}")
-        return ground
-
 
 # What is read at once: each time the ledger is asked, a commit may come first.
 
 
 def _session(
     connection: Connection, find: Callable[..., RoomRow | None], room_id: str
-) -> tuple[RoomRow | None, str | None]:
+) -> tuple[RoomRow, KeptBasis] | None:
+    """A room's run, and what it is made of."""
     row = find(connection, room_id=room_id)
-    return row, None if row is None else store.board(connection, digest=row.board)
+    return None if row is None else (row, store.basis(connection, row.board, row.draw))
 
 
 def _begun(

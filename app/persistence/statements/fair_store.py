@@ -12,7 +12,7 @@ import msgspec
 from sqlalchemy import Connection, func, insert, select, tuple_, update
 
 from app.persistence.statements import tables
-from app.persistence.statements.store import result_of
+from app.persistence.statements.store import basis, result_of
 from app.rooms.canonical import canonical
 from app.rooms.records import FairEnd, FairOpening, FairSessionRow, LogLeaf, ReceiptRow, ResultRow
 from engine import merkle
@@ -28,6 +28,7 @@ class Exported:
 
     session: FairSessionRow
     board: str
+    draw: str | None
     drops: list[tuple[ReceiptRow, ResultRow | None]]
     size: int
     nodes: Nodes
@@ -160,9 +161,12 @@ def exported(connection: Connection, session_id: str) -> Exported | None:
             merkle.inclusion(receipt.leaf, count, lookup)
             merkle.consistency(receipt.leaf + 1, count, lookup)
 
-    board = select(tables.boards.c.json).where(tables.boards.c.digest == row.board)
-    text = connection.execute(board).scalar_one()
-    return Exported(row, text, drops, count, nodes(connection, asked_by(proofs)))
+    draw = msgspec.json.decode(row.statement).get("draw_digest")
+    kept = basis(connection, row.board, draw)
+    assert kept.board is not None
+    assert (kept.draw is None) == (draw is None)
+    log = nodes(connection, asked_by(proofs))
+    return Exported(row, kept.board, kept.draw, drops, count, log)
 
 
 def grown(connection: Connection, since: int) -> tuple[int, Nodes]:

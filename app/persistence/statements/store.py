@@ -10,6 +10,7 @@ from app.persistence.statements import tables
 from app.rooms.records import (
     DropRow,
     InputRow,
+    KeptBasis,
     Listed,
     OpenDrop,
     Parked,
@@ -177,6 +178,12 @@ def board(connection: Connection, digest: str) -> str | None:
     found = select(tables.boards.c.json).where(tables.boards.c.digest == digest)
     text: str | None = connection.execute(found).scalar()
     return text
+
+
+def basis(connection: Connection, board_digest: str, draw_digest: str | None) -> KeptBasis:
+    """What a run is made of that has this board, and this draw if any."""
+    draw = select(tables.draws.c.json).where(tables.draws.c.digest == draw_digest)
+    return KeptBasis(board(connection, board_digest), connection.scalar(draw))
 
 
 def drops(

@@ -49,6 +49,14 @@ boards = Table(
     Column("json", Text, nullable=False),
 )
 
+# Draws of rooms: weights of bins and seeds, over a board, as canonical JSON.
+draws = Table(
+    "draws",
+    metadata,
+    Column("digest", String(64), primary_key=True),
+    Column("json", Text, nullable=False),
+)
+
 # One row for each run of a room: `id` is what the world calls it, and it gets a new row when
 # it is reset or given another board, so that a row's log is that of one world from tick 0 on.
 rooms = Table(
@@ -75,6 +83,7 @@ rooms = Table(
     # Who made it, as a mark that says no more; where several servers share the ledger.
     Column("creator", String(64)),
     Column("key", String(64)),  # of the request that began this run, by which it may be asked again
+    Column("draw", String(64)),  # digest of its draw, if it has one
     Index("rooms_key", "key", unique=True,
           sqlite_where=text("key IS NOT NULL AND closed IS NULL"),
           postgresql_where=text("key IS NOT NULL AND closed IS NULL")),

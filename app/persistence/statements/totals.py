@@ -22,8 +22,8 @@ Key = tuple[str, int, bool]
 class Total:
     """Drops with a stake that ended in a bin: of one board, with stakes from `stake` to ten times.
 
-    aimed: whether the player chose the middle of the starts. staked, paid: minor units, in all;
-    squares: the sum of the stakes' squares.
+    Without those of rooms with a draw, whose odds are others. aimed: whether the player chose the
+    middle of the starts. staked, paid: minor units, in all; squares: sum of the stakes' squares.
     """
 
     board: str
@@ -75,6 +75,7 @@ def _staked(connection: Connection, results: Sequence[Row[Any]]) -> Iterator[Any
         )
         .where(tuple_(result.room, result.ball).in_(keys))
         .where(drop.stake > 0, result.bin.is_not(None))
+        .where(tables.rooms.c.draw.is_(None))  # where a draw has odds of its own
     )
     yield from connection.execute(chosen)
 

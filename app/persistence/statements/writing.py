@@ -8,6 +8,7 @@ import functools
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
 from itertools import groupby
+from operator import itemgetter
 from typing import Any, Final
 
 import sqlalchemy as sa
@@ -26,6 +27,7 @@ from app.rooms.drop_format import DropFormat
 from app.rooms.records import (
     BoardRow,
     Close,
+    DrawRow,
     DropRow,
     FairEnd,
     FairOpening,
@@ -48,6 +50,9 @@ _PROBE: Final = b"\0" * 8192  # more than a page, so that a ledger that cannot g
 _MARKED: Final = {"tick": "bigint", "awake": "boolean", "used": "float8"}
 _CHECKED: Final = _MARKED | {"checkpoint": "bytea", "checkpoint_drops": "bigint"}
 
+_CONTENTS: Final = {BoardRow: tables.boards, DrawRow: tables.draws}
+"""What is kept by its content's digest, once."""
+
 Ended = Sequence[Row[Any]]
 """Results that were not in the ledger before, by room and ball."""
 
@@ -57,11 +62,13 @@ def apply(connection: Connection, writes: Sequence[Write], targets: Sequence[str
 
     targets: of webhooks, which hear of drops and of results.
     """
-    # Boards point to nothing, so they may come first.
-    boards = sorted((w for w in writes if isinstance(w, BoardRow)), key=lambda row: row.digest)
-    if boards:
-        _add_boards(connection, boards)
-        writes = [write for write in writes if not isinstance(write, BoardRow)]
+    # Boards and draws point to nothing, so they may come first.
+    for kind, table in _CONTENTS.items():
+        rows = [asdict(write) for write in writes if isinstance(write, kind)]
+        if rows:
+            adding = tables.adding(connection, table).on_conflict_do_nothing()
+            connection.execute(adding, sorted(rows, key=itemgetter("digest")))
+    writes = [write for write in writes if not isinstance(write, tuple(_CONTENTS))]
     ended = _write(connection, writes)
     if ended:
         totals.count(connection, ended)
@@ -82,11 +89,6 @@ def probe(connection: Connection) -> None:
     """Write a page's worth and take it out again, in one transaction."""
     connection.execute(insert(tables.probes).values(number=1, filler=_PROBE))
     connection.execute(delete(tables.probes))
-
-
-def _add_boards(connection: Connection, rows: list[BoardRow]) -> None:
-    adding = tables.adding(connection, tables.boards).on_conflict_do_nothing()
-    connection.execute(adding, [asdict(row) for row in rows])
 
 
 def _add_rooms(connection: Connection, rows: list[RoomRow]) -> None:
@@ -168,7 +170,6 @@ def _close(connection: Connection, rows: list[Close]) -> None:
 
 
 _APPLY: dict[type, Callable[[Connection, Any], Ended | None]] = {
-    BoardRow: _add_boards,
     RoomRow: _add_rooms,
     DropRow: _add_drops,
     InputRow: _add_inputs,

@@ -15,7 +15,7 @@ from app.errors import InvalidValueError
 from app.protocol import messages
 from app.protocol.touching_messages import Change
 from app.rooms.pending import DropCommand, Entered, PendingInput
-from app.rooms.room import Ground, Room, decode_checkpoint
+from app.rooms.room import Basis, Ground, Room, decode_checkpoint
 from app.rooms.touching import inputs, values
 from app.rooms.touching.checks import BALL_NAMES, InputCheck, no_such_ball
 from app.rooms.touching.contacts import contacts
@@ -106,11 +106,11 @@ class TouchingRoom(Room):
             return Box(self.world.place, self.ground.radius)
         return None
 
-    def ground_after_reset(self, board: Board | None) -> Ground:
-        """What the room is begun anew over; raises InvalidValueError for a board in a scene."""
+    def basis_after_reset(self, board: Board | None = None) -> Basis:
+        """What the room is begun anew with; raises InvalidValueError for a board in a scene."""
         if board is not None and isinstance(self.origin, Scene):
             raise InvalidValueError(f"room {self.id!r} is a scene without a board", field="board")
-        return super().ground_after_reset(board)
+        return super().basis_after_reset(board)
 
     # Inputs.
 

@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 
-from app.protocol.messages import BallStart, Extent, SignedReceipt, Stats
+from app.protocol.messages import BallStart, DrawOdds, Extent, SignedReceipt, Stats
+from app.rooms.draw import MAX_SEEDS
 from app.rooms.stakes import MAX_STAKE, MAX_WHO
 from app.rooms.touching.story import StoryForm
 from app.web.schemas.fields import (
@@ -23,7 +24,49 @@ from app.web.schemas.fields import (
     Solver,
     StartIn,
 )
+from engine.drops.draws import MAX_WEIGHT
 from engine.json_text import Json, JsonObject
+
+
+class DrawForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Exact odds for a board's bins, and by which seeds a ball falls into each: `find_draw`."""
+
+    weights: Annotated[
+        Json,
+        Meta(
+            description="One for each bin, left to right: a ball falls into it with the chance of "
+            "its weight among their sum.",
+            examples=[[0, 0, 0, 1, 9999, 0, 0, 0, 0]],
+            extra_json_schema={
+                "type": "array",
+                "items": {"type": "integer", "minimum": 0, "maximum": MAX_WEIGHT},
+            },
+        ),
+    ]
+    seeds: Annotated[
+        Json,
+        Meta(
+            description="For each bin with a weight, seeds whose balls land there; for each other "
+            f"bin an empty list. {MAX_SEEDS:,} in all at most.",
+            extra_json_schema={
+                "type": "array",
+                "items": {
+                    "type": "array",
+                    "items": {"anyOf": [{"type": "string"}, {"type": "integer"}]},
+                },
+            },
+        ),
+    ]
+
+
+class DrawView(msgspec.Struct, frozen=True):
+    """A room's draw. Its digest is SHA-256 of this as canonical JSON (RFC 8785)."""
+
+    kind: Literal["plinko draw"]
+    version: Literal[1]
+    board_digest: Digest
+    weights: list[int]
+    seeds: list[list[Seed]]
 
 
 class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -31,9 +74,13 @@ class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     board: OptionalBoard = msgspec.field(default_factory=functools.partial(msgspec.Raw, b"null"))
     mode: Annotated[
-        Literal["independent", "interacting"],
-        Meta(description="Whether balls pass through each other or knock each other."),
+        Literal["independent", "interacting", "draw"],
+        Meta(
+            description="Whether balls pass through each other or knock each other; `draw`: the "
+            "former, with bins that are drawn by the odds of `draw`."
+        ),
     ] = "independent"
+    draw: Annotated[DrawForm | None, Meta(description="With the mode `draw`.")] = None
     scene: Annotated[
         Json,
         Meta(
@@ -123,6 +170,10 @@ class RoomView(msgspec.Struct, frozen=True):
     stats: Stats
     scene: Annotated[
         JsonObject | None, Meta(description="As it was opened; null for a room with a board.")
+    ]
+    draw: Annotated[
+        DrawOdds | None,
+        Meta(description="By which odds its bins are drawn; null where the seeds alone decide."),
     ]
 
 

@@ -30,6 +30,7 @@
  * @property {{histogram: number[]}} stats
  * @property {string} run
  * @property {string} key
+ * @property {{digest: string, weights: number[]}} [draw] of a room that has one
  *
  * @typedef {Omit<Hello, "board"> & {board: Board | null, arena: Arena}} ArenaHello of a room whose
  *   balls touch each other; its board is null where there is only a box

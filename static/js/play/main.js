@@ -14,6 +14,7 @@ import { Drawers } from "./desk/drawers.js";
 import { TableForm } from "./desk/table-form.js";
 import { Game } from "./game.js";
 import { CompanyPanel } from "./panels/company.js";
+import { DrawPanel } from "./panels/draw.js";
 import { FairPanel } from "./panels/fairness.js";
 import { HandOn } from "./panels/hand-on.js";
 import { History } from "./panels/history.js";
@@ -43,7 +44,8 @@ async function start() {
   window.addEventListener("popstate", () => game.enter(roomOfAddress()));
   const { view, ghost } = new Picture(game, theme);
   for (const Panel of [
-    Desk, Aim, TableForm, Drawers, History, Statistics, FairPanel, CompanyPanel, HandOn, OddsNote, TryMoon,
+    Desk, Aim, TableForm, Drawers, History, Statistics, FairPanel, DrawPanel, CompanyPanel, HandOn, OddsNote,
+    TryMoon,
   ]) new Panel(game, theme);
   for (const box of ["worlds", "places"]) new Worlds(game, theme, box);
   new Purse(game, theme, view);

@@ -10,7 +10,7 @@ from PIL import Image
 
 from app.cli import GROUPS, main
 from app.cli.common import garbage_waits
-from engine import Board, drop, drop_many, preset_names
+from engine import Board, drop, drop_many, find_draw, preset_names
 from engine.board.presets import TUNING, Tuning
 from engine.drops.calibrate import UNSEEN, fit_of
 
@@ -143,6 +143,35 @@ def test_seeds_are_those_that_drop_into_the_bin(plinko: Terminal) -> None:
     assert told["seeds"] == [str(seed) for seed in wanted]
     assert told["board_digest"] == Board.preset("triangle-8").digest
     assert plinko.json("drop", "triangle-8", "--seed", wanted[0])["bin"] == 4
+
+
+def test_a_draw_is_written_as_a_room_takes_it(plinko: Terminal, tmp_path: Path) -> None:
+    odds = [9999, 0, 0, 0, 0, 0, 0, 0, 1]
+    weights, file = tmp_path / "weights.json", tmp_path / "draw.json"
+    weights.write_text(json.dumps(odds))
+    asked = ("seeds", "triangle-8", "--per-bin", 2, "--draw")
+    told = plinko.run(*asked, weights, "-o", file)
+    assert told == f"{file}: 4 seeds, ready for POST rooms\n"
+    written = json.loads(file.read_text())
+    assert written == json.loads(plinko.run(*asked, ",".join(map(str, odds))))
+    assert written == {
+        "board": "triangle-8", "mode": "draw",
+        "draw": find_draw("triangle-8", odds, per_bin=2),
+    }  # fmt: skip
+    board = tmp_path / "own.json"
+    board.write_text(json.dumps(Board.preset("triangle-8").to_dict() | {"name": "own"}))
+    own = json.loads(plinko.run("seeds", board, "--per-bin", 2, "--draw", weights))
+    assert own["board"]["name"] == "own"
+    for options, named in (
+        (["--draw", "1,2"], "a list of 9"),
+        (["--draw", tmp_path / "none.json"], "neither weights such as 9999,1"),
+        (["--draw", weights, "--bin", 4], "either --bin or --draw"),
+        (["--draw", weights, "--aim", 0.01], "nobody aims"),
+        ([], "either --bin or --draw"),
+    ):
+        code, _, err = plinko.try_run("seeds", "triangle-8", *options)
+        assert code == 2
+        assert named in err
 
 
 def test_a_search_that_finds_nothing_ends_and_says_so(plinko: Terminal) -> None:

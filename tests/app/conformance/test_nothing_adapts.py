@@ -91,7 +91,7 @@ def test_the_seeds_of_a_session_depend_on_its_secrets_and_the_count_alone() -> N
         )  # fmt: skip
         drawn = []
         for number, command in enumerate(commands):
-            drawn.append(session.next_seed())
+            drawn.append(session.next_seed(None))
             session.take(PendingInput(7 * number, 0, command), 1, 1000.0 * number)
         return drawn
 

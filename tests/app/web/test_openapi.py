@@ -69,6 +69,7 @@ def test_it_lists_the_interface(document: dict[str, Any]) -> None:
         ("/api/v1/rooms/{room}/reset", "post"),
         ("/api/v1/rooms/{room}/move", "post"),
         ("/api/v1/rooms/{room}/log", "get"),
+        ("/api/v1/rooms/{room}/draw", "get"),
         ("/api/v1/rooms/{room}/queue", "get"),
         ("/api/v1/rooms/{room}/queue", "post"),
         ("/api/v1/rooms/{room}/queue", "patch"),

@@ -5,9 +5,11 @@ from fastapi import APIRouter, Request, Response
 from app.errors import InvalidValueError
 from app.live.live_room import LiveRoom
 from app.protocol.visitors import parse_tag
+from app.rooms.pending import DropCommand
 from app.rooms.queue import Queue
 from app.web.routes.common import Server, body_of, documented, limit_drops, read, reply
-from app.web.routes.rooms.rooms import Token, own_room
+from app.web.routes.rooms.rooms import own_room
+from app.web.routes.rooms.sessions import RoomToken as Token
 from app.web.schemas.queues import QueueChange, QueuedItem, QueueRequest, QueueView
 
 router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
@@ -47,6 +49,7 @@ async def add_to_queue(room: str, request: Request, server: Server) -> Response:
             f"room {found.id!r} has balls that touch each other, and no queue", field="room"
         )
     tag = parse_tag(body.name, body.colour)
+    found.room.check_drop(DropCommand(0), fair=False)
     await found.queue.change(lambda queue: queue.with_item(body.n, body.every, tag))
     return reply(_view(found), 202)
 

@@ -8,21 +8,29 @@ from collections.abc import Iterator
 from typing import Annotated, Literal
 
 import msgspec
-from fastapi import APIRouter, Depends, Header, Query, Request, Response
+from fastapi import APIRouter, Header, Query, Request, Response
 from fastapi.responses import StreamingResponse
-from fastapi.security import HTTPBearer
 from starlette.types import Send
 
 from app.computing import prices
-from app.errors import AppError, BusyError, InvalidValueError, TokenError, UnknownRoomError
+from app.errors import (
+    AppError,
+    BusyError,
+    InvalidValueError,
+    LedgerError,
+    NotFoundError,
+    TokenError,
+    UnknownRoomError,
+)
 from app.live.broadcast.audience import Player
 from app.live.live_room import LiveRoom
 from app.persistence.room_log import LogPart
 from app.protocol.visitors import NO_TAG
-from app.rooms.kinds import SCENE
+from app.rooms.draw import MAX_SEEDS, Draw
+from app.rooms.kinds import DRAW, SCENE
 from app.rooms.outcome import Outcome
 from app.rooms.pending import again_of
-from app.rooms.room import Ground, Room
+from app.rooms.room import Basis, Room
 from app.rooms.touching.scene import Scene
 from app.rooms.touching.story import Retold, Story, retell, story_of
 from app.web.directory import listed
@@ -34,6 +42,7 @@ from app.web.routes.common import (
     attended,
     body_of,
     charged,
+    compute,
     documented,
     documented_failures,
     is_current,
@@ -44,9 +53,12 @@ from app.web.routes.common import (
     resolve_board,
 )
 from app.web.routes.queries import Whole
+from app.web.routes.rooms.sessions import RoomToken as Token
 from app.web.routes.rooms.sessions import Token as SessionToken
 from app.web.routes.rooms.sessions import own_session
 from app.web.schemas.rooms import (
+    DrawForm,
+    DrawView,
     RoomChange,
     RoomDrop,
     RoomDropRequest,
@@ -58,6 +70,7 @@ from app.web.schemas.rooms import (
 )
 from app.web.services import Services
 from engine import Board
+from engine.parameters import Exact
 
 router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
 
@@ -82,7 +95,8 @@ WAIT_SECONDS = 30.0  # that `?wait=1` waits for a landing
 
 Id = Annotated[str | None, Query(alias="id", description="The room of this id alone.")]
 Mode = Annotated[
-    Literal["independent", "interacting", "scene"] | None, Query(description="Rooms of one kind.")
+    Literal["independent", "interacting", "draw", "scene"] | None,
+    Query(description="Rooms of one kind."),
 ]
 After = Annotated[str, Query(description="The id after which the page begins.")]
 Limit = Annotated[Whole, Query(ge=1, le=1000, description="How many rooms, at most.")]
@@ -98,11 +112,6 @@ Key = Annotated[
         description="A text of your own, by which the same is asked for again and done once.",
     ),
 ]
-
-# Only documents the scheme: what is missing or wrong is said by `app.web.tokens`.
-Token = Depends(
-    HTTPBearer(scheme_name="roomToken", description="What `POST rooms` gave.", auto_error=False)
-)
 
 
 @router.get("", summary="List the rooms", responses=documented(RoomList, 422))
@@ -145,10 +154,11 @@ async def list_rooms(
 async def open_room(request: Request, server: Server, key: Key = None) -> Response:
     """Open a room with an id of its own; watch it at `/ws/rooms/{id}`.
 
-    Over any board, `mode` says whether its balls touch each other. Instead of a board a `scene`
-    may be asked for: its name, or `{"scene": name, ...}` with its parameters (`GET scenes`). A
-    `story` is a scene that was played elsewhere, as by the sandbox page without a server: the room
-    goes on where it ends.
+    Over any board, `mode` says whether its balls touch each other; with a `draw` its bins have the
+    odds that this says, and every seed of it is tried. Instead of a board a `scene` may be asked
+    for: its name, or `{"scene": name, ...}` with its parameters (`GET scenes`). A `story` is a
+    scene that was played elsewhere, as by the sandbox page without a server: the room goes on where
+    it ends.
 
     The reply's `token` lets its holder change, reset and close the room.
     """
@@ -161,8 +171,8 @@ async def open_room(request: Request, server: Server, key: Key = None) -> Respon
     with server.creators.place(address, server.rooms.free, held) as take:
         body = await read(request, RoomRequest)
         if body.story is None:
-            ground, mode = await _ground(request, server, body)
-            room = await server.rooms.create(ground, mode, creator, again)
+            basis, mode = await _basis(request, server, body)
+            room = await server.rooms.create(basis, mode, creator, again)
         else:
             retold = await _retold(request, server, body)
             room = await server.rooms.create_retold(retold, creator, again)
@@ -181,6 +191,22 @@ def _opened(server: Services, live: LiveRoom) -> Response:
 async def get_room(room: str, server: Server) -> Response:
     """The room's clock, its balls in flight by their starts, and what came of the others."""
     return reply(_view(server, await server.rooms.seek(room)))
+
+
+@router.get(
+    "/{room}/draw",
+    summary="Look at a room's draw",
+    responses=documented(DrawView, 304, 404, 429, 503),
+)
+async def get_draw(room: str, request: Request, server: Server) -> Response:
+    """The odds of its bins, and the seeds whose balls fall into each: all that its digest is of."""
+    draw = (await server.rooms.seek(room)).room.draw
+    if draw is None:
+        raise NotFoundError(f"room {room!r} has no draw", field="room")
+    headers = {"etag": f'"{draw.digest}"', "cache-control": "no-cache"}
+    if is_current(request, draw.digest):
+        return Response(status_code=304, headers=headers)
+    return reply(draw.to_json(), headers=headers)
 
 
 @router.patch(
@@ -316,7 +342,8 @@ async def drop_into_room(
 
     A stake needs an open `session`, whose token is shown: nobody can choose such a drop's start.
     With a `seed` or `x` a drop is practice. A `name` and a `colour` are shown at the ball to all
-    who watch; in a room that has an owner they need the room's token.
+    who watch; in a room that has an owner they need the room's token, or that of a session which
+    was begun with it. A room with a draw takes drops of sessions only.
     With `wait=1` the reply comes with the landing, or as 202 without it should that take too long.
     Where the answer was `undecided`, or never came, ask again with the same `Idempotency-Key`: the
     ball is dropped once, and the reply is what came of it.
@@ -325,8 +352,10 @@ async def drop_into_room(
     limit_drops(request, server)
     body = await read(request, RoomDropRequest, empty=RoomDropRequest())
     command = drop_command(body, server.rooms.draw)
-    if found.owned and command.tag != NO_TAG:
-        server.tokens.check(found.id, request.headers.get("authorization"))
+    shown = request.headers.get("authorization")
+    owners = body.session is not None and server.session_tokens.is_owners(body.session, shown)
+    if found.owned and command.tag != NO_TAG and not owners:
+        server.tokens.check(found.id, shown)
     session = None if body.session is None else await own_session(body.session, request, server)
     if key is None:
         outcome = Outcome(await found.drop(command, session=session))
@@ -351,8 +380,12 @@ async def drop_into_room(
     return reply(drop, 202 if landed is None else 200)
 
 
-async def _ground(request: Request, server: Services, body: RoomRequest) -> tuple[Ground, str]:
-    """What a room is asked for over, and its mode."""
+async def _basis(request: Request, server: Services, body: RoomRequest) -> tuple[Basis, str]:
+    """What a room is asked for with, and its mode."""
+    if (body.mode == DRAW) != (body.draw is not None):
+        raise InvalidValueError("a `draw` and the mode `draw` need each other", field="draw")
+    if body.draw is not None:
+        return await _draw(request, server, body, body.draw), DRAW
     if body.scene is None:
         return await _board_of_room(request, server, body.board), body.mode
     if body.has("board"):
@@ -361,10 +394,23 @@ async def _ground(request: Request, server: Services, body: RoomRequest) -> tupl
     return server.rooms.scene(named), SCENE
 
 
+async def _draw(request: Request, server: Services, body: RoomRequest, form: DrawForm) -> Draw:
+    """A draw of which every seed was dropped by a worker, and landed in its bin."""
+    if body.scene is not None:
+        raise InvalidValueError("a draw is over a board, not a scene", field="scene")
+    if not server.ledger.keeps:
+        raise LedgerError("this server keeps no ledger, and so no sessions, which a draw needs")
+    board = await _board_of_room(request, server, body.board)
+    lists = form.seeds if isinstance(form.seeds, list) else []
+    count = sum(len(listed) for listed in lists if isinstance(listed, list))
+    price = prices.many_drops(board, min(count, MAX_SEEDS), Exact())
+    return await compute(request, price, Draw.checked, board, form.weights, form.seeds)
+
+
 async def _retold(request: Request, server: Services, body: RoomRequest) -> Retold:
     """What a story ends in, computed and charged as a worker's work."""
     assert body.story is not None
-    for name in ("board", "scene"):
+    for name in ("board", "scene", "draw"):
         if body.has(name):
             raise InvalidValueError(
                 f"a story has its scene in itself, not beside: {name}", field=name
@@ -424,6 +470,7 @@ def _view(server: Services, live: LiveRoom) -> RoomView:
         balls=room.balls,
         stats=room.stats(),
         scene=room.origin.to_dict() if isinstance(room.origin, Scene) else None,
+        draw=None if room.draw is None else room.draw.odds,
     )
 
 

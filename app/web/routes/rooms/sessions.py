@@ -103,26 +103,37 @@ Token = Depends(
     )
 )
 
+RoomToken = Depends(
+    HTTPBearer(scheme_name="roomToken", description="What `POST rooms` gave.", auto_error=False)
+)
+
 
 @router.post(
     "/sessions",
     status_code=201,
     summary="Begin a session",
     responses=documented(
-        SessionBegun, 400, 404, 413, 422, 429, 503, status=201, description="Begun"
+        SessionBegun, 400, 403, 404, 413, 422, 429, 503, status=201, description="Begun"
     ),
     openapi_extra=body_of(SessionRequest, {"room": "main", "commitment": _EXAMPLE}),
+    dependencies=[RoomToken],
 )
 async def begin_session(request: Request, server: Server) -> Response:
     """Commit to a secret; the server commits to one of its own and signs that.
 
-    Neither can then be chosen knowing the other. The token is in this reply alone.
+    Neither can then be chosen knowing the other. The token is in this reply alone. Who shows the
+    token of a room of their own may give names to the drops of the session.
     """
     limit_drops(request, server)
     body = await read(request, SessionRequest)
     live = await server.rooms.seek(body.room)
+    shown = request.headers.get("authorization")
+    if shown is not None and live.owned:
+        server.tokens.check(live.id, shown)
     session = await server.fair.begin(live.room, body.commitment)
-    token = server.session_tokens.of(session.id)
+    tokens = server.session_tokens
+    owners = shown is not None and live.owned
+    token = tokens.of_owner(session.id) if owners else tokens.of(session.id)
     headers = {"location": f"/api/v1/sessions/{session.id}", "cache-control": "no-store"}
     return reply(SessionBegun(**_fields(session), token=token), 201, headers)
 

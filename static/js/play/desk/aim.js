@@ -7,6 +7,7 @@ import { byId, isWithin, make, radioValue } from "../../util/dom.js";
 import { fixed } from "../../util/format.js";
 
 /** @import { Board } from "../../model/board.js" */
+/** @import { Hello } from "../../model/messages.js" */
 /** @import { Game } from "../game.js" */
 
 const SEED = "seed";
@@ -67,17 +68,18 @@ export class Aim {
     this.slider.addEventListener("input", () => this.#moved());
     document.addEventListener("keydown", (event) => this.#key(event));
     game.on("table", ({ hello }) => {
-      if (this.#digest !== hello.board_digest) this.#setBoard(hello.board, hello.slots);
-      this.#digest = hello.board_digest;
+      const key = hello.draw?.digest ?? hello.board_digest;
+      if (this.#digest !== key) this.#setBoard(hello);
+      this.#digest = key;
     });
   }
 
-  /** @param {Board} board @param {number[]} slots */
-  #setBoard(board, slots) {
+  /** @param {Hello} hello */
+  #setBoard({ board, slots, draw }) {
     this.#slots = slots;
     this.#board = board;
     this.words.textContent = "";
-    this.field.hidden = !aims(board, slots);
+    this.field.hidden = draw !== undefined || !aims(board, slots);
     const { x } = board.drop;
     const places = slots.length
       ? slots.map((_, index) => [String(index), String(index + 1), t("play.slot", { n: index + 1 })])
@@ -178,9 +180,9 @@ export class Aim {
   }
 }
 
-/** @param {Board} board @param {number[]} slots @param {number} x m @returns {number | null} where a click there aims */
-export function aimAt(board, slots, x) {
-  return aims(board, slots) ? allowedAim(board, slots, x) : null;
+/** @param {Hello} hello @param {number} x m @returns {number | null} where a click there aims; in a draw nobody does */
+export function aimAt({ board, slots, draw }, x) {
+  return !draw && aims(board, slots) ? allowedAim(board, slots, x) : null;
 }
 
 /** @param {string} value @param {string} text @param {string} name @param {boolean} checked */

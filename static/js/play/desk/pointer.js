@@ -30,7 +30,7 @@ export class BoardPointer {
   #aim(event) {
     const place = this.view.aimOf(event);
     const { hello } = this.game.room;
-    return place?.above && hello ? aimAt(hello.board, hello.slots, place.x) : null;
+    return place?.above && hello ? aimAt(hello, place.x) : null;
   }
 
   /** @param {number | null} x metres */

@@ -42,6 +42,8 @@ export class FairPlay {
   #commitment = "";
   #beginning = false;
   #board = "";
+  /** Digest of the room's draw, if it has one. @type {string | undefined} */
+  #draw;
   /** Whether there will be no session: drops are practice. */
   failed = false;
   #rejoining = false;
@@ -72,12 +74,13 @@ export class FairPlay {
   }
 
   /** @param {Hello} hello a line is there, or there again: go on with the session, or begin one */
-  greeted({ board_digest: board, mode }) {
+  greeted({ board_digest: board, mode, draw }) {
     this.state = null;
     this.#waiting = [];
     this.#leave();
     this.#beginning = false;
     this.#board = board;
+    this.#draw = draw?.digest;
     this.failed = mode !== "independent";
     if (this.failed) return;
     const kept = this.#saved().find((each) => each.room === this.room && each.board === board);
@@ -224,7 +227,7 @@ export class FairPlay {
   #isOurs({ token, statement }) {
     if (!token) return canonical(statement) === canonical(this.#kept?.given.statement ?? null);
     return statement.client_commitment === this.#commitment && statement.room === this.room
-      && statement.board_digest === this.#board;
+      && statement.board_digest === this.#board && statement.draw_digest === this.#draw;
   }
 
   /** No session can be had: what waited for one goes nowhere. */

@@ -5,6 +5,7 @@ import { readBoardName } from "../../model/presets.js";
 import { getJson } from "../../net/api.js";
 import { PHYSICS_VERSION } from "../../solver/digest.js";
 import { Batch } from "../../solver/many/batch.js";
+import { t } from "../../texts/text.js";
 import { byId } from "../../util/dom.js";
 import { choiceOf } from "../rooms.js";
 
@@ -33,6 +34,9 @@ function keep(name, odds) {
   window.localStorage.setItem(KEY, JSON.stringify({ ...known(), [name]: learnt }));
 }
 
+/** @param {Hello} hello @returns {string} what its odds follow from: a draw has odds of its own */
+const oddsOf = ({ draw, board_digest: board }) => draw?.digest ?? board;
+
 /** Of one table at a time. */
 export class OddsNote {
   /** @type {Odds[]} by aim */
@@ -48,14 +52,15 @@ export class OddsNote {
 
   /** @param {Hello} hello */
   async #learn(hello) {
-    const { board_digest: digest, board_name: name } = hello;
+    const { board_name: name } = hello;
+    const digest = oddsOf(hello);
     if (digest === this.#digest) return; // a line that came back
     this.#digest = digest;
     this.#odds = [];
     this.game.odds = null;
     // Where balls knock each other no odds of one ball hold; boards that cannot be chosen were never counted.
     const choice = choiceOf(hello);
-    const odds = choice && !choice.knock ? await this.#find(hello).catch(() => []) : [];
+    const odds = choice && !choice.knock && !hello.draw ? await this.#find(hello).catch(() => []) : [];
     if (digest !== this.#digest) return;
     this.#odds = odds;
     if (odds.length) keep(name, odds[0]);
@@ -78,9 +83,10 @@ export class OddsNote {
   #show() {
     const { hello } = this.game.room;
     // Those of the table before may come late, when another is there already.
-    const here = hello?.board_digest === this.#digest;
+    const here = hello && oddsOf(hello) === this.#digest;
     const odds = here ? oddsAt(this.#odds, this.game.choice.aim, hello.board.drop.x) : null;
-    byId("odds-note").textContent = odds ? oddsWords(odds) : "";
+    const words = odds ? oddsWords(odds) : "";
+    byId("odds-note").textContent = hello?.draw ? t("draw.note") : words;
     if (odds !== this.game.odds) this.#tell(odds);
   }
 

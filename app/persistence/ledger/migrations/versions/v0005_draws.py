@@ -1,0 +1,20 @@
+"""Rooms whose bins are drawn by exact odds."""
+
+import sqlalchemy as sa
+from alembic import op
+
+revision = "0005"
+down_revision = "0004"
+branch_labels = None
+depends_on = None
+
+
+def upgrade() -> None:
+    """Add a table of draws, and say of each room which one it has: none that is there has one."""
+    op.create_table(
+        "draws",
+        sa.Column("digest", sa.String(length=64), nullable=False),
+        sa.Column("json", sa.Text(), nullable=False),
+        sa.PrimaryKeyConstraint("digest"),
+    )
+    op.add_column("rooms", sa.Column("draw", sa.String(length=64), nullable=True))

@@ -1,0 +1,71 @@
+"""Hold a prize draw with exact odds: one ball for each name, and a file by which anybody checks it.
+
+    plinko seeds triangle-8 --draw 1,0,0,0,9999,0,0,0,0 -o draw.json
+    python hold_draw.py draw.json session.json Ada Bob
+    plinko verify session.json
+
+It opens a room with the draw, drops the balls in one fair session, and ends it. `--server` says
+where the game is. Show `stage.html?room=ROOM`, with the room that is written first, to the
+audience; the balls fall once Enter is pressed.
+"""
+# pip install httpx
+
+import argparse
+import hashlib
+import json
+import secrets
+
+import httpx
+
+
+def asked(client, method, path, token=None, **body):
+    """The JSON of an answer; ends the program with what the server says is wrong."""
+    headers = {"Authorization": f"Bearer {token}"} if token else {}
+    answer = client.request(method, f"/api/v1/{path}", json=body or None, headers=headers)
+    if answer.is_error:
+        raise SystemExit(answer.json()["detail"])
+    return answer.json()
+
+
+def hold(client, draw, names, secret):
+    """Hold the draw; returns the session's export, with what was told before it was decided."""
+    room = asked(client, "POST", "rooms", **draw)
+    print(f"room {room['id']}, draw {room['draw']['digest']}")
+    # Begun with the room's token, the session may give names in this room.
+    commitment = hashlib.sha256(secret).hexdigest()
+    begun = asked(client, "POST", "sessions", room["token"], room=room["id"], commitment=commitment)
+    print(f"the server has committed to {begun['statement']['server_commitment']}")
+    input("Press Enter to drop the balls.")
+    place, token = f"sessions/{begun['session']}", begun["token"]
+    asked(client, "POST", f"{place}/opening", token, seed=secret.hex())
+    heard = []
+    for name in names:
+        drops = f"rooms/{room['id']}/drops?wait=1"
+        drop = asked(client, "POST", drops, token, session=begun["session"], name=name)
+        heard.append(drop["receipt"])
+        landed = drop["landed"]
+        print(f"{name}: {landed.get('label') or 'bin ' + str(landed['bin'] + 1)}")
+    asked(client, "POST", f"{place}/end", token)
+    given = {name: begun[name] for name in ("statement", "signature")}
+    export = asked(client, "GET", f"{place}/export", token)
+    return {**export, "heard": heard, "heard_session": given}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--server", default="http://127.0.0.1:8000")
+    parser.add_argument("draw", help="what plinko seeds --draw has written")
+    parser.add_argument("session", help="the file to write")
+    parser.add_argument("names", nargs="+")
+    told = parser.parse_args()
+    with open(told.draw, encoding="utf-8") as file:
+        draw = json.load(file)
+    with httpx.Client(base_url=told.server, timeout=60.0) as client:
+        export = hold(client, draw, told.names, secrets.token_bytes(32))
+    with open(told.session, "w", encoding="utf-8") as file:
+        json.dump(export, file)
+    print(f"{told.session}: check it with plinko verify, or on verify.html")
+
+
+if __name__ == "__main__":
+    main()

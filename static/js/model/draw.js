@@ -1,0 +1,24 @@
+// A draw's weights as odds for people. Pure.
+
+import { language, t } from "../texts/text.js";
+
+/**
+ * @param {number[]} weights of the bins, left to right
+ * @returns {{bin: number, words: string}[]} the bins that can come, each with its odds to the last digit
+ */
+export function drawOdds(weights) {
+  const sum = weights.reduce((total, weight) => total + BigInt(weight), 0n);
+  return weights.flatMap((weight, bin) => (weight === 0 ? [] : [{ bin, words: chance(BigInt(weight), sum) }]));
+}
+
+/** @param {bigint} weight above 0 @param {bigint} sum @returns {string} "1 in 10,000" */
+function chance(weight, sum) {
+  const common = divisor(weight, sum);
+  return t("draw.chance", { part: shown(weight / common), whole: shown(sum / common) });
+}
+
+/** @param {bigint} a @param {bigint} b @returns {bigint} the greatest that both can be divided by */
+const divisor = (a, b) => (b === 0n ? a : divisor(b, a % b));
+
+/** @param {bigint} value */
+const shown = (value) => value.toLocaleString(language);
