@@ -1,16 +1,31 @@
 """What waits to be dropped into a room, over REST: add, look, pause, skip, clear."""
 
-from fastapi import APIRouter, Request, Response
+from typing import Annotated, Final, Literal
+
+from fastapi import APIRouter, Path, Request, Response
 
 from app.errors import InvalidValueError
 from app.live.live_room import LiveRoom
 from app.protocol.visitors import parse_tag
+from app.rooms.pending import again_of
 from app.rooms.queue import Queue
-from app.web.routes.common import Server, body_of, documented, limit_drops, read, reply
-from app.web.routes.rooms.rooms import Token, own_room
+from app.web.routes.common import (
+    Server,
+    body_of,
+    charge_drops,
+    documented,
+    limit_drops,
+    read,
+    reply,
+)
+from app.web.routes.rooms.rooms import Key, Token, own_room
 from app.web.schemas.queues import QueueChange, QueuedItem, QueueRequest, QueueView
 
 router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
+
+_LESS: Final = {"skip": Queue.skipped, "clear": Queue.cleared}
+
+Less = Annotated[Literal["skip", "clear"], Path(description="The first item, or all that waits.")]
 
 
 @router.get(
@@ -33,11 +48,13 @@ async def get_queue(room: str, server: Server) -> Response:
     openapi_extra=body_of(QueueRequest, {"n": 3, "name": "Ada"}),
     dependencies=[Token],
 )
-async def add_to_queue(room: str, request: Request, server: Server) -> Response:
+async def add_to_queue(room: str, request: Request, server: Server, key: Key = None) -> Response:
     """The room drops `n` balls for a name, one `every` so many seconds; for its creator alone.
 
     At most twenty of them fall at a time; what comes later waits. It survives a restart of the
     server, with each ball dropped once. A room that is begun anew or closed forgets what waits.
+    It counts as `n` drops of the client's address. Where the answer was `undecided`, or never came,
+    ask again with the same `Idempotency-Key`: the balls wait once.
     """
     found = await own_room(room, request, server)  # first: it counts where its room is
     limit_drops(request, server)
@@ -47,7 +64,9 @@ async def add_to_queue(room: str, request: Request, server: Server) -> Response:
             f"room {found.id!r} has balls that touch each other, and no queue", field="room"
         )
     tag = parse_tag(body.name, body.colour)
-    await found.queue.change(lambda queue: queue.with_item(body.n, body.every, tag))
+    again = None if key is None else again_of("queued", key, *tag.marks)
+    if await found.queue.add(body.n, body.every, tag, again):
+        charge_drops(request, server, body.n - 1)  # beside the one that was taken
     return reply(_view(found), 202)
 
 
@@ -67,35 +86,22 @@ async def change_queue(room: str, request: Request, server: Server) -> Response:
 
 
 @router.post(
-    "/{room}/queue/skip",
-    summary="Skip the first of what waits in a room",
-    responses=documented(QueueView, 401, 403, 404, 429, 503),
+    "/{room}/queue/{less}",
+    summary="Skip the first of what waits in a room, or clear all of it",
+    responses=documented(QueueView, 401, 403, 404, 422, 429, 503),
     dependencies=[Token],
 )
-async def skip_queued(room: str, request: Request, server: Server) -> Response:
-    """Forget what is left of the first item; for the room's creator alone."""
+async def forget_queued(room: str, less: Less, request: Request, server: Server) -> Response:
+    """`skip` forgets what is left of the first item, `clear` all; for the room's creator alone."""
     found = await own_room(room, request, server)
-    await found.queue.change(Queue.skipped)
-    return reply(_view(found))
-
-
-@router.delete(
-    "/{room}/queue",
-    summary="Clear a room's queue",
-    responses=documented(QueueView, 401, 403, 404, 429, 503),
-    dependencies=[Token],
-)
-async def clear_queue(room: str, request: Request, server: Server) -> Response:
-    """Forget all that waits; for the room's creator alone."""
-    found = await own_room(room, request, server)
-    await found.queue.change(Queue.cleared)
+    await found.queue.change(_LESS[less])
     return reply(_view(found))
 
 
 def _view(live: LiveRoom) -> QueueView:
     queue = live.queue
     items = [
-        QueuedItem(item.number, item.balls, queue.left(item), item.every, **item.tag.fields)
-        for item in queue.state.items
+        QueuedItem(item.number, item.balls, left, item.every, **item.tag.fields)
+        for item, left in queue.items
     ]
     return QueueView(live.id, queue.state.paused, queue.waiting, items)
