@@ -28,6 +28,7 @@ class PlayView(msgspec.Struct, frozen=True):
     time: Annotated[int | None, Meta(description="Of its receipt: Unix time, in ms.")]
     digest: Annotated[str | None, Meta(description="Of its whole path; null while it falls.")]
     bin: int | None
+    label: Annotated[str | None, Meta(description="The prize: text of its bin's label.")]
     score: Annotated[float | None, Meta(description="The multiplier.")]
     payout: int | None
     duration: float | None
