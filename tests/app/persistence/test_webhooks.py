@@ -32,7 +32,7 @@ from app.rooms.records import (
     Void,
     Write,
 )
-from app.webhooks.sender import FIRST, LOOK, MOST, Sender
+from app.webhooks.sender import FIRST, LONGEST, LOOK, MOST, Sender
 from app.webhooks.targets import Target
 from engine import Board
 from tests.app.persistence.server import SQLITE, Served
@@ -249,6 +249,24 @@ def test_a_prize_and_whose_it_is_are_told(tmp_path: Path) -> None:
     asyncio.run(scene())
     assert [event.get("label") for event in target.heard] == [None, "prize 4"]
     assert [(event["name"], event["colour"]) for event in target.heard] == 2 * [("Ann", "#00ff00")]
+
+
+def test_a_sender_that_fails_says_so_counts_as_late_and_goes_on(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    target = FakeTarget([ZeroDivisionError("a fault of the program")])
+
+    async def scene() -> Sending:
+        async with opened(f"sqlite:///{tmp_path / 'plinko.db'}") as ledger:
+            await ledger.commit(*begun(), drop(0))
+            sending = Sending(ledger, target)
+            await sending.until_heard(target, 1)
+            return sending
+
+    sending = asyncio.run(scene())
+    assert target.ids == ["1.0.accepted"]
+    assert sending.waited == [LONGEST]
+    assert "a fault of the program" in caplog.text
 
 
 @pytest.mark.parametrize("url", [SQLITE], indirect=True)
