@@ -4,6 +4,7 @@ import json
 import re
 import signal
 from collections.abc import Iterator
+from functools import partial
 
 import httpx
 import pytest
@@ -207,6 +208,10 @@ def painted(stage: Screen, pupils: dict[str, str]) -> list[int]:
     return counts
 
 
+def shows_all(stage: Screen, pupils: dict[str, str]) -> bool:
+    return all(painted(stage, pupils))
+
+
 def test_phones_come_by_the_code_and_each_has_its_colour_in_the_pile_and_the_bars(
     opened: Open, server: ServerProcess
 ) -> None:
@@ -226,7 +231,7 @@ def test_phones_come_by_the_code_and_each_has_its_colour_in_the_pile_and_the_bar
         expect(stage.page.locator("#leaders > li")).to_have_text(2 * [re.compile("^(Ada|Ben)4$")])
         expect(stage.page.locator("#tray-count")).to_have_text("8 drops landed at this table")
         expect(stage.page.locator("#tray-key")).to_contain_text(expected)
-        until(lambda stage=stage: all(painted(stage, pupils)), lambda stage=stage: stage.frames(4))
+        until(partial(shows_all, stage, pupils), partial(stage.frames, 4))
         check_axe(stage)
         for size in FRAMES:
             stage.page.set_viewport_size(size)

@@ -191,8 +191,10 @@ def test_a_room_recalls_the_plays_of_all_since_it_was_reset(http: httpx.Client) 
 
 
 def test_a_room_s_table_says_what_each_ball_has_won(http: httpx.Client) -> None:
-    bins = TINY["bins"] | {"labels": [{"text": f"prize {n}"} for n in range(3)]}
-    room = http.post("/api/v1/rooms", json={"board": TINY | {"bins": bins}}).json()["id"]
+    bins: Any = TINY["bins"]
+    labels = [{"text": f"prize {number}"} for number in range(len(bins["multipliers"]))]
+    board = {**TINY, "bins": {**bins, "labels": labels}}
+    room = http.post("/api/v1/rooms", json={"board": board}).json()["id"]
     landed = played(http, room, seed="7")["landed"]
     address = f"/api/v1/rooms/{room}/plays"
     (row,) = table_of(http.get(address, params={"format": "csv"}))
