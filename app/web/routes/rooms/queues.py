@@ -1,8 +1,8 @@
 """What waits to be dropped into a room, over REST: add, look, pause, skip, clear."""
 
-from typing import Annotated, Final, Literal
+from collections.abc import Callable
 
-from fastapi import APIRouter, Path, Request, Response
+from fastapi import APIRouter, Request, Response
 
 from app.errors import InvalidValueError
 from app.live.live_room import LiveRoom
@@ -20,12 +20,9 @@ from app.web.routes.common import (
 )
 from app.web.routes.rooms.rooms import Key, Token, own_room
 from app.web.schemas.queues import QueueChange, QueuedItem, QueueRequest, QueueView
+from app.web.services import Services
 
 router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
-
-_LESS: Final = {"skip": Queue.skipped, "clear": Queue.cleared}
-
-Less = Annotated[Literal["skip", "clear"], Path(description="The first item, or all that waits.")]
 
 
 @router.get(
@@ -86,15 +83,32 @@ async def change_queue(room: str, request: Request, server: Server) -> Response:
 
 
 @router.post(
-    "/{room}/queue/{less}",
-    summary="Skip the first of what waits in a room, or clear all of it",
-    responses=documented(QueueView, 401, 403, 404, 422, 429, 503),
+    "/{room}/queue/skip",
+    summary="Skip the first of what waits in a room",
+    responses=documented(QueueView, 401, 403, 404, 429, 503),
     dependencies=[Token],
 )
-async def forget_queued(room: str, less: Less, request: Request, server: Server) -> Response:
-    """`skip` forgets what is left of the first item, `clear` all; for the room's creator alone."""
+async def skip_queued(room: str, request: Request, server: Server) -> Response:
+    """Forget what is left of the first item; for the room's creator alone."""
+    return await _changed(room, request, server, Queue.skipped)
+
+
+@router.post(
+    "/{room}/queue/clear",
+    summary="Clear a room's queue",
+    responses=documented(QueueView, 401, 403, 404, 429, 503),
+    dependencies=[Token],
+)
+async def clear_queue(room: str, request: Request, server: Server) -> Response:
+    """Forget all that waits; for the room's creator alone."""
+    return await _changed(room, request, server, Queue.cleared)
+
+
+async def _changed(
+    room: str, request: Request, server: Services, step: Callable[[Queue], Queue]
+) -> Response:
     found = await own_room(room, request, server)
-    await found.queue.change(_LESS[less])
+    await found.queue.change(step)
     return reply(_view(found))
 
 
