@@ -19,6 +19,7 @@ from app.errors import (
     UndecidedError,
 )
 from app.live.broadcast.audience import NOBODY, Audience, Means, Player
+from app.live.broadcast.hub import Client
 from app.live.halts import Halts
 from app.live.queue import RoomQueue
 from app.live.sessions.fair_session import FairSession, TakenDrop
@@ -28,6 +29,7 @@ from app.persistence.service import PersistenceService
 from app.persistence.statements import store
 from app.protocol import messages
 from app.protocol.touching_messages import Change
+from app.protocol.wire import WireMessage
 from app.rooms.outcome import Outcome, outcome_of
 from app.rooms.pending import DropCommand, Entered, Pending
 from app.rooms.records import InputRow
@@ -104,6 +106,7 @@ class LiveRoom:
             record.number,
             drop=self.drop_once,
             flying=lambda: {ball.ball for ball in self.room.balls},
+            landing=self.landings.next,
             draw=self._around.draw,
             tell=self.audience.notify,
             empty=not record.known,
@@ -117,6 +120,11 @@ class LiveRoom:
     @property
     def watched(self) -> bool:
         return self._around.audiences.hub.count(self.id) > 0 or self._around.filmed(self.id)
+
+    def tell_waiting(self, client: Client) -> None:
+        """Send a client that was greeted just now what waits in the queue, if anything does."""
+        if self.queue.items:
+            client.post(WireMessage.of_text(messages.encode_event(self.queue.event)))
 
     # What is asked.
 

@@ -35,8 +35,6 @@ from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.recovery.rebuild_queue import RebuildQueue, Turn, rebuilding
 from app.persistence.service import PersistenceService
 from app.persistence.statements import queue_store, store
-from app.protocol import messages
-from app.protocol.wire import WireMessage
 from app.rooms import kinds
 from app.rooms.boards import Boards
 from app.rooms.kinds import INDEPENDENT, SCENE, BallLimits, make_room
@@ -392,8 +390,7 @@ class Rooms:
     def enter(self, live: LiveRoom, client: Client) -> None:
         """Let a client watch: the full state first, then all that happens. Raises RoomFullError."""
         live.audience.enter(client)
-        if live.queue.state.items:
-            client.post(WireMessage.of_text(messages.encode_event(live.queue.event)))
+        live.tell_waiting(client)
         live.wake()
 
     def exit(self, live: LiveRoom, client: Client) -> None:

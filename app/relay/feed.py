@@ -187,6 +187,7 @@ class Feeds:
         if feed.client is None:
             return  # it is about to be greeted as everyone who comes
         with contextlib.suppress(AppError):
-            audience = self._rooms.find(room_id).audience
-            audience.release()
-            audience.greet(feed.client)
+            live = self._rooms.find(room_id)
+            live.audience.release()
+            live.audience.greet(feed.client)
+            live.tell_waiting(feed.client)

@@ -14,16 +14,25 @@ MOST_WAITING: Final = 5000  # balls of all items
 
 
 class Item(msgspec.Struct, frozen=True, omit_defaults=True):
-    """So many balls, one `every` so many seconds; `number` is its own, in this run of the room."""
+    """So many balls, one `every` so many seconds; `number` is its own, in this run of the room.
+
+    again: by which the same item may be asked for again.
+    """
 
     number: int
     balls: int
     every: float
     tag: Tag = NO_TAG
+    again: str | None = None
 
     def key(self, ball: int) -> str:
         """By which its ball of this number is dropped once, whatever happens in between."""
-        return again_of("queue", str(self.number), str(ball))
+        return ball_key(self.again or str(self.number), ball)
+
+
+def ball_key(item: str, ball: int) -> str:
+    """The key of a ball of an item, which the ledger has once the ball was dropped."""
+    return again_of("queue", item, str(ball))
 
 
 class Queue(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -33,7 +42,7 @@ class Queue(msgspec.Struct, frozen=True, omit_defaults=True):
     paused: bool = False
     next: int = 0
 
-    def with_item(self, balls: int, every: float, tag: Tag) -> "Queue":
+    def with_item(self, balls: int, every: float, tag: Tag, again: str | None = None) -> "Queue":
         """With one more at its end; raises BallLimitError where that is too much."""
         if len(self.items) >= MOST_ITEMS:
             raise BallLimitError(f"{MOST_ITEMS} items wait already, as many as may")
@@ -43,7 +52,7 @@ class Queue(msgspec.Struct, frozen=True, omit_defaults=True):
                 f"n {balls}: {waiting} balls wait already, and no more than {MOST_WAITING} may",
                 field="n",
             )
-        item = Item(self.next, balls, every, tag)
+        item = Item(self.next, balls, every, tag, again)
         return Queue((*self.items, item), self.paused, self.next + 1)
 
     def without(self, number: int) -> "Queue":

@@ -70,6 +70,13 @@ class Sender:
                 waited = self._mine() and await self._send_waiting()
             except LedgerError:  # which says so itself
                 waited = False
+            except Exception:  # noqa: BLE001 - one target must not end the others
+                _log.exception(
+                    "webhook %s: what waits cannot be sent; it is tried again", self.target.name
+                )
+                self._fail()
+                await self._sleep(LONGEST)
+                continue
             if not waited:
                 await self._sleep(LOOK)
 
@@ -94,13 +101,17 @@ class Sender:
         delay = FIRST
         while (fault := await self._try(message, body)) is not None:
             if self._failing_since is None:
-                self._failing_since = self._now()
                 _log.warning("webhook %s: %s; it is tried again", self.target.name, fault)
+            self._fail()
             await self._sleep(delay)
             delay = min(2.0 * delay, LONGEST)
         if self._failing_since is not None:
             _log.warning("webhook %s takes events again", self.target.name)
             self._failing_since = None
+
+    def _fail(self) -> None:
+        if self._failing_since is None:
+            self._failing_since = self._now()
 
     async def _try(self, message: str, body: bytes) -> str | None:
         """Send one request; returns why the target has not taken it, None if it has."""

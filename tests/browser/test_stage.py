@@ -1,18 +1,21 @@
 """A room on a stage: what an audience sees, at every size of frame, over any ground, for hours."""
 
 import json
+import re
 import signal
 from collections.abc import Iterator
+from functools import partial
 
 import httpx
 import pytest
 from playwright.sync_api import ViewportSize, expect
 
+from tests.app.web.test_invitations import read
 from tests.browser.access.axe import check_axe
 from tests.browser.conftest import Complaints, Open, ServerProcess, quick_table
 from tests.browser.screen import Screen
 from tests.browser.table.test_reconnect import GONE
-from tests.waiting import LIMIT
+from tests.waiting import LIMIT, until
 
 FRAMES: list[ViewportSize] = [
     {"width": 1920, "height": 1080},
@@ -32,13 +35,35 @@ _LAID_OUT = """
 () => {
   const box = (id) => document.getElementById(id).getBoundingClientRect();
   const parts = ["board", "winners-panel", "leaders-panel", "queue-panel",
-    "join-panel"];
+    "join-panel", "tray"];
   const beyond = parts.map(box).map((one) => Math.max(
     -one.left, -one.top, one.right - innerWidth, one.bottom - innerHeight));
   const [board, stage] = [box("board"), document.querySelector(".stage").getBoundingClientRect()];
   const fills = Math.max(board.width / stage.width, board.height / stage.height);
-  return { beyond: Math.max(...beyond), fills, part: board.width * board.height
+  const lesson = box("tray").height / innerHeight;
+  return { lesson, beyond: Math.max(...beyond), fills, part: board.width * board.height
     / (innerWidth * innerHeight) };
+}
+"""
+
+# What has been painted below the board: how many pixels have the hue of each colour, as a ball's
+# bright side has.
+_PAINTED = """
+(colours) => {
+  const canvas = document.getElementById("histogram");
+  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  const bytes = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
+  const wanted = colours.map(bytes);
+  const counts = colours.map(() => 0);
+  for (let at = 0; at < data.length; at += 4) {
+    const pixel = data.subarray(at, at + 3);
+    if (Math.max(...pixel) < 140) continue;
+    wanted.forEach((colour, i) => {
+      const along = colour.reduce((sum, part, channel) => sum + part * pixel[channel], 0);
+      if (along > 0.98 * Math.hypot(...colour) * Math.hypot(...pixel)) counts[i] += 1;
+    });
+  }
+  return counts;
 }
 """
 
@@ -162,13 +187,63 @@ def test_what_waits_is_shown_and_goes_on_after_the_server_was_killed(
     mortal.start()
     there(stage)
     expect(waiting).to_have_count(1)
-    http.delete(f"{path}/queue").raise_for_status()
+    http.post(f"{path}/queue/clear").raise_for_status()
     expect(waiting).to_have_count(0)
     names = [drop["name"] for drop in http.get(f"{path}/log").json()["drops"]]
     http.close()
     assert names[:12] == [NAME] * 12
     assert set(names[12:]) <= {"Ben"}
     player.ready()
+
+
+def visitor(name: str, colour: str) -> str:
+    """What a page is to run before its own, so that its visitor has this name and colour."""
+    chosen = json.dumps({"name": name, "colour": colour})
+    return f"localStorage.setItem('plinko.visitor.1', {json.dumps(chosen)})"
+
+
+def painted(stage: Screen, pupils: dict[str, str]) -> list[int]:
+    """Pixels below the board in the colour of each pupil."""
+    counts: list[int] = stage.page.evaluate(_PAINTED, list(pupils.values()))
+    return counts
+
+
+def shows_all(stage: Screen, pupils: dict[str, str]) -> bool:
+    return all(painted(stage, pupils))
+
+
+def test_phones_come_by_the_code_and_each_has_its_colour_in_the_pile_and_the_bars(
+    opened: Open, server: ServerProcess
+) -> None:
+    quick = quick_table(server, "triangle-8")
+    address = f"/stage.html?room={quick.room}&leaders=balls&join=on"
+    pile = there(opened(f"{address}&tray=pile&expected=binomial"))
+    bars = there(opened(f"{address}&tray=bars&expected=on"))
+    code = httpx.get(pile.page.locator("#join").evaluate("image => image.src"), timeout=LIMIT)
+    link = read(code.text)
+    pupils = {"Ada": "#ff2040", "Ben": "#c040ff"}
+    for name, colour in pupils.items():
+        phone = opened(link, before=visitor(name, colour), viewport={"width": 390, "height": 844})
+        phone.ready()
+        for _ in range(4):
+            phone.drop.click()
+    for stage, expected in ((pile, "Expected (binomial, 8 rows)"), (bars, "Expected (measured, ")):
+        expect(stage.page.locator("#leaders > li")).to_have_text(2 * [re.compile("^(Ada|Ben)4$")])
+        expect(stage.page.locator("#tray-count")).to_have_text("8 drops landed at this table")
+        expect(stage.page.locator("#tray-key")).to_contain_text(expected)
+        until(partial(shows_all, stage, pupils), partial(stage.frames, 4))
+        check_axe(stage)
+        for size in FRAMES:
+            stage.page.set_viewport_size(size)
+            stage.frames(4)
+            found = stage.page.evaluate(_LAID_OUT)
+            assert found["beyond"] < 1, size
+            assert found["fills"] > 0.99, size
+            assert found["lesson"] > 0.25, size
+    ada, ben = painted(bars, pupils)
+    assert 0.8 < ada / ben < 1.25, "four balls each, of the same height"
+    pile.shot("stage-pile")
+    bars.shot("stage-bars")
 
 
 def test_the_address_switches_each_part_and_chooses_the_ground(opened: Open) -> None:

@@ -2,6 +2,7 @@
 
 import asyncio
 
+from app.concurrency.signal import Signal
 from app.errors import AppError
 from app.protocol import messages
 
@@ -11,6 +12,7 @@ class Landings:
 
     def __init__(self) -> None:
         self._waiting: dict[int, list[asyncio.Future[messages.Landed | None]]] = {}
+        self._any = Signal()
 
     @property
     def waiting(self) -> int:
@@ -34,7 +36,12 @@ class Landings:
             if not waiting:
                 self._waiting.pop(ball, None)
 
+    async def next(self) -> None:
+        """Wait until a ball lands, whichever."""
+        await self._any.wait()
+
     def landed(self, landed: messages.Landed) -> None:
+        self._any.send()
         for future in self._waiting.pop(landed.ball, ()):
             if not future.done():
                 future.set_result(landed)

@@ -222,6 +222,13 @@ def limit_drops(request: Request, server: Services) -> None:
         note(request.scope, server.room_drops.allowance(address, now, "drops"))
 
 
+def charge_drops(request: Request, server: Services, drops: int) -> None:
+    """Have this address wait for as many drops more, whether it has them left or not."""
+    address, now = address_of(request), time.monotonic()
+    server.room_drops.bucket(address, now).charge(drops)
+    note(request.scope, server.room_drops.allowance(address, now, "drops"))
+
+
 def next_page(request: Request, **place: object) -> dict[str, str]:
     """The header `Link` of a page that others follow: its own address from another place on."""
     query = urllib.parse.urlencode({**request.query_params, **place})

@@ -1,20 +1,18 @@
 // Judges the table's histogram and the returns: what chance allows, in numbers.
 
 import { fitTest, Mean, sameTest } from "../model/statistics.js";
-import { messageOf, postJson } from "../net/api.js";
+import { messageOf } from "../net/api.js";
 import { t } from "../texts/text.js";
 import { byId, make, parentOf, radiosOf } from "../util/dom.js";
 import { fixed, percent } from "../util/format.js";
-
+import { measure, SAMPLE } from "./measure.js";
 
 /** @import { Hello } from "../model/messages.js" */
 /** @import { Odds } from "../model/odds.js" */
-/** @import { Simulation } from "../net/replies.js" */
 /** @import { Board } from "../model/board.js" */
 /** @import { Expectation } from "./histogram.js" */
 
 const CONFIDENCE = 0.95;
-const SAMPLE = 10_000; // drops that the server computes for the measured expectation
 const TELL_MS = 500;
 const UNLIKELY = 0.01;
 
@@ -85,13 +83,8 @@ export class FitMeter {
     this.#waiting = t("lab.measuring", { n: SAMPLE });
     this.#take(null);
     try {
-      const asked = { board: this.#board, drops: SAMPLE };
-      const { histogram } = /** @type {Simulation} */ (await postJson("simulate", asked));
-      const total = histogram.reduce((sum, count) => sum + count, 0);
-      const label = t("lab.label-measured", { n: total });
-      const chances = histogram.map((count) => count / total);
       // One board is kept: a new one is measured anew in a moment.
-      const expected = { label, chances, counts: histogram };
+      const expected = await measure(/** @type {Board} */ (this.#board));
       this.#measured = new Map([[digest, expected]]);
       if (digest === this.#digest) this.#take(expected);
     } catch (error) {

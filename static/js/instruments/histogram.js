@@ -7,6 +7,7 @@ import { parentOf } from "../util/dom.js";
 /** @import { Board } from "../model/board.js" */
 /** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
+/** @import { Colours } from "./colours.js" */
 /** @import { Entry } from "./pile/columns.js" */
 /** @import { Pile } from "./pile/pile.js" */
 
@@ -33,10 +34,14 @@ export class Histogram {
   #told = 0;
   #toldMs = 0;
 
-  /** @param {HTMLCanvasElement} canvas @param {Theme} theme */
-  constructor(canvas, theme) {
+  /**
+   * @param {HTMLCanvasElement} canvas @param {Theme} theme
+   * @param {Colours | null} colours of the balls; without them each bin has one colour, by what it pays
+   */
+  constructor(canvas, theme, colours = null) {
     this.canvas = canvas;
     this.theme = theme;
+    this.colours = colours;
   }
 
   /**
@@ -47,6 +52,7 @@ export class Histogram {
   setBoard(board, counts, expected) {
     this.#board = board;
     this.#counts = [...counts];
+    this.colours?.fit(counts);
     this.#heapUp();
     this.setExpected(expected);
   }
@@ -75,14 +81,22 @@ export class Histogram {
     return this.#counts;
   }
 
+  get expected() {
+    return this.#expected;
+  }
+
   /** @returns {number | null} balls that a disc of the pile stands for; null for bars */
   get share() {
     return this.#pile?.share ?? null;
   }
 
-  /** @param {number} bin one more ball lies here @param {Entry | null} entry how it came, where that is known */
-  add(bin, entry) {
+  /**
+   * One more ball lies in a bin.
+   * @param {number} bin @param {Entry | null} entry how it came, where that is known @param {string} [colour] its own
+   */
+  add(bin, entry, colour) {
     this.#counts[bin] += 1;
+    this.colours?.add(bin, colour ?? null);
     this.#pile?.update(this.#counts, entry);
     this.#stale = true;
   }
@@ -97,6 +111,13 @@ export class Histogram {
     if (this.#stale) this.#paint();
     // The description is for those who listen: it is not told sixty times a second.
     if (nowMs - this.#toldMs >= TOLD_MS) this.#tell(nowMs);
+  }
+
+  /** @returns {string} for all to read: how many lie here */
+  get words() {
+    const [n, share] = [this.total, this.share ?? 1];
+    if (n === 0) return t("play.none-landed");
+    return t(share > 1 ? "play.landed-as-discs" : "play.landed-here", { n, share });
   }
 
   /** Something is left to draw or to say. */
@@ -130,15 +151,15 @@ export class Histogram {
     const [geometry, board, height] = [this.#geometry, this.#board, this.#height];
     if (!geometry || !board) return;
     const ctx = fitted(this.canvas, { width: geometry.width, height });
-    const { edges, multipliers } = board.bins;
+    const { edges } = board.bins;
     const { total } = this;
     const pile = this.#pile;
     const columns = this.#counts.map((_, bin) => columnOf(edges, bin, geometry));
     const expected = this.#expected?.chances.map((chance) => chance * Math.max(total, pile ? 0 : 1));
     const most = Math.max(1, ...this.#counts, ...(expected ?? []));
     const unit = (height - TOP) / Math.max(most, total ? 4 : 0.5);
-    if (pile) pile.paint(ctx, board, geometry, height);
-    else this.#paintBars({ ctx, columns, height }, multipliers, unit);
+    if (pile) pile.paint(ctx, board, geometry, height, (bin, ball) => this.#colourOf(board, bin, ball));
+    else this.#paintBars({ ctx, columns, height }, board, unit);
     const heights = expected?.map((count, bin) => (pile ? pile.heightOf(bin, count, geometry) : count * unit));
     if (heights) this.#paintExpected({ ctx, columns, height }, heights);
   }
@@ -158,17 +179,30 @@ export class Histogram {
     return t("lab.histogram", { n: total, bins: parts.join(", ") });
   }
 
-  /** @param {Sheet} sheet @param {number[]} multipliers @param {number} unit of a ball, CSS pixels */
-  #paintBars({ ctx, columns, height }, multipliers, unit) {
+  /** @param {Board} board @param {number} bin @param {number} ball from the lowest on @returns {string} */
+  #colourOf({ bins: { multipliers } }, bin, ball) {
+    if (!this.colours) return this.theme.payout(multipliers[bin]).fill;
+    return this.colours.of(bin, ball) ?? this.theme.palette.other;
+  }
+
+  /** @param {Sheet} sheet @param {Board} board @param {number} unit of a ball, CSS pixels */
+  #paintBars({ ctx, columns, height }, board, unit) {
     this.#counts.forEach((count, bin) => {
       const { x, width } = columns[bin];
-      ctx.fillStyle = this.theme.payout(multipliers[bin]).fill;
-      if (unit < BEAD) {
-        ctx.fillRect(x, height - count * unit, width, count * unit);
+      if (unit >= BEAD) {
+        for (let ball = 0; ball < count; ball += 1) {
+          ctx.fillStyle = this.#colourOf(board, bin, ball);
+          ctx.fillRect(x, height - (ball + 1) * unit + 1, width, unit - 1);
+        }
         return;
       }
-      for (let ball = 1; ball <= count; ball += 1) {
-        ctx.fillRect(x, height - ball * unit + 1, width, unit - 1);
+      // Balls that cannot be told apart: of each colour as much as there is.
+      let low = height;
+      for (const { colour, balls } of this.colours?.sharesOf(bin) ?? [{ colour: null, balls: count }]) {
+        const high = balls * unit;
+        ctx.fillStyle = this.colours ? colour ?? this.theme.palette.other : this.#colourOf(board, bin, 0);
+        ctx.fillRect(x, low - high, width, high);
+        low -= high;
       }
     });
   }
@@ -176,7 +210,7 @@ export class Histogram {
   /** @param {Sheet} sheet @param {number[]} heights of what is expected, CSS pixels */
   #paintExpected({ ctx, columns, height }, heights) {
     ctx.strokeStyle = this.theme.palette.trayMark;
-    ctx.lineWidth = 2;
+    ctx.lineWidth = Math.max(2, height / 100);
     ctx.lineCap = "round";
     ctx.beginPath();
     heights.forEach((high, bin) => {

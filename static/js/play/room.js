@@ -380,7 +380,8 @@ export class Room {
     // A ball with a number below 0 fell only in this page: the table has not counted it.
     if (ball.id >= 0) {
       if (outcome.bin !== null) {
-        this.news.tell("hit", { bin: outcome.bin, entry: { x: outcome.x_end, speed: ball.sink?.vy ?? 0 } });
+        const entry = { x: outcome.x_end, speed: ball.sink?.vy ?? 0 };
+        this.news.tell("hit", { bin: outcome.bin, entry, owner: this.company.ownerOf(ball) });
       }
       this.news.tell("landed", this.company.landed(ball, outcome));
     }

@@ -6,7 +6,7 @@
 /** @import { Receipt } from "../fairness/export.js" */
 /** @import { Expected } from "../instruments/fit-meter.js" */
 /** @import { Entry } from "../instruments/pile/columns.js" */
-/** @import { Landing } from "../model/table/company.js" */
+/** @import { Landing, Owner } from "../model/table/company.js" */
 /** @import { Ball, Table } from "../model/table/table.js" */
 /** @import { Heard } from "./fairness/fair-play.js" */
 
@@ -23,7 +23,7 @@
  * @property {null} picture there is something new to draw
  * @property {Played} seen a drop of ours is shown to land: from here on it is final
  * @property {{played: Played, ball: Ball}} landing the same, with the ball that is in the picture
- * @property {{bin: number, entry: Entry}} hit a ball, anybody's, lies in a bin
+ * @property {{bin: number, entry: Entry, owner: Owner | null}} hit a ball, anybody's, lies in a bin
  * @property {Landing} landed a ball, anybody's, is shown to land
  * @property {{ref: string, text?: string}} refused the table did not take a drop of ours
  * @property {{text: string, score?: number, urgent?: boolean}} said urgent: it stays while a ball falls

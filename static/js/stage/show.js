@@ -18,6 +18,7 @@ import { byId, make } from "../util/dom.js";
 import { plain } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
 import { Leaders } from "./leaders.js";
+import { StageTray } from "./tray.js";
 
 /** @import { Hello, QueueState } from "../model/messages.js" */
 /** @import { Landing } from "../model/table/company.js" */
@@ -58,14 +59,18 @@ export class Show {
       still: byId("board-still", HTMLCanvasElement), moving: byId("board-moving", HTMLCanvasElement),
     };
     const around = wishes.ground === null;
-    this.view = new BoardView(canvases, theme, wake, { around, plate: wishes.plate });
+    const news = this.#subscribed(wake);
+    this.tray = wishes.tray && new StageTray(wishes, theme, news);
+    this.view = new BoardView(canvases, theme, (geometry) => {
+      this.tray?.histogram.layOut(geometry);
+      wake();
+    }, { around, plate: wishes.plate });
     this.sound = new Sound();
     if (wishes.sound) this.sound.switch(true);
     byId("winners-panel").hidden = !wishes.winners;
     byId("leaders-panel").hidden = wishes.leaders === null;
     byId("queue-panel").hidden = !wishes.queue;
     if (wishes.join) showWay(wishes.room);
-    const news = this.#subscribed(wake);
     this.room = new Room(wishes.room, {
       news, streams, solver, wallet: new Wallet(NOTHING_KEPT), self: new Self(NOTHING_KEPT),
       fair: (send) => new NoSession(wishes.room, NOTHING_KEPT, news, send),
@@ -107,6 +112,7 @@ export class Show {
       this.room.company.landings = [];
       this.#list();
     }
+    this.tray?.setTable(hello);
     this.loop.wake();
   }
 
@@ -142,7 +148,7 @@ export class Show {
   /** @param {Pick<QueueState, "waiting" | "paused" | "items">} queue */
   #tellQueue({ waiting, paused, items }) {
     byId("queue-title").textContent = t(paused ? "stage.queue-paused" : "stage.queue", { n: waiting });
-    fill("queue", items.filter(({ left }) => left).slice(0, QUEUED).map((item) => {
+    fill("queue", items.slice(0, QUEUED).map((item) => {
       const { name, left } = item;
       const colour = item.colour ?? (name ? swatchOf(item) : this.theme.palette.other);
       return make("li", {}, swatch(colour), make("bdi", {}, called({ name })), make("span", { class: "count" }, plain(left)));
@@ -178,7 +184,8 @@ export class Show {
     for (const { pose, by } of table?.balls.values() ?? []) pose.name = this.wishes.names ? by : undefined;
     if (still) Object.assign(scene, { balls: [], flashes: [] });
     this.view.draw(scene);
-    return table?.busy ?? false;
+    const settling = this.tray?.show(now, still) ?? false;
+    return settling || (table?.busy ?? false);
   }
 }
 

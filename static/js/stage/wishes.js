@@ -3,6 +3,8 @@
 import { MAIN_ROOM } from "../model/presets.js";
 
 /** @typedef {"best" | "balls" | "prizes"} Rank what players are ranked by */
+/** @typedef {"pile" | "bars"} TrayKind how what has landed lies below the board */
+/** @typedef {"on" | "binomial"} Theory what it is compared with: this board's odds, or those of an ideal one */
 
 /**
  * @typedef {object} Wishes
@@ -14,11 +16,17 @@ import { MAIN_ROOM } from "../model/presets.js";
  * @property {Rank | null} leaders null for no leaderboard
  * @property {boolean} queue whether it is told what waits
  * @property {boolean} join whether phones are shown the way to the room
+ * @property {TrayKind | null} tray null for none
+ * @property {Theory | null} expected null where it is compared with nothing
  * @property {boolean} sound
  */
 
 /** @type {Rank[]} */
 const RANKS = ["best", "balls", "prizes"];
+/** @type {TrayKind[]} */
+const TRAYS = ["pile", "bars"];
+/** @type {Theory[]} */
+const THEORIES = ["on", "binomial"];
 const COLOUR = /^#?([0-9a-f]{6})$/i;
 
 /** @param {URLSearchParams} asked @returns {Wishes} what cannot be read is as if it were not asked */
@@ -30,11 +38,22 @@ export function readWishes(asked) {
     plate: asked.get("plate") !== "off",
     names: asked.get("names") !== "off",
     winners: asked.get("winners") !== "off",
-    leaders: leaders === "off" ? null : RANKS.find((rank) => rank === leaders) ?? "best",
+    leaders: leaders === "off" ? null : oneOf(RANKS, leaders) ?? "best",
     queue: asked.get("queue") !== "off",
     join: asked.get("join") === "on",
+    tray: oneOf(TRAYS, asked.get("tray")),
+    expected: oneOf(THEORIES, asked.get("expected")),
     sound: asked.get("sound") === "on",
   };
+}
+
+/**
+ * @template {string} T
+ * @param {T[]} known @param {string | null} text
+ * @returns {T | null}
+ */
+function oneOf(known, text) {
+  return known.find((one) => one === text) ?? null;
 }
 
 /** @param {string | null} text */

@@ -1,5 +1,6 @@
 """A room's queue: what waits is dropped once, in order, whatever happens in between."""
 
+import asyncio
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -8,11 +9,17 @@ import httpx
 import pytest
 
 from app.errors import BallLimitError
+from app.live.broadcast.audience import Player
+from app.live.queue import MOST_FALLING, RoomQueue
+from app.persistence.ledger.null_ledger import NullLedger
+from app.protocol import messages
 from app.protocol.visitors import NO_TAG
+from app.rooms.outcome import Outcome
+from app.rooms.pending import DropCommand
 from app.rooms.queue import EMPTY, MOST_BALLS, MOST_ITEMS, MOST_WAITING
 from tests.app.conftest import TINY, Running, playing, serving
 from tests.app.live.test_tags import TAG, opened
-from tests.waiting import until
+from tests.waiting import eventually, until
 
 QUICK = {**TINY, "gravity": 4000.0}  # its balls land in two ticks
 
@@ -50,11 +57,11 @@ async def test_what_waits_is_dropped_in_order_under_its_name_and_told(
     assert accepted == ["Ben"] * 5 + [None] * 2
     assert queue_of(http, room) == {"room": room, "paused": False, "waiting": 0, "items": []}
     http.post(path, json={"n": 9, "every": 60}, headers=own)
-    assert http.delete(path, headers=own).json()["waiting"] == 0
+    assert http.post(f"{path}/clear", headers=own).json()["waiting"] == 0
 
 
 @pytest.mark.parametrize(
-    ("method", "path"), [("POST", ""), ("PATCH", ""), ("DELETE", ""), ("POST", "/skip")]
+    ("method", "path"), [("POST", ""), ("PATCH", ""), ("POST", "/clear"), ("POST", "/skip")]
 )
 def test_a_queue_is_its_room_s_owner_s(http: httpx.Client, method: str, path: str) -> None:
     room, _ = opened(http)
@@ -109,7 +116,7 @@ def test_two_hundred_balls_are_each_dropped_once_over_a_restart_in_mid_show(
     tmp_path: Path,
 ) -> None:
     """No client asks for the room in between: the show goes on by itself."""
-    kept = {"database_url": f"sqlite:///{tmp_path / 'plinko.db'}"}
+    kept = {"database_url": f"sqlite:///{tmp_path / 'plinko.db'}", "drop_rate": 1000.0}
     with serving(**kept) as server, httpx.Client(base_url=server.url, timeout=60.0) as http:
         room, own = opened(http, QUICK)
         path = f"/api/v1/rooms/{room}/queue"
@@ -126,3 +133,124 @@ def test_two_hundred_balls_are_each_dropped_once_over_a_restart_in_mid_show(
         order = [each["name"] for each in dropped(http, room)]
     assert names == {"Ada": 100, "Ben": 100}
     assert order == sorted(order)
+
+
+def test_what_is_asked_for_again_waits_once_also_when_it_was_dropped_before_a_restart(
+    tmp_path: Path,
+) -> None:
+    kept = {"database_url": f"sqlite:///{tmp_path / 'plinko.db'}"}
+    key = {"idempotency-key": "gift 7"}
+    with serving(**kept) as server, httpx.Client(base_url=server.url, timeout=60.0) as http:
+        room, own = opened(http, QUICK)
+        path = f"/api/v1/rooms/{room}/queue"
+        http.patch(path, json={"paused": True}, headers=own).raise_for_status()
+        for _ in range(2):
+            answer = http.post(path, json={"n": 2, "every": 0.02, **TAG}, headers=own | key)
+            assert (answer.status_code, answer.json()["waiting"]) == (202, 2)
+        other = {"n": 1, "every": 0.02, "name": "Ben"}  # as with drops, a tag is part of the key
+        assert http.post(path, json=other, headers=own | key).json()["waiting"] == 3
+        http.patch(path, json={"paused": False}, headers=own).raise_for_status()
+        live = server.services.rooms.find(room)
+        until(lambda: not live.queue.state.items)
+    with serving(**kept) as server, httpx.Client(base_url=server.url, timeout=60.0) as http:
+        for item in ({"n": 2, **TAG}, other):
+            answer = http.post(path, json=item, headers=own | key)
+            assert (answer.status_code, answer.json()["waiting"]) == (202, 0)
+        assert len(dropped(http, room)) == 3
+
+
+def test_balls_that_wait_are_drops_of_the_address_that_asked(tmp_path: Path) -> None:
+    with (
+        serving(database_url=f"sqlite:///{tmp_path / 'plinko.db'}", drop_rate=0.1) as server,
+        httpx.Client(base_url=server.url, timeout=60.0) as http,
+    ):
+        drops = server.services.room_drops
+        drops.rate, drops.burst = 1e-6, 10.0  # nothing comes back while the test runs
+        room, own = opened(http)
+        path = f"/api/v1/rooms/{room}/queue"
+        http.patch(path, json={"paused": True}, headers=own).raise_for_status()
+        key = {"idempotency-key": "once"}
+        assert http.post(path, json={"n": 8}, headers=own | key).status_code == 202
+        again = http.post(path, json={"n": 8}, headers=own | key)
+        assert (again.status_code, again.json()["waiting"]) == (202, 8)
+        assert '"drops";r=1' in again.headers["ratelimit"], "what is asked for again costs one"
+        last = http.post(path, json={"n": 1000}, headers=own)
+        assert (last.status_code, last.json()["waiting"]) == (202, 1008)
+        for address in (path, f"/api/v1/rooms/{room}/drops"):
+            refused = http.post(address, json={"n": 1} if address == path else {}, headers=own)
+            assert refused.status_code == 429
+
+
+class Play:
+    """A room's queue over no room: balls fall until `land` is called."""
+
+    def __init__(self) -> None:
+        self.dropped: list[int] = []
+        self.flying: set[int] = set()
+        self.faults: list[Exception] = []
+        self.told: list[messages.Event] = []
+        self._landing = asyncio.Condition()
+        self.queue = RoomQueue(
+            Forgetful(), 1, drop=self._drop, flying=lambda: self.flying, landing=self._landed,
+            draw=lambda: 7, tell=self.told.append, empty=True,
+        )  # fmt: skip
+
+    async def _drop(self, command: DropCommand, player: Player) -> Outcome:
+        if self.faults:
+            raise self.faults.pop()
+        ball = len(self.dropped)
+        self.dropped.append(ball)
+        self.flying.add(ball)
+        return Outcome(
+            messages.Accepted(ball=ball, seed=str(command.seed), x=0.0, explicit_x=False, tick=0)
+        )
+
+    async def _landed(self) -> None:
+        async with self._landing:
+            await self._landing.wait()
+
+    async def land(self, ball: int) -> None:
+        self.flying.discard(ball)
+        async with self._landing:
+            self._landing.notify_all()
+
+
+class Forgetful(NullLedger):
+    """A ledger of which nothing was ever asked."""
+
+    async def read(self, read: object, *args: Any, **values: Any) -> None:  # type: ignore[override]
+        return None
+
+
+async def test_a_queue_goes_on_when_a_ball_lands_and_not_before() -> None:
+    play = Play()
+    await play.queue.add(MOST_FALLING + 2, 0.0, NO_TAG)
+    await eventually(lambda: len(play.dropped) >= MOST_FALLING)
+    for _ in range(20):
+        await asyncio.sleep(0)
+    assert len(play.dropped) == MOST_FALLING, "as many as may fall do"
+    await play.land(3)
+    await eventually(lambda: len(play.dropped) == MOST_FALLING + 1)
+    play.queue.end()
+
+
+async def test_an_item_whose_last_ball_was_dropped_waits_no_more() -> None:
+    play = Play()
+    await play.queue.add(1, 60.0, NO_TAG)
+    await eventually(lambda: play.dropped)
+    assert play.queue.items == []
+    assert play.told[-1] == messages.QueueState(waiting=0, paused=False, items=[])
+    play.queue.end()
+
+
+async def test_a_queue_that_fails_says_so_and_tries_the_ball_again(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.live.queue._FAILED", 0.0)
+    play = Play()
+    play.faults = [ZeroDivisionError("a fault of the program")]
+    await play.queue.add(2, 0.0, NO_TAG)
+    await eventually(lambda: play.queue.waiting == 0)
+    assert len(play.dropped) == 2
+    assert "a fault of the program" in caplog.text
+    play.queue.end()

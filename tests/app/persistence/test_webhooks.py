@@ -6,17 +6,12 @@ import dataclasses
 import signal
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
-from itertools import count
 from pathlib import Path
 from typing import Any
 
 import httpx
 import msgspec
 import pytest
-from starlette.applications import Starlette
-from starlette.requests import Request
-from starlette.responses import Response
-from starlette.routing import Route
 
 from app.errors import LedgerError
 from app.persistence.ledger.database import Database
@@ -32,13 +27,11 @@ from app.rooms.records import (
     Void,
     Write,
 )
-from app.webhooks.sender import FIRST, LOOK, MOST, Sender
+from app.webhooks.sender import FIRST, LONGEST, LOOK, MOST, Sender
 from app.webhooks.targets import Target
 from engine import Board
 from tests.app.persistence.server import SQLITE, Served
-from tests.app.webhooks.target import SECRET, URL, FakeTarget, check_signature
-from tests.app.webhooks.target import served as serving
-from tests.ports import free_port
+from tests.app.webhooks.target import SECRET, URL, FakeTarget, FlakyTarget
 from tests.waiting import eventually
 
 BOARD = Board.preset("triangle-8")
@@ -251,29 +244,33 @@ def test_a_prize_and_whose_it_is_are_told(tmp_path: Path) -> None:
     assert [(event["name"], event["colour"]) for event in target.heard] == 2 * [("Ann", "#00ff00")]
 
 
+def test_a_sender_that_fails_says_so_counts_as_late_and_goes_on(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    target = FakeTarget([ZeroDivisionError("a fault of the program")])
+
+    async def scene() -> Sending:
+        async with opened(f"sqlite:///{tmp_path / 'plinko.db'}") as ledger:
+            await ledger.commit(*begun(), drop(0))
+            sending = Sending(ledger, target)
+            await sending.until_heard(target, 1)
+            return sending
+
+    sending = asyncio.run(scene())
+    assert target.ids == ["1.0.accepted"]
+    assert sending.waited == [LONGEST]
+    assert "a fault of the program" in caplog.text
+
+
 @pytest.mark.parametrize("url", [SQLITE], indirect=True)
 def test_a_target_hears_of_every_ball_though_it_fails_and_the_server_is_killed(
     url: str, tmp_path: Path
 ) -> None:
     """A show: 40 drops, a target that answers every other request with 500, and SIGKILL."""
-    heard: list[dict[str, Any]] = []
-    tries = count()
-
-    async def hook(request: Request) -> Response:
-        body = await request.body()
-        check_signature(dict(request.headers), body)
-        if next(tries) % 2:
-            return Response(status_code=500)
-        heard.extend(msgspec.json.decode(body)["events"])
-        return Response(status_code=204)
+    target = FlakyTarget()
 
     async def scene() -> None:
-        port = free_port()
-        target = Starlette(routes=[Route("/hook", hook, methods=["POST"])])
-        listed = tmp_path / "webhooks.json"
-        address = f"http://127.0.0.1:{port}/hook"
-        listed.write_bytes(msgspec.json.encode([{"url": address, "secret": SECRET}]))
-        served = Served(url, ("--webhooks", str(listed)))
+        served = Served(url, target.options(tmp_path))
         with served:
             async with httpx.AsyncClient(base_url=served.address, timeout=60.0) as client:
                 for seed in range(20):
@@ -281,8 +278,8 @@ def test_a_target_hears_of_every_ball_though_it_fails_and_the_server_is_killed(
                     answer.raise_for_status()
             served.end(signal.SIGKILL)  # nobody has heard of anything yet
             served.start()
-            async with serving(target, port):
-                await eventually(lambda: heard)
+            async with target.served():
+                await eventually(lambda: target.heard)
                 served.end(signal.SIGKILL)
                 served.start()
                 async with httpx.AsyncClient(base_url=served.address, timeout=60.0) as client:
@@ -291,13 +288,6 @@ def test_a_target_hears_of_every_ball_though_it_fails_and_the_server_is_killed(
                             "/api/v1/rooms/main/drops", json={"seed": str(seed)}
                         )
                         answer.raise_for_status()
-                await eventually(lambda: len({event["id"] for event in heard}) == 80)
+                await target.has_heard_of(40)
 
     asyncio.run(scene())
-    first = list({event["id"]: event for event in heard}.values())
-    accepted = [event for event in first if event["type"] == "accepted"]
-    assert [event["seed"] for event in accepted] == [str(seed) for seed in range(40)]
-    place = {event["id"]: number for number, event in enumerate(first)}
-    for event in accepted:
-        ball = f"{event['run']}.{event['ball']}"
-        assert place[f"{ball}.accepted"] < place[f"{ball}.landed"]

@@ -12,6 +12,7 @@ import msgspec
 from app.errors import ClosedRoomError, LeaseLostError
 from app.live.broadcast.hub import Client, Hub, Mailbox
 from app.live.registry import Rooms
+from app.protocol.visitors import NO_TAG
 from app.protocol.wire import WireMessage
 from app.relay.bus import MemoryBus
 from app.relay.feed import KEPT, Feeds
@@ -143,6 +144,22 @@ async def test_who_watches_over_a_relay_hears_what_the_others_hear() -> None:
         assert heard == far.since_hello()[-len(heard) :]
         assert {ball["ball"] for ball in late.told[0]["balls"]} <= {0, 1, 2}
         assert late.told[0]["run"] == near.told[0]["run"]
+
+
+async def test_whoever_comes_over_a_relay_is_told_what_waits_in_the_room() -> None:
+    with scene() as one:
+        replica = one.replica()
+        early = await joined(replica, one.ear())
+        queue = one.rooms.find("main").queue
+        await queue.change(lambda state: state.halted(True))
+        await queue.add(3, 1.0, NO_TAG)
+        late = await joined(replica, one.ear())
+        waits = {
+            "type": "queue", "waiting": 3, "paused": True, "items": [{"number": 0, "left": 3}],
+        }  # fmt: skip
+        await eventually(lambda: waits in late.told)
+        assert waits in early.told
+        assert early.told[0]["type"] == late.told[0]["type"] == "hello"
 
 
 async def test_one_subscriber_is_all_that_the_room_sees() -> None:

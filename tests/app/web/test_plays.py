@@ -188,3 +188,16 @@ def test_a_room_recalls_the_plays_of_all_since_it_was_reset(http: httpx.Client) 
     ]
     assert all(row["bin"] for row in table)
     assert http.get("/api/v1/rooms/nope/plays").status_code == 404
+
+
+def test_a_room_s_table_says_what_each_ball_has_won(http: httpx.Client) -> None:
+    bins: Any = TINY["bins"]
+    labels = [{"text": f"prize {number}"} for number in range(len(bins["multipliers"]))]
+    board = {**TINY, "bins": {**bins, "labels": labels}}
+    room = http.post("/api/v1/rooms", json={"board": board}).json()["id"]
+    landed = played(http, room, seed="7")["landed"]
+    address = f"/api/v1/rooms/{room}/plays"
+    (row,) = table_of(http.get(address, params={"format": "csv"}))
+    assert row["label"] == landed["label"] == f"prize {landed['bin']}"
+    (play,) = http.get(address).json()["plays"]
+    assert play["label"] == landed["label"]

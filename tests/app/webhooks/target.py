@@ -4,16 +4,22 @@ import asyncio
 import base64
 import hashlib
 import hmac
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
+from itertools import count
+from pathlib import Path
 from typing import Any
 
 import httpx
 import msgspec
 import uvicorn
 from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route
 
+from tests.ports import free_port
 from tests.waiting import eventually
 
 KEY = b"s" * 32
@@ -58,14 +64,52 @@ def check_signature(headers: dict[str, str], body: bytes) -> None:
     assert headers["webhook-signature"] == f"v1,{base64.b64encode(code).decode()}"
 
 
-@asynccontextmanager
-async def served(app: Starlette, port: int) -> AsyncIterator[None]:
-    """A real target, at this port."""
-    server = uvicorn.Server(uvicorn.Config(app, port=port, log_config=None, lifespan="off"))
-    serving = asyncio.create_task(server.serve())
-    await eventually(lambda: server.started or serving.done())
-    try:
-        yield
-    finally:
-        server.should_exit = True
-        await serving
+@dataclass
+class FlakyTarget:
+    """A real target that answers every other request with 500."""
+
+    heard: list[dict[str, Any]] = field(default_factory=list)  # what it has said that it has
+    port: int = field(default_factory=free_port)
+    tries: Iterator[int] = field(default_factory=count)
+
+    async def handle(self, request: Request) -> Response:
+        body = await request.body()
+        check_signature(dict(request.headers), body)
+        if next(self.tries) % 2:
+            return Response(status_code=500)
+        self.heard.extend(msgspec.json.decode(body)["events"])
+        return Response(status_code=204)
+
+    def options(self, folder: Path) -> tuple[str, str]:
+        """What has a server tell it."""
+        listed = folder / "webhooks.json"
+        url = f"http://127.0.0.1:{self.port}/hook"
+        listed.write_bytes(msgspec.json.encode([{"url": url, "secret": SECRET}]))
+        return "--webhooks", str(listed)
+
+    @asynccontextmanager
+    async def served(self) -> AsyncIterator[None]:
+        app = Starlette(routes=[Route("/hook", self.handle, methods=["POST"])])
+        config = uvicorn.Config(app, port=self.port, log_config=None, lifespan="off")
+        server = uvicorn.Server(config)
+        serving = asyncio.create_task(server.serve())
+        await eventually(lambda: server.started or serving.done())
+        try:
+            yield
+        finally:
+            server.should_exit = True
+            await serving
+
+    async def has_heard_of(self, balls: int) -> None:
+        """Return once it has heard of so many drops and their landings, of one room's seeds 0, 1, …
+
+        Each came at first in the order of the drops, and before its landing.
+        """
+        await eventually(lambda: len({event["id"] for event in self.heard}) == 2 * balls)
+        first = list({event["id"]: event for event in self.heard}.values())
+        accepted = [event for event in first if event["type"] == "accepted"]
+        assert [event["seed"] for event in accepted] == [str(seed) for seed in range(balls)]
+        place = {event["id"]: number for number, event in enumerate(first)}
+        for event in accepted:
+            ball = f"{event['run']}.{event['ball']}"
+            assert place[f"{ball}.accepted"] < place[f"{ball}.landed"]

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import {
-  discsOf, fittedEntry, placeOf, planOf, shareFor, usualEntry,
+  discsOf, fittedEntry, LARGE_DISCS, placeOf, planOf, shareFor, usualEntry,
 } from "../../../static/js/instruments/pile/columns.js";
 import { layOut } from "../../../static/js/paint/geometry.js";
 import { triangle } from "../support.js";
@@ -25,6 +25,12 @@ for (const [width, height] of [[360, 27], [390, 64], [700, 72], [1600, 88], [60,
     });
   });
 }
+
+test("discs for an audience are as large as their columns allow", () => {
+  const [small, large] = [undefined, LARGE_DISCS].map((sizes) => planOf(BOARD, layOut(BOARD, 900), 360, sizes));
+  assert.ok(large.radius > 2 * small.radius, `${large.radius} m, ${small.radius} m`);
+  assert.ok(large.room.every((room, bin) => room > 10 && room < small.room[bin]), String(large.room));
+});
 
 test("a wall stands between any two columns, and goes on above the tray to where discs enter", () => {
   const plan = planFor(700, 72);

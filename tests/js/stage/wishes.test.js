@@ -7,7 +7,7 @@ import { readWishes } from "../../../static/js/stage/wishes.js";
 
 const read = (search) => readWishes(new URLSearchParams(search));
 
-const PLAIN = { room: "main", ground: null, plate: true, names: true, winners: true, leaders: "best", queue: true, join: false, sound: false };
+const PLAIN = { room: "main", ground: null, plate: true, names: true, winners: true, leaders: "best", queue: true, join: false, tray: null, expected: null, sound: false };
 
 test("without a word everything is shown, and nothing is heard", () => {
   assert.deepEqual(read(""), PLAIN);
@@ -22,6 +22,9 @@ test("each part is switched by itself", () => {
   assert.deepEqual(read("join=on"), { ...PLAIN, join: true });
   assert.deepEqual(read("leaders=off"), { ...PLAIN, leaders: null });
   assert.deepEqual(read("leaders=prizes"), { ...PLAIN, leaders: "prizes" });
+  assert.deepEqual(read("tray=pile"), { ...PLAIN, tray: "pile" });
+  assert.deepEqual(read("tray=bars&expected=on"), { ...PLAIN, tray: "bars", expected: "on" });
+  assert.deepEqual(read("expected=binomial"), { ...PLAIN, expected: "binomial" });
   assert.deepEqual(read("sound=on"), { ...PLAIN, sound: true });
 });
 
@@ -33,5 +36,5 @@ test("a ground is transparent or a colour, and nothing else that a style could h
 });
 
 test("nonsense is as if it were not there", () => {
-  assert.deepEqual(read("leaders=nobody&plate=maybe&winners=&sound=loud&room="), PLAIN);
+  assert.deepEqual(read("leaders=nobody&tray=on&expected=off&plate=maybe&winners=&sound=loud&room="), PLAIN);
 });

@@ -19,6 +19,7 @@ from app.web.routes.common import Server, checked_board, documented, limit_drops
 from app.web.routes.queries import Whole
 from app.web.schemas.fields import Digest, PhysicsVersion, Seed
 from app.web.services import Services
+from engine import Board
 
 
 class PlayView(msgspec.Struct, frozen=True):
@@ -41,6 +42,7 @@ class PlayView(msgspec.Struct, frozen=True):
     time: Annotated[int | None, Meta(description="Of its receipt: Unix time, in ms.")]
     digest: Annotated[str | None, Meta(description="Of its whole path; null while it falls.")]
     bin: int | None
+    label: Annotated[str | None, Meta(description="The prize: text of its bin's label.")]
     score: Annotated[float | None, Meta(description="The multiplier.")]
     payout: int | None
     duration: float | None
@@ -127,8 +129,8 @@ async def _page(
     place = None if before is None else _place(before)
     server.rooms.persistence.runs.report([])  # what has landed just now is among them
     found = await server.ledger.read(ledger.plays, of=of, before=place, limit=limit + 1)
-    await _know_boards(request, server, {play.board_digest for play in found[:limit]})
-    views = [_view(play) for play in found[:limit]]
+    boards = await _boards_of(request, server, {play.board_digest for play in found[:limit]})
+    views = [_view(play, boards[play.board_digest]) for play in found[:limit]]
     page = PlayList(views, views[-1].play if len(found) > limit else None)
     headers = {"cache-control": "no-store", "vary": "accept"}
     if page.next is not None:
@@ -147,23 +149,28 @@ def _place(text: str) -> tuple[int, int]:
     return int(match[1]), int(match[2])
 
 
-async def _know_boards(request: Request, server: Services, digests: set[str]) -> None:
-    """See to it that the paths on these boards can be asked for; raises what `compute` raises."""
+async def _boards_of(request: Request, server: Services, digests: set[str]) -> dict[str, Board]:
+    """These boards, so that paths on them can be asked for; raises what `compute` raises."""
+    boards = {}
     for digest in sorted(digests):
         try:
-            server.boards.find(digest)
+            boards[digest] = server.boards.find(digest)
         except UnknownBoardError:
             text = await server.ledger.read(store.board, digest=digest)
-            server.boards.register(await checked_board(request, (text or "{}").encode()))
+            boards[digest] = await checked_board(request, (text or "{}").encode())
+            server.boards.register(boards[digest])
+    return boards
 
 
-def _view(play: Play) -> PlayView:
+def _view(play: Play, board: Board) -> PlayView:
     chosen = {name: getattr(play, name) for name in ("x", "aim")}
     query = urllib.parse.urlencode({name: repr(v) for name, v in chosen.items() if v is not None})
     path = f"/api/v1/drops/{play.board_digest}/{play.seed}" + (f"?{query}" if query else "")
-    shared = [name for name in PlayView.__struct_fields__ if name not in ("play", "path")]
+    own = ("play", "path", "label")
+    shared = [name for name in PlayView.__struct_fields__ if name not in own]
     fields = {name: getattr(play, name) for name in shared}
-    return PlayView(play="{}.{}".format(*play.place), path=path, **fields)
+    label = board.bins.label_of(play.bin)
+    return PlayView(play="{}.{}".format(*play.place), path=path, label=label, **fields)
 
 
 def _wants_csv(chosen: str | None, request: Request) -> bool:

@@ -1,16 +1,27 @@
 """What waits to be dropped into a room, over REST: add, look, pause, skip, clear."""
 
+from collections.abc import Callable
+
 from fastapi import APIRouter, Request, Response
 
 from app.errors import InvalidValueError
 from app.live.live_room import LiveRoom
 from app.protocol.visitors import parse_tag
-from app.rooms.pending import DropCommand
+from app.rooms.pending import DropCommand, again_of
 from app.rooms.queue import Queue
-from app.web.routes.common import Server, body_of, documented, limit_drops, read, reply
-from app.web.routes.rooms.rooms import own_room
+from app.web.routes.common import (
+    Server,
+    body_of,
+    charge_drops,
+    documented,
+    limit_drops,
+    read,
+    reply,
+)
+from app.web.routes.rooms.rooms import Key, own_room
 from app.web.routes.rooms.sessions import RoomToken as Token
 from app.web.schemas.queues import QueueChange, QueuedItem, QueueRequest, QueueView
+from app.web.services import Services
 
 router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
 
@@ -35,11 +46,13 @@ async def get_queue(room: str, server: Server) -> Response:
     openapi_extra=body_of(QueueRequest, {"n": 3, "name": "Ada"}),
     dependencies=[Token],
 )
-async def add_to_queue(room: str, request: Request, server: Server) -> Response:
+async def add_to_queue(room: str, request: Request, server: Server, key: Key = None) -> Response:
     """The room drops `n` balls for a name, one `every` so many seconds; for its creator alone.
 
     At most twenty of them fall at a time; what comes later waits. It survives a restart of the
     server, with each ball dropped once. A room that is begun anew or closed forgets what waits.
+    It counts as `n` drops of the client's address. Where the answer was `undecided`, or never came,
+    ask again with the same `Idempotency-Key`: the balls wait once.
     """
     found = await own_room(room, request, server)  # first: it counts where its room is
     limit_drops(request, server)
@@ -50,7 +63,9 @@ async def add_to_queue(room: str, request: Request, server: Server) -> Response:
         )
     tag = parse_tag(body.name, body.colour)
     found.room.check_drop(DropCommand(0), fair=False)
-    await found.queue.change(lambda queue: queue.with_item(body.n, body.every, tag))
+    again = None if key is None else again_of("queued", key, *tag.marks)
+    if await found.queue.add(body.n, body.every, tag, again):
+        charge_drops(request, server, body.n - 1)  # beside the one that was taken
     return reply(_view(found), 202)
 
 
@@ -77,28 +92,32 @@ async def change_queue(room: str, request: Request, server: Server) -> Response:
 )
 async def skip_queued(room: str, request: Request, server: Server) -> Response:
     """Forget what is left of the first item; for the room's creator alone."""
-    found = await own_room(room, request, server)
-    await found.queue.change(Queue.skipped)
-    return reply(_view(found))
+    return await _changed(room, request, server, Queue.skipped)
 
 
-@router.delete(
-    "/{room}/queue",
+@router.post(
+    "/{room}/queue/clear",
     summary="Clear a room's queue",
     responses=documented(QueueView, 401, 403, 404, 429, 503),
     dependencies=[Token],
 )
 async def clear_queue(room: str, request: Request, server: Server) -> Response:
     """Forget all that waits; for the room's creator alone."""
+    return await _changed(room, request, server, Queue.cleared)
+
+
+async def _changed(
+    room: str, request: Request, server: Services, step: Callable[[Queue], Queue]
+) -> Response:
     found = await own_room(room, request, server)
-    await found.queue.change(Queue.cleared)
+    await found.queue.change(step)
     return reply(_view(found))
 
 
 def _view(live: LiveRoom) -> QueueView:
     queue = live.queue
     items = [
-        QueuedItem(item.number, item.balls, queue.left(item), item.every, **item.tag.fields)
-        for item in queue.state.items
+        QueuedItem(item.number, item.balls, left, item.every, **item.tag.fields)
+        for item, left in queue.items
     ]
     return QueueView(live.id, queue.state.paused, queue.waiting, items)

@@ -3,13 +3,19 @@
 /** @import { Board } from "../../model/board.js" */
 /** @import { Geometry } from "../../paint/geometry.js" */
 
-const SMALLEST = 2.5; // CSS pixels, a disc's radius, where its column leaves room for that, and
-const LARGEST = 6;
-const ABREAST = 8; // radii across a column, of either size between
+const SMALLEST = 2.5; // CSS pixels, a disc's radius, where its column leaves room for that
 const LOOSE = 0.6; // of a column's area that discs take, however badly they lie
 const MOST_DISCS = 240; // of a pile: moving all of them takes a part of a frame
 const HEADROOM = 6; // radii that columns go on above the tray, where discs enter
 const STEADY = { least: 1.5, most: 30 }; // m/s² by which discs fall, on whatever board: a pile must come to rest
+
+/** @typedef {{largest: number, abreast: number}} Sizes of discs: CSS pixels, a radius; radii across a column */
+
+/** @type {Sizes} below a board that is played at */
+export const SMALL_DISCS = { largest: 6, abreast: 8 };
+
+/** @type {Sizes} to be seen from the last row */
+export const LARGE_DISCS = { largest: 24, abreast: 6 };
 
 /**
  * @typedef {object} Plan
@@ -25,12 +31,13 @@ const STEADY = { least: 1.5, most: 30 }; // m/s² by which discs fall, on whatev
  * @param {Pick<Board, "bins" | "gravity">} board
  * @param {Pick<Geometry, "scale">} geometry
  * @param {number} height of the tray, CSS pixels
+ * @param {Sizes} [sizes]
  * @returns {Plan}
  */
-export function planOf({ bins: { edges }, gravity }, { scale }, height) {
+export function planOf({ bins: { edges }, gravity }, { scale }, height, sizes = SMALL_DISCS) {
   const widths = edges.slice(1).map((edge, bin) => (edge - edges[bin]) * scale);
   const narrowest = Math.min(...widths);
-  const wanted = Math.max(SMALLEST, Math.min(LARGEST, narrowest / ABREAST));
+  const wanted = Math.max(SMALLEST, Math.min(sizes.largest, narrowest / sizes.abreast));
   const size = Math.min(wanted, 0.45 * narrowest, 0.4 * height);
   const radius = size / scale;
   return {

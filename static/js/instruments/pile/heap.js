@@ -19,8 +19,10 @@ export async function openHeaps() {
 
 /** Discs that fall into columns, heap up and come to rest. */
 export class Heap {
-  /** Column of each disc, by id. @type {number[]} */
-  #bins = [];
+  /** Column of each disc and its number there, by id. @type {{bin: number, number: number}[]} */
+  #discs = [];
+  /** Discs that have entered, by column. @type {number[]} */
+  #entered;
   /** Discs that are still to enter, by column. @type {Entry[][]} */
   #waiting;
   /** Whether a disc has waited in vain above discs that rest. */
@@ -32,6 +34,7 @@ export class Heap {
   constructor(machine, plan) {
     this.plan = plan;
     this.#waiting = plan.room.map(() => []);
+    this.#entered = plan.room.map(() => 0);
     this.arena = new Arena(machine, placeOf(plan), { ...SOLVER, gravity: plan.gravity, drag: 0 });
   }
 
@@ -68,7 +71,8 @@ export class Heap {
       if (!entries.length || highest[bin] < entry + CLEAR * radius) return;
       const { x, speed } = /** @type {Entry} */ (entries.shift());
       this.arena.add([{ ...DISC, x, y: entry, vy: speed, radius }]);
-      this.#bins.push(bin);
+      this.#discs.push({ bin, number: this.#entered[bin] });
+      this.#entered[bin] += 1;
       entered = true;
     });
     return entered;
@@ -79,7 +83,7 @@ export class Heap {
     const { table } = this.arena;
     const highest = this.#waiting.map(() => Number.POSITIVE_INFINITY);
     for (let row = 0; row < table.n; row += 1) {
-      const bin = this.#bins[table.id(row)];
+      const { bin } = this.#discs[table.id(row)];
       highest[bin] = Math.min(highest[bin], table.pos[4 * row + 1]);
     }
     return highest;
@@ -87,7 +91,8 @@ export class Heap {
 
   /**
    * @param {number} part of the last step that has passed, 0 … 1
-   * @param {(bin: number, x: number, y: number, angle: number) => void} see called for each disc; m and rad
+   * @param {(bin: number, x: number, y: number, angle: number, number: number) => void} see called for each disc;
+   *   m and rad; its number in its column
    */
   look(part, see) {
     const { table } = this.arena;
@@ -97,7 +102,8 @@ export class Heap {
         const at = 3 * row + i;
         return before[at] + part * (now[at] - before[at]);
       });
-      see(this.#bins[table.id(row)], x, y, angle);
+      const { bin, number } = this.#discs[table.id(row)];
+      see(bin, x, y, angle, number);
     }
   }
 }

@@ -2,24 +2,28 @@
 
 import { paintBall } from "../../paint/ball.js";
 import { StampBook } from "../../paint/stamps.js";
-import { discsOf, planOf, shareFor, usualEntry } from "./columns.js";
+import { discsOf, planOf, shareFor, SMALL_DISCS, usualEntry } from "./columns.js";
 
 /** @import { Board } from "../../model/board.js" */
 /** @import { Geometry } from "../../paint/geometry.js" */
 /** @import { Theme } from "../../paint/theme.js" */
-/** @import { Entry, Plan } from "./columns.js" */
+/** @import { Entry, Plan, Sizes } from "./columns.js" */
 /** @import { Heap, openHeaps } from "./heap.js" */
 
 const MOST_STEPS = 4; // for one picture: on a slow machine discs fall slowly, and the board does not wait
 const AHEAD_STEPS = 8; // for one picture that shows none of them
 const DENSE = 0.8; // of a column's area that discs take which lie well
-const FIELDS = 4; // of a disc that is shown: its column, x, y and angle
+const FIELDS = 5; // of a disc that is shown: its column, x, y, angle, and its number in its column
 
-/** @param {Theme} theme @returns {Promise<Pile>} fetches what moves it; throws where that cannot be */
-export async function openPile(theme) {
+/**
+ * Fetches what moves it; throws where that cannot be.
+ * @param {Theme} theme @param {Sizes} [sizes] of its discs
+ * @returns {Promise<Pile>}
+ */
+export async function openPile(theme, sizes = SMALL_DISCS) {
   /** @type {{openHeaps: typeof openHeaps}} */
   const moving = await import(new URL("heap.js", import.meta.url).href);
-  return new Pile(await moving.openHeaps(), theme);
+  return new Pile(await moving.openHeaps(), theme, sizes);
 }
 
 /** One tray's pile. Nothing is computed and no picture asked for while all discs are at rest. */
@@ -43,11 +47,15 @@ export class Pile {
   /** @type {StampBook | null} */
   #stamps = null;
 
-  /** @param {{heapFor: (plan: Plan) => Heap, stepMs: number}} heaps @param {Theme} theme */
-  constructor({ heapFor, stepMs }, theme) {
+  /**
+   * @param {{heapFor: (plan: Plan) => Heap, stepMs: number}} heaps @param {Theme} theme
+   * @param {Sizes} [sizes] of its discs
+   */
+  constructor({ heapFor, stepMs }, theme, sizes = SMALL_DISCS) {
     this.heapFor = heapFor;
     this.stepMs = stepMs;
     this.theme = theme;
+    this.sizes = sizes;
   }
 
   /** Whether a picture is wanted soon. */
@@ -62,7 +70,7 @@ export class Pile {
    * @param {number[]} counts balls by bin
    */
   lay(board, geometry, height, counts) {
-    const plan = planOf(board, geometry, height);
+    const plan = planOf(board, geometry, height, this.sizes);
     if (JSON.stringify(plan) !== JSON.stringify(this.#plan)) {
       // In a tray of another size the same discs lie as if they had always lain there.
       this.#ahead = String(counts) === String(this.#counts);
@@ -159,15 +167,16 @@ export class Pile {
    * @param {Board} board
    * @param {Geometry} geometry
    * @param {number} height of the tray, CSS pixels
+   * @param {(bin: number, ball: number) => string} colourOf the ball that is so many in a bin, from 0
    */
-  paint(ctx, board, geometry, height) {
+  paint(ctx, board, geometry, height, colourOf) {
     this.#paintColumns(ctx, board, geometry, height);
     const { px, scale } = geometry;
-    const { multipliers } = board.bins;
     const stamps = this.#stampsFor((this.#plan?.radius ?? 0) * scale);
     for (let at = 0; at < this.#shown.length; at += FIELDS) {
-      const [bin, x, y, angle] = this.#shown.subarray(at, at + FIELDS);
-      const colour = this.theme.payout(multipliers[bin]).fill;
+      const [bin, x, y, angle, number] = this.#shown.subarray(at, at + FIELDS);
+      // A disc that stands for several came with the last of them.
+      const colour = colourOf(bin, (number + 1) * this.share - 1);
       paintBall(ctx, stamps.of({ mine: false, colour }).body, px(x), y * scale, angle);
     }
   }

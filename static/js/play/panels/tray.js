@@ -67,9 +67,7 @@ export class Tray {
   /** @param {number} nowMs @param {boolean} still nothing is to move @returns {boolean} whether there is more to show soon */
   show(nowMs, still) {
     this.histogram.refresh(nowMs, still);
-    const { total, share } = this.histogram;
-    const words = share !== null && share > 1 ? "play.landed-as-discs" : "play.landed-here";
-    const text = total ? t(words, { n: total, share: share ?? 1 }) : t("play.none-landed");
+    const text = this.histogram.words;
     const due = text !== this.#shown;
     if (due && nowMs - this.#shownMs >= RENEWED_MS) {
       this.#shown = text;

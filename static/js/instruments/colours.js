@@ -1,0 +1,32 @@
+// The colours of the balls in each bin, in the order in which they have landed. Pure.
+
+/** Of a ball that landed before anybody looked the colour is null. */
+export class Colours {
+  /** @type {(string | null)[][]} by bin */
+  #bins = [];
+
+  /** @param {number[]} counts that there are: a room that was begun again has fewer than before */
+  fit(counts) {
+    const goesOn = counts.length === this.#bins.length && this.#bins.every(({ length }, bin) => length <= counts[bin]);
+    const known = goesOn ? this.#bins : counts.map(() => []);
+    this.#bins = counts.map((count, bin) => [...known[bin], ...Array(count - known[bin].length).fill(null)]);
+  }
+
+  /** @param {number} bin @param {string | null} colour */
+  add(bin, colour) {
+    this.#bins[bin].push(colour);
+  }
+
+  /** @param {number} bin @param {number} ball from 0 @returns {string | null} */
+  of(bin, ball) {
+    return this.#bins[bin][ball] ?? null;
+  }
+
+  /** @param {number} bin @returns {{colour: string | null, balls: number}[]} those that came first are first */
+  sharesOf(bin) {
+    /** @type {Map<string | null, number>} */
+    const balls = new Map();
+    for (const colour of this.#bins[bin]) balls.set(colour, (balls.get(colour) ?? 0) + 1);
+    return [...balls].map(([colour, count]) => ({ colour, balls: count }));
+  }
+}

@@ -1,0 +1,63 @@
+"""Servers that share a ledger tell a target of every ball in order, whichever of them is killed."""
+
+import asyncio
+import signal
+from itertools import count
+from pathlib import Path
+
+import httpx
+import pytest
+
+from tests.app.cluster.servers import One, Servers, kept
+from tests.app.cluster.test_servers import new_room
+from tests.app.persistence import postgres
+from tests.app.webhooks.target import FlakyTarget
+from tests.waiting import LIMIT, eventually
+
+pytestmark = [
+    pytest.mark.postgresql,
+    pytest.mark.long("two servers of its own, each killed and started once"),
+]
+
+BALLS = 5  # dropped before a server is killed, and as many after that
+
+
+async def test_a_target_hears_of_all_balls_in_order_whichever_server_is_killed(
+    postgresql: postgres.Cluster, tmp_path: Path
+) -> None:
+    target = FlakyTarget()
+    more = target.options(tmp_path)
+    one, two = One("plinko1", more=more), One("plinko2", more=more)
+    servers = Servers(postgresql.new_database(), (one, two))
+    seeds = count()
+    with kept(servers):
+        async with target.served(), httpx.AsyncClient(timeout=LIMIT) as http:
+
+            async def drop_some(ask: One) -> None:
+                for _ in range(BALLS):
+                    await drop_once(http, ask, room, next(seeds))
+
+            async def lose(killed: One, other: One) -> None:
+                told = len(target.heard)
+                await drop_some(other)
+                await eventually(lambda: len(target.heard) > told)
+                await asyncio.to_thread(killed.end, signal.SIGKILL)
+                await drop_some(other)
+                await asyncio.to_thread(servers.start)
+
+            room = await asyncio.to_thread(new_room, one)
+            await lose(one, two)  # one of them is the one that sends
+            await lose(two, one)
+            await target.has_heard_of(next(seeds))
+
+
+async def drop_once(http: httpx.AsyncClient, ask: One, room: str, seed: int) -> None:
+    """A ball, asked for until it is taken, also while its room changes servers."""
+    address = f"{ask.url}/api/v1/rooms/{room}/drops"
+    key = {"idempotency-key": str(seed)}
+
+    while True:
+        answer = await http.post(address, json={"seed": str(seed)}, headers=key)
+        if answer.status_code == 202:
+            return
+        assert answer.status_code == 503, answer.text

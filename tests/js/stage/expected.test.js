@@ -1,0 +1,19 @@
+// What an ideal Galton board does: the binomial law, for as many rows as leave so many bins.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { binomial } from "../../../static/js/stage/expected.js";
+import { near } from "../support.js";
+
+test("a ball of two rows lands once at either side and twice in the middle", () => {
+  assert.deepEqual(binomial(3).chances, [0.25, 0.5, 0.25]);
+  assert.deepEqual(binomial(1).chances, [1]);
+});
+
+test("the chances of many bins are symmetric, add up to one and have the variance of the binomial law", () => {
+  const { chances } = binomial(17);
+  near(chances.reduce((sum, chance) => sum + chance, 0), 1, 1e-12);
+  near(chances.reduce((sum, chance, bin) => sum + chance * (bin - 8) ** 2, 0), 16 / 4, 1e-12);
+  assert.deepEqual(chances, [...chances].reverse());
+});
