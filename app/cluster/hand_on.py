@@ -33,7 +33,6 @@ _PAUSES: Final = (0.05, 0.1, 0.2, *[0.4] * 19)
 """s after which a request is tried again, each time: at first as long as a room is on its way
 mostly, and later so seldom that those who wait do not hold it up."""
 
-_OPEN_SECONDS: Final = 2.0  # for another server to take a WebSocket
 _CLOSE_SECONDS: Final = 1.0  # for it to hear that the client has left
 
 _OF_ONE_HOP: Final = frozenset(
@@ -176,7 +175,8 @@ class HandOn:
             max_size=None,
             proxy=None,
             ping_interval=None,
-            open_timeout=_OPEN_SECONDS,
+            # As long as it lives: a busy server would be asked again and again, and be busier.
+            open_timeout=None,
             close_timeout=_CLOSE_SECONDS,
         )
         try:

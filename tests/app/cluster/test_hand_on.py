@@ -1,5 +1,7 @@
 """A request is answered here, or handed on once to the server that its answer names."""
 
+import asyncio
+import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any
@@ -9,6 +11,9 @@ import pytest
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route, Router
+from starlette.types import Message, Receive, Scope, Send
+from websockets.asyncio.server import ServerConnection, serve
+from websockets.http11 import Request as WebSocketRequest
 
 from app.cluster.alive import Alive
 from app.cluster.hand_on import HandOn
@@ -18,6 +23,7 @@ from app.errors import LeaseLostError
 from app.persistence.lease_book import LeaseBook
 from app.web.edge.answers import AnswerHeaders
 from app.web.problems import problem_response
+from tests.waiting import LIMIT, eventually, turns
 
 THERE = Member("b.1", "b", "http://there:8001")
 
@@ -138,3 +144,62 @@ async def test_a_request_that_was_never_sent_is_sent_again(error: Exception) -> 
     async with asking(here, there) as client:
         answer = await client.post("/api/v1/rooms/r/drops", content=b"x")
     assert (answer.status_code, answer.text) == (200, "had x")
+
+
+async def test_a_socket_waits_for_a_server_that_lives_however_long_that_takes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The loop's clock is the test's: it jumps while the other server takes its time."""
+    loop, jump = asyncio.get_running_loop(), 0.0
+    monkeypatch.setattr(loop, "time", lambda: time.monotonic() + jump)
+    asked: list[str] = []
+    ready, left = asyncio.Event(), asyncio.Event()
+    sent: list[Message] = []
+
+    async def take(_: ServerConnection, request: WebSocketRequest) -> None:
+        asked.append(request.path)
+        await ready.wait()
+
+    async def greet(line: ServerConnection) -> None:
+        await line.send("hello")
+        await line.wait_closed()
+
+    async def nobody(_scope: Scope, _receive: Receive, _send: Send) -> None:
+        raise AssertionError("the room is not here")
+
+    async def fetch(_: str) -> None:
+        raise moved("b.1")
+
+    async def receive() -> Message:
+        if not sent:
+            return {"type": "websocket.connect"}
+        await left.wait()
+        return {"type": "websocket.disconnect", "code": 1000}
+
+    async def send(message: Message) -> None:
+        sent.append(message)
+
+    async with serve(greet, "127.0.0.1", 0, process_request=take, open_timeout=None) as server:
+        port = next(iter(server.sockets)).getsockname()[1]
+        alive = Alive("", LeaseBook("a.1"), "a")
+        there = Member("b.1", "b", f"http://127.0.0.1:{port}")
+        alive.look(alive.me, [Seen(there, 0.0, connected=True)])
+        peers = Peers()
+        scope = {
+            "type": "websocket",
+            "scheme": "ws",
+            "path": "/ws/rooms/r",
+            "raw_path": b"/ws/rooms/r",
+            "query_string": b"",
+            "headers": [(b"host", b"here")],
+        }
+        talking = asyncio.create_task(HandOn(nobody, alive, peers, fetch)(scope, receive, send))
+        await eventually(lambda: asked)
+        jump = LIMIT / 2
+        await turns()
+        ready.set()
+        await eventually(lambda: any(each.get("text") == "hello" for each in sent))
+        left.set()
+        await talking
+        await peers.http.aclose()
+    assert asked == ["/ws/rooms/r"]
