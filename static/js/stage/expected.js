@@ -11,12 +11,13 @@ import { t } from "../texts/text.js";
 /** @import { Theory } from "./wishes.js" */
 
 /**
- * Of a preset as its landings were counted, of another board as drops hit it that the server computes
+ * Of a draw its published odds. Of a preset as its landings were counted, of another board as drops hit it that the server computes
  * now; or of an ideal Galton board with as many bins. Throws where the server does not answer.
- * @param {Pick<Hello, "board" | "board_name" | "board_digest">} hello @param {Theory} theory
+ * @param {Pick<Hello, "board" | "board_name" | "board_digest" | "draw">} hello @param {Theory} theory
  * @returns {Promise<Expectation>}
  */
-export async function expectedOn({ board, board_name: name, board_digest: digest }, theory) {
+export async function expectedOn({ board, board_name: name, board_digest: digest, draw }, theory) {
+  if (draw) return published(draw.weights);
   if (theory === "binomial") return binomial(board.bins.multipliers.length);
   if (readBoardName(name)) {
     const { board_digest: counted, aims } = /** @type {OddsReply} */ (await getJson(`boards/${name}/odds`));
@@ -25,6 +26,12 @@ export async function expectedOn({ board, board_name: name, board_digest: digest
     }
   }
   return measure(board);
+}
+
+/** @param {number[]} weights of the bins @returns {Expectation} exact: no path of a ball decides its bin there */
+function published(weights) {
+  const sum = weights.reduce((total, weight) => total + weight, 0);
+  return { label: t("stage.published"), chances: weights.map((weight) => weight / sum) };
 }
 
 /** @param {number} bins @returns {Expectation} of a ball that goes left or right alike at each row */
