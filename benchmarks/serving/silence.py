@@ -146,7 +146,7 @@ async def _watched(server: Served, disturb: Callable[[Watch], Awaitable[None]]) 
 @contextlib.asynccontextmanager
 async def _playing(server: Served, watch: Watch) -> AsyncIterator[list[Any]]:
     """A client in each of the rooms that drops balls all the time; `main` is the first."""
-    from app.load.client import connect, room_url
+    from benchmarks.load.client import connect, room_url
 
     names = ["main"]
     names += [_room(server, ("interacting", "independent")[n % 2]) for n in range(ROOMS - 1)]

@@ -74,7 +74,7 @@ def _room_with_log(server: Served, drops: int) -> str:
     room: str = Attack(server).must("/api/v1/rooms", {"board": fast})["id"]
 
     async def fill() -> None:
-        from app.load.client import connect, room_url
+        from benchmarks.load.client import connect, room_url
 
         player = Player()
         client = await connect(room_url(server.address, room, "snapshots"), player)
