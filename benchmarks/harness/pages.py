@@ -46,8 +46,9 @@ def fill_all() -> list[Path]:
 
 
 def filled(text: str, place: Path, folder: Path = FOLDER) -> str:
-    """A page of this folder with all its tables as they are recorded; MissingError names one that
-    is not."""
+    """A page of this folder with all its tables as they are recorded. One that is not yet recorded
+    is named; MissingError names a row or a column that is not in a table.
+    """
 
     def table(found: re.Match[str]) -> str:
         begin, name, title, choice, end = found.groups()
@@ -72,7 +73,7 @@ def _part(file: Path, title: str, choices: dict[str, list[str]], place: Path) ->
     recorded = Recorded(file.read_text(encoding="utf-8") if file.exists() else "")
     rows = recorded.rows(title)
     if not rows:
-        raise MissingError(f"{file.name} records no table {title!r}")
+        return f"*Not measured yet: `python -m benchmarks {file.stem} --record`.*"
     first, *others = rows[0]
     columns = [first, *_chosen(others, choices.get("columns"), title)]
     by_name = {row[first]: row for row in rows}

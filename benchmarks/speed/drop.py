@@ -1,6 +1,5 @@
 """One drop: called from Python, as JSON, and as a whole process; and how soon a server is ready."""
 
-import json
 import os
 import subprocess
 import sys
@@ -55,7 +54,7 @@ def _calls(section: Section, effort: Effort) -> None:
     ways: dict[str, Callable[[int], object]] = {
         "`drop(board, seed)`": lambda seed: drop(board, seed),
         "and its impacts": lambda seed: drop(board, seed).impacts,
-        "and its record as JSON": lambda seed: json.dumps(drop(board, seed).to_dict()),
+        "and its record as JSON": lambda seed: drop(board, seed).to_json(),
     }
     times = in_turns(
         {name: _each(way, drops) for name, way in ways.items()},

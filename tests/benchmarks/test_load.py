@@ -14,7 +14,7 @@ from websockets.server import ServerProtocol
 
 from app.errors import InvalidValueError
 from benchmarks.load.client import Clock, RefusedError, RoomClient, connect, room_url
-from benchmarks.load.command import load
+from benchmarks.load.command import load as command
 from benchmarks.load.generator import Load
 from tests.app.conftest import Running, serving
 from tests.waiting import eventually, turns
@@ -224,7 +224,7 @@ async def test_a_load_that_nobody_greets_says_why() -> None:
 
 
 def asked(*arguments: str) -> Result:
-    return CliRunner().invoke(load, list(arguments))
+    return CliRunner().invoke(command, list(arguments))
 
 
 def test_a_load_prints_what_it_found(server: Running) -> None:
