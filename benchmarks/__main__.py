@@ -47,7 +47,7 @@ def _measuring(command: Callable[..., None]) -> Callable[..., None]:
             "--record", is_flag=True, help="Write docs/measured and the pages that show it."
         ),
         click.option(
-            "--rounds", type=click.IntRange(min=1), help="Of each timed job. [5; quick: 1]"
+            "--rounds", type=click.IntRange(min=1), help="Of each timed job. [3; quick: 1]"
         ),
         click.option("--quick", is_flag=True, help="Tiny sizes: shows that it works."),
     ):
@@ -98,7 +98,7 @@ def _effort(quick: bool, rounds: int | None, record: bool, **more: Any) -> Effor
     """What the options ask for; UsageError for a quick run that is to be recorded."""
     if quick and record:
         raise click.UsageError("a quick run measures little: it is not recorded")
-    return Effort(quick=quick, rounds=rounds or (1 if quick else 5), **more)
+    return Effort(quick=quick, rounds=rounds or (1 if quick else 3), **more)
 
 
 def _measured(name: str, effort: Effort) -> tuple[Section, float]:

@@ -24,7 +24,7 @@ class Effort:
     """
 
     quick: bool = False
-    rounds: int = 7
+    rounds: int = 3
     long: bool = False
     node: bool = True
     findings: Path | None = None

@@ -36,7 +36,7 @@ def run(effort: Effort) -> Section:
     """Efficiency of as many local workers as cores, and what follows for more."""
     section = Section("batches")
     cores = machine.cores()
-    drops = effort.size(20_000_000, SLICES * 1000) // SLICES
+    drops = effort.size(10_000_000, SLICES * 1000) // SLICES
     with workers_at(f"local:{cores}") as workers:
         pairs = []
         for number in range(SLICES):
