@@ -206,6 +206,12 @@ def test_random_boards_do_no_harm(solver: str) -> None:
     assert dict(found.faults) == {}, found.kept
 
 
+def test_every_scene_of_the_torture_catalogue_can_be_made() -> None:
+    """Those too that no validation would let pass: they fall for hours."""
+    names = [scene.name for scene in torture.catalogue(1)]
+    assert len(set(names)) == len(names) > 50
+
+
 @pytest.mark.long("a catalogue of hard scenes")
 def test_the_torture_catalogue_does_no_harm_to_the_exact_solver() -> None:
     found = invariants.Findings()
