@@ -172,7 +172,8 @@ def _serve_bare(size: int) -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         print(f"http://127.0.0.1:{listener.getsockname()[1]}", flush=True)
         server = uvicorn.Server(uvicorn.Config(app, log_level="warning", access_log=False))
-        server.run(sockets=[listener])
+        with contextlib.suppress(KeyboardInterrupt):  # by which it is stopped
+            server.run(sockets=[listener])
 
 
 if __name__ == "__main__":
