@@ -17,7 +17,7 @@ PORT ?= 8000
 # One more than cores: many tests wait for balls that fall.
 PYTEST_WORKERS ?= 4
 PYTEST_ARGS ?=
-BENCH_ARGS ?=
+BENCH_ARGS ?= --record
 KILLS ?= 50
 FAULTS ?= 20
 HOURS ?= 2
@@ -46,7 +46,7 @@ help:
 	@echo 'make docs         make the site of these pages in build/site; a warning fails'
 	@echo 'make links        ask every other site that the pages link to (needs the network)'
 	@echo 'make format       put the code in its format'
-	@echo 'make bench        measure speed and error, for docs/benchmarks.md and the README'
+	@echo 'make bench        measure speed and error, for docs/measured, the pages and the README'
 	@echo 'make readme       run the examples of the pages and write what they print'
 	@echo 'make architecture draw the packages and what they may import'
 	@echo 'make pictures     take and draw the pictures of the documentation anew'
@@ -95,7 +95,7 @@ test-crash: $(VENV)/.stamp-test
 	tools/postgresql
 	LONG=1 PLINKO_TEST_KILLS=$(KILLS) PLINKO_TEST_FAULTS=$(FAULTS) $(BIN)/python -m pytest -s -m long tests/app/persistence
 
-# Over SQLite, by the attackers of `plinko bench attack`; then every ball is accounted for.
+# Over SQLite, by the attackers of `python -m benchmarks attack`; then every ball is accounted for.
 test-attack: $(VENV)/.stamp-test
 	LONG=1 PLINKO_TEST_HOURS=$(HOURS) $(BIN)/python -m pytest -s -m long tests/app/persistence/crash/test_crash_attack.py
 
@@ -143,12 +143,12 @@ docs: $(VENV)/.stamp-docs
 links: $(VENV)/.stamp-docs
 	$(BIN)/python -m sphinx -b linkcheck --quiet -D nb_execution_mode=off -d .cache/doctrees docs build/links
 
-# Every table and plot of docs/benchmarks.md, docs/validation.md and docs/scale.md, anew; BENCH_ARGS=--quick for a trial.
+# Every table and plot of docs/measured, and the pages that show them; BENCH_ARGS=--quick for a trial.
 bench: $(VENV)/.stamp-bench
-	chromium="$$(tools/chromium)" && \
-	CHROMIUM="$$chromium" $(BIN)/plinko bench all --plots docs/images --page docs/benchmarks.md \
-		--page docs/validation.md --page docs/scale.md --page docs/measurements.md --readme README.md $(BENCH_ARGS)
-	$(BIN)/python -m benchmarks.scale
+	tools/postgresql
+	tools/redis
+	$(WITH_NODE) && chromium="$$(tools/chromium)" && \
+	CHROMIUM="$$chromium" $(BIN)/python -m benchmarks all $(BENCH_ARGS)
 
 format: $(VENV)/.stamp-lint
 	$(BIN)/ruff check --fix-only --quiet .
@@ -173,6 +173,7 @@ pictures: $(VENV)/.stamp-test
 kernels: $(VENV)/.stamp-kernels
 	$(BIN)/python -m engine.artifact.make
 	$(BIN)/python -m app.render.raster.make
+	$(BIN)/python -m benchmarks.billiards.make
 
 # The newest versions that the ranges in pyproject.toml allow, tried and written down together.
 constraints:

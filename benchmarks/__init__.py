@@ -1,5 +1,6 @@
-"""What `plinko bench` runs: run time against error, stability, and the price of each feature.
+"""What the project measures of itself: error, speed, stability, and what a server bears.
 
 One package a question; they share harness/, scenes/ and contestants/, and import the engine and the
-server. Optional contestants are imported when they are asked for. Start with suite.py.
+server. Contestants that may be missing are imported when asked for. Start with __main__.py,
+which is the command line; suite.py names every benchmark.
 """

@@ -38,12 +38,10 @@ GROUPS = {
         "ledger": "server.ledger",
         "halt": "server.halt",
         "rooms": "server.rooms",
-        "load": "server.load",
     },
     "Evidence": {
         "integrity": "server.integrity",
         "conformance": "server.conformance",
-        "bench": "bench",
     },
 }
 """Subcommands as the help lists them, and the module in `app.cli` that has each as `command`."""

@@ -24,7 +24,7 @@ from benchmarks.harness.report import Section, Table, length
 from benchmarks.scenes import boards as scenes
 from engine import Board
 
-RATES = (60, 120, 240, 480, 960)
+RATES = (60, 240, 960)
 """Steps per second."""
 
 QUICK_RATES = (60, 240)

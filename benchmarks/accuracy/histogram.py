@@ -18,7 +18,7 @@ def histograms(
     section: Section, board: Board, everyone: Sequence[Contestant], effort: Effort
 ) -> None:
     """Total-variation distance of each histogram from the exact solver's on many more drops."""
-    drops = effort.size(2000, 40)
+    drops = effort.size(1000, 40)
     truth_drops = effort.size(1_000_000, 10_000)
     zone = board.drop
     share = drop_many(board, range(truth_drops)).histogram / truth_drops

@@ -1,7 +1,7 @@
 """How thorough a run is, and whom it tells how far it has come."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 
@@ -24,7 +24,7 @@ class Effort:
     """
 
     quick: bool = False
-    rounds: int = 7
+    rounds: int = 3
     long: bool = False
     node: bool = True
     findings: Path | None = None
@@ -34,3 +34,7 @@ class Effort:
     def size(self, full: int, quick: int) -> int:
         """The size of something in this run."""
         return quick if self.quick else full
+
+    def telling(self, step: Callable[[str], None]) -> "Effort":
+        """The same, with its progress told to `step`."""
+        return replace(self, step=step)

@@ -17,17 +17,19 @@ class Table:
     notes: Sequence[str] = ()
 
     def text(self) -> str:
-        """Markdown with padded cells, so that it reads well on a terminal too."""
+        """Title, table and remarks, in Markdown."""
+        return "\n\n".join([f"## {self.title}", self.body(), *self.notes])
+
+    def body(self) -> str:
+        """The table alone, its cells padded, so that it reads well on a terminal too."""
         cells = [list(self.columns), *([str(cell) for cell in row] for row in self.rows)]
         widths = [max(len(row[i]) for row in cells) for i in range(len(self.columns))]
-        lines = [f"### {self.title}", ""]
+        lines = []
         for number, row in enumerate(cells):
             lines.append(_line(row, widths))
             if number == 0:
                 rules = ["-" * widths[0]] + ["-" * (width - 1) + ":" for width in widths[1:]]
                 lines.append("| " + " | ".join(rules) + " |")
-        for note in self.notes:
-            lines += ["", note]
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
@@ -59,7 +61,7 @@ class Section:
 
     def text(self) -> str:
         """All of it in Markdown."""
-        parts = [f"## {self.name}", *(table.text() for table in self.tables)]
+        parts = [table.text() for table in self.tables]
         if self.absent:
             parts.append("Not taking part:\n\n" + "\n".join(f"- {line}" for line in self.absent))
         return "\n\n".join(parts)

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from benchmarks.billiards import Billiard, launch
 from benchmarks.harness.effort import Effort
 from benchmarks.literature import lorentz
 from benchmarks.literature.finding import Estimate
-from engine.billiards import Billiard, launch
 
 GAP = 0.2
 GRAVITY = 1.0

@@ -74,7 +74,7 @@ def _cost_table(scene: Gas, times: dict[str, Sample], rounds: int) -> Table:
             for name, sample in times.items()
         ],
         [
-            "The balls and box that `plinko bench stepped` has, elastic, each at 2 m/s: all that "
+            "The balls and box of the benchmark `touching`, elastic, each at 2 m/s: all that "
             "event-driven molecular dynamics knows; it has no gravity, friction or rest. Processor "
             f"seconds of one core over impacts, median (smallest to largest) of {rounds} round(s); "
             "ours counts its steps and substeps, which such codes do not have."

@@ -10,9 +10,9 @@ from math import pi, sqrt
 import numpy as np
 import numpy.typing as npt
 
+from benchmarks.billiards import Billiard, Flow, launch
 from benchmarks.harness.effort import Effort
 from benchmarks.literature.finding import Estimate
-from engine.billiards import Billiard, Flow, launch
 from engine.board.parts import BallSpec, Peg
 
 GAPS = (0.1, 0.2, sqrt(5.0) - 2.0, 0.3)

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 
 from flint import arb
 
+from benchmarks.billiards import Billiard
 from benchmarks.literature.siam import MIRRORS, TIME
-from engine.billiards import Billiard
 from engine.certified.balls import ONE, ZERO, Proof, UndecidedError, precision
 from engine.certified.flight import Flight, State
 from engine.certified.impulse import bounce

@@ -7,7 +7,7 @@ speed 1: how far from the origin is it at t = 10? Each of its 14 reflections mul
 from dataclasses import dataclass
 from math import hypot
 
-from engine.billiards import Billiard, path
+from benchmarks.billiards import Billiard, path
 from engine.board.parts import BallSpec, Peg
 from engine.drops.certainty import certainty_of
 

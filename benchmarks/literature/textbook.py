@@ -8,9 +8,9 @@ from math import hypot, sqrt
 
 import numpy as np
 
+from benchmarks.billiards import Billiard, path
 from benchmarks.literature.finding import Finding, exact
 from engine import Arena, ArenaSettings, Place
-from engine.billiards import Billiard, path
 from engine.board.materials import Material
 from engine.board.parts import BallSpec, Peg, Wall
 from engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END, KIND_WALL

@@ -7,9 +7,9 @@ from typing import Final
 from app.listening import MAX_CONNECTIONS
 from app.settings import Settings
 from benchmarks.harness.effort import MissingError
+from benchmarks.harness.recorded import Recorded
 from benchmarks.harness.report import Table
 from benchmarks.scale import units
-from benchmarks.scale.recorded import Recorded
 from benchmarks.serving import relays
 from benchmarks.serving.streams import CLIENTS, FALL, IN_FLIGHT
 from engine.batches.hashes import KEPT
@@ -33,7 +33,7 @@ STREAMS: Final = f"The streams of a room, {IN_FLIGHT} balls in flight"
 CROWDS: Final = "One room at 60 Hz, some 50 balls in flight"
 WIRE: Final = "Bytes a second of flight and ball"
 MEMORY: Final = "Resident memory"
-THROUGHPUT: Final = "Drops per second"
+BATCHES: Final = "Batches: drops per second"
 
 _ROW: Final = 40
 """Bytes of a drop's row before compression: seed, bin, score, duration, impacts, x_end."""
@@ -92,7 +92,7 @@ def units_of(page: Recorded) -> Units:
         row=ledger("bytes a drop"),
         client=page.number(MEMORY, f"each of {crowd} clients who watch {IN_FLIGHT} balls", "bytes"),
         server=page.number(MEMORY, "the server, physics loaded, ready", "bytes"),
-        rate=page.number(THROUGHPUT, "triangle-16, everything", "exact, one core"),
+        rate=page.number(BATCHES, "triangle-16", "lanes, native"),
         relayed=_relayed(page) if page.has(relays.COST) else None,
     )
 
@@ -104,7 +104,7 @@ def _crowd(page: Recorded) -> tuple[float, float, float]:
     for row in page.rows(WIRE):
         if row["board"] == units.BOARD and row["balls"] == str(IN_FLIGHT):
             return clients / share, IN_FLIGHT * float(row["snapshots"].replace(",", "")), rate
-    raise MissingError(f"no page records {units.BOARD} with {IN_FLIGHT} balls under {WIRE!r}")
+    raise MissingError(f"no file records {units.BOARD} with {IN_FLIGHT} balls under {WIRE!r}")
 
 
 def _relayed(page: Recorded) -> tuple[float, float, float]:
@@ -125,38 +125,38 @@ def tables(cost: Units) -> list[Table]:
 
 def _costs(cost: Units) -> Table:
     rows = [
-        [f"clients that a core serves by {name}", f"{clients:,.0f}", "`plinko bench stream`"]
+        [f"clients that a core serves by {name}", f"{clients:,.0f}", "stream"]
         for name, (clients, _, _) in cost.streams.items()
     ]
     rows += [
-        [f"bytes a second of a client by {name}", f"{size:,.0f}", "`plinko bench stream`"]
+        [f"bytes a second of a client by {name}", f"{size:,.0f}", "stream"]
         for name, (_, size, _) in cost.streams.items()
     ]
     if cost.relayed:
         served, size, _ = cost.relayed
         rows += [
-            [relays.SERVED, f"{served:,.0f}", "`plinko bench relays`"],
-            ["bytes a second of one of them", f"{size:,.0f}", "`plinko bench relays`"],
+            [relays.SERVED, f"{served:,.0f}", "relays"],
+            ["bytes a second of one of them", f"{size:,.0f}", "relays"],
         ]
     rows += [
-        ["memory of a client", _bytes(cost.client), "`plinko bench stream`"],
-        ["memory of a server that is ready", _bytes(cost.server), "`plinko bench stream`"],
+        ["memory of a client", _bytes(cost.client), "stream"],
+        ["memory of a server that is ready", _bytes(cost.server), "stream"],
     ]
     rows += [
-        [f"a tick of a room with {n} ball{'s' * (n > 1)}", _time(s), "`plinko bench scale`"]
+        [f"a tick of a room with {n} ball{'s' * (n > 1)}", _time(s), "scale"]
         for n, s in cost.ticks.items()
     ]
     rows += [
-        [f"memory of a room with {n} ball{'s' * (n != 1)}", _bytes(size), "`plinko bench scale`"]
+        [f"memory of a room with {n} ball{'s' * (n != 1)}", _bytes(size), "scale"]
         for n, size in cost.room_bytes.items()
     ]
     rows += [
-        ["a drop with its result in PostgreSQL", _time(cost.drop), "`plinko bench scale`"],
-        ["a mark of how far a room has come", _time(cost.mark), "`plinko bench scale`"],
-        ["bytes of a drop in PostgreSQL", _bytes(cost.row), "`plinko bench scale`"],
-        ["drops that a core computes", f"{cost.rate:,.0f}/s", "`plinko bench throughput`"],
+        ["a drop with its result in PostgreSQL", _time(cost.drop), "scale"],
+        ["a mark of how far a room has come", _time(cost.mark), "scale"],
+        ["bytes of a drop in PostgreSQL", _bytes(cost.row), "scale"],
+        ["drops that a core computes", f"{cost.rate:,.0f}/s", "lanes"],
     ]
-    return Table("What little takes", ["what", "measured", "by"], rows)
+    return Table("What little takes", ["what", "measured", "by the benchmark"], rows)
 
 
 def _spectators(cost: Units) -> Table:

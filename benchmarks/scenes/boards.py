@@ -2,8 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from importlib import import_module
-from types import ModuleType
 from typing import Any
 from unittest import mock
 
@@ -18,6 +16,9 @@ PLAIN = presets.Tuning(drag=0.0, restitution=0.6, friction=0.0, jitter=0.8)
 
 FULL = presets.Tuning(drag=2.2, restitution=0.65, friction=0.15, jitter=0.8)
 """Drag, friction, spin and the contact phases that come with them."""
+
+THIN = PLAIN._replace(restitution=0.5)
+"""On the lattice: bounces so low that most balls hit one peg in each row."""
 
 SPACING = 0.6  # m, of the lattice boards: a ball fits between a peg and a wall
 PEG_RADIUS = 0.05
@@ -94,13 +95,6 @@ def revised(board: Board, **changes: Any) -> Board:
     """`board` with some fields changed, unchecked as a whole."""
     with mock.patch.object(playable, "check"):
         return replace(board, **changes)
-
-
-def twin(package: ModuleType, board: Board) -> Any:
-    """The same board for a copy of the engine, unchecked as a whole."""
-    check = import_module(f"{package.__name__}.board.checks.playable")
-    with mock.patch.object(check, "check"):
-        return package.Board.from_json(board.to_json())
 
 
 def bare_floor(restitution: float, height: float) -> Board:

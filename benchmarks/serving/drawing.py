@@ -46,8 +46,8 @@ def ticks(section: Section, effort: Effort) -> None:
 
 def _lateness(server: Served, seconds: float) -> dict[float, float]:
     """Ticks in each bucket, summed from the first, while a room with balls is watched."""
-    from app.load.client import room_url
-    from app.load.generator import Load, run
+    from benchmarks.load.client import room_url
+    from benchmarks.load.generator import Load, run
 
     window = stream.Window(server)
     load = Load(room_url(server.address, "main", "snapshots"), CLIENTS, drops=stream.DROPS)

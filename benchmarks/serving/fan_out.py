@@ -79,7 +79,7 @@ class _Crowd:
 
     async def join(self, count: int) -> None:
         """Connect the clients."""
-        from app.load.client import connect, room_url
+        from benchmarks.load.client import connect, room_url
 
         url = room_url(self.server.address, "main", "snapshots")
         for number in range(count):

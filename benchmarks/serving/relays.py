@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from app.load.client import room_url
-from app.load.generator import Load
 from app.protocol.messages import SEEDS
 from benchmarks.harness.effort import Effort, MissingError
 from benchmarks.harness.report import Section, Table
+from benchmarks.load.client import room_url
+from benchmarks.load.generator import Load
 from benchmarks.serving.process import OPTIONS, Served, can_watch, processor_time, serving, started
 from benchmarks.serving.streams import FALL, IN_FLIGHT
 

@@ -29,8 +29,9 @@ LEAST: Final = 0.55
 REPLAYS, HEALTH, BARE = "replays of distinct seeds", "`/healthz`", "a bare FastAPI route"
 
 
-def compare(section: Section, effort: Effort) -> None:
+def run(effort: Effort) -> Section:
     """Requests a second of each."""
+    section = Section("replays")
     window = 2.0 if not effort.quick else 0.2
     seeds = count()
     with contextlib.ExitStack() as stack:
@@ -69,6 +70,7 @@ def compare(section: Section, effort: Effort) -> None:
             ],
         )
     )
+    return section
 
 
 def _always(path: str) -> Iterator[str]:
@@ -170,7 +172,8 @@ def _serve_bare(size: int) -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         print(f"http://127.0.0.1:{listener.getsockname()[1]}", flush=True)
         server = uvicorn.Server(uvicorn.Config(app, log_level="warning", access_log=False))
-        server.run(sockets=[listener])
+        with contextlib.suppress(KeyboardInterrupt):  # by which it is stopped
+            server.run(sockets=[listener])
 
 
 if __name__ == "__main__":

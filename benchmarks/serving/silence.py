@@ -21,11 +21,11 @@ from benchmarks.serving.process import Served, serving
 ROOMS: Final = 7  # `main` and six of players, of which every second one has touching balls
 DROPS: Final = 4  # a second in each room
 PAUSES: Final = (0.02, 0.05, 1.0)  # s
-TIMES: Final = 20
+TIMES: Final = 10
 """Pauses of each length. A pause is to hit a room's turn, and turns take some 15 % of the time."""
 BETWEEN: Final = 1.5  # s between two pauses
 BUSY: Final = 4  # processes that take all that they can get of the cores
-SECONDS: Final = 60.0  # with those, and with nothing
+SECONDS: Final = 30.0  # with those, and with nothing
 
 
 def run(effort: Effort) -> Section:
@@ -146,7 +146,7 @@ async def _watched(server: Served, disturb: Callable[[Watch], Awaitable[None]]) 
 @contextlib.asynccontextmanager
 async def _playing(server: Served, watch: Watch) -> AsyncIterator[list[Any]]:
     """A client in each of the rooms that drops balls all the time; `main` is the first."""
-    from app.load.client import connect, room_url
+    from benchmarks.load.client import connect, room_url
 
     names = ["main"]
     names += [_room(server, ("interacting", "independent")[n % 2]) for n in range(ROOMS - 1)]

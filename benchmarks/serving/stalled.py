@@ -73,7 +73,7 @@ class _Watch:
 
     async def run(self, seconds: float) -> dict[str, float]:
         """Fill the room, count, stall one, count again."""
-        from app.load.client import connect, room_url
+        from benchmarks.load.client import connect, room_url
 
         url = room_url(self.server.address, "main", "snapshots")
         self.clients = [await connect(url, self, events=not n) for n in range(CLIENTS)]

@@ -1,11 +1,10 @@
-"""What it costs to show a room to many: processor time, lateness, memory, bytes on the wire; and
-how many replays a server answers."""
+"""What it costs to show a room to many: processor time, lateness, memory, bytes on the wire."""
 
 import asyncio
 
 from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table
-from benchmarks.serving import fan_out, idle, replays, stalled, streams, wire
+from benchmarks.serving import fan_out, idle, stalled, streams, wire
 from benchmarks.serving.process import OPTIONS, Served, can_watch, core_for_server, pinned, serving
 
 LATE = 0.004
@@ -28,7 +27,6 @@ def run(effort: Effort) -> Section:
     _memory(section, effort)
     stalled.watch(section, effort)
     idle.server(section, effort)
-    replays.compare(section, effort)
     return section
 
 
@@ -69,8 +67,8 @@ def _crowds(section: Section, effort: Effort) -> None:
 
 
 def _crowd(clients: int, effort: Effort) -> dict[str, float]:
-    from app.load.client import room_url
-    from app.load.generator import Load, run
+    from benchmarks.load.client import room_url
+    from benchmarks.load.generator import Load, run
 
     seconds = float(effort.size(10, 1))
     with serving(OPTIONS) as server:
@@ -163,8 +161,8 @@ def _memory(section: Section, effort: Effort) -> None:
 
 async def _with_clients(server: Served, clients: int, seconds: float) -> float:
     """Resident memory in bytes while so many clients watch balls fall."""
-    from app.load.client import room_url
-    from app.load.generator import Load
+    from benchmarks.load.client import room_url
+    from benchmarks.load.generator import Load
 
     load = Load(room_url(server.address, "main", "snapshots"), clients, drops=DROPS)
     task = asyncio.create_task(load.run(seconds))

@@ -66,8 +66,8 @@ def _crowd(
     server: Served, stream: str, clients: int, seconds: float
 ) -> tuple[float, dict[str, float]]:
     """Share of a core that the server takes, and what one client reads a second."""
-    from app.load.client import room_url
-    from app.load.generator import Load, run
+    from benchmarks.load.client import room_url
+    from benchmarks.load.generator import Load, run
 
     load = Load(room_url(server.address, "main", stream), clients, stream, IN_FLIGHT / FALL)
     load.settle = FALL + 1.0

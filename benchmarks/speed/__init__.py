@@ -1,4 +1,4 @@
 """How fast the engine is, and what each feature costs.
 
-Imports the contestants, scenes, serving, harness and the engine. Start with throughput.py.
+Imports the contestants, scenes, serving, harness and the engine. Start with lanes.py.
 """

@@ -36,7 +36,7 @@ def run(effort: Effort) -> Section:
     """Efficiency of as many local workers as cores, and what follows for more."""
     section = Section("batches")
     cores = machine.cores()
-    drops = effort.size(100_000_000, SLICES * 1000) // SLICES
+    drops = effort.size(10_000_000, SLICES * 1000) // SLICES
     with workers_at(f"local:{cores}") as workers:
         pairs = []
         for number in range(SLICES):
@@ -116,7 +116,7 @@ def _measured(data: dict[str, Any]) -> Table:
         ["of it in scheduler and client", f"{1e3 * data['call_processor_seconds']:.2f} ms"],
         ["memory of a worker, at most", f"{data['worker_bytes'] / 1e6:.0f} MB"],
     ]
-    title = f"{data['drops']:,} drops of {BOARD} on {data['cores']} cores"
+    title = f"A batch on {data['cores']} cores: {data['drops']:,} drops of {BOARD}"
     return Table(
         title,
         ["what", "measured"],

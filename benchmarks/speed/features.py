@@ -1,9 +1,7 @@
-"""The price of each feature to a scene that uses it, and to one that does not."""
+"""What a feature costs the scene that has it."""
 
 from collections.abc import Callable
-from contextlib import ExitStack
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -12,20 +10,15 @@ from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table, spread
 from benchmarks.scenes import boards as scenes
 from benchmarks.serving import idle
-from benchmarks.speed import stripped, worlds
-from benchmarks.speed.worlds import UNUSED, unused_row
+from benchmarks.speed import worlds
 from engine import Board, Drop, drop, drop_many
 from engine.board.materials import Material
-
-DROPS = ("nothing", "drag", "friction", "walls", "recording")
-"""Cuts whose price is one of drops; the other's is one of moving worlds."""
 
 
 def run(effort: Effort) -> Section:
     """All of the feature benchmark."""
     section = Section("features")
     _prices(section, effort)
-    _unused(section, effort)
     worlds.run(section, effort)
     idle.live(section, effort)
     return section
@@ -59,12 +52,12 @@ def _pairs() -> dict[str, tuple[Board, Board]]:
     }
 
 
-def _job(board: Board, drops: int, impacts: float, engine_drop_many: Any = drop_many) -> Job:
+def _job(board: Board, drops: int, impacts: float) -> Job:
     """Nanoseconds per impact of a batch on one core."""
     seeds = np.arange(drops, dtype=np.uint64)
 
     def work() -> object:
-        return engine_drop_many(board, seeds, threads=1)
+        return drop_many(board, seeds, threads=1)
 
     return lambda: seconds_of(work) * 1e9 / (drops * impacts)
 
@@ -115,7 +108,7 @@ def _prices(section: Section, effort: Effort) -> None:
     section.data["prices"] = data
     section.tables.append(
         Table(
-            "Price of a feature to a scene that uses it",
+            "What a feature costs a drop",
             ["feature", "with, ns an impact", "without, ns an impact", "ratio"],
             rows,
             [
@@ -124,62 +117,6 @@ def _prices(section: Section, effort: Effort) -> None:
                 "one `drop` a seed from Python with its events, against a batch that keeps only "
                 "outcomes; nearly all of it is Python. Tangents: a `drop` asked for its "
                 "`amplification` against one that is not."
-            ],
-        )
-    )
-
-
-def _unused(section: Section, effort: Effort) -> None:
-    """The engine on a scene that does not use a feature, against the engine without its code."""
-    drops = effort.size(4096, 128)
-    bare = _bare()
-    boards = dict.fromkeys(DROPS, bare) | {"walls": _without_walls(bare)}
-    if effort.quick:  # each copy takes half a minute to compile
-        boards = {"friction": bare}
-    rows: list[list[str]] = []
-    data: dict[str, dict[str, Any]] = {}
-    with ExitStack() as stack:
-        jobs: dict[str, Job] = {}
-        for name, board in boards.items():
-            other = stack.enter_context(stripped.without(name))
-            theirs = scenes.twin(other, board)
-            impacts = _impacts(board, drops)
-            ours_done = drop_many(board, range(drops))
-            theirs_done = other.drop_many(theirs, range(drops))
-            same = bool(
-                (ours_done.bin == theirs_done.bin).all()
-                and (ours_done.x_end == theirs_done.x_end).all()
-                and (ours_done.duration == theirs_done.duration).all()
-            )
-            data[name] = {"same_outcomes": same}
-            jobs[f"{name}/unused"] = _job(board, drops, impacts)
-            jobs[f"{name}/never"] = _job(theirs, drops, impacts, other.drop_many)
-            effort.step(f"without {name}")
-        rounds = effort.rounds if effort.quick else max(effort.rounds, 15)
-        times = in_turns(jobs, rounds, lambda: effort.step("unused"))
-    for name in boards:
-        unused, never = times[f"{name}/unused"], times[f"{name}/never"]
-        rows.append(unused_row(name, unused, never, data[name]["same_outcomes"]))
-        data[name] |= {"unused": unused.to_dict(), "never": never.to_dict()}
-    section.data["unused"] = data
-    section.tables.append(
-        Table(
-            "Price of a feature to a scene that does not use it",
-            [
-                "feature",
-                "unused, ns an impact",
-                "never had, ns an impact",
-                "ratio",
-                "",
-                "same bits",
-            ],
-            rows,
-            [
-                "Never had: a copy of the engine with the feature cut out of its source, compiled "
-                "by itself, run in turns with the whole engine on the same board; the outcomes of "
-                "both are compared. `nothing` is the control: a copy with nothing cut out, whose "
-                "ratio shows how far the measurement itself is off. "
-                f"Aim: a median ratio of at most {UNUSED}."
             ],
         )
     )

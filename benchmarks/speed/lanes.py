@@ -1,27 +1,19 @@
-"""Batches as they run: balls one by one and side by side, in WebAssembly and in native code.
-
-`python -m benchmarks.speed.lanes --page docs/benchmarks.md` runs it alone.
-"""
+"""Batches: balls one by one and side by side, in WebAssembly, native code and a page; pymunk too;
+and what the counted operations would take at the machine's best."""
 
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
-
-import click
 
 from benchmarks.contestants.chipmunk import Chipmunk
 from benchmarks.contestants.common import AbsentError
 from benchmarks.harness import machine
 from benchmarks.harness.clock import Job, Sample, in_turns, seconds_of, timed
 from benchmarks.harness.effort import Effort
-from benchmarks.harness.machine import describe
-from benchmarks.harness.markers import fill
 from benchmarks.harness.report import Section, Table, spread
 from benchmarks.scenes import boards as scenes
-from benchmarks.speed import arithmetic, operations
+from benchmarks.speed import arithmetic, operations, page_drops
 from benchmarks.speed.batch_code import alone, side_by_side
-from benchmarks.speed.throughput import least_time
 from engine import Board, drop_many
 from engine.exact.lanes import trial
 
@@ -48,7 +40,9 @@ def run(effort: Effort) -> Section:
     section.tables += [
         _speed_table(times, drops, effort.rounds),
         _limit_table(times, impacts, drops, effort),
+        _arithmetic_table(times),
     ]
+    page_drops.compare(section, effort)
     section.data["seconds"] = {name: sample.to_dict() for name, sample in times.items()}
     return section
 
@@ -139,7 +133,7 @@ def _limit_table(
         count = operations.count_apart(board.to_json(), effort.size(100, 2))
         best = times.get(f"{name}/native") or times[f"{name}/lanes"]
         spent = best.map(lambda s, many=drops * impacts[name]: s * 1e9 / many)  # type: ignore[misc]
-        limit = least_time(count, {job: Sample((each.low,)) for job, each in times.items()})
+        limit = least_time(count, times)
         rows.append(
             [name, f"{impacts[name]:.1f}", spread(spent, "{:,.0f}"), f"{limit:.0f}",
              f"{spent.median / limit:.1f}"]
@@ -149,22 +143,31 @@ def _limit_table(
         ["board", "impacts a drop", "ns", "limit", "times the limit"],
         rows,
         [
-            "Limit: as in the table of the exact solver, of the operations of one ball, by each "
-            "operation's shortest time."
+            "Limit: what the operations of one ball take, flights and searches included, when all "
+            "are independent and fill all vector lanes, by each operation's shortest time. They "
+            "are counted by running the solver's own code on numbers that count. A root search is "
+            "a chain of dependent steps with branches, so one ball alone cannot reach the limit."
         ],
     )
 
 
-@click.command()
-@click.option("--page", type=Path, help="Put the tables into this page, between their markers.")
-@click.option("--quick", is_flag=True, help="One round, to see that it works.")
-def main(page: Path | None, quick: bool) -> None:
-    """Print the tables."""
-    section = run(Effort(quick=quick))
-    print(section.text())
-    if page is not None:
-        fill(page, describe(), [section], page.parent)
+def _arithmetic_table(times: dict[str, Sample]) -> Table:
+    return Table(
+        "Arithmetic of this machine, one core",
+        ["operation on float64", "ns each"],
+        [[meaning, spread(times[name], "{:.3f}")] for name, meaning in arithmetic.MEANING.items()],
+        [
+            "Measured in the same rounds. The engine may not fuse, since processors that cannot "
+            "would give other bits; independent operations fill all vector lanes."
+        ],
+    )
 
 
-if __name__ == "__main__":
-    main()
+def least_time(count: dict[str, float], times: dict[str, Sample]) -> float:
+    """Nanoseconds that so many operations take by each one's shortest time."""
+    pairs = 0.5 * (count["add"] + count["multiply"])
+    return (
+        pairs * times["separate"].low
+        + count["divide"] * times["divide"].low
+        + count["root"] * times["root"].low
+    )

@@ -1,6 +1,7 @@
 """Scenes made to break a solver, and random boards: what must never happen is counted."""
 
 import json
+from collections import defaultdict
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from multiprocessing import get_context
@@ -24,19 +25,27 @@ SOLVERS: dict[str, dict[str, Any]] = {
     "stepped": {"solver": "stepped"},
 }
 
+Totals = defaultdict[tuple[str, str], Findings]
+"""Findings of a part of the benchmark, by a solver."""
+
+TORTURE, RANDOM = "torture catalogue", "random boards"
+
 
 def run(effort: Effort) -> Section:
     """The catalogue, coincident balls, balls that touch each other, random boards."""
     section = Section("stability")
-    totals = {name: Findings() for name in SOLVERS}
-    section.tables.append(_catalogue(totals, effort))
-    section.tables.append(_crowds(effort))
-    section.tables.append(_touching(section, effort))
-    section.tables.append(_random(totals, effort))
+    totals: Totals = defaultdict(Findings)
+    tables = [
+        _catalogue(totals, effort),
+        _crowds(effort),
+        _touching(section, effort),
+        _random(totals, effort),
+    ]
+    section.tables += [_together(totals, section.data["touching"]), *tables]
     kept = [item for found in totals.values() for item in found.kept]
     section.data["findings"] = kept
-    for name, found in totals.items():
-        section.data[name] = {
+    for (part, solver), found in totals.items():
+        section.data[f"{part}, {solver}"] = {
             "drops": found.drops,
             "faults": {what: found.faults[what] for what in FAULTS},
             "unsettled": dict(found.unsettled),
@@ -62,7 +71,16 @@ def _row(name: str, solver: str, found: Findings) -> list[str]:
     return [name, solver, f"{found.drops:,}", *counts, reasons or "0"]
 
 
-def _catalogue(totals: dict[str, Findings], effort: Effort) -> Table:
+def _together(totals: Totals, touching: list[dict[str, Any]]) -> Table:
+    """What the other tables come to."""
+    rows = [_row(part, solver, found) for (part, solver), found in totals.items()]
+    frames = sum(each["frames"] for each in touching)
+    counts = [f"{sum(each['faults'][what] for each in touching):,}" for what in FAULTS]
+    rows.append(["balls that touch", "touching", f"{frames:,} frames", *counts, ""])
+    return Table("All scenes together", COLUMNS, rows)
+
+
+def _catalogue(totals: Totals, effort: Effort) -> Table:
     rows = []
     for scene in torture.catalogue(effort.size(200, 3)):
         for name, solver in SOLVERS.items():
@@ -70,7 +88,7 @@ def _catalogue(totals: dict[str, Findings], effort: Effort) -> Table:
                 continue
             xs = scene.xs[:5] if effort.quick else scene.xs
             found = examine(scene.board, xs, solver | scene.stepped)
-            totals[name].add(found)
+            totals[TORTURE, name].add(found)
             rows.append(_row(scene.name, name, found))
             effort.step("torture")
     return Table(
@@ -146,7 +164,7 @@ def _touching(section: Section, effort: Effort) -> Table:
     )
 
 
-def _random(totals: dict[str, Findings], effort: Effort) -> Table:
+def _random(totals: Totals, effort: Effort) -> Table:
     drops = effort.size(100_000, 200) if not effort.long else 10_000_000
     boards = max(1, drops // STARTS)
     rows = []
@@ -165,7 +183,7 @@ def _random(totals: dict[str, Findings], effort: Effort) -> Table:
                 for part in pool.map(partial(_one_board, threads=1), jobs, chunksize=4):
                     found.add(part)
                     effort.step(f"random boards, {name}")
-        totals[name].add(found)
+        totals[RANDOM, name].add(found)
         rows.append(_row(f"{share:,} boards", name, found))
     return Table(
         "Random boards and starts that the validator allows",

@@ -11,8 +11,6 @@ from typing import Final
 import numpy as np
 
 from engine import Arena, Board, Place, drop, drop_many, occupancy
-from engine.billiards.billiard import Billiard
-from engine.billiards.flow import launch
 from engine.certified.reach import first_reaches
 
 
@@ -45,11 +43,6 @@ def touching() -> None:
     arena.diagnostics()
 
 
-def billiards() -> None:
-    """Flows."""
-    launch(Billiard(gravity=1.0), [(0.0, 0.5)], [(1.0, 0.0)], tangents=True).until(0.1)
-
-
 def certified() -> None:
     """What a proof leaves out; a ball that falls from (0, 0) beside nothing."""
     state, errors = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 9.81]), np.zeros(3)
@@ -65,7 +58,7 @@ def _smooth() -> Board:
 
 
 PLAYS: Final[Mapping[str, Callable[[], None]]] = MappingProxyType(
-    {play.__name__: play for play in (exact, many, stepped, touching, billiards, certified)}
+    {play.__name__: play for play in (exact, many, stepped, touching, certified)}
 )
 """Name of each artifact of this machine's own, and what its kernels do in it."""
 

@@ -31,7 +31,7 @@ def sources() -> list[Path]:
     found = [*_MAKERS, ENGINE / "constants.py", ENGINE / "certified" / "reach.py"]
     found += [ENGINE / "artifact" / name for name in ("entries.py", "libraries.py", "plays.py")]
     found += [ENGINE / "jit" / "native_code.py"]
-    for package in ("physics", "exact", "stepped", "multibody/solver", "billiards"):
+    for package in ("physics", "exact", "stepped", "multibody/solver"):
         found += (ENGINE / package).rglob("*.py")
     return sorted(found)
 
@@ -43,8 +43,10 @@ def current() -> dict[str, Any]:
 
 
 def current_beside(file: Path) -> dict[str, Any]:
-    """The stamp of an artifact that is made now of this file's own kernels."""
-    return stamp_of_files([file, *_MAKERS])
+    """The stamp of an artifact that is made now of this file's own kernels, which may contain any
+    of the engine's.
+    """
+    return stamp_of_files([file, *sources()])
 
 
 def stamp_of_files(files: list[Path]) -> dict[str, Any]:

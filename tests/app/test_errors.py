@@ -4,7 +4,6 @@ import pytest
 
 import engine.errors
 from app import errors
-from app.load.client import RefusedError
 from app.web import problems
 
 
@@ -14,9 +13,8 @@ def tree(root: type[Exception]) -> set[type[Exception]]:
 
 def test_every_error_a_client_can_meet_has_its_own_answer() -> None:
     known = tree(errors.AppError) | tree(engine.errors.EngineError)
-    # A server that cannot start answers nobody, no server is refused by another's client, and none
-    # has its batches computed elsewhere.
-    untold = {errors.SettingError, RefusedError, engine.errors.ClusterError}
+    # A server that cannot start answers nobody, and none has its batches computed elsewhere.
+    untold = {errors.SettingError, engine.errors.ClusterError}
     assert set(errors.ANSWERS) == known - untold
 
 

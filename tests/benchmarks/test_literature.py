@@ -1,4 +1,4 @@
-"""The engine agrees with the literature: quick variants of what `plinko bench literature` asks."""
+"""The engine agrees with the literature: quick variants of `python -m benchmarks literature`."""
 
 import math
 from decimal import Decimal
@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from benchmarks.contestants.event_driven import Billiards, Ours
-from benchmarks.harness.effort import Effort, MissingError
-from benchmarks.harness.markers import fill_each
-from benchmarks.harness.report import Section, Table
+from benchmarks.harness.effort import Effort
+from benchmarks.harness.report import Section
 from benchmarks.literature import literature, lorentz, photon, siam, textbook
 from benchmarks.literature.finding import Estimate, with_error
 from benchmarks.scenes.touching import DT, gas
@@ -137,15 +136,3 @@ def test_the_cost_of_an_impact_stands_beside_an_event_driven_code_s(section: Sec
     (cost,) = (table for table in section.tables if table.title.startswith("Cost of an impact"))
     assert [row[0] for row in cost.rows] == [Ours.name, Billiards.name]
     assert section.data["gas"]["apart"][0]["apart"] < 1e-9
-
-
-def test_each_section_goes_to_the_page_that_has_its_place(tmp_path: Path) -> None:
-    pages = [tmp_path / "a.md", tmp_path / "b.md"]
-    pages[0].write_text("<!-- one -->\n<!-- /one -->\n")
-    pages[1].write_text("<!-- two -->\n<!-- /two -->\n")
-    found = [Section(name, [Table(f"Of {name}", ["x"], [["1"]])]) for name in ("two", "one")]
-    fill_each(pages, {"python": "3"}, found, tmp_path)
-    assert "Of one" in pages[0].read_text()
-    assert "Of two" in pages[1].read_text()
-    with pytest.raises(MissingError, match="three"):
-        fill_each(pages, {}, [Section("three")], tmp_path)

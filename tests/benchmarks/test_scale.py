@@ -1,4 +1,4 @@
-"""docs/scale.md is multiplied from what the pages record, and from nothing else."""
+"""docs/scale.md is multiplied from what is recorded, and from nothing else."""
 
 from contextlib import nullcontext
 from dataclasses import replace
@@ -8,11 +8,10 @@ import pytest
 from app.listening import MAX_CONNECTIONS
 from app.persistence import service
 from benchmarks.harness.effort import Effort, MissingError
+from benchmarks.harness.recorded import Recorded
 from benchmarks.harness.report import Table
 from benchmarks.scale import estimates, units
-from benchmarks.scale.derived import NAME, PAGE, derived
 from benchmarks.scale.estimates import Units, processes_for, tables
-from benchmarks.scale.recorded import Recorded
 from benchmarks.serving import relays
 from benchmarks.serving.streams import FALL
 from engine.batches.hashes import BlockHashes
@@ -35,13 +34,6 @@ def cells(table: Table, row: str) -> dict[str, str]:
     """A row by its first cell, under the names of the columns."""
     (found,) = (each for each in table.rows if each[0] == row)
     return dict(zip(table.columns, found, strict=True))
-
-
-def test_the_page_is_what_the_recorded_figures_come_to() -> None:
-    page = PAGE.read_text(encoding="utf-8")
-    assert f"<!-- {NAME} -->\n\n{derived()}\n\n<!-- /{NAME} -->" in page, (
-        "python -m benchmarks.scale writes it anew"
-    )
 
 
 def test_spectators_are_cores_processes_and_bytes() -> None:

@@ -1,4 +1,4 @@
-"""docs/reproduce.md is a whole solver: its code, run as it stands, gives the engine's digests."""
+"""docs/reproduce.md and the file beside it are a whole solver with the engine's digests."""
 
 import re
 from functools import cache
@@ -14,14 +14,16 @@ from tests.engine.batches.open_board import DROPS, OPEN
 from tests.engine.hard_boards import KINDS, hard_board
 from tests.long import tries
 
-PAGE = (Path(__file__).parents[2] / "docs" / "reproduce.md").read_text(encoding="utf-8")
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE = (DOCS / "reproduce.md").read_text(encoding="utf-8")
+CONTACTS = (DOCS / "reproduce_contacts.py").read_text(encoding="utf-8")
 
 
 @cache
 def solver() -> dict[str, Any]:
-    """The names that the page's Python defines."""
+    """The names that the page's Python defines, and those of the file."""
     names: dict[str, Any] = {}
-    for block in re.findall(r"^```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL):
+    for block in [*re.findall(r"^```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL), CONTACTS]:
         exec(block, names)
     return names
 

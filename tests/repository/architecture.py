@@ -58,7 +58,7 @@ def draw() -> str:
     y = _bar(
         parts, MARGIN, "static", "The pages: they know the server by REST and WebSocket alone."
     )
-    y = _bar(parts, y, "benchmarks", "What plinko bench runs: may import all that is below.")
+    y = _bar(parts, y, "benchmarks", "What is measured: may import all that is below.")
     left, right = stacks()
     width = (WIDTH - 2 * MARGIN - 3 * GAP) / 2
     bottom = max(

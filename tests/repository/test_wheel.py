@@ -77,6 +77,7 @@ def test_the_wheel_has_the_engine_the_server_and_the_page_and_nothing_else(
         "app",
         "plinko",
     }
+    assert not [name for name in names if re.search("bench|billiards|app/load", name)]
     assert {"engine/py.typed", "plinko/py.typed", "app/py.typed", "app/static/index.html"} <= names
     assert {f"engine/artifact/native/{path.name}" for path in native.FOLDER.iterdir()} <= names
     assert (told["Name"], told["Version"]) == ("plinko-server", engine.__version__)
@@ -178,7 +179,6 @@ def test_a_session_is_checked_without_the_server(installed: Installed) -> None:
     [
         ["serve"],
         ["relay", "redis://127.0.0.1", "http://127.0.0.1:1"],
-        ["load", "http://127.0.0.1:1"],
         ["ledger", "check"],
     ],
     ids=lambda arguments: arguments[0],
@@ -189,9 +189,3 @@ def test_a_command_that_needs_the_server_says_what_to_install(
     done = without_server(installed, *arguments)
     assert done.returncode == 2
     assert "pip install 'plinko-server[server]'" in done.stderr
-
-
-def test_an_installed_package_says_where_the_benchmarks_are(installed: Installed) -> None:
-    done = installed.run("plinko", "bench", "throughput")
-    assert done.returncode == 2
-    assert "run `make bench` in a clone of the source repository" in done.stderr

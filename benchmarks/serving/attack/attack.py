@@ -20,7 +20,7 @@ from benchmarks.serving.attack.attackers import KINDS, LOGGED, Attack
 from benchmarks.serving.attack.player import Player, play
 from benchmarks.serving.process import Served, can_watch, memory, serving
 
-SECONDS: Final = 10.0  # that an attack of one kind lasts
+SECONDS: Final = 6.0  # that an attack of one kind lasts
 TIMES: Final = 3  # that all of them are made, in turns
 _RESTS: Final = 60.0  # s within which a server rests after an attack, if it ever does
 _STOLEN: Final = 0.01
@@ -74,7 +74,7 @@ def _room_with_log(server: Served, drops: int) -> str:
     room: str = Attack(server).must("/api/v1/rooms", {"board": fast})["id"]
 
     async def fill() -> None:
-        from app.load.client import connect, room_url
+        from benchmarks.load.client import connect, room_url
 
         player = Player()
         client = await connect(room_url(server.address, room, "snapshots"), player)

@@ -43,7 +43,7 @@ class Player:
 
     async def play(self, address: str, seconds: float) -> None:
         """Drop a ball four times a second, so that the room never sleeps."""
-        from app.load.client import connect, room_url
+        from benchmarks.load.client import connect, room_url
 
         client = await connect(room_url(address, "main", "snapshots"), self)
         self._settled = time.monotonic() + _SETTLES

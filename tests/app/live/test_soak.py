@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.load.client import room_url
-from app.load.generator import Load
+from benchmarks.load.client import room_url
+from benchmarks.load.generator import Load
 from benchmarks.serving.process import Served, can_watch, serving
 from tests.waiting import eventually
 

@@ -9,10 +9,10 @@ from click.testing import CliRunner
 
 from app.cli import plinko
 from app.errors import SettingError
-from app.load.generator import Load
 from app.relay.redis_at import redis_at
 from app.relay.served import create_relay
 from app.settings import Settings
+from benchmarks.load.generator import Load
 from tests.app.conftest import Running, playing, serving
 from tests.app.relay import redis as tests_redis
 from tests.app.relay.redis import MISSING, PROGRAM, Redis

@@ -68,6 +68,17 @@ def test_an_artifact_was_made_from_the_kernels_that_are_there(path: Path) -> Non
     assert stamp.is_of(stamp.current(), made_from), "kernels have changed since: `make kernels`"
 
 
+def test_an_artifact_has_every_kernel_that_its_play_calls() -> None:
+    """Those too that are called in place, again and again on the same arrays."""
+    called = make.made_by(
+        "from engine.artifact.plays import PLAYS; "
+        "from engine.artifact.rehearsal import rehearse; "
+        "made = ' '.join(rehearse(PLAYS['exact'])).encode()"
+    )
+    said = stamp.read((make.FOLDER / "exact.wasm").read_bytes())
+    assert set(called.decode().split()) == said["calls"].keys()
+
+
 def test_there_is_no_other_artifact() -> None:
     assert {path.stem for path in make.FOLDER.glob("*.wasm")} == set(PLAYS)
 

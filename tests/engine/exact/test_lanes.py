@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 
 from benchmarks.scenes import boards
 from benchmarks.scenes.random_boards import random_board
-from benchmarks.speed import throughput
 from engine import Board, drop_many
 from engine.board.parts import Peg
 from engine.constants import MAX_TIME
@@ -71,7 +70,7 @@ def lossy(board: Board) -> Board:
 
 
 BOARDS = {
-    "thin pegs": boards.lattice(12, 24, throughput.THIN),
+    "thin pegs": boards.lattice(12, 24, boards.THIN),
     "a triangle": boards.triangle(8, boards.PLAIN),
     "elastic": boards.lattice(6, 12, boards.PLAIN._replace(restitution=1.0)),
     "dead": boards.lattice(6, 12, boards.PLAIN._replace(restitution=0.0)),
@@ -218,9 +217,8 @@ def test_a_ball_that_misses_the_board_holds_nobody_up() -> None:
 def test_plain_python_gives_the_same_bits() -> None:
     code = (
         "from benchmarks.scenes import boards as scenes\n"
-        "from benchmarks.speed import throughput\n"
         "from engine import drop_many\n"
-        "print(drop_many(scenes.lattice(12, 24, throughput.THIN), range(12)).digest)\n"
+        "print(drop_many(scenes.lattice(12, 24, scenes.THIN), range(12)).digest)\n"
         "print(drop_many('triangle-8', range(12)).digest)\n"
     )
     compiled = [drop_many(each, range(12)).digest for each in (BOARDS["thin pegs"], "triangle-8")]

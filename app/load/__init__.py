@@ -1,4 +1,0 @@
-"""Many clients in one room, and what each of them gets: the load generator of `plinko load`.
-
-Imports the protocol. Start with generator.py.
-"""

@@ -1,0 +1,173 @@
+"""`python -m benchmarks`: one command for each question, `all`, `pages` and `load`."""
+
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import click
+
+from benchmarks import suite
+from benchmarks.harness import machine, pages, recorded
+from benchmarks.harness.effort import Effort, MissingError
+from benchmarks.harness.report import Section
+from benchmarks.load.command import load
+
+
+class _Grouped(click.Group):
+    """Its help lists the benchmarks under what they are about."""
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write name and question of each."""
+        others = [name for name in self.commands if name not in suite.BENCHMARKS]
+        for title, names in {**suite.GROUPS, "More": dict.fromkeys(others)}.items():
+            with formatter.section(title):
+                formatter.write_dl(
+                    [(name, self.commands[name].get_short_help_str(100)) for name in names]
+                )
+
+
+@click.group(cls=_Grouped, context_settings={"help_option_names": ["-h", "--help"]})
+def main() -> None:
+    """Measure the engine and the server, in turns with others where there are others.
+
+    Each command prints tables that say how they were obtained; times are medians with their spread.
+    With --record they go to docs/measured, and what the pages show of them into the pages. Peers,
+    the oracle and plots need the `bench` extra: `make bench` installs it and records everything.
+    """
+
+
+def _measuring(command: Callable[..., None]) -> Callable[..., None]:
+    """Options that every benchmark has."""
+    for option in (
+        click.option(
+            "--record", is_flag=True, help="Write docs/measured and the pages that show it."
+        ),
+        click.option(
+            "--rounds", type=click.IntRange(min=1), help="Of each timed job. [3; quick: 1]"
+        ),
+        click.option("--quick", is_flag=True, help="Tiny sizes: shows that it works."),
+    ):
+        command = option(command)
+    return command
+
+
+def _add(name: str, question: str) -> None:
+    @_measuring
+    @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+    def command(quick: bool, rounds: int | None, record: bool, as_json: bool, **more: Any) -> None:
+        about = machine.describe()
+        try:
+            section, seconds = _measured(name, _effort(quick, rounds, record, **more))
+            if record:
+                recorded.write(section, about, seconds, recorded.FOLDER)
+                pages.fill_all()
+        except MissingError as error:
+            raise click.ClickException(f"{name}: {error}") from error
+        if as_json:
+            click.echo(json.dumps({"machine": about, "quick": quick, **section.to_dict()}))
+        else:
+            click.echo("\n".join(f"{key}  {value}" for key, value in about.items()))
+            click.echo(f"\n{section.text()}")
+
+    for option in _MORE.get(name, ()):
+        command = option(command)
+    main.command(name, help=question)(command)
+
+
+_MORE: dict[str, tuple[Any, ...]] = {
+    "accuracy": (
+        click.option("--node/--no-node", default=True, help="With engines for Node.js. [yes]"),
+    ),
+    "stability": (
+        click.option("--long", is_flag=True, help="10^7 random drops, which take hours."),
+        click.option(
+            "--findings", type=click.Path(file_okay=False, path_type=Path),
+            help="Save the drops that went wrong in this directory.",
+        ),
+        click.option("--cluster", metavar="WHERE", help="As of `plinko simulate`."),
+    ),
+}  # fmt: skip
+"""Options that only one benchmark has."""
+
+
+def _effort(quick: bool, rounds: int | None, record: bool, **more: Any) -> Effort:
+    """What the options ask for; UsageError for a quick run that is to be recorded."""
+    if quick and record:
+        raise click.UsageError("a quick run measures little: it is not recorded")
+    return Effort(quick=quick, rounds=rounds or (1 if quick else 3), **more)
+
+
+def _measured(name: str, effort: Effort) -> tuple[Section, float]:
+    """What a benchmark finds, and the seconds that it took."""
+    began = time.monotonic()
+    with _progress() as step:
+        section = suite.run(name, effort.telling(step))
+    return section, time.monotonic() - began
+
+
+@main.command("all")
+@_measuring
+def every(quick: bool, rounds: int | None, record: bool) -> None:
+    """Run all benchmarks, one after the other.
+
+    Each is recorded as soon as it is done; one that cannot run here is named at the end.
+    """
+    effort, missing = _effort(quick, rounds, record), {}
+    for name in suite.BENCHMARKS:
+        about = machine.describe()
+        try:
+            section, seconds = _measured(name, effort)
+        except MissingError as error:
+            missing[name] = str(error)
+            continue
+        if record:
+            recorded.write(section, about, seconds, recorded.FOLDER)
+        click.echo(f"\n{section.text()}\n\n{name}: {seconds:,.0f} s")
+    if record:
+        _fill()
+    for name, why in missing.items():
+        click.echo(f"not measured: {name}: {why}", err=True)
+    if missing:
+        raise SystemExit(1)
+
+
+@main.command("pages")
+def fill() -> None:
+    """Put what docs/measured records into the README and the pages in docs."""
+    _fill()
+
+
+def _fill() -> None:
+    try:
+        changed = pages.fill_all()
+    except MissingError as error:
+        raise click.ClickException(str(error)) from error
+    for page in changed:
+        click.echo(f"written: {page}")
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[str], None]]:
+    """Shows the label of the last piece of work in one line, where somebody sees it."""
+    if not sys.stderr.isatty():
+        yield lambda _: None
+        return
+
+    def show(label: str) -> None:
+        sys.stderr.write(f"\r\x1b[K{label}")
+        sys.stderr.flush()
+
+    yield show
+    show("")
+
+
+for _name, _benchmark in suite.BENCHMARKS.items():
+    _add(_name, _benchmark.question)
+main.add_command(load)
+
+if __name__ == "__main__":
+    main(prog_name="python -m benchmarks")

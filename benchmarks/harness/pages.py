@@ -1,0 +1,114 @@
+"""Puts recorded tables into the pages that show them, between comments that say which.
+
+    <!-- table accuracy: Error against the oracle | rows: plinko exact; Chipmunk 1/240 -->
+    <!-- /table -->
+
+names a file of docs/measured and the title of a table in it, or how that begins; then, if not all
+of it is shown, which rows by their first cells, and which columns besides the first. `machines` and
+`multiplied` have comments of their own: who measured, and what docs/scale.md multiplies.
+"""
+
+import os
+import re
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Final
+
+from benchmarks.harness.effort import MissingError
+from benchmarks.harness.recorded import DOCS, FOLDER, Recorded, read
+from benchmarks.harness.report import Table
+from benchmarks.scale.estimates import tables, units_of
+
+README: Final = DOCS.parent / "README.md"
+
+_TABLE = re.compile(
+    r"(<!-- table ([\w-]+): ([^|]*?)((?: \| .*?)?) -->\n).*?(<!-- /table -->)", re.DOTALL
+)
+_SPREAD = re.compile(r" \([^()]* to [^()]*\)$")
+"""Of a cell: what the file tells besides the median."""
+
+_OTHER = re.compile(r"(<!-- (machines|multiplied) -->\n).*?(<!-- /\2 -->)", re.DOTALL)
+_MACHINE = re.compile(
+    r"^By .*? on: (processor .*, cores \d+).*?(, python .*?),.*, load (.*)\.$", re.MULTILINE
+)
+
+
+def fill_all() -> list[Path]:
+    """Fill the README and every page in docs; returns those that have changed."""
+    changed = []
+    for page in (README, *sorted(DOCS.glob("*.md"))):
+        old = page.read_text(encoding="utf-8")
+        new = filled(old, page.parent)
+        if new != old:
+            page.write_text(new, encoding="utf-8")
+            changed.append(page)
+    return changed
+
+
+def filled(text: str, place: Path, folder: Path = FOLDER) -> str:
+    """A page of this folder with all its tables as they are recorded. One that is not yet recorded
+    is named; MissingError names a row or a column that is not in a table.
+    """
+
+    def table(found: re.Match[str]) -> str:
+        begin, name, title, choice, end = found.groups()
+        part = _part(folder / f"{name}.md", title, _choices(choice), place)
+        return f"{begin}\n{part}\n\n{end}"
+
+    def other(found: re.Match[str]) -> str:
+        begin, what, end = found.groups()
+        return f"{begin}\n{_OTHERS[what](folder)}\n\n{end}"
+
+    return _OTHER.sub(other, _TABLE.sub(table, text))
+
+
+def _choices(text: str) -> dict[str, list[str]]:
+    """`| rows: a; b | columns: c` as a list for each word."""
+    parts = (part.partition(":") for part in text.split(" | ")[1:])
+    return {word.strip(): [each.strip() for each in rest.split(";")] for word, _, rest in parts}
+
+
+def _part(file: Path, title: str, choices: dict[str, list[str]], place: Path) -> str:
+    """A caption that leads to the file, and the table, of samples their medians alone."""
+    recorded = Recorded(file.read_text(encoding="utf-8") if file.exists() else "")
+    rows = recorded.rows(title)
+    if not rows:
+        return f"*Not measured yet: `python -m benchmarks {file.stem} --record`.*"
+    first, *others = rows[0]
+    columns = [first, *_chosen(others, choices.get("columns"), title)]
+    by_name = {row[first]: row for row in rows}
+    shown = [by_name[name] for name in _chosen(list(by_name), choices.get("rows"), title)]
+    cells = [[_SPREAD.sub("", row[column]) for column in columns] for row in shown]
+    link = Path(os.path.relpath(file, place)).as_posix()
+    return f"[{recorded.title(title)}]({link}):\n\n{Table('', columns, cells).body()}"
+
+
+def _chosen(there: Sequence[str], asked: Sequence[str] | None, title: str) -> Sequence[str]:
+    missing = [name for name in asked or () if name not in there]
+    if missing:
+        raise MissingError(f"the table {title!r} has no {missing}")
+    return there if asked is None else asked
+
+
+def _machines(folder: Path) -> str:
+    """On which machines the recorded files were measured, and under which load."""
+    found: dict[str, list[str]] = {}
+    for file in sorted(folder.glob("*.md")):
+        about = _MACHINE.search(file.read_text(encoding="utf-8"))
+        if about:
+            found.setdefault(about[1] + about[2], []).append(
+                f"[{file.stem}](measured/{file.name}) {about[3]}"
+            )
+    lines = (f"- {about}; load: {', '.join(files)}." for about, files in found.items())
+    return "\n".join(lines)
+
+
+def _multiplied(folder: Path) -> str:
+    """The tables that docs/scale.md derives, under its own heading."""
+    return "\n\n".join("#" + table.text() for table in tables(units_of(read(folder))))
+
+
+_OTHERS: Final[dict[str, Callable[[Path], str]]] = {
+    "machines": _machines,
+    "multiplied": _multiplied,
+}

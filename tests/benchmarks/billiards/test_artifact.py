@@ -1,0 +1,25 @@
+"""The machine code of flows: made from the kernels that are there, those of the engine too."""
+
+import pytest
+
+from benchmarks.billiards import make
+from engine.jit import machine_code, stamp
+
+
+def test_the_artifact_was_made_from_the_kernels_that_are_there() -> None:
+    made_from = stamp.read(make.ARTIFACT.read_bytes())
+    fresh = stamp.current_beside(make.KERNELS)
+    assert stamp.is_of(fresh, made_from), "kernels have changed since: `make kernels`"
+    name = "benchmarks.billiards.flow_many.flow_many"
+    assert set(machine_code.modules_beside(make.KERNELS)) == {name}
+
+
+def test_a_change_of_an_engine_kernel_makes_it_stale() -> None:
+    files = [make.KERNELS, *stamp.sources()]
+    assert stamp.stamp_of_files(files) == stamp.current_beside(make.KERNELS)
+    assert any(path.name == "circle_impact.py" for path in files)
+
+
+@pytest.mark.long("numba compiles for a while")
+def test_the_artifact_made_anew_is_the_one_that_is_there() -> None:
+    assert make.made() == make.ARTIFACT.read_bytes()

@@ -1,0 +1,121 @@
+"""What is measured is recorded once, and pages show it as it is recorded."""
+
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from benchmarks import suite
+from benchmarks.__main__ import main
+from benchmarks.harness import pages, recorded
+from benchmarks.harness.effort import Effort, MissingError
+from benchmarks.harness.recorded import DOCS, FOLDER, IMAGES
+from benchmarks.harness.report import Section, Table
+
+TABLE = Table("Speed on 2 cores", ["who", "s", "m"], [["a", "1", "2"], ["b", "3", "4"]], ["Why."])
+MACHINE = {
+    "processor": "P",
+    "cores": "2",
+    "system": "S",
+    "python": "3",
+    "numpy": "2",
+    "load": "0.1",
+}
+
+
+@pytest.fixture
+def measured(tmp_path: Path) -> Path:
+    """A folder with one file, of the benchmark `drop`."""
+    recorded.write(Section("drop", [TABLE]), MACHINE, 3.0, tmp_path / "measured")
+    return tmp_path / "measured"
+
+
+def shown(comment: str, folder: Path) -> str:
+    text = f"Words.\n<!-- table {comment} -->\nold\n<!-- /table -->\nMore.\n"
+    return pages.filled(text, folder.parent, folder)
+
+
+def test_a_page_keeps_its_words_and_shows_the_table(measured: Path) -> None:
+    text = shown("drop: Speed", measured)
+    assert text.startswith("Words.\n<!-- table drop: Speed -->\n")
+    assert "[Speed on 2 cores](measured/drop.md):\n\n| who |" in text
+    assert text.endswith("<!-- /table -->\nMore.\n")
+    assert "old" not in text
+    assert pages.filled(text, measured.parent, measured) == text
+
+
+def test_a_page_may_show_some_rows_and_columns_in_its_own_order(measured: Path) -> None:
+    text = shown("drop: Speed | rows: b; a | columns: m", measured)
+    lines = [line.replace(" ", "") for line in text.splitlines() if line.startswith("|")]
+    assert lines == ["|who|m|", "|---|:|", "|b|4|", "|a|2|"]
+
+
+@pytest.mark.parametrize("choice", ["rows: c", "columns: x"])
+def test_a_row_or_a_column_that_is_not_recorded_is_named(choice: str, measured: Path) -> None:
+    with pytest.raises(MissingError, match=r"'Speed' has no \['[cx]'\]"):
+        shown(f"drop: Speed | {choice}", measured)
+
+
+@pytest.mark.parametrize(("name", "title"), [("drop", "Slow"), ("other", "Speed")])
+def test_a_page_says_which_table_is_not_measured_yet(name: str, title: str, measured: Path) -> None:
+    text = shown(f"{name}: {title}", measured)
+    assert f"*Not measured yet: `python -m benchmarks {name} --record`.*" in text
+
+
+def test_a_record_says_on_what_and_how_long(measured: Path) -> None:
+    text = (measured / "drop.md").read_text()
+    assert text.startswith("# Measured: drop\n\nBy `python -m benchmarks drop` in 3 s, on: ")
+    assert text.endswith("| b   | 3 | 4 |\n\nWhy.\n")
+    page = pages.filled("<!-- machines -->\n<!-- /machines -->", measured.parent, measured)
+    assert "- processor P, cores 2, python 3; load: [drop](measured/drop.md) 0.1." in page
+
+
+def test_pages_are_as_recorded() -> None:
+    for page in (pages.README, *DOCS.glob("*.md")):
+        text = page.read_text(encoding="utf-8")
+        assert pages.filled(text, page.parent) == text, "python -m benchmarks pages writes it"
+
+
+def test_every_plot_that_is_kept_is_recorded() -> None:
+    text = "".join(file.read_text(encoding="utf-8") for file in FOLDER.glob("*.md"))
+    kept = sorted(path.name for path in IMAGES.glob("bench-*.png"))
+    assert kept
+    assert [name for name in kept if f"](../images/{name})" not in text] == []
+
+
+def test_a_benchmark_prints_and_records(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def measure(name: str, effort: Effort) -> Section:
+        assert (effort.quick, effort.rounds) == (False, 2)
+        if name == "relays":
+            raise MissingError("no Redis here")
+        return Section(name, [TABLE], plots={"plot.png": lambda path: Path(path).touch()})
+
+    monkeypatch.setattr(suite, "run", measure)
+    monkeypatch.setattr(recorded, "FOLDER", tmp_path / "measured")
+    monkeypatch.setattr(recorded, "IMAGES", tmp_path / "images")
+    monkeypatch.setattr(pages, "fill_all", lambda: [])
+    options = ["--rounds", "2", "--record"]
+    done = CliRunner().invoke(main, ["drop", *options])
+    assert "## Speed on 2 cores" in done.stdout
+    text = (tmp_path / "measured" / "drop.md").read_text()
+    assert text.endswith("![plot](../images/plot.png)\n")
+    assert (tmp_path / "images" / "plot.png").exists()
+    everything = CliRunner().invoke(main, ["all", *options])
+    assert everything.exit_code == 1
+    assert "not measured: relays: no Redis here" in everything.stderr
+    files = {file.stem for file in (tmp_path / "measured").iterdir()}
+    assert files == set(suite.BENCHMARKS) - {"relays"}
+
+
+def test_a_quick_run_is_not_recorded() -> None:
+    for name in ("drop", "all"):
+        done = CliRunner().invoke(main, [name, "--quick", "--record"])
+        assert done.exit_code == 2
+        assert "not recorded" in done.stderr
+
+
+def test_the_help_names_every_benchmark_with_its_question() -> None:
+    text = CliRunner().invoke(main, ["--help"]).stdout
+    for name, benchmark in suite.BENCHMARKS.items():
+        assert f"  {name} " in text
+        assert benchmark.question in text
