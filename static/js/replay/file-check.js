@@ -7,7 +7,7 @@ import { readJson } from "../solver/log/canonical.js";
 import { compareLog, isLog } from "../solver/log/log.js";
 import { openSolver } from "../solver/solver.js";
 import { t } from "../texts/text.js";
-import { byId, say } from "../util/dom.js";
+import { byId, onClick, say } from "../util/dom.js";
 import { toldOf } from "./verify.js";
 
 /** @import { BoardReply } from "../net/replies.js" */
@@ -22,44 +22,40 @@ const KNOWN = ["board", "board_digest", "seed", "x", "aim", "solver", "physics_v
 const HOW_SURE = ["amplification", "x_error", "certain"]; // the server's to compute
 
 /** The panel, and the whole page as a place to drop a file on. */
-export class FileCheck {
-  #solving = openSolver();
+export function offerFileCheck() {
+  const solving = openSolver();
+  solving.catch(() => {}); // told when a file comes
+  const field = byId("check-file", HTMLInputElement);
+  onClick("check-open", () => field.click());
+  field.addEventListener("change", () => {
+    check(field.files?.[0], solving);
+    field.value = ""; // the same file can be chosen again
+  });
+  document.addEventListener("dragover", (event) => {
+    if (event.dataTransfer?.types.includes("Files")) event.preventDefault();
+  });
+  document.addEventListener("drop", (event) => {
+    const dropped = event.dataTransfer?.files[0];
+    if (!dropped) return;
+    event.preventDefault();
+    byId("check-panel").scrollIntoView({ block: "nearest" });
+    check(dropped, solving);
+  });
+}
 
-  constructor() {
-    const file = byId("check-file", HTMLInputElement);
-    byId("check-open").addEventListener("click", () => file.click());
-    file.addEventListener("change", () => {
-      this.#check(file.files?.[0]);
-      file.value = ""; // the same file can be chosen again
-    });
-    this.#solving.catch(() => {}); // told when a file comes
-    document.addEventListener("dragover", (event) => {
-      if (event.dataTransfer?.types.includes("Files")) event.preventDefault();
-    });
-    document.addEventListener("drop", (event) => {
-      const dropped = event.dataTransfer?.files[0];
-      if (!dropped) return;
-      event.preventDefault();
-      byId("check-panel").scrollIntoView({ block: "nearest" });
-      this.#check(dropped);
-    });
-  }
-
-  /** @param {File | undefined} file */
-  async #check(file) {
-    if (!file) return;
-    say(byId("check-note"), "", t("replay.check-file", { file: file.name }));
-    try {
-      const solver = await this.#solving;
-      const value = readJson(await file.text());
-      const check = isLog(value) ? checkLog : checkRecord;
-      const { difference, words } = await check(solver, value, file.name);
-      if (difference) say(byId("check-note"), "bad", t("replay.check-differs", { file: file.name, ...toldOf(difference) }));
-      else say(byId("check-note"), "good", words);
-    } catch (error) {
-      const why = error instanceof SyntaxError ? t("replay.not-json", { why: error.message }) : messageOf(error);
-      say(byId("check-note"), "bad", t("replay.check-fails", { file: file.name, why }));
-    }
+/** @param {File | undefined} file @param {Promise<Solver>} solving */
+async function check(file, solving) {
+  if (!file) return;
+  const note = byId("check-note");
+  say(note, "", t("replay.check-file", { file: file.name }));
+  try {
+    const value = readJson(await file.text());
+    const { difference, words } = await (isLog(value) ? checkLog : checkRecord)(await solving, value, file.name);
+    if (difference) say(note, "bad", t("replay.check-differs", { file: file.name, ...toldOf(difference) }));
+    else say(note, "good", words);
+  } catch (error) {
+    const why = error instanceof SyntaxError ? t("replay.not-json", { why: error.message }) : messageOf(error);
+    say(note, "bad", t("replay.check-fails", { file: file.name, why }));
   }
 }
 

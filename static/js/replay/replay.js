@@ -1,5 +1,6 @@
 // One drop again: its record and states, its motion, the scene at each moment.
 
+import { DEFAULT_BOARD, DEFAULT_SEED } from "../board/page.js";
 import { Motion, PEG, samplesNeeded, upTo } from "../model/motion/drop.js";
 import { emptyScene } from "../model/scene.js";
 import { ApiError, getJson, postJson, request } from "../net/api.js";
@@ -161,17 +162,22 @@ export class Replay {
 }
 
 /**
- * The board that a page's address names, or carries in its fragment; the latter is registered, so
- * that the server can be asked for its drops.
- * @param {string} name preset's name or digest; "" for the fragment's
+ * The drop that a page's address names; its board may be in the fragment, and is registered then, so that the server
+ * can be asked for its drops.
+ * @param {DropAddress} asked what it leaves open is filled in
  * @param {string} hash of the location
- * @returns {Promise<{board: Board, address: string}>} address: what REST calls it
+ * @returns {Promise<{board: Board, drop: DropAddress}>}
  */
-export async function boardOf(name, hash) {
+export async function dropOf(asked, hash) {
+  const { board, address } = await boardOf(asked.board || DEFAULT_BOARD, hash);
+  return { board, drop: { ...asked, board: address, seed: asked.seed || DEFAULT_SEED } };
+}
+
+/** @param {string} name preset's name or digest @param {string} hash */
+async function boardOf(name, hash) {
   const packed = boardInHash(hash);
   if (packed === null) {
-    const reply = await getJson(`boards/${encodeURIComponent(name)}`);
-    const { board } = /** @type {BoardReply} */ (reply);
+    const { board } = /** @type {BoardReply} */ (await getJson(`boards/${encodeURIComponent(name)}`));
     return { board, address: name };
   }
   const form = await unpackBoard(packed);

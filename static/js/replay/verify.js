@@ -11,41 +11,31 @@ import { byId, say } from "../util/dom.js";
 /** @import { ImpactList } from "./impact-list.js" */
 /** @import { Replay } from "./replay.js" */
 
-/** The button and what it says. The solver is loaded with the page, so that no server is needed. */
-export class Verifier {
-  #solver = openSolver().catch(messageOf);
+/** Loaded with the page, so that no server is needed; or why it cannot be. */
+const solving = openSolver().catch(messageOf);
 
-  /** @param {ImpactList} list whose impacts turn green */
-  constructor(list) {
-    this.list = list;
-  }
+/** @param {Replay} replay @param {ImpactList} list whose impacts turn green */
+export async function verify(replay, list) {
+  const note = byId("verdict");
+  say(note, "", t("page.computing"));
+  const here = await inPage(replay, list);
+  say(note, here.tone, here.text);
+  if (here.tone === "bad") return;
+  const { tone, text } = await atServer(replay);
+  say(note, tone === "" ? here.tone : tone, `${here.text} ${text}`);
+}
 
-  /** @param {Replay} replay */
-  async verify(replay) {
-    const note = byId("verdict");
-    say(note, "", t("page.computing"));
-    const here = await this.#here(replay);
-    say(note, here.tone, here.text);
-    if (here.tone === "bad") return;
-    const { tone, text } = await atServer(replay);
-    say(note, tone === "" ? here.tone : tone, `${here.text} ${text}`);
-  }
-
-  /** @param {Replay} replay @returns {Promise<Said>} */
-  async #here({ board, record }) {
-    if (record.solver !== "exact") return { tone: "", text: t("replay.exact-alone") };
-    const solver = await this.#solver;
-    if (typeof solver === "string") return { tone: "", text: t("replay.not-here", { why: solver }) };
-    const start = { seed: record.seed, x: record.x, aim: record.aim };
-    const computed = solver.drop(board, start).record();
-    const { same, difference } = compareRecords({ ...record }, computed);
-    await this.list.turnGreen(same);
-    if (difference) return { tone: "bad", text: t("replay.other-here", toldOf(difference)) };
-    return {
-      tone: "good",
-      text: t("replay.same-here", { n: same, digest: computed.digest }),
-    };
-  }
+/** @param {Replay} replay @param {ImpactList} list @returns {Promise<Said>} */
+async function inPage({ board, record }, list) {
+  if (record.solver !== "exact") return { tone: "", text: t("replay.exact-alone") };
+  const solver = await solving;
+  if (typeof solver === "string") return { tone: "", text: t("replay.not-here", { why: solver }) };
+  const start = { seed: record.seed, x: record.x, aim: record.aim };
+  const computed = solver.drop(board, start).record();
+  const { same, difference } = compareRecords({ ...record }, computed);
+  await list.turnGreen(same);
+  if (difference) return { tone: "bad", text: t("replay.other-here", toldOf(difference)) };
+  return { tone: "good", text: t("replay.same-here", { n: same, digest: computed.digest }) };
 }
 
 /** @typedef {{tone: "" | "good" | "bad", text: string}} Said */
@@ -58,10 +48,7 @@ async function atServer({ text, record, board }) {
     const reply = /** @type {Verification} */ (await postJson("verify", asked));
     const { ok, field, expected, actual } = reply;
     if (!ok) return { tone: "bad", text: t("replay.other-there", toldOf({ field: field ?? "", expected, actual })) };
-    return {
-      tone: "good",
-      text: t("replay.same-there", { n: record.impacts.length, digest: record.digest }),
-    };
+    return { tone: "good", text: t("replay.same-there", { n: record.impacts.length, digest: record.digest }) };
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
     return { tone: error.status === 0 ? "" : "bad", text: error.message };

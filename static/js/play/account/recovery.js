@@ -39,8 +39,8 @@ function playedOf({ session: { statement }, board, drops }, number) {
   const { board_digest: digest, seed, aim, stake } = receipt;
   return {
     board: digest, boardDigest: digest, name: String(board.name), seed, x: null, aim,
-    stake: stake / MINOR_UNITS, paid: (result?.payout ?? 0) / MINOR_UNITS, practice: false, bin: result?.bin ?? null, score: result?.score ?? 1,
-    digest: result?.digest ?? null, fair: { session: String(statement.session), drop: number },
+    stake: stake / MINOR_UNITS, paid: (result?.payout ?? 0) / MINOR_UNITS, practice: false,
+    bin: result?.bin ?? null, score: result?.score ?? 1, digest: result?.digest ?? null, fair: { session: String(statement.session), drop: number },
   };
 }
 

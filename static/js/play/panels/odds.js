@@ -33,60 +33,50 @@ function keep(name, odds) {
   window.localStorage.setItem(KEY, JSON.stringify({ ...known(), [name]: learnt }));
 }
 
-/** Of one table at a time. */
-export class OddsNote {
+/** Of one table at a time. @param {Game} game */
+export function showOdds(game) {
   /** @type {Odds[]} by aim */
-  #odds = [];
-  #digest = "";
+  let odds = [];
+  let digest = "";
 
-  /** @param {Game} game */
-  constructor(game) {
-    this.game = game;
-    game.on("table", ({ hello }) => this.#learn(hello));
-    game.on("choice", () => this.#show());
-  }
-
-  /** @param {Hello} hello */
-  async #learn(hello) {
-    const { board_digest: digest, board_name: name } = hello;
-    if (digest === this.#digest) return; // a line that came back
-    this.#digest = digest;
-    this.#odds = [];
-    this.game.odds = null;
+  /** @param {Odds | null} now */
+  const tell = (now) => {
+    game.odds = now;
+    game.tell("odds", now);
+  };
+  const show = () => {
+    const { hello } = game.room;
+    // Those of the table before may come late, when another is there already.
+    const now = hello?.board_digest === digest ? oddsAt(odds, game.choice.aim, hello.board.drop.x) : null;
+    byId("odds-note").textContent = now ? oddsWords(now) : "";
+    if (now !== game.odds) tell(now);
+  };
+  game.on("choice", show);
+  game.on("table", async ({ hello }) => {
+    const { board_digest: entered, board_name: name } = hello;
+    if (entered === digest) return; // a line that came back
+    digest = entered;
+    odds = [];
+    game.odds = null;
     // Where balls knock each other no odds of one ball hold; boards that cannot be chosen were never counted.
     const choice = choiceOf(hello);
-    const odds = choice && !choice.knock ? await this.#find(hello).catch(() => []) : [];
-    if (digest !== this.#digest) return;
-    this.#odds = odds;
+    const found = choice && !choice.knock ? await oddsOf(hello).catch(() => []) : [];
+    if (entered !== digest) return;
+    odds = found;
     if (odds.length) keep(name, odds[0]);
-    else this.#tell(null);
-    this.#show();
-  }
+    else tell(null);
+    show();
+  });
+}
 
-  /** @param {Hello} hello @returns {Promise<Odds[]>} */
-  async #find({ board, board_name: name, board_digest: digest }) {
-    if (readBoardName(name)) {
-      const found = /** @type {OddsReply} */ (await getJson(`boards/${name}/odds`));
-      return found.board_digest === digest ? found.aims : [];
-    }
-    const kept = known()[name]?.measured;
-    if (kept) return [kept];
-    const tally = await new Batch({ board, first: "0", drops: DROPS }, () => {}).done;
-    return tally ? [measuredOdds(tally, board.bins.multipliers)] : [];
+/** @param {Hello} hello @returns {Promise<Odds[]>} by aim */
+async function oddsOf({ board, board_name: name, board_digest: digest }) {
+  if (readBoardName(name)) {
+    const found = /** @type {OddsReply} */ (await getJson(`boards/${name}/odds`));
+    return found.board_digest === digest ? found.aims : [];
   }
-
-  #show() {
-    const { hello } = this.game.room;
-    // Those of the table before may come late, when another is there already.
-    const here = hello?.board_digest === this.#digest;
-    const odds = here ? oddsAt(this.#odds, this.game.choice.aim, hello.board.drop.x) : null;
-    byId("odds-note").textContent = odds ? oddsWords(odds) : "";
-    if (odds !== this.game.odds) this.#tell(odds);
-  }
-
-  /** @param {Odds | null} odds */
-  #tell(odds) {
-    this.game.odds = odds;
-    this.game.tell("odds", odds);
-  }
+  const kept = known()[name]?.measured;
+  if (kept) return [kept];
+  const tally = await new Batch({ board, first: "0", drops: DROPS }, () => {}).done;
+  return tally ? [measuredOdds(tally, board.bins.multipliers)] : [];
 }

@@ -1,10 +1,9 @@
 // The drawer of what a player sets once: language, colours, ghost trails, the anonymous ID.
 
-import { SCHEMES } from "../../paint/theme.js";
 import { language } from "../../texts/text.js";
-import { byId, radiosOf } from "../../util/dom.js";
+import { byId, check, onChoice, onClick, radioValue } from "../../util/dom.js";
 
-/** @import { Theme } from "../../paint/theme.js" */
+/** @import { Scheme, Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
 /** @import { Ghost } from "../show/ghost.js" */
 
@@ -31,31 +30,22 @@ function chooseLanguage() {
 
 /** @param {Theme} theme */
 function chooseScheme(theme) {
-  const radios = radiosOf("scheme");
-  const show = () => {
-    for (const radio of radios) radio.checked = radio.value === theme.scheme;
-  };
-  for (const radio of radios) {
-    radio.addEventListener("change", () => {
-      const scheme = SCHEMES.find((one) => one === radio.value);
-      if (scheme) theme.choose(scheme);
-    });
-  }
+  const show = () => check("scheme", theme.scheme);
+  onChoice("scheme", () => theme.choose(/** @type {Scheme} */ (radioValue("scheme"))));
   theme.onChange(show);
   show();
 }
 
 /** @param {Game} game @param {Ghost} ghost */
 function switchGhost(game, ghost) {
-  const button = byId("ghost");
   /** @param {boolean} on */
   const set = (on) => {
     ghost.on = on;
-    button.setAttribute("aria-pressed", String(on));
+    byId("ghost").setAttribute("aria-pressed", String(on));
     game.tell("picture", null);
   };
   set(game.storage.getItem(GHOST_KEY) !== "off");
-  button.addEventListener("click", () => {
+  onClick("ghost", () => {
     set(!ghost.on);
     game.storage.setItem(GHOST_KEY, ghost.on ? "on" : "off");
   });
@@ -68,7 +58,7 @@ function showMark({ wallet }) {
     byId("plays-json", HTMLAnchorElement).href = plays;
     byId("plays-csv", HTMLAnchorElement).href = `${plays}?format=csv`;
   };
-  byId("mark-renew").addEventListener("click", () => {
+  onClick("mark-renew", () => {
     wallet.renewMark();
     show();
   });

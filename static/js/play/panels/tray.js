@@ -3,9 +3,9 @@
 import { Histogram } from "../../instruments/histogram.js";
 import { openPile } from "../../instruments/pile/pile.js";
 import { t } from "../../texts/text.js";
-import { byId } from "../../util/dom.js";
+import { byId, onClick } from "../../util/dom.js";
 
-/** @import { Expected } from "../../instruments/fit-meter.js" */
+/** @import { Expected } from "./fit.js" */
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
 
@@ -29,7 +29,7 @@ export class Tray {
     this.#pile = game.storage.getItem(PILE_KEY) !== "off";
     this.button = byId("pile");
     this.button.setAttribute("aria-pressed", String(this.#pile));
-    this.button.addEventListener("click", () => {
+    onClick("pile", () => {
       this.#pile = !this.#pile;
       game.storage.setItem(PILE_KEY, this.#pile ? "on" : "off");
       void this.#fetch();

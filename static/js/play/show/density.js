@@ -76,13 +76,6 @@ export class Density {
     return Math.log1p(this.cells[at]) / Math.log1p(Math.max(FULL, this.most));
   }
 
-  clear() {
-    this.cells.fill(0);
-    this.most = 0;
-    this.firstRow = 0;
-    this.lastRow = this.height - 1;
-  }
-
   /** @param {number} at @param {number} weight */
   #put(at, weight) {
     this.cells[at] += weight;

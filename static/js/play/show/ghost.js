@@ -7,6 +7,7 @@ import { Density } from "./density.js";
 /** @import { Board } from "../../model/board.js" */
 /** @import { Geometry } from "../../paint/geometry.js" */
 /** @import { Palette, Theme } from "../../paint/theme.js" */
+/** @import { Field } from "./density.js" */
 /** @import { Keyframe, Law } from "../../model/motion/interpolate.js" */
 
 const TONES = 256;
@@ -25,7 +26,9 @@ const STRONGEST = 0.62; // opacity
  */
 export class Ghost {
   #on = true;
-  /** @type {Grid | null} of the board, once there is one */
+  /** Of the board, once there is one. @type {Field | null} */
+  #field = null;
+  /** @type {Grid | null} */
   #grid = null;
   #next = 0; // row to go on with in this sweep
   #until = -1; // last row of this sweep
@@ -53,14 +56,7 @@ export class Ghost {
 
   /** @param {Board} board */
   setBoard(board) {
-    const { left, right } = sides(board);
-    const top = board.drop.y - board.ball.radius;
-    const density = new Density({ left, right, top, bottom: board.bins.y });
-    const picture = document.createElement("canvas");
-    picture.width = density.width;
-    picture.height = density.height;
-    this.#grid = { density, band: new ImageData(density.width, ROWS_A_FRAME), picture };
-    this.recolour();
+    this.#field = { ...sides(board), top: board.drop.y - board.ball.radius, bottom: board.bins.y };
     this.clear();
   }
 
@@ -94,12 +90,11 @@ export class Ghost {
     this.#range = 0;
     this.#until = -1;
     contextOf(this.canvas).clearRect(0, 0, this.canvas.width, this.canvas.height);
-    if (!this.#grid) return;
-    const { density, picture } = this.#grid;
-    contextOf(picture).clearRect(0, 0, picture.width, picture.height);
-    density.clear();
-    density.firstRow = density.height;
-    density.lastRow = -1;
+    if (!this.#field) return;
+    const density = new Density(this.#field);
+    const { width, height } = density;
+    const picture = Object.assign(document.createElement("canvas"), { width, height });
+    this.#grid = { density, band: new ImageData(width, ROWS_A_FRAME), picture };
   }
 
   /** The colours have changed: all is painted anew. */

@@ -7,13 +7,13 @@ import { emptyScene } from "../../model/scene.js";
 import { ratioOf } from "../../paint/geometry.js";
 import { byId } from "../../util/dom.js";
 import { FrameLoop } from "../../util/frame-loop.js";
-import { BoardPointer } from "../desk/pointer.js";
+import { followPointer } from "../desk/pointer.js";
 import { InstrumentPanel } from "../panels/instruments.js";
-import { Notices } from "../panels/notices.js";
+import { showNotices } from "../panels/notices.js";
 import { Tray } from "../panels/tray.js";
 import { Sound } from "../sound/sound.js";
-import { SoundChoice } from "../sound/choice.js";
-import { Demo } from "./demo.js";
+import { offerSound } from "../sound/choice.js";
+import { offerDemo } from "./demo.js";
 import { Encore } from "./encore.js";
 import { Ghost } from "./ghost.js";
 import { Moment, WIN } from "./moment.js";
@@ -52,13 +52,13 @@ export class Picture {
       this.ghost.layOut(geometry);
       wake();
     });
-    this.notices = new Notices(game, theme);
+    this.watch = showNotices(game, theme);
     this.moment = new Moment(theme, this.view);
-    this.demo = new Demo(game);
+    this.demo = offerDemo(game);
     this.sound = new Sound();
-    this.soundChoice = new SoundChoice(this.sound, game.storage);
+    this.offerSound = offerSound(this.sound, game.storage);
     this.instruments = new InstrumentPanel(game, theme);
-    this.pointer = new BoardPointer(game, this.view, (x, y) => this.instruments.pick(x, y));
+    this.hover = followPointer(game, this.view, (x, y) => this.instruments.pick(x, y));
     this.#subscribe(wake);
     theme.onChange(() => {
       this.view.repaint();
@@ -105,7 +105,7 @@ export class Picture {
 
   /** A ball of ours falls: what was shown of the one before is over, but for a win's moment. */
   #dropped() {
-    this.soundChoice.offer();
+    this.offerSound();
     if (this.#encore.looking || this.moment.counting) return;
     this.#encore.clear();
     this.moment.hide();
@@ -153,11 +153,11 @@ export class Picture {
     const t = room.time(now);
     const still = this.#still.matches;
     room.settle(still ? Number.POSITIVE_INFINITY : t, now);
-    const demo = this.demo.sceneAt(now, table, still);
+    const demo = this.demo(now, table, still);
     const scene = demo ?? table?.sceneAt(t, now / 1000) ?? emptyScene();
     if (table?.growsWhenDrawn) instruments.ball.measure();
     if (table) this.sound.hear(table.heard, t);
-    this.notices.watch(scene);
+    this.watch(scene);
     const lab = document.documentElement.dataset.drawer === "lab";
     const streaking = this.#streaks.show(scene, now / 1000);
     const encore = this.#encore.show(scene, now / 1000, still, lab);
@@ -168,13 +168,12 @@ export class Picture {
     }
     const celebrating = this.moment.show(now);
     if (still) Object.assign(scene, { balls: [], flashes: [], paths: room.ownPaths() });
-    scene.aim = this.pointer.hover ?? game.choice.aim;
+    scene.aim = this.hover() ?? game.choice.aim;
     scene.chosen = instruments.open ? instruments.ball.chosen : null;
     view.draw(scene);
     this.ghost.paint(now);
     const tray = this.tray.show(now, still);
-    const { counts } = this.tray.histogram;
-    const measuring = instruments.show(counts, now);
+    const measuring = instruments.show(this.tray.histogram.counts, now);
     return (table?.busy ?? false) || this.ghost.pending || tray || measuring || encore || streaking || celebrating
       || this.#won !== null || demo !== null;
   }
