@@ -6,20 +6,18 @@ import { Chart } from "../instruments/chart.js";
 import { partingWords } from "../model/certificate.js";
 import { emptyScene } from "../model/scene.js";
 import { MAX_SEED } from "../model/seed.js";
-import { ApiError } from "../net/api.js";
 import { dropSearch, readDrop, replayLink } from "../net/drop-address.js";
 import { paintPath } from "../paint/marks.js";
-import { certificateOf, dropOf, Replay } from "../replay/replay.js";
+import { dropOf, prove, Replay } from "../replay/replay.js";
 import { Transport } from "../replay/transport.js";
 import { t as words } from "../texts/text.js";
-import { byId, factId, fieldOf, inputOf, make, onChoice, onClick, radioValue } from "../util/dom.js";
+import { byId, factId, fieldOf, inputOf, make, onChoice, onClick, onSubmit, radioValue } from "../util/dom.js";
 import { bitsOf } from "../util/doubles.js";
 import { fixed, multiplier, rounded, seconds } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
 import { figure } from "../util/scale.js";
 import { Divergence, FLOOR } from "./divergence.js";
-import { openingPair } from "./opening-pair.js";
-import { readShift, secondDrop } from "./second-start.js";
+import { openingPair, readShift, secondDrop } from "./pair.js";
 
 /** @import { Layer } from "../board/stage.js" */
 /** @import { Board } from "../model/board.js" */
@@ -46,7 +44,8 @@ class ComparePage {
     const { duration, end } = one.duration > two.duration ? one : two;
     this.transport = new Transport({ duration, end, stops: one.motion.events.map(({ t }) => t) }, wake);
     this.chart = new Chart(byId("distance", HTMLCanvasElement), theme, (x) => this.#seek(x));
-    onClick("certify", () => certify(pair));
+    onClick("certify", () => prove(pair.drops, byId("proven"), "compare.proving", ([first, second]) => (
+      ["", partingWords(first, second)])));
     onChoice("against", () => this.#plot());
     this.#plot();
   }
@@ -109,19 +108,6 @@ class ComparePage {
   }
 }
 
-/** Asks for proofs of both drops, and shows where they part. @param {Pair} pair */
-async function certify({ drops }) {
-  const note = byId("proven");
-  note.textContent = words("compare.proving");
-  try {
-    const [one, two] = await Promise.all(drops.map(certificateOf));
-    note.textContent = partingWords(one, two);
-  } catch (error) {
-    if (!(error instanceof ApiError)) throw error;
-    note.textContent = error.message;
-  }
-}
-
 /** What there is to read of both. @param {Pair} pair @param {Divergence} apart */
 function showBoth({ board, one, two, drops }, apart) {
   const verdict = verdictOf(board.ball.radius, apart);
@@ -176,8 +162,7 @@ function offerOthers(board, first, secondSeed, by) {
   const show = () => { byId("second").hidden = shift.value !== "seed"; };
   form.addEventListener("change", show);
   show();
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit("other", () => {
     const seeded = shift.value === "seed";
     if (!holdSeeds(seeded ? [seed, other] : [seed], words("compare.needs-seed"))) return;
     // Another board's middle is elsewhere, and a start of one's own has none.
@@ -255,16 +240,14 @@ function bits(x, from) {
 }
 
 openPage(async (theme) => {
-  window.addEventListener("hashchange", () => window.location.reload());
-  const { search: query, hash } = window.location;
-  const search = new URLSearchParams(query);
+  const search = new URLSearchParams(window.location.search);
   const asked = readDrop(search);
   const secondSeed = search.get("with");
   const open = !asked.seed && !asked.x && !search.get("shift") && !secondSeed;
   // Of two balls that the link says nothing about, a pair that parts.
   const known = open ? openingPair(asked.board || DEFAULT_BOARD) : null;
   const shift = known?.shift ?? readShift(search.get("shift"));
-  const { board, drop } = await dropOf({ ...asked, seed: known?.seed ?? asked.seed }, hash);
+  const { board, drop } = await dropOf({ ...asked, seed: known?.seed ?? asked.seed });
   const pair = await loadPair(board, drop, shift, secondSeed);
   const page = new ComparePage(theme, pair);
   showBoth(pair, page.apart);

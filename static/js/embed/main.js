@@ -55,7 +55,7 @@ function show(theme, replay) {
 
 openPage(async (theme) => {
   const { search, hash } = window.location;
-  const { board, drop } = await dropOf(readDrop(new URLSearchParams(search)), hash);
+  const { board, drop } = await dropOf(readDrop(new URLSearchParams(search)));
   show(theme, await Replay.compute(board, drop));
   byId("more", HTMLAnchorElement).href = hash ? `replay.html?seed=${drop.seed}${hash}` : replayLink(drop);
   document.title = t("replay.title-seed", { seed: drop.seed, board: board.name });

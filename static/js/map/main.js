@@ -4,7 +4,7 @@ import { DEFAULT_BOARD, fillBoards, openPage, showState } from "../board/page.js
 import { ApiError, getJson } from "../net/api.js";
 import { t } from "../texts/text.js";
 import { contextOf } from "../util/canvas.js";
-import { byId, fieldOf, inputOf, make } from "../util/dom.js";
+import { byId, fieldOf, inputOf, make, onSubmit } from "../util/dom.js";
 import { pixelMiddle, rationalText, readRational } from "./rational.js";
 
 /** @import { Board } from "../model/board.js" */
@@ -89,10 +89,7 @@ openPage(async () => {
   const form = byId("other", HTMLFormElement);
   const x = search.get("x") || "0";
   inputOf(form, "x").value = x;
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
-    visit(fieldOf(form, "board").value, inputOf(form, "x").value.trim());
-  });
+  onSubmit("other", () => visit(fieldOf(form, "board").value, inputOf(form, "x").value.trim()));
   await fillBoards(address, board.name);
   await draw(board, address, x);
 });

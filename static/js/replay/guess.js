@@ -1,7 +1,7 @@
 // Guess where it lands: while the ball of a shared link falls, the page keeps to itself where to.
 
 import { t } from "../texts/text.js";
-import { byId, check, chip, radiosOf } from "../util/dom.js";
+import { byId, check, chip, onSubmit, radiosOf } from "../util/dom.js";
 import { multiplier } from "../util/format.js";
 
 /** @import { Board } from "../model/board.js" */
@@ -13,10 +13,9 @@ export class Guess {
   /** @param {Board} board whose bins are to be chosen from @param {() => void} watching */
   constructor({ bins }, watching) {
     this.bins = bins;
-    this.panel = byId("guess", HTMLFormElement);
+    this.panel = byId("guess");
     this.open = false;
-    this.panel.addEventListener("submit", (event) => {
-      event.preventDefault();
+    onSubmit("guess", () => {
       this.panel.hidden = true;
       watching();
     });

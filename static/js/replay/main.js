@@ -4,24 +4,22 @@ import { fillBoards, holdSeeds, linkPages, openPage, showState } from "../board/
 import { Stage } from "../board/stage.js";
 import { Chart } from "../instruments/chart.js";
 import { provenWords } from "../model/certificate.js";
-import { ApiError } from "../net/api.js";
 import { readDrop, replayLink } from "../net/drop-address.js";
 import { paintPath, paintRing } from "../paint/marks.js";
 import { prizeOf } from "../paint/prizes.js";
 import { t } from "../texts/text.js";
-import { byId, fieldOf, fillFacts, inputOf, onClick, say } from "../util/dom.js";
+import { byId, fieldOf, fillFacts, inputOf, onClick, onSubmit, say } from "../util/dom.js";
 import { metric, multiplier, seconds } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
 import { figure } from "../util/scale.js";
 import { CloseUp, paintImpact } from "./closeup.js";
 import { describeEnergy, energyPlot } from "./energy-plot.js";
-import { offerFileCheck } from "./file-check.js";
 import { dropOfDay, Guess, guessWords } from "./guess.js";
 import { ImpactList } from "./impact-list.js";
-import { certificateOf, dropOf, Replay } from "./replay.js";
+import { dropOf, prove, Replay } from "./replay.js";
 import { offerShare } from "./share.js";
 import { Transport } from "./transport.js";
-import { verify } from "./verify.js";
+import { offerFileCheck, verify } from "./verify.js";
 
 /** @import { Layer } from "../board/stage.js" */
 /** @import { DropRecord } from "../model/motion/drop.js" */
@@ -53,7 +51,8 @@ class ReplayPage {
     this.#plotEnergy();
     byId("energy").setAttribute("aria-label", describeEnergy(motion));
     onClick("verify", () => verify(replay, this.list));
-    onClick("certify", () => certify(drop));
+    onClick("certify", () => prove([drop], byId("verdict"), "replay.certifying", ([proof]) => (
+      [proof.certified && proof.agrees ? "good" : "bad", provenWords(proof)])));
     byId("certify").hidden = drop.solver === "stepped";
     byId("board").addEventListener("pointerdown", (event) => this.#pick(event));
     for (const id of ["impact-back", "impact-on"]) onClick(id, () => this.#chooseAfterStep());
@@ -193,25 +192,11 @@ function showRecord({ record, board, motion }, drop) {
   seedField.value = drop.seed;
   x.value = String(drop.x ?? "");
   solver.value = drop.solver === "stepped" ? "stepped" : "";
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit("other", () => {
     if (!holdSeeds([seedField], t("replay.needs-seed"))) return;
     const asked = { board: other.value, seed: seedField.value, x: x.value.trim(), solver: solver.value };
     window.location.assign(replayLink(asked));
   });
-}
-
-/** Asks for a proof of the bin, and shows it with its enclosure. @param {DropAddress} drop */
-async function certify(drop) {
-  const note = byId("verdict");
-  say(note, "", t("replay.certifying"));
-  try {
-    const certificate = await certificateOf(drop);
-    say(note, certificate.certified && certificate.agrees ? "good" : "bad", provenWords(certificate));
-  } catch (error) {
-    if (!(error instanceof ApiError)) throw error;
-    say(note, "bad", error.message);
-  }
 }
 
 /** @param {DropRecord} record */
@@ -231,17 +216,14 @@ function sureness({ amplification, x_error: error, certain }) {
 }
 
 openPage(async (theme) => {
-  // Another board in the fragment is another drop, though the document stays the same.
-  window.addEventListener("hashchange", () => window.location.reload());
   offerFileCheck();
-  const { search: query, hash } = window.location;
-  const search = new URLSearchParams(query);
+  const search = new URLSearchParams(window.location.search);
   const today = search.has("today");
-  const { board, drop } = await dropOf({ ...readDrop(search), ...(today && dropOfDay(new Date())) }, hash);
+  const { board, drop } = await dropOf({ ...readDrop(search), ...(today && dropOfDay(new Date())) });
   const replay = await Replay.load(board, drop);
   const page = new ReplayPage(theme, replay, drop);
   showRecord(replay, drop);
-  offerShare(drop, hash);
+  offerShare(drop, window.location.hash);
   page.begin(today || search.has("guess"));
   await fillBoards(drop.board, board.name);
 });

@@ -9,6 +9,8 @@ import { dropPath } from "../net/drop-address.js";
 import { boardDigest } from "../solver/digest.js";
 import { BoardError, ParameterError } from "../solver/errors.js";
 import { openSolver } from "../solver/solver.js";
+import { t } from "../texts/text.js";
+import { say } from "../util/dom.js";
 
 /** @import { Board } from "../model/board.js" */
 /** @import { Certificate } from "../model/certificate.js" */
@@ -17,6 +19,7 @@ import { openSolver } from "../solver/solver.js";
 /** @import { State } from "../model/motion/flight.js" */
 /** @import { DropRecord, Sampled } from "../model/motion/drop.js" */
 /** @import { BoardReply } from "../net/replies.js" */
+/** @import { Key } from "../texts/text.js" */
 
 const FLASH_SECONDS = 0.35;
 const HIT_SECONDS = 1.4;
@@ -165,11 +168,12 @@ export class Replay {
  * The drop that a page's address names; its board may be in the fragment, and is registered then, so that the server
  * can be asked for its drops.
  * @param {DropAddress} asked what it leaves open is filled in
- * @param {string} hash of the location
  * @returns {Promise<{board: Board, drop: DropAddress}>}
  */
-export async function dropOf(asked, hash) {
-  const { board, address } = await boardOf(asked.board || DEFAULT_BOARD, hash);
+export async function dropOf(asked) {
+  // Another board in the fragment is another drop, though the document stays the same.
+  window.addEventListener("hashchange", () => window.location.reload());
+  const { board, address } = await boardOf(asked.board || DEFAULT_BOARD, window.location.hash);
   return { board, drop: { ...asked, board: address, seed: asked.seed || DEFAULT_SEED } };
 }
 
@@ -192,11 +196,21 @@ async function boardOf(name, hash) {
   }
 }
 
-/** @param {DropAddress} drop @returns {Promise<Certificate>} the server's proof of its bin */
-export async function certificateOf(drop) {
-  const path = dropPath(drop, "", new URLSearchParams({ certified: "true" }));
-  const { certificate } = /** @type {{certificate: Certificate}} */ (await getJson(path));
-  return certificate;
+/**
+ * Asks the server to prove where drops land, and says what it found.
+ * @param {DropAddress[]} drops @param {HTMLElement} note @param {Key} asking what is said meanwhile
+ * @param {(certificates: Certificate[]) => ["" | "good" | "bad", string]} told
+ */
+export async function prove(drops, note, asking, told) {
+  say(note, "", t(asking));
+  const query = new URLSearchParams({ certified: "true" });
+  try {
+    const proven = await Promise.all(drops.map((drop) => getJson(dropPath(drop, "", query))));
+    say(note, ...told(/** @type {{certificate: Certificate}[]} */ (proven).map(({ certificate }) => certificate)));
+  } catch (error) {
+    if (!(error instanceof ApiError)) throw error;
+    say(note, "bad", error.message);
+  }
 }
 
 /** @param {unknown} error @returns {boolean} whether it says that the server does not answer */

@@ -56,7 +56,7 @@ export function offerShare(drop, hash) {
 }
 
 /** @param {string} address @param {string} title @returns {string} HTML that shows it in a frame */
-export function frameOf(address, title) {
+function frameOf(address, title) {
   const source = address.replaceAll("&", "&amp;").replaceAll('"', "&quot;");
   const { width, height } = FRAME;
   return `<iframe src="${source}" title="${title} – Plinko" width="${width}" height="${height}" `

@@ -64,6 +64,14 @@ export function chip(name, value, text, words = text) {
   return make("label", { class: "chip" }, radio, make("span", {}, text));
 }
 
+/** @param {string} id of a form, which leads to no other page by itself @param {() => void} [act] */
+export function onSubmit(id, act = () => {}) {
+  byId(id, HTMLFormElement).addEventListener("submit", (event) => {
+    event.preventDefault();
+    act();
+  });
+}
+
 /** @param {string} name of radio buttons @param {() => void} chosen one of them was checked by the visitor */
 export function onChoice(name, chosen) {
   for (const radio of radiosOf(name)) radio.addEventListener("change", chosen);

@@ -5,7 +5,7 @@ import { openTools } from "../fairness/tools.js";
 import { report } from "../fairness/report.js";
 import { ExportError, readExport } from "../fairness/export.js";
 import { t } from "../texts/text.js";
-import { byId, inputOf, say } from "../util/dom.js";
+import { byId, inputOf, onSubmit, say } from "../util/dom.js";
 import { messageOf } from "../net/api.js";
 import { showingToken } from "../net/session-token.js";
 import { Theme } from "../paint/theme.js";
@@ -69,8 +69,7 @@ byId("file", HTMLInputElement).addEventListener("change", async ({ target }) => 
   const [file] = /** @type {HTMLInputElement} */ (target).files ?? [];
   if (file) await check(await file.text(), key());
 });
-form.addEventListener("submit", async (event) => {
-  event.preventDefault();
+onSubmit("other", async () => {
   const link = inputOf(form, "link").value.trim();
   const [file] = byId("file", HTMLInputElement).files ?? [];
   if (link) await checkLink(link);

@@ -17,7 +17,7 @@ const GONE = [401, 404]; // no token here that opens it, or no such session
  * @param {SessionExport} exported
  * @returns {AccountEvent[]}
  */
-export function eventsOf(exported) {
+function eventsOf(exported) {
   const { session: { statement }, drops, end } = exported;
   const session = String(statement.session);
   const told = drops.flatMap(({ receipt: { drop, stake, room, ball, seed }, result }) => [

@@ -2,7 +2,7 @@
 
 import { readSeed } from "../../model/seed.js";
 import { t } from "../../texts/text.js";
-import { byId, check, isWithin, onChoice, onClick, radiosOf, radioValue } from "../../util/dom.js";
+import { byId, check, isWithin, onChoice, onClick, onSubmit, radiosOf, radioValue } from "../../util/dom.js";
 import { plain } from "../../util/format.js";
 import { allowedStake, LEAST_STAKE, MOST_STAKE, readAmount, readStake, typed } from "./amounts.js";
 
@@ -43,10 +43,7 @@ export class Desk {
 
   #listen() {
     const { game, stake } = this;
-    byId("drop-form").addEventListener("submit", (event) => {
-      event.preventDefault();
-      this.#push();
-    });
+    onSubmit("drop-form", () => this.#push());
     stake.addEventListener("change", () => this.#readStake());
     stake.addEventListener("focus", () => stake.select());
     stake.addEventListener("keydown", (event) => {

@@ -2,7 +2,7 @@
 
 import { GRAVITY, OWN, RESTITUTION, restitutionOf, worldWords } from "../../model/worlds.js";
 import { t } from "../../texts/text.js";
-import { byId, check, make, onChoice, radioValue } from "../../util/dom.js";
+import { byId, check, make, onChoice, onSubmit, radioValue } from "../../util/dom.js";
 import { plain } from "../../util/format.js";
 import { figure } from "../../util/scale.js";
 
@@ -35,7 +35,7 @@ export function offerTables(game) {
   };
   for (const field of [rows, risk, gravity, material]) field.addEventListener("change", move);
   onChoice("contact", move);
-  byId("board-form", HTMLFormElement).addEventListener("submit", (event) => event.preventDefault());
+  onSubmit("board-form");
 
   /** As the room has it. */
   const show = () => {

@@ -7,7 +7,7 @@ import { replayLink } from "../../net/drop-address.js";
 import { coloursOf, prizeOf } from "../../paint/prizes.js";
 import { t } from "../../texts/text.js";
 import { copyFrom } from "../../util/copy.js";
-import { byId, check, make, onClick, radioValue } from "../../util/dom.js";
+import { byId, check, make, onClick, onSubmit, radioValue } from "../../util/dom.js";
 import { nameOf } from "../account/self.js";
 
 /** @import { Board } from "../../model/board.js" */
@@ -72,7 +72,7 @@ function offerAppearance(game) {
   name.value = kept;
   let timer = 0;
   let toldMs = Number.NEGATIVE_INFINITY;
-  byId("self-form", HTMLFormElement).addEventListener("submit", (event) => event.preventDefault());
+  onSubmit("self-form");
   byId("self-form").addEventListener("change", () => {
     const text = nameOf(name.value);
     name.setAttribute("aria-invalid", String(text === null));

@@ -14,6 +14,7 @@ const TONES = 256;
 const ROWS_A_FRAME = 48; // of pixels painted at once: a fraction of a millisecond
 const PAUSE_MS = 120; // between two sweeps over what has changed
 const STRONGEST = 0.62; // opacity
+const FULL = 60; // a cell this full is painted solid, until another has more
 
 /**
  * @typedef {{density: Density, band: ImageData, picture: HTMLCanvasElement}} Grid band: some rows of it as pixels;
@@ -142,16 +143,16 @@ export class Ghost {
 
   /** @param {Grid} grid @param {number} first @param {number} rows */
   #paintRows(grid, first, rows) {
-    const { density, band, picture } = grid;
-    const { tones } = this;
+    const { density: { cells, width, most }, band, picture } = grid;
     const pixels = new Uint32Array(band.data.buffer);
-    const from = first * density.width;
-    const count = rows * density.width;
-    for (let i = 0; i < count; i += 1) {
-      const tone = density.cells[from + i] > 0 ? Math.min(1, density.tone(from + i)) : 0;
-      pixels[i] = tones[Math.round(tone * (TONES - 1))];
+    const from = first * width;
+    // A logarithm, so that the first ball is seen and the thousandth too.
+    const scale = (TONES - 1) / Math.log1p(Math.max(FULL, most));
+    for (let i = 0; i < rows * width; i += 1) {
+      const cell = cells[from + i];
+      pixels[i] = this.tones[cell > 0 ? Math.min(TONES - 1, Math.round(scale * Math.log1p(cell))) : 0];
     }
-    contextOf(picture).putImageData(band, 0, first, 0, 0, density.width, rows);
+    contextOf(picture).putImageData(band, 0, first, 0, 0, width, rows);
     this.#stretch(grid, first, rows);
   }
 

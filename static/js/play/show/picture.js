@@ -15,9 +15,9 @@ import { Sound } from "../sound/sound.js";
 import { offerSound } from "../sound/choice.js";
 import { offerDemo } from "./demo.js";
 import { Encore } from "./encore.js";
+import { nearMiss } from "./falling.js";
 import { Ghost } from "./ghost.js";
 import { Moment, WIN } from "./moment.js";
-import { nearMiss } from "./near-miss.js";
 import { Streaks } from "./streaks.js";
 
 /** @import { Point } from "../../model/board.js" */
