@@ -2,7 +2,7 @@
 // Panels read it, subscribe to its news, and ask it to act; none of them knows another.
 
 import { payoutOf } from "../fairness/payout.js";
-import { MINOR_UNITS } from "../model/player/account.js";
+import { knownDrops, MINOR_UNITS, refillOf, viewOf } from "../model/player/account.js";
 import { MAIN_ROOM } from "../model/presets.js";
 import { seedAfter } from "../model/seed.js";
 import { PACES } from "../model/table/pace.js";
@@ -74,7 +74,7 @@ export class Game extends Store {
     });
     this.on("over", (over) => this.wallet.apply({ type: "over", ...over }));
     this.on("rejoined", ({ session, drops }) => {
-      if (drops > this.wallet.known(session)) this.tell("behind", session);
+      if (drops > knownDrops(this.wallet.account, session)) this.tell("behind", session);
     });
     this.on("behind", (session) => this.recovery.seek([session]));
     this.on("corrected", (correction) => {
@@ -180,7 +180,7 @@ export class Game extends Store {
 
   /** The account as all panels show it. */
   get account() {
-    return this.wallet.view(this.room.own.held);
+    return viewOf(this.wallet.account, this.room.own.held);
   }
 
   /** The auto-drop that is under way. @returns {Run | null} */
@@ -274,7 +274,7 @@ export class Game extends Store {
   }
 
   refill() {
-    this.wallet.refill();
+    this.wallet.apply(refillOf(this.wallet.account));
     this.tell("account", null);
     this.say(t("play.refilled", { balance: plain(this.account.balance) }), { urgent: true });
   }

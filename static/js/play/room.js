@@ -15,7 +15,6 @@ import { BoardError } from "../solver/errors.js";
 import { t } from "../texts/text.js";
 import { fairPlaceOf, OwnDrops } from "./own-drops.js";
 
-/** @import { Point } from "../model/board.js" */
 /** @import { Accepted, BriefAccepted, BriefLanded, ClockMessage, Hello, Landed, Refusal, Missed, Snapshot, TableMessage } from "../model/messages.js" */
 /** @import { Ball, Solve } from "../model/table/table.js" */
 /** @import { BoardReply } from "../net/replies.js" */
@@ -191,11 +190,6 @@ export class Room {
     this.#rest(table);
   }
 
-  /** @returns {Point[][]} the way our last ball took, as lines */
-  ownPaths() {
-    return this.table?.lastTrace ? [this.table.lastTrace.points()] : [];
-  }
-
   /** Asks how long a message takes to the server and back; `pong` tells. */
   ping() {
     return this.connection.send({ type: "ping", t: performance.now() });
@@ -257,7 +251,8 @@ export class Room {
     const { table, clock } = this.#enter(hello, solve);
     if (solve && table.awake) clock.observe(hello.tick, performance.now());
     const pending = this.own.enter(hello, table);
-    for (const session of this.own.adopt(this.wallet.openIn(this.id))) this.news.tell("behind", session);
+    const open = this.wallet.open.filter(({ room }) => room === this.id);
+    for (const session of this.own.adopt(open)) this.news.tell("behind", session);
     this.fair.greeted(hello);
     this.company.begin();
     for (const ball of table.balls.values()) this.company.dye(ball);

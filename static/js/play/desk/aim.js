@@ -16,29 +16,21 @@ const FINE = 1 / 240; // with Shift
 const KEY = "plinko.aims.1";
 const KEPT = 20; // boards
 
-/** Aims by the boards' names, found again in another tab, another day. */
-export class KeptAims {
-  /** @param {Pick<Storage, "getItem" | "setItem">} storage */
-  constructor(storage) {
-    this.storage = storage;
-  }
+/** @typedef {Pick<Storage, "getItem" | "setItem">} Kept */
 
-  /** @returns {[string, number][]} the last changed at the end */
-  get #all() {
-    return JSON.parse(this.storage.getItem(KEY) ?? "[]");
-  }
+/** @param {Kept} storage @returns {[string, number][]} aims by the boards' names, the last changed at the end */
+const keptAims = (storage) => JSON.parse(storage.getItem(KEY) ?? "[]");
 
-  /** @param {Pick<Board, "name">} board @returns {number | null} metres; null where nobody aimed */
-  of({ name }) {
-    return this.#all.find(([board]) => board === name)?.[1] ?? null;
-  }
+/** @param {Kept} storage @param {string} name of a board @returns {number | null} metres; null where nobody aimed */
+export function keptAim(storage, name) {
+  return keptAims(storage).find(([board]) => board === name)?.[1] ?? null;
+}
 
-  /** @param {Pick<Board, "name">} board @param {number | null} aim metres; null forgets */
-  keep({ name }, aim) {
-    const others = this.#all.filter(([board]) => board !== name);
-    const all = aim === null ? others : [...others, [name, aim]];
-    this.storage.setItem(KEY, JSON.stringify(all.slice(-KEPT)));
-  }
+/** @param {Kept} storage @param {string} name of a board @param {number | null} aim metres; null forgets */
+export function keepAim(storage, name, aim) {
+  const others = keptAims(storage).filter(([board]) => board !== name);
+  const all = aim === null ? others : [...others, [name, aim]];
+  storage.setItem(KEY, JSON.stringify(all.slice(-KEPT)));
 }
 
 /** @param {Board} board @param {number[]} slots @returns {boolean} whether an aim there makes a difference */
@@ -56,7 +48,6 @@ export class Aim {
   /** @param {Game} game */
   constructor(game) {
     this.game = game;
-    this.kept = new KeptAims(game.storage);
     this.field = byId("start");
     this.slider = byId("start-x", HTMLInputElement);
     this.words = byId("start-words");
@@ -86,7 +77,7 @@ export class Aim {
     const reach = Math.max(0, Math.floor(aimSpan(board.drop) * 1e4 - 1) / 1e4);
     Object.assign(this.slider, { min: String(x - reach), max: String(x + reach), step: "any" });
     this.slider.value = String(x);
-    const aim = this.field.hidden ? null : this.kept.of(board);
+    const aim = this.field.hidden ? null : keptAim(this.game.storage, board.name);
     if (aim !== null) this.#restore(aim);
     this.#show();
   }
@@ -149,7 +140,7 @@ export class Aim {
   }
 
   #moved() {
-    if (this.#board) this.kept.keep(this.#board, this.#aim);
+    if (this.#board) keepAim(this.game.storage, this.#board.name, this.#aim);
     this.#show();
   }
 

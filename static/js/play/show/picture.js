@@ -167,7 +167,9 @@ export class Picture {
       this.#won = null;
     }
     const celebrating = this.moment.show(now);
-    if (still) Object.assign(scene, { balls: [], flashes: [], paths: room.ownPaths() });
+    // The way our last ball took stands for its motion.
+    const way = table?.lastTrace?.points();
+    if (still) Object.assign(scene, { balls: [], flashes: [], paths: way ? [way] : [] });
     scene.aim = this.hover() ?? game.choice.aim;
     scene.chosen = instruments.open ? instruments.ball.chosen : null;
     view.draw(scene);
