@@ -8,7 +8,7 @@ import { readDrop, replayLink } from "../net/drop-address.js";
 import { paintPath, paintRing } from "../paint/marks.js";
 import { prizeOf } from "../paint/prizes.js";
 import { t } from "../texts/text.js";
-import { byId, fieldOf, fillFacts, inputOf, onClick, onSubmit, say } from "../util/dom.js";
+import { byId, fieldOf, fillFacts, inputOf, onClick, onSubmit } from "../util/dom.js";
 import { metric, multiplier, seconds } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
 import { figure } from "../util/scale.js";

@@ -86,7 +86,7 @@ export class Heap {
 
   /**
    * @param {number} part of the last step that has passed, 0 … 1
-   * @returns {Float64Array} column, x, y and angle of each disc; m and rad
+   * @returns {Float64Array<ArrayBuffer>} column, x, y and angle of each disc; m and rad
    */
   look(part) {
     const before = this.#before;
