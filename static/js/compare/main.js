@@ -43,7 +43,9 @@ class ComparePage {
     this.stage.setBoard(board);
     const { duration, end } = one.duration > two.duration ? one : two;
     this.transport = new Transport({ duration, end, stops: one.motion.events.map(({ t }) => t) }, wake);
-    this.chart = new Chart(byId("distance", HTMLCanvasElement), theme, (x) => this.#seek(x));
+    this.chart = new Chart(byId("distance", HTMLCanvasElement), theme, (x) => {
+      this.transport.seek(this.againstHits ? (one.motion.hits[Math.round(x) - 1]?.t ?? 0) : x);
+    });
     onClick("certify", () => prove(pair.drops, byId("proven"), "compare.proving", ([first, second]) => (
       ["", partingWords(first, second)])));
     onChoice("against", () => this.#plot());
@@ -83,12 +85,6 @@ class ComparePage {
     }
   }
 
-  /** @param {number} x */
-  #seek(x) {
-    if (this.againstHits) this.transport.seek(this.pair.one.motion.hits[Math.round(x) - 1]?.t ?? 0);
-    else this.transport.seek(x);
-  }
-
   #plot() {
     const { pair: { board, one }, apart, againstHits } = this;
     const { radius } = board.ball;
@@ -113,6 +109,7 @@ function showBoth({ board, one, two, drops }, apart) {
   const verdict = verdictOf(board.ball.radius, apart);
   byId("result").textContent = verdict;
   byId("distance").setAttribute("aria-label", words("compare.distance-words", { verdict }));
+  const { hash } = window.location; // which may hold the board
   document.title = words("compare.title-seeds", { one: one.record.seed, two: two.record.seed, board: board.name });
   /** @type {[Key, (replay: Replay, drop: DropAddress) => Node | string][]} */
   const rows = [
@@ -125,7 +122,10 @@ function showBoth({ board, one, two, drops }, apart) {
     ["fact.impacts", ({ motion }) => String(motion.hits.length)],
     ["fact.end", ({ record }) => `${fixed(record.x_end, 6)} m`],
     ["fact.digest", ({ record }) => `${record.digest.slice(0, 12)}…`],
-    ["fact.replay", (_, drop) => make("a", { class: "back", href: linkTo(drop) }, words("fact.replay"))],
+    ["fact.replay", (_, drop) => {
+      const href = `${replayLink(hash ? { ...drop, board: "" } : drop)}${hash}`;
+      return make("a", { class: "back", href }, words("fact.replay"));
+    }],
   ];
   byId("both").replaceChildren(...rows.map(([name, value]) => {
     const cells = [one, two].map((replay, i) => {
@@ -135,12 +135,6 @@ function showBoth({ board, one, two, drops }, apart) {
     });
     return make("tr", {}, make("th", { scope: "row" }, words(name)), ...cells);
   }));
-}
-
-/** @param {DropAddress} drop */
-function linkTo(drop) {
-  const { hash } = window.location;
-  return hash ? `${replayLink({ ...drop, board: "" })}${hash}` : replayLink(drop);
 }
 
 /**

@@ -177,7 +177,9 @@ function showRecord({ record, board, motion }, drop) {
     ["fact.seed", seed],
     ["fact.start", record.x === undefined ? `${motion.start.x} m` : t("fact.start-practice", { x: String(motion.start.x) })],
     ...(record.aim === undefined ? [] : /** @type {Fact[]} */ ([["fact.aim", `${record.aim} m`]])),
-    ["fact.solver", solverWords(record)],
+    ["fact.solver", record.solver === "stepped"
+      ? t("fact.solver-stepped", { dt: String(record.dt), substeps: String(record.substeps) })
+      : t("fact.solver-exact")],
     ["fact.bin", bin === null ? t("word.none") : String(bin)],
     ["fact.score", bin === null ? t("fact.score-void") : multiplier(score)],
     ...(record.label === undefined ? [] : /** @type {Fact[]} */ ([["fact.prize", record.label]])),
@@ -197,12 +199,6 @@ function showRecord({ record, board, motion }, drop) {
     const asked = { board: other.value, seed: seedField.value, x: x.value.trim(), solver: solver.value };
     window.location.assign(replayLink(asked));
   });
-}
-
-/** @param {DropRecord} record */
-function solverWords({ solver, dt, substeps }) {
-  if (solver !== "stepped") return t("fact.solver-exact");
-  return t("fact.solver-stepped", { dt: String(dt), substeps: String(substeps) });
 }
 
 /** @param {DropRecord} record @returns {Fact[]} how sure the bin is, where the server says so */

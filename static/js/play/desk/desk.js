@@ -58,7 +58,13 @@ export class Desk {
     step("stake-half", () => game.choice.stake / 2);
     step("stake-double", () => game.choice.stake * 2);
     step("stake-max", () => game.account.balance / game.choice.balls);
-    for (const name of ["balls", "pace"]) onChoice(name, () => this.#choose());
+    for (const name of ["balls", "pace"]) {
+      onChoice(name, () => {
+        const balls = radioValue("balls");
+        const pace = /** @type {Pace} */ (radioValue("pace"));
+        game.choose({ pace, ...(balls !== AUTO && { balls: Number(balls) }) });
+      });
+    }
     this.seed.addEventListener("input", () => this.#readSeed());
     for (const id of ["seed-clear", "practice-end"]) onClick(id, () => this.#setSeed(""));
     document.addEventListener("keydown", (event) => this.#key(event));
@@ -100,13 +106,6 @@ export class Desk {
   #setStake(stake) {
     this.stake.value = typed(stake);
     this.game.choose({ stake });
-  }
-
-  #choose() {
-    const balls = radioValue("balls");
-    this.game.choose({
-      pace: /** @type {Pace} */ (radioValue("pace")), ...(balls !== AUTO && { balls: Number(balls) }),
-    });
   }
 
   /** @returns {boolean} whether it is a seed, or none */

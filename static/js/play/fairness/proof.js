@@ -52,7 +52,8 @@ export class Prover {
   /** @param {Played} drop @returns {Promise<Verdict>} */
   async #verify({ seed, x, aim, digest: told, bin, score, board, boardDigest }) {
     if (!this.solver || !told) throw new Error(t("fair.no-solver"));
-    const known = this.#boards.get(boardDigest ?? "") ?? (await fetched(board));
+    const known = this.#boards.get(boardDigest ?? "")
+      ?? /** @type {BoardReply} */ (await getJson(`boards/${encodeURIComponent(board)}`)).board;
     const drop = this.solver.drop(known, { seed, x, aim });
     const { digest, impacts: { length: impacts } } = drop;
     let fault = null;
@@ -64,12 +65,6 @@ export class Prover {
     }
     return { impacts, digest, fault };
   }
-}
-
-/** @param {string} address what REST calls the board @returns {Promise<Board>} */
-async function fetched(address) {
-  const reply = await getJson(`boards/${encodeURIComponent(address)}`);
-  return /** @type {BoardReply} */ (reply).board;
 }
 
 /**

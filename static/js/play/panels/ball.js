@@ -82,12 +82,6 @@ export class BallMeter {
     if (ball && off(ball) < NEAR * (this.game.room.table?.board.ball.radius ?? 0)) this.#follow(ball);
   }
 
-  /** Our newest ball is followed as long as nobody chose another that still flies. */
-  #followOwn() {
-    const newest = this.#ball ? null : this.#balls.findLast(({ mine, landed }) => mine && !landed);
-    if (newest && newest.id !== this.chosen) this.#follow(newest);
-  }
-
   /** The followed ball's path has grown: its new moments are measured. */
   measure() {
     const { table } = this.game.room;
@@ -113,7 +107,9 @@ export class BallMeter {
    * @returns {boolean} whether there is more to redraw
    */
   show(nowMs) {
-    this.#followOwn();
+    // Our newest ball is followed as long as nobody chose another that still flies.
+    const newest = this.#ball ? null : this.#balls.findLast(({ mine, landed }) => mine && !landed);
+    if (newest && newest.id !== this.chosen) this.#follow(newest);
     if (this.#series.count === this.#shownCount) return false;
     if (nowMs - this.#shownMs < REDRAW_MS) return true;
     this.#shownMs = nowMs;

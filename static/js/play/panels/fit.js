@@ -114,7 +114,8 @@ export class FitMeter {
   /** @param {number[]} counts */
   #showFit(counts) {
     const { expected } = this;
-    const fit = expected && judge(counts, expected);
+    const sample = expected?.counts;
+    const fit = sample ? sameTest(counts, sample) : expected && fitTest(counts, expected.chances);
     byId("fit-p").textContent = fit ? `p = ${probability(fit.p)}` : "–";
     parentOf(byId("fit-p")).dataset.tone = fit && fit.p < UNLIKELY ? "bad" : "";
     const n = counts.reduce((sum, count) => sum + count, 0);
@@ -136,11 +137,6 @@ export class FitMeter {
       ? ""
       : t("lab.expected", { label: this.expected.label, due: percent(due) });
   }
-}
-
-/** @param {number[]} counts @param {Expected} expected */
-function judge(counts, { chances, counts: sample }) {
-  return sample ? sameTest(counts, sample) : fitTest(counts, chances);
 }
 
 /** @param {number} p @returns {string} two digits that tell; tiny ones as a bound */

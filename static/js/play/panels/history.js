@@ -59,7 +59,11 @@ export function showHistory(game, theme) {
     const name = t("play.replay-seed", { seed, board });
     line.append(
       make("a", { class: "again", href: replayLink(drop), "aria-label": name }, t("play.replay")),
-      key("play.use-seed", t("play.use-seed-again", { seed: shortSeed(seed) }), () => practise(seed)),
+      key("play.use-seed", t("play.use-seed-again", { seed: shortSeed(seed) }), () => {
+        const field = byId("seed", HTMLInputElement);
+        field.value = seed;
+        field.dispatchEvent(new Event("input"));
+      }),
     );
     return line;
   };
@@ -77,11 +81,4 @@ function key(text, name, press) {
   const button = make("button", { class: "verify", type: "button", "aria-label": name, title: name }, t(text));
   button.addEventListener("click", press);
   return button;
-}
-
-/** @param {string} seed of a drop, to be used again */
-function practise(seed) {
-  const field = byId("seed", HTMLInputElement);
-  field.value = seed;
-  field.dispatchEvent(new Event("input"));
 }

@@ -27,12 +27,6 @@ export function returnsOf(name) {
   return known()[name]?.share ?? null;
 }
 
-/** @param {string} name of a board @param {Odds} odds */
-function keep(name, odds) {
-  const learnt = { share: odds.return, ...(odds.measured && { measured: odds }) };
-  window.localStorage.setItem(KEY, JSON.stringify({ ...known(), [name]: learnt }));
-}
-
 /** Of one table at a time. @param {Game} game */
 export function showOdds(game) {
   /** @type {Odds[]} by aim */
@@ -63,8 +57,11 @@ export function showOdds(game) {
     const found = choice && !choice.knock ? await oddsOf(hello).catch(() => []) : [];
     if (entered !== digest) return;
     odds = found;
-    if (odds.length) keep(name, odds[0]);
-    else tell(null);
+    if (odds.length) {
+      const [first] = odds;
+      const learnt = { share: first.return, ...(first.measured && { measured: first }) };
+      window.localStorage.setItem(KEY, JSON.stringify({ ...known(), [name]: learnt }));
+    } else tell(null);
     show();
   });
 }

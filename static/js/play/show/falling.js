@@ -47,15 +47,10 @@ export class Falling {
     this.#told = part;
     if (passed === 0) return t("play.falls");
     const told = { row: passed, rows: this.#rows.length };
-    const pays = this.#below(this.#bins, ball.x);
-    return pays ? t("play.row-above", { ...told, pays }) : t("play.row", told);
-  }
-
-  /** @param {Board["bins"]} bins @param {number} x m @returns {string} what the bin there pays */
-  #below(bins, x) {
-    const { edges, multipliers } = bins;
-    const bin = edges.findIndex((edge, i) => x >= edge && x < edges[i + 1]);
-    return bin < 0 ? "" : prizeOf({ bins }, bin, multipliers[bin]);
+    const { edges, multipliers } = this.#bins;
+    const bin = edges.findIndex((edge, i) => ball.x >= edge && ball.x < edges[i + 1]);
+    if (bin < 0) return t("play.row", told);
+    return t("play.row-above", { ...told, pays: prizeOf({ bins: this.#bins }, bin, multipliers[bin]) });
   }
 }
 

@@ -178,7 +178,7 @@ export class Ghost {
  * @returns {Uint32Array} ABGR by tone: from the board's own light to the glow of a flash
  */
 function tonesOf({ ray, trayBar, flash }) {
-  const stops = [ray, trayBar, flash].map(parse);
+  const stops = [ray, trayBar, flash].map((hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16)));
   return Uint32Array.from({ length: TONES }, (_, tone) => {
     const s = (tone / (TONES - 1)) * (stops.length - 1);
     const from = Math.min(stops.length - 2, Math.floor(s));
@@ -187,9 +187,4 @@ function tonesOf({ ray, trayBar, flash }) {
     const alpha = Math.round(255 * STRONGEST * Math.min(1, (tone / (TONES - 1)) * 1.3));
     return ((alpha << 24) | (b << 16) | (g << 8) | r) >>> 0;
   });
-}
-
-/** @param {string} hex */
-function parse(hex) {
-  return [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
 }

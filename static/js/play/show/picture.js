@@ -128,14 +128,12 @@ export class Picture {
       this.#encore.begin(drop, board, (x) => solve({ seed: "0", x }), still);
     }
     if (won && (!this.#won || score > this.#won.score)) this.#won = played;
-    if (last && drop && board && bin !== null && !won) this.#near(nearMiss(board, bin, drop.xEnd));
+    if (last && drop && board && bin !== null && !won) {
+      // How near the ball came to more stands beside what it paid.
+      byId("near").textContent = nearMiss(board, bin, drop.xEnd);
+      byId("near").hidden = byId("near").textContent === "";
+    }
     this.loop.wake();
-  }
-
-  /** How near the ball came to more stands beside what it paid. @param {string} words */
-  #near(words) {
-    byId("near").textContent = words;
-    byId("near").hidden = words === "";
   }
 
   /** @param {Played} played @returns {Solved | null} where this page computes what became of it */
