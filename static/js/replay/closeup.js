@@ -58,7 +58,12 @@ export class CloseUp {
       const { point, normal, impulse } = impact;
       const at = { x: lens.px(point.x), y: lens.py(point.y) };
       paintImpact(ctx, at, { normal, impulse, strongest, long: 2 * radius * scale }, palette);
-    } else this.#paintSpeed(lens, state);
+    } else {
+      const { x, y, vx, vy } = state;
+      const long = (LONGEST * radius * scale) / this.fastest;
+      const look = { colour: palette.flash, rim: palette.railShade, width: 4 };
+      paintArrow(ctx, { x: lens.px(x), y: lens.py(y) }, { x: long * vx, y: long * vy }, look);
+    }
   }
 
   /** Keeps to the corner of the board that the ball is not in. @param {Point} at CSS px */
@@ -115,14 +120,6 @@ export class CloseUp {
     ctx.beginPath();
     ctx.arc(px(x), py(y), radius, 0, 2 * Math.PI);
     ctx.stroke();
-  }
-
-  /** @param {Lens} lens @param {State} state */
-  #paintSpeed({ ctx, px, py, scale, radius }, { x, y, vx, vy }) {
-    const { flash, railShade } = this.theme.palette;
-    const long = (LONGEST * radius * scale) / this.fastest;
-    const by = { x: long * vx, y: long * vy };
-    paintArrow(ctx, { x: px(x), y: py(y) }, by, { colour: flash, rim: railShade, width: 4 });
   }
 }
 

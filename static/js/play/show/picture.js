@@ -10,7 +10,7 @@ import { FrameLoop } from "../../util/frame-loop.js";
 import { followPointer } from "../desk/pointer.js";
 import { InstrumentPanel } from "../panels/instruments.js";
 import { showNotices } from "../panels/notices.js";
-import { Tray } from "../panels/tray.js";
+import { showTray } from "../panels/tray.js";
 import { Sound } from "../sound/sound.js";
 import { offerSound } from "../sound/choice.js";
 import { offerDemo } from "./demo.js";
@@ -42,7 +42,7 @@ export class Picture {
     this.game = game;
     this.loop = new FrameLoop((now) => this.#draw(now));
     const wake = () => this.loop.wake();
-    this.tray = new Tray(game, theme);
+    this.tray = showTray(game, theme);
     this.ghost = new Ghost(byId("board-ghost", HTMLCanvasElement), theme);
     const canvases = {
       still: byId("board-still", HTMLCanvasElement), moving: byId("board-moving", HTMLCanvasElement),
