@@ -50,19 +50,20 @@ function tableLink(board) {
 }
 
 /**
- * Fills a select with the boards the server knows.
- * @param {HTMLSelectElement} select
- * @param {{value: string, name: string}} chosen listed even if the server's list lacks it
+ * Fills the form that asks for another drop with the boards the server knows.
+ * @param {string} value of the one that is shown, as REST calls it; listed even if the server's list lacks it
+ * @param {string} name its own
  */
-export async function fillBoards(select, chosen) {
+export async function fillBoards(value, name) {
+  const select = byId("other-board", HTMLSelectElement);
   const { boards } = /** @type {BoardList} */ (await getJson("boards"));
-  const listed = boards.map(({ preset, name, digest }) => ({
-    value: preset ? name : digest,
-    name: preset ? name : `${name} (${digest.slice(0, 8)})`,
+  const listed = boards.map((board) => ({
+    value: board.preset ? board.name : board.digest,
+    name: board.preset ? board.name : `${board.name} (${board.digest.slice(0, 8)})`,
   }));
-  if (!listed.some(({ value }) => value === chosen.value)) listed.unshift(chosen);
-  select.replaceChildren(...listed.map(({ value, name }) => make("option", { value }, name)));
-  select.value = chosen.value;
+  if (!listed.some((board) => board.value === value)) listed.unshift({ value, name });
+  select.replaceChildren(...listed.map((board) => make("option", { value: board.value }, board.name)));
+  select.value = value;
 }
 
 /**

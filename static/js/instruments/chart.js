@@ -89,7 +89,12 @@ export class Chart {
     if (!this.#plot || size.width === 0) return;
     if (this.#stale) {
       const ctx = fitted(this.#picture, size);
-      paintPlot({ ctx, palette: this.theme.palette, ...size, ...scales(size, this.#plot) }, this.#plot);
+      const sheet = { ctx, palette: this.theme.palette, ...size, ...scales(size, this.#plot) };
+      const { series, events = [], limit } = this.#plot;
+      paintAxes(sheet, this.#plot);
+      for (const curve of series) paintSeries(sheet, curve);
+      paintEvents(sheet, events);
+      if (limit) paintLimit(sheet, limit);
       this.#stale = false;
     }
     const ctx = fitted(this.canvas, size);
@@ -138,14 +143,6 @@ function scales({ width, height, margin }, { x, y }) {
       bottom - within((raw(Math.max(value, y.log ? y.from : value)) - raw(y.from)) / rise) * (bottom - top),
     x: (px) => x.from + ((px - left) / (right - left)) * run,
   };
-}
-
-/** @param {Sheet} sheet @param {Plot} plot */
-function paintPlot(sheet, plot) {
-  paintAxes(sheet, plot);
-  for (const curve of plot.series) paintSeries(sheet, curve);
-  paintEvents(sheet, plot.events ?? []);
-  if (plot.limit) paintLimit(sheet, plot.limit);
 }
 
 /** @param {Sheet} sheet @param {Plot} plot */

@@ -3,7 +3,8 @@
 import { DEFAULT_BOARD, fillBoards, openPage, showState } from "../board/page.js";
 import { ApiError, getJson } from "../net/api.js";
 import { t } from "../texts/text.js";
-import { byId, fieldOf, inputOf, make } from "../util/dom.js";
+import { contextOf } from "../util/canvas.js";
+import { byId, fieldOf, inputOf, make, onSubmit } from "../util/dom.js";
 import { pixelMiddle, rationalText, readRational } from "./rational.js";
 
 /** @import { Board } from "../model/board.js" */
@@ -21,79 +22,55 @@ const HUES = 0.82; // of the circle, so that the outermost bins are told apart
 const BUSY = new Set([429, 503]);
 const PATIENCE = 2000; // ms until a busy server is asked again
 
-class MapPage {
-  #proofs = 0;
-  #whole = 0;
-
-  /** @param {Board} board @param {string} address @param {string} x */
-  constructor(board, address, x) {
-    this.board = board;
-    this.address = address;
-    this.x = x;
-  }
-
-  /** Strip by strip, each tile when the one before it is there. */
-  async draw() {
-    for (let level = 0; level < LEVELS; level += 1) {
-      const strip = this.#strip(level);
-      for (let first = 0; first < PIXELS; first += TILE) {
-        const tile = await this.#tile(level, first);
-        this.#paint(strip, tile);
-      }
-    }
-    showState("replay", t("map.map"));
-  }
-
-  /** @param {number} level @param {number} first @returns {Promise<Tile>} */
-  async #tile(level, first) {
-    const query = new URLSearchParams({ x: this.x, level: String(level), first: String(first) });
-    const path = `boards/${encodeURIComponent(this.address)}/map?${query}&count=${TILE}`;
-    for (;;) {
-      try {
-        return /** @type {Tile} */ (await getJson(path));
-      } catch (error) {
-        if (!(error instanceof ApiError) || !BUSY.has(error.status)) throw error;
-        await new Promise((done) => { setTimeout(done, PATIENCE); });
-      }
-    }
-  }
-
-  /** @param {number} level @returns {HTMLCanvasElement} an empty strip at the end of the page */
-  #strip(level) {
-    const canvas = make("canvas", { class: "map-strip", role: "img" });
+/**
+ * Strip by strip, each tile when the one before it is there.
+ * @param {Board} board @param {string} address what REST calls it @param {string} x of the middle
+ */
+async function draw(board, address, x) {
+  let [proofs, whole] = [0, 0];
+  for (let level = 0; level < LEVELS; level += 1) {
+    const canvas = make("canvas", { class: "map-strip", role: "img", "aria-label": t("map.strip", { level }) });
     [canvas.width, canvas.height] = [PIXELS, 1];
     canvas.dataset.level = String(level);
-    canvas.setAttribute("aria-label", t("map.strip", { level }));
-    byId("strips").append(make("li", {}, make("span", { class: "map-width" }), canvas));
-    return canvas;
+    const label = make("span", { class: "map-width" });
+    byId("strips").append(make("li", {}, label, canvas));
+    const ctx = contextOf(canvas);
+    for (let first = 0; first < PIXELS; first += TILE) {
+      const query = new URLSearchParams({ x, level: String(level), first: String(first), count: String(TILE) });
+      const tile = await patiently(`boards/${encodeURIComponent(address)}/map?${query}`);
+      tile.bins.forEach((bin, i) => {
+        ctx.fillStyle = colourOf(bin, board.bins.multipliers.length);
+        ctx.fillRect(first + i, 0, 1, 1);
+      });
+      const width = readRational(tile.width);
+      label.textContent = `${(Number(width.top) / Number(width.bottom)).toExponential(0)} m`;
+      canvas.onclick = ({ offsetX }) => {
+        const pixel = Math.floor((offsetX / canvas.clientWidth) * PIXELS);
+        visit(address, rationalText(pixelMiddle(readRational(tile.x), width, pixel, PIXELS)));
+      };
+      proofs += tile.proofs;
+      whole += tile.whole;
+      byId("result").textContent = t("map.count", { n: proofs, whole });
+    }
   }
+  showState("replay", t("map.map"));
+}
 
-  /** @param {HTMLCanvasElement} canvas @param {Tile} tile */
-  #paint(canvas, tile) {
-    const ctx = canvas.getContext("2d");
-    if (!ctx) throw new Error(t("page.no-canvas"));
-    tile.bins.forEach((bin, i) => {
-      ctx.fillStyle = colourOf(bin, this.board.bins.multipliers.length);
-      ctx.fillRect(tile.first + i, 0, 1, 1);
-    });
-    const width = readRational(tile.width);
-    const metres = (Number(width.top) / Number(width.bottom)).toExponential(0);
-    const label = canvas.previousElementSibling;
-    if (label) label.textContent = `${metres} m`;
-    canvas.onclick = (event) => this.#zoom(event, tile);
-    this.#proofs += tile.proofs;
-    this.#whole += tile.whole;
-    byId("result").textContent = t("map.count", { n: this.#proofs, whole: this.#whole });
+/** @param {string} path @returns {Promise<Tile>} as soon as the server has time for it */
+async function patiently(path) {
+  for (;;) {
+    try {
+      return /** @type {Tile} */ (await getJson(path));
+    } catch (error) {
+      if (!(error instanceof ApiError) || !BUSY.has(error.status)) throw error;
+      await new Promise((done) => { setTimeout(done, PATIENCE); });
+    }
   }
+}
 
-  /** @param {MouseEvent} event @param {Tile} tile of the strip that was pointed at */
-  #zoom(event, tile) {
-    const canvas = /** @type {HTMLCanvasElement} */ (event.currentTarget);
-    const pixel = Math.floor((event.offsetX / canvas.clientWidth) * PIXELS);
-    const x = pixelMiddle(readRational(tile.x), readRational(tile.width), pixel, PIXELS);
-    const search = new URLSearchParams({ board: this.address, x: rationalText(x) });
-    window.location.assign(`map.html?${search}`);
-  }
+/** @param {string} board @param {string} x of the middle */
+function visit(board, x) {
+  window.location.assign(`map.html?${new URLSearchParams({ board, x })}`);
 }
 
 /** @param {number} bin @param {number} bins @returns {string} of CSS */
@@ -112,11 +89,7 @@ openPage(async () => {
   const form = byId("other", HTMLFormElement);
   const x = search.get("x") || "0";
   inputOf(form, "x").value = x;
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
-    const asked = { board: fieldOf(form, "board").value, x: inputOf(form, "x").value.trim() };
-    window.location.assign(`map.html?${new URLSearchParams(asked)}`);
-  });
-  await fillBoards(byId("other-board", HTMLSelectElement), { value: address, name: board.name });
-  await new MapPage(board, address, x).draw();
+  onSubmit("other", () => visit(fieldOf(form, "board").value, inputOf(form, "x").value.trim()));
+  await fillBoards(address, board.name);
+  await draw(board, address, x);
 });

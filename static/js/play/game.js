@@ -2,7 +2,7 @@
 // Panels read it, subscribe to its news, and ask it to act; none of them knows another.
 
 import { payoutOf } from "../fairness/payout.js";
-import { MINOR_UNITS } from "../model/player/account.js";
+import { knownDrops, MINOR_UNITS, refillOf, viewOf } from "../model/player/account.js";
 import { MAIN_ROOM } from "../model/presets.js";
 import { seedAfter } from "../model/seed.js";
 import { PACES } from "../model/table/pace.js";
@@ -68,18 +68,13 @@ export class Game extends Store {
       onFound: (played) => this.say(foundWords(played), { urgent: true }),
       onGone: (n) => this.say(t("play.stakes-back", { n }), { urgent: true }),
     });
-    this.#subscribe();
-    this.room = this.#open(room);
-  }
-
-  #subscribe() {
     this.on("staked", ({ session, drop, stake, ball, seed }) => {
       this.wallet.apply({ type: "staked", session, drop, stake, room: this.room.id, ball, seed });
       this.tell("account", null);
     });
     this.on("over", (over) => this.wallet.apply({ type: "over", ...over }));
     this.on("rejoined", ({ session, drops }) => {
-      if (drops > this.wallet.known(session)) this.tell("behind", session);
+      if (drops > knownDrops(this.wallet.account, session)) this.tell("behind", session);
     });
     this.on("behind", (session) => this.recovery.seek([session]));
     this.on("corrected", (correction) => {
@@ -109,6 +104,7 @@ export class Game extends Store {
       there = !lost;
     });
     window.addEventListener("storage", () => this.tell("account", null));
+    this.room = this.#open(room);
   }
 
   /** @param {string} id */
@@ -184,7 +180,7 @@ export class Game extends Store {
 
   /** The account as all panels show it. */
   get account() {
-    return this.wallet.view(this.room.own.held);
+    return viewOf(this.wallet.account, this.room.own.held);
   }
 
   /** The auto-drop that is under way. @returns {Run | null} */
@@ -204,15 +200,18 @@ export class Game extends Store {
 
   /** @param {number | null} [aim] m, where it is not the one that is chosen */
   drop(aim = this.choice.aim) {
-    const run = this.#runs.find(({ limits }) => !limits) ?? this.#begin(new Run());
-    run.add(this.choice.balls, this.#dropper(run, aim), performance.now());
-    this.#pump();
+    this.#add(this.#runs.find(({ limits }) => !limits) ?? new Run(), this.choice.balls, aim);
   }
 
   /** @param {{rate: number, count: number, win: number, loss: number}} asked infinite: without that end */
   startAuto({ rate, count, win, loss }) {
-    const run = this.#begin(new Run({ win, loss }));
-    run.add(count, this.#dropper(run, this.choice.aim), performance.now(), rate);
+    this.#add(new Run({ win, loss }), count, this.choice.aim, rate);
+  }
+
+  /** @param {Run} run @param {number} balls @param {number | null} aim @param {number} [rate] a second */
+  #add(run, balls, aim, rate) {
+    if (!this.#runs.includes(run)) this.#runs.push(run);
+    run.add(balls, this.#dropper(run, aim), performance.now(), rate);
     this.#pump();
   }
 
@@ -222,18 +221,13 @@ export class Game extends Store {
     this.#finish();
   }
 
-  /** @param {Run} run */
-  #begin(run) {
-    this.#runs.push(run);
-    return run;
-  }
-
   /** @param {Run} run @param {number | null} aim @returns {() => string | null} drops one ball after the other */
   #dropper(run, aim) {
     let { seed } = this.choice;
     return () => {
       const { stake } = this.choice;
-      if (!this.#affords(stake)) {
+      if (!this.practice && stake > this.account.balance) {
+        this.say(t("play.too-few"), { urgent: true });
         run.stop("credits");
         return null;
       }
@@ -243,13 +237,6 @@ export class Game extends Store {
       else this.tell("account", null);
       return ref;
     };
-  }
-
-  /** @param {number} stake @returns {boolean} false, and why is said, when there are too few credits */
-  #affords(stake) {
-    if (this.practice || stake <= this.account.balance) return true;
-    this.say(t("play.too-few"), { urgent: true });
-    return false;
   }
 
   #pump() {
@@ -287,7 +274,7 @@ export class Game extends Store {
   }
 
   refill() {
-    this.wallet.refill();
+    this.wallet.apply(refillOf(this.wallet.account));
     this.tell("account", null);
     this.say(t("play.refilled", { balance: plain(this.account.balance) }), { urgent: true });
   }

@@ -10,19 +10,19 @@ import { keepOffline } from "../util/offline.js";
 import { Visited } from "../model/player/visited.js";
 import { Aim } from "./desk/aim.js";
 import { Desk } from "./desk/desk.js";
-import { Drawers } from "./desk/drawers.js";
-import { TableForm } from "./desk/table-form.js";
+import { offerDrawers } from "./desk/drawers.js";
+import { offerTables } from "./desk/table-form.js";
 import { Game } from "./game.js";
-import { CompanyPanel } from "./panels/company.js";
-import { DrawPanel } from "./panels/draw.js";
-import { FairPanel } from "./panels/fairness.js";
-import { HandOn } from "./panels/hand-on.js";
-import { History } from "./panels/history.js";
-import { OddsNote } from "./panels/odds.js";
-import { Purse } from "./panels/purse.js";
+import { showCompany } from "./panels/company.js";
+import { showDraw } from "./panels/draw.js";
+import { showFairness } from "./panels/fairness.js";
+import { offerLink } from "./panels/hand-on.js";
+import { showHistory } from "./panels/history.js";
+import { showOdds } from "./panels/odds.js";
+import { showPurse } from "./panels/purse.js";
 import { offerSettings } from "./panels/settings.js";
-import { Statistics } from "./panels/statistics.js";
-import { TryMoon, Worlds } from "./panels/worlds.js";
+import { showStatistics } from "./panels/statistics.js";
+import { offerMoon, offerWorlds } from "./panels/worlds.js";
 import { leadBack, roomOfAddress } from "./rooms.js";
 import { Picture } from "./show/picture.js";
 
@@ -43,12 +43,13 @@ async function start() {
   const game = new Game({ storage, solver, streams, room: roomOfAddress() });
   window.addEventListener("popstate", () => game.enter(roomOfAddress()));
   const { view, ghost } = new Picture(game, theme);
-  for (const Panel of [
-    Desk, Aim, TableForm, Drawers, History, Statistics, FairPanel, DrawPanel, CompanyPanel, HandOn, OddsNote,
-    TryMoon,
-  ]) new Panel(game, theme);
-  for (const box of ["worlds", "places"]) new Worlds(game, theme, box);
-  new Purse(game, theme, view);
+  new Desk(game);
+  new Aim(game);
+  for (const panel of [
+    offerTables, offerDrawers, showHistory, showStatistics, showFairness, showDraw, showCompany, offerLink, showOdds, offerMoon,
+    offerWorlds,
+  ]) panel(game, theme);
+  showPurse(game, theme, view);
   offerSettings(game, theme, ghost);
 }
 

@@ -46,21 +46,22 @@ export class OwnDrops {
 
   /** How many are still to be seen to land. */
   get unseen() {
-    return [...this.#open.values()].filter(({ shown }) => !shown).length;
-  }
-
-  get #unansweredDrops() {
-    return [...this.#open.values()].filter(({ ball }) => ball === null);
+    return this.#which(({ shown }) => !shown).length;
   }
 
   /** How many the table has not answered yet. */
   get unanswered() {
-    return this.#unansweredDrops.length;
+    return this.#which(({ ball }) => !ball).length;
   }
 
   /** @returns {number} stakes of drops that the table has not answered yet */
   get held() {
-    return this.#unansweredDrops.reduce((sum, { stake }) => sum + stake, 0);
+    return this.#which(({ ball }) => !ball).reduce((sum, { stake }) => sum + stake, 0);
+  }
+
+  /** @param {(drop: OwnDrop) => boolean} holds */
+  #which(holds) {
+    return [...this.#open.values()].filter(holds);
   }
 
   /** @param {string} ref @param {number} stake asked for just now @param {boolean} practice */
@@ -116,9 +117,7 @@ export class OwnDrops {
 
   /** @param {OpenDrop} found @returns {boolean} false when its ball is not in flight here */
   #adopt({ session, drop: number, stake, ball: id, seed }) {
-    for (const { fair } of this.#open.values()) {
-      if (fair?.session === session && fair.drop === number) return true;
-    }
+    if (this.#which(({ fair }) => fair?.session === session && fair.drop === number).length) return true;
     const ball = id === undefined ? undefined : this.#table?.balls.get(id);
     if (!ball || ball.landed || ball.seed !== seed) return false;
     const ref = `${session}-${number}`;
@@ -135,17 +134,13 @@ export class OwnDrops {
 
   /** @param {Ball} ball anybody's @param {Landed} outcome it is seen to land so */
   seen(ball, outcome) {
-    for (const drop of this.#open.values()) {
-      // After a lost line a ball that was shown at once is seen to fall once more.
-      if (drop.ball === ball && !drop.shown) this.#see(drop, ball, outcome);
-    }
+    // After a lost line a ball that was shown at once is seen to fall once more.
+    for (const drop of this.#which((each) => each.ball === ball && !each.shown)) this.#see(drop, ball, outcome);
   }
 
   /** @param {Ball} ball anybody's @param {Landed} landed */
   settled(ball, landed) {
-    for (const drop of this.#open.values()) {
-      if (drop.ball === ball) this.#close(drop, ball, landed);
-    }
+    for (const drop of this.#which((each) => each.ball === ball)) this.#close(drop, ball, landed);
   }
 
   /**

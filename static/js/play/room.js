@@ -15,12 +15,12 @@ import { BoardError } from "../solver/errors.js";
 import { t } from "../texts/text.js";
 import { fairPlaceOf, OwnDrops } from "./own-drops.js";
 
-/** @import { Point } from "../model/board.js" */
 /** @import { Accepted, BriefAccepted, BriefLanded, ClockMessage, Hello, Landed, Refusal, Missed, Snapshot, TableMessage } from "../model/messages.js" */
 /** @import { Ball, Solve } from "../model/table/table.js" */
 /** @import { BoardReply } from "../net/replies.js" */
 /** @import { SegmentScale } from "../net/segments.js" */
 /** @import { Solver } from "../solver/solver.js" */
+/** @import { Key } from "../texts/text.js" */
 /** @import { Self } from "./account/self.js" */
 /** @import { Wallet } from "./account/wallet.js" */
 /** @import { FairPlay } from "./fairness/fair-play.js" */
@@ -36,6 +36,11 @@ import { fairPlaceOf, OwnDrops } from "./own-drops.js";
 
 const SEGMENTS = "segments"; // a segment of a path a bounce, from which the page draws the rest
 const COUNTED = new Set(["accepted", "contact", "landed"]); // events that a room numbers
+/** What refusals mean to a player. @type {Record<string, Key>} */
+const REFUSALS = {
+  "rate-limited": "refused.rate", "too-many-messages": "refused.rate", "too-many-balls": "refused.full",
+  "room-halted": "play.halted",
+};
 
 /** What panels know of a room. `news` tells them when something of it is other than before. */
 export class Room {
@@ -185,11 +190,6 @@ export class Room {
     this.#rest(table);
   }
 
-  /** @returns {Point[][]} the way our last ball took, as lines */
-  ownPaths() {
-    return this.table?.lastTrace ? [this.table.lastTrace.points()] : [];
-  }
-
   /** Asks how long a message takes to the server and back; `pong` tells. */
   ping() {
     return this.connection.send({ type: "ping", t: performance.now() });
@@ -251,7 +251,8 @@ export class Room {
     const { table, clock } = this.#enter(hello, solve);
     if (solve && table.awake) clock.observe(hello.tick, performance.now());
     const pending = this.own.enter(hello, table);
-    for (const session of this.own.adopt(this.wallet.openIn(this.id))) this.news.tell("behind", session);
+    const open = this.wallet.open.filter(({ room }) => room === this.id);
+    for (const session of this.own.adopt(open)) this.news.tell("behind", session);
     this.fair.greeted(hello);
     this.company.begin();
     for (const ball of table.balls.values()) this.company.dye(ball);
@@ -394,35 +395,29 @@ export class Room {
     if (!this.#visit && code === "invalid-value" && this.#retreat()) return;
     this.own.refused(ref);
     if (this.fair.refused({ ref, code })) return;
-    if (code !== ROOM_MOVED && this.#visit) this.news.say(refusalWords(code), { urgent: true });
+    if (code !== ROOM_MOVED && this.#visit) {
+      this.news.say(t(REFUSALS[code] ?? "refused.other"), { urgent: true });
+    }
     if (this.table) this.#rest(this.table);
   }
 
   /** @param {ArrayBuffer} bytes */
   #takeBytes(bytes) {
     if (!this.#visit) return;
-    const { hello, clock } = this.#visit;
-    this.tick = hello.stream === SEGMENTS
-      ? this.#takeSegments(this.#visit, bytes)
-      : this.#takeSnapshot(this.#visit, bytes);
+    const { hello, table, clock, scale } = this.#visit;
+    if (hello.stream === SEGMENTS) {
+      const message = decodeSegments(bytes, scale);
+      this.#seq = message.seq; // contacts are among them, which this stream does not send
+      this.tick = message.tick;
+      table.applySegments(message);
+    } else {
+      this.#snapshot = decodeSnapshot(bytes, scale, this.#snapshot);
+      this.tick = this.#snapshot.tick;
+      table.applySnapshot(this.#snapshot);
+      this.news.tell("snapshot", null);
+    }
     clock.observe(this.tick, performance.now());
     this.news.tell("picture", null);
-  }
-
-  /** @param {Visit} visit @param {ArrayBuffer} bytes @returns {number} its tick */
-  #takeSegments({ table, scale }, bytes) {
-    const message = decodeSegments(bytes, scale);
-    this.#seq = message.seq; // contacts are among them, which this stream does not send
-    table.applySegments(message);
-    return message.tick;
-  }
-
-  /** @param {Visit} visit @param {ArrayBuffer} bytes @returns {number} its tick */
-  #takeSnapshot({ table, scale }, bytes) {
-    this.#snapshot = decodeSnapshot(bytes, scale, this.#snapshot);
-    table.applySnapshot(this.#snapshot);
-    this.news.tell("snapshot", null);
-    return this.#snapshot.tick;
   }
 
   /**
@@ -446,12 +441,4 @@ export class Room {
 /** @returns {string} a seed by chance */
 export function randomSeed() {
   return String(crypto.getRandomValues(new BigUint64Array(1))[0]);
-}
-
-/** @param {string} code of a refusal @returns {string} what it means to a player */
-function refusalWords(code) {
-  if (code === "rate-limited" || code === "too-many-messages") return t("refused.rate");
-  if (code === "too-many-balls") return t("refused.full");
-  if (code === "room-halted") return t("play.halted");
-  return t("refused.other");
 }

@@ -13,47 +13,6 @@ const SHOWER_RATE = 12; // a second: several balls of one push, told apart and w
 
 /** @typedef {keyof typeof ENDS} Stop why an auto-drop ended */
 
-/** When the next of many drops is due: at a steady rate, never several at once to catch up. Pure. */
-export class Pacer {
-  left;
-  #next;
-
-  /**
-   * @param {number} rate a second
-   * @param {number} count how many in all; Infinity for no end
-   * @param {number} nowMs the first is due at once
-   */
-  constructor(rate, count, nowMs) {
-    this.spacing = 1000 / rate;
-    this.left = count;
-    this.#next = nowMs;
-  }
-
-  get done() {
-    return this.left <= 0;
-  }
-
-  /** @param {number} nowMs @returns {number} ms until the next is due */
-  wait(nowMs) {
-    return Math.max(0, this.#next - nowMs);
-  }
-
-  /** @param {number} nowMs @returns {boolean} true when one is due: it counts as given from then on */
-  take(nowMs) {
-    if (this.done || nowMs < this.#next) return false;
-    this.left -= 1;
-    // After a pause (a hidden tab's timers sleep) what was missed is not made up for.
-    this.#next = Math.max(this.#next + this.spacing, nowMs + 0.5 * this.spacing);
-    return true;
-  }
-
-  /** None could be given: the same one is due again a little later. @param {number} nowMs */
-  postpone(nowMs) {
-    this.left += 1;
-    this.#next = nowMs + this.spacing;
-  }
-}
-
 /** What was dropped together, and what it has come to. */
 export class Run {
   staked = 0;
@@ -65,7 +24,10 @@ export class Run {
   #last = null;
   /** @type {Set<string>} refs of balls in flight */
   #open = new Set();
-  /** @type {{pacer: Pacer, drop: () => string | null}[]} balls that are still to be dropped */
+  /**
+   * Balls that are still to be dropped at a steady rate, the next of them at a certain moment.
+   * @type {{left: number, nextMs: number, spacing: number, drop: () => string | null}[]}
+   */
   #showers = [];
   /** @type {Stop | null} */
   stopped = null;
@@ -77,7 +39,7 @@ export class Run {
 
   /** Balls that are still to be dropped; infinite without an end. */
   get left() {
-    return this.#showers.reduce((sum, { pacer }) => sum + pacer.left, 0);
+    return this.#showers.reduce((sum, { left }) => sum + left, 0);
   }
 
   get falling() {
@@ -99,7 +61,7 @@ export class Run {
    * @param {number} nowMs @param {number} [rate] a second
    */
   add(count, drop, nowMs, rate = SHOWER_RATE) {
-    this.#showers.push({ pacer: new Pacer(rate, count, nowMs), drop });
+    this.#showers.push({ left: count, nextMs: nowMs, spacing: 1000 / rate, drop });
   }
 
   /**
@@ -108,22 +70,26 @@ export class Run {
    * @returns {number} ms until the next is due; infinite when there is none
    */
   give(nowMs, hasRoom) {
-    for (const { pacer, drop } of this.#showers) {
-      if (!pacer.take(nowMs)) continue;
+    for (const shower of this.#showers) {
+      const { nextMs, spacing } = shower;
+      if (nowMs < nextMs) continue;
       if (!hasRoom()) {
-        pacer.postpone(nowMs);
+        shower.nextMs = nowMs + spacing;
         continue;
       }
-      const ref = drop();
+      // After a pause (a hidden tab's timers sleep) what was missed is not made up for.
+      shower.nextMs = Math.max(nextMs + spacing, nowMs + 0.5 * spacing);
+      shower.left -= 1;
+      const ref = shower.drop();
       if (ref === null) {
         this.stop("refused"); // unless there was another reason
         break;
       }
       this.#open.add(ref);
     }
-    this.#showers = this.#showers.filter(({ pacer }) => !pacer.done);
+    this.#showers = this.#showers.filter(({ left }) => left > 0);
     if (this.limits && this.#showers.length === 0) this.stopped ??= "finished";
-    return Math.min(...this.#showers.map(({ pacer }) => pacer.wait(nowMs)));
+    return Math.min(...this.#showers.map(({ nextMs }) => Math.max(0, nextMs - nowMs)));
   }
 
   /** Nothing more is dropped; what is in flight still counts. @param {Stop} why */

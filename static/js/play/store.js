@@ -4,7 +4,7 @@
 /** @import { Odds } from "../model/odds.js" */
 /** @import { Played } from "../model/player/account.js" */
 /** @import { Receipt } from "../fairness/export.js" */
-/** @import { Expected } from "../instruments/fit-meter.js" */
+/** @import { Expected } from "./panels/fit.js" */
 /** @import { Entry } from "../instruments/pile/columns.js" */
 /** @import { Landing, Owner } from "../model/table/company.js" */
 /** @import { Ball, Table } from "../model/table/table.js" */

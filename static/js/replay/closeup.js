@@ -21,33 +21,23 @@ const LONGEST = 1.6; // ball radii: the arrow of the greatest speed
 
 /** Draws on a round canvas over the board; gets out of the ball's way. */
 export class CloseUp {
-  #fastest = 1;
-  /** @type {Board | null} */
-  #board = null;
-
-  /** @param {HTMLCanvasElement} canvas @param {Theme} theme */
-  constructor(canvas, theme) {
+  /** @param {HTMLCanvasElement} canvas @param {Theme} theme @param {Replay} replay */
+  constructor(canvas, theme, replay) {
     this.canvas = canvas;
     this.theme = theme;
-  }
-
-  /** @param {Replay} replay */
-  load({ board, motion }) {
-    this.#board = board;
-    const speeds = motion.events.map(({ before }) => Math.hypot(before.vx, before.vy));
-    this.#fastest = Math.max(1e-9, ...speeds);
+    this.replay = replay;
+    this.fastest = Math.max(1e-9, ...replay.motion.events.map(({ before }) => Math.hypot(before.vx, before.vy)));
   }
 
   /**
    * @param {State} state
-   * @param {Point[]} path metres
    * @param {Impact | null} impact the chosen one, if it is now
    * @param {number} strongest impulse of the drop, N s
    */
-  draw(state, path, impact, strongest) {
+  draw(state, impact, strongest) {
     const width = this.canvas.clientWidth;
-    const board = this.#board;
-    if (width === 0 || !board) return;
+    const { board, path } = this.replay;
+    if (width === 0) return;
     const ctx = fitted(this.canvas, { width, height: width });
     const { radius } = board.ball;
     const scale = width / (2 * REACH * radius);
@@ -69,7 +59,10 @@ export class CloseUp {
       const at = { x: lens.px(point.x), y: lens.py(point.y) };
       paintImpact(ctx, at, { normal, impulse, strongest, long: 2 * radius * scale }, palette);
     } else {
-      this.#paintSpeed(lens, state);
+      const { x, y, vx, vy } = state;
+      const long = (LONGEST * radius * scale) / this.fastest;
+      const look = { colour: palette.flash, rim: palette.railShade, width: 4 };
+      paintArrow(ctx, { x: lens.px(x), y: lens.py(y) }, { x: long * vx, y: long * vy }, look);
     }
   }
 
@@ -127,14 +120,6 @@ export class CloseUp {
     ctx.beginPath();
     ctx.arc(px(x), py(y), radius, 0, 2 * Math.PI);
     ctx.stroke();
-  }
-
-  /** @param {Lens} lens @param {State} state */
-  #paintSpeed({ ctx, px, py, scale, radius }, { x, y, vx, vy }) {
-    const { flash, railShade } = this.theme.palette;
-    const long = (LONGEST * radius * scale) / this.#fastest;
-    const by = { x: long * vx, y: long * vy };
-    paintArrow(ctx, { x: px(x), y: py(y) }, by, { colour: flash, rim: railShade, width: 4 });
   }
 }
 

@@ -2,11 +2,10 @@
 
 import { impactOf } from "../model/impact.js";
 import { t } from "../texts/text.js";
-import { byId, fillFacts, make, parentOf } from "../util/dom.js";
+import { byId, fillFacts, make, onClick, parentOf } from "../util/dom.js";
 import { saveFile } from "../util/file.js";
 import { fixed, percent } from "../util/format.js";
 import { figure, prefixed } from "../util/scale.js";
-
 
 /** @import { Impact } from "../model/impact.js" */
 /** @import { Replay } from "./replay.js" */
@@ -20,46 +19,35 @@ const COLUMNS = ["number", "t", "what", "x", "y", "normal_x", "normal_y", "impul
 
 /** The table; `onChoose(index)` tells which impact is wanted. */
 export class ImpactList {
-  /** Of all that was chosen from last. @type {Impact[]} */
-  impacts = [];
-  /** The greatest impulse of the drop, N s. */
-  strongest = 0;
-  /** @type {Replay | null} */
-  #replay = null;
-  #units = { impulse: { unit: "N s", per: 1 }, energy: { unit: "J", per: 1 } };
-  /** @type {{row: HTMLTableRowElement, button: HTMLButtonElement}[]} */
-  #rows = [];
+  /** Of all, which is shown in numbers; -1 for none. */
+  chosen = -1;
   #now = -1;
-  #chosen = -1;
 
-  /** @param {(index: number) => void} onChoose */
-  constructor(onChoose) {
+  /** @param {Replay} replay @param {(index: number) => void} onChoose */
+  constructor(replay, onChoose) {
+    this.replay = replay;
     this.onChoose = onChoose;
-    byId("save-table").addEventListener("click", () => this.#save());
-  }
-
-  /** @param {Replay} replay */
-  load(replay) {
-    this.#replay = replay;
     this.impacts = replay.motion.events.map((event) => impactOf(replay.board, event));
+    /** The greatest impulse of the drop, N s. */
     this.strongest = Math.max(...this.impacts.map(({ impulse }) => Math.hypot(impulse.x, impulse.y)));
-    this.#units = {
+    this.units = {
       impulse: prefixed(this.strongest, "N s"),
       energy: prefixed(Math.max(...this.impacts.map(({ lost }) => Math.abs(lost))), "J"),
     };
-    byId("impulse-unit").textContent = `, ${this.#units.impulse.unit}`;
-    this.#rows = this.impacts.map((impact, i) => this.#row(impact, i));
-    byId("impacts").replaceChildren(...this.#rows.map(({ row }) => row));
+    byId("impulse-unit").textContent = `, ${this.units.impulse.unit}`;
+    this.rows = this.impacts.map((impact, i) => this.#row(impact, i));
+    byId("impacts").replaceChildren(...this.rows.map(({ row }) => row));
+    onClick("save-table", () => this.#save());
     this.choose(-1);
   }
 
   /** @param {number} index impact that is the last to have happened, -1 for none yet */
   follow(index) {
     if (index === this.#now) return;
-    if (this.#now >= 0) delete this.#rows[this.#now].row.dataset.now;
+    if (this.#now >= 0) delete this.rows[this.#now].row.dataset.now;
     this.#now = index;
     if (index < 0) return;
-    const { row } = this.#rows[index];
+    const { row } = this.rows[index];
     row.dataset.now = "true";
     const table = parentOf(parentOf(row));
     const box = parentOf(table);
@@ -72,12 +60,10 @@ export class ImpactList {
 
   /** @param {number} index the impact shown in numbers, -1 for none */
   choose(index) {
-    if (this.#chosen >= 0) this.#rows[this.#chosen].button.setAttribute("aria-pressed", "false");
-    this.#chosen = index;
-    if (index >= 0) this.#rows[index].button.setAttribute("aria-pressed", "true");
-    fillFacts(byId("impact-facts"), this.#replay && index >= 0 ? this.#facts(this.#replay, index) : [
-      ["fact.chosen", t("fact.chosen-none")],
-    ]);
+    if (this.chosen >= 0) this.rows[this.chosen].button.setAttribute("aria-pressed", "false");
+    this.chosen = index;
+    if (index >= 0) this.rows[index].button.setAttribute("aria-pressed", "true");
+    fillFacts(byId("impact-facts"), index >= 0 ? this.#facts(index) : [["fact.chosen", t("fact.chosen-none")]]);
   }
 
   /**
@@ -85,16 +71,11 @@ export class ImpactList {
    * @param {number} count
    */
   async turnGreen(count) {
-    const rows = this.#rows;
-    for (const { row } of rows) delete row.dataset.verified;
-    for (const { row } of rows.slice(0, count)) {
+    for (const { row } of this.rows) delete row.dataset.verified;
+    for (const { row } of this.rows.slice(0, count)) {
       row.dataset.verified = "true";
       await new Promise(requestAnimationFrame);
     }
-  }
-
-  get chosen() {
-    return this.#chosen;
   }
 
   /** @param {Impact} impact @param {number} i */
@@ -105,17 +86,17 @@ export class ImpactList {
     const size = Math.hypot(impulse.x, impulse.y);
     const cells = [
       button, fixed(time, 3), told, normal ? `${degrees(normal)}°` : "–",
-      normal ? figure(size * this.#units.impulse.per) : "–",
+      normal ? figure(size * this.units.impulse.per) : "–",
     ];
     const row = make("tr", {}, ...cells.map((cell) => make("td", {}, cell)));
     row.addEventListener("click", () => this.onChoose(i));
     return { row, button };
   }
 
-  /** @param {Replay} replay @param {number} i */
-  #facts(replay, i) {
+  /** @param {number} i */
+  #facts(i) {
     const { normal, impulse, along, across, approach, lost, share, told, t: time } = this.impacts[i];
-    const { before, after } = replay.motion.events[i];
+    const { before, after } = this.replay.motion.events[i];
     /** @type {Fact[]} */
     const rows = [
       ["fact.impact", t("fact.impact-of", { n: i + 1, all: this.impacts.length, what: told })],
@@ -140,21 +121,19 @@ export class ImpactList {
 
   /** @param {"impulse" | "energy"} name */
   #inUnit(name) {
-    const { unit, per } = this.#units[name];
+    const { unit, per } = this.units[name];
     return (/** @type {number} */ value) => `${figure(value * per)} ${unit}`;
   }
 
   #save() {
-    const replay = this.#replay;
-    if (!replay) return;
+    const { board, record, motion } = this.replay;
     const lines = this.impacts.map((impact, i) => {
-      const { before, after } = replay.motion.events[i];
+      const { before, after } = motion.events[i];
       const { normal, impulse } = impact;
       return [i + 1, impact.t, impact.what, after.x, after.y, normal?.x ?? "", normal?.y ?? "",
         impulse.x, impulse.y, impact.along, impact.across, before.vx, before.vy, before.omega,
         after.vx, after.vy, after.omega, impact.lost].join(",");
     });
-    const { board, record } = replay;
     const text = [COLUMNS.join(","), ...lines, ""].join("\n");
     saveFile(`impacts-${board.name}-${record.seed}.csv`, text, "text/csv");
   }

@@ -1,5 +1,6 @@
 // One drop again: its record and states, its motion, the scene at each moment.
 
+import { DEFAULT_BOARD, DEFAULT_SEED } from "../board/page.js";
 import { Motion, PEG, samplesNeeded, upTo } from "../model/motion/drop.js";
 import { emptyScene } from "../model/scene.js";
 import { ApiError, getJson, postJson, request } from "../net/api.js";
@@ -8,6 +9,8 @@ import { dropPath } from "../net/drop-address.js";
 import { boardDigest } from "../solver/digest.js";
 import { BoardError, ParameterError } from "../solver/errors.js";
 import { openSolver } from "../solver/solver.js";
+import { t } from "../texts/text.js";
+import { say } from "../util/dom.js";
 
 /** @import { Board } from "../model/board.js" */
 /** @import { Certificate } from "../model/certificate.js" */
@@ -16,6 +19,7 @@ import { openSolver } from "../solver/solver.js";
 /** @import { State } from "../model/motion/flight.js" */
 /** @import { DropRecord, Sampled } from "../model/motion/drop.js" */
 /** @import { BoardReply } from "../net/replies.js" */
+/** @import { Key } from "../texts/text.js" */
 
 const FLASH_SECONDS = 0.35;
 const HIT_SECONDS = 1.4;
@@ -161,17 +165,23 @@ export class Replay {
 }
 
 /**
- * The board that a page's address names, or carries in its fragment; the latter is registered, so
- * that the server can be asked for its drops.
- * @param {string} name preset's name or digest; "" for the fragment's
- * @param {string} hash of the location
- * @returns {Promise<{board: Board, address: string}>} address: what REST calls it
+ * The drop that a page's address names; its board may be in the fragment, and is registered then, so that the server
+ * can be asked for its drops.
+ * @param {DropAddress} asked what it leaves open is filled in
+ * @returns {Promise<{board: Board, drop: DropAddress}>}
  */
-export async function boardOf(name, hash) {
+export async function dropOf(asked) {
+  // Another board in the fragment is another drop, though the document stays the same.
+  window.addEventListener("hashchange", () => window.location.reload());
+  const { board, address } = await boardOf(asked.board || DEFAULT_BOARD, window.location.hash);
+  return { board, drop: { ...asked, board: address, seed: asked.seed || DEFAULT_SEED } };
+}
+
+/** @param {string} name preset's name or digest @param {string} hash */
+async function boardOf(name, hash) {
   const packed = boardInHash(hash);
   if (packed === null) {
-    const reply = await getJson(`boards/${encodeURIComponent(name)}`);
-    const { board } = /** @type {BoardReply} */ (reply);
+    const { board } = /** @type {BoardReply} */ (await getJson(`boards/${encodeURIComponent(name)}`));
     return { board, address: name };
   }
   const form = await unpackBoard(packed);
@@ -186,11 +196,21 @@ export async function boardOf(name, hash) {
   }
 }
 
-/** @param {DropAddress} drop @returns {Promise<Certificate>} the server's proof of its bin */
-export async function certificateOf(drop) {
-  const path = dropPath(drop, "", new URLSearchParams({ certified: "true" }));
-  const { certificate } = /** @type {{certificate: Certificate}} */ (await getJson(path));
-  return certificate;
+/**
+ * Asks the server to prove where drops land, and says what it found.
+ * @param {DropAddress[]} drops @param {HTMLElement} note @param {Key} asking what is said meanwhile
+ * @param {(certificates: Certificate[]) => ["" | "good" | "bad", string]} told
+ */
+export async function prove(drops, note, asking, told) {
+  say(note, "", t(asking));
+  const query = new URLSearchParams({ certified: "true" });
+  try {
+    const proven = await Promise.all(drops.map((drop) => getJson(dropPath(drop, "", query))));
+    say(note, ...told(/** @type {{certificate: Certificate}[]} */ (proven).map(({ certificate }) => certificate)));
+  } catch (error) {
+    if (!(error instanceof ApiError)) throw error;
+    say(note, "bad", error.message);
+  }
 }
 
 /** @param {unknown} error @returns {boolean} whether it says that the server does not answer */

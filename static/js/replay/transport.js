@@ -1,7 +1,7 @@
 // Time of a replay: play, pause, scrub, step by frame or by impact, slow motion; buttons and keys.
 
 import { t as words } from "../texts/text.js";
-import { byId, isWithin, radioValue } from "../util/dom.js";
+import { byId, isWithin, onClick, radioValue } from "../util/dom.js";
 import { fixed } from "../util/format.js";
 
 const FRAME = 1 / 60; // s of a display's frame; a step is what plays in one at the chosen speed
@@ -20,28 +20,22 @@ export class Transport {
   t = 0;
   playing = false;
   #lastMs = 0;
-  /** @type {Timeline} */
-  #timeline = { duration: 0, end: 0, stops: [] };
 
-  /** @param {() => void} onChange */
-  constructor(onChange) {
+  /** @param {Timeline} timeline @param {() => void} onChange */
+  constructor(timeline, onChange) {
+    this.timeline = timeline;
     this.onChange = onChange;
     this.button = byId("play", HTMLButtonElement);
     this.slider = byId("time", HTMLInputElement);
     this.clock = byId("clock");
-    this.button.addEventListener("click", () => this.toggle());
-    this.slider.addEventListener("input", () => this.seek(Number(this.slider.value)));
-    byId("frame-back").addEventListener("click", () => this.stepFrame(-1));
-    byId("frame-on").addEventListener("click", () => this.stepFrame(1));
-    byId("impact-back").addEventListener("click", () => this.stepStop(-1));
-    byId("impact-on").addEventListener("click", () => this.stepStop(1));
-    document.addEventListener("keydown", (event) => this.#key(event));
-  }
-
-  /** @param {Timeline} timeline */
-  load(timeline) {
-    this.#timeline = timeline;
     this.slider.max = String(timeline.duration);
+    this.slider.addEventListener("input", () => this.seek(Number(this.slider.value)));
+    onClick("play", () => this.#toggle());
+    onClick("frame-back", () => this.#stepFrame(-1));
+    onClick("frame-on", () => this.#stepFrame(1));
+    onClick("impact-back", () => this.#stepStop(-1));
+    onClick("impact-on", () => this.#stepStop(1));
+    document.addEventListener("keydown", (event) => this.#key(event));
     this.seek(0);
   }
 
@@ -49,44 +43,34 @@ export class Transport {
     return Number(radioValue("speed"));
   }
 
-  toggle() {
-    if (this.playing) this.pause();
-    else this.play();
-  }
-
-  play() {
-    if (this.t >= this.#timeline.duration) this.t = 0;
-    this.playing = true;
+  #toggle() {
+    if (this.t >= this.timeline.duration && !this.playing) this.t = 0;
+    this.playing = !this.playing;
     this.#lastMs = 0;
-    this.#show();
-  }
-
-  pause() {
-    this.playing = false;
     this.#show();
   }
 
   /** As a page opens: whoever does not want to see things move is shown the end. */
   begin() {
-    if (window.matchMedia("(prefers-reduced-motion: reduce)").matches) this.seek(this.#timeline.duration);
-    else this.play();
+    if (window.matchMedia("(prefers-reduced-motion: reduce)").matches) this.seek(this.timeline.duration);
+    else if (!this.playing) this.#toggle();
   }
 
   /** @param {number} t s */
   seek(t) {
-    this.t = Math.min(Math.max(0, t), this.#timeline.end);
+    this.t = Math.min(Math.max(0, t), this.timeline.end);
     this.playing = false;
     this.#show();
   }
 
   /** @param {1 | -1} way */
-  stepFrame(way) {
-    this.seek(Math.min(this.t, this.#timeline.duration) + way * FRAME * this.speed);
+  #stepFrame(way) {
+    this.seek(Math.min(this.t, this.timeline.duration) + way * FRAME * this.speed);
   }
 
   /** @param {1 | -1} way to the next or the last stop */
-  stepStop(way) {
-    const { stops } = this.#timeline;
+  #stepStop(way) {
+    const { stops } = this.timeline;
     const t = way > 0 ? stops.find((stop) => stop > this.t) : stops.findLast((stop) => stop < this.t);
     if (t !== undefined) this.seek(t);
   }
@@ -96,7 +80,7 @@ export class Transport {
     if (!this.playing) return this.t;
     const elapsed = this.#lastMs ? (nowMs - this.#lastMs) / 1000 : 0;
     this.#lastMs = nowMs;
-    const { duration, end } = this.#timeline;
+    const { duration, end } = this.timeline;
     // The bin's light fades in real time, however slow the fall was.
     this.t = Math.min(end, this.t + elapsed * (this.t < duration ? this.speed : 1));
     if (this.t >= end) this.playing = false;
@@ -105,7 +89,7 @@ export class Transport {
   }
 
   #show(wake = true) {
-    const t = Math.min(this.t, this.#timeline.duration);
+    const t = Math.min(this.t, this.timeline.duration);
     this.slider.value = String(t);
     const text = `${fixed(t, this.speed < 0.1 ? 4 : 3)} s`;
     this.slider.setAttribute("aria-valuetext", text);
@@ -122,11 +106,11 @@ export class Transport {
     if (event.key === " " && isWithin(event, "button, a, summary")) return;
     /** @type {Record<string, () => void>} */
     const actions = {
-      " ": () => !event.repeat && this.toggle(),
-      ArrowLeft: () => (event.shiftKey ? this.stepStop(-1) : this.stepFrame(-1)),
-      ArrowRight: () => (event.shiftKey ? this.stepStop(1) : this.stepFrame(1)),
+      " ": () => !event.repeat && this.#toggle(),
+      ArrowLeft: () => (event.shiftKey ? this.#stepStop(-1) : this.#stepFrame(-1)),
+      ArrowRight: () => (event.shiftKey ? this.#stepStop(1) : this.#stepFrame(1)),
       Home: () => this.seek(0),
-      End: () => this.seek(this.#timeline.duration),
+      End: () => this.seek(this.timeline.duration),
     };
     const action = actions[event.key];
     if (!action) return;

@@ -1,51 +1,52 @@
-// Verify: the drop is computed anew in this page, and by the server if it answers, and compared.
+// What is computed anew in this page, and compared: the drop that is shown, by the server, too, if it answers; and
+// records and rooms' logs that are dropped onto the page.
 
-import { ApiError, messageOf, postJson } from "../net/api.js";
+import { ApiError, getJson, messageOf, postJson } from "../net/api.js";
+import { RecordError } from "../solver/errors.js";
+import { readJson } from "../solver/log/canonical.js";
 import { compareRecords } from "../solver/log/difference.js";
+import { compareLog, isLog } from "../solver/log/log.js";
 import { openSolver } from "../solver/solver.js";
 import { t } from "../texts/text.js";
-import { byId, say } from "../util/dom.js";
+import { byId, onClick, say } from "../util/dom.js";
 
-/** @import { Verification } from "../net/replies.js" */
+/** @import { BoardReply, Verification } from "../net/replies.js" */
 /** @import { Difference } from "../solver/log/difference.js" */
+/** @import { Log } from "../solver/log/log.js" */
+/** @import { Solver } from "../solver/solver.js" */
 /** @import { ImpactList } from "./impact-list.js" */
 /** @import { Replay } from "./replay.js" */
 
-/** The button and what it says. The solver is loaded with the page, so that no server is needed. */
-export class Verifier {
-  #solver = openSolver().catch(messageOf);
+const KNOWN = ["board", "board_digest", "seed", "x", "aim", "solver", "physics_version", "bin", "score", "label",
+  "duration", "x_end", "impacts", "digest"];
+const HOW_SURE = ["amplification", "x_error", "certain"]; // the server's to compute
 
-  /** @param {ImpactList} list whose impacts turn green */
-  constructor(list) {
-    this.list = list;
-  }
+/** Loaded with the page, so that no server is needed. */
+const solving = openSolver();
+solving.catch(() => {}); // told when it is needed
 
-  /** @param {Replay} replay */
-  async verify(replay) {
-    const note = byId("verdict");
-    say(note, "", t("page.computing"));
-    const here = await this.#here(replay);
-    say(note, here.tone, here.text);
-    if (here.tone === "bad") return;
-    const { tone, text } = await atServer(replay);
-    say(note, tone === "" ? here.tone : tone, `${here.text} ${text}`);
-  }
+/** @param {Replay} replay @param {ImpactList} list whose impacts turn green */
+export async function verify(replay, list) {
+  const note = byId("verdict");
+  say(note, "", t("page.computing"));
+  const here = await inPage(replay, list);
+  say(note, here.tone, here.text);
+  if (here.tone === "bad") return;
+  const { tone, text } = await atServer(replay);
+  say(note, tone === "" ? here.tone : tone, `${here.text} ${text}`);
+}
 
-  /** @param {Replay} replay @returns {Promise<Said>} */
-  async #here({ board, record }) {
-    if (record.solver !== "exact") return { tone: "", text: t("replay.exact-alone") };
-    const solver = await this.#solver;
-    if (typeof solver === "string") return { tone: "", text: t("replay.not-here", { why: solver }) };
-    const start = { seed: record.seed, x: record.x, aim: record.aim };
-    const computed = solver.drop(board, start).record();
-    const { same, difference } = compareRecords({ ...record }, computed);
-    await this.list.turnGreen(same);
-    if (difference) return { tone: "bad", text: t("replay.other-here", toldOf(difference)) };
-    return {
-      tone: "good",
-      text: t("replay.same-here", { n: same, digest: computed.digest }),
-    };
-  }
+/** @param {Replay} replay @param {ImpactList} list @returns {Promise<Said>} */
+async function inPage({ board, record }, list) {
+  if (record.solver !== "exact") return { tone: "", text: t("replay.exact-alone") };
+  const solver = await solving.catch(messageOf);
+  if (typeof solver === "string") return { tone: "", text: t("replay.not-here", { why: solver }) };
+  const start = { seed: record.seed, x: record.x, aim: record.aim };
+  const computed = solver.drop(board, start).record();
+  const { same, difference } = compareRecords({ ...record }, computed);
+  await list.turnGreen(same);
+  if (difference) return { tone: "bad", text: t("replay.other-here", toldOf(difference)) };
+  return { tone: "good", text: t("replay.same-here", { n: same, digest: computed.digest }) };
 }
 
 /** @typedef {{tone: "" | "good" | "bad", text: string}} Said */
@@ -58,17 +59,89 @@ async function atServer({ text, record, board }) {
     const reply = /** @type {Verification} */ (await postJson("verify", asked));
     const { ok, field, expected, actual } = reply;
     if (!ok) return { tone: "bad", text: t("replay.other-there", toldOf({ field: field ?? "", expected, actual })) };
-    return {
-      tone: "good",
-      text: t("replay.same-there", { n: record.impacts.length, digest: record.digest }),
-    };
+    return { tone: "good", text: t("replay.same-there", { n: record.impacts.length, digest: record.digest }) };
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
     return { tone: error.status === 0 ? "" : "bad", text: error.message };
   }
 }
 
+/** The panel, and the whole page as a place to drop a file on. */
+export function offerFileCheck() {
+  const field = byId("check-file", HTMLInputElement);
+  onClick("check-open", () => field.click());
+  field.addEventListener("change", () => {
+    check(field.files?.[0]);
+    field.value = ""; // the same file can be chosen again
+  });
+  document.addEventListener("dragover", (event) => {
+    if (event.dataTransfer?.types.includes("Files")) event.preventDefault();
+  });
+  document.addEventListener("drop", (event) => {
+    const dropped = event.dataTransfer?.files[0];
+    if (!dropped) return;
+    event.preventDefault();
+    byId("check-panel").scrollIntoView({ block: "nearest" });
+    check(dropped);
+  });
+}
+
+/** @param {File | undefined} file */
+async function check(file) {
+  if (!file) return;
+  const note = byId("check-note");
+  say(note, "", t("replay.check-file", { file: file.name }));
+  try {
+    const value = readJson(await file.text());
+    const { difference, words } = await (isLog(value) ? checkLog : checkRecord)(await solving, value, file.name);
+    if (difference) say(note, "bad", t("replay.check-differs", { file: file.name, ...toldOf(difference) }));
+    else say(note, "good", words);
+  } catch (error) {
+    const why = error instanceof SyntaxError ? t("replay.not-json", { why: error.message }) : messageOf(error);
+    say(note, "bad", t("replay.check-fails", { file: file.name, why }));
+  }
+}
+
+/** @typedef {{difference: Difference | null, words: string}} Checked */
+
+/** @param {Solver} solver @param {unknown} value @param {string} file its name @returns {Promise<Checked>} */
+async function checkLog(solver, value, file) {
+  const log = /** @type {Log} */ (value);
+  const board = await boardOf(log.board);
+  const difference = await compareLog(solver, log, board, async (done) => {
+    say(byId("check-note"), "", t("replay.check-drops", { n: done }));
+    await new Promise(requestAnimationFrame);
+  });
+  return { difference, words: t("replay.check-log", { file, n: log.drops.length, digest: String(log.digest) }) };
+}
+
+/** @param {Solver} solver @param {unknown} value @param {string} file its name @returns {Promise<Checked>} */
+async function checkRecord(solver, value, file) {
+  if (typeof value !== "object" || value === null || !("digest" in value) || !("board" in value)) {
+    throw new RecordError(t("replay.no-record"), "");
+  }
+  const record = /** @type {Record<string, unknown>} */ (value);
+  if (record.solver !== "exact") {
+    throw new RecordError(t("replay.other-solver", { solver: String(record.solver) }), "solver");
+  }
+  const strange = Object.keys(record).find((name) => !KNOWN.includes(name) && !HOW_SURE.includes(name));
+  if (strange) throw new RecordError(t("replay.strange-field", { field: strange }), strange);
+  const start = /** @type {{seed: string | null, x?: number | null, aim?: number | null}} */ (record);
+  const computed = solver.drop(await boardOf(record.board), start).record();
+  const { same, difference } = compareRecords(record, computed);
+  const words = [t("replay.check-record", { file, n: same, digest: computed.digest })];
+  if (HOW_SURE.some((name) => name in record)) words.push(t("replay.check-unsure"));
+  return { difference, words: words.join(" ") };
+}
+
+/** @param {unknown} board its JSON, or what REST calls it @returns {Promise<unknown>} */
+async function boardOf(board) {
+  if (typeof board !== "string") return board;
+  const reply = await getJson(`boards/${encodeURIComponent(board)}`);
+  return /** @type {BoardReply} */ (reply).board;
+}
+
 /** @param {Difference} difference @returns {{field: string, expected: string, actual: string}} */
-export function toldOf({ field, expected, actual }) {
+function toldOf({ field, expected, actual }) {
   return { field, expected: String(expected), actual: String(actual) };
 }

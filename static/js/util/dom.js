@@ -50,6 +50,38 @@ export function radioValue(name) {
   return checked.value;
 }
 
+/** Checks the radio button of a choice that has this value. @param {string} name @param {string | number} value */
+export function check(name, value) {
+  for (const radio of radiosOf(name)) radio.checked = radio.value === String(value);
+}
+
+/**
+ * A radio button that looks like a chip.
+ * @param {string} name @param {string} value @param {string} text on it @param {string} [words] read aloud in its place
+ */
+export function chip(name, value, text, words = text) {
+  const radio = make("input", { type: "radio", name, value, "aria-label": words });
+  return make("label", { class: "chip" }, radio, make("span", {}, text));
+}
+
+/** @param {string} id of a form, which leads to no other page by itself @param {() => void} [act] */
+export function onSubmit(id, act = () => {}) {
+  byId(id, HTMLFormElement).addEventListener("submit", (event) => {
+    event.preventDefault();
+    act();
+  });
+}
+
+/** @param {string} name of radio buttons @param {() => void} chosen one of them was checked by the visitor */
+export function onChoice(name, chosen) {
+  for (const radio of radiosOf(name)) radio.addEventListener("change", chosen);
+}
+
+/** @param {string} id of a button @param {() => void} press */
+export function onClick(id, press) {
+  byId(id).addEventListener("click", press);
+}
+
 /**
  * @param {HTMLFormElement} form
  * @param {string} name

@@ -5,7 +5,7 @@ import { openTools } from "../fairness/tools.js";
 import { report } from "../fairness/report.js";
 import { ExportError, readExport } from "../fairness/export.js";
 import { t } from "../texts/text.js";
-import { byId, inputOf, say } from "../util/dom.js";
+import { byId, inputOf, onSubmit, say } from "../util/dom.js";
 import { messageOf } from "../net/api.js";
 import { showingToken } from "../net/session-token.js";
 import { Theme } from "../paint/theme.js";
@@ -41,23 +41,16 @@ function refuse(error) {
 /** @param {string} link */
 async function checkLink(link) {
   try {
-    const response = await fetch(link, tokenFor(new URL(link, document.baseURI)));
+    const { origin, pathname } = new URL(link, document.baseURI);
+    const session = origin === window.location.origin ? EXPORT.exec(pathname)?.[1] : undefined;
+    // What opens an export of this site's to its player.
+    const shown = session === undefined ? {} : showingToken(window.localStorage, decodeURIComponent(session));
+    const response = await fetch(link, shown);
     if (!response.ok) throw new Error(t("check.missing", { address: link, status: String(response.status) }));
     await check(await response.text(), key());
   } catch (error) {
     refuse(error);
   }
-}
-
-/**
- * What opens an export of this site's to its player.
- * @param {URL} url
- * @returns {RequestInit}
- */
-function tokenFor({ origin, pathname }) {
-  const session = EXPORT.exec(pathname)?.[1];
-  if (session === undefined || origin !== window.location.origin) return {};
-  return showingToken(window.localStorage, decodeURIComponent(session));
 }
 
 Theme.load().catch(refuse);
@@ -69,8 +62,7 @@ byId("file", HTMLInputElement).addEventListener("change", async ({ target }) => 
   const [file] = /** @type {HTMLInputElement} */ (target).files ?? [];
   if (file) await check(await file.text(), key());
 });
-form.addEventListener("submit", async (event) => {
-  event.preventDefault();
+onSubmit("other", async () => {
   const link = inputOf(form, "link").value.trim();
   const [file] = byId("file", HTMLInputElement).files ?? [];
   if (link) await checkLink(link);

@@ -438,7 +438,7 @@ def test_sound_is_offered_once_off_until_asked_for_limited_and_remembered(
 
 def test_the_harder_the_impact_the_louder_the_sound(run: Run) -> None:
     loud = run(
-        "play/sound/voice.js",
+        "play/sound/sound.js",
         """async ({ strike }) => {
           const { toneOf } = await import("/js/play/sound/tones.js");
           const heard = [];

@@ -30,7 +30,11 @@ function settle(heap) {
 /** @param {Heap} heap */
 function discsIn(heap) {
   const found = [];
-  heap.look(1, (bin, x, y, angle) => found.push({ bin, x, y, angle }));
+  const shown = heap.look(1);
+  for (let at = 0; at < shown.length; at += 4) {
+    const [bin, x, y, angle] = shown.subarray(at, at + 4);
+    found.push({ bin, x, y, angle });
+  }
   return found;
 }
 

@@ -3,32 +3,30 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { aims, KeptAims } from "../../../static/js/play/desk/aim.js";
+import { aims, keepAim, keptAim } from "../../../static/js/play/desk/aim.js";
 import { storage } from "../support.js";
 
 test("each board has its own, also in another tab", () => {
   const shared = storage();
-  const kept = new KeptAims(shared);
-  kept.keep({ name: "classic" }, -0.25);
-  kept.keep({ name: "triangle-8" }, 0);
-  const other = new KeptAims(shared);
-  assert.equal(other.of({ name: "classic" }), -0.25);
-  assert.equal(other.of({ name: "triangle-8" }), 0);
-  assert.equal(other.of({ name: "triangle-9" }), null);
+  keepAim(shared, "classic", -0.25);
+  keepAim(shared, "triangle-8", 0);
+  assert.equal(keptAim(shared, "classic"), -0.25);
+  assert.equal(keptAim(shared, "triangle-8"), 0);
+  assert.equal(keptAim(shared, "triangle-9"), null);
 });
 
 test("who lets the seed choose again has no aim", () => {
-  const kept = new KeptAims(storage());
-  kept.keep({ name: "classic" }, -0.25);
-  kept.keep({ name: "classic" }, null);
-  assert.equal(kept.of({ name: "classic" }), null);
+  const kept = storage();
+  keepAim(kept, "classic", -0.25);
+  keepAim(kept, "classic", null);
+  assert.equal(keptAim(kept, "classic"), null);
 });
 
 test("of very many boards the last are kept", () => {
-  const kept = new KeptAims(storage());
-  for (let n = 0; n < 100; n += 1) kept.keep({ name: `board ${n}` }, n);
-  assert.equal(kept.of({ name: "board 99" }), 99);
-  assert.equal(kept.of({ name: "board 0" }), null);
+  const kept = storage();
+  for (let n = 0; n < 100; n += 1) keepAim(kept, `board ${n}`, n);
+  assert.equal(keptAim(kept, "board 99"), 99);
+  assert.equal(keptAim(kept, "board 0"), null);
 });
 
 test("an aim is offered only where it moves the ball by its own radius at least", () => {

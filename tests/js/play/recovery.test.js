@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { balanceOf, GRANT } from "../../../static/js/model/player/account.js";
+import { balanceOf, GRANT, viewOf } from "../../../static/js/model/player/account.js";
 import { ApiError } from "../../../static/js/net/api.js";
 import { keepToken } from "../../../static/js/net/session-token.js";
 import { Recovery } from "../../../static/js/play/account/recovery.js";
@@ -56,8 +56,8 @@ test("after a change of table or a reload, what landed meanwhile is asked for, a
   await done;
   assert.deepEqual(told.paths, ["sessions/s1/export"]);
   assert.equal(balanceOf(wallet.account), GRANT + 150);
-  assert.equal(wallet.view(0).profit, 1.5);
-  assert.deepEqual(wallet.view(0).last[0].fair, { session: "s1", drop: 0 });
+  assert.equal(viewOf(wallet.account, 0).profit, 1.5);
+  assert.deepEqual(viewOf(wallet.account, 0).last[0].fair, { session: "s1", drop: 0 });
   await new Promise(setImmediate);
   assert.deepEqual(told.found, [[["triangle-8", 2.5]]], "what it came to is told by the name of its board");
 });
@@ -106,7 +106,7 @@ test("a void drop that is found has its stake back", async () => {
   recovery.seek(["s1"]);
   await done;
   assert.equal(balanceOf(wallet.account), GRANT);
-  assert.equal(wallet.view(0).last[0].bin, null);
+  assert.equal(viewOf(wallet.account, 0).last[0].bin, null);
 });
 
 test("a ball that still falls is asked for again, and so is a server that does not answer", async (t) => {
@@ -137,7 +137,7 @@ test("two tabs that find the same landing count it once, in balance, score and h
   await new Promise(setImmediate);
   for (const { wallet } of [one, two]) {
     assert.equal(balanceOf(wallet.account), GRANT + 150);
-    const { staked, returned, last } = wallet.view(0);
+    const { staked, returned, last } = viewOf(wallet.account, 0);
     assert.deepEqual([staked, returned, last.length], [1, 2.5, 1]);
   }
 });

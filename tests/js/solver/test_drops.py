@@ -159,11 +159,12 @@ def test_the_next_double_is_the_next_double(run: Run) -> None:
 
 
 _PARTING = """
-async ({ parting, distancesAtHits, growthPerHit, distances }, { one, two, limit }, load) => {
+async ({ Divergence }, { one, two, limit }, load) => {
   const { Motion } = await load("model/motion/drop.js");
   const [a, b] = [one, two].map(({ board, record, sampled }) => new Motion(board, record, sampled));
-  return { parted: parting(a, b, limit), hits: distancesAtHits(a, b),
-    growth: growthPerHit(a, b, limit), rows: distances(a, b) };
+  const apart = new Divergence(a, b);
+  return { parted: apart.parting(limit), growth: apart.growthPerHit(limit),
+    hits: apart.overHits, rows: apart.overTime };
 }
 """
 
@@ -180,15 +181,15 @@ def test_two_drops_part_when_the_engine_says_so(run: Run) -> None:
         (a,), (b,) = one.states([t]), two.states([t])
         return math.dist((a["x"], a["y"]), (b["x"], b["y"]))
 
-    assert said["hits"][0]["distance"] == pytest.approx(1e-9, rel=1e-6)
+    assert said["hits"][0]["y"] == pytest.approx(1e-9, rel=1e-6)
     for row in said["rows"][::97]:
-        assert row["distance"] == pytest.approx(apart(row["t"]), abs=1e-12)
+        assert row["y"] == pytest.approx(apart(row["x"]), abs=1e-12)
     parted = said["parted"]
     if parted is None:  # whatever the physics is tuned to, they may land before they part
-        assert max(apart(row["t"]) for row in said["rows"]) <= limit
+        assert max(apart(row["x"]) for row in said["rows"]) <= limit
         return
     assert apart(parted["t"]) == pytest.approx(limit, rel=1e-6)
-    assert all(apart(row["t"]) <= limit for row in said["rows"] if row["t"] < parted["t"])
+    assert all(apart(row["x"]) <= limit for row in said["rows"] if row["x"] < parted["t"])
     hits = sum(kind < 2 and t <= parted["t"] for t, *_, kind, _ in one.impacts.tolist())
     assert parted["hits"] == hits
     assert said["growth"] == pytest.approx((limit / 1e-9) ** (1 / hits), rel=1e-5)
@@ -199,7 +200,7 @@ def test_the_same_drop_never_parts(run: Run) -> None:
     said = run("compare/divergence.js", _PARTING, {"one": same, "two": same, "limit": 0.01})
     assert said["parted"] is None
     assert said["growth"] is None
-    assert {row["distance"] for row in said["rows"]} == {0}
+    assert {row["y"] for row in said["rows"]} == {0}
 
 
 def test_a_board_survives_a_link(run: Run) -> None:

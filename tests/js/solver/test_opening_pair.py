@@ -5,7 +5,7 @@ import math
 from engine import Board, drop, preset_names
 from tests.js.conftest import Run
 
-MODULE = "compare/opening-pair.js"
+MODULE = "compare/pair.js"
 SCRIPT = "({ openingPair }, names) => Object.fromEntries(names.map((n) => [n, openingPair(n)]))"
 
 

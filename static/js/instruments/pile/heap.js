@@ -27,7 +27,7 @@ export class Heap {
   #waiting;
   /** Whether a disc has waited in vain above discs that rest. */
   full = false;
-  /** x, y and angle of each disc a step ago, by row. @type {Float64Array} */
+  /** The discs a step ago. */
   #before = new Float64Array(0);
 
   /** @param {Machine} machine @param {Plan} plan */
@@ -54,10 +54,9 @@ export class Heap {
 
   step() {
     const entered = this.#letIn();
-    const { table } = this.arena;
-    this.#before = places(table, this.#before);
+    this.#before = this.#places();
     // Where one has left, rows are others now.
-    if (this.arena.step().length) this.#before = places(table, this.#before);
+    if (this.arena.step().length) this.#before = this.#places();
     this.full = this.#waits && !entered && !this.arena.awake;
   }
 
@@ -91,34 +90,25 @@ export class Heap {
 
   /**
    * @param {number} part of the last step that has passed, 0 … 1
-   * @param {(bin: number, x: number, y: number, angle: number, number: number) => void} see called for each disc;
-   *   m and rad; its number in its column
+   * @returns {Float64Array<ArrayBuffer>} column, x, y, angle and number in its column of each disc; m and rad
    */
-  look(part, see) {
-    const { table } = this.arena;
-    const [now, before] = [places(table, new Float64Array(0)), this.#before];
-    for (let row = 0; row < table.n; row += 1) {
-      const [x, y, angle] = [0, 1, 2].map((i) => {
-        const at = 3 * row + i;
-        return before[at] + part * (now[at] - before[at]);
-      });
-      const { bin, number } = this.#discs[table.id(row)];
-      see(bin, x, y, angle, number);
-    }
+  look(part) {
+    const before = this.#before;
+    return this.#places().map((now, at) => before[at] + part * (now - before[at]));
   }
-}
 
-/**
- * @param {Arena["table"]} table
- * @param {Float64Array} kept filled anew, if it is as long as it must be
- * @returns {Float64Array} x, y and angle of each row
- */
-function places(table, kept) {
-  const found = kept.length === 3 * table.n ? kept : new Float64Array(3 * table.n);
-  for (let row = 0; row < table.n; row += 1) {
-    found[3 * row] = table.pos[4 * row];
-    found[3 * row + 1] = table.pos[4 * row + 1];
-    found[3 * row + 2] = table.pos[4 * row + 2] / table.pos[4 * row + 3];
+  #places() {
+    const { table } = this.arena;
+    const found = new Float64Array(5 * table.n);
+    for (let row = 0; row < table.n; row += 1) {
+      const [from, at] = [4 * row, 5 * row];
+      const { bin, number } = this.#discs[table.id(row)];
+      found[at] = bin;
+      found[at + 1] = table.pos[from];
+      found[at + 2] = table.pos[from + 1];
+      found[at + 3] = table.pos[from + 2] / table.pos[from + 3];
+      found[at + 4] = number;
+    }
+    return found;
   }
-  return found;
 }

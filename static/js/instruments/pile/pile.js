@@ -13,7 +13,7 @@ import { discsOf, planOf, shareFor, SMALL_DISCS, usualEntry } from "./columns.js
 const MOST_STEPS = 4; // for one picture: on a slow machine discs fall slowly, and the board does not wait
 const AHEAD_STEPS = 8; // for one picture that shows none of them
 const DENSE = 0.8; // of a column's area that discs take which lie well
-const FIELDS = 5; // of a disc that is shown: its column, x, y, angle, and its number in its column
+const FIELDS = 5; // of a disc that is shown, see Heap.look
 
 /**
  * Fetches what moves it; throws where that cannot be.
@@ -132,7 +132,7 @@ export class Pile {
     const part = still || this.#ahead ? this.#hurry(heap) : this.#follow(heap, nowMs);
     if (heap.full) this.#begin(this.#counts, this.share + 1);
     if (part === null) return false;
-    this.#see(heap, part);
+    this.#shown = heap.look(part);
     return true;
   }
 
@@ -149,17 +149,6 @@ export class Pile {
     if (!this.#clock || nowMs - this.#clock > MOST_STEPS * this.stepMs) this.#clock = nowMs - this.stepMs;
     for (; this.#clock + this.stepMs <= nowMs && heap.runs; this.#clock += this.stepMs) heap.step();
     return heap.runs ? (nowMs - this.#clock) / this.stepMs : 1;
-  }
-
-  /** @param {Heap} heap @param {number} part */
-  #see(heap, part) {
-    const { n } = heap.arena.table;
-    if (this.#shown.length !== FIELDS * n) this.#shown = new Float64Array(FIELDS * n);
-    let at = 0;
-    heap.look(part, (...disc) => {
-      this.#shown.set(disc, at);
-      at += FIELDS;
-    });
   }
 
   /**

@@ -17,7 +17,7 @@ const GONE = [401, 404]; // no token here that opens it, or no such session
  * @param {SessionExport} exported
  * @returns {AccountEvent[]}
  */
-export function eventsOf(exported) {
+function eventsOf(exported) {
   const { session: { statement }, drops, end } = exported;
   const session = String(statement.session);
   const told = drops.flatMap(({ receipt: { drop, stake, room, ball, seed }, result }) => [
@@ -39,8 +39,8 @@ function playedOf({ session: { statement }, board, drops }, number) {
   const { board_digest: digest, seed, aim, stake } = receipt;
   return {
     board: digest, boardDigest: digest, name: String(board.name), seed, x: null, aim,
-    stake: stake / MINOR_UNITS, paid: (result?.payout ?? 0) / MINOR_UNITS, practice: false, bin: result?.bin ?? null, score: result?.score ?? 1,
-    digest: result?.digest ?? null, fair: { session: String(statement.session), drop: number },
+    stake: stake / MINOR_UNITS, paid: (result?.payout ?? 0) / MINOR_UNITS, practice: false,
+    bin: result?.bin ?? null, score: result?.score ?? 1, digest: result?.digest ?? null, fair: { session: String(statement.session), drop: number },
   };
 }
 

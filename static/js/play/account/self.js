@@ -3,7 +3,7 @@
 /** @typedef {{name?: string, colour?: string}} Appearance */
 
 const KEY = "plinko.visitor.1";
-export const MOST_CHARACTERS = 24; // as the server has it
+const MOST_CHARACTERS = 24; // as the server has it
 const HIDDEN = /[<>&\p{C}]/u;
 const COLOUR = /^#[0-9a-f]{6}$/;
 

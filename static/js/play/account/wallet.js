@@ -1,8 +1,6 @@
 // The account as this browser keeps it, for all its tabs: read again before each change.
 
-import {
-  applied, knownDrops, newAccount, openDrops, refillOf, viewOf,
-} from "../../model/player/account.js";
+import { applied, newAccount, openDrops } from "../../model/player/account.js";
 
 /** @import { Account, AccountEvent, OpenDrop } from "../../model/player/account.js" */
 
@@ -44,28 +42,9 @@ export class Wallet {
     return true;
   }
 
-  /** @param {number} held credits staked on drops that the server has not acknowledged yet */
-  view(held) {
-    return viewOf(this.account, held);
-  }
-
   /** @returns {OpenDrop[]} drops whose end has not been heard of */
   get open() {
     return openDrops(this.account);
-  }
-
-  /** @param {string} room @returns {OpenDrop[]} those that fell there */
-  openIn(room) {
-    return this.open.filter((drop) => drop.room === room);
-  }
-
-  /** @param {string} session @returns {number} how many drops of it are known */
-  known(session) {
-    return knownDrops(this.account, session);
-  }
-
-  refill() {
-    this.apply(refillOf(this.account));
   }
 
   /** @returns {string} hexadecimal: the anonymous ID by which the server finds this player's drops */

@@ -2,7 +2,7 @@
 
 import { readSeed } from "../../model/seed.js";
 import { t } from "../../texts/text.js";
-import { byId, isWithin, radiosOf, radioValue } from "../../util/dom.js";
+import { byId, check, isWithin, onChoice, onClick, onSubmit, radiosOf, radioValue } from "../../util/dom.js";
 import { plain } from "../../util/format.js";
 import { allowedStake, LEAST_STAKE, MOST_STAKE, readAmount, readStake, typed } from "./amounts.js";
 
@@ -14,7 +14,6 @@ const PRACTICE = /** @type {const} */ ({
 });
 const AUTO = "auto";
 const AUTO_KEY = "plinko.auto.1";
-const AUTO_FIELDS = ["auto-count", "auto-rate", "auto-win", "auto-loss"];
 // Where Space writes a space, moves something, or presses what has the focus.
 const OWN_SPACE = "button, a, select, summary, textarea, dialog, input:not([type=radio]:checked)";
 
@@ -29,82 +28,68 @@ export class Desk {
     this.hint = this.note.textContent ?? "";
     this.drop = byId("drop", HTMLButtonElement);
     this.label = byId("drop-label");
+    this.auto = ["auto-count", "auto-rate", "auto-win", "auto-loss"].map((id) =>
+      /** @type {HTMLInputElement | HTMLSelectElement} */ (byId(id)));
+    this.stake.value = typed(game.choice.stake);
+    check("balls", game.choice.balls);
+    check("pace", game.choice.pace);
     this.#listen();
     this.#keepAuto();
-    game.on("choice", () => this.#show());
-    game.on("room", () => this.#show());
-    game.on("run", () => this.#show());
-    game.on("table", () => this.#show());
-    this.#showChoice();
+    for (const kind of /** @type {const} */ (["choice", "room", "run", "table"])) game.on(kind, () => this.#show());
     this.#show();
     const asked = new URLSearchParams(window.location.search).get("seed");
-    if (asked !== null) this.setSeed(asked);
+    if (asked !== null) this.#setSeed(asked);
   }
 
   #listen() {
     const { game, stake } = this;
-    byId("drop-form").addEventListener("submit", (event) => {
-      event.preventDefault();
-      this.push();
-    });
+    onSubmit("drop-form", () => this.#push());
     stake.addEventListener("change", () => this.#readStake());
     stake.addEventListener("focus", () => stake.select());
     stake.addEventListener("keydown", (event) => {
       if (event.key === "Enter" && !this.#readStake()) event.preventDefault();
       if (event.key === " ") event.preventDefault(); // it would empty the field, which is selected
     });
-    /** @type {[string, () => number][]} */
-    const keys = [
-      ["stake-half", () => game.choice.stake / 2],
-      ["stake-double", () => game.choice.stake * 2],
-      ["stake-max", () => game.account.balance / game.choice.balls],
-    ];
-    for (const [id, value] of keys) {
-      byId(id).addEventListener("click", () => {
-        this.#readStake();
-        this.#setStake(allowedStake(value()));
+    /** @param {string} id @param {() => number} value */
+    const step = (id, value) => onClick(id, () => {
+      this.#readStake();
+      this.#setStake(allowedStake(value()));
+    });
+    step("stake-half", () => game.choice.stake / 2);
+    step("stake-double", () => game.choice.stake * 2);
+    step("stake-max", () => game.account.balance / game.choice.balls);
+    for (const name of ["balls", "pace"]) {
+      onChoice(name, () => {
+        const balls = radioValue("balls");
+        const pace = /** @type {Pace} */ (radioValue("pace"));
+        game.choose({ pace, ...(balls !== AUTO && { balls: Number(balls) }) });
       });
     }
-    for (const radio of [...radiosOf("balls"), ...radiosOf("pace")]) {
-      radio.addEventListener("change", () => this.#choose());
-    }
     this.seed.addEventListener("input", () => this.#readSeed());
-    byId("seed-clear").addEventListener("click", () => this.setSeed(""));
-    byId("practice-end").addEventListener("click", () => this.setSeed(""));
+    for (const id of ["seed-clear", "practice-end"]) onClick(id, () => this.#setSeed(""));
     document.addEventListener("keydown", (event) => this.#key(event));
   }
 
   /** Drops what is set; a running auto-drop ends instead. */
-  push() {
+  #push() {
     const { game } = this;
-    if (game.auto) {
-      game.stop("player");
-      return;
-    }
-    if (!this.#readSeed()) {
-      this.game.tell("choice", null);
+    if (game.auto) game.stop("player");
+    else if (!this.#readSeed()) {
+      game.tell("choice", null);
       this.seed.focus();
-      return;
+    } else if (radioValue("balls") !== AUTO) game.drop();
+    else {
+      const [count, rate, win, loss] = this.auto.map((field) => {
+        const value = readAmount(field.value);
+        if (!value && field instanceof HTMLInputElement) field.value = "";
+        return value || Number.POSITIVE_INFINITY;
+      });
+      game.startAuto({ rate, count, win, loss });
     }
-    this.#drop();
-  }
-
-  #drop() {
-    if (radioValue("balls") !== AUTO) {
-      this.game.drop();
-      return;
-    }
-    const [count, rate, win, loss] = AUTO_FIELDS.map((id) => {
-      const field = /** @type {HTMLInputElement | HTMLSelectElement} */ (byId(id));
-      const value = readAmount(field.value);
-      if (!value && field instanceof HTMLInputElement) field.value = "";
-      return value || Number.POSITIVE_INFINITY;
-    });
-    this.game.startAuto({ rate, count, win, loss });
   }
 
   /** @param {string} text */
-  setSeed(text) {
+  #setSeed(text) {
     this.seed.value = text;
     this.#readSeed();
   }
@@ -123,13 +108,6 @@ export class Desk {
     this.game.choose({ stake });
   }
 
-  #choose() {
-    const balls = radioValue("balls");
-    this.game.choose({
-      pace: /** @type {Pace} */ (radioValue("pace")), ...(balls !== AUTO && { balls: Number(balls) }),
-    });
-  }
-
   /** @returns {boolean} whether it is a seed, or none */
   #readSeed() {
     const reading = readSeed(this.seed.value);
@@ -145,21 +123,13 @@ export class Desk {
 
   #keepAuto() {
     const kept = JSON.parse(this.game.storage.getItem(AUTO_KEY) ?? "{}");
-    for (const id of AUTO_FIELDS) {
-      const field = /** @type {HTMLInputElement | HTMLSelectElement} */ (byId(id));
-      if (kept[id] !== undefined) field.value = kept[id];
+    for (const field of this.auto) {
+      field.value = kept[field.id] ?? field.value;
       field.addEventListener("change", () => {
-        kept[id] = field.value;
+        kept[field.id] = field.value;
         this.game.storage.setItem(AUTO_KEY, JSON.stringify(kept));
       });
     }
-  }
-
-  #showChoice() {
-    const { stake, balls, pace } = this.game.choice;
-    this.stake.value = typed(stake);
-    for (const radio of radiosOf("balls")) radio.checked = radio.value === String(balls);
-    for (const radio of radiosOf("pace")) radio.checked = radio.value === pace;
   }
 
   #show() {
@@ -184,14 +154,11 @@ export class Desk {
     return radioValue("balls") === AUTO ? t("auto.start") : t("word.drop");
   }
 
-  /**
-   * Space drops where nothing that has the focus makes use of it.
-   * @param {KeyboardEvent} event
-   */
+  /** Space drops where nothing that has the focus makes use of it. @param {KeyboardEvent} event */
   #key(event) {
     if (event.key !== " " || event.ctrlKey || event.altKey || event.metaKey) return;
     if (isWithin(event, OWN_SPACE)) return;
     event.preventDefault();
-    if (!event.repeat) this.push();
+    if (!event.repeat) this.#push();
   }
 }

@@ -1,7 +1,7 @@
 // The sheet behind "More": one drawer open at a time. Beside the board, "Game" stands where no other is open;
 // below it the sheet lies over the board.
 
-import { byId, isWithin } from "../../util/dom.js";
+import { byId, isWithin, onClick } from "../../util/dom.js";
 
 /** @import { Game } from "../game.js" */
 
@@ -9,70 +9,59 @@ const KEYS = new Map([["g", "game"], ["t", "table"], ["f", "fair"], ["l", "lab"]
 const KEPT = "plinko.drawer.1"; // over a change of language
 const TYPED_INTO = "input:not([type=range], [type=radio], [type=checkbox]), select, textarea";
 
-/** Opens and closes drawers. */
-export class Drawers {
+/** Opens and closes drawers. @param {Game} game */
+export function offerDrawers(game) {
+  const tabs = [...byId("sheet").querySelectorAll("[aria-controls]")];
+  const more = byId("more");
+  const keys = byId("keys", HTMLDialogElement);
+  const wide = window.matchMedia("(min-aspect-ratio: 11/10) and (min-width: 40rem)");
   /** @type {string | null} */
-  open = null;
-
-  /** @param {Game} game */
-  constructor(game) {
-    this.box = byId("sheet");
-    this.tabs = [...this.box.querySelectorAll("[aria-controls]")];
-    this.more = byId("more");
-    this.padlock = byId("padlock");
-    this.keys = byId("keys", HTMLDialogElement);
-    this.wide = window.matchMedia("(min-aspect-ratio: 11/10) and (min-width: 40rem)");
-    this.wide.addEventListener("change", () => this.show(this.open));
-    for (const tab of this.tabs) tab.addEventListener("click", () => this.show(drawerOf(tab)));
-    this.more.addEventListener("click", () => this.show(this.open ? null : this.#first));
-    this.padlock.addEventListener("click", () => this.show(this.open === "fair" ? null : "fair"));
-    byId("sheet-close").addEventListener("click", () => this.#close());
-    byId("world-key").addEventListener("click", () => this.show(this.open === "table" ? null : "table"));
-    byId("keys-open").addEventListener("click", () => this.keys.showModal());
-    document.addEventListener("keydown", (event) => this.#key(event));
-    // What is wrong with a seed is read where the seed is.
-    game.on("choice", () => { if (byId("seed").getAttribute("aria-invalid") === "true") this.show("lab"); });
-    game.on("table", ({ hello }) => { byId("keys-aim").hidden = hello.slots.length === 0 && byId("start").hidden; });
-    this.show(window.sessionStorage.getItem(KEPT));
-  }
-
-  get #first() {
-    return this.wide.matches ? "table" : "game";
-  }
+  let open = null;
 
   /** @param {string | null} name of a drawer, or null to close what is open */
-  show(name) {
-    this.open = name === "game" && this.wide.matches ? null : name;
-    const shown = this.open ?? (this.wide.matches ? "game" : null);
-    document.documentElement.dataset.drawer = this.open ?? "";
-    if (this.open) window.sessionStorage.setItem(KEPT, this.open);
+  const show = (name) => {
+    open = name === "game" && wide.matches ? null : name;
+    const shown = open ?? (wide.matches ? "game" : null);
+    document.documentElement.dataset.drawer = open ?? "";
+    if (open) window.sessionStorage.setItem(KEPT, open);
     else window.sessionStorage.removeItem(KEPT);
-    this.more.setAttribute("aria-expanded", String(this.open !== null));
-    this.padlock.setAttribute("aria-expanded", String(this.open === "fair"));
-    this.box.hidden = shown === null;
-    for (const tab of this.tabs) {
+    more.setAttribute("aria-expanded", String(open !== null));
+    byId("padlock").setAttribute("aria-expanded", String(open === "fair"));
+    byId("sheet").hidden = shown === null;
+    for (const tab of tabs) {
       const drawer = drawerOf(tab);
       tab.setAttribute("aria-expanded", String(drawer === shown));
       byId(drawer).hidden = drawer !== shown;
     }
     byId("sheet-body").scrollTop = 0;
-  }
+  };
+  /** @param {string} drawer is opened, or closed where it is open */
+  const turn = (drawer) => show(open === drawer ? null : drawer);
+  const close = () => {
+    show(null);
+    more.focus();
+  };
 
-  #close() {
-    this.show(null);
-    this.more.focus();
-  }
-
-  /** @param {KeyboardEvent} event */
-  #key(event) {
-    if (event.ctrlKey || event.altKey || event.metaKey || this.keys.open) return;
-    if (event.key === "Escape" && this.open) this.#close();
+  wide.addEventListener("change", () => show(open));
+  for (const tab of tabs) tab.addEventListener("click", () => show(drawerOf(tab)));
+  onClick("more", () => show(open ? null : (wide.matches ? "table" : "game")));
+  onClick("padlock", () => turn("fair"));
+  onClick("world-key", () => turn("table"));
+  onClick("sheet-close", close);
+  onClick("keys-open", () => keys.showModal());
+  document.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.altKey || event.metaKey || keys.open) return;
+    if (event.key === "Escape" && open) close();
     if (isWithin(event, TYPED_INTO)) return;
     const drawer = KEYS.get(event.key.toLowerCase());
-    if (drawer) this.show(this.open === drawer ? null : drawer);
+    if (drawer) turn(drawer);
     else if (event.key === "m" || event.key === "M") byId("sound").click();
-    else if (event.key === "?") this.keys.showModal();
-  }
+    else if (event.key === "?") keys.showModal();
+  });
+  // What is wrong with a seed is read where the seed is.
+  game.on("choice", () => { if (byId("seed").getAttribute("aria-invalid") === "true") show("lab"); });
+  game.on("table", ({ hello }) => { byId("keys-aim").hidden = hello.slots.length === 0 && byId("start").hidden; });
+  show(window.sessionStorage.getItem(KEPT));
 }
 
 /** @param {Element} tab @returns {string} the id of the drawer that it opens */

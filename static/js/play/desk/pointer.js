@@ -5,39 +5,34 @@ import { aimAt } from "./aim.js";
 /** @import { BoardView } from "../../board/view.js" */
 /** @import { Game } from "../game.js" */
 
-/** Of one board's canvas. */
-export class BoardPointer {
-  /** The aim under the pointer, m. @type {number | null} */
-  hover = null;
-
-  /** @param {Game} game @param {BoardView} view @param {(x: number, y: number) => void} onPick m */
-  constructor(game, view, onPick) {
-    this.game = game;
-    this.view = view;
-    const { moving } = view;
-    moving.addEventListener("pointermove", (event) => {
-      this.#hover(event.pointerType === "mouse" ? this.#aim(event) : null);
-    });
-    moving.addEventListener("pointerleave", () => this.#hover(null));
-    moving.addEventListener("click", (event) => {
-      const place = view.aimOf(event);
-      if (place?.above) game.drop(this.#aim(event) ?? undefined);
-      else if (place) onPick(place.x, place.y);
-    });
-  }
-
+/**
+ * Of one board's canvas.
+ * @param {Game} game @param {BoardView} view @param {(x: number, y: number) => void} onPick m
+ * @returns {() => number | null} the aim under the pointer, m
+ */
+export function followPointer(game, view, onPick) {
+  /** @type {number | null} */
+  let hover = null;
+  const { moving } = view;
   /** @param {MouseEvent} event @returns {number | null} where a ball may start that is dropped there, m */
-  #aim(event) {
-    const place = this.view.aimOf(event);
-    const { hello } = this.game.room;
+  const aim = (event) => {
+    const place = view.aimOf(event);
+    const { hello } = game.room;
     return place?.above && hello ? aimAt(hello, place.x) : null;
-  }
-
-  /** @param {number | null} x metres */
-  #hover(x) {
-    if (x === this.hover) return;
-    this.hover = x;
-    this.view.moving.style.cursor = x === null ? "" : "pointer";
-    this.game.tell("picture", null);
-  }
+  };
+  /** @param {number | null} x m */
+  const show = (x) => {
+    if (x === hover) return;
+    hover = x;
+    moving.style.cursor = x === null ? "" : "pointer";
+    game.tell("picture", null);
+  };
+  moving.addEventListener("pointermove", (event) => show(event.pointerType === "mouse" ? aim(event) : null));
+  moving.addEventListener("pointerleave", () => show(null));
+  moving.addEventListener("click", (event) => {
+    const place = view.aimOf(event);
+    if (place?.above) game.drop(aim(event) ?? undefined);
+    else if (place) onPick(place.x, place.y);
+  });
+  return () => hover;
 }

@@ -2,7 +2,7 @@
 
 import { GRAVITY, OWN, RESTITUTION, restitutionOf, worldWords } from "../../model/worlds.js";
 import { t } from "../../texts/text.js";
-import { byId, make, radiosOf, radioValue } from "../../util/dom.js";
+import { byId, check, make, onChoice, onSubmit, radioValue } from "../../util/dom.js";
 import { plain } from "../../util/format.js";
 import { figure } from "../../util/scale.js";
 
@@ -11,59 +11,46 @@ import { figure } from "../../util/scale.js";
 
 const ROWS = [8, 9, 10, 11, 12, 13, 14, 15, 16];
 
-/** The fields by which a table is chosen. */
-export class TableForm {
-  /** @param {Game} game */
-  constructor(game) {
-    this.game = game;
-    this.rows = byId("rows", HTMLSelectElement);
-    this.risk = byId("risk", HTMLSelectElement);
-    this.gravity = byId("gravity", HTMLSelectElement);
-    this.material = byId("material", HTMLSelectElement);
-    this.#fill();
-    for (const field of [this.rows, this.gravity, this.risk, this.material, ...radiosOf("contact")]) {
-      field.addEventListener("change", () => game.move(this.#choice));
-    }
-    byId("board-form", HTMLFormElement).addEventListener("submit", (event) => event.preventDefault());
-    game.on("table", () => this.#show());
-    game.on("choice", () => this.#show());
-  }
+/** The fields by which a table is chosen. @param {Game} game */
+export function offerTables(game) {
+  const [rows, risk, gravity, material] = ["rows", "risk", "gravity", "material"].map((id) =>
+    byId(id, HTMLSelectElement));
+  const option = (/** @type {string} */ value, /** @type {string} */ text) => make("option", { value }, text);
+  rows.append(
+    ...ROWS.map((count) => option(String(count), plain(count))),
+    option("classic", t("word.classic")), option("galton", t("word.galton")),
+  );
+  gravity.append(option(OWN, t("world.own")), ...Object.entries(GRAVITY).map(([name, value]) =>
+    option(name, `${worldWords(name)} ${plain(value)}`)));
+  material.append(option(OWN, t("world.own-material")), ...Object.keys(RESTITUTION).map((name) =>
+    option(name, `${worldWords(name)} ${plain(restitutionOf(name))}`)));
 
-  #fill() {
-    const option = (/** @type {string} */ value, /** @type {string} */ text) => make("option", { value }, text);
-    this.rows.append(
-      ...ROWS.map((rows) => option(String(rows), plain(rows))),
-      option("classic", t("word.classic")), option("galton", t("word.galton")),
-    );
-    this.gravity.append(option(OWN, t("world.own")), ...Object.entries(GRAVITY).map(([name, value]) =>
-      option(name, `${worldWords(name)} ${plain(value)}`)));
-    this.material.append(option(OWN, t("world.own-material")), ...Object.keys(RESTITUTION).map((name) =>
-      option(name, `${worldWords(name)} ${plain(restitutionOf(name))}`)));
-  }
-
-  /** @returns {TableChoice} */
-  get #choice() {
-    const rows = Number(this.rows.value);
-    return {
-      kind: rows ? "triangle" : /** @type {TableChoice["kind"]} */ (this.rows.value), rows,
-      risk: /** @type {TableChoice["risk"]} */ (this.risk.value),
-      gravity: this.gravity.value, material: this.material.value, knock: radioValue("contact") === "knock",
-    };
-  }
+  const move = () => {
+    const count = Number(rows.value);
+    return game.move({
+      kind: count ? "triangle" : /** @type {TableChoice["kind"]} */ (rows.value), rows: count,
+      risk: /** @type {TableChoice["risk"]} */ (risk.value),
+      gravity: gravity.value, material: material.value, knock: radioValue("contact") === "knock",
+    });
+  };
+  for (const field of [rows, risk, gravity, material]) field.addEventListener("change", move);
+  onChoice("contact", move);
+  onSubmit("board-form");
 
   /** As the room has it. */
-  #show() {
-    const { hello } = this.game.room;
-    if (!hello || this.game.moving) return;
-    const choice = this.game.played;
-    for (const field of [this.rows, this.gravity, this.material]) field.disabled = choice === null;
-    this.gravity.options[0].textContent = t("world.own-gravity", { g: figure(hello.board.gravity) });
-    this.gravity.value = choice?.gravity ?? OWN;
-    this.material.value = choice?.material ?? OWN;
-    this.rows.value = choice?.kind === "triangle" ? String(choice.rows) : (choice?.kind ?? "");
-    this.risk.disabled = choice?.kind !== "triangle";
-    this.risk.value = choice?.risk ?? "medium";
-    const knock = hello.mode === "interacting";
-    for (const radio of radiosOf("contact")) radio.checked = (radio.value === "knock") === knock;
-  }
+  const show = () => {
+    const { hello } = game.room;
+    if (!hello || game.moving) return;
+    const choice = game.played;
+    for (const field of [rows, gravity, material]) field.disabled = choice === null;
+    gravity.options[0].textContent = t("world.own-gravity", { g: figure(hello.board.gravity) });
+    gravity.value = choice?.gravity ?? OWN;
+    material.value = choice?.material ?? OWN;
+    rows.value = choice?.kind === "triangle" ? String(choice.rows) : (choice?.kind ?? "");
+    risk.disabled = choice?.kind !== "triangle";
+    risk.value = choice?.risk ?? "medium";
+    check("contact", hello.mode === "interacting" ? "knock" : "pass");
+  };
+  game.on("table", show);
+  game.on("choice", show);
 }

@@ -213,8 +213,7 @@ export class FairPlay {
     this.#beginning = true;
     this.#leave();
     this.state = null;
-    this.#kept = null;
-    this.#save(this.#saved().filter((each) => each.room !== this.room));
+    this.#keep(null);
     this.#secret = hexOf(crypto.getRandomValues(new Uint8Array(SECRET_BYTES)));
     this.#commitment = hexOf(await commitment(bytesOfHex(this.#secret, "secret")));
     this.send({ type: "session", commitment: this.#commitment, ref: REF });
@@ -240,19 +239,15 @@ export class FairPlay {
     this.news.tell("room", null);
   }
 
-  /** @param {Kept} kept */
+  /** @param {Kept | null} kept in the place of what was kept of this room; null forgets */
   #keep(kept) {
     this.#kept = kept;
-    this.#save([...this.#saved().filter(({ room }) => room !== this.room), kept].slice(-KEPT));
+    const others = this.#saved().filter(({ room }) => room !== this.room);
+    this.storage.setItem(KEY, JSON.stringify([...others, ...(kept ? [kept] : [])].slice(-KEPT)));
   }
 
   /** @returns {Kept[]} */
   #saved() {
     return JSON.parse(this.storage.getItem(KEY) ?? "[]");
-  }
-
-  /** @param {Kept[]} all */
-  #save(all) {
-    this.storage.setItem(KEY, JSON.stringify(all));
   }
 }

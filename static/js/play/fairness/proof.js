@@ -2,12 +2,12 @@
 
 import { getJson, messageOf } from "../../net/api.js";
 import { t } from "../../texts/text.js";
-import { make } from "../../util/dom.js";
+import { make, say } from "../../util/dom.js";
 
 /** @import { Board } from "../../model/board.js" */
 /** @import { Played } from "../../model/player/account.js" */
 /** @import { BoardReply } from "../../net/replies.js" */
-/** @import { Solver } from "../../solver/solver.js" */
+/** @import { Game } from "../game.js" */
 
 const SHOWN = 12; // digits of a digest
 
@@ -18,14 +18,10 @@ export class Prover {
   /** @type {Map<string, Board>} by digest */
   #boards = new Map();
 
-  /** @param {Solver | null} solver null where nothing can be computed here */
-  constructor(solver) {
-    this.solver = solver;
-  }
-
-  /** @param {string} digest @param {Board} board of a table */
-  know(digest, board) {
-    this.#boards.set(digest, board);
+  /** @param {Game} game */
+  constructor(game) {
+    this.solver = game.solver;
+    game.on("table", ({ hello }) => this.#boards.set(hello.board_digest, hello.board));
   }
 
   /** @param {Played} drop @returns {boolean} whether there is something to hold it against */
@@ -46,37 +42,29 @@ export class Prover {
     try {
       const { impacts, fault, digest } = await this.#verify(drop);
       await turn(dots, impacts, fault === null ? "good" : "bad");
-      words.dataset.tone = fault === null ? "good" : "bad";
-      words.textContent = fault ?? t("fair.verified", { n: impacts, digest: digest.slice(0, SHOWN) });
+      const verified = t("fair.verified", { n: impacts, digest: digest.slice(0, SHOWN) });
+      say(words, fault === null ? "good" : "bad", fault ?? verified);
     } catch (error) {
-      words.dataset.tone = "bad";
-      words.textContent = t("fair.unverified", { why: messageOf(error) });
+      say(words, "bad", t("fair.unverified", { why: messageOf(error) }));
     }
   }
 
   /** @param {Played} drop @returns {Promise<Verdict>} */
   async #verify({ seed, x, aim, digest: told, bin, score, board, boardDigest }) {
     if (!this.solver || !told) throw new Error(t("fair.no-solver"));
-    const known = this.#boards.get(boardDigest ?? "") ?? (await fetched(board));
+    const known = this.#boards.get(boardDigest ?? "")
+      ?? /** @type {BoardReply} */ (await getJson(`boards/${encodeURIComponent(board)}`)).board;
     const drop = this.solver.drop(known, { seed, x, aim });
-    const impacts = drop.impacts.length;
-    const { digest } = drop;
-    if (boardDigest && drop.boardDigest !== boardDigest) {
-      return { impacts, digest, fault: t("fair.other-board") };
+    const { digest, impacts: { length: impacts } } = drop;
+    let fault = null;
+    if (boardDigest && drop.boardDigest !== boardDigest) fault = t("fair.other-board");
+    else if (!digest.startsWith(told)) {
+      fault = t("fair.other-path", { here: digest.slice(0, SHOWN), told: told.slice(0, SHOWN) });
+    } else if (drop.bin !== bin || drop.score !== score) {
+      fault = t("fair.other-bin", { found: String(drop.bin), told: String(bin) });
     }
-    if (!digest.startsWith(told)) {
-      const fault = t("fair.other-path", { here: digest.slice(0, SHOWN), told: told.slice(0, SHOWN) });
-      return { impacts, digest, fault };
-    }
-    const paid = drop.bin === bin && drop.score === score;
-    return { impacts, digest, fault: paid ? null : t("fair.other-bin", { found: String(drop.bin), told: String(bin) }) };
+    return { impacts, digest, fault };
   }
-}
-
-/** @param {string} address what REST calls the board @returns {Promise<Board>} */
-async function fetched(address) {
-  const reply = await getJson(`boards/${encodeURIComponent(address)}`);
-  return /** @type {BoardReply} */ (reply).board;
 }
 
 /**

@@ -7,11 +7,10 @@ import { replayLink } from "../../net/drop-address.js";
 import { coloursOf, prizeOf } from "../../paint/prizes.js";
 import { t } from "../../texts/text.js";
 import { copyFrom } from "../../util/copy.js";
-import { byId, make } from "../../util/dom.js";
+import { byId, check, make, onClick, onSubmit, radioValue } from "../../util/dom.js";
 import { nameOf } from "../account/self.js";
 
 /** @import { Board } from "../../model/board.js" */
-/** @import { Visitor } from "../../model/messages.js" */
 /** @import { Landing, Owner } from "../../model/table/company.js" */
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
@@ -19,99 +18,74 @@ import { nameOf } from "../account/self.js";
 const SHOWN_MS = 250; // between two renewals while balls rain
 const TOLD_MS = 2100; // between two changes of name: the server takes no more for long
 
-/** Of one table at a time. */
-export class CompanyPanel {
-  #tellTimer = 0;
-  #toldMs = Number.NEGATIVE_INFINITY;
-
-  /** @param {Game} game @param {Theme} theme */
-  constructor(game, theme) {
-    this.game = game;
-    this.theme = theme;
-    const { self } = game;
-    game.onCalm("company", SHOWN_MS, () => this.#show());
-    this.name = byId("self-name", HTMLInputElement);
-    this.colours = byId("self-colours");
-    this.#offerColours();
-    this.name.value = self.appearance.name ?? "";
-    this.name.addEventListener("change", () => this.#change());
-    this.colours.addEventListener("change", () => this.#change());
-    byId("self-form", HTMLFormElement).addEventListener("submit", (event) => event.preventDefault());
-    byId("invite").addEventListener("click", () => this.#invite());
-    theme.onChange(() => this.#show());
-  }
-
-  #show() {
-    const { company } = this.game.room;
+/** Of one table at a time. @param {Game} game @param {Theme} theme */
+export function showCompany(game, theme) {
+  const show = () => {
+    const { company } = game.room;
     const others = company.visitors.filter(({ visitor }) => visitor !== company.you);
     byId("company-here").textContent = company.here > 1
       ? t("company.others", { n: company.here - 1 })
       : t("company.alone");
-    byId("people").replaceChildren(...others.map((visitor) => this.#person(visitor)));
+    byId("people").replaceChildren(...others.map((visitor) =>
+      make("li", {}, swatch(swatchOf(visitor)), make("bdi", {}, called(visitor)))));
     const { landings } = company;
     byId("landings").hidden = landings.every(({ mine }) => mine);
-    byId("landings").replaceChildren(...landings.map((landing) => this.#landing(landing)));
-  }
-
-  /** @param {Visitor} visitor */
-  #person(visitor) {
-    return make("li", {}, swatch(swatchOf(visitor)), make("bdi", {}, called(visitor)));
-  }
-
-  /** @param {Landing} landing */
-  #landing({ mine, owner, ball, score, bin }) {
-    const own = owner?.colour ?? this.theme.palette.ball;
-    const other = owner ? swatchOf(owner) : this.theme.palette.other;
-    const who = make("bdi", {}, mine ? t("company.you") : called(owner));
-    const row = make("li", {}, swatch(mine ? own : other), who, paidMark(this.theme, this.#board, bin, score));
-    const { hello, own: drops } = this.game.room;
-    // What others did to a ball is in no seed: there is nothing to replay alone.
-    if (hello?.mode === "interacting") return row;
-    const { seed, x, explicit, aim } = ball;
-    const href = replayLink({ board: drops.address, seed, x: explicit ? x : null, aim });
-    const link = make("a", { class: "again", href }, t("play.replay"));
-    link.setAttribute("aria-label", t("company.replay", { who: who.textContent ?? "", pays: prizeOf(this.#board, bin, score) }));
-    row.append(link);
-    return row;
-  }
-
-  get #board() {
-    return this.game.room.hello?.board ?? null;
-  }
-
-  #offerColours() {
-    const { colour = "" } = this.game.self.appearance;
-    const shown = ["", ...COLOURS, ...(colour && !COLOURS.includes(colour) ? [colour] : [])];
-    this.colours.append(...shown.map((value, i) => {
-      const radio = make("input", { type: "radio", name: "self-colour", value });
-      radio.checked = value === colour;
-      radio.setAttribute("aria-label", value ? t("company.colour", { n: i }) : t("company.no-colour"));
-      const dot = value ? swatch(value) : make("i", { class: "swatch swatch-none" });
-      return make("label", { class: "swatch-choice" }, radio, dot);
-    }));
-  }
-
-  #change() {
-    const name = nameOf(this.name.value);
-    this.name.setAttribute("aria-invalid", String(name === null));
-    byId("self-note").textContent = t(name === null ? "company.bad-name" : "company.note");
-    if (name === null) return;
-    const checked = this.colours.querySelector("input:checked");
-    this.game.self.change({ name, colour: checked instanceof HTMLInputElement ? checked.value : "" });
-    this.name.value = name;
-    const wait = Math.max(0, this.#toldMs + TOLD_MS - performance.now());
-    window.clearTimeout(this.#tellTimer);
-    this.#tellTimer = window.setTimeout(() => {
-      this.#toldMs = performance.now();
-      this.game.room.appear();
-    }, wait);
-  }
-
-  async #invite() {
-    const link = new URL(`./?room=${encodeURIComponent(this.game.room.id)}`, document.baseURI).href;
+    byId("landings").replaceChildren(...landings.map((landing) => rowOf(landing, game, theme)));
+  };
+  game.onCalm("company", SHOWN_MS, show);
+  theme.onChange(show);
+  offerAppearance(game);
+  onClick("invite", async () => {
+    const link = new URL(`./?room=${encodeURIComponent(game.room.id)}`, document.baseURI).href;
     const copied = await copyFrom(byId("invite-link", HTMLInputElement), link);
     byId("invite-note").textContent = t(copied ? "company.copied" : "company.marked");
-  }
+  });
+}
+
+/** @param {Landing} landing @param {Game} game @param {Theme} theme */
+function rowOf({ mine, owner, ball, score, bin }, { room: { hello, own } }, theme) {
+  const board = hello?.board ?? null;
+  const colour = mine ? (owner?.colour ?? theme.palette.ball) : (owner ? swatchOf(owner) : theme.palette.other);
+  const who = mine ? t("company.you") : called(owner);
+  const row = make("li", {}, swatch(colour), make("bdi", {}, who), paidMark(theme, board, bin, score));
+  // What others did to a ball is in no seed: there is nothing to replay alone.
+  if (hello?.mode === "interacting") return row;
+  const { seed, x, explicit, aim } = ball;
+  const href = replayLink({ board: own.address, seed, x: explicit ? x : null, aim });
+  const name = t("company.replay", { who, pays: prizeOf(board, bin, score) });
+  row.append(make("a", { class: "again", href, "aria-label": name }, t("play.replay")));
+  return row;
+}
+
+/** One's own name and colour. @param {Game} game */
+function offerAppearance(game) {
+  const name = byId("self-name", HTMLInputElement);
+  const { colour: chosen = "", name: kept = "" } = game.self.appearance;
+  const shown = ["", ...COLOURS, ...(chosen && !COLOURS.includes(chosen) ? [chosen] : [])];
+  byId("self-colours").append(...shown.map((value, i) => {
+    const words = value ? t("company.colour", { n: i }) : t("company.no-colour");
+    const radio = make("input", { type: "radio", name: "self-colour", value, "aria-label": words });
+    const dot = value ? swatch(value) : make("i", { class: "swatch swatch-none" });
+    return make("label", { class: "swatch-choice" }, radio, dot);
+  }));
+  check("self-colour", chosen);
+  name.value = kept;
+  let timer = 0;
+  let toldMs = Number.NEGATIVE_INFINITY;
+  onSubmit("self-form");
+  byId("self-form").addEventListener("change", () => {
+    const text = nameOf(name.value);
+    name.setAttribute("aria-invalid", String(text === null));
+    byId("self-note").textContent = t(text === null ? "company.bad-name" : "company.note");
+    if (text === null) return;
+    game.self.change({ name: text, colour: radioValue("self-colour") });
+    name.value = text;
+    window.clearTimeout(timer);
+    timer = window.setTimeout(() => {
+      toldMs = performance.now();
+      game.room.appear();
+    }, Math.max(0, toldMs + TOLD_MS - performance.now()));
+  });
 }
 
 /** @param {string} colour #rrggbb */

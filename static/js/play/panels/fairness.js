@@ -6,7 +6,7 @@ import { openTools } from "../../fairness/tools.js";
 import { messageOf, request } from "../../net/api.js";
 import { showingToken } from "../../net/session-token.js";
 import { t } from "../../texts/text.js";
-import { byId, say } from "../../util/dom.js";
+import { byId, onClick, say } from "../../util/dom.js";
 import { saveFile } from "../../util/file.js";
 
 /** @import { Tools } from "../../fairness/check.js" */
@@ -16,67 +16,55 @@ import { saveFile } from "../../util/file.js";
 
 const SHORT = 8; // digits of a commitment in the padlock's tooltip, of a session in a file's name
 
-/** Shows the session, and checks it once it is over. */
-export class FairPanel {
+/** Shows the session, and checks it once it is over. @param {Game} game */
+export function showFairness(game) {
+  const verdict = byId("fair-verdict");
   /** @type {Promise<Tools> | null} fetched by the first check */
-  #tools = null;
-  #saved = { name: "", text: "" };
+  let tools = null;
+  let saved = { name: "", text: "" };
 
-  /** @param {Game} game */
-  constructor(game) {
-    this.game = game;
-    this.padlock = byId("padlock");
-    this.verdict = byId("fair-verdict");
-    this.button = byId("fair-check", HTMLButtonElement);
-    this.button.addEventListener("click", () => game.room.fair.end());
-    for (const kind of /** @type {const} */ (["room", "account", "choice"])) game.on(kind, () => this.#show());
-    game.on("ended", ({ ended, heard }) => this.#check(ended, heard));
-    this.#show();
-    byId("fair-save").addEventListener("click", () => {
-      saveFile(this.#saved.name, this.#saved.text, "application/json");
-    });
-  }
-
-  #show() {
-    const { room, practice } = this.game;
+  const show = () => {
+    const { room, practice } = game;
     const { committed, open, state } = room.fair;
-    this.padlock.hidden = practice !== null;
-    this.padlock.dataset.open = String(open);
-    const label = committed
-      ? t("fair.committed", { lock: committed.slice(0, SHORT) })
-      : t("fair.uncommitted");
+    const padlock = byId("padlock");
+    padlock.hidden = practice !== null;
+    padlock.dataset.open = String(open);
+    padlock.title = committed ? t("fair.committed", { lock: committed.slice(0, SHORT) }) : t("fair.uncommitted");
+    padlock.setAttribute("aria-label", padlock.title);
     byId("padlock-text").textContent = committed ? t("play.sealed") : t("play.no-lock");
-    this.padlock.setAttribute("aria-label", label);
-    this.padlock.title = label;
-    this.button.disabled = !state || state.drops === 0 || room.own.count > 0;
+    const button = byId("fair-check", HTMLButtonElement);
+    button.disabled = !state || state.drops === 0 || room.own.count > 0;
     if (!state) return;
-    this.button.textContent = state.drops === 0
-      ? t("fair.reveal")
-      : t("fair.reveal-drops", { n: state.drops });
+    button.textContent = state.drops === 0 ? t("fair.reveal") : t("fair.reveal-drops", { n: state.drops });
     byId("fair-values").replaceChildren(
       value(t("fair.server"), committed),
       value(t("fair.yours"), String(state.statement.client_commitment)),
       value(t("fair.session"), state.session),
       value(t("fair.key"), state.key),
     );
-  }
+  };
 
   /** @param {SessionEnded} ended @param {Heard} heard what we were given meanwhile */
-  async #check({ session }, heard) {
-    this.verdict.hidden = false;
-    say(this.verdict, "", t("page.computing"));
+  const check = async ({ session }, heard) => {
+    verdict.hidden = false;
+    say(verdict, "", t("page.computing"));
     try {
       const path = `sessions/${encodeURIComponent(session)}/export`;
       const reply = await request(path, showingToken(window.localStorage, session));
       const text = JSON.stringify({ ...(await reply.json()), ...heard });
-      this.#saved = { name: `plinko-session-${session.slice(0, SHORT)}.json`, text };
-      this.#tools ??= openTools();
-      const places = { verdict: this.verdict, list: byId("fair-steps") };
-      await report(readExport(text), await this.#tools, places);
+      saved = { name: `plinko-session-${session.slice(0, SHORT)}.json`, text };
+      tools ??= openTools();
+      await report(readExport(text), await tools, { verdict, list: byId("fair-steps") });
     } catch (error) {
-      say(this.verdict, "bad", t("fair.failed", { why: messageOf(error) }));
+      say(verdict, "bad", t("fair.failed", { why: messageOf(error) }));
     }
     byId("fair-links").hidden = false;
     byId("fair-verify", HTMLAnchorElement).href = `verify.html?session=${encodeURIComponent(session)}`;
-  }
+  };
+
+  onClick("fair-check", () => game.room.fair.end());
+  onClick("fair-save", () => saveFile(saved.name, saved.text, "application/json"));
+  for (const kind of /** @type {const} */ (["room", "account", "choice"])) game.on(kind, show);
+  game.on("ended", ({ ended, heard }) => check(ended, heard));
+  show();
 }

@@ -14,80 +14,71 @@ import { paidMark } from "./company.js";
 const CHIPS = 5;
 const RENEWED_MS = 200; // while balls rain
 
-/** Both are views of the account. */
-export class History {
+/** Both are views of the account. @param {Game} game @param {Theme} theme */
+export function showHistory(game, theme) {
+  const prover = new Prover(game);
   /** @type {Map<string, HTMLElement>} rows by what they show: one of them may show its proof */
-  #rows = new Map();
-  #newest = "";
+  let rows = new Map();
+  let newest = "";
 
-  /** @param {Game} game @param {Theme} theme */
-  constructor(game, theme) {
-    this.game = game;
-    this.theme = theme;
-    this.prover = new Prover(game.solver);
-    game.on("table", ({ hello }) => this.prover.know(hello.board_digest, hello.board));
-    game.onCalm("account", RENEWED_MS, () => this.#show());
-    theme.onChange(() => {
-      this.#rows.clear();
-      this.#show();
-    });
-    this.#show();
-  }
-
-  #show() {
-    const { last } = this.game.account;
+  const show = () => {
+    const { last } = game.account;
     byId("history-empty").hidden = last.length > 0;
     const keys = last.map((drop) => JSON.stringify(drop));
-    const rows = last.map((drop, i) => this.#rows.get(keys[i]) ?? this.#row(drop));
-    this.#rows = new Map(keys.map((key, i) => [key, rows[i]]));
-    byId("drops").replaceChildren(...rows);
-    const fresh = this.#newest !== "" && keys.length > 0 && keys[0] !== this.#newest;
-    this.#newest = keys[0] ?? " ";
-    const chips = last.slice(0, CHIPS).map((drop) => make("li", {}, this.#paid(drop)));
+    rows = new Map(keys.map((key, i) => [key, rows.get(key) ?? row(last[i])]));
+    byId("drops").replaceChildren(...rows.values());
+    const fresh = newest !== "" && keys.length > 0 && keys[0] !== newest;
+    newest = keys[0] ?? " ";
+    const chips = last.slice(0, CHIPS).map((drop) => make("li", {}, mark(drop)));
     chips[0]?.classList.toggle("fresh", fresh);
     byId("last").replaceChildren(...chips);
-  }
-
-  /** @param {Played} drop */
-  #row(drop) {
-    const { seed, name, practice, stake, paid } = drop;
-    const where = practice || drop.x !== null
-      ? make("span", { class: "on" }, t("practice.word"))
-      : make("span", { class: "on" }, make("b", {}, signed(paid - stake)), ` ${name}`);
-    const row = make("li", {}, this.#paid(drop), where);
-    if (drop.knocked) {
-      // What others did to the ball is in no seed: there is nothing to replay alone.
-      row.append(make("span", { class: "on" }, t("play.knocked")));
-      return row;
-    }
-    if (this.prover.canVerify(drop)) {
-      row.append(this.#key("play.verify", t("play.verify-seed", { seed, board: name }), () => this.prover.show(drop, row)));
-    }
-    const link = make("a", { class: "again", href: replayLink(drop) }, t("play.replay"));
-    link.setAttribute("aria-label", t("play.replay-seed", { seed, board: name }));
-    const use = t("play.use-seed-again", { seed: shortSeed(seed) });
-    row.append(link, this.#key("play.use-seed", use, () => this.#use(seed)));
-    return row;
-  }
-
-  /** @param {"play.verify" | "play.use-seed"} text @param {string} name @param {() => void} press */
-  #key(text, name, press) {
-    const button = make("button", { class: "verify", type: "button", "aria-label": name, title: name }, t(text));
-    button.addEventListener("click", press);
-    return button;
-  }
-
-  /** Practice with the seed of a drop. @param {string} seed */
-  #use(seed) {
-    const field = byId("seed", HTMLInputElement);
-    field.value = seed;
-    field.dispatchEvent(new Event("input"));
-  }
+  };
 
   /** @param {Played} drop @returns {HTMLElement} its multiplier, or that it has none */
-  #paid({ bin, score }) {
-    const paid = paidMark(this.theme, null, bin, score);
+  const mark = ({ bin, score }) => {
+    const paid = paidMark(theme, null, bin, score);
     if (bin === null) paid.title = t("play.void-why");
     return paid;
-  }
+  };
+
+  /** @param {Played} drop */
+  const row = (drop) => {
+    const { seed, name: board, practice, stake, paid } = drop;
+    const where = practice || drop.x !== null
+      ? make("span", { class: "on" }, t("practice.word"))
+      : make("span", { class: "on" }, make("b", {}, signed(paid - stake)), ` ${board}`);
+    const line = make("li", {}, mark(drop), where);
+    if (drop.knocked) {
+      // What others did to the ball is in no seed: there is nothing to replay alone.
+      line.append(make("span", { class: "on" }, t("play.knocked")));
+      return line;
+    }
+    if (prover.canVerify(drop)) {
+      line.append(key("play.verify", t("play.verify-seed", { seed, board }), () => prover.show(drop, line)));
+    }
+    const name = t("play.replay-seed", { seed, board });
+    line.append(
+      make("a", { class: "again", href: replayLink(drop), "aria-label": name }, t("play.replay")),
+      key("play.use-seed", t("play.use-seed-again", { seed: shortSeed(seed) }), () => {
+        const field = byId("seed", HTMLInputElement);
+        field.value = seed;
+        field.dispatchEvent(new Event("input"));
+      }),
+    );
+    return line;
+  };
+
+  game.onCalm("account", RENEWED_MS, show);
+  theme.onChange(() => {
+    rows.clear();
+    show();
+  });
+  show();
+}
+
+/** @param {"play.verify" | "play.use-seed"} text @param {string} name @param {() => void} press */
+function key(text, name, press) {
+  const button = make("button", { class: "verify", type: "button", "aria-label": name, title: name }, t(text));
+  button.addEventListener("click", press);
+  return button;
 }

@@ -3,79 +3,62 @@
 import { Falling } from "../show/falling.js";
 import { MAIN_ROOM } from "../../model/presets.js";
 import { t } from "../../texts/text.js";
-import { byId } from "../../util/dom.js";
+import { byId, onClick } from "../../util/dom.js";
 import { putIntoAddress } from "../rooms.js";
 
 /** @import { Scene } from "../../model/scene.js" */
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
 
-/** The status line: results at once, words on the way of a ball between them. */
-export class Notices {
-  #falling = new Falling();
-  #state = "connecting";
+const STATES = /** @type {const} */ ({
+  connecting: "play.connecting", live: "play.live", asleep: "play.ready", closed: "play.closed",
+  reconnecting: "play.reconnecting",
+});
 
-  /** @param {Game} game @param {Theme} theme */
-  constructor(game, theme) {
-    this.game = game;
-    this.theme = theme;
-    this.line = byId("result");
-    game.on("said", ({ text, score, urgent = false }) => this.#say(text, score, urgent));
-    game.on("table", ({ table }) => this.#falling.setBoard(table.board));
-    game.on("room", () => this.#showState());
-    byId("gone-key").addEventListener("click", () => this.#wayOn());
-    byId("line-key").addEventListener("click", () => game.room.connection.retryNow());
-    this.#showState();
-  }
-
-  /** How far our only ball has come, or how many fall. @param {Scene} scene */
-  watch({ balls }) {
-    const { falling } = this.game;
-    if (falling === 0) return;
-    const words = falling > 1 ? t("play.balls-fall", { n: falling }) : this.#falling.words(balls);
-    if (words && !this.#falling.silent && this.line.textContent !== words) this.#put(words);
-  }
-
-  /** @param {string} text @param {number | undefined} score @param {boolean} urgent */
-  #say(text, score, urgent) {
-    this.#falling.silent = urgent && this.game.busy;
-    this.#put(text, score);
-  }
+/**
+ * The status line: results at once, words on the way of a ball between them.
+ * @param {Game} game @param {Theme} theme
+ * @returns {(scene: Scene) => void} to be called for each picture: how far our only ball has come, or how many fall
+ */
+export function showNotices(game, theme) {
+  const falling = new Falling();
+  const line = byId("result");
+  let before = "connecting";
 
   /** @param {string} text @param {number} [score] */
-  #put(text, score) {
-    this.line.textContent = text;
-    this.line.style.setProperty("--paid", score === undefined ? "transparent" : this.theme.payout(score).fill);
-  }
-
-  #showState() {
-    const { state, wait, hello } = this.game.room;
-    const { dataset } = document.documentElement;
-    dataset.state = state;
-    byId("state-text").textContent = state === "reconnecting" ? t("play.reconnecting", { n: wait }) : STATES[state]();
+  const put = (text, score) => {
+    line.textContent = text;
+    line.style.setProperty("--paid", score === undefined ? "transparent" : theme.payout(score).fill);
+  };
+  /** @param {string} text @param {boolean} urgent @param {number} [score] */
+  const say = (text, urgent, score) => {
+    falling.silent = urgent && game.busy;
+    put(text, score);
+  };
+  const showState = () => {
+    const { state, wait, hello } = game.room;
+    document.documentElement.dataset.state = state;
+    byId("state-text").textContent = t(STATES[state], { n: wait });
     byId("gone").hidden = state !== "closed";
     byId("gone-words").textContent = state === "closed" ? t(hello ? "play.table-closed" : "play.table-gone") : "";
     byId("line-key").hidden = state !== "reconnecting";
-    if (state === "reconnecting" && this.#state !== state) this.#say(t("play.line-broke"), undefined, true);
-    if (this.#state === "reconnecting" && (state === "live" || state === "asleep")) {
-      this.#say(t("play.back"), undefined, true);
-    }
-    this.#state = state;
-  }
-
-  /** From a table that is gone to the main one. */
-  #wayOn() {
+    if (state === "reconnecting" && before !== state) say(t("play.line-broke"), true);
+    if (before === "reconnecting" && (state === "live" || state === "asleep")) say(t("play.back"), true);
+    before = state;
+  };
+  game.on("said", ({ text, score, urgent = false }) => say(text, urgent, score));
+  game.on("table", ({ table }) => falling.setBoard(table.board));
+  game.on("room", showState);
+  onClick("line-key", () => game.room.connection.retryNow());
+  onClick("gone-key", () => { // from a table that is gone to the main one
     putIntoAddress(MAIN_ROOM);
-    if (this.game.room.id === MAIN_ROOM) window.location.reload();
-    else this.game.enter(MAIN_ROOM);
-  }
+    if (game.room.id === MAIN_ROOM) window.location.reload();
+    else game.enter(MAIN_ROOM);
+  });
+  showState();
+  return ({ balls }) => {
+    const n = game.falling;
+    const words = n > 1 ? t("play.balls-fall", { n }) : n === 1 && falling.words(balls);
+    if (words && !falling.silent && line.textContent !== words) put(words);
+  };
 }
-
-/** @type {Record<import("../room.js").LineState, () => string>} */
-const STATES = {
-  connecting: () => t("play.connecting"),
-  live: () => t("play.live"),
-  asleep: () => t("play.ready"),
-  closed: () => t("play.closed"),
-  reconnecting: () => "",
-};

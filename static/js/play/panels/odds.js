@@ -28,71 +28,59 @@ export function returnsOf(name) {
   return known()[name]?.share ?? null;
 }
 
-/** @param {string} name of a board @param {Odds} odds */
-function keep(name, odds) {
-  const learnt = { share: odds.return, ...(odds.measured && { measured: odds }) };
-  window.localStorage.setItem(KEY, JSON.stringify({ ...known(), [name]: learnt }));
-}
-
 /** @param {Hello} hello @returns {string} what its odds follow from: a draw has odds of its own */
-const oddsOf = ({ draw, board_digest: board }) => draw?.digest ?? board;
+const originOf = ({ draw, board_digest: board }) => draw?.digest ?? board;
 
-/** Of one table at a time. */
-export class OddsNote {
+/** Of one table at a time. @param {Game} game */
+export function showOdds(game) {
   /** @type {Odds[]} by aim */
-  #odds = [];
-  #digest = "";
+  let odds = [];
+  let digest = "";
 
-  /** @param {Game} game */
-  constructor(game) {
-    this.game = game;
-    game.on("table", ({ hello }) => this.#learn(hello));
-    game.on("choice", () => this.#show());
-  }
-
-  /** @param {Hello} hello */
-  async #learn(hello) {
+  /** @param {Odds | null} now */
+  const tell = (now) => {
+    game.odds = now;
+    game.tell("odds", now);
+  };
+  const show = () => {
+    const { hello } = game.room;
+    // Those of the table before may come late, when another is there already.
+    const here = hello && originOf(hello) === digest;
+    const now = here ? oddsAt(odds, game.choice.aim, hello.board.drop.x) : null;
+    const words = now ? oddsWords(now) : "";
+    byId("odds-note").textContent = hello?.draw ? t("draw.note") : words;
+    if (now !== game.odds) tell(now);
+  };
+  game.on("choice", show);
+  game.on("table", async ({ hello }) => {
     const { board_name: name } = hello;
-    const digest = oddsOf(hello);
-    if (digest === this.#digest) return; // a line that came back
-    this.#digest = digest;
-    this.#odds = [];
-    this.game.odds = null;
+    const entered = originOf(hello);
+    if (entered === digest) return; // a line that came back
+    digest = entered;
+    odds = [];
+    game.odds = null;
     // Where balls knock each other no odds of one ball hold; boards that cannot be chosen were never counted.
     const choice = choiceOf(hello);
-    const odds = choice && !choice.knock && !hello.draw ? await this.#find(hello).catch(() => []) : [];
-    if (digest !== this.#digest) return;
-    this.#odds = odds;
-    if (odds.length) keep(name, odds[0]);
-    else this.#tell(null);
-    this.#show();
-  }
+    const found = choice && !choice.knock && !hello.draw ? await oddsOf(hello).catch(() => []) : [];
+    if (entered !== digest) return;
+    odds = found;
+    if (odds.length) {
+      const [first] = odds;
+      const learnt = { share: first.return, ...(first.measured && { measured: first }) };
+      window.localStorage.setItem(KEY, JSON.stringify({ ...known(), [name]: learnt }));
+    } else tell(null);
+    show();
+  });
+}
 
-  /** @param {Hello} hello @returns {Promise<Odds[]>} */
-  async #find({ board, board_name: name, board_digest: digest }) {
-    if (readBoardName(name)) {
-      const found = /** @type {OddsReply} */ (await getJson(`boards/${name}/odds`));
-      return found.board_digest === digest ? found.aims : [];
-    }
-    const kept = known()[name]?.measured;
-    if (kept) return [kept];
-    const tally = await new Batch({ board, first: "0", drops: DROPS }, () => {}).done;
-    return tally ? [measuredOdds(tally, board.bins.multipliers)] : [];
+/** @param {Hello} hello @returns {Promise<Odds[]>} by aim */
+async function oddsOf({ board, board_name: name, board_digest: digest }) {
+  if (readBoardName(name)) {
+    const found = /** @type {OddsReply} */ (await getJson(`boards/${name}/odds`));
+    return found.board_digest === digest ? found.aims : [];
   }
-
-  #show() {
-    const { hello } = this.game.room;
-    // Those of the table before may come late, when another is there already.
-    const here = hello && oddsOf(hello) === this.#digest;
-    const odds = here ? oddsAt(this.#odds, this.game.choice.aim, hello.board.drop.x) : null;
-    const words = odds ? oddsWords(odds) : "";
-    byId("odds-note").textContent = hello?.draw ? t("draw.note") : words;
-    if (odds !== this.game.odds) this.#tell(odds);
-  }
-
-  /** @param {Odds | null} odds */
-  #tell(odds) {
-    this.game.odds = odds;
-    this.game.tell("odds", odds);
-  }
+  const kept = known()[name]?.measured;
+  if (kept) return [kept];
+  const tally = await new Batch({ board, first: "0", drops: DROPS }, () => {}).done;
+  return tally ? [measuredOdds(tally, board.bins.multipliers)] : [];
 }

@@ -1,7 +1,7 @@
 // The balance in the head, and the amounts that fly into it from the bins.
 
 import { binBox } from "../../paint/board.js";
-import { byId, make } from "../../util/dom.js";
+import { byId, make, onClick } from "../../util/dom.js";
 import { amount } from "../../util/format.js";
 
 /** @import { BoardView } from "../../board/view.js" */
@@ -12,46 +12,36 @@ const MOST = 8; // amounts in the air; of more only the balance tells
 const RISE_MS = 420;
 const FLY_MS = 520;
 
-/** Shows the account's balance; each win leaves its bin and goes there. */
-export class Purse {
-  #flying = 0;
-  #still = window.matchMedia("(prefers-reduced-motion: reduce)");
+/**
+ * Shows the account's balance; each win leaves its bin and goes there.
+ * @param {Game} game @param {Theme} theme @param {BoardView} view
+ */
+export function showPurse(game, theme, view) {
+  const balance = byId("balance");
+  const still = window.matchMedia("(prefers-reduced-motion: reduce)");
+  let flying = 0;
 
-  /** @param {Game} game @param {Theme} theme @param {BoardView} view */
-  constructor(game, theme, view) {
-    this.game = game;
-    this.theme = theme;
-    this.view = view;
-    this.balance = byId("balance");
-    byId("refill").addEventListener("click", () => game.refill());
-    game.on("account", () => this.#show());
-    game.on("seen", ({ bin, paid, score, practice }) => {
-      if (bin !== null && !practice && paid > 0) this.#fly(bin, paid, score);
-    });
-    this.#show();
-  }
-
-  #show() {
-    const text = amount(Math.max(0, this.game.account.balance));
-    if (this.balance.textContent === text) return;
-    this.balance.textContent = text;
-    this.balance.style.setProperty("--letters", String(text.length));
-  }
+  const show = () => {
+    const text = amount(Math.max(0, game.account.balance));
+    if (balance.textContent === text) return;
+    balance.textContent = text;
+    balance.style.setProperty("--letters", String(text.length));
+  };
 
   /** @param {number} bin @param {number} paid credits @param {number} score */
-  async #fly(bin, paid, score) {
-    const { geometry, board } = this.view;
-    if (!geometry || !board || this.#still.matches || document.hidden || this.#flying >= MOST) return;
-    const stage = this.view.still.getBoundingClientRect();
+  const fly = async (bin, paid, score) => {
+    const { geometry, board } = view;
+    if (!geometry || !board || still.matches || document.hidden || flying >= MOST) return;
+    const stage = view.still.getBoundingClientRect();
     const box = binBox(geometry, board, bin);
     const from = { x: stage.left + box.x + box.width / 2, y: stage.top + box.y };
-    const goal = this.balance.getBoundingClientRect();
+    const goal = balance.getBoundingClientRect();
     const to = { x: goal.left + goal.width / 2, y: goal.top + goal.height / 2 };
     const ticket = make("span", { class: "ticket", "aria-hidden": "true" }, `+${amount(paid)}`);
-    const { fill, ink } = this.theme.payout(score);
+    const { fill, ink } = theme.payout(score);
     Object.assign(ticket.style, { background: fill, color: ink, left: `${from.x}px`, top: `${from.y}px` });
     document.body.append(ticket);
-    this.#flying += 1;
+    flying += 1;
     const up = `translate(-50%, -3.2rem)`;
     await ticket.animate(
       [{ transform: "translate(-50%, 0) scale(0.5)", opacity: 0 }, { transform: up, opacity: 1 }],
@@ -63,7 +53,14 @@ export class Purse {
       { duration: FLY_MS, easing: "cubic-bezier(0.6, 0, 0.8, 0.4)", fill: "forwards" },
     ).finished;
     ticket.remove();
-    this.#flying -= 1;
-    this.balance.animate([{ transform: "scale(1.12)" }, { transform: "none" }], { duration: 260, easing: "ease-out" });
-  }
+    flying -= 1;
+    balance.animate([{ transform: "scale(1.12)" }, { transform: "none" }], { duration: 260, easing: "ease-out" });
+  };
+
+  onClick("refill", () => game.refill());
+  game.on("account", show);
+  game.on("seen", ({ bin, paid, score, practice }) => {
+    if (bin !== null && !practice && paid > 0) void fly(bin, paid, score);
+  });
+  show();
 }

@@ -1,10 +1,9 @@
 // The drawer of what a player sets once: language, colours, ghost trails, the anonymous ID.
 
-import { SCHEMES } from "../../paint/theme.js";
 import { language } from "../../texts/text.js";
-import { byId, radiosOf } from "../../util/dom.js";
+import { byId, check, onChoice, onClick, radioValue } from "../../util/dom.js";
 
-/** @import { Theme } from "../../paint/theme.js" */
+/** @import { Scheme, Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
 /** @import { Ghost } from "../show/ghost.js" */
 
@@ -13,64 +12,40 @@ const GHOST_KEY = "plinko.ghost.1";
 
 /** @param {Game} game @param {Theme} theme @param {Ghost} ghost */
 export function offerSettings(game, theme, ghost) {
-  chooseLanguage();
-  chooseScheme(theme);
-  switchGhost(game, ghost);
-  showMark(game);
-}
-
-/** Kept in a cookie, for the server fills the pages; the page comes again in another language. */
-function chooseLanguage() {
+  // The language is kept in a cookie, for the server fills the pages; the page comes again in another one.
   const choice = byId("language", HTMLSelectElement);
   choice.value = language;
   choice.addEventListener("change", () => {
     document.cookie = `language=${choice.value}; max-age=${LANGUAGE_S}; samesite=lax`;
     window.location.reload();
   });
-}
 
-/** @param {Theme} theme */
-function chooseScheme(theme) {
-  const radios = radiosOf("scheme");
-  const show = () => {
-    for (const radio of radios) radio.checked = radio.value === theme.scheme;
-  };
-  for (const radio of radios) {
-    radio.addEventListener("change", () => {
-      const scheme = SCHEMES.find((one) => one === radio.value);
-      if (scheme) theme.choose(scheme);
-    });
-  }
-  theme.onChange(show);
-  show();
-}
+  const showScheme = () => check("scheme", theme.scheme);
+  onChoice("scheme", () => theme.choose(/** @type {Scheme} */ (radioValue("scheme"))));
+  theme.onChange(showScheme);
+  showScheme();
 
-/** @param {Game} game @param {Ghost} ghost */
-function switchGhost(game, ghost) {
-  const button = byId("ghost");
   /** @param {boolean} on */
-  const set = (on) => {
+  const setGhost = (on) => {
     ghost.on = on;
-    button.setAttribute("aria-pressed", String(on));
+    byId("ghost").setAttribute("aria-pressed", String(on));
     game.tell("picture", null);
   };
-  set(game.storage.getItem(GHOST_KEY) !== "off");
-  button.addEventListener("click", () => {
-    set(!ghost.on);
+  setGhost(game.storage.getItem(GHOST_KEY) !== "off");
+  onClick("ghost", () => {
+    setGhost(!ghost.on);
     game.storage.setItem(GHOST_KEY, ghost.on ? "on" : "off");
   });
-}
 
-/** The ID by which the server finds a player's drops again. @param {Game} game */
-function showMark({ wallet }) {
-  const show = () => {
-    const plays = `api/v1/players/${wallet.mark}/plays`;
+  /** The ID by which the server finds a player's drops again. */
+  const showMark = () => {
+    const plays = `api/v1/players/${game.wallet.mark}/plays`;
     byId("plays-json", HTMLAnchorElement).href = plays;
     byId("plays-csv", HTMLAnchorElement).href = `${plays}?format=csv`;
   };
-  byId("mark-renew").addEventListener("click", () => {
-    wallet.renewMark();
-    show();
+  onClick("mark-renew", () => {
+    game.wallet.renewMark();
+    showMark();
   });
-  show();
+  showMark();
 }

@@ -1,7 +1,7 @@
 // What the player has won and lost since the last reset: profit with its curve, balls, wins, losses, the best.
 
 import { t } from "../../texts/text.js";
-import { byId } from "../../util/dom.js";
+import { byId, onClick } from "../../util/dom.js";
 import { amount, multiplier, plain, signed } from "../../util/format.js";
 
 /** @import { Game } from "../game.js" */
@@ -9,20 +9,11 @@ import { amount, multiplier, plain, signed } from "../../util/format.js";
 const RENEWED_MS = 200; // while balls rain
 const [WIDE, HIGH] = [240, 64]; // of the curve's own square paper
 
-/** A view of the account. */
-export class Statistics {
-  /** @param {Game} game */
-  constructor(game) {
-    this.game = game;
-    this.curve = document.getElementById("curve-line");
-    this.zero = document.getElementById("curve-zero");
-    byId("stats-reset").addEventListener("click", () => game.reset());
-    game.onCalm("account", RENEWED_MS, () => this.#show());
-    this.#show();
-  }
-
-  #show() {
-    const { staked, returned, profit, balls, wins, losses, best, curve } = this.game.account;
+/** A view of the account. @param {Game} game */
+export function showStatistics(game) {
+  const [line, zero] = ["curve-line", "curve-zero"].map((id) => document.getElementById(id));
+  const show = () => {
+    const { staked, returned, profit, balls, wins, losses, best, curve } = game.account;
     /** @type {[string, string][]} */
     const values = [
       ["net", signed(profit)], ["staked", plain(staked)], ["returned", amount(returned)], ["balls", plain(balls)],
@@ -31,12 +22,14 @@ export class Statistics {
     for (const [id, text] of values) byId(id).textContent = text;
     byId("net").dataset.sign = String(Math.sign(Math.round(profit * 100)));
     const top = Math.max(0, ...curve);
-    const low = Math.min(0, ...curve);
-    const span = Math.max(top - low, 1e-9);
+    const span = Math.max(top - Math.min(0, ...curve), 1e-9);
     const y = (/** @type {number} */ value) => (2 + ((HIGH - 4) * (top - value)) / span).toFixed(1);
     const points = curve.map((value, i) => `${((WIDE * i) / Math.max(1, curve.length - 1)).toFixed(1)},${y(value)}`);
-    this.curve?.setAttribute("points", points.join(" "));
-    for (const end of ["y1", "y2"]) this.zero?.setAttribute(end, y(0));
+    line?.setAttribute("points", points.join(" "));
+    for (const end of ["y1", "y2"]) zero?.setAttribute(end, y(0));
     byId("curve").setAttribute("aria-label", t("stats.curve", { profit: signed(profit), n: balls }));
-  }
+  };
+  onClick("stats-reset", () => game.reset());
+  game.onCalm("account", RENEWED_MS, show);
+  show();
 }

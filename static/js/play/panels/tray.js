@@ -3,78 +3,73 @@
 import { Histogram } from "../../instruments/histogram.js";
 import { openPile } from "../../instruments/pile/pile.js";
 import { t } from "../../texts/text.js";
-import { byId } from "../../util/dom.js";
+import { byId, onClick } from "../../util/dom.js";
 
-/** @import { Expected } from "../../instruments/fit-meter.js" */
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
 
 const PILE_KEY = "plinko.pile.1";
 const RENEWED_MS = 200;
 
-/** The pile is what is shown unless the player chose bars; what moves it is fetched at the first touch. */
-export class Tray {
-  #shown = "";
-  #shownMs = 0;
-  #pile;
-  #fetched = false;
-  /** @type {Expected | null} */
-  #expected = null;
+/**
+ * The pile is what is shown unless the player chose bars; what moves it is fetched at the first touch.
+ * @param {Game} game @param {Theme} theme
+ */
+export function showTray(game, theme) {
+  const histogram = new Histogram(byId("histogram", HTMLCanvasElement), theme);
+  let wanted = game.storage.getItem(PILE_KEY) !== "off";
+  let fetched = false;
+  let shown = "";
+  let shownMs = 0;
 
-  /** @param {Game} game @param {Theme} theme */
-  constructor(game, theme) {
-    this.game = game;
-    this.theme = theme;
-    this.histogram = new Histogram(byId("histogram", HTMLCanvasElement), theme);
-    this.#pile = game.storage.getItem(PILE_KEY) !== "off";
-    this.button = byId("pile");
-    this.button.setAttribute("aria-pressed", String(this.#pile));
-    this.button.addEventListener("click", () => {
-      this.#pile = !this.#pile;
-      game.storage.setItem(PILE_KEY, this.#pile ? "on" : "off");
-      void this.#fetch();
-    });
-    game.on("hit", ({ bin, entry }) => {
-      this.histogram.add(bin, entry);
-      game.tell("picture", null);
-    });
-    const first = () => { if (!this.#fetched) void this.#fetch(); };
-    for (const gesture of ["pointermove", "pointerdown", "keydown"]) document.addEventListener(gesture, first, { once: true });
-    game.on("run", first);
-    game.on("expected", (expected) => {
-      this.#expected = expected;
-      this.histogram.setExpected(expected);
-      game.tell("picture", null);
-    });
-    theme.onChange(() => this.histogram.draw());
-  }
-
-  async #fetch() {
-    this.#fetched = true;
-    const wanted = this.#pile;
-    this.button.setAttribute("aria-pressed", String(wanted));
+  const showSwitch = () => byId("pile").setAttribute("aria-pressed", String(wanted));
+  const fetch = async () => {
+    fetched = true;
+    const asked = wanted;
+    showSwitch();
     try {
-      const pile = wanted ? await openPile(this.theme) : null;
-      if (wanted === this.#pile) this.histogram.setPile(pile);
+      const pile = asked ? await openPile(theme) : null;
+      if (asked === wanted) histogram.setPile(pile);
     } catch {
-      this.#pile = false;
-      this.button.setAttribute("aria-pressed", "false");
-      this.game.say(t("play.pile-fails"), { urgent: true });
+      wanted = false;
+      showSwitch();
+      game.say(t("play.pile-fails"), { urgent: true });
     }
-    this.game.tell("picture", null);
+    game.tell("picture", null);
+  };
+  showSwitch();
+  onClick("pile", () => {
+    wanted = !wanted;
+    game.storage.setItem(PILE_KEY, wanted ? "on" : "off");
+    void fetch();
+  });
+  const first = () => { if (!fetched) void fetch(); };
+  for (const gesture of ["pointermove", "pointerdown", "keydown"]) {
+    document.addEventListener(gesture, first, { once: true });
   }
+  game.on("run", first);
+  game.on("hit", ({ bin, entry }) => {
+    histogram.add(bin, entry);
+    game.tell("picture", null);
+  });
+  game.on("expected", (expected) => {
+    byId("tray-key").hidden = !expected;
+    histogram.setExpected(expected);
+    game.tell("picture", null);
+  });
+  theme.onChange(() => histogram.draw());
 
-  /** @param {number} nowMs @param {boolean} still nothing is to move @returns {boolean} whether there is more to show soon */
-  show(nowMs, still) {
-    this.histogram.refresh(nowMs, still);
-    const text = this.histogram.words;
-    const due = text !== this.#shown;
-    if (due && nowMs - this.#shownMs >= RENEWED_MS) {
-      this.#shown = text;
-      this.#shownMs = nowMs;
+  /** @param {number} nowMs @param {boolean} still nothing is to move @returns {boolean} whether more is to come */
+  const show = (nowMs, still) => {
+    histogram.refresh(nowMs, still);
+    const text = histogram.words;
+    const due = text !== shown;
+    if (due && nowMs - shownMs >= RENEWED_MS) {
+      shown = text;
+      shownMs = nowMs;
       byId("tray-count").textContent = text;
     }
-    byId("tray-key").hidden = !this.#expected;
-    return due || this.histogram.pending;
-  }
+    return due || histogram.pending;
+  };
+  return { histogram, show };
 }

@@ -8,87 +8,70 @@ import { byId, make } from "../../util/dom.js";
 import { percent } from "../../util/format.js";
 import { returnsOf } from "./odds.js";
 
-/** @import { World } from "../../model/worlds.js" */
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
 
 const TRY_KEY = "plinko.tried.1";
 const TRY_AFTER = 10; // drops at home
 
-/** Radio buttons in one of the page's boxes. A world that is none of them leaves all unchecked. */
-export class Worlds {
-  /** @type {Map<string, {radio: HTMLInputElement, picture: HTMLCanvasElement, share: HTMLElement, world: World}>} */
-  #cards = new Map();
+/** As a strip below the desk, and once more in the drawer. @param {Game} game @param {Theme} theme */
+export function offerWorlds(game, theme) {
+  for (const box of ["worlds", "places"]) fill(byId(box), game, theme);
+}
 
-  /** @param {Game} game @param {Theme} theme @param {string} box */
-  constructor(game, theme, box) {
-    this.game = game;
-    this.theme = theme;
-    this.box = byId(box);
-    for (const world of TABLES) this.#add(world);
-    // Nothing is painted before it is looked at.
-    new ResizeObserver(() => this.paint()).observe(this.box);
-    theme.onChange(() => this.paint());
-    game.on("table", () => this.#show());
-    game.on("choice", () => this.#show());
-    game.on("odds", () => this.#show());
-  }
-
-  /** @param {World & {name: string}} world */
-  #add(world) {
-    const { name } = world;
-    const words = worldWords(name);
-    const radio = make("input", { type: "radio", name: this.box.id, value: name, "aria-label": words });
+/**
+ * Radio buttons. A world that is none of them leaves all unchecked.
+ * @param {HTMLElement} box @param {Game} game @param {Theme} theme
+ */
+function fill(box, game, theme) {
+  const cards = TABLES.map((world) => {
+    const words = worldWords(world.name);
+    const radio = make("input", { type: "radio", name: box.id, value: world.name, "aria-label": words });
     const picture = make("canvas", { "aria-hidden": "true" });
     const share = make("small", { class: "place-share" });
     const label = make("span", { "aria-hidden": "true" }, words, share);
-    this.box.append(make("label", { class: "place" }, radio, picture, label));
-    this.#cards.set(name, { radio, picture, share, world });
-    radio.addEventListener("change", () => this.game.travel(world));
-  }
+    box.append(make("label", { class: "place" }, radio, picture, label));
+    radio.addEventListener("change", () => game.travel(world));
+    return { world, radio, picture, share };
+  });
 
-  #show() {
-    const choice = this.game.played;
-    for (const { radio, share, world } of this.#cards.values()) {
-      const { gravity, material } = world;
-      radio.checked = choice?.gravity === gravity && choice.material === material;
+  const show = () => {
+    const choice = game.played;
+    for (const { radio, share, world } of cards) {
+      radio.checked = choice?.gravity === world.gravity && choice.material === world.material;
       radio.disabled = choice === null;
       const known = choice && returnsOf(worldName(boardName(choice), world));
       share.textContent = known ? percent(known, 1) : "";
     }
-  }
-
-  paint() {
-    const density = window.devicePixelRatio || 1;
-    for (const [name, { picture }] of this.#cards) {
+  };
+  const paint = () => {
+    for (const { world: { name }, picture } of cards) {
       const { clientWidth: width, clientHeight: height } = picture;
       if (!width || !height) return;
-      const look = this.theme.lookOf(name in this.theme.data.places ? name : null);
-      paintSample(fitted(picture, { width, height }), { width, height }, density, look);
+      const look = theme.lookOf(name in theme.data.places ? name : null);
+      paintSample(fitted(picture, { width, height }), { width, height }, window.devicePixelRatio || 1, look);
     }
-  }
+  };
+  // Nothing is painted before it is looked at.
+  new ResizeObserver(paint).observe(box);
+  theme.onChange(paint);
+  for (const kind of /** @type {const} */ (["table", "choice", "odds"])) game.on(kind, show);
 }
 
-/** After some drops at home another world is offered, once. */
-export class TryMoon {
-  /** @param {Game} game */
-  constructor(game) {
-    this.game = game;
-    this.button = byId("try-moon");
-    this.button.addEventListener("click", () => {
-      const moon = TABLES.find(({ name }) => name === "Moon");
-      if (moon) game.travel(moon);
-    });
-    game.on("table", () => {
-      if (game.played && !isOwn(game.played)) game.storage.setItem(TRY_KEY, "yes");
-      this.#show();
-    });
-    game.on("account", () => this.#show());
-  }
-
-  #show() {
-    const { played } = this.game;
-    this.button.hidden = !played || !isOwn(played) || this.game.storage.getItem(TRY_KEY) !== null
-      || this.game.account.balls < TRY_AFTER;
-  }
+/** After some drops at home another world is offered, once. @param {Game} game */
+export function offerMoon(game) {
+  const button = byId("try-moon");
+  const show = () => {
+    const { played, storage, account } = game;
+    button.hidden = !played || !isOwn(played) || storage.getItem(TRY_KEY) !== null || account.balls < TRY_AFTER;
+  };
+  button.addEventListener("click", () => {
+    const moon = TABLES.find(({ name }) => name === "Moon");
+    if (moon) game.travel(moon);
+  });
+  game.on("table", () => {
+    if (game.played && !isOwn(game.played)) game.storage.setItem(TRY_KEY, "yes");
+    show();
+  });
+  game.on("account", show);
 }

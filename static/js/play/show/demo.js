@@ -6,7 +6,7 @@ import { randomSeed } from "../room.js";
 
 /** @import { Hello } from "../../model/messages.js" */
 /** @import { Scene } from "../../model/scene.js" */
-/** @import { Ball, Solve } from "../../model/table/table.js" */
+/** @import { Solve } from "../../model/table/table.js" */
 /** @import { Game } from "../game.js" */
 
 const KEY = "plinko.demo.1";
@@ -41,78 +41,62 @@ export class DemoBalls {
     this.#count += 1;
     const tick = (nowMs / 1000) * this.table.rate;
     const ball = this.table.accept({ type: "accepted", ball: this.#count, seed: this.draw(), tick }, false);
-    this.table.applyLanded({ type: "landed", ball: ball.id, digest: digestOf(ball) });
+    this.table.applyLanded({ type: "landed", ball: ball.id, digest: ball.solved?.solved.digest ?? "" });
   }
 }
 
-/** @param {Ball} ball */
-function digestOf({ solved }) {
-  return solved?.solved.digest ?? "";
-}
-
-/** Begins over a table that stays quiet, ends with the first ball of anybody's, and then never comes back to it. */
-export class Demo {
+/**
+ * Begins over a table that stays quiet, ends with the first ball of anybody's, and then never comes back to it.
+ * @param {Game} game
+ * @returns {(nowMs: number, table: Table | null, still: boolean) => Scene | null} null while there is no demo;
+ *   table: the real one; still: nothing is to move
+ */
+export function offerDemo(game) {
+  const wanted = byId("demo", HTMLInputElement);
   /** @type {DemoBalls | null} */
-  #balls = null;
-  #timer = 0;
-  #digest = "";
+  let balls = null;
+  let timer = 0;
+  let digest = "";
   /** Waits for the table to have been quiet; null once somebody has played. @type {(() => void) | null} */
-  #wait = null;
+  let wait = null;
 
-  /** @param {Game} game */
-  constructor(game) {
-    const { storage } = game;
-    this.game = game;
-    this.wanted = byId("demo", HTMLInputElement);
-    this.wanted.checked = storage.getItem(KEY) !== "off";
-    this.wanted.addEventListener("change", () => {
-      storage.setItem(KEY, this.wanted.checked ? "on" : "off");
-      if (this.wanted.checked) this.#wait?.();
-      else this.#hide();
-    });
-    game.on("table", ({ hello, table }) => this.#setTable(hello, table));
-  }
-
-  /** @param {Hello} hello @param {Table} table */
-  #setTable(hello, { solve, flying }) {
-    if (hello.board_digest === this.#digest) return; // a line that came back
-    this.#digest = hello.board_digest;
-    this.end();
-    if (!solve || flying) return;
-    this.#wait = () => {
-      window.clearTimeout(this.#timer);
-      this.#timer = window.setTimeout(() => this.#begin(hello, solve), QUIET_MS);
-    };
-    this.#wait();
-  }
-
-  /** @param {Hello} hello @param {Solve} solve */
-  #begin(hello, solve) {
-    if (!this.wanted.checked || document.visibilityState === "hidden") return;
-    this.#balls = new DemoBalls(hello, solve, randomSeed);
-    byId("demo-mark").hidden = false;
-    this.game.tell("picture", null);
-  }
-
-  end() {
-    this.#wait = null;
-    this.#hide();
-  }
-
-  #hide() {
-    window.clearTimeout(this.#timer);
-    this.#balls = null;
+  const hide = () => {
+    window.clearTimeout(timer);
+    balls = null;
     byId("demo-mark").hidden = true;
-  }
-
-  /**
-   * @param {number} nowMs @param {Table | null} table the real one @param {boolean} still nothing is to move
-   * @returns {Scene | null} null while there is no demo
-   */
-  sceneAt(nowMs, table, still) {
-    if ((this.#wait || this.#balls) && (table?.flying || still)) this.end();
-    const scene = this.#balls?.sceneAt(nowMs) ?? null;
-    if (this.#balls && !scene) this.end();
+  };
+  const end = () => {
+    wait = null;
+    hide();
+  };
+  /** @param {Hello} hello @param {Solve} solve */
+  const begin = (hello, solve) => {
+    if (!wanted.checked || document.visibilityState === "hidden") return;
+    balls = new DemoBalls(hello, solve, randomSeed);
+    byId("demo-mark").hidden = false;
+    game.tell("picture", null);
+  };
+  wanted.checked = game.storage.getItem(KEY) !== "off";
+  wanted.addEventListener("change", () => {
+    game.storage.setItem(KEY, wanted.checked ? "on" : "off");
+    if (wanted.checked) wait?.();
+    else hide();
+  });
+  game.on("table", ({ hello, table: { solve, flying } }) => {
+    if (hello.board_digest === digest) return; // a line that came back
+    digest = hello.board_digest;
+    end();
+    if (!solve || flying) return;
+    wait = () => {
+      window.clearTimeout(timer);
+      timer = window.setTimeout(() => begin(hello, solve), QUIET_MS);
+    };
+    wait();
+  });
+  return (nowMs, table, still) => {
+    if ((wait || balls) && (table?.flying || still)) end();
+    const scene = balls?.sceneAt(nowMs) ?? null;
+    if (balls && !scene) end();
     return scene;
-  }
+  };
 }

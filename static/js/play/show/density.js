@@ -7,11 +7,10 @@ import { poseBetween } from "../../model/motion/interpolate.js";
 const CELLS = 240_000; // about a megabyte; half a centimetre to two on the usual boards
 const STEP = 1 / 300; // s between samples: closer than a cell at the speeds of a board
 const USUAL_SPEED = 2; // m/s: a ball this fast that crosses a cell adds one to it
-const FULL = 60; // a cell this full is painted solid, until another has more
 
 /** @typedef {{left: number, right: number, top: number, bottom: number}} Field metres */
 
-/** Counts over a field, and their tone: how strongly each cell is to be painted. */
+/** Counts over a field. */
 export class Density {
   most = 0;
 
@@ -66,21 +65,6 @@ export class Density {
     this.#put(at + width + 1, weight * right * below);
     this.firstRow = Math.min(this.firstRow, row);
     this.lastRow = Math.max(this.lastRow, row + 1);
-  }
-
-  /**
-   * @param {number} at
-   * @returns {number} 0 … 1: a logarithm, so that the first ball is seen and the thousandth too
-   */
-  tone(at) {
-    return Math.log1p(this.cells[at]) / Math.log1p(Math.max(FULL, this.most));
-  }
-
-  clear() {
-    this.cells.fill(0);
-    this.most = 0;
-    this.firstRow = 0;
-    this.lastRow = this.height - 1;
   }
 
   /** @param {number} at @param {number} weight */

@@ -1,4 +1,4 @@
-// What the status says while a ball of ours falls: a few times on its way, in words. Pure.
+// What is said of a ball of ours: a few times on its way, and how near it came to more. Pure.
 
 import { prizeOf } from "../../paint/prizes.js";
 import { t } from "../../texts/text.js";
@@ -6,6 +6,9 @@ import { t } from "../../texts/text.js";
 /** @import { Board } from "../../model/board.js" */
 /** @import { SceneBall } from "../../model/scene.js" */
 
+const NEAR = 0.5; // of the ball's radius, from its centre to the edge between the bins
+const MORE = 3; // times what was paid, and
+const LEAST = 2; // at least so much
 const TIMES = 4; // on the way down: who listens hears each to its end
 
 /** The way of one ball at a time. */
@@ -44,14 +47,28 @@ export class Falling {
     this.#told = part;
     if (passed === 0) return t("play.falls");
     const told = { row: passed, rows: this.#rows.length };
-    const pays = this.#below(this.#bins, ball.x);
-    return pays ? t("play.row-above", { ...told, pays }) : t("play.row", told);
+    const { edges, multipliers } = this.#bins;
+    const bin = edges.findIndex((edge, i) => ball.x >= edge && ball.x < edges[i + 1]);
+    if (bin < 0) return t("play.row", told);
+    return t("play.row-above", { ...told, pays: prizeOf({ bins: this.#bins }, bin, multipliers[bin]) });
   }
+}
 
-  /** @param {Board["bins"]} bins @param {number} x m @returns {string} what the bin there pays */
-  #below(bins, x) {
-    const { edges, multipliers } = bins;
-    const bin = edges.findIndex((edge, i) => x >= edge && x < edges[i + 1]);
-    return bin < 0 ? "" : prizeOf({ bins }, bin, multipliers[bin]);
-  }
+/**
+ * @param {Pick<Board, "ball" | "bins">} board
+ * @param {number} bin in which it landed
+ * @param {number} x where its centre crossed the bins' line, m
+ * @returns {string} a sentence, or nothing
+ */
+export function nearMiss({ ball, bins }, bin, x) {
+  const { edges, multipliers } = bins;
+  const sides = [
+    { other: bin - 1, away: x - edges[bin] },
+    { other: bin + 1, away: edges[bin + 1] - x },
+  ];
+  const near = sides.filter(({ other, away }) => away >= 0 && away < NEAR * ball.radius
+    && multipliers[other] >= Math.max(LEAST, MORE * multipliers[bin]));
+  if (near.length === 0) return "";
+  const [{ other }] = near;
+  return t("play.near", { pays: prizeOf({ bins }, other, multipliers[other]) });
 }

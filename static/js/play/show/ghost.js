@@ -7,12 +7,14 @@ import { Density } from "./density.js";
 /** @import { Board } from "../../model/board.js" */
 /** @import { Geometry } from "../../paint/geometry.js" */
 /** @import { Palette, Theme } from "../../paint/theme.js" */
+/** @import { Field } from "./density.js" */
 /** @import { Keyframe, Law } from "../../model/motion/interpolate.js" */
 
 const TONES = 256;
 const ROWS_A_FRAME = 48; // of pixels painted at once: a fraction of a millisecond
 const PAUSE_MS = 120; // between two sweeps over what has changed
 const STRONGEST = 0.62; // opacity
+const FULL = 60; // a cell this full is painted solid, until another has more
 
 /**
  * @typedef {{density: Density, band: ImageData, picture: HTMLCanvasElement}} Grid band: some rows of it as pixels;
@@ -25,7 +27,9 @@ const STRONGEST = 0.62; // opacity
  */
 export class Ghost {
   #on = true;
-  /** @type {Grid | null} of the board, once there is one */
+  /** Of the board, once there is one. @type {Field | null} */
+  #field = null;
+  /** @type {Grid | null} */
   #grid = null;
   #next = 0; // row to go on with in this sweep
   #until = -1; // last row of this sweep
@@ -53,14 +57,7 @@ export class Ghost {
 
   /** @param {Board} board */
   setBoard(board) {
-    const { left, right } = sides(board);
-    const top = board.drop.y - board.ball.radius;
-    const density = new Density({ left, right, top, bottom: board.bins.y });
-    const picture = document.createElement("canvas");
-    picture.width = density.width;
-    picture.height = density.height;
-    this.#grid = { density, band: new ImageData(density.width, ROWS_A_FRAME), picture };
-    this.recolour();
+    this.#field = { ...sides(board), top: board.drop.y - board.ball.radius, bottom: board.bins.y };
     this.clear();
   }
 
@@ -94,12 +91,11 @@ export class Ghost {
     this.#range = 0;
     this.#until = -1;
     contextOf(this.canvas).clearRect(0, 0, this.canvas.width, this.canvas.height);
-    if (!this.#grid) return;
-    const { density, picture } = this.#grid;
-    contextOf(picture).clearRect(0, 0, picture.width, picture.height);
-    density.clear();
-    density.firstRow = density.height;
-    density.lastRow = -1;
+    if (!this.#field) return;
+    const density = new Density(this.#field);
+    const { width, height } = density;
+    const picture = Object.assign(document.createElement("canvas"), { width, height });
+    this.#grid = { density, band: new ImageData(width, ROWS_A_FRAME), picture };
   }
 
   /** The colours have changed: all is painted anew. */
@@ -147,16 +143,16 @@ export class Ghost {
 
   /** @param {Grid} grid @param {number} first @param {number} rows */
   #paintRows(grid, first, rows) {
-    const { density, band, picture } = grid;
-    const { tones } = this;
+    const { density: { cells, width, most }, band, picture } = grid;
     const pixels = new Uint32Array(band.data.buffer);
-    const from = first * density.width;
-    const count = rows * density.width;
-    for (let i = 0; i < count; i += 1) {
-      const tone = density.cells[from + i] > 0 ? Math.min(1, density.tone(from + i)) : 0;
-      pixels[i] = tones[Math.round(tone * (TONES - 1))];
+    const from = first * width;
+    // A logarithm, so that the first ball is seen and the thousandth too.
+    const scale = (TONES - 1) / Math.log1p(Math.max(FULL, most));
+    for (let i = 0; i < rows * width; i += 1) {
+      const cell = cells[from + i];
+      pixels[i] = this.tones[cell > 0 ? Math.min(TONES - 1, Math.round(scale * Math.log1p(cell))) : 0];
     }
-    contextOf(picture).putImageData(band, 0, first, 0, 0, density.width, rows);
+    contextOf(picture).putImageData(band, 0, first, 0, 0, width, rows);
     this.#stretch(grid, first, rows);
   }
 
@@ -182,7 +178,7 @@ export class Ghost {
  * @returns {Uint32Array} ABGR by tone: from the board's own light to the glow of a flash
  */
 function tonesOf({ ray, trayBar, flash }) {
-  const stops = [ray, trayBar, flash].map(parse);
+  const stops = [ray, trayBar, flash].map((hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16)));
   return Uint32Array.from({ length: TONES }, (_, tone) => {
     const s = (tone / (TONES - 1)) * (stops.length - 1);
     const from = Math.min(stops.length - 2, Math.floor(s));
@@ -191,9 +187,4 @@ function tonesOf({ ray, trayBar, flash }) {
     const alpha = Math.round(255 * STRONGEST * Math.min(1, (tone / (TONES - 1)) * 1.3));
     return ((alpha << 24) | (b << 16) | (g << 8) | r) >>> 0;
   });
-}
-
-/** @param {string} hex */
-function parse(hex) {
-  return [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
 }

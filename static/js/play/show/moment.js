@@ -4,7 +4,7 @@ import { binBox } from "../../paint/board.js";
 import { replayLink } from "../../net/drop-address.js";
 import { t } from "../../texts/text.js";
 import { fitted } from "../../util/canvas.js";
-import { byId } from "../../util/dom.js";
+import { byId, onClick } from "../../util/dom.js";
 import { amount, multiplier, plain } from "../../util/format.js";
 
 /** @import { BoardView } from "../../board/view.js" */
@@ -22,28 +22,29 @@ const MOST = 420; // pieces at a time
 const SHELLS = 6; // of a scene, one after the other
 const SHELL_S = 0.55;
 
-/** @typedef {{x: number, y: number, vx: number, vy: number, spin: number, born: number, colour: string, size: number}} Piece */
+/**
+ * A piece of confetti, and a burst of many that is to come.
+ * @typedef {{x: number, y: number, vx: number, vy: number, spin: number, born: number, colour: string,
+ *   size: number}} Piece
+ * @typedef {{at: number, x: number, y: number, count: number}} Shell
+ */
 
 /** Confetti, a banner for a win, a card for a scene. */
 export class Moment {
-  /** @type {{played: Played, since: number | null} | null} the card that counts up */
+  /** The card that counts up. @type {{score: number, since: number | null} | null} */
   #card = null;
   /** @type {Piece[]} */
   #pieces = [];
-  /** @type {{at: number, x: number, y: number, count: number}[]} bursts to come */
+  /** @type {Shell[]} */
   #shells = [];
   #last = 0;
-  #painted = false;
 
   /** @param {Theme} theme @param {BoardView} view */
   constructor(theme, view) {
     this.theme = theme;
     this.view = view;
     this.canvas = byId("board-party", HTMLCanvasElement);
-    this.box = byId("card");
-    this.score = byId("card-score");
-    this.banner = byId("banner");
-    byId("card-close").addEventListener("click", () => this.hide());
+    onClick("card-close", () => this.hide());
   }
 
   /** Whether a card still counts up. */
@@ -53,41 +54,43 @@ export class Moment {
 
   hide() {
     this.#card = null;
-    this.box.hidden = true;
-    delete this.box.dataset.scene;
+    byId("card").hidden = true;
+    delete byId("card").dataset.scene;
   }
 
   /** @param {Played} played a win of WIN times the stake and more @param {boolean} still nothing is to move */
   celebrate(played, still) {
     const { geometry, board } = this.view;
-    if (played.score >= JACKPOT) this.#showCard(played, still);
+    const { score, bin } = played;
+    if (score >= JACKPOT) this.#showCard(played, still);
     else this.#showBanner(played, still);
-    if (still || !geometry || !board || played.bin === null) return;
-    const box = binBox(geometry, board, played.bin);
-    const [x, y] = [box.x + box.width / 2, box.y];
+    if (still || !geometry || !board || bin === null) return;
+    const box = binBox(geometry, board, bin);
     const now = performance.now() / 1000;
-    this.#shells.push({ at: now, x, y, count: Math.min(180, 30 + 8 * played.score) });
-    if (played.score < JACKPOT) return;
-    for (let i = 1; i <= SHELLS; i += 1) {
-      const across = geometry.width * (0.15 + 0.7 * Math.random());
-      this.#shells.push({ at: now + i * SHELL_S, x: across, y: geometry.height * (0.15 + 0.35 * Math.random()), count: 70 });
+    const count = Math.min(180, 30 + 8 * score);
+    this.#shells.push({ at: now, x: box.x + box.width / 2, y: box.y, count });
+    for (let i = 1; i <= (score < JACKPOT ? 0 : SHELLS); i += 1) {
+      const x = geometry.width * (0.15 + 0.7 * Math.random());
+      const y = geometry.height * (0.15 + 0.35 * Math.random());
+      this.#shells.push({ at: now + i * SHELL_S, x, y, count: 70 });
     }
   }
 
   /** @param {Played} played @param {boolean} still */
   #showBanner({ score, paid, practice }, still) {
-    this.banner.textContent = practice ? multiplier(score) : `${multiplier(score)}  +${amount(paid)}`;
-    this.banner.hidden = false;
+    const banner = byId("banner");
+    banner.textContent = practice ? multiplier(score) : `${multiplier(score)}  +${amount(paid)}`;
+    banner.hidden = false;
     const { fill, ink } = this.theme.payout(score);
-    Object.assign(this.banner.style, { background: fill, color: ink });
-    const gone = () => { this.banner.hidden = true; };
+    Object.assign(banner.style, { background: fill, color: ink });
+    const gone = () => { banner.hidden = true; };
     if (still) {
       window.setTimeout(gone, BANNER_MS);
       return;
     }
-    for (const old of this.banner.getAnimations()) old.cancel();
+    for (const old of banner.getAnimations()) old.cancel();
     const [small, large] = ["translate(-50%, 40%) scale(0.3)", "translate(-50%, 0) scale(1)"];
-    this.banner.animate(
+    banner.animate(
       [
         { transform: small, opacity: 0 }, { transform: "translate(-50%, 0) scale(1.15)", opacity: 1, offset: 0.14 },
         { transform: large, opacity: 1, offset: 0.22 }, { transform: large, opacity: 1, offset: 0.8 },
@@ -105,49 +108,42 @@ export class Moment {
       ? t("play.win-practice")
       : t("play.win-paid", { paid: amount(paid), stake: plain(stake) });
     byId("card-share", HTMLAnchorElement).href = replayLink(played);
-    this.box.hidden = false;
-    this.box.dataset.scene = String(!still);
-    this.score.textContent = multiplier(still ? score : 0);
-    this.#card = still ? null : { played, since: null };
+    byId("card").hidden = false;
+    byId("card").dataset.scene = String(!still);
+    byId("card-score").textContent = multiplier(still ? score : 0);
+    this.#card = still ? null : { score, since: null };
   }
 
   /** @param {number} nowMs @returns {boolean} whether it goes on */
   show(nowMs) {
-    const counts = this.#count(nowMs);
-    const flies = this.#fly(nowMs / 1000);
-    return counts || flies;
+    this.#count(nowMs);
+    this.#fly(nowMs / 1000);
+    return this.counting || this.#shells.length > 0 || this.#pieces.length > 0;
   }
 
   /** @param {number} nowMs */
   #count(nowMs) {
     const card = this.#card;
-    if (!card) return false;
+    if (!card) return;
     card.since ??= nowMs;
     const part = Math.min(1, (nowMs - card.since) / COUNT_MS);
-    const { score } = card.played;
-    this.score.textContent = multiplier(part === 1 ? score : Math.floor(score * (1 - (1 - part) ** 3)));
+    const shown = part === 1 ? card.score : Math.floor(card.score * (1 - (1 - part) ** 3));
+    byId("card-score").textContent = multiplier(shown);
     if (part === 1) this.#card = null;
-    return part < 1;
   }
 
   /** @param {number} now s */
   #fly(now) {
-    const due = this.#shells.filter(({ at }) => at <= now);
+    for (const shell of this.#shells.filter(({ at }) => at <= now)) this.#burst(shell, now);
     this.#shells = this.#shells.filter(({ at }) => at > now);
-    for (const shell of due) this.#burst(shell, now);
     const step = Math.min(0.05, now - this.#last);
     this.#last = now;
     this.#pieces = this.#pieces.filter(({ born }) => now - born < LIFE_S);
-    if (this.#pieces.length === 0) {
-      if (this.#painted) this.canvas.hidden = true;
-      this.#painted = false;
-      return this.#shells.length > 0;
-    }
-    this.#paint(now, step);
-    return true;
+    this.canvas.hidden = this.#pieces.length === 0;
+    if (!this.canvas.hidden) this.#paint(now, step);
   }
 
-  /** @param {{x: number, y: number, count: number}} shell @param {number} now */
+  /** @param {Shell} shell @param {number} now */
   #burst({ x, y, count }, now) {
     const { palette } = this.theme;
     const colours = [palette.ball, palette.flash, palette.trayBar, palette.rail, ...[2, 5, 10, 40].map((score) =>
@@ -166,8 +162,6 @@ export class Moment {
   #paint(now, step) {
     const { geometry } = this.view;
     if (!geometry) return;
-    this.canvas.hidden = false;
-    this.#painted = true;
     const ctx = fitted(this.canvas, geometry);
     for (const piece of this.#pieces) {
       const slower = Math.exp(-DRAG * step);

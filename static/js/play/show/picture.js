@@ -7,17 +7,17 @@ import { emptyScene } from "../../model/scene.js";
 import { ratioOf } from "../../paint/geometry.js";
 import { byId } from "../../util/dom.js";
 import { FrameLoop } from "../../util/frame-loop.js";
-import { BoardPointer } from "../desk/pointer.js";
+import { followPointer } from "../desk/pointer.js";
 import { InstrumentPanel } from "../panels/instruments.js";
-import { Notices } from "../panels/notices.js";
-import { Tray } from "../panels/tray.js";
+import { showNotices } from "../panels/notices.js";
+import { showTray } from "../panels/tray.js";
 import { Sound } from "../sound/sound.js";
-import { SoundChoice } from "../sound/choice.js";
-import { Demo } from "./demo.js";
+import { offerSound } from "../sound/choice.js";
+import { offerDemo } from "./demo.js";
 import { Encore } from "./encore.js";
+import { nearMiss } from "./falling.js";
 import { Ghost } from "./ghost.js";
 import { Moment, WIN } from "./moment.js";
-import { nearMiss } from "./near-miss.js";
 import { Streaks } from "./streaks.js";
 
 /** @import { Point } from "../../model/board.js" */
@@ -42,7 +42,7 @@ export class Picture {
     this.game = game;
     this.loop = new FrameLoop((now) => this.#draw(now));
     const wake = () => this.loop.wake();
-    this.tray = new Tray(game, theme);
+    this.tray = showTray(game, theme);
     this.ghost = new Ghost(byId("board-ghost", HTMLCanvasElement), theme);
     const canvases = {
       still: byId("board-still", HTMLCanvasElement), moving: byId("board-moving", HTMLCanvasElement),
@@ -52,13 +52,13 @@ export class Picture {
       this.ghost.layOut(geometry);
       wake();
     });
-    this.notices = new Notices(game, theme);
+    this.watch = showNotices(game, theme);
     this.moment = new Moment(theme, this.view);
-    this.demo = new Demo(game);
+    this.demo = offerDemo(game);
     this.sound = new Sound();
-    this.soundChoice = new SoundChoice(this.sound, game.storage);
+    this.offerSound = offerSound(this.sound, game.storage);
     this.instruments = new InstrumentPanel(game, theme);
-    this.pointer = new BoardPointer(game, this.view, (x, y) => this.instruments.pick(x, y));
+    this.hover = followPointer(game, this.view, (x, y) => this.instruments.pick(x, y));
     this.#subscribe(wake);
     theme.onChange(() => {
       this.view.repaint();
@@ -105,7 +105,7 @@ export class Picture {
 
   /** A ball of ours falls: what was shown of the one before is over, but for a win's moment. */
   #dropped() {
-    this.soundChoice.offer();
+    this.offerSound();
     if (this.#encore.looking || this.moment.counting) return;
     this.#encore.clear();
     this.moment.hide();
@@ -128,14 +128,12 @@ export class Picture {
       this.#encore.begin(drop, board, (x) => solve({ seed: "0", x }), still);
     }
     if (won && (!this.#won || score > this.#won.score)) this.#won = played;
-    if (last && drop && board && bin !== null && !won) this.#near(nearMiss(board, bin, drop.xEnd));
+    if (last && drop && board && bin !== null && !won) {
+      // How near the ball came to more stands beside what it paid.
+      byId("near").textContent = nearMiss(board, bin, drop.xEnd);
+      byId("near").hidden = byId("near").textContent === "";
+    }
     this.loop.wake();
-  }
-
-  /** How near the ball came to more stands beside what it paid. @param {string} words */
-  #near(words) {
-    byId("near").textContent = words;
-    byId("near").hidden = words === "";
   }
 
   /** @param {Played} played @returns {Solved | null} where this page computes what became of it */
@@ -153,11 +151,11 @@ export class Picture {
     const t = room.time(now);
     const still = this.#still.matches;
     room.settle(still ? Number.POSITIVE_INFINITY : t, now);
-    const demo = this.demo.sceneAt(now, table, still);
+    const demo = this.demo(now, table, still);
     const scene = demo ?? table?.sceneAt(t, now / 1000) ?? emptyScene();
     if (table?.growsWhenDrawn) instruments.ball.measure();
     if (table) this.sound.hear(table.heard, t);
-    this.notices.watch(scene);
+    this.watch(scene);
     const lab = document.documentElement.dataset.drawer === "lab";
     const streaking = this.#streaks.show(scene, now / 1000);
     const encore = this.#encore.show(scene, now / 1000, still, lab);
@@ -167,14 +165,15 @@ export class Picture {
       this.#won = null;
     }
     const celebrating = this.moment.show(now);
-    if (still) Object.assign(scene, { balls: [], flashes: [], paths: room.ownPaths() });
-    scene.aim = this.pointer.hover ?? game.choice.aim;
+    // The way our last ball took stands for its motion.
+    const way = table?.lastTrace?.points();
+    if (still) Object.assign(scene, { balls: [], flashes: [], paths: way ? [way] : [] });
+    scene.aim = this.hover() ?? game.choice.aim;
     scene.chosen = instruments.open ? instruments.ball.chosen : null;
     view.draw(scene);
     this.ghost.paint(now);
     const tray = this.tray.show(now, still);
-    const { counts } = this.tray.histogram;
-    const measuring = instruments.show(counts, now);
+    const measuring = instruments.show(this.tray.histogram.counts, now);
     return (table?.busy ?? false) || this.ghost.pending || tray || measuring || encore || streaking || celebrating
       || this.#won !== null || demo !== null;
   }

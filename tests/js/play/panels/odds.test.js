@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { OddsNote } from "../../../../static/js/play/panels/odds.js";
+import { showOdds } from "../../../../static/js/play/panels/odds.js";
 import { storage } from "../../support.js";
 
 const odds = (bins) => ({
@@ -32,7 +32,7 @@ function page(t) {
     on: (kind, listen) => { heard[kind] = listen; },
     tell: (_, found) => told.push(found),
   };
-  new OddsNote(game);
+  showOdds(game);
   const enter = (to) => {
     game.room.hello = to;
     heard.table({ hello: to });

@@ -3,8 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { Falling } from "../../../../static/js/play/show/falling.js";
-import { nearMiss } from "../../../../static/js/play/show/near-miss.js";
+import { Falling, nearMiss } from "../../../../static/js/play/show/falling.js";
 
 const board = {
   ball: { radius: 0.1 },

@@ -1,19 +1,20 @@
 // Follows one ball: its speed and energy against time, from the moments known of its path.
 
-import { energyOf } from "../model/impact.js";
-import { shortestTurn } from "../model/motion/interpolate.js";
-import { t } from "../texts/text.js";
-import { byId } from "../util/dom.js";
-import { figure } from "../util/scale.js";
-import { Series } from "../util/series.js";
-import { Chart } from "./chart.js";
-import { energyAreas } from "./energy-areas.js";
+import { energyOf } from "../../model/impact.js";
+import { shortestTurn } from "../../model/motion/interpolate.js";
+import { t } from "../../texts/text.js";
+import { byId } from "../../util/dom.js";
+import { figure } from "../../util/scale.js";
+import { Series } from "../../util/series.js";
+import { Chart } from "../../instruments/chart.js";
+import { energyAreas } from "../../instruments/energy-areas.js";
 
-/** @import { Ball, Table } from "../model/table/table.js" */
-/** @import { Theme } from "../paint/theme.js" */
-/** @import { Keyframe } from "../model/motion/interpolate.js" */
-/** @import { Board } from "../model/board.js" */
-/** @import { EnergyRow } from "./energy-areas.js" */
+/** @import { Ball } from "../../model/table/table.js" */
+/** @import { Theme } from "../../paint/theme.js" */
+/** @import { Keyframe } from "../../model/motion/interpolate.js" */
+/** @import { Board } from "../../model/board.js" */
+/** @import { Game } from "../game.js" */
+/** @import { EnergyRow } from "../../instruments/energy-areas.js" */
 
 /** @typedef {EnergyRow & {speed: number}} MeterRow */
 
@@ -24,8 +25,6 @@ const NEAR = 3; // of the ball's radius: how far a click may miss it
 export class BallMeter {
   /** @type {number | null} id of the ball that is followed */
   chosen = null;
-  /** @type {Table | null} */
-  #table = null;
   /** When the followed ball started, table time. */
   #start = 0;
   #series = new Series(["t", "speed", "height", "moving", "turning"]);
@@ -34,60 +33,61 @@ export class BallMeter {
   #shownMs = 0;
   #shownCount = -1;
 
-  /** @param {Theme} theme */
-  constructor(theme) {
+  /** @param {Game} game @param {Theme} theme */
+  constructor(game, theme) {
+    this.game = game;
     this.speed = new Chart(byId("speed-plot", HTMLCanvasElement), theme);
     this.energy = new Chart(byId("energy-plot", HTMLCanvasElement), theme);
     this.note = byId("ball-note");
+    game.on("table", () => this.#release());
+    game.on("snapshot", () => this.measure());
   }
 
-  /** @param {Table} table another one: what was followed is gone */
-  setTable(table) {
-    this.#table = table;
-    this.#release();
+  /** @returns {Ball[]} */
+  get #balls() {
+    return [...(this.game.room.table?.balls.values() ?? [])];
   }
 
-  /** @returns {boolean} whether nothing that still flies is followed */
-  get free() {
-    return this.chosen === null || !this.#table?.balls.has(this.chosen);
+  /** The followed one, while it flies. */
+  get #ball() {
+    return this.chosen === null ? undefined : this.game.room.table?.balls.get(this.chosen);
   }
 
   /** @param {Ball} ball */
-  follow(ball) {
+  #follow(ball) {
     this.#release();
     this.chosen = ball.id;
     this.#start = ball.start;
     this.note.textContent = t("lab.followed", { seed: ball.seed });
   }
 
+  #release() {
+    this.chosen = null;
+    this.#before = null;
+    this.#series.clear();
+    this.#shownCount = -1;
+  }
+
   /** The ball that started after the followed one, or the oldest. */
   next() {
-    const balls = [...(this.#table?.balls.values() ?? [])];
-    const ball = balls.find(({ id }) => id > (this.chosen ?? -1)) ?? balls[0];
-    if (ball) this.follow(ball);
+    const ball = this.#balls.find(({ id }) => id > (this.chosen ?? -1)) ?? this.#balls[0];
+    if (ball) this.#follow(ball);
     else this.note.textContent = t("lab.no-ball");
   }
 
-  /** @param {number} x metres @param {number} y metres @returns {boolean} whether a ball is there */
+  /** The nearest ball is followed, if it is near. @param {number} x m @param {number} y m */
   pick(x, y) {
-    if (!this.#table) return false;
-    let best = NEAR * this.#table.board.ball.radius;
-    let found = null;
-    for (const ball of this.#table.balls.values()) {
-      const off = Math.hypot(ball.pose.x - x, ball.pose.y - y);
-      if (off < best) [best, found] = [off, ball];
-    }
-    if (found) this.follow(found);
-    return found !== null;
+    const off = (/** @type {Ball} */ { pose }) => Math.hypot(pose.x - x, pose.y - y);
+    const [ball] = this.#balls.sort((one, two) => off(one) - off(two));
+    if (ball && off(ball) < NEAR * (this.game.room.table?.board.ball.radius ?? 0)) this.#follow(ball);
   }
 
   /** The followed ball's path has grown: its new moments are measured. */
   measure() {
-    const ball = this.chosen === null ? undefined : this.#table?.balls.get(this.chosen);
-    if (!this.#table || !ball) return;
+    const { table } = this.game.room;
     const since = this.#before?.t ?? -1;
-    for (const keyframe of ball.path.keyframes) {
-      if (keyframe.vIn && keyframe.t > since) this.#add(this.#table.board, keyframe);
+    for (const keyframe of this.#ball?.path.keyframes ?? []) {
+      if (table && keyframe.vIn && keyframe.t > since) this.#add(table.board, keyframe);
     }
   }
 
@@ -107,19 +107,15 @@ export class BallMeter {
    * @returns {boolean} whether there is more to redraw
    */
   show(nowMs) {
+    // Our newest ball is followed as long as nobody chose another that still flies.
+    const newest = this.#ball ? null : this.#balls.findLast(({ mine, landed }) => mine && !landed);
+    if (newest && newest.id !== this.chosen) this.#follow(newest);
     if (this.#series.count === this.#shownCount) return false;
     if (nowMs - this.#shownMs < REDRAW_MS) return true;
     this.#shownMs = nowMs;
     this.#shownCount = this.#series.count;
     this.#plot();
     return false;
-  }
-
-  #release() {
-    this.chosen = null;
-    this.#before = null;
-    this.#series.clear();
-    this.#shownCount = -1;
   }
 
   #plot() {

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { dropOfDay, guessWords } from "../../../static/js/replay/riddles.js";
+import { dropOfDay, guessWords } from "../../../static/js/replay/guess.js";
 
 test("one drop a day, wherever one is, and another the next day", () => {
   const drop = { board: "triangle-16", seed: "20270101" };

@@ -1,0 +1,170 @@
+// Judges the table's histogram and the returns: what chance allows, in numbers.
+
+import { fitTest, Mean, sameTest } from "../../model/statistics.js";
+import { measure, SAMPLE } from "../../instruments/measure.js";
+import { messageOf } from "../../net/api.js";
+import { t } from "../../texts/text.js";
+import { byId, make, onChoice, parentOf, radiosOf, radioValue } from "../../util/dom.js";
+import { fixed, percent } from "../../util/format.js";
+
+/** @import { Hello } from "../../model/messages.js" */
+/** @import { Odds } from "../../model/odds.js" */
+/** @import { Expectation } from "../../instruments/histogram.js" */
+/** @import { Game } from "../game.js" */
+
+const CONFIDENCE = 0.95;
+const TELL_MS = 500;
+const UNLIKELY = 0.01;
+
+/** @typedef {Expectation & {counts?: number[]}} Expected counts: of the sample it was measured in */
+
+/** The fit and the returns; tells what the histogram is compared with. */
+export class FitMeter {
+  /** @type {Expected | null} */
+  expected = null;
+  #told = "";
+  #toldMs = 0;
+  #waiting = "";
+  /** Of the last board that was measured. @type {{digest: string, expected: Expected} | null} */
+  #measured = null;
+  /** @type {Pick<Hello, "board" | "board_digest"> | null} */
+  #table = null;
+  #fresh = true; // nobody has chosen yet what this board is compared with
+  /** By the landings of record, from the aim chosen. @type {Expected | null} */
+  #record = null;
+
+  /** @param {Game} game @param {HTMLDetailsElement} panel only while it is open is the server made to work for it */
+  constructor(game, panel) {
+    this.game = game;
+    this.panel = panel;
+    onChoice("against", () => this.#choose());
+    panel.addEventListener("toggle", () => { if (panel.open) this.#choose(); });
+    game.on("table", ({ hello }) => {
+      // A line that came back finds the choice as it was made.
+      if (hello.board_digest === this.#table?.board_digest) return;
+      this.#table = hello;
+      this.#record = null;
+      this.#fresh = true;
+      this.#take(null);
+    });
+    game.on("odds", (odds) => this.#setRecord(odds));
+  }
+
+  /** @param {Odds | null} odds from the aim chosen, where such are known of this board */
+  #setRecord(odds) {
+    const label = t(odds?.measured ? "lab.label-measured" : "lab.label-counted", { n: odds?.drops ?? 0 });
+    this.#record = odds && { label, chances: odds.chances };
+    const [record, measured] = radiosOf("against");
+    record.disabled = odds === null;
+    if (this.#fresh || odds === null) (odds === null ? measured : record).checked = true;
+    this.#fresh = false;
+    this.#choose();
+  }
+
+  #choose() {
+    if (radioValue("against") !== "measured") this.#take(this.#record);
+    else if (this.#measured?.digest === this.#table?.board_digest) this.#take(this.#measured?.expected ?? null);
+    else if (!this.panel.open || !this.#table) this.#take(null);
+    else void this.#measure(this.#table);
+  }
+
+  /** @param {Pick<Hello, "board" | "board_digest">} table */
+  async #measure({ board, board_digest: digest }) {
+    this.#waiting = t("lab.measuring", { n: SAMPLE });
+    this.#take(null);
+    try {
+      this.#measured = { digest, expected: await measure(board) };
+      if (digest === this.#table?.board_digest) this.#take(this.#measured.expected);
+    } catch (error) {
+      this.#waiting = t("lab.measure-failed", { why: messageOf(error) });
+      this.game.say(this.#waiting);
+      this.#take(null);
+    }
+  }
+
+  /** @param {Expected | null} expected */
+  #take(expected) {
+    this.expected = expected;
+    this.#told = "";
+    this.game.tell("expected", expected);
+  }
+
+  /**
+   * @param {number[]} counts of the table
+   * @param {number} nowMs
+   * @returns {boolean} whether there is more to tell
+   */
+  show(counts, nowMs) {
+    const own = this.game.account.scores;
+    const state = `${counts.join()} ${own.count} ${this.expected?.label}`;
+    if (state === this.#told) return false;
+    if (nowMs - this.#toldMs < TELL_MS) return true;
+    this.#told = state;
+    this.#toldMs = nowMs;
+    this.#showFit(counts);
+    this.#showReturns(counts, own);
+    return false;
+  }
+
+  /** @param {number[]} counts */
+  #showFit(counts) {
+    const { expected } = this;
+    const sample = expected?.counts;
+    const fit = sample ? sameTest(counts, sample) : expected && fitTest(counts, expected.chances);
+    byId("fit-p").textContent = fit ? `p = ${probability(fit.p)}` : "–";
+    parentOf(byId("fit-p")).dataset.tone = fit && fit.p < UNLIKELY ? "bad" : "";
+    const n = counts.reduce((sum, count) => sum + count, 0);
+    byId("fit-note").textContent = !expected ? this.#waiting : !fit ? t("lab.too-few", { n }) : [
+      t(fit.p < UNLIKELY ? "lab.unlikely" : "lab.likely"),
+      t("lab.fit-note", { g: fixed(fit.statistic, 1), n: fit.freedom, drops: t("count.drop", { n }) }),
+    ].join(" ");
+  }
+
+  /** @param {number[]} counts @param {Mean} own */
+  #showReturns(counts, own) {
+    if (!this.#table) return;
+    const { multipliers } = this.#table.board.bins;
+    const table = new Mean();
+    counts.forEach((count, bin) => table.add(multipliers[bin], count));
+    byId("returns").replaceChildren(row(t("lab.yours"), own), row(t("lab.tables"), table));
+    const due = this.expected?.chances.reduce((sum, chance, bin) => sum + chance * multipliers[bin], 0);
+    byId("returns-note").textContent = due === undefined || !this.expected
+      ? ""
+      : t("lab.expected", { label: this.expected.label, due: percent(due) });
+  }
+}
+
+/** @param {number} p @returns {string} two digits that tell; tiny ones as a bound */
+function probability(p) {
+  if (p < 0.0001) return `< ${fixed(0.0001, 4)}`;
+  return fixed(p, p < 0.01 ? 4 : 2);
+}
+
+/** @param {string} name @param {Mean} mean */
+function row(name, mean) {
+  const small = (/** @type {string} */ text) => make("small", {}, text);
+  if (mean.count === 0) return make("div", {}, make("dt", {}, name), make("dd", {}, small(t("lab.no-drops"))));
+  const doubt = mean.doubt(CONFIDENCE);
+  const known = Number.isFinite(doubt);
+  const value = make("dd", {}, percent(mean.mean));
+  if (known) value.append(" ", small(`± ${fixed(100 * doubt, 1)}`));
+  value.append(" ", small(t("lab.of-drops", { n: mean.count })));
+  return make("div", {}, make("dt", {}, name), value,
+    ...(known ? [make("dd", { class: "ruler-box" }, ruler(mean.mean, doubt))] : []));
+}
+
+/**
+ * From nothing on the left to twice the stake on the right.
+ * @param {number} mean
+ * @param {number} doubt
+ */
+function ruler(mean, doubt) {
+  /** @param {number} value */
+  const place = (value) => `${Math.max(0, Math.min(100, 50 * value)).toFixed(2)}%`;
+  const bar = make("span", { class: "ruler-bar" });
+  bar.style.left = place(mean - doubt);
+  bar.style.right = `calc(100% - ${place(mean + doubt)})`;
+  const middle = make("span", { class: "ruler-middle" });
+  middle.style.left = place(mean);
+  return make("span", { class: "ruler", "aria-hidden": "true" }, bar, middle);
+}
