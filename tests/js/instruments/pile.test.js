@@ -31,8 +31,8 @@ function settle(heap) {
 function discsIn(heap) {
   const found = [];
   const shown = heap.look(1);
-  for (let at = 0; at < shown.length; at += 4) {
-    const [bin, x, y, angle] = shown.subarray(at, at + 4);
+  for (let at = 0; at < shown.length; at += 5) {
+    const [bin, x, y, angle] = shown.subarray(at, at + 5);
     found.push({ bin, x, y, angle });
   }
   return found;
