@@ -67,7 +67,8 @@ def faults_at(screen: Screen, width: int, height: int) -> list[str]:
 
 
 @pytest.mark.parametrize("touch", [False, *tries([], [True])])
-@pytest.mark.parametrize("language", tries(["de"], ["en", "de", "es"]))  # German has the longest words
+# German has the longest words.
+@pytest.mark.parametrize("language", tries(["de"], ["en", "de", "es"]))
 def test_every_control_is_in_view_uncovered_large_enough_and_whole(
     opened: Open, language: str, touch: bool
 ) -> None:
@@ -82,6 +83,25 @@ def test_every_control_is_in_view_uncovered_large_enough_and_whole(
     expect(screen.root).to_have_attribute("data-practice", "colliding")
     faults += [fault for size in SIZES for fault in faults_at(screen, *size)]
     assert not faults, "\n".join(faults)
+
+
+@pytest.mark.parametrize(
+    ("language", "words"),
+    [
+        ("de", "20 Kugeln: 2.000 gesetzt, 1.804,40 gewonnen (−195,60)"),
+        ("es", "20 bolas: 2000 apostados, 1804,40 ganados (−195,60)"),
+    ],
+)
+def test_what_many_balls_came_to_is_whole(opened: Open, language: str, words: str) -> None:
+    screen = opened("/?room=triangle-8", locale=language).ready()
+    cut = []
+    for width, height in SIZES:
+        screen.page.set_viewport_size({"width": width, "height": height})
+        screen.frames(2)
+        screen.result.evaluate("(line, words) => { line.textContent = words }", words)
+        if screen.result.evaluate("line => line.scrollHeight > line.clientHeight"):
+            cut.append((width, height))
+    assert not cut
 
 
 @pytest.mark.parametrize(("width", "height"), SIZES)
