@@ -17,9 +17,9 @@ _ID = re.compile(r"[A-Za-z0-9._~-]{1,64}")
 class AnswerHeaders:
     """Adds `X-Request-Id` to every answer, and `RateLimit` where a limit was counted against.
 
-    `Location` of a server below a path (`--root-path`) begins with that path; the server that hands
-    a request on puts it there, and not the one that answers. A client or a proxy may choose the id,
-    so that its log and the server's name one request alike.
+    `Location` and `Link` of a server below a path (`--root-path`) begin with that path; the server
+    that hands a request on puts it there, and not the one that answers. A client or a proxy may
+    choose the id, so that its log and the server's name one request alike.
     """
 
     def __init__(self, app: ASGIApp, root_path: str = "") -> None:
@@ -44,6 +44,8 @@ class AnswerHeaders:
                 headers[REQUEST_ID] = chosen
                 if HOPS not in asked and headers.get("location", "").startswith("/"):
                     headers["location"] = self._root_path + headers["location"]
+                if HOPS not in asked and headers.get("link", "").startswith("</"):
+                    headers["link"] = f"<{self._root_path}{headers['link'][1:]}"
                 if allowances:
                     told = allowances.values()
                     headers["ratelimit-policy"] = ", ".join(each.policy for each in told)

@@ -83,4 +83,6 @@ def test_a_site_below_a_path_names_itself_by_that_path() -> None:
         assert about["og:image"].startswith(f"{below.url}/games/plinko/api/v1/drops/")
         made = http.post("/api/v1/rooms", json={"board": "triangle-8"})
         assert made.headers["location"] == f"/games/plinko/api/v1/rooms/{made.json()['id']}"
+        more = http.get("/api/v1/rooms?limit=1")
+        assert more.headers["link"].startswith("</games/plinko/api/v1/rooms?limit=1&after=")
         assert 'href="/games/plinko/' in http.get("/nowhere", headers={"accept": "text/html"}).text
