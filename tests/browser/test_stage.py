@@ -10,6 +10,7 @@ import httpx
 import pytest
 from playwright.sync_api import ViewportSize, expect
 
+from engine import Board
 from tests.app.web.test_invitations import read
 from tests.browser.access.axe import check_axe
 from tests.browser.conftest import Complaints, Open, ServerProcess, quick_table
@@ -215,8 +216,10 @@ def shows_all(stage: Screen, pupils: dict[str, str]) -> bool:
 def test_phones_come_by_the_code_and_each_has_its_colour_in_the_pile_and_the_bars(
     opened: Open, server: ServerProcess
 ) -> None:
-    quick = quick_table(server, "triangle-8")
-    address = f"/stage.html?room={quick.room}&leaders=balls&join=on"
+    # A ball falls for longer than the second that others may wait to be told a newcomer's name.
+    board = Board.preset("triangle-8").replace(name="class").to_dict()
+    room = httpx.post(f"{server.url}/api/v1/rooms", json={"board": board}, timeout=LIMIT).json()
+    address = f"/stage.html?room={room['id']}&leaders=balls&join=on"
     pile = there(opened(f"{address}&tray=pile&expected=binomial"))
     bars = there(opened(f"{address}&tray=bars&expected=on"))
     code = httpx.get(pile.page.locator("#join").evaluate("image => image.src"), timeout=LIMIT)
