@@ -50,6 +50,25 @@ def test_little_comes_before_the_first_drop_and_nothing_moves_about(
     assert shifted <= 0.02
 
 
+def test_nothing_moves_about_where_the_browser_paints_before_it_has_read_the_page(
+    browser: Browser, server: ServerProcess, complaints: Complaints
+) -> None:
+    width, height = PHONE
+    viewport: ViewportSize = {"width": width, "height": height}
+    for _ in range(3):
+        context = browser.new_context(service_workers="block", viewport=viewport)
+        context.add_init_script(NO_DEMO)
+        context.add_init_script(WATCH)
+        page = context.new_page()
+        complaints.watch(page)
+        context.new_cdp_session(page).send("Emulation.setCPUThrottlingRate", {"rate": 8})
+        page.goto(server.url)
+        expect(page.locator("#drop")).to_be_enabled()
+        shifted = page.evaluate("shifted")
+        context.close()
+        assert shifted <= 0.02
+
+
 @pytest.mark.parametrize(("path", "size"), PAGES)
 def test_no_page_moves_about_while_it_opens(
     browser: Browser,
