@@ -81,10 +81,10 @@ class TakeOver:
                 self._rooms.leaving.put_away(lease.room)
 
     def _inherited(self, rows: Sequence[LeaseRow], awake: Collection[str]) -> set[str]:
-        """Rooms whose server is gone and that this one is to have.
+        """Rooms whose server is gone and which this server should take.
 
-        At first they are for the first server in the room's order; what the next sweep still finds
-        to be nobody's is for whoever is faster: the first may be alive and yet unable to take it.
+        After the first sweep only the first server in the room's order takes a room. If the next
+        sweep finds that no server has it, any server may: the first may be unable to rebuild it.
         """
         before, self._orphaned = self._orphaned, orphans(rows, awake, self._alive.view)
         self._lost = self._orphaned & {row.room for row in rows}

@@ -14,9 +14,9 @@ MOST_WAITING: Final = 5000  # balls of all items
 
 
 class Item(msgspec.Struct, frozen=True, omit_defaults=True):
-    """So many balls, one `every` so many seconds; `number` is its own, in this run of the room.
+    """Balls that wait, dropped one `every` s; `number` identifies the item in this run of the room.
 
-    again: by which the same item may be asked for again.
+    again: the key under which a client may repeat the request.
     """
 
     number: int

@@ -148,7 +148,7 @@ class Room(ABC):
         return self.mode
 
     def basis_after_reset(self, board: Board | None = None) -> Basis:
-        """What the room is begun anew with; raises InvalidValueError where `board` cannot be."""
+        """What the room restarts with; raises InvalidValueError for a board that it cannot have."""
         return board or self.origin
 
     # Inputs.

@@ -107,7 +107,7 @@ class TouchingRoom(Room):
         return None
 
     def basis_after_reset(self, board: Board | None = None) -> Basis:
-        """What the room is begun anew with; raises InvalidValueError for a board in a scene."""
+        """What the room restarts with; raises InvalidValueError for a board in a scene."""
         if board is not None and isinstance(self.origin, Scene):
             raise InvalidValueError(f"room {self.id!r} is a scene without a board", field="board")
         return super().basis_after_reset(board)
