@@ -160,7 +160,7 @@ async def test_redis_may_end_and_come_back() -> None:
 @pytest.mark.parametrize(
     ("redis_url", "rooms", "said"),
     [
-        ("http://x", "http://127.0.0.1:1", "no address of a Redis"),
+        ("http://x", "http://127.0.0.1:1", "is not an address such as redis"),
         ("redis://127.0.0.1:1", "127.0.0.1:1", "is not an address such as http"),
     ],
 )
