@@ -209,7 +209,7 @@ def test_random_boards_do_no_harm(solver: str) -> None:
 def test_every_scene_of_the_torture_catalogue_can_be_made() -> None:
     """Those too that no validation would let pass: they fall for hours."""
     names = [scene.name for scene in torture.catalogue(1)]
-    assert len(set(names)) == len(names) > 50
+    assert len(set(names)) == len(names)
 
 
 @pytest.mark.long("a catalogue of hard scenes")

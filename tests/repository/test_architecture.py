@@ -52,7 +52,3 @@ def test_what_the_page_names_is_there(named: str) -> None:
     assert path.exists(), file
     if name:
         assert name in definitions(path), f"{file} defines no {name}"
-
-
-def test_the_page_names_enough_to_find_one_s_way() -> None:
-    assert len(NAMED) > 60

@@ -41,15 +41,6 @@ def run() -> Iterator[Runner]:
         yield ready
 
 
-def test_there_are_examples_of_every_kind() -> None:
-    found = examples(TEXT)
-    assert any(example.is_program for example in found)
-    assert any("curl" in example.code for example in found)
-    assert {"drop", "render", "simulate", "verify"} <= {
-        word for example in found for word in example.code.split()
-    }
-
-
 @pytest.mark.long  # a page of pictures repeats what the README draws, in each format
 @pytest.mark.parametrize(
     "page", tries((README, INDEX, QUICKSTART), PAGES), ids=lambda page: page.name
@@ -58,14 +49,11 @@ def test_every_example_prints_what_the_page_says_and_draws_what_it_shows(
     run: Runner, page: Path
 ) -> None:
     """In order and in one test, as later commands read files that earlier ones wrote."""
-    drawn = 0
     for example in quick(page):
         printed = run.run(example)
         assert without_measurements(printed) == without_measurements(example.says), example.code
         for name in pictures(example):
             _compare(run, name)
-            drawn += 1
-    assert drawn or page in (INDEX, QUICKSTART)
 
 
 def quick(page: Path) -> list[Example]:

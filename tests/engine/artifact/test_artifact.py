@@ -98,7 +98,7 @@ def test_all_kernels_are_in_the_stamp() -> None:
     uses = re.compile(r"^@(inner_|lean_)?kernel", re.MULTILINE)
     files = {p for p in stamp.ENGINE.rglob("*.py") if uses.search(p.read_text(encoding="utf-8"))}
     kernels = {path for path in files if path.parts[-2] not in ("jit", "artifact")}
-    assert len(kernels) > 20
+    assert kernels
     assert kernels <= set(stamp.sources())
 
 
