@@ -17,8 +17,8 @@ from websockets.sync.client import connect
 from app.errors import LedgerError, told
 from app.persistence.ledger.database import Database
 from app.web.problems import problem_of
-from tests.app.conftest import Running, constants, serving
-from tests.waiting import until
+from tests.kit.serving import Running, constants, serving
+from tests.kit.waiting import until
 
 TOKEN = "scrape" * 6
 
@@ -35,7 +35,7 @@ def edge() -> Iterator[Running]:
 
 @pytest.fixture(scope="module")
 def client(edge: Running) -> Iterator[httpx.Client]:
-    with httpx.Client(base_url=edge.url, timeout=60.0) as http:
+    with edge.client() as http:
         yield http
 
 
