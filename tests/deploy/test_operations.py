@@ -29,7 +29,7 @@ def unit() -> dict[str, str]:
     return dict(parser["Service"])
 
 
-def test_the_unit_starts_a_server_that_ends_in_order_and_writes_where_it_may() -> None:
+def test_the_unit_s_server_stops_cleanly_and_writes_where_it_may() -> None:
     service = unit()
     program, *command = service["ExecStart"].split()
     assert program == "/opt/plinko/bin/plinko"
@@ -68,7 +68,7 @@ def at(server: Running, path: str, **options: Any) -> httpx.Response:
     )
 
 
-def test_a_backup_by_the_page_s_commands_brings_rooms_tokens_and_signatures_back(
+def test_a_documented_backup_restores_rooms_tokens_and_keys(
     tmp_path: Path,
 ) -> None:
     home, backup = tmp_path / "home", tmp_path / "home" / "backup"

@@ -19,7 +19,7 @@ def test_the_drawing_is_made_of_the_import_contract_as_it_stands() -> None:
     assert f"(images/{PICTURE.name})" in PAGE
 
 
-def test_every_package_of_the_engine_and_the_server_is_in_the_drawing() -> None:
+def test_every_package_of_engine_and_server_is_in_the_drawing() -> None:
     for stack in stacks():
         folder = ROOT / stack.package
         parts = {path.stem for path in folder.iterdir() if path.suffix == ".py" or path.is_dir()}

@@ -30,7 +30,7 @@ def steps(workflow: Any) -> list[dict[str, Any]]:
 
 
 @pytest.mark.parametrize("path", WORKFLOWS.values(), ids=WORKFLOWS)
-def test_a_workflow_takes_each_action_at_a_version_and_may_do_what_it_says(path: Path) -> None:
+def test_a_workflow_pins_its_actions_and_limits_its_rights(path: Path) -> None:
     workflow = loaded(path)
     used = [step["uses"] for step in steps(workflow) if "uses" in step]
     assert used

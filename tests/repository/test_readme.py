@@ -45,9 +45,7 @@ def run() -> Iterator[Runner]:
 @pytest.mark.parametrize(
     "page", tries((README, INDEX, QUICKSTART), PAGES), ids=lambda page: page.name
 )
-def test_every_example_prints_what_the_page_says_and_draws_what_it_shows(
-    run: Runner, page: Path
-) -> None:
+def test_every_example_prints_and_draws_what_its_page_shows(run: Runner, page: Path) -> None:
     """In order and in one test, as later commands read files that earlier ones wrote."""
     for example in quick(page):
         printed = run.run(example)
@@ -96,7 +94,7 @@ def test_the_script_of_the_page_on_batches_runs_as_a_file(tmp_path: Path) -> Non
     assert done.stdout == f"{drop_many('triangle-16', 70_000).digest}\n"
 
 
-def test_the_python_reference_is_made_of_the_sources_and_has_every_name() -> None:
+def test_the_python_reference_has_every_name_from_the_sources() -> None:
     assert reference.PAGE.read_text(encoding="utf-8") == reference.text(), "make readme makes it"
     assert sorted(name for names in reference.GROUPS.values() for name in names) == sorted(
         plinko.__all__

@@ -52,7 +52,7 @@ def test_no_file_names_a_place_on_one_machine() -> None:
     assert [path for path in texts if MACHINE_PATH.search(path.read_text(encoding="utf-8"))] == []
 
 
-def test_every_dependency_is_pinned_by_exact_version_and_no_address() -> None:
+def test_every_dependency_is_pinned_to_an_exact_version() -> None:
     project = PROJECT["project"]
     wanted = list(project["dependencies"])
     for extra in project["optional-dependencies"].values():

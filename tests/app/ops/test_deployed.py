@@ -68,7 +68,7 @@ def test_every_metric_of_the_dashboard_is_there(samples: dict[str, set[str]]) ->
             asked(target["expr"], samples)
 
 
-def test_the_dashboard_s_panels_lie_side_by_side_and_say_what_they_show() -> None:
+def test_the_dashboard_s_panels_do_not_overlap_and_have_texts() -> None:
     places = set()
     for panel in panels():
         where = panel["gridPos"]

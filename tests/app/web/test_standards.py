@@ -131,7 +131,7 @@ def test_instance_is_an_address_whatever_was_asked_for(http: httpx.Client) -> No
 # Compressed and conditional replies.
 
 
-def test_a_pages_parts_are_kept_for_good_and_the_page_is_asked_about(http: httpx.Client) -> None:
+def test_a_page_s_parts_are_cached_for_good_the_page_is_not(http: httpx.Client) -> None:
     page = http.get("/")
     assert page.headers["cache-control"] == "no-cache"
     assert http.get("/", headers={"if-none-match": page.headers["etag"]}).status_code == 304

@@ -121,7 +121,7 @@ def test_many_balls_go_as_each_alone() -> None:
     assert run.states[:, 1].tolist() == [each.x_end for each in drops]
 
 
-def test_the_page_leaves_room_for_all_columns_that_the_kernels_write() -> None:
+def test_the_page_leaves_room_for_all_columns_of_the_kernels() -> None:
     """With one too few of `initial`, many drops overwrote each other, and then crashed the page."""
     text = make.PAGE.with_suffix(".js").read_text("utf-8")
     columns = dict(

@@ -267,7 +267,7 @@ def test_a_drops_last_tick_is_that_of_a_world(rate: int) -> None:
 
 
 @given(ticks=st.integers(1, 10**6), rate=st.integers(1, 1000), ulps=st.integers(-2, 2))
-def test_the_last_tick_is_the_first_that_is_not_before_the_landing(
+def test_the_last_tick_is_the_first_not_before_the_landing(
     ticks: int, rate: int, ulps: int
 ) -> None:
     dt = 1.0 / rate
