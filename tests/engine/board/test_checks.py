@@ -138,7 +138,7 @@ class TestTraps:
         assert "pegs[0] and pegs[1]" in str(refusal(box(pair)))
         error = str(refusal(box([*pair, (0.0, 2.84, 0.05)])))
         assert "pegs[0] and pegs[1]" not in error
-        assert "and pegs[2] is one that a ball can wedge in" in error
+        assert "and pegs[2]: " in error
 
     def test_a_peg_beside_an_upright_wall_holds_a_ball(self) -> None:
         error = refusal(box([(-3.75, 3.0, 0.1)]))
