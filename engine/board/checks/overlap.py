@@ -39,7 +39,7 @@ def check_overlaps(board: BoardFields, pairs: tuple[Ints, Ints, Floats]) -> None
         a, b = int(i[k]), int(j[k])
         message = (
             f"pegs[{b}] at {_at(board, b)} overlaps pegs[{a}] at {_at(board, a)}: their centres "
-            f"are {apart[k]:g} m apart, and must be at least {radii[a] + radii[b]:g} m"
+            f"must be at least {radii[a] + radii[b]:g} m apart, but are {apart[k]:g} m"
         )
         faults.add(f"pegs[{b}]", message)
     faults.end()

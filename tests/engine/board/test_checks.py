@@ -554,4 +554,4 @@ def test_a_heap_of_pegs_far_smaller_than_the_ball_is_refused_not_computed_for_ev
     pegs = [(0.01 * i - 0.75, 3.0 + 0.01 * j, 0.004) for i in range(141) for j in range(141)]
     error = refusal(box(pegs, radius=0.5))
     assert error.field == "pegs"
-    assert "too densely" in str(error)
+    assert "too close together" in str(error)
