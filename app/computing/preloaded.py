@@ -45,7 +45,7 @@ _SMOOTH: Final = {
     "bins": {"y": 2.0, "edges": [-1.5, 0.0, 1.5], "multipliers": [1.0, 2.0]},
     "drop": {"x": 0.0, "y": 0.0, "jitter": 0.5},
 }
-"""A board without drag and friction: its drops use kernels of their own."""
+"""A board without drag and friction: its drops use other kernels than those of the presets."""
 
 native.forbid()  # native code cannot be limited, and work for requests must be
 warm_up()

@@ -35,7 +35,7 @@ reads those of all its processes whenever it starts another."""
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """A worker's reply: the value or the error that the work raised, and the s of a core it took."""
+    """A worker's reply: the value, or the error that the work raised; and the s of a core."""
 
     value: Any
     error: Exception | None

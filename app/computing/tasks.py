@@ -191,7 +191,7 @@ def _before(done: Drop) -> npt.NDArray[np.void]:
 
 
 class Patience:
-    """Called with the number of drops done; raises InvalidValueError after `seconds` s of a core."""
+    """Called with the drops done until now; raises InvalidValueError after `seconds` of a core."""
 
     def __init__(self, drops: int, seconds: float) -> None:
         self._drops = drops
