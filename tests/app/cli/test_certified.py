@@ -51,7 +51,7 @@ def test_the_share_of_right_bins_is_printed(run: Run) -> None:
     shown = run("simulate", "triangle-8", "--drops", "3", "--certify")
     assert f"{share['share_right']:.2%} of the bins in double precision" in shown
     stepped = ["simulate", "triangle-8", "--drops", "3", "--certify", "--solver", "stepped"]
-    assert "--certify belongs to --solver exact" in run(*stepped, status=2)
+    assert "--certify needs --solver exact" in run(*stepped, status=2)
 
 
 def test_the_map_is_drawn_into_a_file(run: Run, tmp_path: Path) -> None:
