@@ -140,7 +140,7 @@ def test_a_board_of_one_s_own_gets_a_table_too() -> None:
 
 
 def test_what_cannot_be_solved_is_refused_and_named() -> None:
-    with pytest.raises(ParameterError, match="risk 'huge' is none of low, medium, high"):
+    with pytest.raises(ParameterError, match="risk is 'huge': it must be low, medium or high"):
         risk_of("huge")
     with pytest.raises(ParameterError, match="return 2 is not from"):
         solve_payouts("triangle-8", returned=2)

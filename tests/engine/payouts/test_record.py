@@ -90,10 +90,10 @@ def test_a_table_that_is_solved_anew_is_judged_by_later_seeds_alone_and_the_othe
     None
 ):
     counted = counted_on(begun(), wanted(begun())[0], 50)["triangle-8"]
-    anew = counted.solved_anew("triangle-8-high")
+    anew = counted.solved_again("triangle-8-high")
     assert anew.fresh("triangle-8-high") == (Landings(None, (0,) * 9, 0, first=350),)
     assert anew.fresh("triangle-8-low") == counted.fresh("triangle-8-low")
     assert anew.all() == counted.all()
-    both = anew.solved_anew("triangle-8")
+    both = anew.solved_again("triangle-8")
     assert both.blocks == anew.blocks
     assert both.fresh("triangle-8") == anew.fresh("triangle-8-high")
