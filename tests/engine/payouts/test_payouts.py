@@ -168,8 +168,14 @@ def test_a_table_that_falls_towards_a_side_says_so() -> None:
     found = solve_payouts("triangle-8", drops=20_000)
     for pays, said in (
         ((9.0, 3.0, 2.0, 1.0, 0.1, 1.0, 2.0, 3.0, 9.0), ""),
-        ((2.0, 3.0, 2.0, 1.0, 0.1, 1.0, 2.0, 3.0, 9.0), "bin 0 pays 2 beside 3 in bin 1"),
-        ((9.0, 3.0, 2.0, 1.0, 0.1, 1.0, 0.9, 3.0, 9.0), "bin 6 pays 0.9 beside 1 in bin 5"),
+        (
+            (2.0, 3.0, 2.0, 1.0, 0.1, 1.0, 2.0, 3.0, 9.0),
+            "bin 0 pays 2 and bin 1, nearer the middle, 3",
+        ),
+        (
+            (9.0, 3.0, 2.0, 1.0, 0.1, 1.0, 0.9, 3.0, 9.0),
+            "bin 6 pays 0.9 and bin 5, nearer the middle, 1",
+        ),
     ):
         board = replace(found.board, bins=replace(found.board.bins, multipliers=pays))
         assert said in "".join(replace(found, board=board).warnings)
