@@ -111,7 +111,7 @@ async def test_an_address_that_reads_several_logs_does_not_multiply_the_wait_of_
 async def test_one_address_reads_a_few_logs_and_all_together_not_too_many() -> None:
     logs, room, _ = opened(1000)
     held = [await logs.read(room, "a", marks=False) for _ in range(MOST_OF_ONE)]
-    with pytest.raises(ReadersError, match="by this address"):
+    with pytest.raises(ReadersError, match="your address"):
         await logs.read(room, "a", marks=False)
     for n in range(MOST_READERS - MOST_OF_ONE):
         held.append(await logs.read(room, f"b{n}", marks=False))
