@@ -21,7 +21,7 @@ def load(path: Path) -> tuple[Tally, float]:
     except RecordError as error:
         raise RecordError(f"{path}: {error}", field=error.field) from None
     except ValueError as error:  # not JSON, or not UTF-8
-        raise RecordError(f"{path} is not a JSON file: {error}") from None
+        raise RecordError(f"{path}: this is not a JSON file: {error}") from None
     return tally, float(seconds)
 
 

@@ -299,7 +299,7 @@ async def test_cameras_and_viewers_are_bounded() -> None:
         with pytest.raises(BusyError, match="1 cameras"):
             await cameras.open(room, Shot("r", 300, "light", 60))
         await cameras.open(room, SHOT)
-        with pytest.raises(RoomFullError, match="2 watch"):
+        with pytest.raises(RoomFullError, match="2 viewers"):
             await cameras.open(room, SHOT)
 
 
