@@ -62,7 +62,7 @@ def test_a_quota_counts_what_is_open_and_what_is_in_the_making() -> None:
     with quota.place("me") as take:
         take("a")
     with quota.place("me") as take:
-        said = "2 rooms are open already, of 2 at most now"
+        said = "2 rooms are open already; at most 2 may be open now"
         with pytest.raises(QuotaError, match=said), quota.place("me"):
             raise AssertionError("there was a place")
         with quota.place("you") as other:
