@@ -3,7 +3,7 @@
 routes      one module for each subject; schemas: their bodies; openapi: the document of both
 edge        checks and limits around every request and connection
 page        the pages' files: languages, bundled scripts, link previews
-services    the objects that the routes use; limits and tokens: who may do how much
+services    the objects that the routes use; limits and tokens: what a client may do
 problems    turns errors into responses
 
 Imports everything below. Start with routes/common.py.

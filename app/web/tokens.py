@@ -42,7 +42,7 @@ class Tokens:
         self.check_shown(room_id, bearer_of(authorization))
 
     def check_shown(self, room_id: str, shown: str | None) -> None:
-        """Like `check`, for a token that did not come in a header; None: there was none."""
+        """Like `check`, for a token that did not come in a header; None if no token came."""
         if shown is None:
             raise NoTokenError(
                 f"{self._kind} {room_id!r} needs the token that its creator received, sent as "
