@@ -298,7 +298,7 @@ class LiveRoom:
             own = self.audience.announce(seq, player, event)
             self._runner.counts.accepted += isinstance(event, messages.Accepted)
             first = first or own
-        if entered.begins_anew:
+        if entered.restarts:
             self.audience.begin(self.room, self._around.new_id())
         if asked is None or asked.entered.done():
             return
