@@ -322,7 +322,7 @@ class IndependentRoom(Room):
     def _extend(self, segments: SegmentStream) -> None:
         """Cut the newly computed parts of the paths into segments."""
         for ball, known in zip(self.world.balls, self.world.known, strict=True):
-            if segments.hears(ball.id, known):
+            if segments.needs(ball.id, known):
                 segments.extend(ball.id, *self.world.ahead(ball.id))
 
     # Saving.
