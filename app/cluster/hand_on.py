@@ -67,7 +67,6 @@ class HandOn:
         self._fetch = fetch
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer a request here or forward it (ASGI)."""
         if scope["type"] == "http":
             await self._request(scope, receive, send)
         elif scope["type"] == "websocket" and scope["path"].startswith(_SOCKETS):

@@ -116,11 +116,9 @@ class Feeds:
 
     @property
     def count(self) -> int:
-        """The number of rooms with a feed."""
         return len(self._feeds)
 
     def close(self) -> None:
-        """Stop all feeds."""
         self._bus.unsubscribe(WISHES)
         for task in self._tasks:
             task.cancel()

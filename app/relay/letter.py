@@ -24,7 +24,6 @@ _LENGTHS = {126: 4, 127: 10}  # bytes of a frame's header by its second byte, ot
 
 
 def channel_of(room_id: str) -> str:
-    """The channel for a room's letters."""
     return f"plinko:room:{room_id}"
 
 

@@ -145,7 +145,6 @@ class Ledger:
 
     @property
     def idle(self) -> bool:
-        """Whether no job waits for the committer."""
         return self._queue.empty
 
     def submit(self, *writes: Write, line: int | None = None) -> "asyncio.Future[None]":
