@@ -48,7 +48,7 @@ async def test_a_block_that_depends_on_a_server_ends_once_it_is_gone() -> None:
         await turns()
 
 
-def test_a_server_that_was_late_says_so_of_itself_and_takes_nobody_for_gone(
+def test_a_late_server_doubts_itself_and_nobody_else(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     alive = alive_with([B])
@@ -63,7 +63,7 @@ def test_a_server_that_was_late_says_so_of_itself_and_takes_nobody_for_gone(
     assert len(caplog.messages) == 1
 
 
-def test_the_others_are_doubted_only_when_postgresql_fails_and_once(
+def test_others_are_doubted_only_when_postgresql_fails_and_once(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     alive = alive_with([B])
