@@ -25,7 +25,7 @@ from app.cluster.alive import Alive
 from app.cluster.membership import Member
 from app.cluster.peers import Peers
 from app.errors import AppError, EndedError, LeaseLostError
-from app.relay.line import RESTART, both_ways, end_of
+from app.relay.proxy import RESTART, both_ways, end_of
 from app.web.problems import HOPS, MOVED, problem_response
 
 _SOCKETS: Final = "/ws/rooms/"
