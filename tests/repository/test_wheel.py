@@ -120,7 +120,7 @@ def test_an_installed_package_has_the_source_s_files_exactly(installed: Installe
     done = installed.run("plinko", "integrity", "--compare", "source")
     assert (done.returncode, done.stdout) == (
         0,
-        f"all {source.count('  ')} files are those of source\n",
+        f"all {source.count('  ')} files agree with source\n",
     )
 
 

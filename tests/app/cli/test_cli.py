@@ -164,9 +164,9 @@ def test_a_draw_is_written_as_a_room_takes_it(plinko: Terminal, tmp_path: Path) 
     assert own["board"]["name"] == "own"
     for options, named in (
         (["--draw", "1,2"], "a list of 9"),
-        (["--draw", tmp_path / "none.json"], "neither weights such as 9999,1"),
+        (["--draw", tmp_path / "none.json"], "neither a list of weights such as 9999,1"),
         (["--draw", weights, "--bin", 4], "either --bin or --draw"),
-        (["--draw", weights, "--aim", 0.01], "nobody aims"),
+        (["--draw", weights, "--aim", 0.01], "--aim 0.01: a draw has no aim"),
         ([], "either --bin or --draw"),
     ):
         code, _, err = plinko.try_run("seeds", "triangle-8", *options)

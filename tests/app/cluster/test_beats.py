@@ -68,7 +68,7 @@ def test_who_waits_is_told_at_once_of_one_that_leaves(
 ) -> None:
     with both(database) as (first, second):
         monkeypatch.setattr("app.cluster.beats.BEAT", LIMIT)
-        waiting = threading.Thread(target=second.until_told)
+        waiting = threading.Thread(target=second.pause)
         waiting.start()
         leaving = Member(A.holder, A.name, A.address, leaving=True)
         first.beat(leaving)
@@ -143,6 +143,6 @@ async def test_a_server_is_alive_while_its_loop_has_much_to_do(database: str) ->
 async def test_a_server_whose_loop_does_not_come_round_is_not_alive(
     database: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("app.cluster.alive._STANDS_STILL", 2 * BEAT)
+    monkeypatch.setattr("app.cluster.alive._STALLED_SECONDS", 2 * BEAT)
     async with alive(database):
         until(lambda: age(database) > LEASE)

@@ -82,7 +82,7 @@ OURS = cluster.who()
         ({"tcp://b:2": OURS | {"physics_version": 3}}, "tcp://b:2 has PHYSICS_VERSION 3"),
         (
             {"tcp://b:2": OURS, "tcp://c:3": OURS | {"sources": "f0"}},
-            "tcp://c:3 has kernels of the",
+            "tcp://c:3 has kernels with the",
         ),
         ({"tcp://b:2": {}}, "PHYSICS_VERSION None"),
         (
@@ -108,7 +108,9 @@ def test_a_later_worker_refuses_work_of_another_release() -> None:
     "bad", ["", "locale", "local:", "local:0", "local:-1", "tcp://", "tcp://host", "host:8786"]
 )
 def test_a_bad_address_is_named(bad: str) -> None:
-    with pytest.raises(ParameterError, match="is neither local, local:4 nor an address") as caught:
+    with pytest.raises(
+        ParameterError, match="is not valid: use local, local:4 or an address"
+    ) as caught:
         cluster.local_workers(bad)
     assert repr(bad) in str(caught.value)
 

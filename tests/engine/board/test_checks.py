@@ -138,7 +138,7 @@ class TestTraps:
         assert "pegs[0] and pegs[1]" in str(refusal(box(pair)))
         error = str(refusal(box([*pair, (0.0, 2.84, 0.05)])))
         assert "pegs[0] and pegs[1]" not in error
-        assert "and pegs[2] is one that a ball can wedge in" in error
+        assert "and pegs[2]: " in error
 
     def test_a_peg_beside_an_upright_wall_holds_a_ball(self) -> None:
         error = refusal(box([(-3.75, 3.0, 0.1)]))
@@ -554,4 +554,4 @@ def test_a_heap_of_tiny_pegs_is_refused_and_not_computed_forever() -> None:
     pegs = [(0.01 * i - 0.75, 3.0 + 0.01 * j, 0.004) for i in range(141) for j in range(141)]
     error = refusal(box(pegs, radius=0.5))
     assert error.field == "pegs"
-    assert "too densely" in str(error)
+    assert "too close together" in str(error)

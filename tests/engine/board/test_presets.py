@@ -74,7 +74,7 @@ def test_a_board_that_only_borrows_a_presets_name_is_none() -> None:
     "name", ["triangle-7", "triangle-17", "triangle-8-medium", "TRIANGLE-8", ""]
 )
 def test_an_unknown_preset_is_named_with_those_there_are(name: str) -> None:
-    with pytest.raises(BoardError, match="there is no preset board") as caught:
+    with pytest.raises(BoardError, match="there is no such preset") as caught:
         Board.preset(name)
     assert repr(name) in str(caught.value)
     assert "triangle-16-high" in str(caught.value)

@@ -126,5 +126,5 @@ def test_tangents_change_nothing_of_the_drop() -> None:
 
 def test_the_stepped_solver_does_not_claim_to_know() -> None:
     found = drop(Board.preset("triangle-8"), 42, solver="stepped")
-    with pytest.raises(ParameterError, match="only 'exact' says how sure it is"):
+    with pytest.raises(ParameterError, match="cannot tell how certain a bin is: use 'exact'"):
         _ = found.certain

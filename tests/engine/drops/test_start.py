@@ -59,7 +59,7 @@ def test_starts_of_the_outermost_aims_stay_in_the_drop_zone() -> None:
         ({"seed": 1, "aim": ZONE.x + 1.01 * ZONE.aim_span}, "aim .* is not from"),
         ({"seed": 1, "aim": float("nan")}, "aim nan is not from"),
         ({"seed": 1, "aim": True}, "aim True is not a number"),
-        ({"seed": 1, "aim": AIM, "x": 0.0}, "aim .* beside x 0.0"),
+        ({"seed": 1, "aim": AIM, "x": 0.0}, "aim is .*, but x is 0.0"),
     ],
 )
 def test_an_aim_that_says_no_start_is_refused_and_named(
@@ -74,5 +74,5 @@ def test_where_there_are_slots_only_they_can_be_aimed_at() -> None:
     form["drop"] |= {"slots": [-0.1, 0.1], "aim": 0.2}
     board = Board.from_json(form)
     assert drop(board, 3, aim=-0.1).x_start == start_x(3, -0.1, ZONE.jitter)
-    with pytest.raises(ParameterError, match=r"aim 0\.05 is none of the slots, which are -0\.1, "):
+    with pytest.raises(ParameterError, match=r"aim 0\.05 is not a slot: the slots are -0\.1, "):
         drop(board, 3, aim=0.05)

@@ -140,7 +140,7 @@ def test_a_board_of_one_s_own_gets_a_table_too() -> None:
 
 
 def test_what_cannot_be_solved_is_refused_and_named() -> None:
-    with pytest.raises(ParameterError, match="risk 'huge' is none of low, medium, high"):
+    with pytest.raises(ParameterError, match="risk is 'huge': it must be low, medium or high"):
         risk_of("huge")
     with pytest.raises(ParameterError, match="return 2 is not from"):
         solve_payouts("triangle-8", returned=2)
@@ -168,8 +168,14 @@ def test_a_table_that_falls_towards_a_side_says_so() -> None:
     found = solve_payouts("triangle-8", drops=20_000)
     for pays, said in (
         ((9.0, 3.0, 2.0, 1.0, 0.1, 1.0, 2.0, 3.0, 9.0), ""),
-        ((2.0, 3.0, 2.0, 1.0, 0.1, 1.0, 2.0, 3.0, 9.0), "bin 0 pays 2 beside 3 in bin 1"),
-        ((9.0, 3.0, 2.0, 1.0, 0.1, 1.0, 0.9, 3.0, 9.0), "bin 6 pays 0.9 beside 1 in bin 5"),
+        (
+            (2.0, 3.0, 2.0, 1.0, 0.1, 1.0, 2.0, 3.0, 9.0),
+            "bin 0 pays 2 and bin 1, nearer the middle, 3",
+        ),
+        (
+            (9.0, 3.0, 2.0, 1.0, 0.1, 1.0, 0.9, 3.0, 9.0),
+            "bin 6 pays 0.9 and bin 5, nearer the middle, 1",
+        ),
     ):
         board = replace(found.board, bins=replace(found.board.bins, multipliers=pays))
         assert said in "".join(replace(found, board=board).warnings)
