@@ -140,7 +140,7 @@ def _solve(path: Path, record: "Record", name: str) -> None:
         known = ", ".join(table for counted in record.values() for table in counted.chosen)
         raise click.UsageError(f"--solve {name!r} is not in the record, which has {known}")
     pays = table_for(Board.preset(name), record[board].all(), 0.99, presets.risk_of(name))
-    _save(path, {**record, board: record[board].solved_anew(name)})
+    _save(path, {**record, board: record[board].solved_again(name)})
     common.print_fields({name: ", ".join(f"{each:g}" for each in pays)})
 
 

@@ -207,7 +207,7 @@ def test_simulate_counts_what_drop_many_computes(plinko: Terminal) -> None:
     assert report["digest"] == many.digest
 
 
-def test_the_digest_of_a_simulation_does_not_depend_on_how_it_is_cut(
+def test_a_simulation_s_digest_does_not_depend_on_its_blocks(
     plinko: Terminal,
 ) -> None:
     arguments = ("simulate", "triangle-8", "--drops", 100)
