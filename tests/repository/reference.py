@@ -34,7 +34,7 @@ GROUPS = {
 _HEAD = """\
 # The Python reference
 
-For Python programmers who read the repository: every public name of `plinko` in one list.
+For Python programmers: every public name of `plinko` in one list.
 
 [The Python interface](python.md) introduces the names; `help(plinko.Board)` prints types and
 docstrings. `make readme` makes this page from the sources.
