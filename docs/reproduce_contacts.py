@@ -194,14 +194,14 @@ def products(p, i):
     return total
 
 
-def others_touched(board, f, number, x, y, beside, horizon):
+def others_touched(board, f, number, x, y, also, horizon):
     here = board.surfaces[number]
     known = here.ends if here.is_line else here.lines
     best, found, found_side = horizon, None, 0.0
     for other, surface in enumerate(board.surfaces):
         if other == number or other in known or surface.is_copy:
             continue
-        s, side = touch_time(board, f, number, x, y, other, other == beside, best)
+        s, side = touch_time(board, f, number, x, y, other, other == also, best)
         if s != NO_HIT and (s < best or found is None):
             best, found, found_side = s, other, side
     return best, found, found_side
@@ -243,13 +243,13 @@ def rolling_end(board, f, friction, horizon):
 
 # A contact phase goes from stretch to stretch. `roots` is the number of roots that the slip already has
 # at the beginning: 1 after friction has stopped it or after rolling, 2 when a rolling ball has just
-# begun to slip in the direction `slip_sign`. `beside` is a second surface that the ball touches when
+# begun to slip in the direction `slip_sign`. `also` is a second surface that the ball touches when
 # the phase begins, and leaves.
 
 LEFT, HIT, LAND, REST, LATE, MANY, STEP, MODE, OVER = range(9)
 
 
-def contact(board, ball, number, side, roots, beside, events):
+def contact(board, ball, number, side, roots, also, events):
     g, k, R, slip_sign, fresh = board.gravity, board.drag, board.radius, 0.0, False
     while True:
         if len(events) >= MAX_EVENTS and not fresh:
@@ -271,7 +271,7 @@ def contact(board, ball, number, side, roots, beside, events):
         u = ball.vy * nx - ball.vx * ny
         f = Series(board, number, mode, slip_sign, nx, ny, u, ball.omega, ball.theta)
         s, hit_number, sign = others_touched(
-            board, f, number, ball.x, ball.y, beside, step_length(board, f)
+            board, f, number, ball.x, ball.y, also, step_length(board, f)
         )
         cause, other = (STEP, None) if hit_number is None else (HIT, hit_number)
         row, rate = (f.path, -surface.ty) if surface.is_line else (f.ny, -surface.distance)
@@ -293,7 +293,7 @@ def contact(board, ball, number, side, roots, beside, events):
         ball.theta, ball.omega = value(f.angle, s), value(f.spin, s)
         roots = 1 if mode == ROLLING else 0
         if s > 0.0:
-            beside = None
+            also = None
         fresh = cause == MODE and s == 0.0
         if cause == MODE:
             events.append(ball.event(CHANGES, board.index(number)))
