@@ -245,7 +245,7 @@ def _drops(cost: Units) -> Table:
 
 
 def _first(cost: Units) -> Table:
-    """What one of each part bears."""
+    """What one of each part carries."""
     rate = Settings().tick_rate
     marks = 1.0 / (MARKS * cost.mark + cost.drop / FALL)
     ticks = SHARE / (rate * cost.ticks[1])
@@ -264,7 +264,7 @@ def _first(cost: Units) -> Table:
         "Extrapolated, except the last two rows, which are limits. Of several rows of one kind, the "
         "smallest number is reached first."
     )
-    return Table("What one of each bears", ["of what", "part", "at most"], rows, [note])
+    return Table("What one of each carries", ["of what", "part", "at most"], rows, [note])
 
 
 def _bytes(count: float) -> str:
