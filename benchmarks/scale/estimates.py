@@ -261,8 +261,8 @@ def _first(cost: Units) -> Table:
         ["connections", "its process", f"{MAX_CONNECTIONS:,}"],
     ]
     note = (
-        "Extrapolated, except the last two rows, which are limits. Of several rows of one kind, the "
-        "smallest number is reached first."
+        "Extrapolated, except the last two rows, which are limits. Of several rows of one kind, "
+        "the smallest number is reached first."
     )
     return Table("What one of each carries", ["of what", "part", "at most"], rows, [note])
 
