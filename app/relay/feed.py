@@ -1,7 +1,7 @@
-"""A room's side: whatever its spectators by seeds are sent goes to the bus as well, once.
+"""The server's side of relays: publishes a room's stream `seeds` on the bus, once for all relays.
 
-A feed is one more client of the room, whose connection is the bus. It is there while relays wish
-for it, and greeted anew when one of them has somebody to greet.
+A feed is one more client of the room, whose connection is the bus. It exists while relays ask for
+it. When a relay has a new spectator and asks for a hello, the room sends the feed another hello.
 """
 
 import asyncio
@@ -20,24 +20,33 @@ from app.live.registry import Rooms
 from app.protocol.messages import SEEDS
 from app.protocol.wire import WireMessage
 from app.relay.bus import Bus, Carried
-from app.relay.letter import END, WISHES, Letter, channel_of, kind_of, payload_of, wish, wished
+from app.relay.feed_messages import (
+    END,
+    REQUESTS,
+    FeedMessage,
+    channel_of,
+    decode_request,
+    encode_request,
+    kind_of,
+    payload_of,
+)
 
 KEPT: Final = 3.0
-"""s for which a feed goes on after the last wish; relays wish once a second."""
+"""Seconds for which a feed continues after a relay's last request; relays ask once a second."""
 
 TOGETHER: Final = 0.05
-"""s for which those who wish for a hello wait for others, to be greeted with one."""
+"""Seconds by which a requested hello is delayed, so that one hello answers several requests."""
 
 _log = logging.getLogger("plinko")
 
 
 class Feed:
-    """The letters of one room; what the room's hub writes to."""
+    """Publishes one room's messages; the room's hub uses it as a client's connection."""
 
     def __init__(self, bus: Bus, room_id: str, rooms: Rooms, clock: Callable[[], float]) -> None:
-        self.wished = clock()
-        self.greets = False  # soon
-        self.client: Client | None = None  # while it watches the room
+        self.requested = clock()
+        self.greets = False  # whether a hello is scheduled
+        self.client: Client | None = None  # set while it watches the room
         self._bus = bus
         self._channel = channel_of(room_id)
         self._room_id = room_id
@@ -47,35 +56,37 @@ class Feed:
         self._number = 0
 
     def write(self, wire: bytes) -> bool:
-        """Send what a client would be sent."""
+        """Publish a message that the hub has framed for clients."""
         payload = payload_of(wire)
         self._send(kind_of(payload), payload)
         return True
 
     async def send(self, message: WireMessage) -> None:
-        """`write`, for who waits; nobody does here."""
+        """As `write`: the interface of a connection allows waiting, but the bus needs none."""
         self.write(message.wire)
 
     def end(self) -> None:
-        """There will be no more: whoever watches must ask the room itself why."""
+        """Publish that this feed ends; relays then connect their spectators with the server."""
         self._send(END, b"")
 
     def _send(self, kind: int, payload: bytes) -> None:
         self._number += 1
         tick, tick_time = 0, 0.0
-        with contextlib.suppress(AppError):  # a room that was closed has no time
+        with contextlib.suppress(AppError):  # a closed room has no tick
             live = self._rooms.find(self._room_id)
             tick, tick_time = live.room.world.tick, live.tick_time
-        letter = Letter(kind, self._name, self._number, tick, tick_time, self._clock(), payload)
-        self._bus.publish(self._channel, letter.encode())
+        times = (tick, tick_time, self._clock())
+        message = FeedMessage(kind, self._name, self._number, *times, payload)
+        self._bus.publish(self._channel, message.encode())
 
 
 async def feed_relays(bus: Carried | None, rooms: Rooms, client_ids: Iterator[int]) -> None:
-    """Feed relays over a bus, and carry it, until this is cancelled; nothing without a bus."""
+    """Run the bus and the feeds until cancelled; returns at once if there is no bus."""
     if bus is None:
         return
 
-    # Where several servers hear the wishes, the one that has the room is the one to grant them.
+    # With several servers, all of them receive a relay's request, and only the server that has
+    # the room answers it.
     def holds(room_id: str) -> bool:
         return rooms.shared.alone or rooms.is_open(room_id)
 
@@ -87,9 +98,10 @@ async def feed_relays(bus: Carried | None, rooms: Rooms, client_ids: Iterator[in
 
 
 class Feeds:
-    """The feeds of all rooms that relays wish for.
+    """The feeds of all rooms that relays ask for.
 
-    `holds` says which rooms are this process's; `kept` is how long a feed lasts after a wish, s.
+    `holds` returns whether this server has a room; `kept` is the time in s for which a feed
+    continues after the last request.
     """
 
     def __init__(
@@ -110,24 +122,22 @@ class Feeds:
         self._clock = clock
         self._feeds: dict[str, Feed] = {}
         self._tasks: set[asyncio.Task[None]] = set()
-        bus.subscribe(WISHES, self._heard)
+        bus.subscribe(REQUESTS, self._heard)
 
     @property
     def count(self) -> int:
-        """Rooms that are fed to relays now."""
         return len(self._feeds)
 
     def close(self) -> None:
-        """Feed nobody any more."""
-        self._bus.unsubscribe(WISHES)
+        self._bus.unsubscribe(REQUESTS)
         for task in self._tasks:
             task.cancel()
 
     def _heard(self, data: bytes) -> None:
         try:
-            room_id, hello = wished(data)
+            room_id, hello = decode_request(data)
         except MalformedError as error:
-            _log.warning("a wish on the bus is none", extra={"error": str(error)})
+            _log.warning("ignored an invalid request on the bus", extra={"error": str(error)})
             return
         if not self._holds(room_id):
             return
@@ -135,7 +145,7 @@ class Feeds:
         if feed is None:
             self._begin(room_id)
             return
-        feed.wished = self._clock()
+        feed.requested = self._clock()
         if hello and not feed.greets:
             feed.greets = True
             greet = functools.partial(self._greet, room_id, feed)
@@ -148,7 +158,7 @@ class Feeds:
         task.add_done_callback(self._tasks.discard)
 
     async def _run(self, room_id: str, feed: Feed) -> None:
-        """Feed a room until nobody wishes for it, or it ends."""
+        """Feed a room until no relay asks for it any more, or the room ends."""
         try:
             live = await self._rooms.seek(room_id)
             if live.room.stream_of(SEEDS) == SEEDS:
@@ -156,24 +166,25 @@ class Feeds:
             else:
                 feed.end()
         except LeaseLostError:
-            # The server that has it by now is to greet all who watch, before they miss anything.
-            self._bus.publish(WISHES, wish(room_id, hello=True))
+            # The room has moved to another server. Ask that server, in the relays' name, to send
+            # all spectators a hello before they miss a message.
+            self._bus.publish(REQUESTS, encode_request(room_id, hello=True))
         except AppError:
             feed.end()
         finally:
             del self._feeds[room_id]
 
     async def _watch(self, live: LiveRoom, feed: Feed) -> None:
-        # Nothing ever waits for the bus, so its mailbox is never used.
+        # `write` always succeeds, so the mailbox for a slow client is never used.
         client = Client(self._new_client(), feed, Mailbox(1, 1), self._kept, stream=SEEDS)
         self._rooms.enter(live, client)
         feed.client = client
         writing = asyncio.create_task(client.run())
         try:
-            while (left := feed.wished + self._kept - self._clock()) > 0 and not writing.done():
+            while (left := feed.requested + self._kept - self._clock()) > 0 and not writing.done():
                 await asyncio.wait([writing], timeout=left)
             if writing.done():
-                writing.result()  # why the room sent everyone away
+                writing.result()  # raises the error with which the room closed its clients
         finally:
             feed.client = None
             self._rooms.exit(live, client)
@@ -182,10 +193,10 @@ class Feeds:
                 await writing
 
     def _greet(self, room_id: str, feed: Feed) -> None:
-        """Begin anew for all who wait: in order with what happened before."""
+        """Publish a hello, after the events that happened before it."""
         feed.greets = False
         if feed.client is None:
-            return  # it is about to be greeted as everyone who comes
+            return  # it is about to enter the room, which greets it like any client
         with contextlib.suppress(AppError):
             live = self._rooms.find(room_id)
             live.audience.release()

@@ -16,7 +16,7 @@ from app.protocol.visitors import NO_TAG
 from app.protocol.wire import WireMessage
 from app.relay.bus import MemoryBus
 from app.relay.feed import KEPT, Feeds
-from app.relay.letter import WISHES, channel_of, payload_of, wish
+from app.relay.feed_messages import REQUESTS, channel_of, encode_request, payload_of
 from app.relay.replica import Replica
 from app.rooms.boards import Boards
 from app.settings import Settings
@@ -64,7 +64,7 @@ class Scene:
     now: float = 10.0
     numbers: Iterator[int] = field(default_factory=count)
     kept: float = KEPT
-    lost: int = 0  # letters that are to be lost
+    lost: int = 0  # number of messages that the bus is to lose
 
     def __post_init__(self) -> None:
         self.rooms = Rooms(Settings(), Boards(8), Hub(64), Board.preset("triangle-8"))
@@ -78,8 +78,8 @@ class Scene:
         self.relay = self.bus.join()
 
     def replica(self, room_id: str = "main") -> Replica:
-        def wishes(hello: bool) -> None:
-            self.relay.publish(WISHES, wish(room_id, hello=hello))
+        def request(hello: bool) -> None:
+            self.relay.publish(REQUESTS, encode_request(room_id, hello=hello))
 
         def heard(data: bytes) -> None:
             if self.lost:
@@ -87,7 +87,7 @@ class Scene:
             else:
                 found.take(data)
 
-        found = Replica(room_id, Hub(64), wishes, lambda: self.now)
+        found = Replica(room_id, Hub(64), request, lambda: self.now)
         self.relay.subscribe(channel_of(room_id), heard)
         return found
 
@@ -146,7 +146,7 @@ async def test_who_watches_over_a_relay_hears_what_the_others_hear() -> None:
         assert late.told[0]["run"] == near.told[0]["run"]
 
 
-async def test_whoever_comes_over_a_relay_is_told_what_waits_in_the_room() -> None:
+async def test_a_client_of_a_relay_learns_what_waits_in_the_room() -> None:
     with scene() as one:
         replica = one.replica()
         early = await joined(replica, one.ear())
@@ -171,7 +171,7 @@ async def test_one_subscriber_is_all_that_the_room_sees() -> None:
         assert one.feeds.count == 1
 
 
-async def test_a_lost_letter_is_made_good_by_a_hello() -> None:
+async def test_a_lost_message_is_made_good_by_a_hello() -> None:
     with scene() as one:
         near = one.direct()
         far = await joined(one.replica(), one.ear())
@@ -191,11 +191,11 @@ def _second_hello(ear: Ear) -> dict[str, Any]:
     return second
 
 
-async def test_a_feed_goes_on_while_somebody_wishes_for_it_and_then_ends() -> None:
+async def test_a_feed_lasts_while_somebody_is_subscribed() -> None:
     with scene(kept=0.02) as one:
         await joined(one.replica(), one.ear())
         one.now += 1.0
-        one.relay.publish(WISHES, wish("main", hello=False))
+        one.relay.publish(REQUESTS, encode_request("main", hello=False))
         await turns()
         assert one.feeds.count == 1
         one.now += 1.0
@@ -203,7 +203,7 @@ async def test_a_feed_goes_on_while_somebody_wishes_for_it_and_then_ends() -> No
         assert one.rooms.hub.count("main") == 0
 
 
-async def test_a_room_that_is_none_or_is_shown_otherwise_is_for_the_room_s_own_process() -> None:
+async def test_a_missing_or_differently_shown_room_goes_to_its_process() -> None:
     with scene() as one:
         for room_id in ("nowhere", "sandbox"):
             ear = await joined(one.replica(room_id), one.ear())
@@ -212,7 +212,7 @@ async def test_a_room_that_is_none_or_is_shown_otherwise_is_for_the_room_s_own_p
         await eventually(lambda: one.feeds.count == 0)
 
 
-async def test_a_room_that_goes_to_another_server_keeps_who_watches_over_a_relay() -> None:
+async def test_a_room_that_moves_keeps_its_viewers_over_a_relay() -> None:
     with scene() as one:
         far = await joined(one.replica(), one.ear())
         other = Scene(bus=one.bus)

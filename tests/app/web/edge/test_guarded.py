@@ -60,7 +60,7 @@ def test_a_body_is_no_head_however_long() -> None:
     assert server.taken == ["/slow"]
 
 
-def test_who_says_nothing_is_gone_after_the_time_for_a_head_and_told_nothing() -> None:
+def test_a_silent_client_is_cut_off_after_the_time_for_a_head() -> None:
     server = Server()
     line = server.dial()
     server.loop.pass_(9.9)
@@ -77,7 +77,7 @@ def test_a_head_that_comes_byte_by_byte_is_given_up_in_time() -> None:
         server.loop.pass_(0.6)
     found = problem(line)
     assert (found["status"], found["code"]) == (408, "too-late")
-    assert "head was not whole after 10 seconds" in found["detail"]
+    assert "head was not complete after 10 seconds" in found["detail"]
 
 
 def test_a_body_that_stalls_is_given_up_in_time() -> None:
@@ -90,7 +90,7 @@ def test_a_body_that_stalls_is_given_up_in_time() -> None:
         server.loop.pass_(3.4)
     found = problem(line)
     assert (found["status"], found["code"]) == (408, "too-late")
-    assert "body was not whole after 30 seconds" in found["detail"]
+    assert "body was not complete after 30 seconds" in found["detail"]
 
 
 def test_line_ends_between_requests_keep_nobody_connected() -> None:
@@ -179,7 +179,7 @@ def test_nonsense_is_answered_as_a_problem_and_logged_by_nobody(
     assert (found["status"], found["code"]) == (400, "not-http")
 
 
-def test_requests_that_come_at_once_are_read_one_after_the_other_and_all_answered() -> None:
+def test_requests_sent_at_once_are_read_in_turn_and_all_answered() -> None:
     server = Server()
     line = server.dial()
     server.feed(line, (SLOW + b"\r\n") * 500)
@@ -203,7 +203,7 @@ def test_no_request_writes_to_a_client_that_is_gone(caplog: pytest.LogCaptureFix
     assert not caplog.records
 
 
-def test_a_refusal_is_not_sent_as_the_answer_to_an_earlier_request() -> None:
+def test_a_refusal_does_not_answer_an_earlier_request() -> None:
     server = Server()
     line = server.dial()
     server.feed(line, SLOW + b"\r\nnonsense\r\n\r\n")
@@ -215,7 +215,7 @@ def test_a_refusal_is_not_sent_as_the_answer_to_an_earlier_request() -> None:
 H2C = b"Connection: Upgrade, HTTP2-Settings\r\nUpgrade: h2c\r\n"
 
 
-def test_an_upgrade_to_something_else_is_ignored_and_its_connection_ends() -> None:
+def test_an_unknown_upgrade_is_ignored_and_its_connection_ends() -> None:
     server = Server()
     line = server.dial()
     server.feed(line, HEAD + H2C + b"\r\n" + HEAD)
@@ -229,4 +229,4 @@ def test_an_upgrade_to_something_else_with_a_body_is_refused() -> None:
     server = Server()
     line = server.dial()
     server.feed(line, POST.replace(b"\r\n\r\n", b"\r\n" + H2C + b"\r\n") + b"x" * 10)
-    assert problem(line)["detail"] == "a request to upgrade has no body"
+    assert problem(line)["detail"] == "a request to upgrade must have no body"
