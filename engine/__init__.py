@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from engine.world.world import World
 
 __version__ = "0.1.0"
-"""The release. What drops compute has a version of its own, PHYSICS_VERSION."""
+"""The release. PHYSICS_VERSION is the separate version of the drops' results."""
 
 __all__ = [
     "PHYSICS_VERSION",
@@ -73,17 +73,18 @@ _WHEN_ASKED_FOR: Final = {
     "World": "engine.world.world",
     "certify": "engine.certified.certify",
 }
-"""Names that a drop does not use: their kernels take a twentieth of its start to load."""
+"""Names that are imported on first use. A drop does not need them, and loading their kernels would
+add a twentieth to the start of a program that only drops balls."""
 
 _PROOFS: Final = ("Certificate", "certify")
-"""Names that exist only where python-flint is installed."""
+"""Names that exist only if python-flint is installed."""
 
 if find_spec("flint") is None:
     for _name in _PROOFS:
         __all__.remove(_name)
 
 
-if not TYPE_CHECKING:  # else every misspelt name would pass for one
+if not TYPE_CHECKING:  # otherwise type checkers would accept every misspelt name
 
     def __getattr__(name: str) -> Any:
         if name in _PROOFS and name not in __all__:

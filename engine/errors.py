@@ -1,21 +1,21 @@
-"""The engine's error tree. Every message names the bad value and what would be right.
+"""The engine's error tree. Every message names the bad value and says what would be right.
 
 EngineError (a ValueError)
 ├── BoardError        a board that cannot be played; `field` says where
 ├── SeedError         not an integer 0 <= seed < 2^64
-├── EffortError       it takes more computing than a call may
-├── ParameterError    a solver's or a drop's parameter out of range; `field` says which
-├── RecordError       a drop record that is malformed; `field` says where
+├── EffortError       a call that would compute longer than allowed
+├── ParameterError    an invalid parameter, such as a solver's or a drop's; `field` says which
+├── RecordError       a malformed record, snapshot or result; `field` says where
 ├── JsonSyntaxError   text that is not JSON
-├── JsonValueError    JSON with a value that is refused; `field` says where
-└── ClusterError      workers elsewhere that cannot compute what is asked of them
+├── JsonValueError    JSON with a refused value; `field` says where
+└── ClusterError      a cluster that cannot compute
 """
 
 from typing import NamedTuple
 
 
 class EngineError(ValueError):
-    """Root of all errors that the engine raises about its input."""
+    """Base of all errors that the engine raises about its input."""
 
     def __init__(self, message: str, *, field: str = "") -> None:
         super().__init__(message)
@@ -23,17 +23,17 @@ class EngineError(ValueError):
 
 
 class Fault(NamedTuple):
-    """One thing that is wrong with a board: where it is in the JSON form, and what it is."""
+    """One fault of a board: its path in the JSON form, and the message."""
 
     field: str
     message: str
 
 
 class BoardError(EngineError):
-    """A board that cannot be played. `field` is its path in the JSON form, as `pegs[3].radius`.
+    """A board that cannot be played. `field` is a path in its JSON form, such as `pegs[3].radius`.
 
-    `faults` names everything that is wrong, as far as it can be said at once: where parts overlap
-    or where a ball sticks is known only once every value is right.
+    `faults` lists all faults that were found together. Overlapping parts and traps are only found
+    on a board whose values are all valid.
     """
 
     def __init__(self, message: str, *, field: str = "", faults: tuple[Fault, ...] = ()) -> None:
@@ -42,7 +42,7 @@ class BoardError(EngineError):
 
 
 class EffortError(EngineError):
-    """It takes more computing than whoever runs this process allows one call; see `limit_calls`."""
+    """A call would compute longer than this process allows; see `limit_calls`."""
 
 
 class SeedError(EngineError):
@@ -50,11 +50,11 @@ class SeedError(EngineError):
 
 
 class ParameterError(EngineError):
-    """A parameter of a solver, a drop or a world that is out of range."""
+    """A parameter, such as a solver's, a drop's or an arena's, that is invalid."""
 
 
 class RecordError(EngineError):
-    """A drop record that lacks a field or holds one of the wrong type."""
+    """A record, snapshot or result with a field that is missing or invalid."""
 
 
 class JsonSyntaxError(EngineError):
@@ -62,8 +62,11 @@ class JsonSyntaxError(EngineError):
 
 
 class JsonValueError(EngineError):
-    """JSON with a key given twice, or a value that has no one meaning. `field` is its place."""
+    """JSON with a duplicate key, or a value that readers could understand differently.
+
+    `field` is its path.
+    """
 
 
 class ClusterError(EngineError):
-    """Workers elsewhere that cannot compute: nobody answers, there are none, or they differ."""
+    """A cluster that does not answer, has no workers, or has workers with other physics."""

@@ -1,9 +1,9 @@
-"""JSON text as values, read strictly: what could be read in two ways is refused, with its place.
+"""Parses JSON strictly: refuses text that two readers could understand differently.
 
-A key given twice means one thing to one reader and another to the next. NaN and Infinity are not
-JSON. A number beyond float64 would become infinite, a lone surrogate cannot be written as UTF-8,
-and what is nested deeper than `DEEPEST` could be read here and not be written again elsewhere,
-where Python's own stack is deeper.
+Refused are: duplicate keys, of which readers keep different ones; NaN and Infinity, which are not
+JSON; numbers beyond float64, which would become infinite; lone surrogates, which cannot be encoded
+as UTF-8; and more than `DEEPEST` levels, which could be parsed here, but exceed Python's recursion
+limit when they are written from deeper in the call stack. An error has the path of the value.
 """
 
 import json
@@ -15,35 +15,36 @@ from typing import Any, Final
 from engine.errors import JsonSyntaxError, JsonValueError
 
 DEEPEST: Final = 64
-"""Brackets within brackets."""
+"""Most levels of nested brackets."""
 
 Json = Any
-"""A JSON value that has not been read yet."""
+"""A JSON value that has not been validated yet."""
 
 JsonObject = Mapping[str, Json]
-"""A JSON object whose values have not been read yet."""
+"""A JSON object whose values have not been validated yet."""
 
 _STRINGS: Final = re.compile(r'"(?:[^"\\]|\\.)*"', re.DOTALL)
 _BRACKETS: Final = re.compile(r"[\[\]{}]")
 _HALF_PAIR: Final = re.compile(r"\\u[dD][89a-fA-F]")
-# What only a number out of range has: the others are read by the parser's own, faster functions.
+# Only texts that match these can have a number out of range. All others are left to the parser's
+# own number functions, which are faster.
 _LONG: Final = re.compile(r"\d{300}")
 _EXPONENT_OR_LONG: Final = re.compile(r"\d[eE]|\d{300}")
-_LONGEST_PLACE: Final = 100  # characters of it that an error shows
+_LONGEST_PLACE: Final = 100  # characters of a path in an error
 
 
 class _Fault:
-    """Stands in place of a value that is refused, until its place is known."""
+    """Replaces a refused value while the text is parsed, because its path is only known later."""
 
     def __init__(self, why: str) -> None:
         self.why = why
 
 
 def parse(text: str | bytes) -> Any:
-    """The value of JSON text; bytes are UTF-8.
+    """Parse JSON text; bytes are UTF-8.
 
-    Raises JsonSyntaxError for what is not JSON or nested too deeply, JsonValueError for a value
-    that is refused: its `field` is the place, as `pegs[0].radius`.
+    Raises JsonSyntaxError if it is not JSON or nested too deeply, and JsonValueError for a refused
+    value, whose path, such as `pegs[0].radius`, is the error's `field`.
     """
     if isinstance(text, bytes):
         try:
@@ -107,12 +108,12 @@ def too_deep(text: str) -> bool:
 
 
 def _faults(value: Any, place: str) -> Iterator[tuple[str, str]]:
-    """Every refused value with its place, in the order of the text."""
+    """Yield the path of every refused value and the reason, in the order of the text."""
     match value:
         case _Fault():
             yield place, value.why
         case str() if _has_surrogate(value):
-            yield place, f"{ascii(value)[:40]} has a lone surrogate, which is no character"
+            yield place, f"{ascii(value)[:40]} has a lone surrogate, which is not a character"
         case list():
             for number, item in enumerate(value):
                 yield from _faults(item, f"{place}[{number}]")
@@ -121,7 +122,7 @@ def _faults(value: Any, place: str) -> Iterator[tuple[str, str]]:
                 name = key.encode("utf-8", "backslashreplace").decode()
                 inner = f"{place}.{name}"[:_LONGEST_PLACE] if place else name[:_LONGEST_PLACE]
                 if _has_surrogate(key):
-                    yield inner, "the key has a lone surrogate, which is no character"
+                    yield inner, "the key has a lone surrogate, which is not a character"
                 yield from _faults(item, inner)
 
 

@@ -1,8 +1,8 @@
-"""The Merkle tree of RFC 6962: its root, proofs that a leaf is in it and that it only grew.
+"""The Merkle tree of RFC 6962: its root, and proofs that it contains a leaf or only grew.
 
-A tree is kept as the hashes of its complete subtrees: (level, number) spans the leaves from
-number * 2^level, 2^level of them. Such a hash never changes once it is there, so a log grows by
-adding some, and a proof asks for a few dozen of them. RFC 9162 has the algorithms of the checks.
+A tree is stored as the hashes of its complete subtrees. The subtree (level, number) spans the
+2^level leaves from number * 2^level on. Its hash never changes, so a log grows by adding hashes,
+and a proof needs a few dozen of them. The checks of proofs are the algorithms of RFC 9162.
 """
 
 import hashlib
@@ -12,21 +12,19 @@ Node = tuple[int, int]
 """Level and number of a complete subtree."""
 
 Lookup = Callable[[int, int], bytes]
-"""Gives the hash of a complete subtree that the log has, by level and number."""
+"""Returns the stored hash of a complete subtree, given its level and number."""
 
 
 def leaf_hash(leaf: bytes) -> bytes:
-    """The hash of a leaf, 32 bytes."""
     return hashlib.sha256(b"\x00" + leaf).digest()
 
 
 def node_hash(left: bytes, right: bytes) -> bytes:
-    """The hash of a node over those of its two children."""
     return hashlib.sha256(b"\x01" + left + right).digest()
 
 
 def added(size: int, leaf: bytes, lookup: Lookup) -> list[tuple[Node, bytes]]:
-    """The complete subtrees that a log of `size` leaves gains by one more leaf."""
+    """The complete subtrees that `leaf` adds to a log of `size` leaves."""
     level, digest = 0, leaf_hash(leaf)
     found = [((level, size), digest)]
     while size >> level & 1:
@@ -42,30 +40,30 @@ def root(size: int, lookup: Lookup) -> bytes:
 
 
 def root_of(hashes: Sequence[bytes]) -> bytes:
-    """The root over leaves that are all there, by their hashes."""
+    """The root of a tree, from the hashes of all its leaves."""
     if not hashes:
         return hashlib.sha256().digest()
     row = list(hashes)
     while len(row) > 1:
-        odd = row[len(row) & ~1 :]  # without a sibling, it is the root of what is under it
+        odd = row[len(row) & ~1 :]  # a last node without a sibling moves up a level unchanged
         row = [*map(node_hash, row[0:-1:2], row[1::2]), *odd]
     return row[0]
 
 
 def inclusion(index: int, size: int, lookup: Lookup) -> list[bytes]:
-    """The proof that leaf `index` is in the tree of the first `size` leaves."""
+    """A proof that leaf `index` is in the tree of the first `size` leaves."""
     return _inclusion(index, 0, size, lookup)
 
 
 def consistency(first: int, second: int, lookup: Lookup) -> list[bytes]:
-    """The proof that the tree of `second` leaves begins with the one of `first`, 0 < first."""
+    """A proof that the tree of `second` leaves begins with the tree of `first` > 0 leaves."""
     return _consistency(first, 0, second, lookup, known=True)
 
 
 def is_included(
     leaf: bytes, index: int, size: int, proof: Sequence[bytes], expected_root: bytes
 ) -> bool:
-    """Whether a proof shows that this leaf has that place in the tree of this size and root."""
+    """Whether `proof` proves that `leaf` is at `index` in the tree of this size and root."""
     if not 0 <= index < size:
         return False
     place, last, digest = index, size - 1, leaf_hash(leaf)
@@ -85,12 +83,12 @@ def is_included(
 def is_consistent(
     first: int, second: int, first_root: bytes, second_root: bytes, proof: Sequence[bytes]
 ) -> bool:
-    """Whether a proof shows that the tree of `second` leaves begins with the one of `first`."""
+    """Whether `proof` proves that the tree of `second` leaves begins with that of `first`."""
     if first == second:
         return not proof and first_root == second_root
     if not 0 < first < second:
         return False
-    # Where the smaller tree is complete its root is the first node of the proof.
+    # If the smaller tree is complete, the proof omits its first node, which is that tree's root.
     path = [first_root, *proof] if first & (first - 1) == 0 else list(proof)
     if not path:
         return False
@@ -112,7 +110,7 @@ def is_consistent(
 
 
 def _over(begin: int, end: int, lookup: Lookup) -> bytes:
-    """The hash over the leaves from `begin` up to `end`."""
+    """The hash over the leaves from `begin` to `end` - 1."""
     count = end - begin
     if count & (count - 1) == 0:
         level = count.bit_length() - 1
@@ -122,7 +120,7 @@ def _over(begin: int, end: int, lookup: Lookup) -> bytes:
 
 
 def _left(count: int) -> int:
-    """How many of `count` > 1 leaves are on the left: the largest power of two below."""
+    """The number of leaves in the left subtree of `count` > 1: the largest power of two below."""
     return 1 << (count - 1).bit_length() - 1
 
 
@@ -136,7 +134,11 @@ def _inclusion(index: int, begin: int, end: int, lookup: Lookup) -> list[bytes]:
 
 
 def _consistency(first: int, begin: int, end: int, lookup: Lookup, *, known: bool) -> list[bytes]:
-    """`known`: whether who checks has the root of what is left of `first` here."""
+    """The part of the proof for the leaves `begin` to `end` - 1.
+
+    known: whether `begin` is 0. Then a subtree that ends at `first` is the whole smaller tree,
+    whose root the checker already has.
+    """
     if first == end:
         return [] if known else [_over(begin, end, lookup)]
     middle = begin + _left(end - begin)

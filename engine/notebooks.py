@@ -1,7 +1,7 @@
-"""What a notebook shows of a value: a figure with its caption, and a picture where one is drawn.
+"""How notebooks show boards and drops: as an SVG figure with a caption, or as a PNG picture.
 
-The engine draws lines as SVG text, which needs nothing. Whole pictures are drawn by whoever is
-installed for it: an entry point of the group PICTURES names a function that takes the value.
+The engine itself writes the SVG text. Pictures need an installed package, whose entry point in the
+group PICTURES names a function that takes the value; the server's package has one.
 """
 
 from functools import cache
@@ -14,13 +14,13 @@ PNG: Final = "png"
 
 
 def figure(svg: str, caption: str) -> str:
-    """HTML of a drawing above the plain text that says what it is."""
+    """HTML of a drawing with a plain-text caption below it."""
     words = escape(caption, quote=False)
     return f'<figure style="margin:0">{svg}<figcaption><code>{words}</code></figcaption></figure>'
 
 
 def png(value: object) -> bytes | None:
-    """PNG file of `value` by the installed painter; None where none is installed."""
+    """The PNG file of `value` from the installed painter; None without one."""
     painter = _painter()
     picture: bytes | None = None if painter is None else painter(value)
     return picture
@@ -28,7 +28,7 @@ def png(value: object) -> bytes | None:
 
 @cache
 def _painter() -> Any:
-    # Imported when a picture is wanted: it takes longer to load than all of this package's values.
+    # importlib.metadata is imported only for a picture, because it takes long to load.
     metadata = import_module("importlib.metadata")
     for entry in metadata.entry_points(group=PICTURES, name=PNG):
         return entry.load()

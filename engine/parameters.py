@@ -1,4 +1,4 @@
-"""The two solvers as the caller names them: frozen parameters, checked once."""
+"""The two solvers that a caller can choose, with their parameters: frozen, checked once."""
 
 import struct
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ DEFAULT_CORRECTION: Final = 0.6
 
 
 def number(value: object, field: str, low: float, high: float) -> float:
-    """Return `value` as a float in [low, high]; ParameterError naming `field` and value if not."""
+    """Return `value` as a float in [low, high]; ParameterError otherwise."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise ParameterError(f"{field} {value!r} is not a number", field=field)
     if not low <= value <= high:  # a NaN fails this too
@@ -24,7 +24,7 @@ def number(value: object, field: str, low: float, high: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Exact:
-    """The event-driven solver; it has nothing to set."""
+    """The event-driven solver, which has no parameters."""
 
     name: ClassVar[SolverName] = "exact"
 
@@ -33,13 +33,16 @@ class Exact:
         return b"\x00"
 
     def fields(self) -> dict[str, float]:
-        """What a record says of the solver besides its name."""
+        """The solver's fields in a record, besides its name."""
         return {}
 
 
 @dataclass(frozen=True, slots=True)
 class Stepped:
-    """The fixed-step solver: step dt in s, substeps a step, positional correction factor."""
+    """The fixed-step solver. dt: step in s. substeps: per step.
+
+    correction: fraction of an overlap that a substep removes.
+    """
 
     dt: float = DEFAULT_DT
     substeps: int = DEFAULT_SUBSTEPS
@@ -58,7 +61,7 @@ class Stepped:
 
     @property
     def h(self) -> float:
-        """Length of a substep, s."""
+        """Duration of a substep, s."""
         return self.dt / self.substeps
 
     def encoded(self) -> bytes:
@@ -66,7 +69,7 @@ class Stepped:
         return b"\x01" + struct.pack("<dId", self.dt, self.substeps, self.correction)
 
     def fields(self) -> dict[str, float]:
-        """What a record says of the solver besides its name."""
+        """The solver's fields in a record, besides its name."""
         return {"dt": self.dt, "substeps": self.substeps, "correction": self.correction}
 
 
@@ -79,7 +82,7 @@ def make_solver(
     substeps: int = DEFAULT_SUBSTEPS,
     correction: float = DEFAULT_CORRECTION,
 ) -> Solver:
-    """Return the solver called `name`; the other parameters are read by `stepped` alone."""
+    """Return the solver called `name`; only `stepped` uses the other parameters."""
     if name == "exact":
         return Exact()
     if name == "stepped":

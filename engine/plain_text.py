@@ -1,8 +1,9 @@
-"""Which short texts that strangers give may stand in a page, a picture or a list. Pure.
+"""Checks short texts from strangers, such as names, before a page, picture or list shows them.
 
-Refused is what could hide, turn the text around it, or cover what is above it: control and format
-characters (bidirectional ones among them), spaces but the plain one inside, and more than two marks
-on a letter. static/js/solver/input/plain-text.js has the same rules.
+Refused are characters that are invisible, change the direction of the text around them, or cover
+the lines above: control and format characters (including bidirectional ones), spaces except single
+plain ones inside, and more than two marks on a letter. static/js/solver/input/plain-text.js has the
+same rules.
 """
 
 import re
@@ -10,18 +11,21 @@ import unicodedata
 from typing import Final
 
 _UNSEEN: Final = re.compile("[\u034f\u115f\u1160\u17b4\u17b5\u2800\u3164\ufe00-\ufe0f\uffa0]")
-"""Characters that are letters or marks by their category and show nothing."""
+"""Invisible characters whose category is letter or mark."""
 
-_MARKS: Final = 2  # one above the other; no orthography that NFC leaves apart needs more
+_MARKS: Final = 2  # most marks on a letter; after NFC no orthography needs more
 
 
 def normal(value: object) -> str:
-    """`value` in Unicode's form NFC, or an empty text for what is not a text."""
+    """`value` in Unicode's form NFC, or an empty text if it is not a string."""
     return unicodedata.normalize("NFC", value) if isinstance(value, str) else ""
 
 
 def fault(text: str, most: int) -> str | None:
-    """What a `normal` text of at most `most` characters would have to be, or None if it is that."""
+    """Return the first requirement that `text` violates, to continue 'it must be'; None if valid.
+
+    text: from `normal`. most: largest number of characters.
+    """
     if not 0 < len(text) <= most:
         return f"a text of 1 to {most} characters"
     if not text.isprintable() or _UNSEEN.search(text):

@@ -1,4 +1,4 @@
-"""From a seed to the start of a drop: SplitMix64, and nothing else about a drop is random."""
+"""Computes the start of a drop from its seed (SplitMix64); nothing else in a drop is random."""
 
 import numpy as np
 import numpy.typing as npt
@@ -16,8 +16,8 @@ _UNIT = 2.0**-53  # spacing of the 53-bit fractions
 def parse_seed(value: object) -> int:
     """Return `value` as a seed, 0 <= seed < 2^64; accepts an integer or its decimal string.
 
-    Raises SeedError naming the value. Booleans, floats, signs and blanks are refused: a seed that
-    was silently rounded would replay another drop.
+    Raises SeedError naming the value. Booleans, floats, signs and blanks are refused, because a
+    seed that was silently rounded would replay another drop.
     """
     if isinstance(value, str) and value.isascii() and value.isdigit() and len(value) <= 20:
         value = int(value)
@@ -31,7 +31,7 @@ def parse_seed(value: object) -> int:
 
 
 def splitmix64(seed: int) -> int:
-    """First output of SplitMix64 started at `seed` (Steele, Lea and Flood, OOPSLA 2014)."""
+    """First output of SplitMix64 with the state `seed` (Steele, Lea and Flood, OOPSLA 2014)."""
     z = (seed + _GAMMA) & _MASK
     z = ((z ^ (z >> 30)) * _MIX_1) & _MASK
     z = ((z ^ (z >> 27)) * _MIX_2) & _MASK
@@ -39,13 +39,13 @@ def splitmix64(seed: int) -> int:
 
 
 def start_x(seed: int, x: float, jitter: float) -> float:
-    """Start of a drop in metres: `x` plus a uniform offset in [-jitter, jitter)."""
+    """Start of a drop in m: `x` plus a uniform offset in [-jitter, jitter)."""
     fraction = (splitmix64(seed) >> 11) * _UNIT
     return x + jitter * (2.0 * fraction - 1.0)
 
 
 def start_xs(seeds: npt.NDArray[np.uint64], x: float, jitter: float) -> npt.NDArray[np.float64]:
-    """`start_x` of each of `seeds`, shape (n,); the same bits."""
+    """`start_x` for each of `seeds`, shape (n,), with the same bits."""
     z = seeds + np.uint64(_GAMMA)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(_MIX_1)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(_MIX_2)

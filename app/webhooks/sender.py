@@ -79,7 +79,7 @@ class Sender:
                 await self._sleep(LOOK)
 
     async def _send_waiting(self) -> bool:
-        """Send one request with waiting events; return False if no event waits. Raises LedgerError."""
+        """Send one request with waiting events; False if no event waits. Raises LedgerError."""
         read = self._ledger.read
         rows = await read(webhook_store.waiting, target=self.target.url, most=MOST)
         if not rows:

@@ -1,4 +1,4 @@
-"""What is kept of a block of drops: counts, sums and the hash of all outcomes."""
+"""The summary of a block of drops: counts, sums and a hash of all outcomes."""
 
 import math
 from collections.abc import Sequence
@@ -13,10 +13,11 @@ from engine.drops.digest import block_hash
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """Outcomes of block `number` of a job.
+    """The outcomes of block `number` of a job, summed up.
 
-    histogram: drops in each bin; unsettled: those in none. impacts: of all drops. duration: of all
-    drops, s, the correctly rounded sum. hash: of all outcomes, 32 bytes (`block_hash`).
+    histogram: drops in each bin. unsettled: drops in no bin. impacts: number over all drops.
+    duration: correctly rounded sum over all drops, s. hash: of all outcomes, 32 bytes
+    (`block_hash`).
     """
 
     number: int
@@ -28,22 +29,19 @@ class Block:
 
     @property
     def drops(self) -> int:
-        """How many there are."""
         return sum(self.histogram) + self.unsettled
 
 
 def batch_of(job: Job, number: int, threads: int) -> DropBatch:
-    """Compute all drops of a block."""
     return drop_many(job.board, job.seeds(number), threads=threads, **job.options)
 
 
 def block_of(job: Job, number: int, threads: int) -> Block:
-    """Compute a block."""
     return summed(number, [batch_of(job, number, threads)])
 
 
 def summed(number: int, parts: Sequence[DropBatch]) -> Block:
-    """The block of drops that were computed in some parts, in the order of their seeds."""
+    """Sum up a block whose drops were computed in `parts`, in the order of their seeds."""
     board, solver = parts[0].board, parts[0].solver
     bins = np.concatenate([each.bin for each in parts])
     durations = np.concatenate([each.duration for each in parts])

@@ -1,4 +1,4 @@
-"""Proofs of the drops of a job: block by block, and summed up."""
+"""Certifies the bins of a job's drops part by part, and sums up how many are right."""
 
 from collections.abc import Callable
 from dataclasses import fields
@@ -10,13 +10,13 @@ from engine.batches.workers import Workers
 from engine.certified.many import Share, certify_many
 
 PART: Final = 256
-"""Drops that are asked at a time: 0.1 s where none is proven, some seconds where all are."""
+"""Drops in a part: 0.1 s if none needs a proof, a few seconds if all do."""
 
 
 def certify_all(job: Job, workers: Workers, progress: Callable[[int], None] | None = None) -> Share:
-    """How many of a job's bins are right; those that are not certain are proven.
+    """Count how many of a job's bins are right, with a proof for each bin that is not certain.
 
-    `progress` is called with the number of drops done, now and then.
+    progress: called now and then with the number of drops done.
     """
     total = Share()
     for _, share in workers.compute(partial(_share, job), range(0, job.drops, PART)):

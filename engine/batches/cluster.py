@@ -1,7 +1,7 @@
-"""Work on the workers of a Dask cluster: the one module that imports Dask.
+"""Computes on the workers of a Dask cluster; only this module imports Dask.
 
-Calls are handed out a few for each thread ahead, so that neither the scheduler nor this process
-holds more than these. What a lost worker had under way, others do again.
+The cluster is given only a few calls per thread in advance, so that the scheduler and this process
+need little memory. If a worker is lost, others repeat its calls.
 """
 
 import logging
@@ -26,26 +26,26 @@ A = TypeVar("A")
 R = TypeVar("R")
 
 AHEAD: Final = 3
-"""Calls handed out for each thread of the workers: one is computed, others wait beside it."""
+"""Calls submitted per thread of the workers: one is being computed, the others wait there."""
 
 THREADS_A_CALL: Final = 40
-"""For so many threads more, a call takes one more of what is asked: a scheduler has some hundred
-calls a second in it, and a thousand workers would compute thousands of blocks."""
+"""A call gets one more item for each 40 threads of the cluster. A scheduler manages a few hundred
+calls a second, and a thousand workers can compute thousands of blocks in that time."""
 
 LOST: Final = 5
-"""Times that a call is tried again whose worker was lost, beyond Dask's own three: then it is the
-call that ends workers."""
+"""Times that a call is submitted again after Dask has lost workers with it three times. After that
+the call itself probably ends the workers."""
 
 CONNECTING: Final = "10s"
-"""How long a scheduler may take to answer the first word."""
+"""Time-out for a scheduler's first answer."""
 
-_REMEMBERED: Final = 8  # kinds of work whose board a worker keeps ready
+_REMEMBERED: Final = 8  # kinds of work that a worker caches, each with its prepared board
 
 
 def local_workers(address: str) -> int | None:
-    """How many workers `local[:N]` asks for; None for a scheduler's address.
+    """The number of workers for an address `local[:N]`; None for a scheduler's address.
 
-    Raises ParameterError for what is neither.
+    Raises ParameterError for any other address.
     """
     found = re.fullmatch(r"local(?::([1-9]\d{0,3}))?", address)
     if found is not None:
@@ -53,7 +53,7 @@ def local_workers(address: str) -> int | None:
     if re.fullmatch(r"(tcp|tls)://[^\s/:]+:\d{1,5}|(tcp|tls)://\[[0-9a-fA-F:]+\]:\d{1,5}", address):
         return None
     raise ParameterError(
-        f"cluster {address!r} is neither local, local:4 nor an address such as "
+        f"cluster {address!r} is not valid: use local, local:4 or an address such as "
         "tcp://scheduler:8786",
         field="cluster",
     )
@@ -61,9 +61,9 @@ def local_workers(address: str) -> int | None:
 
 @contextmanager
 def opened(address: str) -> Iterator["Cluster"]:
-    """The workers at an address, all of which compute what this process would.
+    """The cluster at an address, after checking that its workers compute the same as this process.
 
-    Raises ParameterError for a malformed address, ClusterError where they cannot be used.
+    Raises ParameterError for a malformed address, ClusterError if the cluster cannot be used.
     """
     count = local_workers(address)
     if find_spec("distributed") is None:
@@ -78,7 +78,7 @@ def opened(address: str) -> Iterator["Cluster"]:
 
 
 def _local(stack: ExitStack, count: int) -> "Client":
-    """A client of so many processes with a thread each, which end with it."""
+    """A client of `count` new processes with one thread each, which end with the client."""
     from distributed import Client, LocalCluster  # noqa: PLC0415
 
     cluster = stack.enter_context(
@@ -88,7 +88,8 @@ def _local(stack: ExitStack, count: int) -> "Client":
             processes=True,
             host="127.0.0.1",
             dashboard_address=None,
-            # The scheduler has a port for HTTP even so, by itself one that another may have taken.
+            # The scheduler opens an HTTP port even without a dashboard. With port 0 the system
+            # chooses a free one; the default may be in use.
             scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
             worker_dashboard_address=None,
             preload=local_worker.__name__,
@@ -108,12 +109,12 @@ def _remote(address: str) -> "Client":
 
 
 def who() -> dict[str, Any]:
-    """What all workers must have in common: the physics, and the sources of the kernels."""
+    """What a worker must share with this process: the physics version and the kernels' sources."""
     return stamp.current()
 
 
 def check(address: str, told: dict[str, Any]) -> None:
-    """Raise ClusterError unless there are workers, and all say that they are as this process is."""
+    """Raise ClusterError unless there are workers and the answer `told` of each matches `who()`."""
     if not told:
         raise ClusterError(
             f"the scheduler at {address} has no workers: start some with `dask worker {address}`",
@@ -131,32 +132,33 @@ def check(address: str, told: dict[str, Any]) -> None:
 
 def _compare(worker: str, theirs: dict[str, Any], ours: dict[str, Any] | None = None) -> None:
     ours = who() if ours is None else ours
-    names = {"physics_version": "PHYSICS_VERSION", "sources": "kernels of the digest"}
+    names = {"physics_version": "PHYSICS_VERSION", "sources": "kernels with the digest"}
     for key, name in names.items():
         if theirs.get(key) != ours[key]:
             raise ClusterError(
-                f"the worker {worker} has {name} {theirs.get(key)} and this process {ours[key]}: "
+                f"the worker {worker} has {name} {theirs.get(key)}, this process {ours[key]}: "
                 "install the same release of plinko-server there",
                 field="cluster",
             )
 
 
 def together(threads: int) -> int:
-    """How much of what is asked goes into a call, where there is enough for all threads."""
+    """Items in a call, if there are enough items for all threads."""
     return 1 + threads // THREADS_A_CALL
 
 
 @lru_cache(maxsize=_REMEMBERED)
 def _unpacked(work: bytes) -> Callable[[Any, int], Any]:
-    """Work from its bytes: the same object again, with what its board keeps ready."""
+    """Unpickle work; cached, so that a worker prepares its board only once."""
     found: Callable[[Any, int], Any] = pickle.loads(work)
     return found
 
 
 def call(ours: dict[str, Any], work: bytes, asked: Sequence[Any]) -> list[Any]:
-    """On a worker: compute what is asked for, if it computes what the client would.
+    """On a worker, apply `work` to each item of `asked`.
 
-    A worker may have come after all others were asked.
+    Raises ClusterError if this worker differs from the client: it may have joined the cluster after
+    the client checked the others.
     """
     _compare("that took this work", who(), ours)
     compute = _unpacked(work)
@@ -164,14 +166,14 @@ def call(ours: dict[str, Any], work: bytes, asked: Sequence[Any]) -> list[Any]:
 
 
 class Cluster:
-    """The workers behind a client of Dask; one thread computes one call."""
+    """The workers of a Dask client; each thread computes one call at a time."""
 
     def __init__(self, client: "Client") -> None:
         self._client = client
         self.at_once = max(sum(client.nthreads().values()), 1)
 
     def compute(self, work: Callable[[A, int], R], asked: Iterable[A]) -> Iterator[tuple[A, R]]:
-        """Each of `asked` with what `work` makes of it, as they become ready."""
+        """Yield each item of `asked` with its result, in the order in which results arrive."""
         from distributed import as_completed  # noqa: PLC0415
 
         packed, calls = pickle.dumps(work), self._calls(asked)
@@ -198,7 +200,7 @@ class Cluster:
             self._client.cancel(list(waiting))
 
     def _calls(self, asked: Iterable[A]) -> Iterator[Sequence[A]]:
-        """What is asked, some for each call, but so that there are calls for all threads."""
+        """Divide `asked` into calls of `together` items, or fewer if threads would get none."""
         handed_out = AHEAD * self.at_once
         todo = iter(asked)
         first = list(islice(todo, handed_out * together(self.at_once)))
@@ -209,12 +211,13 @@ class Cluster:
 
 
 def _lost_again(future: "Future[Any]", lost: int) -> int:
-    """How often a call's workers were lost; what else went wrong is raised."""
+    """Return how often a call's workers were lost; raise any other failure of the call."""
     from distributed import KilledWorker  # noqa: PLC0415
 
     if future.status != "error":
         raise ClusterError(
-            "the scheduler is gone, with what was under way; --resume goes on with the rest"
+            "the scheduler is gone, and the unfinished calls with it: run again with --resume to "
+            "compute the rest"
         )
     error = future.exception()
     assert error is not None

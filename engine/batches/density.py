@@ -1,4 +1,4 @@
-"""Where the balls of many drops are, counted by workers part by part."""
+"""The occupancy of many drops (`engine.drops.occupancy`), computed part by part by workers."""
 
 import math
 from collections.abc import Callable
@@ -13,12 +13,12 @@ from engine.board.model import Board
 from engine.drops.occupancy import Occupancy, default_step, occupancy
 
 PART: Final = 1 << 14
-"""Drops that are followed at a time: some 2 s of a core, for a grid of some megabytes."""
+"""Drops in a part: about 2 s on one core, for a result of a few megabytes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """Cells over a board: the corner at (left, top), m, and the shape (rows, columns)."""
+    """A grid over a board: its corner (left, top) in m and its shape (rows, columns)."""
 
     left: float
     top: float
@@ -33,9 +33,9 @@ def occupancy_by(
     grid: Grid,
     progress: Callable[[int], None] | None = None,
 ) -> Occupancy:
-    """`engine.occupancy` of consecutive seeds, by `workers`: the same counts.
+    """Like `engine.occupancy`, for consecutive seeds and by `workers`; the counts are the same.
 
-    `progress` is called with the number of drops done, now and then.
+    progress: called now and then with the number of drops done.
     """
     work = partial(_part, board, seeds, grid, default_step(len(seeds)))
     total = _part(board, seeds[:0], grid, default_step(len(seeds)), 0, 1)

@@ -1,8 +1,8 @@
-"""The hashes of those blocks of a job that were computed; beyond so many, one stands for several.
+"""The hashes of a job's computed blocks, in bounded memory.
 
-They are leaves of a Merkle tree (`engine.merkle`). Where two siblings are there, their parent takes
-their place, up to a level that follows from the number of blocks: the root is the same, and memory
-that of `KEPT` hashes.
+They are leaves of a Merkle tree (`engine.merkle`). In a large job, two siblings are replaced by
+their parent, up to a level that depends on the number of blocks. The root stays the same, and at
+most about `KEPT` hashes remain.
 """
 
 from collections.abc import Iterable, Iterator
@@ -13,52 +13,50 @@ from typing import Final
 from engine.merkle import Node, node_hash, root_of
 
 KEPT: Final = 1 << 18
-"""Hashes of a whole job at most: 17 MB as JSON. Up to 1.7e10 drops each block has its own."""
+"""Most hashes of a complete job, 17 MB as JSON. Up to 1.7e10 drops every block keeps its own."""
 
 Runs = list[tuple[int, int]]
-"""Blocks, as each run's first and the one after its last, in order."""
+"""Runs of blocks in order, each as the first block and the one after the last."""
 
 
 class BlockHashes:
-    """Hashes of some of the blocks 0 to `blocks` - 1; each stands for up to 2^`level` of them."""
+    """Hashes of some of the blocks 0 to `blocks` - 1; one hash covers up to 2^`level` blocks."""
 
     def __init__(self, blocks: int, kept: int = KEPT) -> None:
         self.blocks = blocks
         self.level = (-(-blocks // kept) - 1).bit_length()
-        self.count = 0  # blocks that they stand for
+        self.count = 0  # blocks that were added
         self._nodes: dict[Node, bytes] = {}
 
     def __contains__(self, number: int) -> bool:
-        """Whether a block was counted."""
         return any((level, number >> level) in self._nodes for level in range(self.level + 1))
 
     def add(self, number: int, digest: bytes) -> None:
-        """Take the hash of a block that was not counted yet."""
+        """Add the hash of a block that was not added before."""
         self._add((0, number), digest)
 
     def merge(self, other: "BlockHashes") -> None:
-        """Take the hashes of other blocks of the same job."""
+        """Add all hashes of `other`, which must have other blocks of the same job."""
         for node, digest in other._nodes.items():
             self._add(node, digest)
 
     def fill(self, runs: Runs, hashes: Iterable[bytes]) -> None:
-        """Take what `runs` and `hashes` gave; ValueError where there are more of one than fit."""
+        """Restore from saved `runs` and `hashes`; ValueError if their numbers do not match."""
         nodes = (node for run in runs for node in self._nodes_of(*run))
         for node, digest in zip(nodes, hashes, strict=True):
             self._add(node, digest)
 
     def of(self, number: int) -> bytes | None:
-        """The hash of one block; None if it was not counted, or is kept with others alone."""
+        """The hash of one block; None if it was not added, or was merged into a parent's."""
         return self._nodes.get((0, number))
 
     @property
     def hashes(self) -> list[bytes]:
-        """All that are kept, in the order of their blocks."""
+        """All hashes, in the order of their blocks."""
         return [self._nodes[node] for node in self._in_order()]
 
     @property
     def runs(self) -> Runs:
-        """The blocks that were counted."""
         found: Runs = []
         for level, number in self._in_order():
             begin, end = number << level, number + 1 << level
@@ -69,7 +67,7 @@ class BlockHashes:
 
     @property
     def root(self) -> bytes | None:
-        """The root over all blocks; None while some miss."""
+        """The Merkle root over all blocks; None while blocks are missing."""
         if self.count != self.blocks:
             return None
         tops = [node for node in self._in_order() if node[0] == self.level]
@@ -92,7 +90,7 @@ class BlockHashes:
         return sorted(self._nodes, key=lambda node: node[1] << node[0])
 
     def _nodes_of(self, begin: int, end: int) -> Iterator[Node]:
-        """The subtrees that stand for a run when all of it was added."""
+        """The tree nodes that remain after all blocks of a run were added."""
         while begin < end:
             level = min(self.level, (end - begin).bit_length() - 1)
             while begin & ((1 << level) - 1):
@@ -102,7 +100,7 @@ class BlockHashes:
 
 
 def first_in_both(one: Runs, other: Runs) -> int | None:
-    """The first block that is in runs of both; None where there is none."""
+    """The first block that is in both; None if they have no block in common."""
     ahead = sorted([*one, *other])
     both = (begin for (_, end), (begin, _) in pairwise(ahead) if begin < end)
     return next(both, None)

@@ -1,4 +1,4 @@
-"""A job: drops of consecutive seeds, cut into blocks that any worker may compute."""
+"""A job: drops of consecutive seeds, divided into blocks that any worker can compute."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,10 +16,10 @@ from engine.seeding import parse_seed
 
 @dataclass(frozen=True)
 class Job:
-    """All that decides the outcomes: of the seeds `first`, `first` + 1, … so many drops.
+    """`drops` drops with the seeds `first`, `first` + 1, …, and all that decides their outcomes.
 
-    aim: the middle of the starts that seeds draw, m; None for the board's own. Block k has the
-    seeds from `first` + k * BLOCK on. Raises ParameterError and SeedError for what is out of range.
+    aim: the middle of the starts that seeds draw, m; None for the board's own. Block k begins with
+    the seed `first` + k * BLOCK. Raises ParameterError or SeedError for a value out of range.
     """
 
     board: Board
@@ -30,7 +30,7 @@ class Job:
 
     def __post_init__(self) -> None:
         if self.drops < 1:
-            raise ParameterError(f"drops {self.drops!r} is not at least 1", field="drops")
+            raise ParameterError(f"drops is {self.drops!r}: it must be at least 1", field="drops")
         parse_seed(self.first)
         parse_seed(self.first + self.drops - 1)
         if self.aim is not None:
@@ -38,21 +38,20 @@ class Job:
 
     @property
     def blocks(self) -> int:
-        """How many there are; the last may have fewer drops than the others."""
+        """Number of blocks; the last may have fewer drops than the others."""
         return -(-self.drops // BLOCK)
 
     def seeds(self, number: int) -> range:
-        """The seeds of a block."""
         begin = BLOCK * number
         return range(self.first + begin, self.first + min(begin + BLOCK, self.drops))
 
     @property
     def options(self) -> dict[str, Any]:
-        """Solver and aim, as `drop_many` takes them."""
+        """Solver and aim as keyword arguments of `drop_many`."""
         return {"solver": self.solver.name, **self.solver.fields(), "aim": self.aim}
 
     def to_dict(self) -> dict[str, Any]:
-        """The JSON form; `job_of` reads it. Two jobs are one if theirs are equal."""
+        """The JSON form, which `job_of` reads. Two jobs are the same if their forms are equal."""
         return {
             "board": self.board.preset_name or self.board.to_dict(),
             "board_digest": self.board.digest,
@@ -66,11 +65,15 @@ class Job:
 
 
 def job_of(form: Mapping[str, Any]) -> Job:
-    """A job from its JSON form; RecordError for one of another physics, or that is none."""
+    """Read a job from its JSON form; RecordError if it is malformed or has other physics."""
     board = board_of({"board": wanted(form, "board")})
     for name, ours in (("board_digest", board.digest), ("physics_version", PHYSICS_VERSION)):
         if wanted(form, name) != ours:
-            raise RecordError(f"{name} is {form[name]!r}, and here it is {ours!r}", field=name)
+            raise RecordError(
+                f"{name} is {form[name]!r}, but here it is {ours!r}: use the release that computed "
+                "the result",
+                field=name,
+            )
     how = {name: form[name] for name in Stepped().fields() if name in form}
     drops = wanted(form, "asked")
     if isinstance(drops, bool) or not isinstance(drops, int):
@@ -83,7 +86,7 @@ def job_of(form: Mapping[str, Any]) -> Job:
 
 
 def wanted(form: Mapping[str, Any], name: str) -> Any:
-    """A field that a batch's result must have; RecordError if it does not."""
+    """Return a required field of a batch's result; RecordError if it is missing."""
     if name not in form:
-        raise RecordError(f"the result of a batch lacks {name!r}", field=name)
+        raise RecordError(f"{name!r} is missing from the result of a batch", field=name)
     return form[name]

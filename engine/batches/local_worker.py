@@ -1,9 +1,9 @@
-"""What Dask runs in each local worker as it starts: Ctrl-C is for the client, which ends it."""
+"""Dask runs this when a local worker starts: Ctrl-C then reaches only the client, which ends it."""
 
 import signal
 from typing import Any
 
 
 def dask_setup(_worker: Any) -> None:
-    """Heed no interrupt; the name is the one that Dask looks for in a module to preload."""
+    """Ignore interrupts. Dask calls the function of this name in a preloaded module."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,4 +1,4 @@
-"""Search for a triangle's drag, restitution, friction and jitter that make its walk binomial."""
+"""Searches drag, restitution, friction and jitter of a triangle for a binomial distribution."""
 
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
@@ -14,11 +14,11 @@ from engine.board.presets import TABLE_GRAVITY, Tuning
 from engine.drops.calibrate import Fit, fit
 
 ROUNDS = (0.15, 0.08, 0.04, 0.02)
-"""Of the local search: how far each looks around the best so far, as a part of the whole range."""
+"""How far each local round searches around the best fit, as a fraction of the whole range."""
 
 HEATS = (16, 4)
-"""A trial is first given this part of its drops, and no more if it is DOUBT times the sampling
-floor worse than the best so far: most need a sixteenth."""
+"""A trial begins with 1/16, then 1/4 of its drops. It ends early if its cost is more than DOUBT
+times the sampling floor above the best fit's; most trials end after 1/16."""
 
 DOUBT = 2.0
 
@@ -26,10 +26,11 @@ _HALTON_BASES = (2, 3, 5, 7, 11, 13)
 
 
 def limits(rows: int) -> tuple[Tuning, Tuning]:
-    """Where to look for a tuning: the least and the largest of each parameter.
+    """The least and the largest value of each parameter in the search.
 
-    The height of the start is the preset's. Motion on boards of one shape depends on drag only by
-    its ratio to sqrt(g / spacing). Jitter beyond 0.85 spacings meets the mouth's walls.
+    The height of the start is the preset's. On boards of one shape, the effect of drag depends only
+    on its ratio to sqrt(g / spacing). With a jitter above 0.85 spacings, balls would start in the
+    mouth's walls.
     """
     rate = sqrt(TABLE_GRAVITY / presets.spacing_of(rows))
     given = (TABLE_GRAVITY, presets.TUNING[f"triangle-{rows}"].start)
@@ -38,14 +39,15 @@ def limits(rows: int) -> tuple[Tuning, Tuning]:
 
 
 def search(rows: int, trials: int, drops: int, workers: Workers | None = None) -> Iterator[Fit]:
-    """Yield each better fit found: a sweep of the whole range, then rounds ever nearer the best.
+    """Yield each better fit: first from a sweep of the whole range, then from local rounds.
 
-    The sweep is `trials` points of Halton's sequence with `drops` drops each. Each of the ROUNDS
-    looks at a quarter as many with twice the drops of the round before, the best so far measured
-    anew among them: by chance it may have looked better than it is. Within a round every trial uses
-    the same seeds, so that two tunings differ by themselves and not by luck; each round has others.
-    `workers` (default: this process) measure as many trials side by side as they can; what is
-    found does not depend on them.
+    The sweep has `trials` points of Halton's sequence with `drops` drops each. Each of the ROUNDS
+    has a quarter as many points around the best fit, and twice the drops of the previous round. It
+    also measures the best fit again, which may have been lucky. All trials of a round use the same
+    seeds, so that luck does not decide between two tunings; each round has other seeds.
+
+    workers: default is this process. They measure as many trials at once as they can; the result
+    does not depend on them.
     """
     given = workers or Here()
     low, high = limits(rows)
@@ -63,14 +65,14 @@ def search(rows: int, trials: int, drops: int, workers: Workers | None = None) -
 
 @dataclass(frozen=True, slots=True)
 class _Trials:
-    """What the trials of a round have in common."""
+    """The parameters that all trials of a round share."""
 
     rows: int
     drops: int
     first_seed: int
 
     def fits(self, tuning: Tuning, best: Fit | None, threads: int) -> list[Fit]:
-        """A tuning with ever more of the drops, until a part shows it to be worse than `best`."""
+        """Measure a tuning with more and more drops, until it is clearly worse than `best`."""
         parts = () if best is None else HEATS
         found = []
         for part in (*parts, 1):
@@ -86,14 +88,14 @@ def _round(
 ) -> Generator[Fit, None, Fit]:
     """Yield each better fit of a round and return the best.
 
-    Trials that are measured side by side know the best before them, not of them. That measures some
-    for longer than one after the other would, and decides the same: a best is only ever replaced
-    by a better one, so that who falls behind the older falls behind the newer.
+    Trials that run at the same time are all compared with the best fit from before them. So some
+    run longer than they would one after the other, but the result is the same: a best fit is only
+    replaced by a better one, and a trial that is worse than the older is worse than the newer too.
     """
     best: Fit | None = None
     left = list(tunings)
     while left:
-        # Without a best the first goes alone: all others are measured against it.
+        # Without a best fit, the first trial runs alone, because the others are compared with it.
         some = left[: 1 if best is None else workers.at_once]
         left = left[len(some) :]
         measured = dict(workers.compute(partial(_measured, trials, best), some))
@@ -113,12 +115,12 @@ def _measured(trials: _Trials, best: Fit | None, tuning: Tuning, threads: int) -
 
 
 def _is_behind(found: Fit, best: Fit | None) -> bool:
-    """Whether drops show that a tuning is worse than the best."""
+    """Whether a tuning is clearly worse than the best fit, sampling noise considered."""
     return best is not None and found.cost > best.cost + DOUBT * found.floor
 
 
 def _around(centre: Tuning, reach: float, count: int, low: Tuning, high: Tuning) -> list[Tuning]:
-    """`count` tunings spread evenly within `reach` of `centre`, a part of the range each way."""
+    """`count` tunings, evenly spread around `centre`; reach: fraction of the range to each side."""
     tunings = []
     for index in range(1, count + 1):
         offset = 2.0 * np.array([_halton(index, base) for base in _HALTON_BASES]) - 1.0
@@ -133,7 +135,7 @@ def _share(tuning: Tuning, low: Tuning, high: Tuning) -> npt.NDArray[np.float64]
 
 
 def _tuning(share: npt.NDArray[np.float64], low: Tuning, high: Tuning) -> Tuning:
-    """Parameters rounded to three decimals: nobody should read meaning into more."""
+    """A tuning with parameters rounded to three decimals; more would suggest false precision."""
     values = np.add(low, share * np.subtract(high, low))
     return Tuning(*(round(float(value), 3) for value in values))
 

@@ -1,4 +1,4 @@
-"""The result of a job: what came of the blocks that were computed, and of which."""
+"""The result of a job: sums over the blocks that were computed, and which blocks these are."""
 
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
@@ -18,9 +18,9 @@ _HASH: Final = 32  # bytes
 
 
 class Tally:
-    """Sums over blocks of a job; neither their order nor where they came from leaves a trace.
+    """Sums over blocks of a job; they do not depend on the order in which blocks are added.
 
-    Memory grows by a hash for each block, up to so many (`engine.batches.hashes`).
+    Memory grows by one hash per block, up to a limit (`engine.batches.hashes`).
     """
 
     def __init__(self, job: Job) -> None:
@@ -28,11 +28,11 @@ class Tally:
         self._histogram = np.zeros(job.board.bins.count, np.int64)
         self._unsettled = 0
         self._impacts = 0
-        self._duration = Fraction(0)  # exact: the mean has the same bits however blocks came
+        self._duration = Fraction(0)  # exact, so the mean's bits do not depend on the blocks' order
         self._hashes = BlockHashes(job.blocks)
 
     def add(self, block: Block) -> None:
-        """Count a block; ParameterError if it was counted before."""
+        """Add a block; ParameterError if it was already added."""
         if block.number in self._hashes:
             raise _twice(block.number)
         self._histogram += np.array(block.histogram)
@@ -42,12 +42,12 @@ class Tally:
         self._hashes.add(block.number, block.hash)
 
     def merge(self, other: "Tally") -> None:
-        """Count other blocks of the same job; ParameterError for another job, or a block twice."""
+        """Add the blocks of `other`; ParameterError if the jobs differ or a block is in both."""
         ours, theirs = self.job.to_dict(), other.job.to_dict()
         for name, value in ours.items():
             if theirs.get(name) != value:
                 raise ParameterError(
-                    f"these are no results of one job: {name} is {value!r} in one and "
+                    f"the results are of different jobs: {name} is {value!r} in one and "
                     f"{theirs.get(name)!r} in the other",
                     field=name,
                 )
@@ -62,36 +62,34 @@ class Tally:
 
     @property
     def drops(self) -> int:
-        """How many were counted."""
         return int(self._histogram.sum()) + self._unsettled
 
     @property
     def blocks(self) -> Runs:
-        """Which blocks were counted: each run's first, and the one after its last."""
+        """The blocks that were added."""
         return self._hashes.runs
 
     @property
     def is_complete(self) -> bool:
-        """Whether no block is missing."""
         return self._hashes.count == self.job.blocks
 
     def missing(self, begin: int = 0, end: int | None = None) -> Iterator[int]:
-        """Numbers of blocks that are not counted when they are asked for, in order."""
+        """Yield the numbers of missing blocks in order; each is checked when it is yielded."""
         last = self.job.blocks if end is None else end
         return (number for number in range(begin, last) if number not in self._hashes)
 
     def hash_of(self, number: int) -> bytes | None:
-        """The hash of a block's outcomes; None if it was not counted, or is kept with others."""
+        """The hash of a block's outcomes; None if it was not added, or was merged with others."""
         return self._hashes.of(number)
 
     @property
     def digest(self) -> str | None:
-        """Of the whole batch, 64 hex digits, as `DropBatch.digest`; None while blocks miss."""
+        """Digest of the whole batch, as `DropBatch.digest`; None while blocks are missing."""
         root = self._hashes.root
         return None if root is None else root.hex()
 
     def summary(self) -> dict[str, Any]:
-        """What came of at least one block. Means are over all drops, unsettled ones included."""
+        """The results, if there is a block. Means are over all drops, including unsettled ones."""
         return {
             "board_digest": self.job.board.digest,
             "drops": self.drops,
@@ -103,7 +101,7 @@ class Tally:
         }
 
     def to_dict(self) -> dict[str, Any]:
-        """The JSON form, from which `tally_of` goes on: the job, what it covers, sums, hashes."""
+        """The JSON form, which `tally_of` reads: the job, its computed blocks, sums, hashes."""
         return {
             "kind": KIND,
             **self.job.to_dict(),
@@ -116,9 +114,9 @@ class Tally:
 
 
 def tally_of(form: Any) -> Tally:
-    """A tally from its JSON form; RecordError that names what is wrong with it."""
+    """Read a tally from its JSON form; RecordError if it is malformed or inconsistent."""
     if not isinstance(form, Mapping) or form.get("kind") != KIND:
-        raise RecordError(f"it is no result of `plinko simulate`: its kind is not {KIND!r}")
+        raise RecordError(f"this is not a result of `plinko simulate`: kind must be {KIND!r}")
     tally = Tally(job_of(form))
     try:
         runs = [(int(begin), int(end)) for begin, end in wanted(form, "blocks")]
@@ -131,36 +129,39 @@ def tally_of(form: Any) -> Tally:
         tally._impacts = int(wanted(form, "impacts"))
         tally._duration = Fraction(wanted(form, "duration"))
     except (TypeError, ValueError) as error:
-        raise RecordError(f"a malformed result of a batch: {error}") from error
+        raise RecordError(f"the result of a batch is malformed: {error}") from error
     _check(tally, hashes, form.get("digest"))
     return tally
 
 
 def _check_runs(runs: Runs, blocks: int) -> None:
-    """Raise RecordError unless these are runs of a job's blocks, in order."""
+    """Raise RecordError unless `runs` are in order, disjoint and within a job's blocks."""
     edges = [edge for run in runs for edge in run]
     if edges != sorted(edges) or any(not 0 <= begin < end <= blocks for begin, end in runs):
         raise RecordError(
-            f"blocks {runs[:4]} are not runs of 0 to {blocks - 1} in order, each once",
+            f"blocks begins with {runs[:4]}: it must have runs of the blocks 0 to {blocks - 1}, in "
+            "order and without overlap",
             field="blocks",
         )
 
 
 def _check(tally: Tally, hashes: list[bytes], digest: Any) -> None:
-    """Raise RecordError where counts, blocks, hashes and digest are not of one result."""
+    """Raise RecordError if counts, blocks, hashes and digest contradict each other."""
     if any(len(each) != _HASH for each in hashes):
-        raise RecordError("a hash is not 64 hex digits", field="hashes")
+        raise RecordError("hashes must have 64 hex digits each", field="hashes")
     job = tally.job
     drops = sum(min(end * BLOCK, job.drops) - begin * BLOCK for begin, end in tally.blocks)
     if drops != tally.drops:
         raise RecordError(
-            f"{tally.drops} drops are counted in {tally._hashes.count} blocks of {BLOCK}, "
-            f"{drops} in all",
+            f"histogram and unsettled count {tally.drops} drops, but the {tally._hashes.count} "
+            f"blocks have {drops}",
             field="histogram",
         )
     if digest != tally.digest:
-        raise RecordError(f"digest {digest!r} is not that of the hashes", field="digest")
+        raise RecordError(
+            f"digest is {digest!r}, but the hashes give {tally.digest!r}", field="digest"
+        )
 
 
 def _twice(number: int) -> ParameterError:
-    return ParameterError(f"block {number} is in both results", field="blocks")
+    return ParameterError(f"block {number} is in both results: use each only once", field="blocks")

@@ -1,7 +1,7 @@
-"""Where work is computed: in this process, or by the workers of a cluster. One interface for both.
+"""One interface for computing in this process and by the workers of a cluster.
 
-Work is a function of a module, or `functools.partial` of one, with values for arguments: it may be
-computed anywhere, again, and in any order.
+Work is a module's function, or `functools.partial` of one, whose arguments are plain values. So any
+worker can compute it, in any order and more than once.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -18,53 +18,56 @@ R = TypeVar("R")
 
 
 class Workers(Protocol):
-    """Compute calls; as many side by side as `at_once` says."""
+    """Computes calls, this process or a cluster."""
 
     @property
     def at_once(self) -> int:
-        """Calls that are computed at the same time."""
+        """Number of calls that are computed at the same time."""
 
     def compute(self, work: Callable[[A, int], R], asked: Iterable[A]) -> Iterator[tuple[A, R]]:
-        """Each of `asked` with work(each, threads), as they become ready; `asked` is read lazily.
+        """Yield each item of `asked` with work(item, threads), in the order of completion.
 
-        threads: how many the call may use. What `work` raises is raised here. Who stops iterating
-        ends what is under way.
+        threads: how many the call may use. `asked` is read lazily. An exception of `work` is raised
+        here. A caller that stops iterating cancels the calls in progress.
         """
 
 
 @dataclass(frozen=True, slots=True)
 class Here:
-    """One call after the other in this process, each on so many threads (default: every core)."""
+    """This process, which computes one call after the other on `threads` threads.
+
+    threads: default is one per core.
+    """
 
     threads: int | None = None
 
     @property
     def at_once(self) -> int:
-        """One, which has all threads."""
         return 1
 
     def compute(self, work: Callable[[A, int], R], asked: Iterable[A]) -> Iterator[tuple[A, R]]:
-        """Each of `asked` with what `work` makes of it, in order."""
         threads = thread_count(self.threads)
         for each in asked:
             yield each, work(each, threads)
 
 
 def workers_at(cluster: str | None, threads: int | None = None) -> AbstractContextManager[Workers]:
-    """The workers of a cluster, or for None this process with so many threads.
+    """Return the workers of a cluster, or for None this process with `threads` threads.
 
-    `local:N` starts N processes on this machine (`local`: one a core), `tcp://host:8786` is a Dask
-    scheduler's address. Raises ParameterError for any other, and ClusterError where no work can be
-    computed: nobody answers, there are no workers, or they have other physics or kernels.
+    cluster: `local:N` starts N processes on this machine, `local` one per core;
+    `tcp://host:8786` is the address of a Dask scheduler.
+
+    Raises ParameterError for any other address, and ClusterError if the scheduler does not answer,
+    has no workers, or has workers with other physics or kernels.
     """
     if cluster is None:
         return nullcontext(Here(threads))
     if threads is not None:
         raise ParameterError(
-            f"threads {threads} belong to this process: with a cluster, say local:{threads}",
+            f"threads is {threads}, which has no effect on a cluster: use local:{threads} instead",
             field="threads",
         )
-    # Dask is imported by whoever asks for it: it takes a second, and may not be installed.
+    # Dask is imported only when it is used, because that takes a second and it may be missing.
     opened: Any = import_module("engine.batches.cluster").opened
     workers: AbstractContextManager[Workers] = opened(cluster)
     return workers

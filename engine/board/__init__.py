@@ -1,5 +1,5 @@
 """What a board is: its parts, values, JSON form and digest, and the presets.
 
-Imports the engine's errors and constants; knows nothing of balls in motion. Start with fields.py,
-what a board consists of, then model.py, how it is checked.
+Imports the engine's errors and constants, and nothing about moving balls. Start with fields.py,
+which lists what a board consists of, then model.py, which checks it.
 """

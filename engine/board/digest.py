@@ -21,9 +21,9 @@ The bytes, all little-endian, with no padding:
             u32 and UTF-8   length of the text in bytes, then the text
             u32 and ASCII   length of the colour, then the colour: "#rrggbb" or nothing
 
-What a ball wins is part of what was agreed on, so labels are in the digest of a board that has any.
-Negative zero is written as zero: the two are the same place. The order of pegs and walls counts,
-because impacts refer to them by index.
+A label names the prize of a bin, on which the players agreed, so the digest covers labels too.
+Negative zero is written as zero, because both are the same place. The order of pegs and walls
+matters, because impacts refer to them by index.
 """
 
 import hashlib

@@ -1,4 +1,4 @@
-"""A board as SVG text, in the colour of the page that shows it: pegs, walls and bins."""
+"""A board as SVG text: pegs, walls and bins, in the text colour of the page that shows it."""
 
 from collections.abc import Iterable
 from typing import Final
@@ -6,16 +6,16 @@ from typing import Final
 from engine.board.fields import BoardFields
 
 WIDTH: Final = 380
-"""px of the drawing as it is shown."""
+"""Displayed width in px."""
 
 SCALE: Final = 100.0
-"""Units of the drawing to a metre; coordinates are rounded to tenths of a unit."""
+"""SVG units per metre; coordinates are rounded to tenths of a unit."""
 
 ACCENT: Final = "#d9480f"
 
 
 def board_svg(board: BoardFields, over: Iterable[str] = ()) -> str:
-    """The board, with the SVG elements `over` on top of it, all in SCALE units to a metre."""
+    """The board with the SVG elements `over` drawn on top, all in SCALE units per metre."""
     x_min, x_max, y_min, y_max = board.extent
     corner = f"{length(x_min)} {length(y_min)}"
     size = f"{length(x_max - x_min)} {length(y_max - y_min)}"
@@ -33,12 +33,12 @@ def board_svg(board: BoardFields, over: Iterable[str] = ()) -> str:
 
 
 def length(metres: float) -> str:
-    """A length or coordinate in the drawing's units, as short as it can be written."""
+    """The shortest text of a length or coordinate, converted from m to SVG units."""
     return repr(round(metres * SCALE, 1) + 0.0).removesuffix(".0")
 
 
 def disc(x: float, y: float, radius: float) -> str:
-    """Path of a disc, two half circles from its left around; m."""
+    """The SVG path of a disc, given in m: two half circles that begin at its leftmost point."""
     r, across = length(radius), length(2.0 * radius)
     start = f"M{length(x - radius)} {length(y)}"
     return f"{start}a{r} {r} 0 1 1 {across} 0a{r} {r} 0 1 1 -{across} 0"
@@ -52,7 +52,7 @@ def _walls(board: BoardFields) -> str:
 
 
 def _bins(board: BoardFields) -> str:
-    """The line on which drops end, with a tick at each edge."""
+    """The line on which drops end, with a tick at each bin edge."""
     bins, tick = board.bins, board.ball.radius
     ticks = "".join(f"M{length(x)} {length(bins.y)}v{length(tick)}" for x in bins.edges)
     return f"M{length(bins.edges[0])} {length(bins.y)}H{length(bins.edges[-1])}{ticks}"

@@ -1,4 +1,4 @@
-"""All faults of a board at once: checks go on after one fails, and one error names them all."""
+"""Collects all faults of a board: checks continue after a failure, and one error names them all."""
 
 from collections.abc import Callable
 from typing import Any, Final
@@ -6,22 +6,22 @@ from typing import Any, Final
 from engine.errors import BoardError, Fault
 
 MOST: Final = 20
-"""Faults that one error names. Whoever has more than these has one cause for most of them."""
+"""Most faults that one error names. More than that usually have one cause."""
 
 
 class Faults:
-    """The faults found so far. `take` runs a check; `end` raises one error for all that failed."""
+    """Faults of one board. `take` runs a check; `end` raises one error for all that failed."""
 
     def __init__(self) -> None:
         self.found: list[Fault] = []
 
     @property
     def full(self) -> bool:
-        """Whether there are as many as an error names, so that further checks are idle."""
+        """Whether MOST faults were found, so that further checks are pointless."""
         return len(self.found) >= MOST
 
     def take(self, check: Callable[..., Any], *values: Any) -> Any:
-        """What `check` returns, or None where it raises BoardError."""
+        """Return check(*values), or None if it raises BoardError or enough faults were found."""
         if self.full:
             return None
         try:
@@ -31,11 +31,11 @@ class Faults:
             return None
 
     def add(self, field: str, message: str) -> None:
-        """Note what is wrong at `field`, a path in the JSON form."""
+        """Add the fault `message` at `field`, a path in the JSON form."""
         self.found.append(Fault(field, message))
 
     def end(self) -> None:
-        """Raise a BoardError that names all faults, if there are any."""
+        """Raise one BoardError for all faults, if any was found."""
         faults = tuple(self.found[:MOST])
         if faults:
             raise BoardError(_message(faults), field=faults[0].field, faults=faults)

@@ -1,6 +1,6 @@
-"""What a board consists of, as plain fields: all that its checks, digest and JSON form read.
+"""What a board consists of, as plain fields, which its checks, digest and JSON form read.
 
-Nothing is checked here. `Board` in model.py is these fields, checked.
+Nothing is checked here. `Board` in model.py is the subclass that checks them.
 """
 
 from dataclasses import dataclass, field
@@ -16,11 +16,11 @@ DEFAULT_HEIGHT: Final = 6.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BoardFields:
-    """Everything that decides where a ball goes, besides its seed.
+    """Everything except the seed that decides a ball's path.
 
-    Lengths in m (x right, y down), gravity in m/s^2, linear drag in 1/s. `width` and `height` are
-    those of the picture, x from -width/2 to width/2 and y from 0 to height; the physics does not
-    read them.
+    Lengths in m (x right, y down), gravity in m/s^2, linear drag in 1/s. `width` and `height`
+    belong to the picture, which shows x from -width/2 to width/2 and y from 0 to height; the
+    physics ignores them.
     """
 
     name: str = "board"
@@ -38,15 +38,15 @@ class BoardFields:
 
     @property
     def slots(self) -> tuple[float, ...]:
-        """Explicit starts offered to the player, x in m; often none."""
+        """The x in m of the starts that a player can choose from; often empty."""
         return self.drop.slots
 
     @property
     def extent(self) -> tuple[float, float, float, float]:
-        """x_min, x_max, y_min, y_max in m of the picture and all parts of the board.
+        """x_min, x_max, y_min, y_max in m of a box around the picture and all parts of the board.
 
-        A ball's whole disc is inside from its start until it lands, on every valid board whose
-        sides are walled; on others it may leave at the sides for a moment.
+        On a valid board with walls at its sides, the box contains the ball's whole disc from start
+        to landing. Without such walls, the ball may leave the box at a side for a moment.
         """
         reach = self.ball.radius
         half = 0.5 * self.width

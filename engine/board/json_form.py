@@ -1,11 +1,12 @@
-"""The JSON form of a board: reading it strictly, filling in what was left out, writing it.
+"""The JSON form of a board: reads it strictly, fills in omitted fields, writes it.
 
-Nothing passes silently: an unknown key, a key given twice and a value of the wrong kind are errors
-that name their path. Ranges are checked by Board itself.
+An unknown key, a duplicate key and a value of the wrong type are errors that name their path.
+`Board` itself checks the ranges.
 
-Defaults: a part that is left out takes the defaults of its class. Without `bins.edges` the bins
-share the width equally; without `bins.multipliers` each pays its stake back; without `bins.y` they
-are at `height`. Without `walls` the outer edges of the bins are walls from above the start down.
+Defaults: an omitted part has the defaults of its class. Without `bins.edges` the bins divide the
+width equally; without `bins.multipliers` each returns the stake; without `bins.y` they are at
+`height`. Without `walls` there are two: at the outer edges of the bins, from above the start down
+to the bins.
 """
 
 import json
@@ -23,7 +24,7 @@ from engine.board.parts import BallSpec, Bins, DropZone, Label, Peg, Wall
 from engine.errors import BoardError, JsonSyntaxError, JsonValueError
 
 MAX_TEXT: Final = 16_000_000
-"""Characters; three times what the largest board allowed needs."""
+"""Characters; three times as many as the largest valid board needs."""
 
 _TOP: Final = (
     *("name", "width", "height", "gravity", "drag", "ball", "pegs", "peg_material"),
@@ -48,7 +49,7 @@ Part = TypeVar("Part")
 
 
 def load(source: str | os.PathLike[str] | Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the JSON object in `source`: JSON text (starts with `{`), a path, or the object.
+    """Return the JSON object in `source`: JSON text (starts with `{`), a path, or an object.
 
     Raises BoardError if the text is not one JSON object or the file cannot be read.
     """
@@ -88,9 +89,9 @@ def _parse(text: str) -> Mapping[str, Any]:
 
 
 def fields(form: Mapping[str, Any], faults: Faults) -> dict[str, Any]:
-    """Return the fields of a board for the JSON object `form`, ranges not yet checked.
+    """Return the fields of a board for the JSON object `form`; their ranges are not checked yet.
 
-    Where the form is wrong, `faults` gets it and the field is left out.
+    An invalid part is left out of the result and reported to `faults`.
     """
     _known(form, _TOP, "", faults)
     result: dict[str, Any] = {}
@@ -196,7 +197,7 @@ def _parts(
 
 
 def to_dict(board: BoardFields) -> dict[str, Any]:
-    """Return the JSON form of `board`; of labels, `slots`, `reach` and `aim` only what is there."""
+    """Return the JSON form of `board`, without labels, `slots`, `reach` and `aim` if unused."""
     bins, zone = board.bins, board.drop
     pockets = {"y": bins.y, "edges": list(bins.edges), "multipliers": list(bins.multipliers)}
     if bins.labels:
@@ -229,5 +230,5 @@ def _label_form(label: Label) -> dict[str, str]:
 
 
 def dumps(board: BoardFields) -> str:
-    """Return the JSON text of `board`: floats in their shortest form that reads back the same."""
+    """Return the JSON text of `board`; each float is the shortest text that reads back the same."""
     return json.dumps(to_dict(board), allow_nan=False)

@@ -1,4 +1,4 @@
-"""Boards without their JSON: a triangle of any size, a board with some parts replaced, polygons."""
+"""Ways to make a board without JSON: a triangle of any size, changes to a board, polygons."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass, replace
@@ -11,14 +11,14 @@ from engine.board.parts import Wall
 from engine.errors import BoardError
 
 ROWS: Final = range(4, 21)
-"""Rows of a triangle: on fewer a ball wedges beside the wall, more leave pegs next to no size."""
+"""Allowed rows of a triangle. With fewer a ball wedges at a wall; with more pegs are too small."""
 
 
 def triangle_fields(rows: int, risk: str) -> BoardFields:
-    """Of the triangle with so many rows: a preset for 8 to 16 rows, else one shaped like it.
+    """Return the fields of a triangle: of the preset for 8 to 16 rows, otherwise of one like it.
 
-    The others have the physics of the nearest preset, and each bin pays its stake back: nobody has
-    counted where their balls land (`engine.payouts` does).
+    Other triangles have the physics of the nearest preset, and each bin returns the stake, because
+    no payout table was solved for them. `engine.payouts` can solve one.
     """
     if rows not in ROWS:
         raise values.fail("rows", rows, f"it must be an integer from {ROWS[0]} to {ROWS[-1]}")
@@ -33,9 +33,9 @@ def triangle_fields(rows: int, risk: str) -> BoardFields:
 
 
 def replaced(board: BoardFields, changes: Mapping[str, Any]) -> dict[str, Any]:
-    """All fields of `board` with these changes. A mapping changes some fields of a part.
+    """Return all fields of `board` with these changes; a mapping changes some fields of a part.
 
-    Raises BoardError naming a field that there is not.
+    Raises BoardError for an unknown field.
     """
     result = {field.name: getattr(board, field.name) for field in fields(BoardFields)}
     _known(result, changes, "")
@@ -58,9 +58,9 @@ def _known(names: Iterable[str], changes: Mapping[str, Any], prefix: str) -> Non
 
 
 def polygon(corners: Iterable[tuple[float, float]]) -> tuple[Wall, ...]:
-    """The walls of a polygon with these corners (x, y), in m: from each to the next and back.
+    """Return the walls of a closed polygon with these corners (x, y) in m.
 
-    An obstacle for a board: `board.replace(walls=[*board.walls, *polygon([(0, 1), (1, 2), …])])`.
+    To add it to a board: `board.replace(walls=[*board.walls, *polygon([(0, 1), (1, 2), …])])`.
     """
     points = list(corners)
     if len(points) < 3:

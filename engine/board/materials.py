@@ -1,4 +1,4 @@
-"""What balls, pegs and walls are made of: restitution, friction, and how a pair combines them."""
+"""Materials of balls, pegs and walls: restitution, friction, and how a contact combines two."""
 
 import math
 from dataclasses import dataclass
@@ -8,10 +8,10 @@ from typing import Final, NamedTuple
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """A surface. Its values are checked when a board is made of it.
+    """A surface. `Board` checks the values.
 
     restitution: speed after a head-on impact over speed before it, 0 (clay) to 1 (no loss).
-    friction: Coulomb's coefficient, static and sliding alike, 0 or more.
+    friction: Coulomb's coefficient, 0 or more, the same for static and sliding friction.
     """
 
     restitution: float = 0.6
@@ -19,10 +19,10 @@ class Material:
 
 
 def combine(a: Material, b: Material) -> Material:
-    """Material of the contact between `a` and `b`: the bouncier one, the geometric mean friction.
+    """Return the material of a contact: larger restitution, geometric mean of the frictions.
 
-    The pair rules of Box2D. The geometric mean makes a frictionless body frictionless against
-    anything; sqrt is correctly rounded everywhere, so the result has the same bits everywhere.
+    These are Box2D's rules. With the geometric mean, a frictionless body has no friction with any
+    other. sqrt is correctly rounded, so every machine computes the same bits.
     """
     return Material(
         restitution=max(a.restitution, b.restitution),
@@ -31,11 +31,11 @@ def combine(a: Material, b: Material) -> Material:
 
 
 REFERENCE_DENSITY: Final = 80.0
-"""kg/m^2, of the presets' balls: 0.008 a square pixel, drawn at 100 pixels a metre."""
+"""Density of the presets' balls, kg/m^2: 0.008 kg per square pixel at 100 pixels per metre."""
 
 
 class RestitutionRange(NamedTuple):
-    """A row of the restitution table: a pair of bodies and the range measured for it."""
+    """A pair of bodies and the range of restitution measured for it."""
 
     name: str
     low: float
@@ -52,7 +52,7 @@ RESTITUTION: Final = (
     RestitutionRange("Clay (putty)", 0.0, 0.10, "Nearly perfectly inelastic"),
     RestitutionRange("Billiard balls", 0.92, 0.98, "Phenolic resin, polished"),
 )
-"""Measured ranges for head-on impacts of two bodies; the first row is the scale itself."""
+"""Measured ranges for head-on impacts; the first row is the possible range."""
 
 GRAVITY: Final = MappingProxyType({"Earth": 9.81, "Moon": 1.62, "Mars": 3.72, "Jupiter": 24.79})
-"""m/s^2 at the surface; for Jupiter, where its clouds begin."""
+"""m/s^2 at the surface; for Jupiter, at the top of its clouds."""

@@ -1,4 +1,4 @@
-"""A Plinko board: frozen data, checked once when it is made, with a digest of its content."""
+"""`Board`, a valid board: frozen, checked once on construction, with a digest of its content."""
 
 import dataclasses
 import functools
@@ -17,9 +17,9 @@ from engine.notebooks import figure, png
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Board(BoardFields):
-    """A valid board. Every field is checked, and the board as a whole.
+    """A valid board. The constructor checks every field, then the board as a whole.
 
-    Boards are equal if their digests are. Raises BoardError whose `faults` name all that is wrong.
+    Boards are equal if their digests are. Raises BoardError, whose `faults` list every fault.
     """
 
     digest: str = dataclasses.field(init=False)
@@ -28,10 +28,10 @@ class Board(BoardFields):
     is_kept: dataclasses.InitVar[bool] = False
 
     def __post_init__(self, is_kept: bool) -> None:
-        """Put checked floats in place of what was given, then check the board as a whole.
+        """Replace the given values by checked ones, then check the board as a whole.
 
-        The presets are known to be playable; a test keeps that true. A board that `is_kept` was
-        checked when it was new.
+        Two kinds of boards skip the second check: the presets, which a test checks, and a board
+        that `is_kept`, which was checked when it was new.
         """
         faults = Faults()
         for key, check in values.CHECKS.items():
@@ -65,32 +65,33 @@ class Board(BoardFields):
 
     @classmethod
     def preset(cls, name: str) -> "Board":
-        """Return the preset `name`, one of `preset_names()`; BoardError if there is none."""
+        """Return the preset `name`, one of `preset_names()`; BoardError for an unknown name."""
         return _preset(name)
 
     @classmethod
     def triangle(cls, rows: int, *, risk: str = "medium", **changes: Any) -> "Board":
         """Return the triangular board of `rows` rows, 4 to 20, with `changes` as for `replace`.
 
-        From 8 to 16 rows it is the preset, with the payout table of `risk`: low, medium or high.
-        On others every bin pays the stake back until `bins={"multipliers": …}` says otherwise.
+        From 8 to 16 rows it is the preset with the payout table of `risk`: low, medium or high.
+        On other triangles every bin returns the stake, unless `bins={"multipliers": …}` is given.
         """
         fields = making.triangle_fields(rows, risk)
         return cls(**making.replaced(fields, changes))
 
     def replace(self, **changes: Any) -> "Board":
-        """Return this board with some fields changed, checked again.
+        """Return a new checked board with some fields changed.
 
-        A part is replaced as a whole, or in some of its fields by a mapping:
+        A mapping changes some fields of a part; any other value replaces the whole part:
         `board.replace(gravity=1.62, ball={"radius": 0.1})`. Raises BoardError.
         """
         return type(self)(**making.replaced(self, changes))
 
     @classmethod
     def named(cls, board: object) -> "Board":
-        """Return `board`, or the preset of that name, as every function does that takes a board.
+        """Return `board` itself if it is a Board, or the preset of that name.
 
-        Raises BoardError that says what to do with anything else, such as the path of a file.
+        Every function that takes a board calls this. Raises BoardError for anything else, such as
+        the path of a file.
         """
         if isinstance(board, Board):
             return board
@@ -107,7 +108,7 @@ class Board(BoardFields):
     def from_json(cls, source: str | os.PathLike[str] | Mapping[str, Any]) -> "Board":
         """Make a board from its JSON form: text (starts with `{`), the path of a file, or a dict.
 
-        Raises BoardError whose `faults` name all that is wrong.
+        Raises BoardError, whose `faults` list every fault.
         """
         faults = Faults()
         fields = json_form.fields(json_form.load(source), faults)
@@ -121,8 +122,8 @@ class Board(BoardFields):
     def kept(cls, form: Mapping[str, Any]) -> "Board":
         """Return a board that was accepted earlier, from its JSON form.
 
-        The values are checked. The board as a whole is not: a ledger keeps what was once played,
-        even if newer checks would refuse it. The caller compares the digest.
+        The values are checked, but not the board as a whole: a board from the ledger must stay
+        readable even if newer checks would refuse it. The caller compares the digest.
         """
         faults = Faults()
         fields = json_form.fields(form, faults)
@@ -130,11 +131,11 @@ class Board(BoardFields):
         return cls(**fields, is_kept=True)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON form as a new dict."""
+        """Return the JSON form."""
         return json_form.to_dict(self)
 
     def to_json(self) -> str:
-        """Return the JSON form as text; `Board.from_json` of it is this board again."""
+        """Return the JSON form as text, from which `Board.from_json` makes an equal board."""
         return json_form.dumps(self)
 
     @property
@@ -145,5 +146,4 @@ class Board(BoardFields):
 
 @functools.cache
 def _preset(name: str) -> Board:
-    """Make each preset once."""
     return Board.of(presets.preset_fields(name))

@@ -1,6 +1,6 @@
-"""The parts a board is made of: ball, pegs, walls, bins, drop zone. Plain values, checked by Board.
+"""The parts of a board: ball, pegs, walls, bins, drop zone. Plain values, which `Board` checks.
 
-Metres, x right, y down.
+Coordinates in m, x right, y down.
 """
 
 import math
@@ -13,7 +13,7 @@ from engine.board.materials import Material
 
 @dataclass(frozen=True, slots=True)
 class BallSpec:
-    """The disc that falls: radius in m, density in kg/m^2, and its surface."""
+    """The falling disc: radius in m, density in kg/m^2, and its surface."""
 
     radius: float = 0.08
     density: float = 1.0
@@ -22,7 +22,7 @@ class BallSpec:
 
     @property
     def material(self) -> Material:
-        """The ball's surface, to combine with a peg's or a wall's."""
+        """The ball's surface, for `combine` with a peg's or a wall's."""
         return Material(self.restitution, self.friction)
 
     @property
@@ -36,12 +36,13 @@ class BallSpec:
         return 0.5 * self.mass * self.radius * self.radius
 
 
-# A server keeps hundreds of thousands of pegs and walls, on which Python's garbage collector would
-# spend more than a tick each time; of numbers alone, they can be no garbage that it has to find.
+# A server has hundreds of thousands of pegs and walls. Python's garbage collector would need more
+# than a tick to visit them all. They contain only numbers, so they cannot be part of a cycle, and
+# gc=False hides them from the collector.
 
 
 class Peg(msgspec.Struct, frozen=True, gc=False):
-    """A disc that does not move: centre and radius in m."""
+    """A fixed disc: centre and radius in m."""
 
     x: float
     y: float
@@ -49,7 +50,7 @@ class Peg(msgspec.Struct, frozen=True, gc=False):
 
 
 class Wall(msgspec.Struct, frozen=True, gc=False):
-    """A segment without thickness that does not move, hit from either side, ends included; m."""
+    """A fixed segment without thickness, ends in m. Balls hit either side and its ends."""
 
     x1: float
     y1: float
@@ -59,7 +60,7 @@ class Wall(msgspec.Struct, frozen=True, gc=False):
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """What a bin is called: the prize that a ball in it wins. `colour`: #rrggbb, or None."""
+    """A bin's name, such as the prize for landing there. colour: #rrggbb, or None."""
 
     text: str
     colour: str | None = None
@@ -69,8 +70,8 @@ class Label:
 class Bins:
     """Where a drop ends: bin i spans [edges[i], edges[i+1]) on the line y and pays multipliers[i].
 
-    A drop ends when the ball's centre first crosses `y` downward. labels: of each bin, None for
-    one without; empty where no bin has one.
+    A drop ends when the ball's centre first crosses `y` downward. labels: one entry per bin, None
+    for a bin without a label; empty if no bin has one.
     """
 
     y: float
@@ -80,11 +81,10 @@ class Bins:
 
     @property
     def count(self) -> int:
-        """Number of bins."""
         return len(self.multipliers)
 
     def label_of(self, number: int | None) -> str | None:
-        """Text of the label of this bin, or None: it has none, or the ball is in no bin."""
+        """The label text of bin `number`; None if it has no label or `number` is None."""
         if number is None or not self.labels:
             return None
         label = self.labels[number]
@@ -93,11 +93,11 @@ class Bins:
 
 @dataclass(frozen=True, slots=True)
 class DropZone:
-    """Where a drop starts, at rest: `y`, and `x` plus a uniform offset in [-jitter, jitter); m.
+    """Where a drop starts at rest, in m: at `y`, and at `x` plus an offset in [-jitter, jitter).
 
-    slots: the only places that a player may aim at, often none. reach: how far from x a ball may
-    start, where that is more than the jitter. aim: how far from x a player may aim; the aim takes
-    the place of x, and the offset is drawn about it.
+    slots: if not empty, the only x that a player may aim at. reach: largest distance of a start
+    from x, if larger than the jitter. aim: largest distance from x at which a player may aim; the
+    offset, which is uniformly distributed, is then added to the aim instead of to x.
     """
 
     x: float = 0.0
@@ -109,10 +109,10 @@ class DropZone:
 
     @property
     def span(self) -> float:
-        """How far from `x` a ball may start, m, slots aside."""
+        """Largest distance of a start from `x` in m, slots not considered."""
         return max(self.jitter, self.reach)
 
     @property
     def aim_span(self) -> float:
-        """How far from `x` a player may aim, m: every start that a seed draws is within `span`."""
+        """Largest distance of an aim from `x` in m; it keeps every start within `span`."""
         return min(self.aim, self.span - self.jitter)

@@ -1,7 +1,7 @@
 """The boards that come with the engine: triangles of 8 to 16 rows, the rectangular classic, Galton.
 
-Coordinates use + - * / and sqrt only, and each left half is the exact mirror of the right, so a
-board has the same bits everywhere and a mirrored start lands in the mirrored bin.
+Coordinates are computed with + - * / and sqrt only, so they have the same bits on every machine.
+Each left half mirrors the right half exactly, so a mirrored start lands in the mirrored bin.
 """
 
 import math
@@ -18,10 +18,10 @@ from engine.errors import BoardError
 
 
 class Tuning(NamedTuple):
-    """What geometry leaves open on a board.
+    """The parameters of a preset that its geometry does not determine.
 
-    drag in 1/s; restitution and friction of ball, pegs and walls alike; jitter of the start as a
-    part of the peg spacing; gravity in m/s^2; start: the y at which a triangle's balls start, m.
+    drag in 1/s; restitution and friction, the same for ball, pegs and walls; jitter of the start as
+    a fraction of the peg spacing; gravity in m/s^2; start: the y of a triangle's starts in m.
     """
 
     drag: float
@@ -33,9 +33,10 @@ class Tuning(NamedTuple):
 
 
 TABLE_GRAVITY: Final = 24.79
-"""m/s^2. A triangle is 7.6 m wide on the reference game's scale, and such a board would be a slow
-one: six seconds for 16 rows. Motion on a board 3 m wide under Earth's gravity, magnified to 7.6 m,
-is motion under this one (Froude's law: lengths and g grow alike at equal times)."""
+"""m/s^2. On the reference game's scale a triangle is 7.6 m wide. Under Earth's gravity a ball would
+need six seconds for 16 rows, which is slow to watch. This gravity gives the motion on a board 3 m
+wide under Earth's gravity, magnified to 7.6 m (Froude's law: for equal times, g scales as length).
+"""
 
 TUNING: Final = {
     "triangle-8": Tuning(3.732, 0.7, 0.402, 0.509, TABLE_GRAVITY),
@@ -50,16 +51,17 @@ TUNING: Final = {
     "classic": Tuning(drag=1.5, restitution=0.6, friction=0.15, jitter=0.28),
     "galton": Tuning(drag=2.2, restitution=0.5, friction=0.1, jitter=0.4),
 }
-"""Physics of each preset, its payout variants included; a triangle's comes from `calibrate`."""
+"""Physics of each preset and its payout variants; `calibrate` chose that of the triangles."""
 
 AIM: Final[Mapping[str, float]] = MappingProxyType(
     {"triangle-9": 0.07, "triangle-16": 0.03, "classic": 4.0}
 )
-"""Peg spacings from the middle within which a player may aim on a preset, its payout variants
-included: as far as all their tables return at least 95 % and at most 99.2 % from each aim. On each
-other triangle the search of `engine.payouts.table` found none of the familiar shape for one risk at
-least: the bins on which the returns depend most are hit at other rates as soon as the start moves.
-Another shape, or a narrower aim, may have one."""
+"""How far from the middle a player may aim on a preset and its payout variants, in peg spacings.
+
+Within this distance all their payout tables return 95 % to 99.2 % from each aim. On every other
+triangle, `engine.payouts.table` found no such table of the familiar shape for at least one risk:
+the bins that decide the return are hit at different rates as soon as the start moves. A table of
+another shape, or for a narrower aim, may exist."""
 
 # The reference game's canvas, 760 x 570 pixels, at 100 pixels a metre.
 TRIANGLE_WIDTH: Final = 7.6
@@ -67,8 +69,8 @@ TRIANGLE_HEIGHT: Final = 5.7
 _FIRST_ROW_Y: Final = 0.36
 _LAST_ROW_Y: Final = 5.42
 _PEG_SPAN: Final = 6.56  # between the outermost pegs of the last row
-_REACH: Final = 0.8  # spacings from the middle within which a ball may start
-_WALL_GAP: Final = 0.25  # of a wall from the outermost pegs, in spacings
+_REACH: Final = 0.8  # largest distance of a start from the middle, in spacings
+_WALL_GAP: Final = 0.25  # distance of a wall from the outermost pegs, in spacings
 
 _RISK_OF: Final[Mapping[str, payouts.Risk]] = {"": "medium", "-low": "low", "-high": "high"}
 
@@ -81,22 +83,22 @@ _TRIANGLES: Final[Mapping[str, tuple[int, payouts.Risk]]] = {
 
 
 def plain_name(name: str) -> str:
-    """Of the preset that `name` is a payout variant of: the same board to the ball."""
+    """The preset of which `name` is a payout variant; both boards move a ball in the same way."""
     return f"triangle-{_TRIANGLES[name][0]}" if name in _TRIANGLES else name
 
 
 def risk_of(name: str) -> payouts.Risk:
-    """Of a preset's payout table; one that has no variants has a medium one."""
+    """The risk of a preset's payout table; medium for a preset without variants."""
     return _TRIANGLES[name][1] if name in _TRIANGLES else "medium"
 
 
 def preset_names() -> tuple[str, ...]:
-    """Names of all presets; a triangle without a suffix has the medium payout table."""
+    """Names of all presets; a triangle's name without a suffix means the medium payout table."""
     return (*_TRIANGLES, "classic", "galton")
 
 
 def preset_fields(name: str) -> BoardFields:
-    """Return the fields of the preset `name`; BoardError naming it if there is none."""
+    """Return the fields of the preset `name`; BoardError for an unknown name."""
     if name == "classic":
         return _classic()
     if name == "galton":
@@ -108,13 +110,13 @@ def preset_fields(name: str) -> BoardFields:
         return triangle(name, rows, payout, TUNING[plain], _REACH, AIM.get(plain, 0.0))
     shown = repr(name)[:60]
     raise BoardError(
-        f"there is no preset board {shown}; there are {', '.join(preset_names())}",
+        f"board is {shown}: there is no such preset; the presets are {', '.join(preset_names())}",
         field="board",
     )
 
 
 def spacing_of(rows: int) -> float:
-    """Distance between neighbouring pegs of a triangle, m."""
+    """Distance between neighbouring pegs in a row of a triangle, m."""
     return _PEG_SPAN / (rows + 1)
 
 
@@ -128,17 +130,18 @@ def triangle(
 ) -> BoardFields:
     """Lay out the triangular board of `rows` rows in the reference game's proportions.
 
-    reach, aim: peg spacings from the middle within which a ball may start, and a player aim.
-    Row i, from 0, has i + 3 pegs; the last row's rows + 2 pegs part rows + 1 bins.
+    reach, aim: how far from the middle a ball may start and a player may aim, in peg spacings.
+    Row i, counted from 0, has i + 3 pegs; the rows + 2 pegs of the last row separate rows + 1 bins.
     """
     spacing = spacing_of(rows)
     pitch = (_LAST_ROW_Y - _FIRST_ROW_Y) / (rows - 1)
     peg_radius = (24 - rows) / 200
     ball_radius = 2.0 * peg_radius
     walls = _slanted_walls(rows, spacing, pitch, peg_radius)
-    # One ball radius below the last row a ball's centre cannot be within sqrt(5) peg radii of a
-    # peg's x, and each further touch of a peg pushes it down: it is committed to its bin, and no
-    # rounding decides which.
+    # The bins' line is one ball radius (2 peg radii) below the last row. A ball's centre stays at
+    # least 3 peg radii from a peg's, so on the line it is at least sqrt(3^2 - 2^2) = sqrt(5) peg
+    # radii to the side of one. A further impact on a peg only pushes it down. So the ball can no
+    # longer change its bin, and no rounding decides which one it is.
     line = _LAST_ROW_Y + ball_radius
     outer = _x_on(walls[2], line)
     inner = tuple(spacing * (0.5 * (2 * j - rows - 1)) for j in range(1, rows + 1))
@@ -171,17 +174,17 @@ def triangle(
 def _slanted_walls(
     rows: int, spacing: float, pitch: float, peg_radius: float
 ) -> tuple[Wall, Wall, Wall, Wall]:
-    """Right mouth, left mouth, right side, left side.
+    """Return four walls: right mouth, left mouth, right side, left side.
 
     A side runs a quarter of a spacing outside the outermost pegs. It leans inward as it rises, so
-    that a ball in the corner between wall and peg rolls back onto the board; where a ball in that
-    corner touches the wall, the side ends and a mouth opens outward at 45 degrees, to make room
-    for the start.
+    that a ball in the corner between wall and peg rolls back onto the board. The side ends at the
+    height where a ball in the topmost corner touches the wall. Above it a mouth opens outward at
+    45 degrees and makes room for the start.
     """
     slope = 0.5 * spacing / pitch
     secant = math.sqrt(1.0 + slope * slope)
-    # A ball between side and peg has its centre 3 peg radii up the slope from the peg, and touches
-    # the wall 2 peg radii along the wall's normal from there.
+    # The centre of a ball between side and topmost peg is 3 peg radii up the slope from the peg's.
+    # It touches the wall 2 peg radii from there, along the wall's normal.
     neck_y = _FIRST_ROW_Y - peg_radius * (3.0 + 2.0 * slope) / secant
     neck_x = spacing * (1.0 + _WALL_GAP) - slope * (_FIRST_ROW_Y - neck_y)
     foot_x = spacing * (0.5 * (rows + 1) + _WALL_GAP) + slope * (TRIANGLE_HEIGHT - _LAST_ROW_Y)
@@ -211,17 +214,17 @@ def _staggered(
     reach: float = 0.0,
     aim: float = 0.0,
 ) -> BoardFields:
-    """Lay out a rectangular board of `columns` bins under `rows` rows of pegs (an odd number).
+    """Lay out a rectangular board of `columns` bins under an odd number of `rows` of pegs.
 
-    Even rows, the first and last among them, have a peg above each bin edge, the outermost half
-    inside the walls: a ball on such a half peg is led inward and cannot wedge. Odd rows have a peg
-    above each bin's middle. `radii` are the peg's and the ball's in m.
+    Even rows, including the first and the last, have a peg above each bin edge. Their outermost
+    pegs are centred on the walls, so that a ball is led inward and cannot wedge there. Odd rows
+    have a peg above each bin's middle. radii: the peg's and the ball's in m.
     """
     peg_radius, ball_radius = radii
     pitch = spacing * 0.875  # nearly equilateral
     top = 2.0 * spacing
     last_row = top + pitch * (rows - 1)
-    line = last_row + ball_radius  # committed, as on a triangle
+    line = last_row + ball_radius  # where the ball can no longer change its bin, as on a triangle
     height = line + spacing
     edges = tuple(spacing * (0.5 * (2 * j - columns)) for j in range(columns + 1))
     middles = tuple(spacing * (0.5 * (2 * j - columns + 1)) for j in range(columns))
@@ -258,9 +261,9 @@ def _staggered(
 def _classic() -> BoardFields:
     """Nine slots over nine bins, as on television, the best bin in the middle.
 
-    A slot is straight above a bin's middle, and the seed draws the start in it: as widely as the
-    outermost slots leave room beside the walls. What the bins pay was found by hand within the
-    bounds of `engine.payouts`: the prize in the middle, and next to nothing beside it.
+    A slot is straight above the middle of a bin. The seed draws the start around it; the jitter is
+    as large as the walls next to the outermost slots permit. The payouts were chosen by hand
+    within the bounds of `engine.payouts`: the prize is in the middle, its neighbours pay little.
     """
     spacing = 0.7
     half = (1.1, 0.8, 1.0, 0.1, 2.7)
@@ -279,7 +282,7 @@ def _classic() -> BoardFields:
 
 
 def _galton() -> BoardFields:
-    """Many small pegs and many bins, to watch a distribution grow; every bin pays the same."""
+    """Many small pegs and bins, to watch a distribution grow; every bin pays the same."""
     columns, spacing = 33, 0.2
     return _staggered(
         "galton",

@@ -1,8 +1,8 @@
-"""Which boards are known to be playable: the presets, by the digests of their content.
+"""Digests of the presets, which are known to be playable and skip the check.
 
-Whether a board can be played takes tens of milliseconds to decide, and for a preset the answer is
-always the same. A test makes every preset, checks it, and holds this table to exactly their
-digests: whoever changes a preset, or adds one, copies the new row from what that test prints.
+The check takes tens of milliseconds, and its result for a preset is always the same. A test checks
+every preset, and that this table has exactly their digests. After changing or adding a preset,
+copy the row that the failing test prints.
 """
 
 from types import MappingProxyType

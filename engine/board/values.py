@@ -1,6 +1,6 @@
 """Checks each value of a board by itself: type, range, count, order. Errors name path and value.
 
-How parts stand to each other in space is checked in `engine.board.checks`.
+`engine.board.checks` checks the board's geometry.
 """
 
 import math
@@ -31,27 +31,27 @@ MAX_LABEL: Final = 40
 COLOUR: Final = "^#[0-9a-f]{6}$"
 
 MAX_COORDINATE: Final = 1e6
-"""m. Farther out, one unit in the last place of a float64 is no longer far below a micrometre."""
+"""m. At larger coordinates, the spacing of float64 values approaches a micrometre."""
 
 MIN_RADIUS: Final = 1e-6
-"""m. Below it, the square of a radius drowns in the rounding of squared distances of metres."""
+"""m. The square of a smaller radius would be lost in the rounding of squared distances."""
 
 MAX_RADIUS: Final = 1e4
 MAX_DENSITY: Final = 1e9
 MIN_DENSITY: Final = 1e-9
 MAX_FRICTION: Final = 10.0
-"""Rubber on rubber is near 1; ten is glue, and beyond it only rounding grows."""
+"""Rubber on rubber is near 1. Beyond ten, the motion hardly changes and only rounding grows."""
 
 MIN_GRAVITY: Final = 1e-6
 MAX_GRAVITY: Final = 1e4
 MAX_DRAG: Final = 1e3
-"""1/s. At the limit a ball on Earth falls a centimetre a second."""
+"""1/s. At this limit a ball on Earth falls one centimetre per second."""
 
 MAX_MULTIPLIER: Final = 1e9
 
 
 def shown(value: object) -> str:
-    """`value` as an error shows it: its repr, cut to 60 characters."""
+    """The repr of `value` for an error message, cut to 60 characters."""
     try:
         text = repr(value)
     except ValueError:  # an integer of more digits than Python prints
@@ -71,7 +71,7 @@ def number(
     high: float = MAX_COORDINATE,
     wanted: str = "",
 ) -> float:
-    """Return `value` as a float in [low, high], -0.0 as 0.0; BoardError naming it otherwise."""
+    """Return `value` as a float in [low, high], -0.0 as 0.0; otherwise raise BoardError."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise fail(field, value, "it must be a number")
     try:
@@ -86,13 +86,11 @@ def number(
 
 
 def radius(value: Any, field: str) -> float:
-    """Return `value` as a radius in m."""
     wanted = f"a radius must be greater than 0, from {MIN_RADIUS:g} to {MAX_RADIUS:g} m"
     return number(value, field, MIN_RADIUS, MAX_RADIUS, wanted)
 
 
 def name(value: Any) -> str:
-    """Return `value` as a board's name."""
     wanted = f"a name must be 1 to {MAX_NAME} printable characters"
     if not isinstance(value, str) or not 0 < len(value) <= MAX_NAME or not value.isprintable():
         raise fail("name", value, wanted)
@@ -100,7 +98,7 @@ def name(value: Any) -> str:
 
 
 def gravity(value: Any) -> float:
-    """Return `value` as gravity in m/s^2; on a board where nothing falls no drop would end."""
+    """Return `value` as gravity in m/s^2; without gravity no drop would end."""
     wanted = (
         f"gravity must be from {MIN_GRAVITY:g} to {MAX_GRAVITY:g} m/s^2, pointing down, "
         "or no ball would ever reach a bin"
@@ -109,7 +107,6 @@ def gravity(value: Any) -> float:
 
 
 def drag(value: Any) -> float:
-    """Return `value` as linear drag in 1/s."""
     return number(value, "drag", 0.0, MAX_DRAG, f"drag must be from 0 to {MAX_DRAG:g} 1/s")
 
 
@@ -128,7 +125,6 @@ def _friction(value: Any, field: str) -> float:
 
 
 def material(value: Any, field: str) -> Material:
-    """Return `value` as a Material of floats."""
     part = instance(value, Material, field)
     faults = Faults()
     restitution = faults.take(_restitution, part.restitution, f"{field}.restitution")
@@ -138,7 +134,6 @@ def material(value: Any, field: str) -> Material:
 
 
 def ball(value: Any) -> BallSpec:
-    """Return `value` as a BallSpec of floats."""
     part = instance(value, BallSpec, "ball")
     wanted = f"density must be greater than 0, from {MIN_DENSITY:g} to {MAX_DENSITY:g} kg/m^2"
     faults = Faults()
@@ -172,7 +167,6 @@ def items(value: Any, field: str, limit: int) -> tuple[Any, ...]:
 
 
 def pegs(value: Any) -> tuple[Peg, ...]:
-    """Return `value` as a tuple of Peg of floats."""
     faults = Faults()
     checked = tuple(
         faults.take(_peg, peg, f"pegs[{i}]") for i, peg in enumerate(items(value, "pegs", MAX_PEGS))
@@ -191,7 +185,6 @@ def _peg(value: Any, field: str) -> Peg:
 
 
 def walls(value: Any) -> tuple[Wall, ...]:
-    """Return `value` as a tuple of Wall of floats, none without length."""
     faults = Faults()
     checked = tuple(
         faults.take(_wall, wall, f"walls[{i}]")
@@ -220,7 +213,7 @@ def _wall(value: Any, field: str) -> Wall:
 
 
 def bins(value: Any) -> Bins:
-    """Return `value` as Bins of floats: edges increasing, one multiplier for each bin."""
+    """Return `value` as Bins with increasing edges and one multiplier for each bin."""
     part = instance(value, Bins, "bins")
     edges = _numbers(part.edges, "bins.edges", MAX_BINS + 1)
     if len(edges) < 2:
@@ -274,7 +267,6 @@ def _is_colour(value: Any) -> bool:
 
 
 def drop_zone(value: Any) -> DropZone:
-    """Return `value` as a DropZone of floats."""
     part = instance(value, DropZone, "drop")
     faults = Faults()
     checked = (
@@ -316,4 +308,4 @@ CHECKS: Final[Mapping[str, Callable[[Any], Any]]] = MappingProxyType(
         "drop": drop_zone,
     }
 )
-"""What each field of a board is checked by, in the order in which faults are named."""
+"""The check of each field of a board, in the order in which errors list their faults."""

@@ -1,4 +1,4 @@
-"""What users ask for: one drop, many drops, their states, digests, certainty and occupancy.
+"""Drops: one or many, with their states, digests, certainty and occupancy.
 
 Imports the solvers and boards. Start with drop.py.
 """

@@ -1,4 +1,4 @@
-"""Many drops on all cores: the outcome of each depends on its own start alone."""
+"""Many drops, computed on all cores. The outcome of each depends only on its own start."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
@@ -39,35 +39,36 @@ from engine.stepped.step import trace_stepped_many
 Floats = npt.NDArray[np.float64]
 
 Seeds = int | Iterable[int | str] | npt.NDArray[np.integer[Any]]
-"""A number of drops, or their seeds."""
+"""Either a number of drops or the seeds themselves."""
 
 MOST_DROPS: Final = 1 << 32
-"""In one call: more outcomes than fit into memory. Longer batches are jobs, see docs/batches.md."""
+"""Limit of one call, whose outcomes must fit into memory. For more, see docs/batches.md."""
 
 CHUNK = 4096
-"""Drops a thread takes at a time, at most: 10 to 60 ms of work, between two looks at `progress`."""
+"""Most drops in a chunk, which is the work between two calls of `progress`: 10 to 60 ms."""
 
 LEAST_CHUNK = 256
-"""The least: enough to hide what Python does around it."""
+"""Fewest drops in a chunk; with fewer, Python's own overhead would show."""
 
 WORTH_A_TRIAL: Final = 10_000
-"""Drops in a batch from which on native code is used: fewer are done before it has been tried."""
+"""Fewest drops for which native code is used. A smaller batch takes less time than its trial."""
 
 PARTS = 2
-"""A thread takes at most one in so many of the drops that are left for each: all end together."""
+"""A chunk has at most 1/PARTS of the drops that remain per thread, so that all threads finish at
+about the same time."""
 
 _OF_ALL = ("board", "solver", "explicit_x", "aim")
-"""Fields of a batch that are one for all its drops."""
+"""Fields of a batch that are the same for all its drops."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DropBatch:
     """Outcomes of many drops in the order of their seeds; all arrays have shape (n,), read-only.
 
-    bin (-1 where the ball did not land), duration in s, impact_count, x_end in m, outcome
-    (engine.exact.outcome), x_start in m. `batch[3]` is the whole drop, computed anew from its
-    start; so are those that a loop over the batch gives. `batch[3:7]` is a batch. Batches are equal
-    if their digests are.
+    bin (-1 if the ball did not land), duration in s, impact_count, x_end in m, outcome
+    (engine.exact.outcome), x_start in m. `batch[3]`, and each item of a loop over the batch, is a
+    whole `Drop`, recomputed from its start. `batch[3:7]` is a batch. Batches are equal if their
+    digests are.
     """
 
     board: Board
@@ -97,7 +98,7 @@ class DropBatch:
             return replace(self, **{name: getattr(self, name)[which] for name in names})
         row = as_index(which)
         if not -len(self) <= row < len(self):
-            raise IndexError(f"drop {row} of a batch of {len(self)}")
+            raise IndexError(f"drop {row} is out of range: the batch has {len(self)} drops")
         x = float(self.x_start[row]) if self.explicit_x else None
         return make_drop(self.board, int(self.seeds[row]), x, self.solver, self.aim)
 
@@ -126,8 +127,8 @@ class DropBatch:
     def to_columns(self) -> dict[str, npt.NDArray[np.generic]]:
         """Columns by name, each of shape (n,), for a DataFrame of pandas or polars.
 
-        seed, x_start (m), bin (-1: it did not land), score, duration (s), impact_count, x_end (m),
-        landed (bool).
+        seed, x_start (m), bin (-1 if the ball did not land), score, duration (s), impact_count,
+        x_end (m), landed (bool).
         """
         return {
             "seed": self.seeds,
@@ -166,7 +167,7 @@ class DropBatch:
         )
 
     def digests(self) -> list[str]:
-        """Digest of every single drop, the same as `drop(board, seed).digest`."""
+        """Digest of each drop, as `drop(board, seed).digest`; recomputes every drop."""
         return [drop.digest for drop in self]
 
 
@@ -193,12 +194,14 @@ def drop_many(
 ) -> DropBatch:
     """Drop a ball for each of `seeds`, or from explicit starts `xs`, shape (n,), in m.
 
-    `seeds` is a number of drops, whose seeds are then 0, 1, 2 …, or the seeds themselves: any
-    iterable of them, such as a range, a list or an array of shape (n,).
-    `aim`, in m, is the middle of the starts that all these seeds draw; without it, the board's own.
-    `board` may be a preset's name. Runs on `threads` threads (default: as many as this process may
-    use cores); the result does not depend on their number. `progress` is called with the number of
-    drops done, now and then. Raises BoardError, SeedError or ParameterError naming the bad value.
+    board: a Board, or a preset's name.
+    seeds: a number of drops, whose seeds are then 0, 1, 2 …, or an iterable of seeds, such as a
+        range, a list or an array of shape (n,).
+    aim: the middle in m of the starts that the seeds draw (default: the board's own).
+    threads: default is one per core that this process may use. The result does not depend on it.
+    progress: called now and then with the number of drops done.
+
+    Raises BoardError, SeedError or ParameterError naming the bad value.
     """
     board = Board.named(board)
     chosen = make_solver(solver, dt, substeps, correction)
@@ -206,7 +209,7 @@ def drop_many(
     count = len(numbers)
     starts = np.empty(count) if xs is None else _explicit_starts(board, xs, count)
     if xs is not None and aim is not None:
-        raise ParameterError(f"aim {aim!r} beside xs, which say where the balls start", field="aim")
+        raise ParameterError(f"aim is {aim!r}, but xs are given too: use only one", field="aim")
     batch = DropBatch(
         board=board,
         solver=chosen,
@@ -228,7 +231,7 @@ def drop_many(
 
 
 def seed_array(seeds: Seeds) -> npt.NDArray[np.uint64]:
-    """Return `seeds` as uint64, shape (n,); SeedError names the first that is no seed.
+    """Return `seeds` as uint64, shape (n,); SeedError names the first invalid seed.
 
     A number n stands for the seeds 0 to n - 1.
     """
@@ -250,28 +253,30 @@ def seed_array(seeds: Seeds) -> npt.NDArray[np.uint64]:
     listed = seeds if isinstance(seeds, np.ndarray) else list(seeds)
     given = np.asarray(listed)
     if given.ndim != 1:
-        raise SeedError(f"seeds have {given.ndim} dimensions instead of one", field="seeds")
+        raise SeedError(f"seeds has {given.ndim} dimensions: it must have one", field="seeds")
     if given.dtype.kind == "u" or (given.dtype.kind == "i" and (given >= 0).all()):
         return given.astype(np.uint64)
     return np.array([parse_seed(seed) for seed in listed], np.uint64)
 
 
 def _are_seeds(first: int, last: int) -> bool:
-    """Whether all numbers from one to the other, upwards or downwards, are seeds."""
+    """Whether all integers between `first` and `last`, in either order, are valid seeds."""
     return min(first, last) >= 0 and max(first, last) < SEED_LIMIT
 
 
 def _explicit_starts(board: Board, xs: npt.ArrayLike, count: int) -> npt.NDArray[np.float64]:
     starts = np.asarray(xs, np.float64) + 0.0  # a copy, in which a negative zero is zero
     if starts.shape != (count,):
-        raise ParameterError(f"xs has shape {starts.shape} for {count} seeds", field="xs")
+        raise ParameterError(
+            f"xs has shape {starts.shape} for {count} seeds: it must be ({count},)", field="xs"
+        )
     for x in starts[[starts.argmin(), starts.argmax()]] if count else ():
-        start_of(board, None, float(x))  # NaN is argmin's choice, so it is seen too
+        start_of(board, None, float(x))  # also finds a NaN, which argmin prefers to any number
     return starts
 
 
 def _fill(batch: DropBatch, threads: int, progress: Callable[[int], None] | None) -> None:
-    """Run all chunks; the kernels release the GIL."""
+    """Compute all chunks in threads; the kernels release the GIL."""
     arrays = arrays_of(batch.board)
     results = Results(
         bins=batch.bin,
@@ -290,7 +295,7 @@ def _fill(batch: DropBatch, threads: int, progress: Callable[[int], None] | None
 
 
 def _parts(count: int, threads: int) -> list[slice]:
-    """Chunks of so many drops, ever smaller towards the end."""
+    """Divide `count` drops into chunks, which get smaller towards the end."""
     parts = []
     first = 0
     while first < count:
@@ -307,7 +312,7 @@ def _run_part(
     results: Results,
     code: Mapping[str, Code],
 ) -> int:
-    """Simulate a part of the drops into the batch's arrays; how many they are."""
+    """Write the outcomes of the drops in `part` to the batch's arrays; return their number."""
     zone = batch.board.drop
     if not batch.explicit_x:
         middle = zone.x if batch.aim is None else batch.aim
@@ -323,7 +328,7 @@ def _run_part(
 
 
 def _step(arrays: BoardArrays, solver: Stepped, states: Floats, results: Results) -> None:
-    """Step the balls one after the other from their start to their ends."""
+    """Compute the drops that start in `states` with the stepped solver, one after the other."""
     bins, durations, x_ends, impacts, outcomes = results
     trace_stepped_many(
         arrays, states, solver.h, solver.correction, MAX_EVENTS, new_log(0, 0), outcomes, bins,

@@ -1,8 +1,8 @@
-"""How near a triangle's walk is to the binomial: what a tuning of its physics gives.
+"""Measures how close a tuning of a triangle's physics comes to the binomial distribution.
 
-A ball that goes left or right with even odds at each row ends in the binomial distribution; how
-near a board comes to that is the total-variation distance of its bins from it. The physics decides
-it, and nothing steers the ball: what can be chosen are drag, restitution, friction and jitter.
+A ball that goes left or right with even odds at each row ends in the binomial distribution. The
+measure is the total-variation distance between that and the distribution over the board's bins.
+Nothing steers the ball: a tuning can only choose drag, restitution, friction and jitter.
 """
 
 from dataclasses import dataclass
@@ -18,17 +18,18 @@ from engine.drops.batch import DropBatch, drop_many
 
 SHORTEST_FALL = 2.0
 LONGEST_FALL = 5.0
-"""s. Mean durations between which a drop is neither over at once nor tiresome."""
+"""Limits of the mean duration in s, so that a drop is neither too short nor tedious to watch."""
 
 UNSEEN = 10**12
-"""First seed of drops that no search has been fitted to."""
+"""First of the seeds that no search uses, so that they can judge its result."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """What a tuning gives: distance from the binomial, mean fall in s, balls that did not land.
+    """The measurement of a tuning by `drops` drops.
 
-    `floor` is the distance that as many fair draws would show on average.
+    distance: from the binomial. floor: the distance that as many fair draws would have on average.
+    duration: mean, in s. impacts: mean number. unsettled: balls that did not land.
     """
 
     tuning: Tuning
@@ -41,7 +42,7 @@ class Fit:
 
     @property
     def cost(self) -> float:
-        """Distance, and what the mean fall lies outside of its limits, in s."""
+        """Distance, plus the excess of the mean duration over its limits in s, plus `unsettled`."""
         outside = max(SHORTEST_FALL - self.duration, self.duration - LONGEST_FALL, 0.0)
         return self.distance + outside + self.unsettled
 
@@ -52,12 +53,12 @@ def binomial(rows: int) -> npt.NDArray[np.float64]:
 
 
 def total_variation(histogram: npt.NDArray[np.int64], expected: npt.NDArray[np.float64]) -> float:
-    """Half the sum of |p - q|, for counts and the probabilities expected of them."""
+    """Half the sum of |p - q|, where p are the counts' shares and q the expected probabilities."""
     return float(0.5 * np.abs(histogram / histogram.sum() - expected).sum())
 
 
 def sampling_floor(expected: npt.NDArray[np.float64], drops: int) -> float:
-    """Mean total variation that `drops` draws from `expected` itself would show.
+    """Mean total-variation distance of `drops` draws from `expected` itself.
 
     Each bin's share is nearly normal, and E|z| = sqrt(2 / pi) for a standard normal z.
     """
@@ -66,7 +67,6 @@ def sampling_floor(expected: npt.NDArray[np.float64], drops: int) -> float:
 
 
 def tuned(rows: int, tuning: Tuning) -> Board:
-    """The triangle of `rows` rows with another tuning."""
     fields = presets.triangle("tuned", rows, payouts.multipliers(rows, "medium"), tuning)
     return Board.of(fields)
 
@@ -81,10 +81,10 @@ def fit(
 
 
 def fit_of(batch: DropBatch, tuning: Tuning) -> Fit:
-    """What a batch on a triangle shows.
+    """Measure a tuning by a batch on its triangle.
 
-    Board and starts are symmetric, so the bins of the mirrored drops count as well: they cost
-    nothing and halve the variance.
+    Board and starts are symmetric, so the mirrored drops are counted too: they cost nothing and
+    halve the variance.
     """
     expected = binomial(batch.board.bins.count - 1)
     histogram = batch.histogram + batch.histogram[::-1]

@@ -1,4 +1,4 @@
-"""How sure the bin of a drop is, against rounding and against a start moved by half a unit."""
+"""How certain the bin of a drop is, under rounding and a small change of the start."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,16 +14,16 @@ from engine.exact.outcome import LANDED
 from engine.parameters import Exact
 
 MARGIN = 16.0
-"""A bin is sure if its edges are this many estimated errors away from the landing."""
+"""A bin is certain if its edges are more than this many estimated errors away from the landing."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Certainty:
-    """What small changes do to one drop of the exact solver.
+    """The effect of small changes on one drop of the exact solver.
 
-    `growth` and `errors`, shape (events,), belong to the events of the drop in order: metres that
-    the place of an event moves per metre that the start moves in x, and the estimated error of the
-    place in m, from the start's half unit in the last place and all rounding since.
+    growth and errors, shape (events,), have one value for each event of the drop, in order. growth:
+    how far the event's place moves per metre that the start moves in x. errors: estimated error of
+    the place in m, from half a unit in the last place of the start and all rounding since.
     """
 
     trajectory: Trajectory
@@ -38,7 +38,6 @@ class Certainty:
 
     @property
     def landed(self) -> bool:
-        """Whether there is a bin to be sure of."""
         return self.trajectory.outcome == LANDED
 
     @property
@@ -53,10 +52,10 @@ class Certainty:
 
     @cached_property
     def certain(self) -> bool:
-        """Whether the bin stands if the start moves by half a unit in the last place.
+        """Whether the bin stays the same if the start moves by half a unit in the last place.
 
-        The estimate is linear and cannot see a peg that a neighbouring path just misses. So the
-        nearest starts on both sides are followed as well, and must land in the same bin.
+        The estimate is linear and does not notice a peg that a neighbouring path just misses. So
+        the nearest starts on both sides must also land in the same bin.
         """
         if not self.landed:
             return False
@@ -72,15 +71,15 @@ class Certainty:
 
 
 def _unit(path: Trajectory) -> float:
-    """A unit in the last place of the start, at least that of the lengths it is added to, m."""
+    """A unit in the last place of the start or of the ball's radius, whichever is larger; m."""
     return max(float(np.spacing(abs(path.start[1]))), float(np.spacing(path.board.ball.radius)))
 
 
 def certainty_of(path: Trajectory) -> Certainty:
-    """Take tangents along a traced path; ParameterError if it is not of the exact solver."""
+    """Compute tangents along a path; ParameterError if it is not from the exact solver."""
     if not isinstance(path.solver, Exact):
         raise ParameterError(
-            f"the {path.solver.name} solver has no tangents; only 'exact' says how sure it is",
+            f"solver {path.solver.name!r} cannot tell how certain a bin is: use 'exact'",
             field="solver",
         )
     moved = np.zeros((len(path.marks), sensitivity.TANGENTS))

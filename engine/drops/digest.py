@@ -1,4 +1,4 @@
-"""The digest of a drop: SHA-256 over a canonical encoding of what was simulated and what came out.
+"""The digest of a drop: SHA-256 over a canonical encoding of its inputs and its result.
 
 All numbers little-endian, floats as their raw IEEE 754 bits (a NaN as one fixed value):
 
@@ -28,7 +28,7 @@ _EVENT = np.dtype([("floats", "<f8", (6,)), ("marks", "<i4", (2,))])
 
 
 class DropDigest:
-    """Digest of one drop, fed with its events in parts; how they are cut does not matter."""
+    """Computes the digest of one drop whose events arrive in parts of any size."""
 
     def __init__(
         self,
@@ -46,14 +46,14 @@ class DropDigest:
         self._sha.update(struct.pack("<BQ", outcome, events))
 
     def add(self, events: npt.NDArray[np.float64], marks: npt.NDArray[np.int32]) -> None:
-        """Take the next events, shape (n, 6), and their marks, shape (n, 2), from a log."""
+        """Add the next events, shape (n, 6), and their marks, shape (n, 2), from a log."""
         rows = np.zeros(len(events), _EVENT)
         rows["floats"] = float_bits(events)
         rows["marks"] = marks
         self._sha.update(rows.tobytes())
 
     def hexdigest(self) -> str:
-        """Return the digest once all events were taken, 64 hex digits."""
+        """Return the digest, 64 hex digits, after all events were added."""
         return self._sha.hexdigest()
 
 
@@ -74,7 +74,7 @@ def drop_digest(
 _OUTCOME = np.dtype([("bin", "<i4"), ("duration", "<f8"), ("impacts", "<i4"), ("x_end", "<f8")])
 
 BLOCK: Final = 65_536
-"""Drops whose outcomes are hashed together: some 0.2 s of a core, 1.5 MB."""
+"""Drops that are hashed together: about 0.2 s on one core, 1.5 MB."""
 
 
 def block_hash(
@@ -87,9 +87,9 @@ def block_hash(
 ) -> bytes:
     """Hash of at most BLOCK drops in the order of their seeds, 32 bytes; all arrays of shape (n,).
 
-    It is that of a leaf (`engine.merkle`): a drop's head up to the solver under the name "plinko
-    drops", then a row per drop: int32 bin (-1 if it did not land), float64 duration, int32 impacts,
-    float64 end.
+    It is the hash of a Merkle leaf (`engine.merkle`), whose bytes are: "plinko drops", the board's
+    digest, PHYSICS_VERSION and the solver as in a drop's digest, then a row for each drop: int32
+    bin (-1 if it did not land), float64 duration, int32 impacts, float64 x_end.
     """
     rows = np.zeros(len(bins), _OUTCOME)
     rows["bin"] = bins
@@ -110,8 +110,8 @@ def outcomes_digest(
 ) -> str:
     """Hex digest of a whole batch in the order of its seeds; all arrays of shape (n,).
 
-    The root of the Merkle tree over its blocks, of which all but the last have BLOCK drops; no
-    drops are one block without rows.
+    It is the root of the Merkle tree over blocks of BLOCK drops; the last block may have fewer. An
+    empty batch has one block without rows.
     """
     parts = [slice(first, first + BLOCK) for first in range(0, max(len(bins), 1), BLOCK)]
     hashes = [

@@ -1,4 +1,4 @@
-"""Drops as SVG text: the path of one over its board, and how many of a batch landed where."""
+"""Drops as SVG text: the path of one over its board, and the histogram of a batch."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -12,14 +12,14 @@ from engine.board.fields import BoardFields
 Floats = npt.NDArray[np.float64]
 
 MOMENTS: Final = 400
-"""Points of a path that are drawn, besides those of its events."""
+"""Points of a path that are drawn, in addition to those of its events."""
 
-_HEIGHT: Final = 160.0  # of a histogram, in units of its drawing
-_NUMBERS: Final = 14.0  # below it, the bins' numbers
+_HEIGHT: Final = 160.0  # height of a histogram's tallest column, in SVG units
+_NUMBERS: Final = 14.0  # height of the bins' numbers below the columns
 
 
 def path_svg(board: BoardFields, xs: Floats, ys: Floats) -> str:
-    """The board, and on it the way of a ball's centre through `xs` and `ys`, shape (n,) in m."""
+    """The board with the path of a ball's centre through `xs` and `ys`, shape (n,) in m."""
     points = " ".join(
         f"{length(x)},{length(y)}" for x, y in zip(xs.tolist(), ys.tolist(), strict=True)
     )
@@ -34,7 +34,7 @@ def path_svg(board: BoardFields, xs: Floats, ys: Floats) -> str:
 
 
 def histogram_svg(counts: Sequence[int]) -> str:
-    """Columns as high as the counts, each with its number below and its count as a tooltip."""
+    """A column for each bin, with the bin's number below it and its count as a tooltip."""
     pitch = WIDTH / len(counts)
     top = max(*counts, 1)
     columns = "".join(

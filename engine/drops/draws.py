@@ -1,4 +1,4 @@
-"""A draw with exact odds: weights for the bins of a board, and seeds whose balls land in each."""
+"""Makes a draw with exact odds: weights for a board's bins, and seeds that land in each bin."""
 
 from collections.abc import Sequence
 from typing import Any, Final
@@ -11,7 +11,7 @@ from engine.errors import ParameterError
 from engine.seeding import SEED_LIMIT, parse_seed
 
 MAX_WEIGHT: Final = (1 << 53) - 1
-"""What JavaScript reads as the same whole number."""
+"""Largest integer that JavaScript represents exactly."""
 
 
 def find_draw(
@@ -23,21 +23,21 @@ def find_draw(
     patience: int = PATIENCE,
     threads: int | None = None,
 ) -> dict[str, Any]:
-    """Return `{"weights": [...], "seeds": [[...], ...]}`: a draw as `POST rooms` takes it.
+    """Return `{"weights": [...], "seeds": [[...], ...]}`, a draw as `POST rooms` accepts it.
 
-    weights: one for each bin from the left, whole numbers from 0 on; a ball lands in a bin with the
-    chance of its weight among their sum. For each bin with a weight it has `per_bin` seeds, as
-    texts: the first ones after the seed `after` (default: from 0 on) whose balls land there.
+    weights: one whole number >= 0 for each bin, from the left. The chance of a bin is its weight
+    divided by their sum. Each bin with a positive weight gets `per_bin` seeds, as strings: the
+    first seeds after `after` (default: from 0 on) whose balls land there.
 
-    Raises ParameterError for weights that are none, and when none of `patience` seeds in a row
-    lands in a bin that lacks some; SeedError and BoardError as `drop_many` does.
+    Raises ParameterError for invalid weights, and if `patience` seeds in a row add nothing to an
+    unfinished bin; SeedError and BoardError as `drop_many` does.
     """
     board = Board.named(board)
     weighed = check_weights(board, weights)
     if per_bin < 1:
-        raise ParameterError(f"per_bin is {per_bin}: it must be from 1 on", field="per_bin")
+        raise ParameterError(f"per_bin is {per_bin}: it must be at least 1", field="per_bin")
     if patience < 1:
-        raise ParameterError(f"patience is {patience}: it must be from 1 on", field="patience")
+        raise ParameterError(f"patience is {patience}: it must be at least 1", field="patience")
     found: list[list[str]] = [[] for _ in weighed]
     lacking = {bin_ for bin_, weight in enumerate(weighed) if weight}
     begin = 0 if after is None else parse_seed(after) + 1
@@ -46,8 +46,9 @@ def find_draw(
         seeds = range(begin, min(begin + size, since + patience, SEED_LIMIT))
         if not seeds:
             raise ParameterError(
-                f"no seed from {since} to {begin - 1} lands in any of the bins "
-                f"{', '.join(map(str, sorted(lacking)))}, which have weights",
+                f"no seed from {since} to {begin - 1} lands in bin "
+                f"{' or '.join(map(str, sorted(lacking)))}: give these bins the weight 0, or use "
+                "more patience",
                 field="weights",
             )
         batch = drop_many(board, seeds, threads=threads)
@@ -62,7 +63,7 @@ def find_draw(
 
 
 def check_weights(board: Board, weights: object) -> tuple[int, ...]:
-    """The weights of the board's bins; raises ParameterError that names what is wrong."""
+    """Return `weights` as a tuple; ParameterError unless they are valid for the board's bins."""
     count = board.bins.count
     if not isinstance(weights, Sequence) or isinstance(weights, str) or len(weights) != count:
         raise ParameterError(

@@ -1,4 +1,4 @@
-"""One seeded drop: where the ball goes, which bin it lands in, and a digest of all of it."""
+"""One seeded drop: the ball's path, the bin it lands in, and a digest of the whole drop."""
 
 import json
 from dataclasses import dataclass
@@ -32,20 +32,21 @@ IMPACT = np.dtype(
     [(name, "<f8") for name in ("t", "x", "y", "vx", "vy", "omega")]
     + [("kind", "<i4"), ("index", "<i4")]
 )
-"""An impact: the state right after it (s, m, m/s, rad/s), its kind and what was hit."""
+"""An impact: the state right after it (s, m, m/s, rad/s), its kind, and the index of the peg or
+wall."""
 
 STATE = np.dtype([(name, "<f8") for name in ("t", "x", "y", "theta", "vx", "vy", "omega")])
 """A state of a ball: s, m, rad, m/s, rad/s."""
 
-_STATE_ORDER = (0, 1, 2, 5, 3, 4, 6)  # of the kernels' columns t x y vx vy theta omega in STATE
+_STATE_ORDER = (0, 1, 2, 5, 3, 4, 6)  # columns of STATE in the kernels' t x y vx vy theta omega
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Drop:
-    """The outcome of a drop. `drop` makes it; everything else follows from its inputs.
+    """The outcome of a drop, made by the function `drop`.
 
-    Drops are equal if their digests are: one start on one board, by seed, by aim or by x. `aim` is
-    the middle of the starts that seeds draw, m, where a player chose it.
+    Drops are equal if their digests are: the same start on the same board, whether it was given by
+    seed, aim or x. aim: the middle in m of the starts that seeds draw, if the player chose one.
     """
 
     board: Board
@@ -80,12 +81,11 @@ class Drop:
 
     @property
     def solver(self) -> Solver:
-        """Solver with its parameters."""
         return self.trajectory.solver
 
     @property
     def x_start(self) -> float:
-        """Where the ball started, m."""
+        """x of the centre at the start, m."""
         return float(self.trajectory.start[1])
 
     @property
@@ -107,7 +107,7 @@ class Drop:
 
     @property
     def label(self) -> str | None:
-        """Text of the bin's label, the prize in it; None without one."""
+        """Label of the bin, such as its prize; None if it has none or the ball did not land."""
         return self.board.bins.label_of(self.bin)
 
     @property
@@ -133,7 +133,7 @@ class Drop:
 
     @property
     def impact_count(self) -> int:
-        """Number of impacts on pegs and walls, as a batch counts them."""
+        """Number of impacts on pegs and walls, as in a batch."""
         return int(np.count_nonzero(self.impacts["kind"] <= KIND_WALL))
 
     @cached_property
@@ -156,13 +156,13 @@ class Drop:
 
     @property
     def certain(self) -> bool:
-        """Whether the bin stands if the start moves by half a unit in the last place."""
+        """Whether the bin stays the same if the start moves by half a unit in the last place."""
         return self.certainty.certain
 
     def states(self, times: npt.ArrayLike) -> npt.NDArray[np.void]:
         """States at `times` (shape (n,), s since the start), dtype STATE, in a new array.
 
-        Before the start is an error; from the end on the ball stays where it ended.
+        ParameterError for a time before the start; after its end the ball stays where it is.
         """
         at = np.atleast_1d(np.asarray(times, np.float64))
         if not (at >= 0.0).all():
@@ -177,12 +177,12 @@ class Drop:
     def to_dict(self, *, certainty: bool = False) -> dict[str, Any]:
         """The drop's record as JSON values, which `verify` reproduces; see docs/records.md.
 
-        With `certainty` it also says how sure the bin is.
+        certainty: also include how certain the bin is.
         """
         return self._before_impacts() | {"impacts": self._rows()} | self._after_impacts(certainty)
 
     def to_json(self, *, certainty: bool = False) -> str:
-        """The record as one line of JSON text, as `plinko drop --json` prints it."""
+        """The record as one line of JSON, as `plinko drop --json` prints it."""
         before, after = _json(self._before_impacts()), _json(self._after_impacts(certainty))
         return f'{before[:-1]}, "impacts": {self._rows_json()}, {after[1:]}'
 
@@ -223,9 +223,9 @@ class Drop:
         return [[*event, *mark] for event, mark in marked]
 
     def _rows_json(self) -> str:
-        """The impacts as `_json` has them, where msgspec writes the same digits in less time.
+        """The impacts in the same text as `_json`, but encoded by msgspec, which is faster.
 
-        It has another form for numbers that Python writes with an exponent.
+        The two differ only in numbers that Python writes with an exponent; then `_json` is used.
         """
         size = np.abs(self.trajectory.events)
         if ((size >= _FIXED[0]) & (size < _FIXED[1]) | (size == 0.0)).all():
@@ -234,7 +234,7 @@ class Drop:
 
 
 _FIXED: Final = (1e-4, 1e16)
-"""Where a number's size is if Python writes it without an exponent."""
+"""Range of |x| in which Python writes x without an exponent."""
 
 _json: Final = json.JSONEncoder(ensure_ascii=False, allow_nan=False).encode
 
@@ -250,11 +250,13 @@ def drop(
     substeps: int = DEFAULT_SUBSTEPS,
     correction: float = DEFAULT_CORRECTION,
 ) -> Drop:
-    """Drop a ball at rest from the start that `seed` gives, or from an explicit `x` in m.
+    """Drop a ball at rest from the start that `seed` draws, or from an explicit `x` in m.
 
-    `aim`, in m, is the middle of the starts that seeds draw; without it, the board's own. `board`
-    may be a preset's name. dt (s), substeps and correction are read by the stepped solver alone.
-    Raises BoardError, SeedError or ParameterError that name the bad value.
+    board: a Board, or a preset's name.
+    aim: the middle in m of the starts that seeds draw (default: the board's own).
+    dt (s), substeps, correction: only for the stepped solver.
+
+    Raises BoardError, SeedError or ParameterError naming the bad value.
     """
     chosen = make_solver(solver, dt, substeps, correction)
     number = None if seed is None else parse_seed(seed)
@@ -264,7 +266,7 @@ def drop(
 def make_drop(
     board: Board, seed: int | None, x: object, solver: Solver, aim: object = None
 ) -> Drop:
-    """`drop` of a seed that has been parsed and a solver that has been made."""
+    """`drop`, for a board, a seed and a solver that are already parsed."""
     start = at_start(board, start_of(board, seed, x, aim))
     middle = None if aim is None else aim_of(board, aim)
     return Drop(board, seed, x is not None, follow(board, start, solver), middle)

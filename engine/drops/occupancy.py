@@ -1,4 +1,4 @@
-"""Where the balls of many drops spend their time, on a grid of cells over the board."""
+"""Occupancy: where the balls of many drops spend their time, on a grid over the board."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -26,22 +26,23 @@ from engine.seeding import start_xs
 
 MOST_CELLS: Final = 1 << 24
 SHORTEST_STEP, LONGEST_STEP = 1e-3, 1.6e-2
-"""s between two looks at a ball. Drops are looked at in different phases, so that a longer step
-makes a picture of many drops coarser in no place, only noisier."""
+"""Limits of the time between two samples of a ball, s. Each drop is sampled in its own phase, so a
+longer step makes a picture of many drops noisier, but not coarser."""
 
 CHUNK: Final = 128
-"""Drops a thread takes at a time: some 8 ms of work, so that whoever looks on can stop it."""
+"""Drops that a thread takes at a time: about 8 ms of work, so that an interrupt is quick."""
 
-_FINE: Final = 10_000  # drops up to which the shortest step is taken
-_SEGMENTS: Final = 128 * CHUNK  # of a log: more than nearly all chunks have
+_FINE: Final = 10_000  # largest number of drops with the shortest step
+_SEGMENTS: Final = 128 * CHUNK  # size of a log, enough for nearly all chunks
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Occupancy:
-    """Counts of samples of balls, shape (rows, columns); rows go down from `top` m.
+    """The number of samples in each cell of a grid.
 
-    Arrays are read-only. Each look stands for `step` s. `histogram` has the number of balls in each
-    bin, `unsettled` that of balls that did not land.
+    counts: shape (rows, columns), from the corner (left, top) in m to the right and down; each
+    sample stands for `step` s. histogram: balls in each bin. unsettled: balls that did not land.
+    Arrays are read-only.
     """
 
     board: Board
@@ -54,7 +55,7 @@ class Occupancy:
     histogram: npt.NDArray[np.int64]
     unsettled: int
     duration: float
-    """s of all drops together."""
+    """Sum of the durations of all drops, s."""
 
     def __repr__(self) -> str:
         rows, columns = self.counts.shape
@@ -65,7 +66,7 @@ class Occupancy:
 
     @property
     def seconds(self) -> npt.NDArray[np.float64]:
-        """Time that the centre of an average ball spends in each cell, s."""
+        """Mean time in s that the centre of a ball spends in each cell."""
         seconds = np.multiply(self.counts, self.step / max(self.drops, 1), dtype=np.float64)
         seconds.setflags(write=False)
         return seconds
@@ -83,13 +84,17 @@ def occupancy(
     threads: int | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Occupancy:
-    """Follow the exact solver's ball of each of `seeds` and count where its centre is.
+    """Compute a drop for each of `seeds` with the exact solver, and count where its centre is.
 
-    `seeds` is a number of drops, or their seeds, as `drop_many` takes them.
-    `board` may be a preset's name. The grid of `shape` (rows, columns) has its corner at (left,
-    top) in m. `step` in s, by default longer the more drops there are. Memory does not grow with
-    the drops, and the counts do not depend on `threads`. `progress` is called with the number of
-    drops done, now and then. Raises BoardError, ParameterError and SeedError naming the bad value.
+    board: a Board, or a preset's name.
+    seeds: a number of drops, or their seeds, as for `drop_many`.
+    left, top: the grid's corner in m. shape: its rows and columns.
+    step: time between two samples in s (default: longer for more drops).
+    threads: the counts do not depend on it.
+    progress: called now and then with the number of drops done.
+
+    The memory for the grid does not grow with the number of drops. Raises BoardError, SeedError or
+    ParameterError naming the bad value.
     """
     board = Board.named(board)
     starts = seed_array(seeds)
@@ -121,7 +126,7 @@ def occupancy(
 
 
 class _Work:
-    """The drops of a call, done chunk by chunk."""
+    """The drops of one call, computed chunk by chunk."""
 
     def __init__(
         self,
@@ -133,7 +138,7 @@ class _Work:
     ) -> None:
         self._board = board
         self._starts = start_xs(seeds, board.drop.x, board.drop.jitter)
-        # Weyl's sequence spreads the phases of any run of seeds evenly over a step.
+        # Weyl's sequence distributes the phases of consecutive seeds evenly over a step.
         weyl = seeds * np.uint64(0x9E3779B97F4A7C15)
         self._phases = (weyl >> np.uint64(11)).astype(np.float64) * 2.0**-53
         self._step = step
@@ -143,13 +148,13 @@ class _Work:
         self.durations = np.empty(len(seeds))
 
     def run(self, first: int, counts: npt.NDArray[np.uint32]) -> int:
-        """Add the drops of a chunk to `counts`; how many they are."""
+        """Add the samples of the chunk that begins at drop `first` to `counts`; return its size."""
         last = min(first + CHUNK, len(self._starts))
         self._follow(first, last, new_log(0, _SEGMENTS, last - first), counts)
         return last - first
 
     def _follow(self, first: int, last: int, log: Log, counts: npt.NDArray[np.uint32]) -> None:
-        """Trace drops and count where they are, in parts if they do not fit into the log."""
+        """Compute drops and count their samples, in two parts if they do not fit into the log."""
         arrays = arrays_of(self._board)
         series = new_series()
         states = at_rest(self._starts[first:last], self._board.drop.y)
@@ -174,7 +179,7 @@ class _Work:
 
 
 def default_step(drops: int) -> float:
-    """How often so many drops are looked at, s."""
+    """Time between two samples of a ball, s, for this number of drops."""
     return min(max(SHORTEST_STEP * drops / _FINE, SHORTEST_STEP), LONGEST_STEP)
 
 
@@ -182,6 +187,6 @@ def _checked_shape(shape: tuple[int, int]) -> tuple[int, int]:
     rows, columns = shape
     if rows < 1 or columns < 1 or rows * columns > MOST_CELLS:
         raise ParameterError(
-            f"shape {shape} is not from 1 to {MOST_CELLS} cells in all", field="shape"
+            f"shape is {shape}: it must have 1 to {MOST_CELLS} cells", field="shape"
         )
     return rows, columns

@@ -1,4 +1,4 @@
-"""Which seeds end in a bin: found by dropping one after the other, since nothing steers a ball."""
+"""Finds seeds whose balls land in a bin. Nothing steers a ball, so it tries one after the other."""
 
 from collections.abc import Iterator
 from typing import Final
@@ -11,10 +11,10 @@ from engine.seeding import SEED_LIMIT, parse_seed
 
 FIRST_BATCH: Final = 256
 LARGEST_BATCH: Final = 65_536
-"""Drops that are computed together: few at first, since most bins are hit soon."""
+"""Drops that are computed together: few at first, because most bins are hit soon."""
 
 PATIENCE: Final = 10_000_000
-"""Seeds in a row that may land elsewhere before the search ends with an error."""
+"""Consecutive seeds that may land elsewhere before the search gives up."""
 
 
 def seeds_landing_in(
@@ -29,25 +29,25 @@ def seeds_landing_in(
 ) -> Iterator[int]:
     """Yield all seeds whose balls land in `bin`, in ascending order.
 
-    The first is the next after the seed `after` (default: from 0 on). It ends after `count` seeds;
-    without a count, only with the last seed there is. `aim` is the middle of the starts that seeds
-    draw, m. A ball of such a seed is one that would have fallen so anyway: `drop(board, seed)`.
+    The search begins after the seed `after` (default: with 0) and ends after `count` seeds, or
+    without a count, with the last possible seed. aim: the middle in m of the starts that seeds
+    draw. The seeds are ordinary ones: `drop(board, seed)` computes the same path.
 
-    Raises ParameterError for a bin that the board does not have, and when none of `patience` seeds
+    Raises ParameterError for a bin that the board does not have, and if none of `patience` seeds
     in a row lands in it; SeedError and BoardError as `drop_many` does.
     """
     board = Board.named(board)
     check_bin(board, bin)
     if count is not None and count < 1:
-        raise ParameterError(f"count is {count}: it must be from 1 on", field="count")
+        raise ParameterError(f"count is {count}: it must be at least 1", field="count")
     if patience < 1:
-        raise ParameterError(f"patience is {patience}: it must be from 1 on", field="patience")
+        raise ParameterError(f"patience is {patience}: it must be at least 1", field="patience")
     first = 0 if after is None else parse_seed(after) + 1
     return _found(Search(board, bin, first, aim, threads), count, patience)
 
 
 def check_bin(board: Board, number: object) -> None:
-    """Raise ParameterError for what is no bin of the board."""
+    """Raise ParameterError unless `number` is the number of a bin of the board."""
     last = board.bins.count - 1
     if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number <= last:
         raise ParameterError(
@@ -57,7 +57,7 @@ def check_bin(board: Board, number: object) -> None:
 
 
 class Search:
-    """A search for seeds that land in a bin, from `next` on."""
+    """A search for seeds that land in a bin; `next` is the next seed to try."""
 
     def __init__(
         self, board: Board, bin_: int, first: int, aim: float | None, threads: int | None
@@ -69,7 +69,7 @@ class Search:
         self._threads = threads
 
     def take(self, most: int) -> list[int]:
-        """Drop at most so many of the next seeds; those that land in the bin."""
+        """Try at most the next `most` seeds; return those that land in the bin."""
         seeds = range(self.next, min(self.next + most, SEED_LIMIT))
         batch = drop_many(self.board, seeds, aim=self._aim, threads=self._threads)
         self.next = seeds.stop

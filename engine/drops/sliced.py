@@ -1,6 +1,6 @@
-"""One ball followed a slice of events at a time: the same bits as `trajectory.follow` at once.
+"""Computes one path in slices of events, with the same bits as `trajectory.follow` in one call.
 
-For whoever must not be kept waiting by a ball that bounces a hundred thousand times.
+A live room uses this, because a ball that bounces a hundred thousand times must not delay a tick.
 """
 
 from dataclasses import dataclass
@@ -26,14 +26,14 @@ from engine.physics.contact import new_series
 Floats = npt.NDArray[np.float64]
 
 EFFORT: Final = 40_000_000
-"""Instructions of WebAssembly in a slice, some 6 ms: of a preset one takes a four-hundredth."""
+"""Most WebAssembly instructions in a slice, about 6 ms; on a preset a slice needs 1/400 of that."""
 
-_BEYOND = 8  # events that mostly follow the one at which a slice is asked to end, at the most
+_BEYOND = 8  # log rows for events beyond the limit; a slice that needs more is computed again
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Slice:
-    """What a ball did in a slice: rows of a log, as those of a `Trajectory`."""
+    """The rows that a slice adds to a ball's log, as in a `Trajectory`."""
 
     events: Floats  # (n, 6)
     marks: npt.NDArray[np.int32]  # (n, 2)
@@ -41,9 +41,10 @@ class Slice:
 
 
 class SlicedPath:
-    """The path of a ball that starts at rest at (x, drop.y), m, as far as it has been followed.
+    """The path of a ball that starts at rest at (x, drop.y) in m, computed slice by slice.
 
-    state, shape (7,): where it is by now, its end once `outcome` is not RUNNING any more.
+    state, shape (7,): the state at the end of the last slice. The path has ended once `outcome` is
+    no longer RUNNING.
     """
 
     def __init__(self, board: Board, x: float, max_events: int = MAX_EVENTS) -> None:
@@ -52,27 +53,26 @@ class SlicedPath:
         self.state = self.start.copy()
         self.outcome = RUNNING
         self.bin = -1
-        self.events = 0  # so far
+        self.events = 0  # computed until now
         self._initial = in_flight(1)
         self._max_events = self._most = max_events
         self._series = new_series()
-        self._arrays: BoardArrays | None = None  # until it is followed
+        self._arrays: BoardArrays | None = None  # made for the first slice
 
     @property
     def ended(self) -> bool:
-        """Whether all of it is known."""
         return self.outcome != RUNNING
 
     @property
     def known(self) -> float:
-        """Time in s before which all is known; later ones are too once it has ended."""
+        """Time in s until which the path is known; after its end, it is known for all times."""
         return float(self.state[body.T])
 
     def follow(self, most: int) -> Slice:
-        """Follow it for `most` events more, or a few besides; nothing once it has ended.
+        """Compute about `most` more events, sometimes a few beyond; nothing after the end.
 
-        Where calls are limited (`limit_calls`) and so many take more than EFFORT, it is followed
-        for fewer at a time from then on; raises EffortError where a single event takes more.
+        If this process limits its calls (`limit_calls`) and the slice takes more than EFFORT, this
+        and later slices are shorter. Raises EffortError if a single event takes more.
         """
         if self.ended:
             return _slice(new_log(0, 0))

@@ -1,4 +1,4 @@
-"""Where a drop starts: where its seed says about the board's middle or a player's aim, or at x."""
+"""Where a drop starts: at an explicit x, or where its seed says, around the board's x or an aim."""
 
 from math import isfinite
 
@@ -9,19 +9,19 @@ from engine.seeding import start_x
 
 
 def unsigned_zero(x: object) -> object:
-    """`x`, but 0 where it is a negative zero: the two are one place, and so one start.
+    """Return `x`, with a negative zero replaced by 0: both are the same place, so the same start.
 
-    Whoever takes a new start asks this. What replays an old one does not: its digest has the bits
-    that it was once made of.
+    For new drops only. A replay must keep the negative zero, because the drop's digest covers its
+    bits.
     """
     return 0.0 if isinstance(x, float) and x == 0.0 else x
 
 
 def start_of(board: Board, seed: int | None, x: object, aim: object = None) -> float:
-    """Start of a drop in m: `x` if given, else what `seed` says about `aim`, or about the board's.
+    """Return the x in m of a drop's start: `x` if given, otherwise what `seed` draws around `aim`.
 
-    Raises ParameterError if neither x nor seed is given, for both x and an aim, unless x is a
-    finite number in the drop zone, and what `aim_of` raises.
+    Raises ParameterError if neither x nor seed is given, if both x and aim are, if x is not a
+    finite number in the drop zone, and for an invalid aim (`aim_of`).
     """
     if x is None:
         if seed is None:
@@ -29,8 +29,8 @@ def start_of(board: Board, seed: int | None, x: object, aim: object = None) -> f
         return start_x(seed, aim_of(board, aim), board.drop.jitter)
     if aim is not None:
         raise ParameterError(
-            f"aim {aim!r} beside x {x!r}: x says where the ball starts, an aim that the seed "
-            "draws it near there",
+            f"aim is {aim!r}, but x is {x!r}: give only one; x is the start itself, and around an "
+            "aim the seed draws it",
             field="aim",
         )
     if isinstance(x, float) and not isfinite(x):
@@ -42,10 +42,10 @@ def start_of(board: Board, seed: int | None, x: object, aim: object = None) -> f
 
 
 def aim_of(board: Board, aim: object) -> float:
-    """Middle of the starts that seeds draw, m: `aim`, or the board's own where that is None.
+    """Return the middle of the starts that seeds draw, m: `aim`, or the board's own x if None.
 
-    Raises ParameterError for what is no number, lets a ball start outside the drop zone, or is
-    none of the board's slots where it has some.
+    Raises ParameterError if `aim` is not a number, if a ball could start outside the drop zone, or
+    if the board has slots and `aim` is not one of them.
     """
     zone = board.drop
     if aim is None:
@@ -53,5 +53,5 @@ def aim_of(board: Board, aim: object) -> float:
     middle = number(aim, "aim", zone.x - zone.aim_span, zone.x + zone.aim_span) + 0.0
     if zone.slots and middle not in zone.slots:
         slots = ", ".join(f"{slot:g}" for slot in zone.slots)
-        raise ParameterError(f"aim {aim!r} is none of the slots, which are {slots}", field="aim")
+        raise ParameterError(f"aim {aim!r} is not a slot: the slots are {slots}", field="aim")
     return middle

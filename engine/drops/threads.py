@@ -1,4 +1,4 @@
-"""Work shared among threads; an interrupt ends it."""
+"""Distributes work among threads, in a way that an interrupt can end."""
 
 import os
 from _thread import LockType, allocate_lock, start_new_thread
@@ -12,7 +12,10 @@ P = TypeVar("P")
 
 
 def thread_count(threads: object) -> int:
-    """`threads`, by default the cores this process may use; ParameterError for no such number."""
+    """Return `threads`, or for None the number of cores that this process may use.
+
+    Raises ParameterError unless it is from 1 to 1024.
+    """
     if threads is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
     if isinstance(threads, bool) or not isinstance(threads, int) or not 1 <= threads <= 1024:
@@ -28,14 +31,16 @@ def share(
     threads: int,
     progress: Callable[[int], None] | None = None,
 ) -> None:
-    """Call work(part, worker) for all `parts` on so many threads, of which the calling one is 0.
+    """Call work(part, worker) for all `parts` on `threads` threads; the caller is worker 0.
 
-    Each takes the next part that is left. `work` returns how much it has done; `progress` is called
-    on the calling thread with the sum, now and then, and at the end. What either raises, or an
-    interrupt, ends it: parts that were begun are finished, the others are not begun.
+    Each thread takes the next part until none is left. `work` returns how much it has done;
+    `progress` is called on the calling thread with the sum, now and then and at the end. If either
+    raises, or at an interrupt, threads finish their current parts and begin no others. Then the
+    exception is raised.
 
-    Without `threading` and `concurrent.futures`: their locks are written in Python, and where an
-    interrupt comes just after one was taken, it stays so, and all wait for ever.
+    This does not use `threading` or `concurrent.futures`. Their locks are partly written in Python:
+    an interrupt right after one was acquired would leave it locked, and all threads would wait for
+    ever.
     """
     todo = deque(parts)
     done: list[int] = []

@@ -1,4 +1,4 @@
-"""One ball followed from its start to its end: the bridge between drops and the kernels."""
+"""Computes one ball's trajectory from start to end: the bridge between drops and the kernels."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -24,13 +24,13 @@ from engine.stepped.step import trace_stepped_many
 Floats = npt.NDArray[np.float64]
 
 _ROOM: Final = 256
-"""Rows of a first log: presets' drops have fewer, others are traced again with more."""
+"""Rows of the first log. Presets' drops need fewer; a drop that needs more is computed again."""
 
 _KEPT: Final = 32 << 20
-"""Bytes of flights that are kept for the next drop; those of all presets together take 19 MB."""
+"""Bytes of flights that are cached for later drops; those of all presets take 19 MB."""
 
 _MACHINE: Final = 1 << 19
-"""Bytes of a flight besides its board's arrays."""
+"""Bytes of a flight without its board's arrays."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -74,7 +74,7 @@ class Trajectory:
 
 
 def at_start(board: BoardFields, x: float) -> Floats:
-    """State of a ball at rest at x in m on the height of the start, shape (7,)."""
+    """State of a ball at rest at x in m, at the height of the start; shape (7,)."""
     state = np.zeros(body.SIZE)
     state[body.X] = x
     state[body.Y] = board.drop.y
@@ -85,7 +85,7 @@ _IN_FLIGHT: Final = in_flight(1)
 
 
 class _Flight:
-    """A call of a solver's kernel for one ball on a board, and the arrays that it works on."""
+    """A prepared call of a solver's kernel for one ball on a board, with the arrays it works on."""
 
     def __init__(
         self, arrays: BoardArrays, solver: Solver, max_events: int, max_time: float, rows: int
@@ -112,7 +112,7 @@ class _Flight:
         self._outcome, self._bin = view(ends[0]), view(ends[1])
 
     def follow(self, board: BoardFields, start: Floats, solver: Solver) -> Trajectory | int:
-        """The trajectory from `start`, or how many rows it takes, where there are fewer."""
+        """Return the trajectory from `start`, or the rows that it needs if the log has fewer."""
         self._state[:] = start
         self._initial[:] = _IN_FLIGHT
         self._counts[:] = 0
@@ -135,26 +135,25 @@ class _Flight:
 
 
 class _Flights:
-    """Flights on a board by the exact solver that nobody uses, as most drops need them."""
+    """Idle flights on a board, with the parameters of most drops, for reuse by any thread."""
 
     def __init__(self, board: BoardFields) -> None:
         self.arrays = arrays_of(board)
         self._idle: list[_Flight] = []
 
     def take(self) -> _Flight:
-        """One of them; for `give`, afterwards."""
+        """Return an idle flight, or a new one; the caller returns it with `give`."""
         try:
             return self._idle.pop()
         except IndexError:
             return _Flight(self.arrays, Exact(), MAX_EVENTS, MAX_TIME, _ROOM)
 
     def give(self, flight: _Flight) -> None:
-        """Let others have it."""
         self._idle.append(flight)
 
 
 def _bytes_of(flights: _Flights) -> int:
-    """Of the first; there are more only where threads use them at once."""
+    """Bytes of one flight; a board has more than one only if threads use it at the same time."""
     return _MACHINE + sum(each.nbytes for each in flights.arrays if isinstance(each, np.ndarray))
 
 
@@ -162,7 +161,7 @@ _flights_of: Final = Kept(_Flights, _bytes_of, _KEPT)
 
 
 def prepare(board: BoardFields) -> None:
-    """Make what drops on a board need, which takes 2 to 14 ms on a preset, once."""
+    """Prepare the first flight on a board, which takes 2 to 14 ms on a preset."""
     flights = _flights_of(board)
     flights.give(flights.take())
 
@@ -174,17 +173,17 @@ def follow(
     max_events: int = MAX_EVENTS,
     max_time: float = MAX_TIME,
 ) -> Trajectory:
-    """Trajectory of one ball from the state `start`, shape (7,): t, x, y, vx, vy, theta, omega.
+    """Return one ball's trajectory from the state `start`, (7,): t, x, y, vx, vy, theta, omega.
 
-    The kernels are those of many balls, given one. It ends after `max_events` events at the latest;
-    the exact solver ends it at the first event or stretch that begins after `max_time`, in s.
+    It calls the kernels for many balls with one. The trajectory has at most about `max_events`
+    events. The exact solver also ends it at the first event or segment after `max_time` in s.
     """
     rows = _ROOM
     if isinstance(solver, Exact) and max_events == MAX_EVENTS and max_time == MAX_TIME:
         flights = _flights_of(board)
         flight = flights.take()
         found = flight.follow(board, start, solver)
-        flights.give(flight)  # one that has raised is not used again
+        flights.give(flight)  # not in a `finally`: a flight that has raised is not reused
         if isinstance(found, Trajectory):
             return found
         rows = found
@@ -197,5 +196,5 @@ def follow(
 
 
 def start_row(trajectory: Trajectory) -> Floats:
-    """x, y, vx, vy, omega at the start, as a digest takes them."""
+    """x, y, vx, vy, omega at the start, in the order of a digest."""
     return trajectory.start[[body.X, body.Y, body.VX, body.VY, body.OMEGA]]

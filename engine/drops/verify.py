@@ -1,4 +1,4 @@
-"""Does a drop's record come out again? Recompute it and compare field by field."""
+"""Verifies a drop's record: recomputes the drop and compares field by field."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -29,17 +29,17 @@ FIELDS = (
     "impacts",
     "digest",
 )
-"""What a record claims, in the order of comparison; the rest says what to simulate."""
+"""Fields that a record claims, in the order of comparison; the others say what to simulate."""
 
 HOW_SURE = ("amplification", "x_error", "certain")
-"""What a record may claim besides."""
+"""Optional claims about the certainty of the bin."""
 
 _ASKED = ("board", "seed", "x", "aim", "solver", "dt", "substeps", "correction")
 
 
 @dataclass(frozen=True, slots=True)
 class Verification:
-    """The verdict on a record: `ok`, or the first field that differs with both values."""
+    """The result for a record: `ok`, or the first field that differs, with both values."""
 
     ok: bool
     field: str | None = None
@@ -50,8 +50,8 @@ class Verification:
 def verify(record: Mapping[str, Any]) -> Verification:
     """Recompute the drop that `record` describes, and compare every field of the record.
 
-    `expected` is what the record says, `actual` what comes out. Raises RecordError, naming the
-    field, for a record that lacks one, has one that no record has, or cannot be simulated.
+    `expected` is the record's value, `actual` the recomputed one. Raises RecordError naming the
+    field for a record with a missing or unknown field, or one that cannot be simulated.
     """
     if not isinstance(record, Mapping):
         raise RecordError("a record is a JSON object", field="")
@@ -76,11 +76,13 @@ def verify(record: Mapping[str, Any]) -> Verification:
 
 
 def _check_known(record: Mapping[str, Any]) -> None:
-    """Raise RecordError for what nothing would compare: an unknown field, or an idle one."""
+    """Raise RecordError for a field that would be ignored: unknown, or of the other solver."""
     for name in record:
         if name not in (*_ASKED, *FIELDS, *HOW_SURE):
             known = ", ".join((*_ASKED, *FIELDS, *HOW_SURE))
-            raise RecordError(f"the record has {name!r}, which is none of: {known}", field=name)
+            raise RecordError(
+                f"the record has an unknown field {name!r}: the fields are {known}", field=name
+            )
     if record["solver"] == Exact.name:
         for name in Stepped().fields():
             if record.get(name) is not None:
@@ -90,7 +92,7 @@ def _check_known(record: Mapping[str, Any]) -> None:
 
 
 def board_of(record: Mapping[str, Any]) -> Board:
-    """The board a record was made on: a preset by name, or the board object it carries."""
+    """The board of a record: a preset by name, or a whole board in JSON form."""
     board = record["board"]
     try:
         return Board.preset(board) if isinstance(board, str) else Board.from_json(board)
@@ -99,7 +101,6 @@ def board_of(record: Mapping[str, Any]) -> Board:
 
 
 def replay(record: Mapping[str, Any], board: Board) -> Drop:
-    """Simulate what a record describes."""
     try:
         seed = None if record["seed"] is None else parse_seed(record["seed"])
         solver = make_solver(
@@ -114,7 +115,7 @@ def replay(record: Mapping[str, Any], board: Board) -> Drop:
 
 
 def _difference(name: str, expected: Any, actual: Any) -> Verification | None:
-    """The verdict if two values differ; within impacts the first row and number that do."""
+    """The result if two values differ, else None; within impacts it names the first such row."""
     if name == "impacts" and isinstance(expected, list) and len(expected) == len(actual):
         for i, (old, new) in enumerate(zip(expected, actual, strict=True)):
             if old != new:

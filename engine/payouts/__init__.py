@@ -1,5 +1,5 @@
-"""Payout tables that return what they say: where drops land, counted, and what bins then pay.
+"""Payout tables with a measured return: counts where drops land, and solves the multipliers.
 
-May import the board and drops. Read `engine/payouts/solve.py` first: it asks `landings.py` for
-counts, `table.py` for multipliers and `odds.py` for what a player is told of them.
+May import the board and drops. Read `engine/payouts/solve.py` first. It gets the counts from
+`landings.py`, the multipliers from `table.py`, and the odds that a player sees from `odds.py`.
 """

@@ -1,4 +1,4 @@
-"""Where drops from each aim land: counted by drops of consecutive seeds."""
+"""Counts in which bins the drops of consecutive seeds land, from each aim."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,12 +18,12 @@ from engine.parameters import Exact
 Floats = npt.NDArray[np.float64]
 
 STEPS: Final = 4
-"""Aims from the board's own x to the farthest, where a player may aim anywhere in between."""
+"""Number of aims that are counted to each side, if a player may aim anywhere in an interval."""
 
 
 @dataclass(frozen=True, slots=True)
 class Landings:
-    """How many of the seeds `first`, `first` + 1, … landed in each bin, and how many in none.
+    """How many drops of the seeds `first`, `first` + 1, … landed in each bin, and how many in none.
 
     aim: the middle of the starts that seeds drew, m; None for the board's own.
     """
@@ -35,21 +35,19 @@ class Landings:
 
     @property
     def drops(self) -> int:
-        """How many seeds there were."""
         return sum(self.histogram) + self.unsettled
 
     @property
     def next_seed(self) -> int:
-        """The first that was not dropped."""
         return self.first + self.drops
 
     @property
     def chances(self) -> Floats:
-        """Of each bin, shape (bins,); what is missing to 1 settled nowhere."""
+        """The share of drops in each bin, shape (bins,); the rest up to 1 did not land."""
         return np.array(self.histogram, np.float64) / max(self.drops, 1)
 
     def to_dict(self) -> dict[str, Any]:
-        """The JSON form; `landings_of` reads it."""
+        """The JSON form, which `landings_of` reads."""
         return {
             "aim": self.aim,
             "first": self.first,
@@ -60,10 +58,11 @@ class Landings:
 
 
 def aims_of(board: Board) -> tuple[float | None, ...]:
-    """The aims that are counted: None for the board's own, then all others that a player has.
+    """The aims that are counted: None for the board's own x, then all others that a player has.
 
-    On a mirrored board those of one side stand for both. Where any place may be aimed at, STEPS
-    evenly spaced ones stand for all: the return is an average over the jitter, and smooth.
+    On a mirrored board, one side is enough. If a player may aim anywhere in an interval, STEPS
+    evenly spaced aims on each side represent it: the return averages over the jitter, so it changes
+    smoothly with the aim.
     """
     zone = board.drop
     if zone.slots:
@@ -79,7 +78,7 @@ def aims_of(board: Board) -> tuple[float | None, ...]:
 
 
 def is_mirrored(board: Board) -> bool:
-    """Whether a board is its own mirror image about x = 0, so that both sides pay alike."""
+    """Whether a board is its own mirror image about x = 0, payouts not considered."""
     pegs = {(p.x, p.y, p.radius) for p in board.pegs}
     walls = {frozenset(((w.x1, w.y1), (w.x2, w.y2))) for w in board.walls}
     return (
@@ -97,9 +96,10 @@ def more(
     workers: Workers | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Landings:
-    """The same landings with those of the next `drops` seeds, counted here or by `workers`.
+    """Return `found` plus the landings of the next `drops` seeds, computed by `workers`.
 
-    `progress` is called with how many of them are counted, now and then.
+    workers: default is this process.
+    progress: called now and then with the number of new drops done.
     """
     job = Job(board, Exact(), found.next_seed, drops, found.aim)
     histogram, unsettled, done = np.zeros(board.bins.count, np.int64), 0, 0
@@ -114,11 +114,11 @@ def more(
 
 
 def joined(found: Landings, following: Landings) -> Landings:
-    """Both as one: those of the seeds that follow the others, from the same aim."""
+    """Add two landings from the same aim; the seeds of `following` must continue `found`'s."""
     if (found.aim, found.next_seed) != (following.aim, following.first):
         raise ParameterError(
             f"seeds from {following.first} at aim {following.aim} do not follow those before "
-            f"{found.next_seed} at aim {found.aim}",
+            f"{found.next_seed} at aim {found.aim}: seeds must be consecutive, and aims equal",
             field="first",
         )
     histogram = np.add(found.histogram, following.histogram).tolist()
@@ -127,16 +127,15 @@ def joined(found: Landings, following: Landings) -> Landings:
 
 
 def none_yet(board: Board) -> tuple[Landings, ...]:
-    """No landings, of each aim."""
+    """Empty landings for each aim."""
     empty = (0,) * board.bins.count
     return tuple(Landings(aim, empty, 0) for aim in aims_of(board))
 
 
 def none_after(found: Landings) -> Landings:
-    """No landings, of the seeds that follow."""
+    """Empty landings for the seeds after `found`."""
     return Landings(found.aim, (0,) * len(found.histogram), 0, found.next_seed)
 
 
 def landings_of(form: dict[str, Any]) -> Landings:
-    """Landings from their JSON form."""
     return Landings(form["aim"], tuple(form["histogram"]), form["unsettled"], form["first"])

@@ -1,4 +1,4 @@
-"""What a payout table gives from one aim: its return, how sure that is, the odds of each award."""
+"""The odds of a payout table from one aim: its return with an error, and each award's chance."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,17 +10,16 @@ import numpy as np
 from engine.payouts.landings import Landings
 
 DEVIATIONS: Final = 1.959964
-"""Standard deviations on either side that hold 95 % of a normal law."""
+"""Half-width of the 95 % interval of a normal distribution, in standard deviations."""
 
 
 @dataclass(frozen=True, slots=True)
 class Odds:
-    """Of one drop with a stake of 1 from one aim; a drop that settles nowhere gives it back.
+    """The odds of one drop with a stake of 1 from one aim; an unsettled drop returns the stake.
 
-    aim: m, None for the board's own start. returned: the mean of what is paid; doubt: half its
-    interval of 95 %. hit_rate: chance that at least the stake comes back. volatility: standard
-    deviation of what is paid. chances: of each bin. awards: each multiplier with its chance, the
-    highest first.
+    aim: m, None for the board's own start. returned: mean payout. doubt: half the width of its 95 %
+    interval. hit_rate: chance that at least the stake comes back. volatility: standard deviation of
+    the payout. chances: of each bin. awards: each multiplier with its chance, the highest first.
     """
 
     aim: float | None
@@ -34,7 +33,6 @@ class Odds:
     awards: tuple[tuple[float, float], ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """The JSON form."""
         return {
             "aim": self.aim,
             "drops": self.drops,
@@ -49,7 +47,7 @@ class Odds:
 
 
 def odds_of(landings: Landings, multipliers: Sequence[float]) -> Odds:
-    """What `multipliers`, one a bin, give on what landed."""
+    """Compute the odds of `multipliers`, one per bin, from counted landings."""
     pays = np.array([*multipliers, 1.0])
     chances = landings.chances
     void = landings.unsettled / max(landings.drops, 1)

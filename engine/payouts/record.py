@@ -1,7 +1,7 @@
-"""Where the presets' drops landed, on record: which of them chose the tables, and which judge them.
+"""Where the presets' drops landed, on record: some chose the payout tables, later ones judge them.
 
-A table that was solved for some drops returns what it should by these drops, whatever it truly
-returns. So what a preset returns is stated by drops of later seeds alone.
+A table fitted to a sample has the wanted return on that sample, even if its true return differs. So
+the stated return of a preset comes only from drops of later seeds.
 """
 
 import json
@@ -20,55 +20,57 @@ from engine.payouts.odds import Odds, odds_of
 from engine.payouts.solve import FEWEST, Block, needed
 
 NAME: Final = "record.json"
-"""The file beside this module."""
+"""A file in this module's folder."""
 
 LEAST: Final = 1_000_000
-"""Drops that judge a table from a board's own start at least."""
+"""Fewest drops that judge a table from a board's own start."""
 
 LEAST_AIMED: Final = 750_000
-"""And from any other aim."""
+"""The same for any other aim."""
 
 
 @dataclass(frozen=True, slots=True)
 class Counted:
-    """Of one board: blocks of seeds that follow one another, and which of them chose its tables.
+    """The landings on one board in consecutive blocks of seeds.
 
-    chosen: a preset that is this board to the ball -> how many blocks, from the first, its
-    multipliers were solved for. The blocks after these judge it.
+    chosen: for each payout variant of the board, the number of blocks, from the first, for which
+    its multipliers were solved. The later blocks judge it.
     """
 
     blocks: tuple[Block, ...]
     chosen: Mapping[str, int]
 
     def all(self) -> Block:
-        """Everything that was counted."""
         return _sum(self.blocks)
 
     def fresh(self, name: str) -> Block:
-        """What judges the table of the preset `name`."""
+        """The landings that judge the table of the preset `name`."""
         return _sum(self.blocks[self.chosen[name] :])
 
     def grown(self, aim: int, found: Landings) -> "Counted":
-        """With `found` for the newest block's landings of the aim of that number."""
+        """A copy in which `found` replaces the newest block's landings from the given aim."""
         newest = (*self.blocks[-1][:aim], found, *self.blocks[-1][aim + 1 :])
         return replace(self, blocks=(*self.blocks[:-1], newest))
 
-    def solved_anew(self, name: str) -> "Counted":
-        """As it is once the table of `name` was chosen by all that was counted so far."""
+    def solved_again(self, name: str) -> "Counted":
+        """A copy after the table of `name` was solved for all landings until now.
+
+        A new block begins, whose landings judge the table.
+        """
         begun = tuple(landings.none_after(each) for each in self.blocks[-1])
         filled = self.blocks[:-1] if begun == self.blocks[-1] else self.blocks
         return Counted((*filled, begun), {**self.chosen, name: len(filled)})
 
 
 Record = dict[str, Counted]
-"""Name of a preset, without its payout variant -> what was counted."""
+"""The landings by preset; its payout variants share an entry under the plain name."""
 
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """Drops that are needed until the return of `table` from one aim is known as it should be.
+    """The drops that are still needed to know the return of `table` from one aim precisely enough.
 
-    board: the record's name for it. aim: its number. drops: how many more.
+    board: its name in the record. aim: index in `aims_of`. drops: how many more.
     """
 
     board: str
@@ -78,7 +80,7 @@ class Wanted:
 
 
 def wanted(record: Record) -> list[Wanted]:
-    """What is needed for every table and aim that is not known well enough, the cheapest first."""
+    """All tables and aims that need more drops, those with the fewest first."""
     found = [
         Wanted(name, table, aim, more)
         for name, counted in record.items()
@@ -90,7 +92,7 @@ def wanted(record: Record) -> list[Wanted]:
 
 
 def still_to_drop(needs: Sequence[Wanted]) -> int:
-    """Drops that fulfil all of `needs`: those of one board and aim count for all its tables."""
+    """Drops that satisfy all of `needs`; a drop counts for all tables of its board and aim."""
     most: dict[tuple[str, int], int] = {}
     for each in needs:
         place = each.board, each.aim
@@ -99,14 +101,14 @@ def still_to_drop(needs: Sequence[Wanted]) -> int:
 
 
 def counted_on(record: Record, want: Wanted, drops: int, workers: Workers | None = None) -> Record:
-    """The record with `drops` more of the board and from the aim that are wanted."""
+    """Return the record with `drops` more drops on the board and from the aim of `want`."""
     counted = record[want.board]
     grown = landings.more(Board.preset(want.board), counted.blocks[-1][want.aim], drops, workers)
     return {**record, want.board: counted.grown(want.aim, grown)}
 
 
 def _needs(counted: Counted, table: str) -> list[int]:
-    """More drops that each aim needs, by what the volatility is so far."""
+    """How many more drops each aim needs, estimated from the volatility measured until now."""
     pays = Board.preset(table).bins.multipliers
     pairs = zip(counted.all(), counted.fresh(table), strict=True)
     needs = []
@@ -122,7 +124,7 @@ def _sum(blocks: Sequence[Block]) -> Block:
 
 
 def to_text(record: Record) -> str:
-    """As the file has it: JSON, a line for each aim of each block."""
+    """The text of the file: JSON with a line for each aim of each block."""
     boards = []
     for name, counted in record.items():
         blocks = [
@@ -136,7 +138,6 @@ def to_text(record: Record) -> str:
 
 
 def from_text(text: str) -> Record:
-    """A record from its JSON."""
     forms: dict[str, dict[str, Any]] = json.loads(text)
     return {
         name: Counted(
@@ -149,21 +150,24 @@ def from_text(text: str) -> Record:
 
 @cache
 def shipped() -> Record:
-    """The record that came with this release."""
+    """The record that this release ships."""
     return from_text(files("engine.payouts").joinpath(NAME).read_text(encoding="utf-8"))
 
 
 def landings_of_record(name: str) -> Block:
-    """All of the preset `name` that were counted, the board's own start first; empty if none were.
+    """All recorded landings of the preset `name`, the board's own start first, or an empty tuple.
 
-    Payout variants are one board to the ball.
+    Payout variants share them, because they move a ball in the same way.
     """
     counted = shipped().get(presets.plain_name(name))
     return counted.all() if counted else ()
 
 
 def odds_of_record(board: Board) -> tuple[Odds, ...]:
-    """Of a preset as it ships, by the drops that judge its table, its own start first."""
+    """The odds of a preset from the drops that judge its table, its own start first.
+
+    Empty for a board that is not a preset.
+    """
     counted = shipped().get(presets.plain_name(board.name))
     if counted is None or Board.preset(board.name).digest != board.digest:
         return ()

@@ -1,7 +1,7 @@
-"""What each bin of a triangular board pays in the reference game, as data: the familiar shapes.
+"""The payout tables of triangular boards in the reference game, whose shapes players know.
 
-Values run from the edge to the centre. Boards with an odd number of rows have an even number of
-bins, so their middle value stands twice.
+Values run from the edge to the centre. A board with an odd number of rows has an even number of
+bins, so its two middle bins share the last value.
 """
 
 from collections.abc import Mapping
@@ -58,7 +58,7 @@ ROWS: Final = tuple(_MEDIUM)
 
 
 def reference(rows: int, risk: Risk) -> tuple[float, ...]:
-    """Multipliers of all `rows` + 1 bins, left to right; KeyError if there is no such table."""
+    """Multipliers of all `rows` + 1 bins, left to right; KeyError for rows without a table."""
     half = HALF_TABLES[risk][rows]
     centre_stands_once = rows % 2 == 0
     return half + half[-2::-1] if centre_stands_once else half + half[::-1]

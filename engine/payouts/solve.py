@@ -1,7 +1,7 @@
-"""Solves a board's payout table: drops balls until its return is known, aim by aim.
+"""Solves a board's payout table: drops balls from each aim until its return is known.
 
-Some seeds choose the table, and those after them judge it: by the drops that chose it a table
-returns what it should, whatever it truly returns.
+The first seeds choose the table, and as many later ones judge it, because a table fitted to a
+sample has the wanted return on that sample, even if its true return differs.
 """
 
 from collections.abc import Callable
@@ -22,39 +22,39 @@ from engine.payouts.landings import Landings, is_mirrored, more, none_after, non
 from engine.payouts.odds import DEVIATIONS, Odds, odds_of
 
 PRECISE: Final = 1e-3
-"""Half the interval of 95 % that the return from the board's own start is to be known to."""
+"""Wanted half-width of the 95 % interval of the return from the board's own start."""
 
 PRECISE_AIM: Final = 2e-3
-"""And that from any other aim: it has farther to its bounds."""
+"""The same for any other aim, whose bounds are wider."""
 
 FEWEST: Final = 100_000
-"""Drops from each aim before a table is solved at all."""
+"""Drops from each aim before a table is solved for the first time."""
 
 MOST: Final = 1_000_000_000
-"""Drops from each aim after which the interval is what it is. For a top award of 1,000 times at one
-in 15,000 some 300 million are needed."""
+"""Most drops from each aim, however wide the interval is then. A top award of 1,000 times with a
+chance of 1 in 15,000 needs about 300 million."""
 
 FEWEST_HITS: Final = 100
-"""Balls that must have landed in a bin before its multiplier is reported without a warning: a
-chance is then known to 20 % (95 % interval). A bin that was hit once or never may be ten times
-likelier than it seems, and a multiplier solved from that is a guess."""
+"""Balls in a bin without which its multiplier gets a warning. With 100, its chance is known to 20 %
+(95 % interval). A bin with one or no hit may be ten times likelier than it seems, and its
+multiplier would be a guess."""
 
 Block = tuple[Landings, ...]
-"""Of each aim, the board's own start first."""
+"""Landings from each aim, the board's own start first."""
 
 Pays = tuple[float, ...]
 """Multipliers of all bins, left to right."""
 
 Progress = Callable[[int, int], None]
-"""Called with the drops done and the drops that are needed as far as is known."""
+"""Called with the drops done and the current estimate of the drops needed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Payouts:
-    """A solved table: the board with it, what was asked for, and the odds from each aim.
+    """A solved table: the board with it, the wanted return, and the odds from each aim.
 
-    odds: the board's own start first. landings: what they were computed from. chosen: the landings
-    that the multipliers were solved for; none of their drops is among `landings`.
+    odds: the board's own start first. landings: the drops from which the odds were computed.
+    chosen: the drops for which the multipliers were solved; they are not in `landings`.
     """
 
     board: Board
@@ -66,32 +66,30 @@ class Payouts:
 
     @property
     def chosen_by(self) -> int:
-        """Drops that the multipliers were solved for, all aims together."""
+        """Drops for which the multipliers were solved, over all aims."""
         return sum(each.drops for each in self.chosen)
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the table cannot be trusted for, a sentence each; empty where all is well."""
+        """Reasons not to trust the table, a sentence each."""
         rare = _rare_bins(self.chosen[0], self.board)
         return (*rare, *_not_monotone(self.multipliers))
 
     @property
     def multipliers(self) -> tuple[float, ...]:
-        """Of all bins, left to right."""
         return self.board.bins.multipliers
 
     @property
     def drops(self) -> int:
-        """How many judge it, all aims together."""
+        """Drops that judge the table, over all aims."""
         return sum(each.drops for each in self.landings)
 
     @property
     def least(self) -> Odds:
-        """The aim that returns least."""
+        """The odds from the aim with the lowest return."""
         return min(self.odds, key=lambda each: each.returned)
 
     def to_dict(self) -> dict[str, Any]:
-        """The JSON form: multipliers, and odds of each aim."""
         return {
             "board": self.board.name,
             "board_digest": self.board.digest,
@@ -107,7 +105,7 @@ class Payouts:
 
 
 def _rare_bins(chosen: Landings, board: Board) -> tuple[str, ...]:
-    """A warning if some bins were hit too rarely to say what they should pay."""
+    """A warning if some bins were hit too rarely to solve their multipliers."""
     hits = np.array(chosen.histogram)
     if is_mirrored(board):
         hits = hits + hits[::-1]
@@ -120,22 +118,22 @@ def _rare_bins(chosen: Landings, board: Board) -> tuple[str, ...]:
     more = f"about {wanted:,}" if fewest else f"far more than {wanted:,}"
     return (
         f"{chosen.drops:,} drops cannot tell how often bins {bins} are hit (the rarest: "
-        f"{fewest} hits, {FEWEST_HITS} are needed): what these pay is a guess; it takes {more} "
+        f"{fewest} hits, {FEWEST_HITS} are needed): their multipliers are a guess; use {more} "
         "drops",
     )
 
 
 def _not_monotone(multipliers: Pays) -> tuple[str, ...]:
-    """A warning if multipliers fall anywhere from the middle to the sides."""
+    """A warning if a multiplier is lower than its neighbour nearer the middle."""
     middle = len(multipliers) // 2
     right = [(k, k + 1) for k in range(middle, len(multipliers) - 1)]
     left = [(k, k - 1) for k in range((len(multipliers) - 1) // 2, 0, -1)]
     for inner, outer in (*left, *right):
         if multipliers[outer] < multipliers[inner]:
             return (
-                "the table is not monotone: multipliers fall from the middle to the sides, where "
-                f"bin {outer} pays {multipliers[outer]:g} beside {multipliers[inner]:g} in bin "
-                f"{inner}",
+                "the table is not monotone: multipliers should rise from the middle to the sides, "
+                f"but bin {outer} pays {multipliers[outer]:g} and bin {inner}, nearer the middle, "
+                f"{multipliers[inner]:g}",
             )
     return ()
 
@@ -153,64 +151,70 @@ def solve_payouts(
     """Solve the payout table of `board`, a board or a preset's name, for a return such as 0.99.
 
     Drops balls with the seeds 0, 1, 2 … from the board's own start and from every aim that a player
-    has, until the own start's return is known to PRECISE, or for at most `drops` from each aim;
-    then as many with later seeds, which say what the table returns. `threads` as for `drop_many`;
-    `workers` compute elsewhere (`engine.batches.workers`). `progress` is called now and then.
-    Raises ParameterError for a return or risk there is none of, or where no table is within its
-    bounds.
+    has, until the returns are known precisely enough, or `drops` balls from each aim. Then as many
+    balls with later seeds measure the table's return.
+
+    threads: as for `drop_many`. workers: compute elsewhere (`engine.batches.workers`).
+    progress: called now and then.
+
+    Raises ParameterError for an invalid return or risk, and if no table is within the bounds.
     """
     target = number(returned, "return", 0.5, 1.0)
     chosen = risk_of(risk)
     if drops < 1:
-        raise ParameterError(f"drops {drops!r} is not at least 1", field="drops")
+        raise ParameterError(f"drops is {drops!r}: it must be at least 1", field="drops")
     found = Board.named(board)
 
-    def count(begun: Block, pays_of: Callable[[Block], Pays], told: Progress) -> Block:
-        return _until_known(begun, pays_of, drops, Counting(found, workers or Here(threads), told))
+    def count(begun: Block, pays_of: Callable[[Block], Pays], report: Progress) -> Block:
+        counting = Counting(found, workers or Here(threads), report)
+        return _until_known(begun, pays_of, drops, counting)
 
-    def told(done: int, of: int) -> None:
+    def report_choosing(done: int, of: int) -> None:
         if progress is not None:
-            progress(done, 2 * of)  # as many judge
+            progress(done, 2 * of)  # about as many drops judge the table afterwards
 
     def solved(landings: Block) -> Pays:
         return table_for(found, landings, target, chosen)
 
-    choosing = count(none_yet(found), solved, told)
+    choosing = count(none_yet(found), solved, report_choosing)
     pays = solved(choosing)
     first = sum(each.drops for each in choosing)
 
-    def told_again(done: int, of: int) -> None:
+    def report_judging(done: int, of: int) -> None:
         if progress is not None:
             progress(first + done, first + of)
 
-    judging = count(tuple(map(none_after, choosing)), lambda _: pays, told_again)
+    judging = count(tuple(map(none_after, choosing)), lambda _: pays, report_judging)
     paying = replace(found, bins=replace(found.bins, multipliers=pays))
     odds = tuple(odds_of(each, pays) for each in judging)
     return Payouts(paying, chosen, target, odds, judging, choosing)
 
 
 def risk_of(risk: object) -> Risk:
-    """`risk` if it is one; ParameterError naming it if not."""
+    """Return `risk` if it is valid; ParameterError otherwise."""
     for known in reference.HALF_TABLES:
         if risk == known:
             return known
-    raise ParameterError(f"risk {risk!r} is none of low, medium, high", field="risk")
+    raise ParameterError(f"risk is {risk!r}: it must be low, medium or high", field="risk")
 
 
 def table_for(board: Board, landings: Block, target: float, risk: Risk) -> Pays:
-    """Multipliers for landings that are there; ParameterError where none are within the bounds."""
+    """Solve the multipliers for counted landings; ParameterError if none are within the bounds."""
     chances = np.array([each.chances for each in landings])
     return table.solve(chances, risk, table.bounds_of(target), is_mirrored(board))
 
 
 def needed(odds: Odds, own: bool) -> int:
-    """Drops after which the return is known as it should be, by what its volatility is so far."""
+    """Drops that make the return precise enough, estimated from the volatility in `odds`.
+
+    own: whether the odds are those of the board's own start.
+    """
     return ceil((DEVIATIONS * odds.volatility / (PRECISE if own else PRECISE_AIM)) ** 2)
 
 
 @dataclass(frozen=True, slots=True)
 class Counting:
-    """How drops are counted: on which board, by whom, and who is told."""
+    """The arguments of `_count` that stay the same during a solution."""
 
     board: Board
     workers: Workers
@@ -220,9 +224,9 @@ class Counting:
 def _until_known(
     begun: Block, pays_of: Callable[[Block], Pays], drops: int, counting: Counting
 ) -> Block:
-    """More landings, from each aim at most `drops`, until what the table returns is known.
+    """Add landings, up to `drops` from each aim, until the table's return is known.
 
-    pays_of: the table, by what landed.
+    pays_of: gives the table for some landings.
     """
     landings = begun
     wanted = [min(FEWEST, drops)] * len(landings)
@@ -235,17 +239,17 @@ def _until_known(
 
 
 def _count(landings: Block, wanted: list[int], counting: Counting) -> Block:
-    """The landings of at least so many drops from each aim."""
+    """Add landings until each aim has at least its `wanted` number of drops."""
     counted = list(landings)
     for k, need in enumerate(wanted):
         if counted[k].drops < need:
             before = sum(each.drops for each in counted)
             left = sum(max(n - each.drops, 0) for n, each in zip(wanted, counted, strict=True))
-            told = partial(_told, counting.progress, before, before + left)
+            report = partial(_report, counting.progress, before, before + left)
             some = need - counted[k].drops
-            counted[k] = more(counting.board, counted[k], some, counting.workers, told)
+            counted[k] = more(counting.board, counted[k], some, counting.workers, report)
     return tuple(counted)
 
 
-def _told(progress: Progress, before: int, of: int, done: int) -> None:
+def _report(progress: Progress, before: int, of: int, done: int) -> None:
     progress(before + done, of)

@@ -1,8 +1,8 @@
-"""A payout table for known chances: multipliers of the familiar shape that return what they should.
+"""Finds a payout table for known chances: multipliers of the familiar shape with a wanted return.
 
-It begins with the reference game's table, the rarest bin paying its top award; then multipliers
-go up and down a ladder of numbers that people read easily, as little as it takes, until the return
-from every aim is within its bounds.
+The search begins with the reference game's table, in which the rarest bin pays the top award. It
+then moves multipliers up and down a ladder of numbers that people read easily, as little as
+possible, until the return from every aim is within its bounds.
 """
 
 from dataclasses import dataclass
@@ -28,25 +28,25 @@ LADDER: Final = np.array(
     + [float(n) for n in range(300, 1001, 10)]
     + [float(n) for n in range(1050, 10_001, 50)]
 )
-"""Multipliers that are read at a glance: tenths, halves, whole numbers, then ever rounder ones."""
+"""Allowed multipliers, easy to read: tenths, halves, whole numbers, then coarser steps."""
 
 NEAR: Final = 5e-4
-"""How far the return from the board's own start may be from what was asked for."""
+"""Allowed difference between the wanted return and the return from the board's own start."""
 
 MOST_BINS: Final = 64
-"""Bins that may pay differently: the search looks at all pairs of them."""
+"""Most bins with different multipliers; the search tries all pairs of them."""
 
 _SCALES: Final = (1.0, 0.96, 1.04, 0.92, 1.08, 0.86, 1.15)  # of the wanted table, to begin with
-_STEPS: Final = (-4, -3, -2, -1, 1, 2, 3, 4)  # rungs tried at once
-_STIFF: Final = 1e11  # cost of a squared violation, where a squared logarithm of a change costs 1
-_HEADLINE: Final = 10.0  # cost of the top award's squared logarithm: the table is known by it
-_FAMILIAR: Final = (0.8, 1.25)  # returns between which the reference table is the place to begin
+_STEPS: Final = (-4, -3, -2, -1, 1, 2, 3, 4)  # rungs that a multiplier moves in one step
+_STIFF: Final = 1e11  # cost of a squared violation; a squared log change of a multiplier costs 1
+_HEADLINE: Final = 10.0  # additional cost for the top award, by which players know the table
+_FAMILIAR: Final = (0.8, 1.25)  # range of its return in which the reference table is not scaled
 
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """What a table must return: `target` from the board's own start, and from every other aim
-    at least `least` and at most `most`."""
+    """Bounds of a table's return: `target` from the board's own start (within NEAR), and from
+    every other aim `least` to `most`."""
 
     target: float = 0.99
     least: float = 0.955
@@ -54,29 +54,32 @@ class Bounds:
 
 
 def bounds_of(target: float) -> Bounds:
-    """As strict as for 0.99: no aim gives 0.15 % more than the target, or 3.5 % less."""
+    """The bounds for a target: at most 0.15 % above it, and at most 3.5 % below, from every aim."""
     return Bounds(target, target - 0.035, target + 0.0015)
 
 
 def solve(chances: Floats, risk: Risk, bounds: Bounds, mirrored: bool) -> tuple[float, ...]:
-    """Multipliers of all bins, left to right.
+    """Return the multipliers of all bins, left to right.
 
-    chances: shape (aims, bins), the first row from the board's own start; rows may sum to less
-    than 1, where the rest gives the stake back. mirrored: both sides pay alike. Raises
-    ParameterError if no table was found.
+    chances: shape (aims, bins), the first row from the board's own start; if a row sums to less
+    than 1, the rest returns the stake. mirrored: both sides pay the same. Raises ParameterError if
+    no table was found.
     """
     folded = 0.5 * (chances + chances[:, ::-1]) if mirrored else chances
     bins = folded.shape[1]
     groups = (bins + 1) // 2 if mirrored else bins
     if groups > MOST_BINS:
-        raise ParameterError(f"{bins} bins: a table is solved for few", field="board")
+        most = 2 * MOST_BINS if mirrored else MOST_BINS
+        raise ParameterError(
+            f"the board has {bins} bins: a table can be solved for at most {most}", field="board"
+        )
     member = (
         np.minimum(np.arange(bins), bins - 1 - np.arange(bins)) if mirrored else np.arange(bins)
     )
     shared = np.zeros((len(folded), groups))
     np.add.at(shared.T, member, folded.T)
     void = 1.0 - folded.sum(axis=1)
-    # The rarest first, from all aims alike: it pays most.
+    # The rarest bin, by the average over all aims, comes first, because it pays most.
     order = np.argsort(folded[:, :groups].mean(axis=0), kind="stable")
     wanted = _familiar(shared[0, order], void[0], bins, folded[0], risk, bounds.target)
     found = np.empty(groups)
@@ -97,7 +100,7 @@ def solve(chances: Floats, risk: Risk, bounds: Bounds, mirrored: bool) -> tuple[
 def _familiar(
     shared: Floats, void: float, bins: int, chances: Floats, risk: Risk, target: float
 ) -> Floats:
-    """The reference table by rank of the bins, all of it smaller or larger where it is far off."""
+    """The reference table by rank of the bins, scaled to the target if its return is far off."""
     rows = min(max(bins - 1, reference.ROWS[0]), reference.ROWS[-1])
     table = np.sort(np.array(reference.reference(rows, risk)))[::-1]
     ranks = np.linspace(0.0, rows, len(shared) if len(shared) < len(chances) else bins)
@@ -110,7 +113,7 @@ def _familiar(
 
 
 def _violation(returns: Floats, bounds: Bounds) -> Floats:
-    """Sum of squares of how far returns are out of their bounds; the first is the own start's."""
+    """Sum of the squared violations of the bounds; returns[..., 0] is the board's own start's."""
     off = np.maximum(0.0, np.abs(returns[..., 0] - bounds.target) - NEAR)
     low = np.maximum(0.0, bounds.least - returns[..., 1:])
     high = np.maximum(0.0, returns[..., 1:] - bounds.most)
@@ -119,11 +122,11 @@ def _violation(returns: Floats, bounds: Bounds) -> Floats:
 
 
 def _nearest(shared: Floats, void: Floats, wanted: Floats, bounds: Bounds, ranked: bool) -> Rungs:
-    """Rungs of the ladder, the rarest bin's first: the best that a climb from some places finds.
+    """Return the best rungs that local searches find, the rarest bin's first.
 
-    Places to begin: what is wanted, a little more or less of it, and a table that pays all alike.
-    ranked: what is hit more often pays no more. Where each slot has
-    its own frequent bins, no such table may be within bounds.
+    The searches begin with the wanted table, scaled versions of it, and a table with one multiplier
+    for all bins. ranked: a bin that is hit more often must not pay more. If each slot has its own
+    frequent bins, no such table may be within the bounds.
     """
     moves = _moves(len(wanted))
     begins = [wanted * scale for scale in _SCALES] + [np.full(len(wanted), bounds.target)]
@@ -147,7 +150,7 @@ def _climb(
     bounds: Bounds,
     ranked: bool,
 ) -> tuple[float, Rungs]:
-    """The cost and the rungs where no one or two steps from `now` lead to a lower cost any more."""
+    """Descend from `now` until no one or two steps lower the cost; return cost and rungs."""
     best = np.inf
     while True:
         tried = np.clip(now + moves, 0, len(LADDER) - 1)
@@ -164,7 +167,7 @@ def _climb(
 
 
 def _moves(count: int) -> Rungs:
-    """No step, each step of one rung's number, and each pair of steps; shape (moves, count)."""
+    """All moves: none, each step of one multiplier, each pair of steps; shape (moves, count)."""
     one = [(place, step) for place in range(count) for step in _STEPS]
     rows = [(), *((move,) for move in one)]
     rows += [pair for pair in combinations(one, 2) if pair[0][0] != pair[1][0]]

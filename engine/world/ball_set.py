@@ -1,4 +1,4 @@
-"""The balls of a world, stepped together: what every solver's set of them can do and tells."""
+"""`BallSet`: the interface of a world's balls, which each solver implements."""
 
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -22,7 +22,7 @@ class End:
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """What one step did to the ball in `row` of `states`: its new events and, if it ended, how.
+    """The new events of the ball in `row` of `states` in one step, and its end if it has ended.
 
     events, shape (n, 6), and marks, shape (n, 2), are rows of an event log.
     """
@@ -41,29 +41,29 @@ class BallSet(Protocol):
 
     @property
     def prepared(self) -> bool:
-        """Whether all is made of the board that these balls need."""
+        """Whether the board's arrays that these balls need are made."""
 
     def prepare(self) -> None:
-        """Make it, on any thread."""
+        """Make the board's arrays; may run on any thread."""
 
     @property
     def ready(self) -> bool:
-        """Whether the next step takes no more than moving the balls."""
+        """Whether the next step only has to move the balls, without computing new paths."""
 
     def look_ahead(self) -> bool:
-        """Do a little of what later steps need; whether there is more that would help."""
+        """Compute a little for later steps; return whether more would help."""
 
     def add(self, x: float) -> None:
-        """Append a ball at rest at (x, drop.y), m."""
+        """Append a ball at rest at (x, drop.y) in m."""
 
     def step(self) -> list[Progress]:
-        """Advance all balls by one step of the world; what became of some, by rising row."""
+        """Advance all balls by one step; return the progress of balls with events, by row."""
 
     def remove(self, rows: list[int]) -> None:
-        """Take out balls whose drop has ended."""
+        """Remove balls whose drop has ended."""
 
     def saved(self) -> list[dict[str, Any]]:
-        """What `load` needs of each ball, for msgpack."""
+        """The values, for msgpack, from which `load` restores each ball."""
 
     def load(self, balls: list[dict[str, Any]]) -> None:
-        """Append saved balls."""
+        """Append balls from the values of `saved`."""

@@ -1,4 +1,4 @@
-"""What a world tells of its balls: contacts and landings."""
+"""The events of a world: contacts and landings."""
 
 from dataclasses import dataclass
 from math import sqrt
@@ -11,8 +11,8 @@ from engine.constants import KIND_PEG
 class Contact:
     """A ball hit something: t in s since the ball's start, centre in m.
 
-    kind is KIND_PEG or KIND_WALL; index the peg's or wall's number; speed the approach along the
-    normal in m/s.
+    kind: KIND_PEG or KIND_WALL. index: of the peg or wall. speed: before the impact, along the
+    normal, in m/s.
     """
 
     ball: int
@@ -28,7 +28,7 @@ class Contact:
 class Landing:
     """A ball's drop ended in `bin`, or with the reason `unsettled` and no bin.
 
-    t is its duration in s, tick the world's tick at which it was noticed.
+    t: duration of the drop in s. tick: the world's first tick at or after the end.
     """
 
     ball: int
@@ -46,7 +46,10 @@ Event = Contact | Landing
 
 
 def approach_speed(board: Board, kind: int, index: int, after: tuple[float, ...]) -> float:
-    """Normal speed in m/s before an impact, from x, y, vx, vy after it; 0 if it all was lost."""
+    """Normal speed in m/s before an impact, computed from x, y, vx, vy after it.
+
+    0 if the impact left no normal speed to compute it from.
+    """
     x, y, vx, vy = after
     if kind == KIND_PEG:
         peg, material = board.pegs[index], board.peg_material

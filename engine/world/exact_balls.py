@@ -1,4 +1,4 @@
-"""The balls of a world with the exact solver: followed a little ahead of its clock, looked up."""
+"""The balls of a world with the exact solver, whose paths are computed ahead of its clock."""
 
 from typing import Any, Final
 
@@ -16,15 +16,20 @@ from engine.world.ball_set import Progress
 from engine.world.exact_path import AHEAD, ExactPath
 
 LARGE: Final = 500
-"""Pegs and walls of a board from which on its arrays take more than a ms to make."""
+"""Pegs and walls of a board whose arrays take more than 1 ms to make."""
 
 
 class ExactBalls:
-    """Balls of the exact solver: each path is followed in slices, and looked up where it is known.
+    """Balls of the exact solver. Each path is computed in slices, and a step samples its state.
 
-    A path depends neither on when it is looked at nor on how it is sliced, so neither does
-    anything here. A step follows what it needs itself; `look_ahead` before it makes it short.
-    Where there is no ball, nothing is kept of the board but itself.
+    No result depends on when a path is sampled or how it is sliced. `look_ahead` computes paths
+    before a step needs them, to keep the step short; a step computes the rest. The board's arrays
+    are dropped when there is no ball.
+
+    `_pool` has the segments of all balls. Those of a ball are rows `_begin` to `_last` - 1, and
+    `_first`, between them, is the current one. A slice is appended to the pool's end, and with it a
+    copy of the ball's segments that are still needed: the current one, the one before it, and all
+    later ones. `_passed` counts the ball's segments that were dropped.
     """
 
     def __init__(self, board: Board, dt: float) -> None:
@@ -33,13 +38,13 @@ class ExactBalls:
         self._dt = dt
         self._paths: list[ExactPath] = []
         self._ticks = np.zeros(0, np.int64)
-        self._first = np.zeros(0, np.int64)  # segments in use in the pool
+        self._first = np.zeros(0, np.int64)
         self._last = np.zeros(0, np.int64)
-        self._begin = np.zeros(0, np.int64)  # of a ball's segments in the pool, past ones too
-        self._passed = np.zeros(0, np.int64)  # segments of a ball before those in the pool
+        self._begin = np.zeros(0, np.int64)
+        self._passed = np.zeros(0, np.int64)
         self._next_time = np.zeros(0)
         self._known = np.zeros(0)
-        self._kept = np.zeros(0, np.int64)  # events of a ball
+        self._kept = np.zeros(0, np.int64)  # events in memory
         self._full = np.zeros(0, np.bool_)
         self._pool = np.empty((0, event_log.SEGMENT_SIZE))
         self._used = 0
@@ -51,7 +56,7 @@ class ExactBalls:
         self.add_at(x, 0)
 
     def add_at(self, x: float, ticks: int) -> None:
-        """Append a ball where it is so many steps after it was at rest at (x, drop.y)."""
+        """Append a ball in the state that it has `ticks` steps after its start at (x, drop.y)."""
         self._paths.append(ExactPath(self._board, x))
         self._ticks = np.append(self._ticks, ticks)
         for name in ("_first", "_last", "_begin"):
@@ -66,15 +71,15 @@ class ExactBalls:
             self._go_on(len(self._paths) - 1)
 
     def _go_on(self, row: int) -> None:
-        """Bring a ball that was saved to where it was."""
+        """Compute the path of a new ball up to its time, and sample its state there."""
         path, time = self._paths[row], float(self._ticks[row] * self._dt)
         while (known := path.known) <= time:
             self._advance(row)
-            self._look_up(row, known)  # so that what lies before may go
+            self._look_up(row, known)  # so that earlier segments can be dropped
         self._look_up(row, time)
 
     def _look_up(self, row: int, time: float) -> None:
-        """Put a ball where it is at a time in s before which its path is known."""
+        """Sample the state of a ball at `time` in s, up to which its path must be known."""
         path = self._paths[row]
         path.pass_to(time)
         self._next_time[row] = path.next_time()
@@ -84,17 +89,17 @@ class ExactBalls:
             self._series, self.states[one],
         )  # fmt: skip
 
-    # Following.
+    # Computing paths.
 
     @property
     def prepared(self) -> bool:
-        """Whether the board's arrays are there, or not needed, or made within a ms."""
+        """Whether the board's arrays are made, not needed, or quick to make (1 ms)."""
         if self._arrays is not None or not self._paths:
             return True
         return len(self._board.pegs) + len(self._board.walls) < LARGE
 
     def prepare(self) -> None:
-        """Make the board's arrays, on any thread."""
+        """Make the board's arrays; may run on any thread."""
         self._made()
 
     def _made(self) -> BoardArrays:
@@ -104,24 +109,24 @@ class ExactBalls:
 
     @property
     def known(self) -> list[float]:
-        """For each ball the time in s since its start before which its path is known."""
+        """For each ball, the time in s since its start up to which its path is known."""
         found: list[float] = self._known.tolist()
         return found
 
     @property
     def events(self) -> int:
-        """Events kept of the balls."""
+        """Number of events in memory."""
         return int(self._kept.sum())
 
     @property
     def ready(self) -> bool:
-        """Whether the next step finds all it needs."""
+        """Whether all paths are known up to the next step."""
         return not bool((self._known <= (self._ticks + 1) * self._dt).any())
 
     def look_ahead(self) -> bool:
-        """Follow the ball a slice further whose path is known least far; whether more would help.
+        """Compute one slice of the path that is known least far ahead; return if more would help.
 
-        Nothing is known of a ball at first: this is a ball's turn before its first step, too.
+        A new ball comes first, because nothing of its path is known yet.
         """
         ahead = self._known - self._ticks * self._dt
         for row in np.flatnonzero(self._full & (ahead < AHEAD)).tolist():
@@ -133,11 +138,11 @@ class ExactBalls:
         return True
 
     def _advance(self, row: int) -> None:
-        """Follow a ball a slice further; its segments go to the end of the pool."""
+        """Compute one more slice of a ball's path, and move all its segments to the pool's end."""
         path = self._paths[row]
         segments = path.advance()
         if len(segments):
-            # The one before that in use says what a flight began with.
+            # The segment before the current one is still needed: it says how a flight began.
             begin = max(int(self._begin[row]), int(self._first[row]) - 1)
             kept = int(self._last[row]) - begin
             if self._used + kept + len(segments) > len(self._pool):
@@ -155,7 +160,7 @@ class ExactBalls:
         self._forget(row)
 
     def _forget(self, row: int) -> None:
-        """Keep of a ball that has bounced very often only what is still needed."""
+        """Drop the past events and segments of a ball that has bounced very often."""
         path = self._paths[row]
         if path.full:
             begin = max(int(self._begin[row]), int(self._first[row]) - 1)
@@ -180,18 +185,17 @@ class ExactBalls:
         self._pool = pool
 
     def whole(self, row: int) -> Trajectory:
-        """The whole motion of the ball in `row`, its future included, followed at once."""
+        """Compute the whole trajectory of the ball in `row`, including its future, in one call."""
         return follow(self._board, self._paths[row].sliced.start, Exact())
 
     def ahead(self, row: int) -> tuple[int, Trajectory]:
-        """What is known of a ball's path from now on, and how many segments of it lie before."""
+        """The known part of a ball's path from now on, and the number of segments before it."""
         begin, last = int(self._begin[row]), int(self._last[row])
         return int(self._passed[row]), self._paths[row].trajectory(self._pool[begin:last])
 
-    # Time.
+    # Advancing time.
 
     def step(self) -> list[Progress]:
-        """Advance all balls by one step of the world."""
         self._ticks += 1
         times = np.multiply(self._ticks, self._dt, dtype=np.float64)
         for row in np.flatnonzero(self._known <= times).tolist():
@@ -212,7 +216,6 @@ class ExactBalls:
         return Progress(row, events, marks, end)
 
     def remove(self, rows: list[int]) -> None:
-        """Take out balls whose drop has ended."""
         self._paths = [path for row, path in enumerate(self._paths) if row not in rows]
         for name in (
             "_ticks", "_first", "_last", "_begin", "_passed", "_next_time", "_known", "_kept",
@@ -223,13 +226,12 @@ class ExactBalls:
             self._arrays = None
 
     def saved(self) -> list[dict[str, Any]]:
-        """What `load` needs of each ball: all else follows from it."""
+        """The start and the age of each ball, from which `load` computes everything else."""
         return [
             {"x": float(path.sliced.start[body.X]), "frames": int(ticks)}
             for path, ticks in zip(self._paths, self._ticks, strict=True)
         ]
 
     def load(self, balls: list[dict[str, Any]]) -> None:
-        """Append saved balls."""
         for ball in balls:
             self.add_at(ball["x"], ball["frames"])

@@ -1,4 +1,4 @@
-"""The path of a live ball of the exact solver, followed a slice ahead of the world's clock."""
+"""The path of one live ball of the exact solver, computed in slices ahead of the world's clock."""
 
 import numpy as np
 import numpy.typing as npt
@@ -13,16 +13,17 @@ from engine.physics import body
 from engine.world.ball_set import End
 
 SLICE = 64
-"""Events followed at a time: 0.1 ms on a preset. Most drops of the presets have fewer."""
+"""Events in a slice: 0.1 ms on a preset, where most drops have fewer."""
 
 AHEAD = 0.5
-"""s that a path is known ahead, so that those who draw it hear of each piece before it begins."""
+"""How far ahead a path is known, s, so that clients receive each part before they draw it."""
 
 KEPT = 512
-"""Events that are kept of a ball, or about: all of a drop on the presets. Of one that bounces a
-hundred thousand times they would be 6 MB, so its digest follows the path a second time."""
+"""About the most events of a ball in memory, enough for a whole drop on a preset. A ball that
+bounces a hundred thousand times would need 6 MB. Its old events are dropped, so its digest needs
+a second computation of the path."""
 
-_HASHED = 4096  # events of a digest at a time: 0.3 ms
+_HASHED = 4096  # events that are hashed at a time: 0.3 ms
 
 
 class Rows:
@@ -33,7 +34,6 @@ class Rows:
         self.count = 0
 
     def add(self, rows: npt.NDArray[np.generic]) -> None:
-        """Append rows."""
         end = self.count + len(rows)
         if end > len(self._rows):
             grown = np.empty((2 * end, self._rows.shape[1]), self._rows.dtype)
@@ -43,24 +43,24 @@ class Rows:
         self.count = end
 
     def forget(self, rows: int) -> None:
-        """Take out the first rows."""
+        """Remove the first `rows` rows."""
         self._rows = self._rows[rows : self.count].copy()
         self.count -= rows
 
     def between(self, first: int, last: int) -> npt.NDArray[np.generic]:
-        """A view of rows `first` to `last`, the latter left out."""
+        """A view of rows `first` to `last` - 1."""
         return self._rows[first:last]
 
 
 class ExactPath:
-    """One ball: its path as far as it is known, and how far in it the world has come.
+    """The known part of one ball's path, and the world's position in it.
 
-    Nothing here depends on how far ahead the path was followed when it was looked at.
+    No result depends on how far ahead of the world the path is known.
     """
 
     def __init__(self, board: Board, x: float) -> None:
         self.sliced = SlicedPath(board, x)
-        self._again: SlicedPath | None = None  # for the digest, where events were forgotten
+        self._again: SlicedPath | None = None  # the second computation, if events were dropped
         self._events = Rows(event_log.EVENT_SIZE, np.float64)
         self._marks = Rows(2, np.int32)
         self._next = 0
@@ -70,23 +70,26 @@ class ExactPath:
 
     @property
     def known(self) -> float:
-        """Time in s up to which a world can go on without following the path further."""
+        """Time in s up to which a world can advance without another call of `advance`.
+
+        After the end of the path it becomes infinite, once the digest is complete.
+        """
         if not self.sliced.ended:
             return self.sliced.known
         return np.inf if self._hashed == self.sliced.events else self.sliced.known
 
     @property
     def events(self) -> int:
-        """How many events are kept of it."""
+        """Number of events in memory."""
         return self._events.count
 
     @property
     def full(self) -> bool:
-        """Whether it is not to be followed further before the world has come further."""
+        """Whether its memory is full, so that the world must advance before more is computed."""
         return not self.sliced.ended and self._events.count >= KEPT
 
     def forget(self, time: float) -> None:
-        """Keep no events of before `time`, in s, that the world has passed, where they are many."""
+        """If memory is full, drop the events before `time` in s that the world has passed."""
         if not self.full:
             return
         times = self._events.between(0, self._next)[:, 0]
@@ -98,7 +101,7 @@ class ExactPath:
             self._forgotten += past
 
     def trajectory(self, segments: npt.NDArray[np.float64]) -> Trajectory:
-        """What is known of the path from the first of these of its segments on."""
+        """The known part of the path from the first of `segments` on."""
         path = self.sliced
         times = self._events.between(0, self._events.count)[:, 0]
         first = int(np.searchsorted(times, segments[0, body.T])) if len(segments) else 0
@@ -109,7 +112,10 @@ class ExactPath:
         )  # fmt: skip
 
     def advance(self) -> npt.NDArray[np.float64]:
-        """Follow it by a slice, or make a part of its digest; the new segments, shape (m, 11)."""
+        """Compute a slice and return its segments, shape (m, 11).
+
+        After the end of the path, compute a part of the digest instead.
+        """
         if self.sliced.ended:
             self._hash()
             return np.empty((0, event_log.SEGMENT_SIZE))
@@ -121,7 +127,7 @@ class ExactPath:
         return part.segments
 
     def _hash(self) -> None:
-        """Make the digest of a part of the events, once all are known."""
+        """Add some more events to the digest, which begins once all are known."""
         path = self.sliced
         if self._digest is None:
             start = path.start[[body.X, body.Y, body.VX, body.VY, body.OMEGA]]
@@ -139,7 +145,7 @@ class ExactPath:
         self._hashed = last
 
     def next_time(self) -> float:
-        """When the next event is that the world has not come to, s; or the end, or inf so far."""
+        """Time in s of the first event after the world's time, or of the end; inf if not known."""
         if self._next < self._events.count:
             return float(self._events.between(self._next, self._next + 1)[0, 0])
         return float(self.sliced.state[body.T]) if self.sliced.ended else np.inf
@@ -147,7 +153,7 @@ class ExactPath:
     def pass_to(
         self, time: float
     ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32], End | None]:
-        """Events since the last call up to `time`, their marks, and how the drop ended by then."""
+        """Events since the last call up to `time`, their marks, and the end if it is reached."""
         first = self._next
         times = self._events.between(first, self._events.count)[:, 0]
         self._next = last = first + int(times.searchsorted(time, side="right"))

@@ -1,4 +1,4 @@
-"""The balls of a world with the stepped solver, advanced substep by substep."""
+"""The balls of a world with the stepped solver, which advances them substep by substep."""
 
 from typing import Any
 
@@ -21,7 +21,7 @@ Floats = npt.NDArray[np.float64]
 
 
 class SteppedBalls:
-    """Balls of the stepped solver, advanced substep by substep."""
+    """Balls of the stepped solver. Nothing can be computed before its step."""
 
     def __init__(self, board: Board, solver: Stepped) -> None:
         self._board = board
@@ -35,23 +35,19 @@ class SteppedBalls:
 
     @property
     def prepared(self) -> bool:
-        """Always."""
         return True
 
     def prepare(self) -> None:
-        """Nothing."""
+        pass
 
     @property
     def ready(self) -> bool:
-        """Always: nothing of it can be done beforehand."""
         return True
 
     def look_ahead(self) -> bool:
-        """Nothing."""
         return False
 
     def add(self, x: float) -> None:
-        """Append a ball at rest at (x, drop.y)."""
         self._append(at_start(self._board, x), 0, x)
 
     def _append(self, state: Floats, steps: int, start: float) -> None:
@@ -62,7 +58,6 @@ class SteppedBalls:
         self._marks.append([])
 
     def step(self) -> list[Progress]:
-        """Advance all balls by one step of the world."""
         count = len(self.states)
         solver = self._solver
         log = new_log(count * (solver.substeps * MAX_HITS + 1), 0, count)
@@ -95,7 +90,6 @@ class SteppedBalls:
         return End(outcome, where, float(state[body.T]), float(state[body.X]), digest)
 
     def remove(self, rows: list[int]) -> None:
-        """Take out balls whose drop has ended."""
         for name in ("_starts", "_events", "_marks"):
             kept = [item for row, item in enumerate(getattr(self, name)) if row not in rows]
             setattr(self, name, kept)
@@ -103,7 +97,6 @@ class SteppedBalls:
         self.states = np.delete(self.states, rows, axis=0)
 
     def saved(self) -> list[dict[str, Any]]:
-        """What `load` needs of each ball."""
         return [
             {
                 "state": state.astype("<f8").tobytes(),
@@ -118,7 +111,6 @@ class SteppedBalls:
         ]
 
     def load(self, balls: list[dict[str, Any]]) -> None:
-        """Append saved balls."""
         for ball in balls:
             state = np.frombuffer(ball["state"], "<f8").astype(np.float64)
             self._append(state, ball["steps"], ball["start"])

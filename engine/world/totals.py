@@ -1,4 +1,4 @@
-"""What all balls of a world have together: energy and momentum."""
+"""The total energy and momentum of a world's balls."""
 
 from dataclasses import dataclass
 
@@ -22,7 +22,6 @@ class Energy:
 
     @property
     def total(self) -> float:
-        """Sum of the three."""
         return self.kinetic + self.rotational + self.potential
 
 
@@ -36,7 +35,7 @@ class Momentum:
 
 
 def energy_of(board: BoardFields, states: Floats) -> Energy:
-    """The energy of balls on a board; states, shape (n, 7), as the world has them."""
+    """The energy of balls on a board; states: shape (n, 7), as in `BallSet`."""
     ball = board.ball
     speed2 = float((states[:, body.VX] ** 2 + states[:, body.VY] ** 2).sum())
     return Energy(
@@ -47,7 +46,7 @@ def energy_of(board: BoardFields, states: Floats) -> Energy:
 
 
 def momentum_of(ball: BallSpec, states: Floats) -> Momentum:
-    """The momentum of equal balls; states, shape (n, 7), as the world has them."""
+    """The momentum of equal balls; states: shape (n, 7), as in `BallSet`."""
     turning = states[:, body.X] * states[:, body.VY] - states[:, body.Y] * states[:, body.VX]
     return Momentum(
         x=ball.mass * float(states[:, body.VX].sum()),

@@ -1,4 +1,4 @@
-"""A board with balls on it that moves in fixed steps: what a live room ticks."""
+"""`World`: a board with balls that advances in fixed steps; a live room ticks one."""
 
 import hashlib
 from dataclasses import dataclass
@@ -50,7 +50,7 @@ _COLUMNS = {
 
 @dataclass(frozen=True, slots=True)
 class Ball:
-    """How a ball began: its seed, its start in m, and the tick it started at."""
+    """The origin of a ball: its seed, the x of its start in m, and the tick of its start."""
 
     id: int
     seed: int | None
@@ -61,9 +61,9 @@ class Ball:
 class World:
     """Balls on a board, advanced in steps of dt seconds by one of the two solvers.
 
-    A ball starts at the tick at which it is added and leaves the world when its drop ends. With
-    the exact solver dt only says when the world is looked at: each ball's path is that of `drop`.
-    Balls pass through each other; those of `Arena` do not. `board` may be a preset's name.
+    A ball starts at the tick at which it is added and leaves the world when its drop ends. With the
+    exact solver, dt only decides when states are sampled: each ball's path is that of `drop`.
+    Balls pass through each other, unlike those of `Arena`. board: a Board, or a preset's name.
     """
 
     def __init__(
@@ -99,22 +99,21 @@ class World:
 
     @property
     def awake(self) -> bool:
-        """Whether anything moves."""
+        """Whether any ball is in flight."""
         return bool(self._balls)
 
     @property
     def next_id(self) -> int:
-        """The id that the next ball will have."""
         return self._next_id
 
     @property
     def count(self) -> int:
-        """Number of live balls."""
+        """Number of balls in flight."""
         return len(self._balls)
 
     @property
     def balls(self) -> tuple[Ball, ...]:
-        """The live balls' origins, in the order of `bodies`."""
+        """The origins of the live balls, in the order of `bodies`."""
         return tuple(self._balls)
 
     def add(
@@ -124,9 +123,9 @@ class World:
         x: float | None = None,
         aim: float | None = None,
     ) -> int:
-        """Start a ball where `seed` says, around `aim`, or at an explicit `x`; return its id.
+        """Start a ball where `seed` draws it, or at an explicit `x` in m; return its id.
 
-        x and aim are in m; without an aim seeds draw about the board's own x.
+        aim: the middle in m of the starts that seeds draw (default: the board's own).
         """
         if seed is None and x is None:
             raise ParameterError("a ball needs a seed or an explicit x", field="seed")
@@ -134,7 +133,7 @@ class World:
         return self.add_at(start_of(self.board, chosen, unsigned_zero(x), aim), chosen)
 
     def add_at(self, start: float, seed: int | None) -> int:
-        """`add` of a parsed `seed` with its `start` in m, which `start_of` has found valid."""
+        """`add`, for a parsed `seed` and the `start` in m that `start_of` returned for it."""
         ball = Ball(self._next_id, seed, start, self.tick)
         self._ball_set.add(ball.x)
         self._next_id += 1
@@ -144,10 +143,10 @@ class World:
         return ball.id
 
     def add_late(self, start: float, seed: int | None, tick: int) -> int:
-        """`add_at` of a ball that began at an earlier tick: it is where it would be by now.
+        """`add_at`, as if the ball had been added at an earlier `tick`.
 
-        If it has landed since, `take_events` tells so, with the tick at which it did. For worlds of
-        the exact solver, in which a ball's path depends on nothing else.
+        If it has already landed, `take_events` returns the landing with the tick at which it
+        happened. Only for the exact solver, in which a ball's path depends on nothing else.
         """
         alone = World(self.board, dt=self.dt)
         alone.tick, alone._next_id = tick, self._next_id
@@ -164,71 +163,75 @@ class World:
         return self._next_id - 1
 
     def trajectory(self, ball: int) -> Trajectory:
-        """The whole motion of a live ball, its future included; times count from its start.
+        """The whole trajectory of a live ball, including its future; times count from its start.
 
-        It is followed to its end, which takes as long as `drop`. Raises ParameterError for a ball
-        that is not live, and in a world of the stepped solver, whose balls have no path before
-        they have gone it.
+        This computes the ball's path to its end, which takes as long as `drop`. Raises
+        ParameterError for a ball that is not in flight, and in a world of the stepped solver, which
+        cannot compute paths ahead.
         """
         return self._exact().whole(self._row(ball))
 
     def ahead(self, ball: int) -> tuple[int, Trajectory]:
-        """What is known by now of a live ball's path, from where it is on.
+        """The part of a live ball's path from now on that is already computed.
 
-        Returns how many segments of the path lie before those of the trajectory, whose end is
-        where the ball is when what is known ends. Raises what `trajectory` raises.
+        Returns the number of the path's segments before this part, and the part as a trajectory,
+        which ends where the known path ends. Raises the errors of `trajectory`.
         """
         return self._exact().ahead(self._row(ball))
 
     @property
     def known(self) -> list[float]:
-        """Time in s since its start before which each live ball's path is known."""
+        """For each live ball, the time in s since its start up to which its path is known."""
         return self._exact().known
 
     @property
     def events_kept(self) -> int:
-        """Events that are kept of the live balls: 56 bytes each, beside the segments of paths."""
+        """Number of the live balls' events in memory, 56 bytes each."""
         return self._ball_set.events if isinstance(self._ball_set, ExactBalls) else 0
 
     @property
     def prepared(self) -> bool:
-        """Whether all is made of the board that is needed to follow the balls there are."""
+        """Whether the board's arrays that the live balls need are made."""
         return self._ball_set.prepared
 
     def prepare(self) -> None:
-        """Make it, on any thread: some 6 ms of a board of 5,000 pegs, made for its first ball.
+        """Make the board's arrays, which takes about 6 ms on a board of 5,000 pegs.
 
-        `step` does by itself what was not done before.
+        May run on any thread. Otherwise the next `step` makes them.
         """
         self._ball_set.prepare()
 
     @property
     def ready(self) -> bool:
-        """Whether the next step takes no more than moving the balls along what is known."""
+        """Whether the next step only has to move the balls along known paths."""
         return self._ball_set.ready
 
     def look_ahead(self) -> bool:
-        """Follow some ball's path for some events more; whether there is more that would help.
+        """Compute some more events of a ball's path; return whether more of this would help.
 
-        It changes nothing of what happens, only when it is computed. `step` does by itself what
-        was not done before.
+        It affects no result, only the time at which paths are computed. A step computes whatever
+        is still missing.
         """
         return self._ball_set.look_ahead()
 
     def _exact(self) -> ExactBalls:
         if not isinstance(self._ball_set, ExactBalls):
-            raise ParameterError("a stepped world knows no ball's path", field="solver")
+            raise ParameterError(
+                "solver is 'stepped', which cannot compute a ball's path ahead: use 'exact'",
+                field="solver",
+            )
         return self._ball_set
 
     def has(self, ball: int) -> bool:
-        """Whether this ball is in flight."""
         return any(live.id == ball for live in self._balls)
 
     def _row(self, ball: int) -> int:
         for row, live in enumerate(self._balls):
             if live.id == ball:
                 return row
-        raise ParameterError(f"ball {ball} is not in flight", field="ball")
+        raise ParameterError(
+            f"ball {ball} is not in flight: it has ended, or was never added", field="ball"
+        )
 
     def step(self, *, contacts: bool = True) -> None:
         """Advance by one step; without `contacts`, `take_events` returns only landings."""
@@ -255,7 +258,7 @@ class World:
     def _contacts(
         self, ball: Ball, progress: Progress
     ) -> list[tuple[tuple[float, int, int], Event]]:
-        """Contacts with their place in the total order: time in the world, kind, ball."""
+        """Contacts, each with its sort key: time in the world, kind, ball."""
         found: list[tuple[tuple[float, int, int], Event]] = []
         for row, (kind, index) in zip(
             progress.events.tolist(), progress.marks.tolist(), strict=True
@@ -291,9 +294,10 @@ class World:
         self._previous = np.delete(self._previous, rows, axis=0)
 
     def advance(self, frame_time: float) -> float:
-        """Advance by `frame_time` seconds in whole steps; return alpha in [0, 1), the part left.
+        """Advance by `frame_time` seconds in whole steps; return the rest in steps, in [0, 1).
 
-        The accumulator of a fixed time step: what does not fill a step is kept for the next call.
+        This is the accumulator of a fixed time step: the next call begins with the rest, which is
+        also the alpha for `interpolated`.
         """
         if not (isfinite(frame_time) and frame_time >= 0.0):
             raise ParameterError(
@@ -312,7 +316,7 @@ class World:
         return self._as_bodies(self._ball_set.states)
 
     def interpolated(self, alpha: float) -> npt.NDArray[np.void]:
-        """The live balls between the previous tick (alpha 0) and this one (1), linearly."""
+        """The live balls, interpolated linearly between the previous tick (0) and this one (1)."""
         alpha = number(alpha, "alpha", 0.0, 1.0)
         return self._as_bodies(self._previous * (1.0 - alpha) + self._ball_set.states * alpha)
 
@@ -330,17 +334,15 @@ class World:
         return events
 
     def energy(self) -> Energy:
-        """Energy of all live balls."""
         return energy_of(self.board, self._ball_set.states)
 
     def momentum(self) -> Momentum:
-        """Momentum of all live balls."""
         return momentum_of(self.board.ball, self._ball_set.states)
 
     def snapshot(self) -> bytes:
         """Everything that `restore` needs to continue bit for bit, except events not yet taken.
 
-        The names of its parts belong to `digest`, which is in the logs of rooms: they stay.
+        The keys must never change: `digest` covers them, and rooms' logs contain digests.
         """
         return msgspec.msgpack.encode(
             {
@@ -359,7 +361,7 @@ class World:
         )
 
     def restore(self, snapshot: bytes) -> None:
-        """Become the world that made `snapshot`: same board, solver and step, or RecordError."""
+        """Continue from `snapshot`; RecordError unless it is of the same board, solver and dt."""
         saved = self._checked(snapshot)
         self.tick = saved["tick"]
         self._accumulator = saved["accumulator"]
@@ -378,7 +380,7 @@ class World:
         try:
             saved = msgspec.msgpack.decode(snapshot, type=dict[str, Any])
         except msgspec.MsgspecError as error:
-            raise RecordError(f"the snapshot is not one: {error}", field="snapshot") from error
+            raise RecordError(f"the snapshot is malformed: {error}", field="snapshot") from error
         mine = {
             "physics_version": PHYSICS_VERSION,
             "board_digest": self.board.digest,
@@ -387,7 +389,11 @@ class World:
         }
         for name, value in mine.items():
             if saved.get(name) != value:
-                raise RecordError(f"the snapshot is of a world with another {name}", field=name)
+                raise RecordError(
+                    f"the snapshot is from a world with another {name}: restore it into an equal "
+                    "world",
+                    field=name,
+                )
         return saved
 
     def digest(self) -> str:
@@ -396,5 +402,5 @@ class World:
 
 
 def _decimal(seed: int | None) -> str | None:
-    """A seed as text: MessagePack has room for all of them, but not every reader has."""
+    """A seed as text, because not every MessagePack reader can represent 64-bit integers."""
     return None if seed is None else str(seed)

@@ -1,4 +1,4 @@
-"""What a board must fulfil to be played, as a whole: nothing overlaps, nothing traps a ball.
+"""Checks that a board as a whole is playable: nothing overlaps, and nothing traps a ball.
 
-Imports the parts of a board. Start with playable.py, the order of the checks.
+Imports the parts of a board. Start with playable.py, which has the order of the checks.
 """

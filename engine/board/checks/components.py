@@ -1,8 +1,8 @@
-"""Which places are connected when segments are in the way: connected components of a cut grid.
+"""Connected components of a grid that segments cut: which places can be joined without a crossing.
 
-Nodes are joined to their four neighbours unless a segment crosses the line between them, so two
-nodes are in one component only if a path off all segments joins them. The reverse holds where the
-free way is some grid spacings wide.
+A node is joined to each of its four neighbours unless a segment crosses the edge between them. So
+two nodes are in one component only if a path that crosses no segment joins them. The reverse holds
+if that path is a few grid spacings wide.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ Bools = npt.NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True)
 class Components:
-    """A labelled grid: xs (nx,) and ys (ny,) increasing in m, label (ny, nx) of each node."""
+    """A labelled grid: increasing xs (nx,) and ys (ny,) in m, and each node's label (ny, nx)."""
 
     xs: Floats
     ys: Floats
@@ -27,7 +27,7 @@ class Components:
 def connected_components(xs: Floats, ys: Floats, segments: Floats) -> Components:
     """Label the components into which `segments`, shape (k, 4), cut the grid `xs` by `ys`; m.
 
-    Runs of connected nodes in each row, joined across rows by a disjoint-set forest (union-find).
+    First finds the runs of connected nodes in each row, then joins runs across rows (union-find).
     """
     across, down = _open_edges(xs, ys, segments)
     starts = np.ones((len(ys), len(xs)), dtype=np.bool_)
@@ -38,10 +38,10 @@ def connected_components(xs: Floats, ys: Floats, segments: Floats) -> Components
 
 
 def _open_edges(xs: Floats, ys: Floats, segments: Floats) -> tuple[Bools, Bools]:
-    """Edges between neighbours in a row (ny, nx - 1) and in a column (ny - 1, nx) left open.
+    """Which edges in a row, (ny, nx - 1), and in a column, (ny - 1, nx), no segment crosses.
 
-    All segments count as moved by an infinitesimal to the right, and by its square down, so that
-    one that meets a node or ends on a grid line is on one definite side of it.
+    A segment may meet a node or end on a grid line. To put it on one definite side, each segment
+    counts as shifted to the right by an infinitesimal, and down by the square of that.
     """
     across = np.ones((len(ys), len(xs) - 1), dtype=np.bool_)
     down = np.ones((len(ys) - 1, len(xs)), dtype=np.bool_)
@@ -57,7 +57,7 @@ def _open_edges(xs: Floats, ys: Floats, segments: Floats) -> tuple[Bools, Bools]
     which, column = _lines_crossed(xs, x1, x2)
     share = (xs[column] - x1[which]) / (x2 - x1)[which]
     at = y1[which] + share * (y2 - y1)[which]
-    falls = ((x2 > x1) == (y2 > y1))[which] & (y1 != y2)[which]  # moved right, it is higher up
+    falls = ((x2 > x1) == (y2 > y1))[which] & (y1 != y2)[which]  # a shift to the right raises it
     row = np.where(falls, np.searchsorted(ys, at), np.searchsorted(ys, at, side="right")) - 1
     inside = (row >= 0) & (row < len(ys) - 1)
     down[row[inside], column[inside]] = False
@@ -65,7 +65,7 @@ def _open_edges(xs: Floats, ys: Floats, segments: Floats) -> tuple[Bools, Bools]
 
 
 def _lines_crossed(lines: Floats, a: Floats, b: Floats) -> tuple[Ints, Ints]:
-    """Indices of segments (spanning a to b) and of the lines that they cross, pairwise."""
+    """Pairs of a segment, which spans a to b, and a line that it crosses, as two index arrays."""
     first = np.searchsorted(lines, np.minimum(a, b), side="right")
     last = np.searchsorted(lines, np.maximum(a, b), side="right")
     counts = last - first
@@ -75,7 +75,7 @@ def _lines_crossed(lines: Floats, a: Floats, b: Floats) -> tuple[Ints, Ints]:
 
 
 def _joined_runs(runs: Ints, down: Bools) -> tuple[Ints, Ints]:
-    """Pairs of runs of nodes, one in a row and one in the next, that an open edge joins."""
+    """Pairs of runs, one in a row and one in the next, that an open edge joins."""
     upper, lower = runs[:-1][down], runs[1:][down]
     new = np.ones(len(upper), dtype=np.bool_)
     new[1:] = (upper[1:] != upper[:-1]) | (lower[1:] != lower[:-1])
@@ -83,7 +83,7 @@ def _joined_runs(runs: Ints, down: Bools) -> tuple[Ints, Ints]:
 
 
 def _merged_labels(count: int, a: Ints, b: Ints) -> Ints:
-    """Label of each of `count` things, equal for those that the pairs `a`, `b` join."""
+    """Label of each of `count` runs, equal for those that the pairs `a`, `b` join (union-find)."""
     parent = list(range(count))
     for i, j in zip(a.tolist(), b.tolist(), strict=True):
         while parent[i] != i:

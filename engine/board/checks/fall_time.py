@@ -1,4 +1,4 @@
-"""Checks that a ball can land before the time of a drop is over, if nothing is in its way."""
+"""Checks that a ball in free fall reaches the bins within the time limit of a drop."""
 
 import math
 from typing import Final
@@ -8,12 +8,12 @@ from engine.constants import MAX_TIME
 from engine.errors import BoardError
 
 SLIGHT_DRAG: Final = 1e-4
-"""Of drag times the fall's duration: below it the root cancels, and t = t0 (1 + u / 6) is exact to
-1e-9."""
+"""Limit of drag times the fall's duration. Below it the equation for the root loses digits by
+cancellation, and t = t0 (1 + u / 6) is exact to 1e-9."""
 
 
 def check_fall_time(board: BoardFields) -> None:
-    """Raise BoardError naming gravity or drag if even a free fall to the bins takes too long."""
+    """Raise BoardError naming gravity or drag if a free fall to the bins takes too long."""
     way = board.bins.y - board.drop.y
     least = fall_time(board.gravity, board.drag, way)
     if least <= MAX_TIME:
@@ -30,9 +30,9 @@ def check_fall_time(board: BoardFields) -> None:
 def fall_time(gravity: float, drag: float, way: float) -> float:
     """Time in s in which a ball that starts at rest falls `way` m > 0.
 
-    The root t of way = (g/k) (t - (1 - e^(-kt)) / k), by u = kt: u - 1 + e^(-u) = a with
-    a = way k^2 / g. The left side is convex and the first guess is beyond the root (for
-    w = sqrt(2a), 1 - e^(-w - a) <= w), so Newton's steps come down to it without passing it.
+    It is the root t of way = (g/k) (t - (1 - e^(-kt)) / k). With u = kt and a = way k^2 / g this
+    is u - 1 + e^(-u) = a. The left side is convex, and the first guess is above the root (because
+    1 - e^(-w - a) <= w for w = sqrt(2a)). So Newton's steps fall to the root without passing it.
     """
     free = math.sqrt(2.0 * way / gravity)
     if drag * free < SLIGHT_DRAG:

@@ -1,8 +1,8 @@
-"""What a ball's centre must keep away from: discs around pegs and wall ends, strips along walls.
+"""Obstacles to a ball's centre, as arrays: discs around pegs and wall ends, strips along walls.
 
-To a ball of radius R a peg of radius r is a disc of radius R + r that its centre cannot enter, a
-wall is a strip R to either side, and a wall's end is a disc of radius R. The checks of a board as
-a whole work on these, as arrays.
+The centre of a ball of radius R cannot enter a disc of radius R + r around a peg of radius r, a
+strip of R to either side of a wall, or a disc of radius R around a wall's end. The other checks of
+this folder work on these.
 """
 
 from collections.abc import Iterator
@@ -19,22 +19,22 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.intp]
 
 CHUNK: Final = 1 << 20
-"""Pairs examined at a time; bounds memory to some tens of megabytes, changes nothing else."""
+"""Pairs examined at a time. It limits memory to some tens of megabytes and affects no result."""
 
 MAX_SWEEP: Final = 100_000_000
-"""Pairs worth looking at. Only a heap of pegs much denser than a ball is wide exceeds it, and
-would take more than some seconds."""
+"""Most candidate pairs, which take a few seconds to examine. Only a board with far more pegs per
+ball diameter than any sensible one exceeds it."""
 
 MAX_CLOSE: Final = 1_000_000
-"""Pairs of obstacles too close for the ball to pass between; limits time and memory likewise."""
+"""Most pairs of obstacles with no gap for the ball; limits time and memory too."""
 
 
 @dataclass(frozen=True, slots=True)
 class Obstacles:
-    """Discs (pegs, then both ends of each wall) and walls, as seen by a ball's centre; metres.
+    """Discs (pegs, then both ends of each wall) and walls, as obstacles to a ball's centre; in m.
 
-    x, y, reach: (n,) centres of the discs, and how near the ball's centre may come.
-    x1, y1, x2, y2: (m,) ends of the walls; tx, ty: unit vectors from the first to the second;
+    x, y, reach: (n,) centres of the discs, and the least distance of the ball's centre from each.
+    x1, y1, x2, y2: (m,) ends of the walls; tx, ty: unit vectors from the first to the second end;
     length: (m,).
     """
 
@@ -60,13 +60,12 @@ class Obstacles:
 
 
 def distance(dx: Floats, dy: Floats) -> Floats:
-    """Length of the vectors (dx, dy): sqrt, which unlike hypot is the same on all machines."""
+    """Length of the vectors (dx, dy). Unlike hypot, sqrt has the same bits on all machines."""
     result: Floats = np.sqrt(dx * dx + dy * dy)
     return result
 
 
 def obstacles(board: BoardFields) -> Obstacles:
-    """Return the obstacles of `board` to its ball."""
     radius = board.ball.radius
     pegs = np.array([(p.x, p.y, p.radius) for p in board.pegs], dtype=np.float64).reshape(-1, 3)
     walls = np.array([(w.x1, w.y1, w.x2, w.y2) for w in board.walls], dtype=np.float64)
@@ -93,8 +92,8 @@ def obstacles(board: BoardFields) -> Obstacles:
 def close_discs(obs: Obstacles) -> tuple[Ints, Ints, Floats]:
     """Pairs i < j of discs that overlap or touch, and their distances; arrays of equal length.
 
-    Between the obstacles of such a pair the ball cannot pass. Sorts along the axis with fewer
-    candidates and looks at neighbours only. BoardError if there are too many pairs.
+    The ball cannot pass between such a pair. To find them, the discs are sorted along the axis with
+    fewer candidates, and only neighbours are compared. BoardError if there are too many pairs.
     """
     along_x, along_y = _Sweep(obs.x, obs.reach), _Sweep(obs.y, obs.reach)
     sweep = along_x if along_x.total <= along_y.total else along_y
@@ -118,14 +117,14 @@ def close_discs(obs: Obstacles) -> tuple[Ints, Ints, Floats]:
 
 def _too_dense() -> BoardError:
     return BoardError(
-        f"pegs stand too densely for the ball: more than {MAX_CLOSE} pairs of them are nearer than "
-        "the ball is wide",
+        f"pegs are too close together: more than {MAX_CLOSE} pairs leave no gap for the ball; use "
+        "fewer pegs or a smaller ball",
         field="pegs",
     )
 
 
 class _Sweep:
-    """Pairs of intervals centre +- reach that overlap, found by sorting their left ends."""
+    """Finds pairs of overlapping intervals centre +- reach by sorting their left ends."""
 
     def __init__(self, centre: Floats, reach: Floats) -> None:
         left = centre - reach
@@ -149,10 +148,10 @@ class _Sweep:
 
 
 def near_walls(obs: Obstacles) -> Iterator[tuple[int, Ints, Floats, Floats]]:
-    """For each wall: the discs, its own ends aside, that a ball touching the wall can touch too.
+    """For each wall, find the discs that a ball can touch while it touches the wall.
 
-    Yields the wall's index, the discs' indices, and their coordinates along the wall from its
-    first end and across it (positive to the right of a walker with y down), metres.
+    The wall's own ends are left out. Yields the wall's index, the discs' indices, and their
+    coordinates in m along the wall, from its first end, and across it (dy tx - dx ty).
     """
     margin = obs.radius + float(np.max(obs.reach, initial=0.0))
     by_x, by_y = _Column(obs.x), _Column(obs.y)
@@ -172,14 +171,14 @@ def near_walls(obs: Obstacles) -> Iterator[tuple[int, Ints, Floats, Floats]]:
 
 
 class _Column:
-    """Coordinates, sorted once to find those in a range."""
+    """Coordinates, sorted once for range queries."""
 
     def __init__(self, values: Floats) -> None:
         self.order: Ints = np.argsort(values, kind="stable")
         self.sorted = values[self.order]
 
     def between(self, a: float, b: float, margin: float) -> Ints:
-        """Indices of the coordinates from `margin` before the smaller to after the larger."""
+        """Indices of the coordinates from min(a, b) - margin to max(a, b) + margin."""
         first = np.searchsorted(self.sorted, min(a, b) - margin, side="left")
         last = np.searchsorted(self.sorted, max(a, b) + margin, side="right")
         return self.order[first:last]

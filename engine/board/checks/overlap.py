@@ -10,11 +10,11 @@ from engine.board.fields import BoardFields
 from engine.errors import BoardError
 
 TOUCH: Final = 1e-9
-"""Relative gap below which a start counts as touching. Above rounding, which a drop's first instant
-must be able to tell from a contact; far below anything drawn on purpose."""
+"""Relative gap below which a start counts as touching. It is larger than rounding, so that a drop
+never begins in a contact, and much smaller than any gap drawn on purpose."""
 
 OVERLAP: Final = 1e-12
-"""Relative overlap allowed to pegs that touch: rounding of their coordinates, no more."""
+"""Relative overlap allowed to touching pegs, for the rounding of their coordinates."""
 
 
 def check_start_above_bins(board: BoardFields) -> None:
@@ -38,8 +38,8 @@ def check_overlaps(board: BoardFields, pairs: tuple[Ints, Ints, Floats]) -> None
     for k in bad[np.lexsort((j[bad], i[bad]))][:MOST]:
         a, b = int(i[k]), int(j[k])
         message = (
-            f"pegs[{b}] at {_at(board, b)} overlaps pegs[{a}] at {_at(board, a)}: centres must be "
-            f"at least {radii[a] + radii[b]:g} m apart, and are {apart[k]:g} m"
+            f"pegs[{b}] at {_at(board, b)} overlaps pegs[{a}] at {_at(board, a)}: their centres "
+            f"must be at least {radii[a] + radii[b]:g} m apart, but are {apart[k]:g} m"
         )
         faults.add(f"pegs[{b}]", message)
     faults.end()
@@ -50,7 +50,7 @@ def _at(board: BoardFields, i: int) -> str:
 
 
 def check_starts(board: BoardFields, obs: Obstacles) -> None:
-    """Raise BoardError if a ball touches anything at any start that is allowed."""
+    """Raise BoardError if a ball at an allowed start touches anything."""
     zone = board.drop
     name = "reach" if zone.reach > zone.jitter else "jitter"
     what = f"drop.x = {zone.x!r} with drop.{name} = {zone.span!r}"
@@ -64,7 +64,7 @@ def check_starts(board: BoardFields, obs: Obstacles) -> None:
 
 
 def _check_start(obs: Obstacles, left: float, right: float, y: float, what: str, path: str) -> None:
-    """Check starts with the ball's centre on `y` from `left` to `right`, m."""
+    """Check all starts with the ball's centre at height `y`, from x = `left` to `right`, in m."""
     gap = distance(obs.x - np.clip(obs.x, left, right), obs.y - y) - obs.reach
     touched = np.flatnonzero(gap <= TOUCH * obs.reach)
     if len(touched) > 0:
@@ -82,7 +82,7 @@ def _check_start(obs: Obstacles, left: float, right: float, y: float, what: str,
 
 
 def _wall_distance(obs: Obstacles, left: float, right: float, y: float) -> Floats:
-    """Distance of each wall's inside from the starts; (m,). Wall ends are seen to as discs."""
+    """Distance of each wall from the starts, (m,). The caller checks wall ends as discs."""
     nearest = np.full(len(obs.length), np.inf)
     for x in (left, right):
         dx, dy = x - obs.x1, y - obs.y1

@@ -1,8 +1,8 @@
-"""Checks a board as a whole, once its values are right: the order of the checks, and nothing else.
+"""Checks a board as a whole, after its values were checked: this file has the order of the checks.
 
-One error names all faults, in the order in which they are easiest to understand: what overlaps and
-where a ball starts; then, on a board without such faults, whether a ball can land in time, where it
-can get, and where it would stick.
+One error names all faults, simple ones first: overlaps and invalid starts. Only a board without
+these is checked further: whether a ball can land in time, what it can reach, and where it would
+get stuck.
 """
 
 from engine.board.checks.fall_time import check_fall_time
@@ -17,7 +17,7 @@ from engine.board.fields import BoardFields
 
 
 def check(board: BoardFields) -> None:
-    """Raise BoardError if `board` cannot be played; its values have been checked one by one."""
+    """Raise BoardError if `board`, whose values are already checked, cannot be played."""
     obs = obstacles(board)
     pairs = close_discs(obs)
     faults = Faults()

@@ -1,8 +1,9 @@
-"""Where a ball can get: whether it can pass to the bins, and whether it can miss them.
+"""What a ball can reach: checks that it can get to the bins, and that it cannot miss them.
 
-Exact: which gaps a ball fits through (`separators`), and which parts of the bins' line are free.
-Conservative: a place that is connected to the start and not above it counts as reached, whether or
-not a ball can be thrown there; only at open sides is flight bounded by energy (`side_bounds`).
+Two things are exact: which gaps the ball fits through (`separators`), and which parts of the bins'
+line are free. The rest is conservative: a place that is connected to the start and not above it
+counts as reached, even if no flight leads there. Only at open sides does the ball's energy limit
+how far it can fly (`side_bounds`).
 """
 
 import math
@@ -19,28 +20,27 @@ from engine.board.fields import BoardFields
 from engine.errors import BoardError
 
 CELL: Final = 1.0 / 3.0
-"""Grid spacing in ball radii. Separators with a way between them are at least sqrt(3) radii
-apart."""
+"""Grid spacing in ball radii. A gap between separators is at least sqrt(3) radii wide."""
 
 COARSEST_CELL: Final = 0.5
-"""The most it may be stretched to save cells; beyond it a way could be overlooked."""
+"""Largest spacing, used on large boards to save cells; a coarser grid could miss a gap."""
 
 MAX_CELLS: Final = 8_000_000
-"""Some 100 MB and a second. Limits how small a ball may be on how large a board."""
+"""About 100 MB and one second. It limits how small a ball may be compared with the board."""
 
 WINDOW: Final = 3
-"""Grid spacings, so about a ball's radius: a free place sees a node of its component within it."""
+"""Grid spacings, about one ball radius: every free place sees a node of its component within it."""
 
-_GENERIC: Final = 0.381966011250105  # the golden section: keeps grid lines off round coordinates
+_GENERIC: Final = 0.381966011250105  # offset (golden section) that avoids round coordinates
 
 
 @dataclass(frozen=True, slots=True)
 class Reach:
-    """What is connected to the starts: the grid's components and the labels of those reached.
+    """The components of the grid, and which of them contain the starts and the gaps at the bins.
 
     separators: (k, 4), from `separators`. starts: x in m, both ends of the zone first, then slots.
-    start_labels: the label of each start. gaps: (n, 2) from `free_intervals` on the bins' line.
-    gap_labels: the label of each gap.
+    start_labels: the component of each start. gaps: (n, 2), from `free_intervals` at the bins'
+    height. gap_labels: the component of each gap.
     """
 
     components: Components
@@ -52,13 +52,13 @@ class Reach:
 
     @property
     def reached(self) -> Ints:
-        """Labels that are connected to a start."""
+        """Labels of the components that contain a start."""
         return np.unique(self.start_labels)
 
     def is_near(self, x: Floats, y: Floats) -> Bools:
-        """Tell of each place (x, y) in m if a reached node is within WINDOW rows and columns.
+        """Whether each place (x, y) in m has a reached node within WINDOW rows and columns.
 
-        Quick, and true wherever `includes` is.
+        Faster than `includes`, and true wherever that is true.
         """
         xs, ys = self.components.xs, self.components.ys
         columns, rows = np.searchsorted(xs, x), np.searchsorted(ys, y)
@@ -72,9 +72,10 @@ class Reach:
         return near
 
     def includes(self, x: float, y: float) -> bool:
-        """Tell if the free place (x, y) in m is connected to a start: sees a reached node nearby.
+        """Whether the free place (x, y) in m is connected to a start.
 
-        Looks WINDOW rows and columns far, about a ball's radius.
+        It is if no separator lies between it and a reached node within WINDOW rows and columns,
+        about one ball radius.
         """
         xs, ys = self.components.xs, self.components.ys
         column, row = int(np.searchsorted(xs, x)), int(np.searchsorted(ys, y))
@@ -89,7 +90,7 @@ class Reach:
 
 
 def _sees(x: float, y: float, at_x: Floats, at_y: Floats, segments: Floats) -> Bools:
-    """Tell of each point `at` whether no segment crosses the line to it from (x, y)."""
+    """Whether each point `at` is visible from (x, y): no segment crosses the line between them."""
     box_x, box_y = np.append(at_x, x), np.append(at_y, y)
     x1, y1, x2, y2 = segments.T
     near = (np.minimum(x1, x2) <= box_x.max()) & (np.maximum(x1, x2) >= box_x.min())
@@ -106,9 +107,9 @@ def _sees(x: float, y: float, at_x: Floats, at_y: Floats, segments: Floats) -> B
 
 
 def find_reach(board: BoardFields, obs: Obstacles, separators: Floats) -> Reach:
-    """Return what can be reached; BoardError if the ball is too small to tell.
+    """Return the places that the ball can reach; BoardError if it is too small for the grid.
 
-    separators: from `separators` with the heights of the start and of the bins.
+    separators: from `separators`, with the heights of the start and of the bins.
     """
     zone, bins = board.drop, board.bins
     gaps = free_intervals(obs, bins.y)
@@ -122,7 +123,7 @@ def find_reach(board: BoardFields, obs: Obstacles, separators: Floats) -> Reach:
 
 
 def check_passes(board: BoardFields, reach: Reach) -> None:
-    """Raise BoardError naming the starts from which no bin can be reached."""
+    """Raise BoardError naming the starts from which a ball can reach no bin."""
     stuck = ~np.isin(reach.start_labels, reach.gap_labels)
     places = ["the start"] if stuck[:2].any() else []
     slots = np.flatnonzero(stuck[2:]).tolist()
@@ -132,14 +133,14 @@ def check_passes(board: BoardFields, reach: Reach) -> None:
         faults.add(
             "ball.radius",
             f"ball.radius is {board.ball.radius!r}: the ball (diameter "
-            f"{2 * board.ball.radius:g} m) cannot pass from {where} to the bins, every way is "
-            "narrower",
+            f"{2 * board.ball.radius:g} m) cannot pass from {where} to the bins, because every "
+            "way is narrower",
         )
     faults.end()
 
 
 def check_hits_bins(board: BoardFields, obs: Obstacles, reach: Reach) -> None:
-    """Raise BoardError if a ball can come down on the bins' line outside of the outermost edges."""
+    """Raise BoardError if a ball can cross the bins' line outside the outermost edges."""
     bins = board.bins
     left, right = bins.edges[0], bins.edges[-1]
     slack = 1e-9 * board.ball.radius
@@ -158,15 +159,14 @@ def check_hits_bins(board: BoardFields, obs: Obstacles, reach: Reach) -> None:
         if missed:
             faults.add(
                 f"bins.edges[{edge}]",
-                f"bins.edges[{edge}] is {bins.edges[edge]!r}: a ball can miss the bins, and come "
-                f"down on bins.y = {bins.y!r} as far out as x = {x:.6g}; bins must reach from "
-                "wall to wall",
+                f"bins.edges[{edge}] is {bins.edges[edge]!r}: a ball can miss the bins, and cross "
+                f"bins.y = {bins.y!r} as far out as x = {x:.6g}; bins must reach from wall to wall",
             )
     faults.end()
 
 
 def free_intervals(obs: Obstacles, y: float) -> Floats:
-    """Where on the height `y` a ball's centre can be: (n, 2) intervals in m, left to right.
+    """Where a ball's centre can be at height `y`: (n, 2) intervals of x in m, left to right.
 
     The first begins at -inf and the last ends at inf.
     """
@@ -179,12 +179,12 @@ def free_intervals(obs: Obstacles, y: float) -> Floats:
 
 
 def _forbidden(obs: Obstacles, y: float) -> tuple[Floats, Floats]:
-    """Left and right ends in m of what discs and strips along walls take of the height `y`."""
+    """Left and right ends in m of the intervals at height `y` inside discs and walls' strips."""
     dy = obs.y - y
     cut = np.abs(dy) < obs.reach
     half = np.sqrt(obs.reach[cut] ** 2 - dy[cut] ** 2)
     lefts, rights = [obs.x[cut] - half], [obs.x[cut] + half]
-    # A strip: 0 <= along <= length and |across| <= R, both linear in x on a given height.
+    # A strip is 0 <= along <= length and |across| <= R; at a given height both are linear in x.
     rise = y - obs.y1
     for_along = _between(obs.tx, rise * obs.ty, np.zeros_like(rise), obs.length)
     for_across = _between(-obs.ty, rise * obs.tx, np.full_like(rise, -obs.radius), obs.radius)
@@ -198,7 +198,7 @@ def _forbidden(obs: Obstacles, y: float) -> tuple[Floats, Floats]:
 def _between(
     slope: Floats, offset: Floats, low: Floats, high: Floats | float
 ) -> tuple[Floats, Floats]:
-    """Interval of x where low <= slope x + offset <= high; empty ones run from inf to -inf."""
+    """Interval of x where low <= slope x + offset <= high; from inf to -inf if it is empty."""
     steep = np.abs(slope) > 1e-15
     safe = np.where(steep, slope, 1.0)
     p, q = (low - offset) / safe, (high - offset) / safe
@@ -221,8 +221,8 @@ def _probes(gaps: Floats, radius: float) -> Floats:
 def _grid(board: BoardFields, obs: Obstacles, xs: Floats, *exact: Floats) -> tuple[Floats, Floats]:
     """Return columns and rows of the grid in m.
 
-    Spans all obstacles and `xs`. The columns include all of `exact`; the first row is the start's
-    height and the last the bins'. Raises BoardError if the ball is too small for that.
+    The grid spans all obstacles and `xs`. Its columns include all of `exact`; its first row is at
+    the start's height and its last at the bins'. Raises BoardError if it needs more than MAX_CELLS.
     """
     top, bottom = board.drop.y, board.bins.y
     margin = 2.0 * obs.radius
@@ -232,9 +232,9 @@ def _grid(board: BoardFields, obs: Obstacles, xs: Floats, *exact: Floats) -> tup
     cell *= max(1.0, math.sqrt((right - left) * (bottom - top) / MAX_CELLS) / cell)
     if cell > COARSEST_CELL * obs.radius:
         raise BoardError(
-            f"ball.radius is {obs.radius!r}: it is too small for a board of {right - left:.6g} by "
-            f"{bottom - top:.6g} m from start to bins, at least "
-            f"{cell / COARSEST_CELL:.3g} m is needed to check it",
+            f"ball.radius is {obs.radius!r}: the ball is too small for a board of "
+            f"{right - left:.6g} by {bottom - top:.6g} m from start to bins; the board can be "
+            f"checked from {cell / COARSEST_CELL:.3g} m on",
             field="ball.radius",
         )
     columns = left + cell * (np.arange(math.ceil((right - left) / cell)) + _GENERIC)

@@ -1,16 +1,16 @@
-"""Lines that a ball's centre can never cross, which decide exactly what it can reach.
+"""Finds the separators: lines that a ball's centre can never cross, which decide where it gets.
 
-The centre is kept out of convex sets: discs, strips along walls, everything above the start (a
-ball that starts at rest never rises above it: restitution is at most 1 and drag takes) and
-everything below the bins (where the drop has ended). Draw a line between every two sets that
-overlap, inside the two: peg to peg, peg to wall, peg up to the start's height or down to the bins;
-and draw the walls. By the nerve theorem every loop within the union of the sets can be shrunk
-onto such lines, so two free places are connected by free places exactly if they are connected by
-places off the lines. There is no tolerance in this: a gap a rounding error narrower than the ball
-is closed, one wider is open.
+The centre stays out of convex sets: discs, strips along walls, everything above the start (a ball
+that starts at rest never rises above it, because restitution is at most 1 and drag takes energy)
+and everything below the bins (where the drop has ended). The separators are the walls, and a line
+inside each two sets that overlap: from peg to peg, from peg to wall, from a peg up past the start's
+height or down past the bins. By the nerve theorem, every loop within the union of the sets can be
+shrunk onto such lines. So a path through free places connects two free places exactly if some path
+that avoids the lines does. This needs no tolerance: a gap that is narrower than the ball by a
+rounding error is closed, and a gap that is wider by one is open.
 
-The lines are also far apart. Obstacles that a ball passes between are at least its diameter apart,
-and an obstacle is at least sqrt(3) R from a line that it is not part of, if the ball fits between.
+The lines are also far apart. Obstacles with a gap for the ball are at least its diameter apart, and
+an obstacle is at least sqrt(3) R from any line of other obstacles, if the ball fits between them.
 """
 
 import numpy as np
@@ -23,7 +23,7 @@ def separators(
 ) -> Floats:
     """Return the separators as segments, shape (k, 4): x1, y1, x2, y2 in m.
 
-    pairs: from `close_discs`. top, bottom: heights of the start and of the bins in m.
+    pairs: from `close_discs`. top, bottom: y of the start and of the bins in m.
     """
     i, j, apart = pairs
     i, j = i[apart > 0.0], j[apart > 0.0]
@@ -46,13 +46,13 @@ def _plumb_lines(x: Floats, y: Floats, end: float) -> Floats:
 
 
 def _to_walls(obs: Obstacles) -> list[Floats]:
-    """Lines from discs to the walls that they are too close to, a little through the wall.
+    """Lines from discs to walls that are too close for the ball to pass, ending behind the wall.
 
-    Ending on it would leave the joint to rounding. The other side is out of bounds as well, up to
-    R from the wall.
+    If a line ended on the wall, rounding would decide whether the two meet. The ball's centre
+    cannot be within R behind the wall either, so a longer line closes no gap.
     """
     lines = []
-    margin = 1e-9 * obs.radius  # a disc on an end is beside nothing, whatever rounding says
+    margin = 1e-9 * obs.radius  # without it, rounding could count a disc on a wall's end here
     for k, near, along, across in near_walls(obs):
         beside = (along > margin) & (along < obs.length[k] - margin)
         if not beside.any():

@@ -1,8 +1,9 @@
-"""Finds level walls under a start: a ball that falls straight onto one bounces until it lies there.
+"""Finds shelves: level walls straight below a start, on which a ball comes to rest.
 
-Nothing then moves it: on a level wall every place is in balance. A slope, however slight, lets it
-roll off, and so does a bounce off anything else on the way down, which gives it a speed along the
-wall. Only the first thing under a start therefore matters.
+A ball that falls straight onto a level wall bounces on one spot until it lies there, and nothing
+moves it on. On the slightest slope it would roll off. It also rolls off if it hit anything before
+the wall, because that gives it a speed along the wall. So only the first obstacle below a start
+matters.
 """
 
 from typing import Final
@@ -15,16 +16,16 @@ from engine.board.faults import Faults
 from engine.board.fields import BoardFields
 
 SLACK: Final = 1e-9
-"""Part of the starts over a wall, and of the ball's radius above it: what is less is rounding."""
+"""Lengths below this fraction of the ball's radius are rounding."""
 
 
 def check_shelves(board: BoardFields, obs: Obstacles) -> None:
     """Raise BoardError naming the level walls onto which a ball falls straight from a start.
 
-    The starts are clear of all obstacles: `check_starts` has seen to that.
+    `check_starts` has already checked that no start touches an obstacle.
     """
     zone = board.drop
-    # Starts closer together than rounding are one.
+    # A zone narrower than rounding counts as one start.
     span = zone.span if zone.span > SLACK * obs.radius else 0.0
     starts = [(zone.x - span, zone.x + span), *((x, x) for x in zone.slots)]
     level = np.abs(obs.ty) <= LEAN
@@ -49,16 +50,17 @@ def check_shelves(board: BoardFields, obs: Obstacles) -> None:
 
 
 def _covered(obs: Obstacles, top: float, bottom: float) -> Floats:
-    """Where a ball that falls from `top` touches something before its centre is on `bottom`.
+    """Intervals of x in which a ball falling from `top` hits something above `bottom`; (n, 2) in m.
 
-    Shape (n, 2): intervals of x in m, by discs and by the upper sides of walls' strips.
+    It hits discs and the upper sides of the walls' strips. `top` and `bottom` are heights of its
+    centre.
     """
     depth = np.maximum(obs.y - bottom, 0.0)
     below = (obs.y > top) & (depth < obs.reach)
     half = np.sqrt(obs.reach[below] ** 2 - depth[below] ** 2)
     discs = np.column_stack((obs.x[below] - half, obs.x[below] + half))
 
-    up = np.where(obs.tx > 0.0, 1.0, -1.0) * obs.radius  # to the upper side, across the wall
+    up = np.where(obs.tx > 0.0, 1.0, -1.0) * obs.radius  # across the wall, to its upper side
     ax, ay = obs.x1 + up * obs.ty, obs.y1 - up * obs.tx
     bx, by = obs.x2 + up * obs.ty, obs.y2 - up * obs.tx
     steep = np.abs(by - ay) > LEAN * obs.length
@@ -75,9 +77,9 @@ def _covered(obs: Obstacles, top: float, bottom: float) -> Floats:
 
 
 def _uncovered(covered: Floats, left: float, right: float, least: float) -> float | None:
-    """A place of [left, right] inside none of the intervals, in the middle of a gap of `least` m.
+    """The middle of the first gap between the intervals in [left, right] wider than `least` m.
 
-    Where `left` is `right` the place itself counts. None if there is none.
+    If left == right, that place, unless it is inside an interval. None if there is no gap.
     """
     if left > right:
         return None

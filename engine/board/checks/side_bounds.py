@@ -1,9 +1,10 @@
-"""How far to the sides a ball can fly before it reaches the bins: a bound from energy alone.
+"""Bounds how far to the sides a ball can fly before it reaches the bins, from its energy.
 
-A ball that left its last contact a height h below the start had a speed of at most sqrt(2 g h)
-there, and at a depth d below the start (d > h or not) it is at most 2 sqrt(h d) to the side: the
-enveloping parabola of all throws. Linear drag only shortens throws: a dragged path lies below the
-parabola of the same throw. So gravity does not matter, and neither do restitution and friction.
+A ball that left its last contact at a height h below the start had a speed of at most sqrt(2 g h)
+there. At a depth d below the start, above or below that contact, it is at most 2 sqrt(h d) to the
+side: the envelope of all throws with this speed is a parabola. Linear drag only shortens a throw,
+because a path with drag lies below the parabola without it. The bound therefore depends neither on
+gravity nor on restitution and friction.
 """
 
 from typing import Final
@@ -14,17 +15,17 @@ import numpy.typing as npt
 from engine.board.checks.obstacles import Floats, Obstacles
 
 SAMPLES: Final = 1025
-"""Depths at which the bound is exact; between them it is a chord of a convex curve, so safe."""
+"""Depths at which the bound is exact; between them it is a chord of a convex curve, hence safe."""
 
 
 def side_limits(obs: Obstacles, starts: Floats, top: float, bottom: float) -> tuple[float, float]:
-    """Smallest and largest x in m at which a ball's centre can come down on `bottom`.
+    """Smallest and largest x in m at which a ball's centre can cross the height `bottom`.
 
-    starts: x of the starts in m, all on height `top`, shape (n,). Ignores that things are in each
-    other's way, and takes each contact at the worst point of the whole disc or wall.
+    starts: x of the starts in m, all at height `top`, shape (n,). The bound ignores that obstacles
+    shield each other, and assumes each contact at the worst point of the disc or wall.
     """
     x, y, half, low = _bodies(obs)
-    # In u = sqrt(depth) the bound from each contact, x + 2 sqrt(h) u, is a straight line.
+    # As a function of u = sqrt(depth), the bound from each contact, x + 2 sqrt(h) u, is a line.
     u = np.sqrt(np.linspace(0.0, bottom - top, SAMPLES))
     right = np.full(SAMPLES, float(np.max(starts)))
     left = np.full(SAMPLES, float(np.min(starts)))
@@ -45,7 +46,7 @@ def side_limits(obs: Obstacles, starts: Floats, top: float, bottom: float) -> tu
 
 
 def _bodies(obs: Obstacles) -> tuple[Floats, Floats, Floats, Floats]:
-    """Boxes around discs and walls: centre x and y, half width and half height, metres."""
+    """Bounding boxes of discs and walls' strips: centre x and y, half width and half height, m."""
     return (
         np.concatenate((obs.x, 0.5 * (obs.x1 + obs.x2))),
         np.concatenate((obs.y, 0.5 * (obs.y1 + obs.y2))),

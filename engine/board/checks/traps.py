@@ -1,11 +1,12 @@
-"""Finds traps: places where a ball would rest between two things for good.
+"""Finds traps: places where a ball would rest between two obstacles for good.
 
-A ball that touches two things rests without friction if their pushes, along the outward normals,
-can balance its weight: if 'up' is strictly between the two normals. Every stable rest, on three
-things and more too, has two such. Balance on one thing (the top of a peg, a level wall) is not a
-trap: a breath ends it, and a drop that starts in it ends as unsettled.
+Without friction, a ball rests on two obstacles if their forces, along the outward normals, can
+balance its weight. That is so if 'up' is strictly between the two normals. A ball at rest on three
+or more obstacles always touches two such ones. Balance on one obstacle (the top of a peg, a level
+wall) is not a trap: the slightest disturbance ends it, and a drop that starts there is unsettled.
 
-Exact, but for friction: with much of it a ball could stick between things that lean a little, too.
+The check is exact without friction. With a high friction, a ball could also stick between
+obstacles that lean a little.
 """
 
 from collections.abc import Iterable, Iterator
@@ -21,19 +22,20 @@ from engine.board.faults import Faults
 from engine.board.fields import BoardFields
 
 LEAN: Final = 1e-9
-"""How far, in radians, normals must lean to either side: a ball in the corner of a level wall and
-an upright one balances, it is not trapped. Above rounding, below anything drawn on purpose."""
+"""Least angle in radians by which each normal must lean from 'up' to its side. A ball in the corner
+of a level and an upright wall only balances on the level one. The angle is larger than rounding and
+smaller than any slope drawn on purpose."""
 
 OVERLAP: Final = 1e-9
-"""Relative overlap with a third thing that still counts as touching."""
+"""Relative overlap with a third obstacle that still counts as touching."""
 
 
 @dataclass(frozen=True, slots=True)
 class DoubleContacts:
-    """Places of a ball's centre where it touches two things; arrays of equal length.
+    """Places of a ball's centre where it touches two obstacles a and b; arrays of equal length.
 
-    x, y in m; (ax, ay) and (bx, by): unit normals from the things to the ball; a, b: the things,
-    discs by index and walls by ~index.
+    x, y in m; (ax, ay) and (bx, by): unit normals from the obstacles to the ball; a, b: the index
+    of a disc, or ~index of a wall.
     """
 
     x: Floats
@@ -46,14 +48,13 @@ class DoubleContacts:
     b: Ints
 
     def where(self, mask: Bools) -> "DoubleContacts":
-        """Those that `mask` selects."""
         return DoubleContacts(*(getattr(self, name)[mask] for name in self.__slots__))
 
 
 def check_traps(
     board: BoardFields, obs: Obstacles, pairs: tuple[Ints, Ints, Floats], reach: Reach
 ) -> None:
-    """Raise BoardError naming the places, reached and above the bins, where a ball is trapped."""
+    """Raise BoardError naming the traps above the bins that a ball can reach."""
     above_bins = (board.drop.y, board.bins.y)
     traps = _joined(_traps(some, *above_bins) for some in _touching_two(obs, pairs))
     traps = traps.where(reach.is_near(traps.x, traps.y))
@@ -66,21 +67,21 @@ def check_traps(
             a, b = _name(obs, int(traps.a[k])), _name(obs, int(traps.b[k]))
             faults.add(
                 a.split("'")[0],
-                f"the gap between {a} and {b} is one that a ball can wedge in: a ball of "
-                f"radius {obs.radius:g} m at ({x:.6g}, {y:.6g}) rests there for good",
+                f"a ball can wedge in the gap between {a} and {b}: with radius {obs.radius:g} m "
+                f"it rests at ({x:.6g}, {y:.6g}) for good; widen or close the gap",
             )
     faults.end()
 
 
 def _joined(parts: Iterable[DoubleContacts]) -> DoubleContacts:
-    """Return all of `parts`, which are one at least, as one."""
+    """Concatenate `parts`, of which there must be at least one."""
     columns = ([getattr(part, name) for name in DoubleContacts.__slots__] for part in parts)
     values = zip(*columns, strict=True)
     return DoubleContacts(*(np.concatenate(arrays) for arrays in values))
 
 
 def _traps(doubles: DoubleContacts, top: float, bottom: float) -> DoubleContacts:
-    """Those of `doubles` from the height `top` to `bottom` in m that would hold a ball."""
+    """The traps among `doubles` from height `top` to `bottom`, in m."""
     return doubles.where((doubles.y >= top) & (doubles.y < bottom) & _are_traps(doubles))
 
 
@@ -89,7 +90,7 @@ def _name(obs: Obstacles, thing: int) -> str:
 
 
 def _are_traps(doubles: DoubleContacts) -> Bools:
-    """Tell if 'up', (0, -1), is strictly between the normals: one leans left, the other right."""
+    """Whether 'up', (0, -1), is strictly between the normals: one leans left, the other right."""
     turn = doubles.ax * doubles.by - doubles.ay * doubles.bx
     result: Bools = np.where(
         turn > 0.0,
@@ -176,7 +177,7 @@ def _wall_wall(obs: Obstacles) -> Iterator[DoubleContacts]:
 
 
 def _boxes_near(obs: Obstacles, k: int, others: Ints) -> Ints:
-    """Those of `others` whose bounding box is no farther than a ball is wide from wall `k`'s."""
+    """Those of `others` whose bounding box is within one ball diameter of wall `k`'s."""
     near = np.ones(len(others), dtype=np.bool_)
     for a, b in ((obs.x1, obs.x2), (obs.y1, obs.y2)):
         low, high = min(a[k], b[k]) - 2.0 * obs.radius, max(a[k], b[k]) + 2.0 * obs.radius
@@ -189,7 +190,10 @@ def _boxes_near(obs: Obstacles, k: int, others: Ints) -> Ints:
 def _wall_pair(
     obs: Obstacles, k: int, others: Ints, turn: Floats, side_k: float, side_o: float
 ) -> DoubleContacts:
-    """Where lines R beside wall `k` and beside each of `others` meet, on the given sides."""
+    """Where a ball touches wall `k` and one of `others`, each on the given side.
+
+    Its centre is where the parallels to both walls at distance R intersect.
+    """
     ax, ay = -side_k * obs.ty[k], side_k * obs.tx[k]
     bx, by = -side_o * obs.ty[others], side_o * obs.tx[others]
     dx = obs.x1[others] - obs.x1[k] + obs.radius * (bx - ax)

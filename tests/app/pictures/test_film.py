@@ -277,7 +277,7 @@ async def test_who_watches_pays_and_without_a_budget_waits_for_it() -> None:
     budgets = Budgets(rate=0.5, burst=0.001)
     async with filming() as cameras:
         cameras._clock = lambda: now[0]
-        cameras._purse = budgets
+        cameras._budget = budgets
         room = room_of()
         camera, _, _ = await cameras.open(room, SHOT, "10.0.0.1")
         wait = budgets.wait("10.0.0.1", now[0])
@@ -299,7 +299,7 @@ async def test_cameras_and_viewers_are_bounded() -> None:
         with pytest.raises(BusyError, match="1 cameras"):
             await cameras.open(room, Shot("r", 300, "light", 60))
         await cameras.open(room, SHOT)
-        with pytest.raises(RoomFullError, match="2 watch"):
+        with pytest.raises(RoomFullError, match="2 viewers"):
             await cameras.open(room, SHOT)
 
 

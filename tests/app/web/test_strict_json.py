@@ -51,7 +51,7 @@ def test_a_key_given_twice_is_refused_in_every_body(
     [
         ("NaN", "NaN is not a JSON number"),
         ("1e999", "1e999 is out of range"),
-        (r'"\ud800"', r"'\ud800' has a lone surrogate, which is no character"),
+        (r'"\ud800"', r"'\ud800' has a lone surrogate, which is not a character"),
     ],
     ids=["nan", "huge", "surrogate"],
 )

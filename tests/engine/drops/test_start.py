@@ -14,7 +14,7 @@ ZONE = BOARD.drop
 AIM = ZONE.x + 0.5 * ZONE.aim_span
 
 
-def test_an_aim_moves_the_middle_and_the_seed_still_draws_the_offset() -> None:
+def test_an_aim_moves_the_middle_and_the_seed_draws_the_offset() -> None:
     for seed in (0, 42, 2**64 - 1):
         aimed = drop(BOARD, seed, aim=AIM)
         assert aimed.x_start == start_x(seed, AIM, ZONE.jitter)
@@ -23,7 +23,7 @@ def test_an_aim_moves_the_middle_and_the_seed_still_draws_the_offset() -> None:
     assert len({drop(BOARD, seed, aim=AIM).digest for seed in range(20)}) == 20
 
 
-def test_many_drops_one_drop_and_a_world_s_ball_take_the_same_aim_to_the_same_start() -> None:
+def test_drop_many_drop_and_world_turn_an_aim_into_one_start() -> None:
     many = drop_many(BOARD, range(5), aim=AIM)
     world = World(BOARD)
     for seed in range(5):
@@ -59,7 +59,7 @@ def test_starts_of_the_outermost_aims_stay_in_the_drop_zone() -> None:
         ({"seed": 1, "aim": ZONE.x + 1.01 * ZONE.aim_span}, "aim .* is not from"),
         ({"seed": 1, "aim": float("nan")}, "aim nan is not from"),
         ({"seed": 1, "aim": True}, "aim True is not a number"),
-        ({"seed": 1, "aim": AIM, "x": 0.0}, "aim .* beside x 0.0"),
+        ({"seed": 1, "aim": AIM, "x": 0.0}, "aim is .*, but x is 0.0"),
     ],
 )
 def test_an_aim_that_says_no_start_is_refused_and_named(
@@ -74,5 +74,5 @@ def test_where_there_are_slots_only_they_can_be_aimed_at() -> None:
     form["drop"] |= {"slots": [-0.1, 0.1], "aim": 0.2}
     board = Board.from_json(form)
     assert drop(board, 3, aim=-0.1).x_start == start_x(3, -0.1, ZONE.jitter)
-    with pytest.raises(ParameterError, match=r"aim 0\.05 is none of the slots, which are -0\.1, "):
+    with pytest.raises(ParameterError, match=r"aim 0\.05 is not a slot: the slots are -0\.1, "):
         drop(board, 3, aim=0.05)

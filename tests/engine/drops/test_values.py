@@ -121,7 +121,7 @@ def test_a_part_of_a_batch_is_a_batch() -> None:
 
 @pytest.mark.parametrize("row", [5, -6, 2**70])
 def test_a_drop_that_a_batch_has_not_is_named(row: int) -> None:
-    with pytest.raises(IndexError, match=f"drop {row} of a batch of 5"):
+    with pytest.raises(IndexError, match=f"drop {row} is out of range: the batch has 5"):
         drop_many(BOARD, range(5))[row]
 
 

@@ -76,7 +76,7 @@ def test_a_log_that_was_cut_taken_away_or_harmed_is_noticed(
 ) -> None:
     harm(log_of(killed))
     for _ in range(2):
-        with pytest.raises(SettingError, match=r"lost what was written last.*tells of commit 4"):
+        with pytest.raises(SettingError, match=r"lost its last commits.*has commit 4"):
             Database(url_of(killed)).open()
     killed.with_name("plinko.db-fence").unlink()
     assert [holds(killed, 1), holds(killed, 4)] == [True, False], "on demand it goes on"
@@ -98,7 +98,7 @@ def test_a_first_life_whose_log_is_gone_is_no_empty_start(tmp_path: Path) -> Non
 
 def test_a_file_that_is_gone_is_no_empty_start(killed: Path) -> None:
     killed.unlink()
-    with pytest.raises(SettingError, match=r"no such file, but plinko\.db-fence beside it"):
+    with pytest.raises(SettingError, match=r"no such file, but plinko\.db-fence next to it"):
         Database(url_of(killed)).open()
     assert not killed.exists()
 
@@ -109,7 +109,7 @@ def test_a_log_whose_commits_are_all_in_the_file_may_go(killed: Path) -> None:
     assert holds(killed, 4)
 
 
-def test_a_ledger_without_a_fence_gets_one_and_a_fence_that_is_none_is_named(
+def test_a_missing_fence_is_made_and_an_invalid_one_named(
     killed: Path,
 ) -> None:
     fence = killed.with_name("plinko.db-fence")
@@ -117,7 +117,7 @@ def test_a_ledger_without_a_fence_gets_one_and_a_fence_that_is_none_is_named(
     assert holds(killed, 4)
     assert (fence.read_text(), fence.stat().st_mode & 0o777) == ("0000000004\n", 0o600)
     fence.write_text("four\n")
-    with pytest.raises(SettingError, match=r"plinko\.db-fence holds 'four\\n' where a number"):
+    with pytest.raises(SettingError, match=r"plinko\.db-fence contains 'four\\n' instead of"):
         Database(url_of(killed)).open()
 
 
@@ -141,7 +141,7 @@ def test_only_what_changes_something_is_counted(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("number", "beside", "sound"), [
     (0, (1 << 31) - 1, True), ((1 << 31) - 1, 0, False), (7, 7, True), (8, 7, True), (6, 7, False),
 ])  # fmt: skip
-def test_numbers_that_begin_again_are_compared_the_nearer_way_round(
+def test_numbers_that_wrap_around_compare_the_nearer_way(
     tmp_path: Path, number: int, beside: int, sound: bool
 ) -> None:
     file = tmp_path / "plinko.db"
