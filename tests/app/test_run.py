@@ -74,7 +74,7 @@ def test_sighup_does_not_end_it_and_a_misspelt_variable_is_named() -> None:
         running.send_signal(signal.SIGTERM)
         _, err = running.communicate(timeout=LIMIT)
         assert running.returncode == 0
-        assert "PLINKO_SECRETS in the environment is no setting: did you mean" in err
+        assert "PLINKO_SECRETS in the environment is not a setting: did you mean" in err
 
 
 def test_a_taken_port_is_named() -> None:
