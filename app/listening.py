@@ -52,7 +52,7 @@ class Server(uvicorn.Server):
         self.listening = threading.Event()
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Start, then exclude all present objects from later garbage collections."""
+        """Start, then exclude all present objects from garbage collection, which delays ticks."""
         await super().startup(sockets)
         gc.collect()
         gc.freeze()

@@ -170,8 +170,8 @@ async def open_room(request: Request, server: Server, key: Key = None) -> Respon
     again = None if key is None else again_of("open", creator, key)
     if again is not None and (found := await server.rooms.begun_by(again)) is not None:
         return _opened(server, found)
-    held = await server.rooms.made_by(creator)
-    with server.creators.place(address, server.rooms.free, held) as take:
+    count = await server.rooms.made_by(creator)
+    with server.creators.place(address, server.rooms.free, count) as take:
         body = await read(request, RoomRequest)
         if body.story is None:
             basis, mode = await _basis(request, server, body)
