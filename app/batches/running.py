@@ -22,7 +22,7 @@ Report = Callable[[int], None]
 
 @dataclass
 class Run:
-    """A growing tally, and the s that its blocks took.
+    """A growing tally, and the computing time of its blocks in s.
 
     path: the file in which to save it. clock: a monotonic time in s.
     """

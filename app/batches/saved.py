@@ -7,11 +7,11 @@ from engine import RecordError
 from engine.batches.tally import Tally, tally_of
 
 SECONDS = "seconds"
-"""The field of a file for the s that its blocks took; all other fields are the tally's."""
+"""The field of a file for the computing time in s; all other fields are the tally's."""
 
 
 def load(path: Path) -> tuple[Tally, float]:
-    """Read a tally and the s that it took; raises RecordError if the file is invalid."""
+    """Read a tally and its computing time in s; raises RecordError if the file is invalid."""
     try:
         form = json.loads(path.read_text(encoding="utf-8"))
         tally = tally_of(form)

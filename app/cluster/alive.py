@@ -42,8 +42,7 @@ class Alive:
         self.looked = Signal()
         self._database = database
         self._book = book
-        # When the event loop last handled a heartbeat, in s of the monotonic clock.
-        self._came_round = 0.0
+        self._handled = 0.0  # when the event loop last handled a heartbeat, s of a monotonic clock
         self._depending: dict[asyncio.Timeout, str] = {}  # each with the holder it depends on
 
     @property
@@ -57,35 +56,35 @@ class Alive:
 
     async def run(self) -> None:
         """Send heartbeats until cancelled, also through failures of PostgreSQL."""
-        self._came_round = time.monotonic()
-        tell, over = asyncio.get_running_loop().call_soon_threadsafe, threading.Event()
-        thread = threading.Thread(target=self._beat, args=(tell, over), name="beats", daemon=True)
+        self._handled = time.monotonic()
+        call, stop = asyncio.get_running_loop().call_soon_threadsafe, threading.Event()
+        thread = threading.Thread(target=self._beat, args=(call, stop), name="beats", daemon=True)
         thread.start()
         try:
             await asyncio.Event().wait()
         finally:
-            over.set()
+            stop.set()
             await asyncio.to_thread(thread.join, LEASE)
 
-    def _beat(self, tell: Callable[..., object], over: threading.Event) -> None:
-        while not over.is_set():
+    def _beat(self, call: Callable[..., object], stop: threading.Event) -> None:
+        while not stop.is_set():
             began = time.monotonic()
             try:
                 with Beats.connected(self._database) as beats:
-                    while not over.is_set():
-                        if time.monotonic() < self._came_round + _STALLED_SECONDS:
+                    while not stop.is_set():
+                        if time.monotonic() < self._handled + _STALLED_SECONDS:
                             me = self.me
-                            tell(self.look, me, beats.beat(me))
-                        beats.until_told()
+                            call(self.look, me, beats.beat(me))
+                        beats.pause()
             except FAILURES as error:
-                tell(self.failed, error)
+                call(self.failed, error)
             # Reconnect at once if the connection lasted a while: others consider a server without
             # a connection failed after LATE instead of LEASE.
-            over.wait(began + BEAT - time.monotonic())
+            stop.wait(began + BEAT - time.monotonic())
 
     def look(self, me: Member, found: Iterable[Seen]) -> None:
         """Update the view with the servers that the heartbeat of `me` found."""
-        self._came_round = time.monotonic()
+        self._handled = time.monotonic()
         if late := self.view.look(me, found):
             _log.warning(
                 "this server was late: its last heartbeat was %.1f s ago, and after %g s others "
@@ -101,11 +100,9 @@ class Alive:
 
     def failed(self, error: Exception) -> None:
         """Note that a heartbeat failed. The members known until now stay."""
-        self._came_round = time.monotonic()
+        self._handled = time.monotonic()
         if self.view.up:
-            _log.warning(
-                "heartbeats fail; until they succeed no server takes over rooms: %s", error
-            )
+            _log.warning("heartbeats fail, so it is unknown which servers are alive: %s", error)
         self.view.failed()
         self.looked.send()
 

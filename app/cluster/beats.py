@@ -77,7 +77,7 @@ class Beats:
             self._connection.execute("NOTIFY members")
         return found
 
-    def until_told(self) -> None:
+    def pause(self) -> None:
         """Wait until the next heartbeat is due, or until a server notifies that it leaves."""
         for _ in self._connection.notifies(timeout=BEAT, stop_after=1):
             pass

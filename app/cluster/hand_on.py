@@ -25,7 +25,7 @@ from app.cluster.alive import Alive
 from app.cluster.membership import Member
 from app.cluster.peers import Peers
 from app.errors import AppError, EndedError, LeaseLostError
-from app.relay.line import RESTART, both_ways, end_of
+from app.relay.proxy import RESTART, both_ways, end_of
 from app.web.problems import HOPS, MOVED, problem_response
 
 _SOCKETS: Final = "/ws/rooms/"
@@ -67,7 +67,6 @@ class HandOn:
         self._fetch = fetch
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer a request here or forward it (ASGI)."""
         if scope["type"] == "http":
             await self._request(scope, receive, send)
         elif scope["type"] == "websocket" and scope["path"].startswith(_SOCKETS):

@@ -15,13 +15,13 @@ from typing import Any, Final
 from engine import Board
 
 REQUEST: Final = struct.Struct("!Qdd")
-"""Number of bytes of the packed work; its limits in s of a core and in s of real time."""
+"""Number of bytes of the packed work; its limits in CPU seconds and in s of real time."""
 
 BEGUN: Final = b"\x01"
 """The worker has received the whole request and begins. Before this byte it has done nothing."""
 
 REPLY: Final = struct.Struct("!Qd?")
-"""Number of bytes of the pickled outcome; s of a core it took; whether the worker ends now."""
+"""Number of bytes of the pickled outcome; CPU seconds used; whether the worker ends now."""
 
 _KEPT: Final = 8
 """Boards cached in packed form. The largest take 0.8 MB each: the bytes, and the board itself."""

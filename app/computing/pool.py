@@ -14,7 +14,7 @@ from app.errors import AppError, BusyError, EndedError
 
 T = TypeVar("T")
 
-DEADLINE: Final = 10.0  # s of a core that one job may take
+DEADLINE: Final = 10.0  # CPU seconds that one job may take
 
 MAX_JOBS: Final = 64  # jobs that may wait; more are refused with 503
 
@@ -46,7 +46,7 @@ class Workers:
     ) -> None:
         self.processes = processes
         self.max_jobs = max_jobs
-        self.seconds = 0.0  # computed until now, in s of a core
+        self.seconds = 0.0  # CPU seconds of all jobs until now
         self._patience = patience
         self._start = start
         self._waiting: list[_Job] = []
@@ -92,7 +92,7 @@ class Workers:
         """Run `work`, a module's function, in a worker and return its result.
 
         Raises what `work` raises; BusyError if too many jobs wait; DeadlineError if it takes more
-        than `deadline` s of a core, or `patience` times as long in real time; EndedError if the
+        than `deadline` CPU seconds, or `patience` times as long in real time; EndedError if the
         worker ended. Cancelling the caller kills the worker.
         """
         done = await self.measured(work, quick=quick, deadline=deadline)

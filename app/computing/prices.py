@@ -2,7 +2,7 @@
 
 A price counts the unit of work that dominates a request, such as events, substeps, or pixels times
 frames. A request over the limit is refused. Otherwise the client's budget is charged the estimate
-in s of a core, and corrected by the measured time afterwards.
+in CPU seconds, and corrected by the measured time afterwards.
 """
 
 import math
@@ -42,7 +42,7 @@ PROOFS: Final = 512.0
 _EVENTS_A_DROP: Final = 60.0  # on the presets; the estimate for any board
 _BOUNCES: Final = 5.0  # how much longer a fall takes with pegs than without, on the presets
 
-# Measured s of a core for one unit of each kind.
+# Measured CPU seconds for one unit of each kind.
 _EVENT: Final = 2e-6
 _SUBSTEP: Final = 5e-8
 _KEPT_SUBSTEP: Final = 4e-7
@@ -56,15 +56,15 @@ _ONCE: Final = 1e-3  # fixed cost of any job for a worker
 _PRESET_DROP: Final = 2e-4  # with its record: 60 to 120 us
 
 UNSETTLED: Final = 2.0
-"""s of a core for a room in which balls fall so long that their ends are not computed at once."""
+"""CPU seconds for a room in which balls fall so long that their ends are not computed at once."""
 
 SHORT: Final = 5e-4
-"""s of a core. The server's own process computes cheaper drops; see `ShortDrops`."""
+"""CPU seconds. The server's own process computes cheaper drops; see `ShortDrops`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Price:
-    """An amount of work in the unit `what`, its limit, and its estimate in s of a core."""
+    """An amount of work in the unit `what`, its limit, and its estimate in CPU seconds."""
 
     what: str
     amount: float
@@ -84,7 +84,7 @@ class Price:
 
 
 def fall_time(board: Board) -> float:
-    """Roughly the s that a ball takes to fall without touching a peg: no drop ends sooner."""
+    """Rough time in s of a fall that touches no peg: no drop ends sooner."""
     height = max(board.bins.y - board.drop.y, 0.0)
     if board.gravity <= 0.0:
         return math.inf

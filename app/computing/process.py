@@ -35,7 +35,7 @@ reads those of all its processes whenever it starts another."""
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """A worker's reply: the value, or the error that the work raised; and the s of a core."""
+    """A worker's reply: the value, or the error that the work raised; and its CPU seconds."""
 
     value: Any
     error: Exception | None
@@ -91,7 +91,7 @@ class WorkerProcess:
     async def do(self, work: bytes, seconds: float, real: float) -> Done | None:
         """Send packed work and return the reply, or None if the process ended before it began.
 
-        Raises DeadlineError if the work takes more than `seconds` s of a core or `real` s of real
+        Raises DeadlineError if the work takes more than `seconds` CPU seconds or `real` s of real
         time; EndedError if the process ended after it had begun. The worker is then unusable.
         """
         begun = False

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from engine.certified.certify import Effort
 
 MAX_SECONDS: Final = 8.0
-"""s of a core for all proofs of a job. The rest stays undecided, well before `pool.DEADLINE`."""
+"""CPU seconds for all proofs of a job; the rest stays undecided. Well below `pool.DEADLINE`."""
 
 
 def effort() -> "Effort":

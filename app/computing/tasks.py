@@ -29,7 +29,7 @@ from engine.payouts.solve import solve_payouts
 from engine.seeding import SEED_LIMIT
 
 MAX_SECONDS: Final = 9.0
-"""s of a core for many drops. The error at this limit says how many were done; any other job runs
+"""CPU seconds for many drops. The error at this limit says how many were done; any other job runs
 until `pool.DEADLINE`."""
 
 MAX_FRAMES: Final = 100_000  # rows of one reply, about 10 MB of JSON
@@ -191,7 +191,7 @@ def _before(done: Drop) -> npt.NDArray[np.void]:
 
 
 class Patience:
-    """Called with the drops done until now; raises InvalidValueError after `seconds` of a core."""
+    """Called with the number of drops done; raises InvalidValueError after too many CPU seconds."""
 
     def __init__(self, drops: int, seconds: float) -> None:
         self._drops = drops

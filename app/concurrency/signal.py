@@ -15,5 +15,4 @@ class Signal:
         sent.set()
 
     async def wait(self) -> None:
-        """Return when the signal is next sent."""
         await self._next.wait()

@@ -1,7 +1,7 @@
-"""Rooms of a ledger that several servers share come to this one.
+"""Brings rooms to this server, where several servers share a ledger.
 
-A room is at one server at a time. It is brought here when a client asks for it here, or when the
-server that had it is gone, and is rebuilt from what that one has written.
+Only one server has a room at a time. This server takes a room when a client asks for it here, or
+when the server that had it has failed, and rebuilds it from the ledger.
 """
 
 import asyncio
@@ -23,23 +23,25 @@ from app.rooms.records import LeaseRow
 from app.rooms.room import Ground, Room
 
 _ARRIVAL_SECONDS: Final = 10.0
-"""s that a client waits for a room; then it hears that the room takes longer."""
+"""s that a client waits for a room before it gets RebuildingError."""
 
-_AT_ONCE: Final = 4  # rooms that are rebuilt at a time
+_AT_ONCE: Final = 4  # rooms rebuilt at a time
 
 _log = logging.getLogger("plinko")
 
 Claim = Callable[[str, LeaseRow | None], int | None]
-"""Whether this server may take a room that has this row: the number of the lease that its own is to
-follow, None for any, or a LeaseLostError."""
+"""Decides whether this server may take a room whose lease has this row.
+
+Returns the number of the lease that the new one must follow, or None if any will do. Raises
+LeaseLostError if the room belongs to another server."""
 
 
 def any_room(room_id: str, row: LeaseRow | None) -> None:
-    """Any room may be taken, whoever has it."""
+    """A claim that allows every room."""
 
 
 class Arriving:
-    """For the event loop's thread. `make` makes a public room that the ledger does not know."""
+    """For the event loop's thread. `make` makes a public room that is not in the ledger."""
 
     def __init__(
         self,
@@ -61,13 +63,16 @@ class Arriving:
         self._make = make
         self._leaving = leaving
         self._coming: dict[str, asyncio.Task[LiveRoom | None]] = {}
-        self._looks = SingleFlight[tuple[bool, int | None]]()  # for rooms that are not here
+        self._lookups = SingleFlight[
+            tuple[bool, int | None]
+        ]()  # reads of leases in progress, by room
         self._places = asyncio.Semaphore(_AT_ONCE)
 
     async def fetch(self, room_id: str) -> None:
-        """Have a room in memory, if there is one of this id; raises what the claim raises.
+        """Bring the room with this id into memory, if it exists.
 
-        Also LedgerError, DamagedRoomError, RebuildingError when it takes too long to wait.
+        Raises what the claim raises, LedgerError, DamagedRoomError, and RebuildingError if it takes
+        too long.
         """
         await self._leaving.until_left(room_id)
         if room_id in self._rooms.in_memory:
@@ -77,42 +82,43 @@ class Arriving:
         self._persistence.recovery.check(room_id)
         exists, after = True, None
         if room_id not in self._coming:
-            exists, after = await self._looks.do(room_id, lambda: self._look_for(room_id))
+            exists, after = await self._lookups.do(room_id, lambda: self._look_up(room_id))
         if exists:
             await self.take_over(room_id, after)
 
-    async def _look_for(self, room_id: str) -> tuple[bool, int | None]:
-        """Whether there is a room, and after which lease this server may take it."""
+    async def _look_up(self, room_id: str) -> tuple[bool, int | None]:
+        """Whether the room exists, and the lease that this server's lease must follow."""
         exists, row = await self._persistence.ledger.read(lease_store.standing, room=room_id)
         exists = exists or room_id in self._public
         return exists, self._claim(room_id, row) if exists else None
 
     async def _confirm(self, room_id: str) -> None:
-        """Put a room away that another server has taken: no client comes to it here any more.
+        """Remove a room that another server has taken.
 
         A server that was frozen could still show its clients a state that another server has
-        replaced. While the ledger cannot be read nothing is known to be wrong.
+        replaced. While the ledger cannot be read, the room stays.
         """
         lease = self._leases.book.of(room_id)
         try:
             await self._leases.confirm_lately(room_id)
         except LeaseLostError:
-            if self._leases.book.of(room_id) == lease:  # else it left meanwhile, and may be back
+            # Otherwise the room left meanwhile, and may have come back under another lease.
+            if self._leases.book.of(room_id) == lease:
                 self._leaving.put_away(room_id)
         except LedgerError as error:
-            _log.info("it is not seen who has a room: %s", error, extra={"room": room_id})
+            _log.info("cannot confirm the lease of a room: %s", error, extra={"room": room_id})
 
     async def begin(self, room_id: str) -> None:
-        """Have a room that nobody had: its id is new; raises what the claim raises, LedgerError."""
+        """Take the lease of a new room; raises what the claim raises, and LedgerError."""
         row = await self._leases.holder_of(room_id)
         after = self._claim(room_id, row)
         await self._leases.take(room_id, after, self._leaving.put_away)
 
     async def take_over(self, room_id: str, after: int | None = None) -> LiveRoom | None:
-        """Have a room here from now on, whoever had it; None where there is no such room.
+        """Take a room to this server, even from another; returns None if it does not exist.
 
-        `after` as for `Leases.take`. Raises LeaseLostError, LedgerError, DamagedRoomError, and
-        RebuildingError when it takes too long to wait.
+        `after` is as for `Leases.take`. Raises LeaseLostError, LedgerError, DamagedRoomError, and
+        RebuildingError if it takes too long.
         """
         live = self._rooms.in_memory.get(room_id)
         if live is not None:
@@ -128,20 +134,20 @@ class Arriving:
     def begin_work(
         self, room_id: str, work: Coroutine[None, None, LiveRoom | None]
     ) -> "asyncio.Task[LiveRoom | None]":
-        """Run `work` for a room that is not in memory; who asks for the room waits for it."""
+        """Run `work` on a room that is not in memory; clients that want the room wait for it."""
         task = self._coming[room_id] = asyncio.create_task(work, name=room_id)
         task.add_done_callback(self._came)
         return task
 
     def is_coming(self, room_id: str) -> bool:
-        """Whether something is done with a room that is not in memory."""
+        """Whether `begin_work` runs for a room."""
         return room_id in self._coming
 
     def _came(self, task: "asyncio.Task[LiveRoom | None]") -> None:
         room_id = task.get_name()
         del self._coming[room_id]
         if not task.cancelled() and task.exception() is not None:
-            _log.info("room stays away: %s", task.exception(), extra={"room": room_id})
+            _log.info("cannot bring a room here: %s", task.exception(), extra={"room": room_id})
 
     async def _bring(self, room_id: str, after: int | None) -> LiveRoom | None:
         await self._leases.take(room_id, after, self._leaving.put_away)

@@ -1,6 +1,6 @@
-"""Which tables an operator has halted: they take nothing new, and what is in flight lands and pays.
+"""The rooms that the operator has halted: they take no drops; balls in flight land and pay.
 
-A halt is in the ledger before it is answered, and outlives the server.
+A halt is committed to the ledger before the request is answered, so it survives a restart.
 """
 
 import asyncio
@@ -18,7 +18,7 @@ _log = logging.getLogger("plinko")
 
 
 class Halts:
-    """For the event loop's thread. `tell` has who watches rooms told; `now` is Unix time, in s."""
+    """For the event loop's thread. `tell` informs the clients; `now` returns Unix time in s."""
 
     def __init__(
         self,
@@ -34,33 +34,33 @@ class Halts:
 
     @property
     def since(self) -> dict[str, float]:
-        """What is halted, by id, EVERY_ROOM for all, each since when: Unix time, in s."""
+        """The start of each halt, in Unix time in s, by room id; EVERY_ROOM stands for all."""
         return dict(self._since)
 
     def holds(self, room_id: str) -> bool:
-        """Whether this room takes nothing now."""
+        """Whether this room is halted, by itself or with all rooms."""
         return room_id in self._since or EVERY_ROOM in self._since
 
     def check(self, room_id: str) -> None:
-        """Raise HaltedError where nothing is taken."""
+        """Raise HaltedError if this room is halted."""
         if self.holds(room_id):
             raise HaltedError(
-                f"room {room_id!r} is halted by who runs this server: it takes no drops now; those "
-                "in flight land and are paid",
+                f"room {room_id!r} is halted by the operator of this server: it takes no drops "
+                "now; balls in flight land and pay",
                 field="room",
             )
 
     async def load(self) -> None:
-        """What the last server had halted; raises LedgerError when the ledger cannot be read."""
+        """Read the halts at the server's start; raises LedgerError if the ledger is unreadable."""
         if not self._ledger.keeps:
             return
         try:
             self._since = await self._ledger.read(halt_store.halts)
         except DamagedRoomError as error:
-            _log.error("which tables are halted cannot be read, so that none is: %s", error)
+            _log.error("the record of halts is damaged, so no room is halted: %s", error)
 
     async def follow(self) -> None:
-        """What another server has halted or let go on meanwhile; raises LedgerError."""
+        """Take over the halts and releases of other servers; raises LedgerError."""
         async with self._turn:
             found = await self._ledger.read(halt_store.halts)
             if found != self._since:
@@ -68,18 +68,18 @@ class Halts:
                 self._tell_all()
 
     async def halt(self, room_id: str) -> None:
-        """Take nothing more in a room; raises LedgerError, and then it goes on."""
+        """Halt a room. Raises LedgerError; the room then goes on."""
         await self._ledger.decided(self._halt(room_id))
 
     async def release(self, room_id: str) -> None:
-        """Go on in a room; raises LedgerError, and then it stays halted."""
+        """End the halt of a room. Raises LedgerError; the room then stays halted."""
         await self._ledger.decided(self._release(room_id))
 
     async def _halt(self, room_id: str) -> None:
         async with self._turn:
             if room_id in self._since:
                 return
-            since = self._since[room_id] = self._now()  # at once: a ledger may take its time
+            since = self._since[room_id] = self._now()  # effective while the ledger commits it
             try:
                 await self._ledger.commit(Halt(room_id, since))
             except LedgerError:

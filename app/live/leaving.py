@@ -1,7 +1,7 @@
-"""Rooms of a ledger that several servers share leave this one.
+"""Gives rooms of this server up, where several servers share a ledger.
 
-In order, from the very tick at which they are and with all that is known of them written down; or
-at once, when another server has taken them.
+A handover is orderly: the room's state is committed, and another server continues at the same tick.
+A room that another server has taken is removed at once.
 """
 
 import asyncio
@@ -18,28 +18,28 @@ from app.persistence.service import PersistenceService
 from app.rooms.room import Room
 
 _ENTRY_SECONDS: Final = 2.0
-"""s that drops which were taken may need to enter before a room is handed over."""
+"""s that planned drops may take to enter before a room is handed over."""
 
-_ENTRY_POLL: Final = 0.005  # s between two polls of whether they have
+_ENTRY_POLL: Final = 0.005  # s between two checks whether they have entered
 
 _log = logging.getLogger("plinko")
 
 
 class Memory(Protocol):
-    """What is done with rooms in memory, by `Rooms`."""
+    """The operations of `Rooms` on its memory that arriving and leaving rooms need."""
 
     def add(self, room: Room) -> LiveRoom:
         """Take a room into memory."""
 
     def drop_from_memory(self, live: LiveRoom, error: LeaseLostError) -> None:
-        """Have a room no more: it ticks no more, and all who wait for something get `error`."""
+        """Remove a room: it stops ticking, and callers that wait get `error`."""
 
     def send_away(self, room_id: str, error: LeaseLostError) -> None:
-        """Have all who watch a room look for it elsewhere."""
+        """Close the connections of a room's clients, which then reconnect to its new server."""
 
 
 async def _to_nobody() -> None:
-    """No server in particular is to go on with a room: the next one that is asked for it does."""
+    """Hand over to no particular server: the next one that a client asks takes the room."""
 
 
 class Leaving:
@@ -55,12 +55,12 @@ class Leaving:
         self._leaving: dict[str, asyncio.Future[None]] = {}
 
     def check(self, room_id: str) -> None:
-        """Raise LeaseLostError for a room that takes nothing more here."""
+        """Raise LeaseLostError for a room that is being handed over."""
         if room_id in self._leaving:
             raise _going(room_id)
 
     async def until_left(self, room_id: str) -> None:
-        """Return once a room that is on its way to another server is there; at once for others."""
+        """Wait until the handover of a room, if any, has finished."""
         if room_id in self._leaving:
             await asyncio.wait([self._leaving[room_id]])
 
@@ -72,12 +72,12 @@ class Leaving:
         holder: str = "",
         address: str = "",
     ) -> None:
-        """Let a room go on at another server, from the very tick at which it is here.
+        """Hand a room over to another server, which continues at the same tick.
 
-        What was taken enters first. Then the lease is passed on to `holder`, at `address`;
-        `receive` has that server take the room, and only then are the room's clients sent there:
-        they need not wait for it again and again. Raises UnknownRoomError, and LedgerError where it
-        could not be told all; the room is gone from here then as well.
+        First the planned drops enter. Then the lease goes to `holder`, at `address`, and `receive`
+        makes that server take the room. Only then are the room's clients sent there, so that they
+        find it ready. Raises UnknownRoomError, and LedgerError if the room could not be committed
+        completely; even then this server has given the room up.
         """
         if room_id not in self._rooms.in_memory:
             raise UnknownRoomError(f"room {room_id!r} is not at this server", field="room")
@@ -89,7 +89,7 @@ class Leaving:
         if room_id in self._leaving:
             await self.until_left(room_id)
             return
-        away = LeaseLostError(f"room {room_id!r} goes on at another server", field="room")
+        away = LeaseLostError(f"room {room_id!r} has moved to another server", field="room")
         left = self._leaving[room_id] = asyncio.get_running_loop().create_future()
         try:
             live = self._rooms.in_memory.get(room_id)
@@ -112,14 +112,14 @@ class Leaving:
             left.set_result(None)
 
     async def _settle(self, live: LiveRoom) -> None:
-        """Wait until what was taken has entered; what has not is in the ledger all the same."""
+        """Wait until the planned drops have entered; the ledger keeps those that have not."""
         clock = asyncio.get_running_loop().time
         end = clock() + _ENTRY_SECONDS
         while clock() < end and live.gone is None and live.room.planned:
             await asyncio.sleep(_ENTRY_POLL)
 
     def put_away(self, room_id: str) -> None:
-        """A room is another server's: nothing more is sent of it, nor written."""
+        """Remove a room that another server has taken; nothing more of it is sent or written."""
         self._leases.book.drop(room_id)
         _log.warning("another server has taken a room", extra={"room": room_id})
         live = self._rooms.in_memory.get(room_id)
@@ -130,4 +130,4 @@ class Leaving:
 
 
 def _going(room_id: str) -> LeaseLostError:
-    return LeaseLostError(f"room {room_id!r} is going to another server", field="room")
+    return LeaseLostError(f"room {room_id!r} is moving to another server", field="room")

@@ -1,7 +1,16 @@
-"""One room while it is played in: its balls, who watches, what is asked of it and its ticks.
+"""One running room: its requests, its ticks, its audience and its end.
 
-The room itself is pure (app/rooms). Here it meets time, the ledger and the audience: what is asked
-is planned, kept, carried out at its tick and told, in this order, whoever asks.
+The room itself is pure (app/rooms); a LiveRoom connects it to time, the ledger and the clients. It
+treats each input in this order:
+
+1. plan: the pure room validates the input and gives it a number and a tick.
+2. commit: the ledger makes it durable, or refuses it.
+3. admit: at its tick, the pure room carries it out.
+4. announce: every client receives the events, and the caller gets its answer.
+
+No client sees an input that the ledger may still refuse. Inputs have consecutive numbers. If the
+ledger refuses one, it therefore also refuses those planned after it, and reports the latest first,
+so that the room can take back each from the end of its plan.
 """
 
 import asyncio
@@ -18,7 +27,7 @@ from app.errors import (
     ResetError,
     UndecidedError,
 )
-from app.live.broadcast.audience import NOBODY, Audience, Means, Player
+from app.live.broadcast.audience import NOBODY, Audience, AudienceContext, Player
 from app.live.broadcast.hub import Client
 from app.live.halts import Halts
 from app.live.queue import RoomQueue
@@ -37,21 +46,25 @@ from app.rooms.room import Room
 from app.rooms.settling import Settled, settle
 
 Taken = TypeVar("Taken", messages.Accepted, Outcome)
-"""What comes of a drop, for who asks anew and for who asks again."""
+"""The result of a drop: of a first request, or of one that may be a repetition."""
 
-_ALONE: Final = 10.0  # s; who reloads the page finds the scene going on
+_UNWATCHED_SECONDS: Final = 10.0
+"""s for which a scene moves on without spectators, so that reloading the page does not stop it."""
 
-_LOOK: Final = 0.002  # s that a room may follow paths in a turn; those of most drops take 0.1 ms
+_LOOK_AHEAD_SECONDS: Final = 0.002
+"""s in a turn for computing paths ahead; the path of a typical drop takes 0.1 ms."""
 
 
 @dataclass(frozen=True)
-class Around:
-    """What all live rooms of a server share. `new_id` names a life of a room, `draw` gives a seed.
+class RoomContext:
+    """What all live rooms of a server share.
 
-    `filmed` says whether a room is watched by others than clients of the hub.
+    new_id: makes an id for a room run, as clients see it.
+    filmed: whether a room is watched by others than clients of the hub.
+    draw: returns a random seed.
     """
 
-    audiences: Means
+    audiences: AudienceContext
     persistence: PersistenceService
     halts: Halts
     runner: Runner
@@ -61,36 +74,36 @@ class Around:
 
 
 @dataclass(eq=False)
-class _Asked:
-    """Who waits for an input to enter, and its place in a fair session, if it has one."""
+class _Waiter:
+    """A caller that waits for its input to enter; `taken` if it is a drop of a fair session."""
 
     player: Player
     taken: TakenDrop | None
     entered: "asyncio.Future[messages.Event | None]"
     left: AppError | None = None
-    """The error for who waits, once its room has ended or gone: then it does not enter."""
+    """Set when the room has ended or left this server, so that the input will not enter here."""
 
 
 class LiveRoom:
-    """For the event loop's thread. `room` is what stands there now: a reset puts another there."""
+    """One running room, for the event loop's thread. A reset replaces the pure `room`."""
 
-    def __init__(self, room: Room, around: Around) -> None:
+    def __init__(self, room: Room, context: RoomContext) -> None:
         self.id = room.id
         self.room = room
-        self.audience = Audience(around.audiences, room, around.new_id())
+        self.audience = Audience(context.audiences, room, context.new_id())
         self.landings = Landings()
-        self.tick_time = 0.0  # of the last tick, s of the server's clock
-        self._around = around
-        self._persistence = around.persistence
-        self._runner = around.runner
-        self._asked: dict[Pending, _Asked] = {}
-        # Drops under way that may be asked for again, by key.
+        self.tick_time = 0.0  # time of the last tick, s of the server's clock
+        self._context = context
+        self._persistence = context.persistence
+        self._runner = context.runner
+        self._waiters: dict[Pending, _Waiter] = {}
+        # Drops in progress that a client may repeat, by key.
         self._under_way: dict[str, asyncio.Task[messages.Accepted | Outcome]] = {}
-        self._shut: list[AppError] = []  # why nothing is taken for now
-        self.gone: AppError | None = None  # why it is not here any more
-        self._alone = 0  # ticks for which nobody watched a scene
-        self._behind = 0  # ticks by which it waits for another thread
-        self._missed = 0  # ticks in a row that were due and did not run
+        self._refusals: list[AppError] = []  # why requests are refused for now; the last one counts
+        self.gone: AppError | None = None  # why this server no longer has the room
+        self._unwatched = 0  # ticks for which a scene had no spectator
+        self._behind = 0  # due ticks that wait for another thread
+        self._missed = 0  # due ticks in a row that did not run
         self.queue = self._new_queue()
         self._begin()
 
@@ -99,7 +112,7 @@ class LiveRoom:
         self._runner.wake(self)
 
     def _new_queue(self) -> RoomQueue:
-        """What waits in the run that begins or goes on now."""
+        """The queue of the current room run."""
         record = self._persistence.runs.of(self.room)
         return RoomQueue(
             self._persistence.ledger,
@@ -107,26 +120,26 @@ class LiveRoom:
             drop=self.drop_once,
             flying=lambda: {ball.ball for ball in self.room.balls},
             landing=self.landings.next,
-            draw=self._around.draw,
+            draw=self._context.draw,
             tell=self.audience.notify,
             empty=not record.known,
         )
 
     @property
     def owned(self) -> bool:
-        """Whether the room has a creator, who alone may change it."""
+        """Whether the room has an owner, the only one who may change it."""
         return self._persistence.runs.of(self.room).owned
 
     @property
     def watched(self) -> bool:
-        return self._around.audiences.hub.count(self.id) > 0 or self._around.filmed(self.id)
+        return self._context.audiences.hub.count(self.id) > 0 or self._context.filmed(self.id)
 
     def tell_waiting(self, client: Client) -> None:
-        """Send a client that was greeted just now what waits in the queue, if anything does."""
+        """Send a newly greeted client the state of the queue, unless the queue is empty."""
         if self.queue.items:
             client.post(WireMessage.of_text(messages.encode_event(self.queue.event)))
 
-    # What is asked.
+    # Requests.
 
     async def drop(
         self,
@@ -134,11 +147,11 @@ class LiveRoom:
         player: Player = NOBODY,
         session: FairSession | None = None,
     ) -> messages.Accepted:
-        """Take a drop; return once it is durable, its tick has come, and the room was told.
+        """Take a drop; returns when it is durable, has entered, and clients have been sent it.
 
-        In a `session` the seed is that of its next drop, and its receipt is kept with the drop.
-        Raises HaltedError, BallLimitError, BusyError, SessionStateError, InvalidValueError,
-        LedgerError, UndecidedError and the engine's errors.
+        In a fair `session` the drop gets the session's next seed, and its receipt is committed
+        with it. Raises HaltedError, BallLimitError, BusyError, SessionStateError,
+        InvalidValueError, LedgerError, UndecidedError and the engine's errors.
         """
         work = self._begin_drop(player.again, self._drop(command, player, session))
         return await self._persistence.ledger.decided(work)
@@ -149,9 +162,10 @@ class LiveRoom:
         player: Player,
         session: FairSession | None = None,
     ) -> Outcome:
-        """What came of the last drop that `player.again` names; takes a drop if there is none.
+        """Take a drop unless one with the key `player.again` was taken; returns its outcome.
 
-        Raises what `drop` raises, and RepeatedError where only the room's log can say.
+        Raises what `drop` raises, and RepeatedError if that drop is one of touching balls, whose
+        outcome only the room's log has.
         """
         decided, before = self._persistence.ledger.decided, self._under_way.get(player.again or "")
         if before is None:
@@ -160,7 +174,7 @@ class LiveRoom:
         try:
             found = await decided(before)
         except UndecidedError as undecided:
-            undecided.outcome = None  # it is for who asked first; who asks again may do so again
+            undecided.outcome = None  # for the first caller only; a repetition may be repeated
             raise
         outcome = found if isinstance(found, Outcome) else Outcome(found)
         return replace(outcome, earlier=True)
@@ -168,7 +182,7 @@ class LiveRoom:
     def _begin_drop(
         self, again: str | None, drop: Coroutine[None, None, Taken]
     ) -> "asyncio.Task[Taken]":
-        """Begin a drop, which goes on to its end whoever waits for it."""
+        """Start a drop in its own task, which finishes even if the caller disconnects."""
         work = asyncio.create_task(drop)
         if again is not None:
             self._under_way[again] = work
@@ -188,7 +202,8 @@ class LiveRoom:
         found = await read(store.keyed, room=number, key=player.again or "")
         if isinstance(found, InputRow):
             raise RepeatedError(
-                "a drop with this key was taken before: the room's log has it", field="key"
+                "a drop with this key was accepted before: look for it in the room's log",
+                field="key",
             )
         if found is not None:
             return outcome_of(self.room.ground, *found)
@@ -211,10 +226,10 @@ class LiveRoom:
         return cast(messages.Accepted, await self._carry_out(pending, player, taken))
 
     async def change(self, change: Change, player: Player = NOBODY) -> messages.Event | None:
-        """Take an input of a room whose balls touch each other, as `drop` takes a drop.
+        """Take a change of a room of touching balls, as `drop` takes a drop.
 
-        Returns the first event that came of it, if any. Raises InvalidValueError,
-        MissingBallError, BallLimitError, HaltedError, LedgerError, UndecidedError.
+        Returns its first event, if any. Raises InvalidValueError, MissingBallError, BallLimitError,
+        HaltedError, LedgerError, UndecidedError.
         """
         return await self._persistence.ledger.decided(self._change(change, player))
 
@@ -224,25 +239,30 @@ class LiveRoom:
         return await self._carry_out(pending, player, None)
 
     def _check(self) -> None:
-        """Raise what stands in the way of everything that is asked now."""
-        self._around.halts.check(self.id)
+        """Raise an AppError if the room currently takes no inputs."""
+        self._context.halts.check(self.id)
         self._check_here()
 
     def _check_here(self) -> None:
-        """Raise what stands in the way while the room goes or ends, and once it has."""
+        """Raise an AppError if the room is ending, leaving this server, or gone."""
         if self.gone is not None:
             raise self.gone
-        if self._shut:
-            raise self._shut[-1]
+        if self._refusals:
+            raise self._refusals[-1]
 
     async def _carry_out(
         self, pending: Pending, player: Player, taken: TakenDrop | None
     ) -> messages.Event | None:
-        """Have a planned input kept, and wait until it has entered; returns its first event."""
+        """Commit a planned input and wait until it has entered; returns its first event.
+
+        While this waits for the ledger, the room may end or leave (`_leave_behind`), or be reset,
+        which replaces `self.room`. The waiter's `left` is then set: nothing is taken back from the
+        old run, and only the fair session still has to know whether the ledger took the drop.
+        """
         room, persistence = self.room, self._persistence
         number = persistence.runs.of(room).number
-        asked = _Asked(player, taken, asyncio.get_running_loop().create_future())
-        self._asked[pending] = asked
+        waiter = _Waiter(player, taken, asyncio.get_running_loop().create_future())
+        self._waiters[pending] = waiter
         try:
             kept = persistence.submit(room, pending, None if taken is None else taken.leaf)
         except LedgerError:
@@ -251,37 +271,38 @@ class LiveRoom:
         try:
             await kept
         except LedgerError:
-            if asked.left is None:
+            if waiter.left is None:
                 self._take_back(room, pending)
             elif taken is not None:
                 taken.settled(refused=True)
+            # The last refused input has been taken back: the ledger may accept new ones.
             if not room.planned or room.planned[-1].durable:
                 persistence.taken_back(room, number)
             raise
         if taken is not None:
             pending.receipt = taken.settled(refused=False)
-        if asked.left is not None:
-            raise asked.left
+        if waiter.left is not None:
+            raise waiter.left
         pending.durable = True
         self._runner.admit(self)
-        return await asked.entered
+        return await waiter.entered
 
     def _take_back(self, room: Room, pending: Pending) -> None:
-        """What was planned last was never asked for: its numbers are the next one's."""
-        asked = self._asked.pop(pending)
-        if asked.taken is not None:
-            asked.taken.settled(refused=True)
+        """Remove the last planned input; the next one gets its number."""
+        waiter = self._waiters.pop(pending)
+        if waiter.taken is not None:
+            waiter.taken.settled(refused=True)
         room.refuse(pending)
 
     # Ticks.
 
     @property
     def ticks(self) -> bool:
-        """Whether the runner has turns for it."""
+        """Whether the runner gives it turns."""
         return self._runner.runs(self)
 
     def admit(self) -> None:
-        """Carry out what is planned for this tick and durable, and tell everyone."""
+        """Carry out the durable inputs whose tick has come, and announce their events."""
         number = self.room.seq + 1
         for entered in self.room.enter():
             self._tell(entered, number)
@@ -290,39 +311,39 @@ class LiveRoom:
         self._begin_step()
 
     def _tell(self, entered: Entered, number: int) -> None:
-        """Tell everyone what came of an input: events from this `number` of the room's on."""
-        asked = self._asked.pop(entered.pending, None)
-        player = NOBODY if asked is None else asked.player
+        """Announce an input's events, the first of which has `number`, and answer the caller."""
+        waiter = self._waiters.pop(entered.pending, None)
+        player = NOBODY if waiter is None else waiter.player
         first = None
         for seq, event in enumerate(entered.events, number):
             own = self.audience.announce(seq, player, event)
             self._runner.counts.accepted += isinstance(event, messages.Accepted)
             first = first or own
-        if entered.begins_anew:
-            self.audience.begin(self.room, self._around.new_id())
-        if asked is None or asked.entered.done():
+        if entered.restarts:
+            self.audience.begin(self.room, self._context.new_id())
+        if waiter is None or waiter.entered.done():
             return
         if entered.failed is None:
-            asked.entered.set_result(first)
+            waiter.entered.set_result(first)
         else:
-            asked.entered.set_exception(entered.failed)
+            waiter.entered.set_exception(entered.failed)
 
     def wake(self) -> None:
-        """See to it that it ticks, if something moves: somebody has come."""
-        self._alone = 0
+        """A client has come: make sure that the room ticks if anything moves."""
+        self._unwatched = 0
         self._runner.wake(self)
 
     def advance(self, due: int, until: float) -> None:
-        """Run the `due` ticks as far as there is time, which `until` says by the runner's clock.
+        """Run the `due` ticks, as many as fit until the time `until` of the runner's clock.
 
-        Ticks that do not fit are given up, but for those that wait for another thread.
+        The others are skipped, except those that wait for another thread: they run when it is done.
         """
         room, runner = self.room, self._runner
-        # Only this stream tells of contacts, and flags bounces.
-        watched = self._around.audiences.hub.count(self.id, messages.SNAPSHOTS) > 0
+        # Only the snapshot stream has contacts and flags bounces.
+        watched = self._context.audiences.hub.count(self.id, messages.SNAPSHOTS) > 0
         events: list[messages.Event] = []
         before = room.world.tick
-        look_until = min(until, runner.clock() + _LOOK)
+        look_until = min(until, runner.clock() + _LOOK_AHEAD_SECONDS)
         wanted = min(due + self._behind, runner.catch_up)
         runner.counts.skipped += due + self._behind - wanted
         self._behind = 0
@@ -331,7 +352,7 @@ class LiveRoom:
                 runner.counts.skipped += wanted - number
                 break
             if room.held:
-                self._pass_on(events)
+                self._publish(events)
                 events = []
                 self.admit()
             if room.held or not room.awake or not self._persistence.may_step(room):
@@ -349,9 +370,9 @@ class LiveRoom:
             self._missed = 0
         else:
             self.miss(due)
-        self._pass_on(events, with_snapshot=stepped or room.touched)
+        self._publish(events, with_snapshot=stepped or room.touched)
         self.audience.diagnose(before)
-        if not room.awake or self._is_left(due):
+        if not room.awake or self._is_abandoned(due):
             self._sleep()
             return
         if room.held:
@@ -359,7 +380,7 @@ class LiveRoom:
         self._begin_step()
 
     def miss(self, ticks: int) -> None:
-        """Ticks were due and none of them ran: after a while they count as late."""
+        """Count due ticks that did not run; those after the runner's patience count as late."""
         before, patience = self._missed, self._runner.patience
         self._missed += ticks
         self._runner.counts.late += max(0, self._missed - max(before, patience))
@@ -370,47 +391,47 @@ class LiveRoom:
 
     def _leave_runner(self) -> None:
         self._runner.drop_out(self)
-        self._alone = self._behind = self._missed = 0
+        self._unwatched = self._behind = self._missed = 0
 
-    def _is_left(self, due: int) -> bool:
-        """Whether all that moves here moves for nobody, and has for a while.
+    def _is_abandoned(self, due: int) -> bool:
+        """Whether a scene has moved without spectators for a while.
 
-        Its clock then stands still until somebody comes: in a scene nothing is waited for, and
-        without friction it would move for ever.
+        Its clock then stops until a client comes. No player waits for a result of a scene, and
+        without friction its balls would move for ever.
         """
         if not self.room.is_scene or self.room.planned or self.watched:
-            self._alone = 0
+            self._unwatched = 0
             return False
-        self._alone += due
-        return self._alone > _ALONE * self.room.tick_rate
+        self._unwatched += due
+        return self._unwatched > _UNWATCHED_SECONDS * self.room.tick_rate
 
     def _prepared(self, until: float) -> bool:
-        """Compute ahead what the room needs, a piece at least; returns whether it can step."""
+        """Compute ahead until that time, at least once; returns whether the room can step."""
         while self.room.look_ahead() and self._runner.clock() < until:
             pass
         return self.room.ready
 
     def _begin_step(self) -> None:
-        """Have the next tick computed, if that is for another thread."""
+        """Start computing the next tick on another thread, if it is a long one."""
         compute = self.room.begin_step()
         if compute is not None:
             self._runner.compute(self, compute)
 
     def computed(self) -> None:
-        """The next tick is there: run it, if it has been due."""
+        """Called when another thread has computed the next tick: run it if it is due."""
         if self._behind and self.ticks:
             self._runner.take_turn(self)
 
-    def _pass_on(
+    def _publish(
         self,
         events: list[messages.Event],
         *,
         with_snapshot: bool = False,
         kept: bool = False,
     ) -> None:
-        """Send events, and the snapshot of this moment; and settle who has landed.
+        """Send events and perhaps a snapshot, and record the landings.
 
-        `kept`: the ledger has it already.
+        With `kept` the ledger has the landings already.
         """
         self.audience.broadcast(events, with_snapshot=with_snapshot)
         for event in events:
@@ -424,30 +445,31 @@ class LiveRoom:
 
     @contextlib.contextmanager
     def taking_nothing(self, why: AppError) -> Iterator[None]:
-        """Refuse all that is asked meanwhile, with this error."""
-        self._shut.append(why)
+        """Refuse all requests meanwhile, with this error."""
+        self._refusals.append(why)
         try:
             yield
         finally:
-            self._shut.remove(why)
+            self._refusals.remove(why)
 
     @contextlib.asynccontextmanager
     async def ending(self) -> AsyncIterator[Settled | None]:
-        """Take nothing more, and find out how what falls here ends.
+        """Refuse new requests, and compute where the balls in flight will land.
 
-        None where no ball has an end of its own. Raises LedgerError while what was taken cannot be
-        written, and BusyError where a ball falls too long to compute: then the room goes on;
-        ClosedRoomError where it has gone meanwhile.
+        Yields None if the balls touch: such drops have no result of their own. An error leaves the
+        room running: LedgerError if earlier inputs cannot be committed, BusyError if a ball falls
+        too long to compute, UndecidedError if the room is already being closed or reset. Raises
+        ClosedRoomError if the room has been closed meanwhile.
         """
         try:
             self._check_here()
         except ResetError as ending:
             raise UndecidedError(str(ending), field="room", retry_after=1.0) from ending
-        what = f"room {self.id!r} is being closed or begun anew"
+        what = f"room {self.id!r} is being closed or reset"
         with self.taking_nothing(ResetError(what, field="room", retry_after=1.0)):
             room, settled = self.room, None
             if room.format.has_results:
-                await self._persistence.ledger.commit()  # what was taken before is decided then
+                await self._persistence.ledger.commit()  # decides all earlier inputs
                 saved, planned = room.checkpoint(), list(room.planned)
                 settled = await asyncio.to_thread(settle, room, saved, planned)
             if self.gone is not None:
@@ -455,7 +477,11 @@ class LiveRoom:
             yield settled
 
     def tell_settled(self, settled: Settled | None) -> None:
-        """Tell everyone how the balls end that were in flight when the room did."""
+        """Announce the landings of the balls that were in flight when the room ended.
+
+        While `settle` ran on a copy, the room went on: some of these inputs have entered and some
+        of these balls have landed. Only the others are announced.
+        """
         if settled is None:
             return
         room = self.room
@@ -467,33 +493,33 @@ class LiveRoom:
         landed = [event for event in settled.landed if event.ball in flying]
         room.planned.clear()
         room.seq += len(landed)
-        self._pass_on(list(landed), kept=True)
+        self._publish(list(landed), kept=True)
 
-    def begin_anew(self, room: Room, why: AppError) -> None:
-        """Another room takes the place of this one; who waits for something hears why it fails."""
+    def restart(self, room: Room, why: AppError) -> None:
+        """Put `room` in place of the current one; callers that wait get `why`."""
         self._leave_behind(why)
         self.room = room
-        self.audience.begin(room, self._around.new_id())
+        self.audience.begin(room, self._context.new_id())
         self.queue = self._new_queue()
         self._begin()
 
     def give_up(self, why: str) -> None:
-        """The room failed: tell everyone that what was in flight gets its stake back."""
+        """Announce that the room has failed and pays back the stakes of the balls in flight."""
         self.audience.broadcast(list(self.room.give_up(why)), with_snapshot=False)
 
     def leave(self, error: AppError) -> None:
-        """The room is here no more: `error` goes to all who wait for it or still ask it."""
+        """The room is no longer at this server: callers that wait, and later ones, get `error`."""
         self.gone = error
         self._leave_behind(error)
         self.audience.release()
 
     def _leave_behind(self, error: AppError) -> None:
-        """Tick no more, and tell all who wait for something here that it will not come."""
+        """Stop ticking, and answer all callers that wait with `error`."""
         self.queue.end()
         self._leave_runner()
         self.landings.end(error)
-        for pending, asked in list(self._asked.items()):
-            del self._asked[pending]
-            asked.left = error
-            if pending.durable and not asked.entered.done():
-                asked.entered.set_exception(error)
+        for pending, waiter in list(self._waiters.items()):
+            del self._waiters[pending]
+            waiter.left = error
+            if pending.durable and not waiter.entered.done():
+                waiter.entered.set_exception(error)

@@ -1,7 +1,7 @@
-"""The open rooms, in memory or parked in the ledger, and which go when there are too many.
+"""The open rooms, in memory or parked in the ledger; decides which go if there are too many.
 
-A room that sleeps and that nobody needs now can be had again without loss: memory keeps what a
-list shows of it, the ledger the rest.
+A sleeping room that nobody uses can be parked without loss: memory keeps what a list of rooms
+shows, the ledger has the rest.
 """
 
 import logging
@@ -15,11 +15,11 @@ from app.persistence.service import PersistenceService
 from app.rooms.records import Parked, RoomRow
 from app.settings import Settings
 
-UNUSED_SECONDS = 86_400.0  # after which an unused room of a player's own is closed
+UNUSED_SECONDS = 86_400.0  # without use after which a room with an owner is closed
 REST_SECONDS = 3600.0
-"""for which an unused room of a player's own makes way for no other: a break in a lesson."""
+"""An unused room with an owner makes way for another only after this time: a break in a lesson."""
 
-_IN_MEMORY = 256  # rooms; beyond that, those that nobody needs now are parked
+_IN_MEMORY = 256  # rooms; if there are more, unused ones are parked
 
 _log = logging.getLogger("plinko")
 
@@ -31,16 +31,16 @@ class OpenRooms:
         self.in_memory: OrderedDict[str, LiveRoom] = OrderedDict()
         self.parked: OrderedDict[str, Parked] = OrderedDict()  # those with owners
         self.parked_public: dict[str, RoomRow] = {}
-        self._elsewhere = 0  # players' rooms that are not here
+        self._elsewhere = 0  # rooms with owners at other servers
         self._max_rooms = settings.max_rooms
         self._persistence = persistence
 
     def __contains__(self, room_id: str) -> bool:
-        """Whether there is a room of this id, in memory or parked."""
+        """Whether a room with this id is in memory or parked."""
         return room_id in self.in_memory or room_id in self.parked
 
     def get(self, room_id: str) -> LiveRoom | None:
-        """The room of this id if it is in memory; it counts as used."""
+        """The room with this id if it is in memory; this counts as use."""
         live = self.in_memory.get(room_id)
         if live is not None:
             self.in_memory.move_to_end(room_id)
@@ -48,7 +48,7 @@ class OpenRooms:
         return live
 
     def add(self, live: LiveRoom) -> None:
-        """Take a room into memory; park another if that makes too many."""
+        """Take a room into memory, and park another one if there are too many."""
         self.in_memory[live.id] = live
         self._persistence.touch(live.room)
         if self._persistence.ledger.keeps and len(self.in_memory) > _IN_MEMORY:
@@ -57,9 +57,9 @@ class OpenRooms:
                 self._park(unneeded)
 
     def make_place(self) -> None:
-        """Close the longest unused room if players have too many; raises RoomLimitError.
+        """Close the longest unused room with an owner if there are too many.
 
-        A room that was used lately stays, however many would take its place.
+        Raises RoomLimitError if all of them were used recently.
         """
         self.close_idle()
         if self.free > 0:
@@ -70,12 +70,12 @@ class OpenRooms:
             return
         live = self._unneeded(lambda live: self._idle(live, before))
         if live is None:
-            raise RoomLimitError(f"all {self._max_rooms} rooms are in use")
+            raise RoomLimitError(f"all {self._max_rooms} rooms are in use; try again later")
         self._retire(live, "room for another")
 
     @property
     def free(self) -> int:
-        """How many more rooms players may open before one must make way."""
+        """How many more rooms players can open before one must make way."""
         return max(0, self._max_rooms - self.owned - len(self.parked) - self._elsewhere)
 
     @property
@@ -83,11 +83,11 @@ class OpenRooms:
         return sum(live.owned for live in self.in_memory.values())
 
     def count(self, everywhere: int) -> None:
-        """So many rooms are players' own, at all servers that share the ledger."""
+        """Set the number of rooms with owners at all servers that share the ledger."""
         self._elsewhere = max(0, everywhere - self.owned)
 
     def close_idle(self) -> None:
-        """Close the rooms with owners that nobody has used for too long."""
+        """Close the rooms with owners that have been unused for too long."""
         before = self._persistence.now() - UNUSED_SECONDS
         while self.parked and next(iter(self.parked.values())).used < before:
             self._end(self.parked.popitem(last=False)[1], "unused")
@@ -99,9 +99,9 @@ class OpenRooms:
         return record.owned and record.used < before
 
     def _unneeded(self, also: Callable[[LiveRoom], bool]) -> LiveRoom | None:
-        """The longest unused room that can be had again without loss, of those that fit."""
+        """The longest unused room that can be parked and for which `also` holds."""
         for live in self.in_memory.values():
-            # Every request asks this, of all rooms: what tells most of them apart comes first.
+            # Every request checks all rooms: the condition that excludes most of them comes first.
             if also(live) and self._persistence.parkable(live.room) and not self._is_used(live):
                 return live
         return None
@@ -116,14 +116,15 @@ class OpenRooms:
         )
 
     def _park(self, live: LiveRoom, closing: str = "") -> None:
-        """Let the ledger have a sleeping room; one with an owner is closed where there is a why.
+        """Remove a sleeping room from memory; with a reason `closing`, close it if it has an owner.
 
-        Where several servers share the ledger nothing is parked here: the room is any server's.
+        If several servers share the ledger, this server does not list it as parked: any of them may
+        take it.
         """
         room, owned = live.room, live.owned
         leases = self._persistence.leases
         del self.in_memory[room.id]
-        live.leave(ClosedRoomError(f"room {room.id!r} was put away, as nobody used it"))
+        live.leave(ClosedRoomError(f"room {room.id!r} left memory because nobody used it"))
         row = self._persistence.park(room)
         if row is not None and owned:
             parked = Parked.of(row, room.origin.name)
@@ -137,7 +138,7 @@ class OpenRooms:
             leases.let_go(room.id)
 
     def _retire(self, live: LiveRoom, why: str) -> None:
-        """Close a room with an owner; park one without, as it opens again when asked for."""
+        """Close a room with an owner; park a public one, which reopens on request."""
         self._park(live, why)
 
     def _end(self, room: Parked, why: str) -> None:

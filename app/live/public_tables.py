@@ -1,4 +1,4 @@
-"""The rooms that are always there and belong to nobody: which names they have, and what over."""
+"""The public rooms, which always exist and have no owner: their names, boards and scenes."""
 
 from collections.abc import Callable
 from typing import Final
@@ -11,17 +11,17 @@ from app.rooms.touching.scene import GALTON, SANDBOX, Scene
 from engine import Board, preset_names
 
 MAIN: Final = "main"
-"""The room that has its turn first."""
+"""The room whose ticks run first."""
 
 PUBLIC_SCENES: Final = {"sandbox": SANDBOX, "galton-pile": GALTON}
-"""Rooms of scenes, by id."""
+"""Scenes of public rooms, by room id."""
 
 _TOUCHING: Final = "interacting-"
-"""Before a preset's name: the table on which balls knock each other."""
+"""With a preset's name after it: the room where balls on that board touch."""
 
 
 class PublicTables:
-    """What is to be played at under each public name; `scene` makes one of its JSON object."""
+    """The board or scene of each public room; `scene` makes a scene from its JSON."""
 
     def __init__(self, boards: Boards, main: Board, scene: Callable[[object], Scene]) -> None:
         self._boards = boards
@@ -29,7 +29,7 @@ class PublicTables:
         self._scene = scene
 
     def find(self, room_id: str) -> tuple[Ground, str]:
-        """What the room of this name is over, and its mode; raises UnknownRoomError."""
+        """The board or scene of a public room, and its mode; raises UnknownRoomError."""
         if room_id == MAIN:
             return self._main, INDEPENDENT
         if room_id in preset_names():
@@ -40,14 +40,15 @@ class PublicTables:
         if preset != room_id and preset in preset_names():
             return self._boards.find(preset), INTERACTING
         raise UnknownRoomError(
-            f"room {shorten(room_id)} is neither open nor the name of a preset board", field="room"
+            f"room {shorten(room_id)} is not open, and it is not the name of a preset board",
+            field="room",
         )
 
     def ground(self, room_id: str) -> Ground | None:
-        """What the room of this name is over; None for any other."""
+        """The board or scene of a public room; None for any other."""
         return self.find(room_id)[0] if room_id in self else None
 
     def __contains__(self, room_id: str) -> bool:
-        """Whether a room of this id is everybody's; any other is a player's own."""
+        """Whether a room with this id is public; any other has an owner."""
         preset = room_id.removeprefix(_TOUCHING)
         return room_id == MAIN or room_id in PUBLIC_SCENES or preset in preset_names()

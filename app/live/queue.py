@@ -1,8 +1,8 @@
-"""The queue of one room while it is played in: drops what waits, evenly, a few balls at a time.
+"""The queue of a running room: drops the waiting balls at even intervals, a few at a time.
 
-The ledger has what waits before anybody is told. Each ball has a key, made of its item and its
-number there. After a restart the room goes through an item from its first ball on; the keys keep it
-from dropping again what the ledger has.
+A new item is committed to the ledger before any client receives it. Each ball has a key, made of
+its item and its number there. After a restart the room goes through an item from its first ball on;
+the keys keep it from dropping a ball that the ledger already has.
 """
 
 import asyncio
@@ -25,23 +25,26 @@ from app.rooms.pending import DropCommand
 from app.rooms.queue import EMPTY, Item, Queue, ball_key
 from app.rooms.records import QueueRow
 
-MOST_FALLING: Final = 20  # balls of a queue at a time
-_RETRY: Final = 1.0  # s after which a ball is tried again that the room could not take
-_FAILED: Final = 30.0  # s after an error that nobody expected, so that it does not fill the log
-_SHOWN: Final = 5  # items that an event names
+MOST_FALLING: Final = 20  # balls of a queue in flight at a time
+_RETRY: Final = 1.0  # s until a ball that the room refused is tried again
+_FAILED: Final = 30.0  # s until a retry after an unexpected error, so as not to flood the log
+_SHOWN: Final = 5  # items listed in an event
 
 _PASSING: Final = (HaltedError, LimitError, LedgerError, ResetError, UndecidedError)
-"""Errors that waiting helps against."""
+"""Temporary errors: the queue waits and tries again."""
 
 _log = logging.getLogger("plinko")
 
 
 class RoomQueue:
-    """Of one run of a room, by its number; for the event loop's thread.
+    """The queue of room run `run`, for the event loop's thread.
 
-    `drop` takes a ball unless it was taken before, `flying` are the balls in flight, `landing`
-    waits for the next one to land, `draw` gives a seed, and `tell` sends an event to all who watch.
-    `empty`: the ledger has nothing of it.
+    drop: drops a ball, unless the ledger has its key.
+    flying: returns the balls in flight.
+    landing: waits until a ball lands.
+    draw: returns a random seed.
+    tell: sends an event to all clients of the room.
+    empty: the run is new, so that the ledger has no queue of it.
     """
 
     def __init__(
@@ -68,22 +71,22 @@ class RoomQueue:
         self._turn = asyncio.Lock()
         self._task: asyncio.Task[None] | None = None
         self._ended = False
-        self._item = -1  # number of the item that is being dropped
-        self._dropped = 0  # its balls until now
+        self._item = -1  # number of the item being dropped
+        self._dropped = 0  # balls of it dropped until now
 
     @property
     def running(self) -> bool:
-        """Whether something is being dropped."""
+        """Whether the queue is dropping balls."""
         return self._task is not None and not self._task.done()
 
     @property
     def waiting(self) -> int:
-        """Balls that wait."""
+        """Number of waiting balls."""
         return sum(left for _, left in self.items)
 
     @property
     def items(self) -> list[tuple[Item, int]]:
-        """The items of which balls wait, with how many of them do."""
+        """The items with waiting balls, each with the number of those."""
         found = ((item, self._left(item)) for item in self.state.items)
         return [(item, left) for item, left in found if left]
 
@@ -92,7 +95,7 @@ class RoomQueue:
 
     @property
     def event(self) -> messages.QueueState:
-        """What those who watch are told."""
+        """The event that shows the queue to clients."""
         shown = [
             messages.QueueItem(number=item.number, left=left, **item.tag.fields)
             for item, left in self.items[:_SHOWN]
@@ -100,7 +103,7 @@ class RoomQueue:
         return messages.QueueState(waiting=self.waiting, paused=self.state.paused, items=shown)
 
     async def load(self) -> None:
-        """Go on with what the ledger has of it; raises LedgerError."""
+        """Read the queue from the ledger, once, and resume it; raises LedgerError."""
         if self._loaded:
             return
         async with self._turn:
@@ -110,7 +113,7 @@ class RoomQueue:
         self._go_on()
 
     async def add(self, balls: int, every: float, tag: Tag, again: str | None = None) -> bool:
-        """Have more balls wait; False where the same was asked for before, as `again` says.
+        """Queue more balls; returns False if a request with the key `again` did so before.
 
         Raises BallLimitError, LedgerError.
         """
@@ -118,7 +121,7 @@ class RoomQueue:
         return await self._ledger.decided(self._change(step, again))
 
     async def change(self, step: Callable[[Queue], Queue]) -> None:
-        """Have what waits become what `step` makes of it; raises LedgerError."""
+        """Replace the queue by what `step` makes of it; raises LedgerError."""
         await self._ledger.decided(self._change(step))
 
     async def _change(self, step: Callable[[Queue], Queue], again: str | None = None) -> bool:
@@ -134,14 +137,14 @@ class RoomQueue:
         return True
 
     async def _has_been_asked(self, again: str) -> bool:
-        """Whether there is an item by this key, or was: it goes once its balls are dropped."""
+        """Whether an item with this key waits, or has had its first ball dropped."""
         if any(item.again == again for item in self.state.items):
             return True
         first = ball_key(again, 0)
         return await self._ledger.read(store.keyed, room=self._run, key=first) is not None
 
     def end(self) -> None:
-        """The room ends or leaves: nothing more is dropped here."""
+        """Stop dropping, because the room ends or leaves this server."""
         self._ended = True
         if self._task is not None:
             self._task.cancel()
@@ -151,20 +154,20 @@ class RoomQueue:
             self._task = asyncio.create_task(self._work(), name="queue")
 
     async def _work(self) -> None:
-        """Drop what waits, ball by ball, until nothing does or it is paused."""
+        """Drop the waiting balls one by one, until the queue is empty or paused."""
         falling: set[int] = set()
         while self.state.items and not self.state.paused:
             try:
                 await self._take_step(falling)
             except _PASSING as error:
-                _log.info("a queue waits: %s", error)
+                _log.info("a queue waits and will retry: %s", error)
                 await asyncio.sleep(_RETRY)
-            except Exception:  # noqa: BLE001 - whatever it is, it is tried again
-                _log.exception("a queue failed at a ball, and tries it again")
+            except Exception:  # noqa: BLE001 - the queue retries after any error
+                _log.exception("a queue failed to drop a ball and will retry")
                 await asyncio.sleep(_FAILED)
 
     async def _take_step(self, falling: set[int]) -> None:
-        """Drop the next ball, once there is room for it among those that are `falling`."""
+        """Drop the next ball, or wait for a landing if too many of the queue are `falling`."""
         item = self.state.items[0]
         if item.number != self._item:
             self._item, self._dropped = item.number, 0

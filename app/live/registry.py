@@ -1,4 +1,4 @@
-"""Every room of the server: opens, finds and closes them, and lets clients watch."""
+"""The registry of a server's rooms: finds, opens, resets and closes them, and lets clients in."""
 
 import asyncio
 import contextlib
@@ -19,12 +19,12 @@ from app.errors import (
     UndecidedError,
 )
 from app.live.arriving import Arriving, Claim, any_room
-from app.live.broadcast.audience import Means
+from app.live.broadcast.audience import AudienceContext
 from app.live.broadcast.hub import Client, Hub
 from app.live.broadcast.presence import Presence
 from app.live.halts import Halts
 from app.live.leaving import Leaving
-from app.live.live_room import Around, LiveRoom
+from app.live.live_room import LiveRoom, RoomContext
 from app.live.open_rooms import OpenRooms
 from app.live.public_tables import MAIN, PublicTables
 from app.live.shared_rooms import SharedRooms, UnsharedRooms
@@ -47,19 +47,21 @@ from engine import Board
 from engine.errors import EffortError
 
 _FAILED = "its room failed"
-"""What the result of a drop says that was in flight then."""
+"""Why the drops that were in flight have no bin, in their results."""
 
-_FOLLOW = 0.5  # s after which what another server has halted is halted here
+_FOLLOW = 0.5  # s between two readings of other servers' halts from the ledger
 
 _log = logging.getLogger("plinko")
 
 
 class Rooms:
-    """The rooms by id. All of it runs on the event loop's thread; nothing in it waits for a client.
+    """The rooms by id. For the event loop's thread; no method waits for a client.
 
-    What must not be lost goes through `persistence`; without one nothing is kept. `draw` gives the
-    seed of a drop that names none, `new_id` the id of a room that is made; `filmed` says whether a
-    room is watched by others than the hub's clients.
+    persistence: keeps what must survive the server; without it nothing is kept.
+    draw: returns a random seed, for a drop that has none.
+    new_id: makes the id of a new room.
+    filmed: whether a room is watched by others than the hub's clients.
+    claim: decides whether this server may take a room from another.
     """
 
     def __init__(
@@ -89,8 +91,8 @@ class Rooms:
             settings, self.persistence, clock=clock, watchers=watchers, failed=self._close
         )
         self.ticker = self.runner.ticker
-        audiences = Means.of(hub, settings, clock, self.halts.holds, Presence(clock))
-        self._around = Around(
+        audiences = AudienceContext.of(hub, settings, clock, self.halts.holds, Presence(clock))
+        self._context = RoomContext(
             audiences, self.persistence, self.halts, self.runner, new_id, filmed, draw
         )
         self._open = OpenRooms(settings, self.persistence)
@@ -100,12 +102,11 @@ class Rooms:
         self.shared = UnsharedRooms() if leases is None else self._share(leases, claim)
         self._new_id = new_id
         self._loading = asyncio.Lock()
-        self._making: set[str | None] = set()  # keys of requests for rooms that are being opened
+        self._making: set[str | None] = set()  # keys of requests whose rooms are being opened
         if not self.persistence.ledger.keeps:
             self.find(MAIN)
 
     def _share(self, leases: Leases, claim: Claim) -> SharedRooms:
-        """What this server does with rooms that others may have."""
         kept, rooms = self.persistence, self._open
         leaving = Leaving(leases, kept, rooms, self)
         arriving = Arriving(leases, claim, kept, rooms, self.public, self, self._new_aside, leaving)
@@ -124,18 +125,19 @@ class Rooms:
         return list(self._open.parked.values())
 
     def is_open(self, room_id: str) -> bool:
-        """Whether there is a room of this id, in memory, parked or on its way back."""
+        """Whether a room with this id is in memory, parked or being rebuilt."""
         return room_id in self._open or room_id in self.rebuilding
 
     @property
     def free(self) -> int:
-        """How many more rooms players may open before one must make way."""
+        """How many more rooms players can open before one must make way."""
         return self._open.free
 
     def find(self, room_id: str) -> LiveRoom:
-        """The room of this id; a preset's name opens its public table. Raises UnknownRoomError.
+        """The room with this id, if it is in memory or public; opens a public room.
 
-        RebuildingError for one that is on its way back, DamagedRoomError for one set aside.
+        Raises UnknownRoomError, RebuildingError for a room that is being rebuilt, and
+        DamagedRoomError for one that recovery has set aside.
         """
         live = self._open.get(room_id)
         if live is not None:
@@ -150,15 +152,15 @@ class Rooms:
         return self.add(back or self._new(room_id, ground, mode))
 
     def scene(self, values: object) -> Scene:
-        """The scene of a JSON object; raises InvalidValueError, SeedError."""
+        """Parse a scene; raises InvalidValueError, SeedError."""
         most = kinds.MAX_TOUCHING
         return Scene.of(values, tick_rate=self.settings.tick_rate, max_balls=most)
 
     async def seek(self, room_id: str) -> LiveRoom:
-        """`find`, in the ledger too. Raises UnknownRoomError, or LedgerError where it cannot tell.
+        """Find a room, in memory or in the ledger, and bring it into memory.
 
-        RoomLimitError when all rooms in memory are in use, DamagedRoomError for one set aside,
-        RebuildingError for one that takes long to come back.
+        Raises UnknownRoomError, LedgerError if the ledger cannot be read, RebuildingError for a
+        room that takes long to rebuild, and DamagedRoomError for one that recovery has set aside.
         """
         self._open.close_idle()
         await self.shared.fetch(room_id)
@@ -168,7 +170,7 @@ class Rooms:
                 if room_id in self._open.parked:
                     await self._load(room_id)
         live = self.find(room_id)
-        with contextlib.suppress(LedgerError):  # then the next one who asks for the room tries it
+        with contextlib.suppress(LedgerError):  # the next request for the room tries again
             await live.queue.load()
         return live
 
@@ -179,12 +181,12 @@ class Rooms:
         except DamagedRoomError:
             self._open.parked.pop(room_id, None)
             raise
-        # Unless it was closed meanwhile.
+        # The room may have been closed meanwhile.
         if self._open.parked.pop(room_id, None) is not None and room is not None:
             self.add(room)
 
     async def _rebuild(self, room_id: str, turn: Turn) -> None:
-        """Bring back a room that moved; raises LedgerError, DamagedRoomError."""
+        """Rebuild a room that was awake; raises LedgerError, DamagedRoomError."""
         ground = self.public.ground(room_id)
         room = await self.persistence.recovery.load(room_id, ground_now=ground, turn=turn)
         if room is not None:
@@ -193,59 +195,59 @@ class Rooms:
     # Opening and closing.
 
     async def resume(self) -> None:
-        """Go on where the last server ended; raises LedgerError when the ledger cannot be read.
+        """Continue where the last server stopped; raises LedgerError if the ledger is unreadable.
 
-        What moved then comes back one after another: see `rebuilding`.
+        Rooms that were awake are rebuilt one after another, `main` first.
         """
         left = await self.persistence.recovery.survey(self.public.ground)
         await self.halts.load()
         self._open.parked_public = left.public
         self._open.parked = OrderedDict((each.id, each) for each in left.owned)
         self.rebuilding.fill(sorted(left.moving, key=lambda each: each.id != MAIN))
-        # Where it is set aside, or at another server, who asks for it is told.
+        # If `main` cannot be opened now, clients that ask for it get the error.
         with contextlib.suppress(RebuildingError, DamagedRoomError, LeaseLostError):
             self.find(MAIN)
 
     async def follow(self) -> None:
-        """Carry out what other servers do to all rooms, until cancelled."""
+        """Follow halts by other servers and close unused rooms, until cancelled."""
         while True:
-            with contextlib.suppress(LedgerError):  # it is told of where something is to be done
+            with contextlib.suppress(LedgerError):  # requests report it; this tries again
                 await self.halts.follow()
                 await self.shared.look_after()
             await asyncio.sleep(_FOLLOW)
 
     async def go_on_with_queues(self) -> None:
-        """Go on with what waits in rooms; for a server that has the ledger alone.
+        """Resume the queues of all rooms, on a server that does not share its ledger.
 
-        Where servers share it, what waits goes on at the server that has the room, when somebody
-        asks for the room.
+        On a shared ledger a queue resumes when a client asks for its room, at the server that has
+        the room.
         """
         try:
             waiting = await self.persistence.ledger.read(queue_store.waiting)
         except LedgerError as error:
-            _log.warning("what waits goes on when somebody asks for its room: %s", error)
+            _log.warning("cannot list the queues; each resumes when its room is used: %s", error)
             return
         for room_id in waiting:
             try:
                 await self.seek(room_id)
             except AppError as error:
-                _log.warning("what waits does not go on: %s", error, extra={"room": room_id})
+                _log.warning("cannot resume a queue: %s", error, extra={"room": room_id})
 
     def leave(self) -> None:
-        """The server stops: hand the ledger what it needs to go on from here."""
+        """At the server's stop: end all queues, and commit where each awake room stands."""
         for live in self._open.in_memory.values():
             live.queue.end()
         self.persistence.leave(self.runner.close())
 
     async def made_by(self, creator: str) -> int | None:
-        """How many open rooms bear this mark of who made them, at all servers of a shared ledger.
+        """How many open rooms this creator has at all servers that share the ledger.
 
-        None where this server alone knows. Raises LedgerError.
+        None if the ledger is not shared: the caller counts by itself. Raises LedgerError.
         """
         return await self.shared.made_by(creator)
 
     async def begun_by(self, key: str) -> LiveRoom | None:
-        """The room that the request with this key has opened, if it is open still.
+        """The room that the request with this key has opened, if it is still open.
 
         Raises LedgerError, and UndecidedError while it is being opened.
         """
@@ -263,34 +265,36 @@ class Rooms:
         creator: str | None = None,
         key: str | None = None,
     ) -> LiveRoom:
-        """Open a room of its own over a board, scene or draw, by a mark of who made it, and a key.
+        """Open a room with an owner, for a board, scene or draw.
 
-        Raises RoomLimitError when all rooms are in use, LedgerError when it cannot be kept.
+        creator: identifies the owner, to count their rooms.
+        key: identifies the request, in case the client repeats it.
+        Raises RoomLimitError when all rooms are in use, LedgerError if it cannot be committed.
         """
         return await self.persistence.ledger.decided(self._create(basis, mode, creator, key))
 
     async def create_retold(
         self, retold: Retold, creator: str | None = None, key: str | None = None
     ) -> LiveRoom:
-        """Open a room of its own where a story ends; raises what `create` raises."""
+        """Open a room in the final state of a story; raises what `create` raises."""
         work = self._create(retold.scene, SCENE, creator, key, retold)
         return await self.persistence.ledger.decided(work)
 
     async def delete(self, live: LiveRoom) -> None:
-        """Close a room for good, with whatever falls in it; raises LedgerError, BusyError.
+        """Close a room for good, with all balls in it.
 
-        Nothing is done then.
+        Raises LedgerError, BusyError; the room then goes on.
         """
         await self.persistence.ledger.decided(self._delete(live))
 
     async def reset(
         self, live: LiveRoom, board: Board | None = None, key: str | None = None
     ) -> None:
-        """Begin a room anew, on another board if one is given; everyone there starts over.
+        """Restart a room, with another board if one is given; all its clients start over.
 
-        Raises LedgerError, BusyError, InvalidValueError where no board can be, ClosedRoomError
-        where it was closed meanwhile; nothing is done then. Nor is it where it was begun with this
-        `key`.
+        Does nothing if the room's current run was begun with the same `key`. Raises LedgerError,
+        BusyError, InvalidValueError if the room cannot have that board, and ClosedRoomError if it
+        was closed meanwhile; an error leaves the room unchanged.
         """
         if key is not None and self.persistence.runs.of(live.room).key == key:
             return
@@ -337,12 +341,12 @@ class Rooms:
         async with live.ending() as settled:
             await self.persistence.replace(old, new, settled, key)
         if live.gone is not None:
-            raise LeaseLostError(f"room {live.id!r} went to another server meanwhile", field="room")
+            raise LeaseLostError(f"room {live.id!r} moved to another server", field="room")
         live.tell_settled(settled)
-        live.begin_anew(new, ResetError(f"room {live.id!r} was reset by its creator"))
+        live.restart(new, ResetError(f"room {live.id!r} was reset by its creator"))
 
     def _close(self, failed: Running, why: Exception) -> None:
-        """A room failed: what was in flight gets its stake back, and everyone is told."""
+        """Close a room that has failed: pay back the stakes in flight, and tell its clients."""
         live = self._open.in_memory[failed.id]
         reason = f": {why}" if isinstance(why, EffortError) else ""
         error = AppError(f"room {live.id!r} failed and was closed{reason}")
@@ -353,7 +357,7 @@ class Rooms:
         self.shared.let_go(live.id)
 
     def drop_from_memory(self, live: LiveRoom, error: LeaseLostError) -> None:
-        """Have a room no more that is another server's."""
+        """Remove a room that now belongs to another server."""
         live.landings.leave()
         self._forget(live, error)
         self.persistence.runs.forget(live.room)
@@ -363,7 +367,7 @@ class Rooms:
         live.leave(error)
 
     def send_away(self, room_id: str, error: LeaseLostError) -> None:
-        """Have all who watch a room look for it elsewhere; nothing more is told them before."""
+        """Cut off a room's clients at once; they reconnect to the room's new server."""
         self.hub.cut(room_id, error)
 
     def _tell_halts(self) -> None:
@@ -375,29 +379,29 @@ class Rooms:
         return make_room(room_id, basis, mode, tick_rate=rate, limits=self.limits)
 
     async def _new_aside(self, room_id: str, basis: Basis, mode: str) -> Room:
-        """`_new` on another thread: five hundred balls, or a large board, take some 5 ms."""
+        """`_new` on another thread: 500 balls, or a large board, take some 5 ms."""
         return await asyncio.to_thread(self._new, room_id, basis, mode)
 
     def add(self, room: Room) -> LiveRoom:
-        """Take a room into memory, and let it tick where something moves."""
-        live = LiveRoom(room, self._around)
+        """Take a room into memory, and let it tick if anything moves."""
+        live = LiveRoom(room, self._context)
         self._open.add(live)
         _log.info("room opened", extra={"room": room.id, "board": room.origin.digest})
         return live
 
-    # Those who watch.
+    # Clients.
 
     def enter(self, live: LiveRoom, client: Client) -> None:
-        """Let a client watch: the full state first, then all that happens. Raises RoomFullError."""
+        """Let a client watch: it gets the full state, then all events. Raises RoomFullError."""
         live.audience.enter(client)
         live.tell_waiting(client)
         live.wake()
 
     def exit(self, live: LiveRoom, client: Client) -> None:
         live.audience.leave(client)
-        self._open.get(live.id)  # it was used until now
+        self._open.get(live.id)  # counts as use
 
     def stop_waiting(self) -> None:
-        """The server stops: who waits for a ball to land is told that it takes too long."""
+        """At the server's stop: answer requests that wait for a landing as if they timed out."""
         for live in self._open.in_memory.values():
             live.landings.leave()

@@ -1,6 +1,6 @@
-"""The rooms of a ledger that several servers share: listed and counted over all servers.
+"""Lists, counts and closes rooms over all servers that share a ledger.
 
-How they come to this server is in `arriving`, how they leave it in `leaving`.
+arriving.py brings rooms to this server, leaving.py gives them up.
 """
 
 import asyncio
@@ -20,48 +20,47 @@ from app.persistence.service import PersistenceService
 from app.persistence.statements import store
 from app.rooms.records import Listed, Parked
 
-_SEARCH_SECONDS: Final = 60.0  # between two searches for rooms that nobody uses
-_UNUSED_AT_ONCE: Final = 20  # of them closed at a time
-_DIRECTORY_SECONDS: Final = 1.0  # for which a list of all rooms is given again
+_SEARCH_SECONDS: Final = 60.0  # between two searches for unused rooms
+_UNUSED_AT_ONCE: Final = 20  # unused rooms closed in one search
+_DIRECTORY_SECONDS: Final = 1.0  # for which the list of all rooms is cached
 
 _log = logging.getLogger("plinko")
 
 
 class UnsharedRooms:
-    """Stands for `SharedRooms` where one server has the ledger alone: every room is its own."""
+    """Stands in for `SharedRooms` if only one server uses the ledger: it has every room."""
 
     alone = True
 
     def check(self, room_id: str) -> None:
-        """No room is at another server."""
+        """Do nothing: no room is at another server."""
 
     async def fetch(self, room_id: str) -> None:
-        """No room is brought here."""
+        """Do nothing: no room is at another server."""
 
     async def begin(self, room_id: str) -> None:
-        """A new room is this server's without a lease."""
+        """Do nothing: a room needs no lease."""
 
     def let_go(self, room_id: str) -> None:
-        """Nobody else is to have it."""
+        """Do nothing: a room has no lease."""
 
     @contextlib.asynccontextmanager
     async def having(self, room_id: str) -> AsyncIterator[None]:
-        """Every room is here."""
         yield
 
     async def directory(self) -> list[Listed]:
-        """No room but those that this server knows."""
+        """An empty list: there are no rooms at other servers."""
         return []
 
     async def made_by(self, creator: str) -> int | None:
-        """None: this server alone knows, and counts itself."""
+        """None: the caller counts by itself."""
         return None
 
     async def make_place(self) -> None:
-        """`OpenRooms` does so."""
+        """Do nothing: `OpenRooms` makes place."""
 
     async def look_after(self) -> None:
-        """`OpenRooms` does so."""
+        """Do nothing: `OpenRooms` closes unused rooms."""
 
 
 class SharedRooms(UnsharedRooms):
@@ -90,26 +89,26 @@ class SharedRooms(UnsharedRooms):
         self._listed_at = -math.inf
 
     def check(self, room_id: str) -> None:
-        """Raise LeaseLostError for a room that is not here, but is or may be at another server."""
-        self.leaving.check(room_id)  # who still watches is sent on, whatever they ask for
+        """Raise LeaseLostError for a room that is leaving, or is perhaps at another server."""
+        self.leaving.check(room_id)
         if room_id in self._public:
             raise LeaseLostError(f"room {room_id!r} is not at this server", field="room")
 
     async def fetch(self, room_id: str) -> None:
-        """Have a room in memory, if there is one of this id; raises what `Arriving.fetch` does."""
+        """Bring a room into memory, as `Arriving.fetch` does."""
         await self.arriving.fetch(room_id)
 
     async def begin(self, room_id: str) -> None:
-        """Have a room that nobody had: its id is new; raises what `Arriving.begin` does."""
+        """Take the lease of a new room, as `Arriving.begin` does."""
         await self.arriving.begin(room_id)
 
     def let_go(self, room_id: str) -> None:
-        """A room has left the memory, and all of it is written: any server may have it."""
+        """Release the lease of a room that has left memory and is completely committed."""
         self.leases.let_go(room_id)
 
     @contextlib.asynccontextmanager
     async def having(self, room_id: str) -> AsyncIterator[None]:
-        """Have a room here for a while, even one that is closed; raises what `fetch` raises."""
+        """Have a room's lease for a while, even if it is closed; raises what `fetch` raises."""
         await self.fetch(room_id)
         if room_id in self._rooms.in_memory:
             yield
@@ -122,7 +121,7 @@ class SharedRooms(UnsharedRooms):
                 self.let_go(room_id)
 
     async def directory(self) -> list[Listed]:
-        """Every open room at any server, as the ledger last heard of it; raises LedgerError."""
+        """Every open room at any server, as last committed; raises LedgerError."""
         now = self._persistence.now()
         if not self._listed_at <= now < self._listed_at + _DIRECTORY_SECONDS:
             self._listed = await self._ledger.read(store.directory)
@@ -130,14 +129,14 @@ class SharedRooms(UnsharedRooms):
         return self._listed
 
     async def made_by(self, creator: str) -> int | None:
-        """How many open rooms bear this mark of who made them, anywhere; raises LedgerError."""
+        """How many open rooms this creator has at all servers; raises LedgerError."""
         await self._count()
         return await self._ledger.read(store.count_owned, creator=creator)
 
     async def make_place(self) -> None:
-        """Count players' rooms at all servers before another is made; raises LedgerError.
+        """Count the rooms with owners at all servers before another is opened.
 
-        With as many as there may be the longest unused one is closed, as `OpenRooms` would.
+        If there are too many, close the longest unused one. Raises LedgerError.
         """
         await self._count()
         if self._rooms.free == 0:
@@ -145,7 +144,7 @@ class SharedRooms(UnsharedRooms):
             await self._count()
 
     async def look_after(self) -> None:
-        """Now and then, close the rooms that nobody has used for too long; raises LedgerError."""
+        """Close rooms that have been unused for too long, once a minute; raises LedgerError."""
         now = self._persistence.now()
         if now >= self._next_search:
             await self._close_unused(UNUSED_SECONDS, "unused", _UNUSED_AT_ONCE)
@@ -160,7 +159,7 @@ class SharedRooms(UnsharedRooms):
             if room.id in self._rooms.in_memory or self.arriving.is_coming(room.id):
                 continue
             closing = self.arriving.begin_work(room.id, self._close(room, before, why))
-            # Another server has it, and so it is in use; or it cannot be read.
+            # The room is in use at another server, or it is damaged.
             with contextlib.suppress(LeaseLostError, DamagedRoomError):
                 await asyncio.shield(closing)
 

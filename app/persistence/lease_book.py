@@ -59,7 +59,6 @@ class LeaseBook:
 
     @property
     def rooms(self) -> list[str]:
-        """The ids of the rooms that this server has."""
         return list(self._entries)
 
     def of(self, room_id: str) -> Lease | None:

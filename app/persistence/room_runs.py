@@ -216,7 +216,6 @@ class RoomRuns:
         )
 
     def basis_rows(self, room: Room) -> list[Write]:
-        """The rows of the room's board and draw."""
         draw = room.draw
         drawn = [] if draw is None else [DrawRow(draw.digest, draw.to_json().decode())]
         return [self.board_row(room), *drawn]

@@ -72,7 +72,7 @@ class PersistenceService:
         return self.runs.now()
 
     def lease_of(self, room_id: str) -> Lease | None:
-        """This server's lease of a room; None if it has none or no other server exists."""
+        """This server's lease of a room; None if it has none, or if the ledger is not shared."""
         return None if self.leases is None else self.leases.book.of(room_id)
 
     # The begin and end of runs.

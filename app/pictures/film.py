@@ -50,7 +50,7 @@ class Shot:
 
 
 class Budget(Protocol):
-    """The computing time that each address may use, in s of a core."""
+    """The computing time that each address may use, in CPU seconds."""
 
     def settle(self, key: str, now: float, seconds: float) -> None:
         """Charge the address `key` for `seconds` that were computed."""

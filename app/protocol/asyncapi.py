@@ -1,4 +1,4 @@
-"""The WebSocket of a room as an AsyncAPI document, made of the messages' own types."""
+"""Generates the AsyncAPI document of a room's WebSocket from the types of the messages."""
 
 from collections.abc import Iterable
 from typing import Final
@@ -16,24 +16,24 @@ QUERY: Final = {
         "type": "string",
         "enum": list(messages.STREAMS),
         "default": messages.SNAPSHOTS,
-        "description": "What the binary messages are.",
+        "description": "The stream; it decides which binary messages the server sends.",
     },
     "watch": {
         "type": "string",
         "enum": ["true"],
-        "description": "This client is going to watch alone, so that any relay may serve it.",
+        "description": "The client will only watch, so any relay may serve it.",
     },
 }
-"""The query parameters of a room's address, by name; there are no others."""
+"""All query parameters of a room's address, by name."""
 
 _SCHEMAS: Final = "#/components/schemas/{name}"
 _CHANNEL: Final = "room"
 
 
 def document(version: str) -> JsonObject:
-    """The document for a server of this release; docs/protocol.md says what it means."""
+    """The document for a server of this release; docs/protocol.md explains the messages."""
     events = _by_name(*messages.Event.__subclasses__())
-    said = _by_name(*Message.__args__)
+    requests = _by_name(*Message.__args__)
     return {
         "asyncapi": VERSION,
         "info": {
@@ -48,7 +48,7 @@ def document(version: str) -> JsonObject:
             _CHANNEL: {
                 "address": "/ws/rooms/{room}",
                 "parameters": {
-                    "room": {"description": "`main`, a preset's name, or what `POST rooms` gave."}
+                    "room": {"description": "`main`, a preset's name, or the id from `POST rooms`."}
                 },
                 "bindings": {
                     "ws": {
@@ -60,16 +60,16 @@ def document(version: str) -> JsonObject:
                     }
                 },
                 "messages": {
-                    name: {"$ref": f"#/components/messages/{name}"} for name in (*events, *said)
+                    name: {"$ref": f"#/components/messages/{name}"} for name in (*events, *requests)
                 },
             }
         },
         "operations": {
-            "hear": _operation("send", "What the server tells.", events),
-            "say": _operation("receive", "What a client may say.", said),
+            "hear": _operation("send", "The server sends an event.", events),
+            "say": _operation("receive", "A client sends a message.", requests),
         },
         "components": {
-            "messages": {name: _message(kind) for name, kind in (*events.items(), *said.items())},
+            "messages": {name: _message(kind) for name, kind in (events | requests).items()},
             "schemas": schemas(),
         },
     }

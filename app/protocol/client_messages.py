@@ -1,6 +1,6 @@
-"""What a client says in any room, pure: the messages, and bytes as messages or a named error.
+"""The messages that a client may send in any room, and their parser. Pure.
 
-What is said only where balls touch each other is in touching_messages.py.
+touching_messages.py has the messages for rooms of touching balls.
 """
 
 import math
@@ -17,9 +17,10 @@ from engine.json_text import Json
 
 
 class DropMessage(msgspec.Struct, frozen=True, tag="drop", forbid_unknown_fields=True):
-    """Ask for a ball. Values stay as they came: their parsers name what is wrong.
+    """Ask for a drop.
 
-    `key`, that of an earlier hello, says that the same drop, by its `ref`, was asked for then.
+    The values are any JSON here; their own parsers check them later and name invalid ones.
+    key: the `key` of an earlier hello, if the client repeats a drop with the same `ref` from then.
     """
 
     seed: Json = None
@@ -35,7 +36,7 @@ class DropMessage(msgspec.Struct, frozen=True, tag="drop", forbid_unknown_fields
 
 
 class SessionMessage(msgspec.Struct, frozen=True, tag="session", forbid_unknown_fields=True):
-    """Begin a session with a `commitment`, or join one again by its id and `token`."""
+    """Begin a fair session with a `commitment`, or join one by its id and `token`."""
 
     commitment: Json = None
     session: str | None = None
@@ -44,7 +45,7 @@ class SessionMessage(msgspec.Struct, frozen=True, tag="session", forbid_unknown_
 
 
 class OpenMessage(msgspec.Struct, frozen=True, tag="open", forbid_unknown_fields=True):
-    """Open the secret `seed` that a session's commitment is of, 64 hexadecimal digits."""
+    """Reveal the secret `seed` of a session's commitment, 64 hexadecimal digits."""
 
     session: str
     seed: Json
@@ -52,20 +53,20 @@ class OpenMessage(msgspec.Struct, frozen=True, tag="open", forbid_unknown_fields
 
 
 class EndMessage(msgspec.Struct, frozen=True, tag="end", forbid_unknown_fields=True):
-    """End a session: the server reveals its secret."""
+    """End a fair session: the server reveals its secret."""
 
     session: str
     ref: Json = None
 
 
 class PingMessage(msgspec.Struct, frozen=True, tag="ping", forbid_unknown_fields=True):
-    """Ask for the clocks; `t` comes back as it is."""
+    """Ask for the server's clock; the answer repeats `t`."""
 
     t: float
 
 
 class ResumeMessage(msgspec.Struct, frozen=True, tag="resume", forbid_unknown_fields=True):
-    """Ask for what was announced while the connection was broken: after number `since` of `run`."""
+    """Ask for the events that a lost connection missed: those after number `since` of `run`."""
 
     run: str
     since: int
@@ -89,7 +90,7 @@ Message = (
 
 
 class _Typed(msgspec.Struct):
-    """What every message is."""
+    """The field that every message has."""
 
     type: str
 
@@ -100,10 +101,10 @@ _KINDS: Final[dict[object, type[Message]]] = {
 
 
 def decode_message(data: str | bytes) -> Message:
-    """A client's text message as a value.
+    """Parse a client's text message.
 
-    Raises JsonSyntaxError, JsonValueError, MalformedError for what is not an object of a message's
-    shape, UnknownMessageError for a `type` that the protocol does not have.
+    Raises JsonSyntaxError, JsonValueError, MalformedError if the JSON does not have the fields of a
+    message, and UnknownMessageError for an unknown `type`.
     """
     value = json_text.parse(data)
     kind = value.get("type") if isinstance(value, dict) else None
@@ -112,7 +113,7 @@ def decode_message(data: str | bytes) -> Message:
         raise UnknownMessageError(f"type {shorten(kind)} is not one of: {known}", field="type")
     try:
         if not isinstance(kind, str):
-            msgspec.convert(value, _Typed)  # which says what is missing
+            msgspec.convert(value, _Typed)  # raises an error that says what is missing
         message: Message = msgspec.convert(value, _KINDS[kind])
     except msgspec.ValidationError as error:
         raise MalformedError(str(error)) from None
@@ -120,7 +121,7 @@ def decode_message(data: str | bytes) -> Message:
 
 
 def peek(data: str | bytes, key: str) -> object:
-    """Field `key` of a JSON object that may be no valid message; None when there is none."""
+    """Field `key` of a message that may be invalid; None if it has no such field."""
     text = data if isinstance(data, str) else data.decode(errors="replace")
     if json_text.too_deep(text):
         return None
@@ -132,12 +133,12 @@ def peek(data: str | bytes, key: str) -> object:
 
 
 def parse_x(value: object) -> float | None:
-    """An explicit start in metres, or None; raises InvalidValueError naming what is no number."""
+    """An explicit start in m, or None; raises InvalidValueError if it is not a finite number."""
     return _parse_place(value, "x")
 
 
 def parse_aim(value: object) -> float | None:
-    """A player's aim in metres, or None; raises InvalidValueError naming what is no number."""
+    """A player's aim in m, or None; raises InvalidValueError if it is not a finite number."""
     return _parse_place(value, "aim")
 
 
@@ -154,11 +155,11 @@ def _parse_place(value: object, field: str) -> float | None:
         raise InvalidValueError(
             f"{field} {shorten(value)} is not a finite number of metres", field=field
         )
-    return number + 0.0  # a negative zero is the same place
+    return number + 0.0  # turns -0.0 into 0.0
 
 
 def parse_stream(value: str | None) -> str:
-    """The stream asked for, snapshots if none; raises InvalidValueError for one there is not."""
+    """The requested stream, by default snapshots; raises InvalidValueError for an unknown one."""
     stream = value or SNAPSHOTS
     if stream not in STREAMS:
         known = ", ".join(STREAMS)
@@ -167,7 +168,9 @@ def parse_stream(value: str | None) -> str:
 
 
 def parse_watch(value: str | None) -> bool:
-    """Whether a client says that it only watches; raises InvalidValueError for any other value."""
+    """Whether the client will only watch; raises InvalidValueError unless None or "true"."""
     if value not in (None, "true"):
-        raise InvalidValueError(f"watch {shorten(value)} is not true", field="watch")
+        raise InvalidValueError(
+            f"watch {shorten(value)} is not 'true': leave it out", field="watch"
+        )
     return value is not None

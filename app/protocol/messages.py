@@ -1,7 +1,7 @@
-"""What the server says in a room as JSON, pure: events, and how they become bytes.
+"""The events that the server sends to a room's clients, as JSON. Pure.
 
-docs/protocol.md describes every field; tests/golden/ holds examples that other languages decode
-too. What clients say is in client_messages.py, the binary messages in snapshots.py and segments.py.
+docs/protocol.md describes every field; tests/golden/ has examples that other languages decode too.
+client_messages.py has the messages of clients, snapshots.py and segments.py the binary messages.
 """
 
 from collections.abc import Sequence
@@ -15,18 +15,18 @@ from engine.json_text import Json, JsonObject
 
 PROTOCOL_VERSION = 1
 
-SNAPSHOTS = "snapshots"  # the streams of a room: what its binary messages hold
+SNAPSHOTS = "snapshots"  # the streams of a room, one of which each client chooses
 SEGMENTS = "segments"
 SEEDS = "seeds"
 STREAMS = (SNAPSHOTS, SEGMENTS, SEEDS)
 
 
 class Event(msgspec.Struct, frozen=True, tag_field="type", kw_only=True):
-    """Anything sent as JSON; `type` is its tag."""
+    """The base of all events; the JSON field `type` is the tag."""
 
 
 class Extent(msgspec.Struct, frozen=True):
-    """The box in metres that the snapshots' 16-bit coordinates span."""
+    """The box, in metres, that the 16-bit coordinates of snapshots span."""
 
     x_min: float
     x_max: float
@@ -35,7 +35,7 @@ class Extent(msgspec.Struct, frozen=True):
 
 
 class Stats(msgspec.Struct, frozen=True):
-    """What has happened in a room: drops accepted, landings per bin, balls that never settled."""
+    """Counts of a room: accepted drops, landings per bin, drops that ended in no bin."""
 
     drops: int
     histogram: list[int]
@@ -43,7 +43,7 @@ class Stats(msgspec.Struct, frozen=True):
 
 
 class BallStart(msgspec.Struct, frozen=True):
-    """A ball in flight by its start, from which its whole path follows."""
+    """The start of a ball in flight, which determines its whole path."""
 
     ball: int
     seed: str
@@ -55,9 +55,9 @@ class BallStart(msgspec.Struct, frozen=True):
 
 
 class SignedReceipt(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A receipt of a drop as it is in the log: leaf `index`, with which the log has this root.
+    """A drop's receipt at its place in the log: leaf `index`, after which the log has this root.
 
-    The signature is over all of it; docs/fairness.md says how.
+    The signature covers receipt, index and root; docs/fairness.md says how.
     """
 
     receipt: JsonObject
@@ -67,11 +67,11 @@ class SignedReceipt(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 MESSAGE_BYTES: Final = 4096
-"""Of a WebSocket message that a client sends, at most."""
+"""The most bytes in a WebSocket message from a client."""
 
 
 class Limits(msgspec.Struct, frozen=True):
-    """What a client may do in the room."""
+    """The limits for a client in the room."""
 
     balls: int
     drops_per_second: float
@@ -79,7 +79,7 @@ class Limits(msgspec.Struct, frozen=True):
 
 
 class ArenaState(msgspec.Struct, frozen=True, kw_only=True):
-    """What a room whose balls touch each other has beside the rest; `balls` is in columns."""
+    """The further state of a room of touching balls; `balls` has a list for each property."""
 
     scene: JsonObject | None
     place: JsonObject
@@ -92,14 +92,14 @@ class ArenaState(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class DrawOdds(msgspec.Struct, frozen=True):
-    """The draw of a room that has one: its digest, and the weights of the bins, left to right."""
+    """A room's draw: its digest, and the weights of the bins from left to right."""
 
     digest: str
     weights: list[int]
 
 
 class Hello(Event, frozen=True, tag="hello", kw_only=True):
-    """The full state of a room, first to each client that connects."""
+    """The full state of a room, the first message to each client."""
 
     protocol: int
     physics_version: int | str
@@ -128,12 +128,15 @@ class Hello(Event, frozen=True, tag="hello", kw_only=True):
 
 
 class Accepted(Event, frozen=True, tag="accepted", kw_only=True):
-    """A drop was taken; the ball starts at `tick`. Only its sender sees its own `ref`.
+    """The room has accepted a drop; the ball starts at `tick`. Only the sender gets the `ref`.
 
-    `aim` in m is there where the player chose the middle of what the seed draws, `stake` in minor
-    units where something was staked, `receipt` where the drop is one of a session, `practice`
-    (true) where its player chose the seed or x, `visitor` where who dropped it is one, `name` and
-    `colour` where the drop has such a tag.
+    Optional fields:
+    aim: in m, if the player chose the middle of the interval from which the seed draws the start.
+    stake: in minor units, if there is one.
+    receipt: of a drop of a fair session.
+    practice: true if the player chose the seed or x.
+    visitor: the player's number, if the player is a visitor.
+    name, colour: the drop's tag.
     """
 
     ball: int
@@ -165,10 +168,12 @@ class Contact(Event, frozen=True, tag="contact", kw_only=True):
 
 
 class Landed(Event, frozen=True, tag="landed", kw_only=True):
-    """A ball's end; `digest` is that of the same drop replayed alone, if no other ball touches it.
+    """A drop has ended; `digest` is that of the drop replayed alone, null where balls touch.
 
-    `payout` in minor units is there where something was staked, `label` where the bin has one,
-    `name` and `colour` where the drop has such a tag.
+    Optional fields:
+    payout: in minor units, if the drop had a stake.
+    label: of the bin.
+    name, colour: the drop's tag.
     """
 
     ball: int
@@ -188,12 +193,12 @@ class Landed(Event, frozen=True, tag="landed", kw_only=True):
 
     @property
     def paid(self) -> int:
-        """The payout, 0 where nothing was staked."""
+        """The payout, or 0 without a stake."""
         return self.payout if isinstance(self.payout, int) else 0
 
 
 class BriefAccepted(Event, frozen=True, tag="accepted", kw_only=True, omit_defaults=True):
-    """`accepted` in the stream `seeds`: `x` only where the seed does not say it."""
+    """`accepted` in the stream `seeds`: with `x` only if the seed does not determine it."""
 
     ball: int
     seed: str
@@ -211,7 +216,7 @@ class BriefAccepted(Event, frozen=True, tag="accepted", kw_only=True, omit_defau
 
 
 class BriefLanded(Event, frozen=True, tag="landed", kw_only=True, omit_defaults=True):
-    """`landed` in the stream `seeds`: the rest follows from the path; `digest` is cut short."""
+    """`landed` in the stream `seeds`: the client computes the rest; `digest` is shortened."""
 
     ball: int
     digest: str
@@ -219,14 +224,14 @@ class BriefLanded(Event, frozen=True, tag="landed", kw_only=True, omit_defaults=
 
 
 class Clock(Event, frozen=True, tag="clock", kw_only=True):
-    """The room's tick now, and how many events it has announced; only in the stream `seeds`."""
+    """The room's current tick and number of events, once a second in the stream `seeds`."""
 
     tick: int
     seq: int
 
 
 class Placed(Event, frozen=True, tag="placed", kw_only=True):
-    """A ball was put in where balls touch each other, and what it is made of."""
+    """A ball was added to a room of touching balls, with this size and material."""
 
     tick: int
     ball: int
@@ -240,7 +245,7 @@ class Placed(Event, frozen=True, tag="placed", kw_only=True):
 
 
 class Edited(Event, frozen=True, tag="edited", kw_only=True, omit_defaults=True):
-    """A ball, or every one where `ball` is null, is made of something else now."""
+    """A ball, or every ball if `ball` is null, now has these properties."""
 
     tick: int
     ball: int | None
@@ -251,14 +256,14 @@ class Edited(Event, frozen=True, tag="edited", kw_only=True, omit_defaults=True)
 
 
 class Removed(Event, frozen=True, tag="removed", kw_only=True):
-    """Balls are gone without having landed as a drop."""
+    """Balls were removed, or left the board without having been drops."""
 
     tick: int
     balls: list[int]
 
 
 class RoomSettings(Event, frozen=True, tag="settings", kw_only=True):
-    """What holds for the room from now on, all of it, and whether its clock is stopped."""
+    """All settings of the room from now on, and whether its clock is stopped."""
 
     tick: int
     settings: dict[str, float]
@@ -266,9 +271,10 @@ class RoomSettings(Event, frozen=True, tag="settings", kw_only=True):
 
 
 class SessionState(Event, frozen=True, tag="session", kw_only=True):
-    """A session as it stands: what the server committed to, and the number of the next drop.
+    """The state of a fair session: the server's signed commitment and the number of the next drop.
 
-    `token` is told to who begins it, this once. `open`: both sides may drop in it.
+    token: joins the session later; only in the answer that begins it.
+    open: the player has revealed their secret, so that the session takes drops.
     """
 
     session: str
@@ -284,7 +290,7 @@ class SessionState(Event, frozen=True, tag="session", kw_only=True):
 
 
 class SessionEnded(Event, frozen=True, tag="ended", kw_only=True):
-    """A session is over: the server's secret, and the signed count of drops."""
+    """A fair session has ended: the server's secret, and the signed number of drops."""
 
     session: str
     server_seed: str
@@ -294,13 +300,13 @@ class SessionEnded(Event, frozen=True, tag="ended", kw_only=True):
 
 
 class Halted(Event, frozen=True, tag="halted", kw_only=True):
-    """Whether an operator lets the room take anything new; what is in flight lands all the same."""
+    """Whether the operator has halted the room; if so, it takes no drops, but balls still land."""
 
     halted: bool
 
 
 class QueueItem(msgspec.Struct, frozen=True, kw_only=True):
-    """Balls that wait to be dropped, for somebody."""
+    """Balls of one player that wait to be dropped."""
 
     number: int
     left: int
@@ -309,7 +315,7 @@ class QueueItem(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class QueueState(Event, frozen=True, tag="queue", kw_only=True):
-    """How many balls wait to be dropped, and the first of them by item."""
+    """The room's queue: the number of waiting balls, and its first items."""
 
     waiting: int
     paused: bool
@@ -317,9 +323,9 @@ class QueueState(Event, frozen=True, tag="queue", kw_only=True):
 
 
 class Presence(Event, frozen=True, tag="presence", kw_only=True):
-    """How many visitors are here, and who was last heard of. `you`: who is told, once it appears.
+    """The number of visitors, and the most recently active ones; sent only to visitors.
 
-    Only visitors are told.
+    you: the receiver's own number, in the answer to `appear`.
     """
 
     here: int
@@ -328,22 +334,23 @@ class Presence(Event, frozen=True, tag="presence", kw_only=True):
 
 
 class Claimed(Event, frozen=True, tag="claimed", kw_only=True):
-    """The token was right: this connection may change the room."""
+    """The token was valid: this connection may change the room."""
 
     ref: Json = None
 
 
 class Done(Event, frozen=True, tag="done", kw_only=True):
-    """A change that had a `ref` was carried out at this tick; its own events came before."""
+    """A change with a `ref` was carried out at this tick; its events came before."""
 
     tick: int
     ref: Json
 
 
 class Diagnostics(Event, frozen=True, tag="diagnostics", kw_only=True):
-    """Energies in J (potential: zero at y = 0), momentum in kg m/s, angular in kg m^2/s.
+    """Energies in J (potential: zero at y = 0), momentum in kg m/s, angular momentum in kg m^2/s.
 
-    `penetration` is the deepest overlap in m; `time` seconds of the arena.
+    penetration: the deepest overlap, in m.
+    time: of the arena, in s.
     """
 
     tick: int
@@ -362,7 +369,7 @@ class Diagnostics(Event, frozen=True, tag="diagnostics", kw_only=True):
 
 
 class Error(Event, frozen=True, tag="error", kw_only=True):
-    """What was wrong with a message; `detail` names the bad value."""
+    """A message was refused; `detail` says why and names the bad value."""
 
     code: str
     detail: str
@@ -370,9 +377,10 @@ class Error(Event, frozen=True, tag="error", kw_only=True):
 
 
 class Missed(Event, frozen=True, tag="missed", kw_only=True):
-    """Answer to `resume`: what was announced after `since`, up to `until`, in order.
+    """The answer to `resume`: the events after `since` up to `until`, in order.
 
-    `until` is this connection's hello; what came after it was heard. Null when it is not known.
+    until: number of the last event before this connection's hello.
+    events: null if the server no longer has all of them.
     """
 
     since: int
@@ -381,7 +389,7 @@ class Missed(Event, frozen=True, tag="missed", kw_only=True):
 
 
 class Pong(Event, frozen=True, tag="pong", kw_only=True):
-    """Answer to a ping: its own `t`, and the server's clock now and at the room's last tick."""
+    """The answer to `ping`: its `t`, and the server's clock now and at the room's last tick."""
 
     t: float
     tick: int
@@ -390,7 +398,7 @@ class Pong(Event, frozen=True, tag="pong", kw_only=True):
 
 
 def has_ref(event: Event | None) -> bool:
-    """Whether an event is told to who asked for it with their own note."""
+    """Whether the client that caused an event gets its `ref` with it."""
     return isinstance(event, Accepted | Placed | SessionState | SessionEnded)
 
 
@@ -398,10 +406,10 @@ _encoder = msgspec.json.Encoder()
 
 
 def encode_event(event: Event) -> bytes:
-    """One event as the text message of a single JSON object."""
+    """The text message of one event, a JSON object."""
     return _encoder.encode(event)
 
 
 def encode_events(events: list[Event]) -> bytes:
-    """Several events of one tick as one text message, a JSON array; a single one as an object."""
+    """The text message of a tick's events: a JSON array, or an object if there is only one."""
     return _encoder.encode(events[0] if len(events) == 1 else events)

@@ -1,8 +1,8 @@
-"""A ball's path cut into segments that can each be drawn in closed form: flights and curves.
+"""Cuts a ball's path into segments that a client can draw in closed form: flights and curves. Pure.
 
-Pure. A flight is exact: its state at the start, from which gravity and drag do the rest. Where a
-ball lies on a surface, or hops too low to see, one parabola stands for as much of the path as it
-fits to within TOLERANCE. app/protocol/segments.py writes segments as bytes.
+A flight is exact: gravity and drag determine it from its initial state. Where a ball lies on a
+surface, or hops too low to be seen, a curve replaces the path: a parabola over as long a stretch as
+it fits within TOLERANCE. app/protocol/segments.py writes segments as bytes.
 """
 
 import math
@@ -19,31 +19,31 @@ from engine.exact.outcome import RUNNING
 from engine.physics import body
 from engine.physics.flight import basis
 
-# Kinds of a segment: what it begins with, or what a curve runs along.
+# Kinds of a segment: the event that begins a flight, or the surface that a curve runs along.
 OFF_PEG: Final = KIND_PEG
 OFF_WALL: Final = KIND_WALL
 LEFT_PEG: Final = 2
 LEFT_WALL: Final = 3
 DROPPED: Final = 4
-UNDER_WAY: Final = 5  # the segment began long before: this is where the ball was later on it
+UNDER_WAY: Final = 5  # the flight began long ago: this is a later state of it
 
 TOLERANCE = 2e-4
-"""m; how far a curve may be from the true path: a fiftieth of a pixel at 100 px/m."""
+"""m; the largest distance of a curve from the true path: a fiftieth of a pixel at 100 px/m."""
 
 TURN_TOLERANCE = 0.05
-"""rad; the same for the angle, which a curve turns evenly."""
+"""rad; the same for the angle, which changes at a constant rate in a curve."""
 
-_SAMPLES = 17  # instants at which a curve is compared with the path; odd: the middle is one
-_SHORTEST = 1e-5  # s; a stretch of a ride is not halved below it
+_SAMPLES = 17  # times at which a curve is compared with the path; odd, to include the middle
+_SHORTEST = 1e-5  # s; shorter curves along a surface are not halved further
 
 Floats = npt.NDArray[np.float64]
 
 
 class Segment(msgspec.Struct, frozen=True):
-    """A stretch of one ball's path in SI units: free flight, or with `bend` a parabola.
+    """A stretch of one ball's path, in SI units: a flight, or a curve if it has a `bend`.
 
-    t: its start in s. Since the ball's own start where it was cut, since the room's where it was
-    decoded. bend: the acceleration in m/s^2.
+    t: its beginning in s, since the ball's start; in a decoded message since the room's start.
+    bend: the parabola's acceleration in m/s^2.
     """
 
     ball: int
@@ -60,8 +60,10 @@ class Segment(msgspec.Struct, frozen=True):
 
 
 def later(segment: Segment, s: float, *, gravity: float, drag: float) -> Segment:
-    """The same segment told from where the ball is s seconds after its start; s may be negative,
-    though in a flight no longer than 1/4 of 1/drag, as far as the series for it goes."""
+    """The same segment, beginning where the ball is s seconds later.
+
+    s may be negative; in a flight -s must be below 1/4 of 1/drag, where the series for it holds.
+    """
     phi, psi = s, 0.5 * s * s
     if segment.bend is None:
         _, phi, psi = basis(drag, s)
@@ -78,24 +80,26 @@ def later(segment: Segment, s: float, *, gravity: float, drag: float) -> Segment
 
 
 def segments_of(path: Trajectory, ball: int) -> list[Segment]:
-    """The segments of an exact drop's path in the order of their times."""
+    """The segments of an exact drop's whole path, in the order of time."""
     return cut(path, ball, 0, 0, math.inf)[0]
 
 
 def cut(
     path: Trajectory, ball: int, passed: int, first: int, until: float
 ) -> tuple[list[Segment], int]:
-    """The segments of what is known of a path by now; and how many of its rows that were.
+    """Cut the known rows of a path into segments; returns them and the number of rows cut by now.
 
-    passed: rows of the path before those of the trajectory; first: rows that were cut before. What
-    may go on beyond what is known is left for later, unless it begins before `until`, s.
+    passed: number of the path's rows before those in `path`.
+    first: number of rows cut before.
+    until: in s. A curve at the end of the known rows may go on beyond them, so it is left for the
+    next call, unless it begins before this time.
     """
     cutter = _Cutter(path, ball, passed)
     return cutter.segments, passed + cutter.cut(max(first - passed, 0), until)
 
 
 class _Cutter:
-    """Walks along the rows of the solver's trace and writes down segments."""
+    """Goes through the rows of the solver's trace and collects segments."""
 
     def __init__(self, path: Trajectory, ball: int, passed: int) -> None:
         self.path = path
@@ -106,12 +110,12 @@ class _Cutter:
         self.ends = [*self.starts[1:], float(path.end[body.T])]
         self.flies: list[bool] = (self.rows[:, event_log.ITEM] == event_log.IN_FLIGHT).tolist()
         self.hits = _hits(path)
-        # A flight that strays less than the tolerance from a straight line may be part of a curve.
+        # s; a shorter flight is within the tolerance of a straight line: it may be part of a curve
         self.short = math.sqrt(8.0 * TOLERANCE / max(path.board.gravity, 1e-9))
         self.segments: list[Segment] = []
 
     def cut(self, first: int, until: float) -> int:
-        """Cut from a row on; returns the first that is left."""
+        """Cut the rows from `first` on; returns the first row that is left for later."""
         while first < len(self.rows):
             last = first
             while last < len(self.rows) and not self._is_long_flight(last):
@@ -128,7 +132,7 @@ class _Cutter:
 
     @property
     def _goes_on(self) -> bool:
-        """Whether more is to come than is known."""
+        """Whether the path goes on beyond the known rows."""
         return self.path.outcome == RUNNING
 
     def _is_long_flight(self, row: int) -> bool:
@@ -140,7 +144,7 @@ class _Cutter:
         self._write(kind, index, state, state[body.VX], state[body.VY], state[body.OMEGA])
 
     def _origin(self, row: int) -> tuple[int, int]:
-        """What a flight begins with: the kind and the index of the peg or wall."""
+        """The event that begins a flight: its kind, and the index of the peg or wall."""
         if self.passed + row == 0:
             return DROPPED, 0
         hit = self.hits.get(self.starts[row])
@@ -152,7 +156,7 @@ class _Cutter:
         return (LEFT_PEG if kind == OFF_PEG else LEFT_WALL), index
 
     def _surface(self, row: int) -> tuple[int, int]:
-        """The peg or wall that a row runs along; for a short hop, what it hopped off."""
+        """The peg or wall that a row runs along, or from which a short hop began."""
         item = int(self.rows[row, event_log.ITEM])
         if item < 0:
             return self.hits.get(self.starts[row], (OFF_PEG, 0))
@@ -160,7 +164,7 @@ class _Cutter:
         return (OFF_PEG, item) if item < pegs else (OFF_WALL, (item - pegs) // 3)
 
     def _bend(self, first: int, last: int) -> None:
-        """Curves for the rows from `first` up to `last`, as few as fit."""
+        """Write curves for the rows from `first` to before `last`, as few as fit."""
         begin, end = self.starts[first], self.ends[last - 1]
         if end <= begin:
             return
@@ -183,9 +187,9 @@ class _Cutter:
                 self._halve(row, low, high)
 
     def _fits(self, row: int, begin: float, end: float, *, force: bool = False) -> bool:
-        """Write down the parabola through the path's start, middle and end, if it is near enough.
+        """Write the parabola through the path's start, middle and end, if it is near enough.
 
-        A quadratic through three points of a smooth path errs by 0.008 h^3 times its jerk.
+        The error of such a parabola on a smooth path is 0.008 h^3 times the jerk.
         """
         times = np.linspace(begin, end, _SAMPLES)
         states = self.path.states_at(times)
@@ -227,7 +231,7 @@ class _Cutter:
 
 
 def _hits(path: Trajectory) -> dict[float, tuple[int, int]]:
-    """Bounces off pegs and walls by their time."""
+    """The peg or wall of each bounce, by time."""
     return {
         t: (kind, index)
         for t, (kind, index) in zip(path.events[:, 0].tolist(), path.marks.tolist(), strict=True)

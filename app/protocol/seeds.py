@@ -1,8 +1,8 @@
-"""Text messages of `?stream=seeds`: what a client is told that computes each path itself. Pure.
+"""The text messages of `?stream=seeds`, for clients that compute each path themselves. Pure.
 
-There are no binary messages. A drop is told by its seed, or by its start where the seed does not
-give it; a landing by the first digits of its digest, which say whether the client's path is the
-room's. Between them a clock, from which the client knows which tick to show.
+There are no binary messages. A drop is sent as its seed, or with its start if the seed does not
+determine it. A landing is sent as the first digits of its digest, by which the client checks its
+path. A clock in between tells the client which tick to show.
 """
 
 from collections.abc import Iterable
@@ -15,27 +15,27 @@ from engine.board.parts import DropZone
 from engine.seeding import start_x
 
 DIGITS: Final = 12
-"""Of a landing's digest: of two paths that differ, one in 2^48 would pass for the other."""
+"""Of a landing's digest, in hexadecimal: a wrong path passes for the right one once in 2^48."""
 
-_HELD: Final = 0.1
-"""s that a landing may wait for company. Sending is what a client costs, and balls that land are
-drawn from their paths, a few ticks later than they move in the room."""
+_DELAY: Final = 0.1
+"""s that a landing may wait, so that one message has several landings: sending is the main cost of
+a client. The wait is not seen, because the page draws balls a few ticks late anyway."""
 
 
 class SeedStream:
-    """What is told of one room, and when: `take` gives the events of the next message."""
+    """Collects the events of one room for this stream; `take` returns those of the next message."""
 
     def __init__(self, tick_rate: int, tick: int, zone: DropZone) -> None:
-        """`tick` is the room's now; in `zone` a seed says where its ball starts."""
+        """`tick` is the room's current tick; a seed draws its ball's start from `zone`."""
         self._zone = zone
-        self._patience = max(1, round(_HELD * tick_rate))  # ticks
+        self._patience = max(1, round(_DELAY * tick_rate))  # ticks
         self._every = tick_rate  # ticks between two clocks
         self._landed: list[messages.Event] = []
-        self._since = 0  # tick of the first that is held
-        self._clock = tick  # that was told last
+        self._since = 0  # tick of the first landing that waits
+        self._clock = tick  # tick of the last clock that was sent
 
     def hold(self, events: Iterable[messages.Event], tick: int) -> None:
-        """Keep what of a tick's events is told here: landings, and no contacts."""
+        """Add a tick's events, without contacts."""
         for event in events:
             if isinstance(event, messages.Contact):
                 continue
@@ -44,31 +44,31 @@ class SeedStream:
             self._landed.append(self.brief(event))
 
     def take(self, tick: int, seq: int, *, awake: bool) -> list[messages.Event]:
-        """The events to tell at this tick, mostly none; all that are held once nothing moves.
+        """The events to send at this tick, mostly none; all that wait if the room falls asleep.
 
-        seq: room events announced so far.
+        seq: number of the room's last event.
         """
         late = awake and tick - self._clock >= self._every
         if awake and not late and not self._is_due(tick):
             return []
-        told = self.release()
+        events = self.release()
         if late:
             self._clock = tick
-            told.append(messages.Clock(tick=tick, seq=seq))
-        return told
+            events.append(messages.Clock(tick=tick, seq=seq))
+        return events
 
     def release(self) -> list[messages.Event]:
-        """The landings that are held: something is told that comes after them."""
-        told, self._landed = self._landed, []
-        return told
+        """The landings that wait, to be sent before a later event."""
+        landed, self._landed = self._landed, []
+        return landed
 
     def _is_due(self, tick: int) -> bool:
         return bool(self._landed) and tick - self._since >= self._patience
 
     def brief(self, event: messages.Event) -> messages.Event:
-        """An event as it is told here: without what follows from the rest.
+        """An event in its short form, without the fields that the client can compute.
 
-        Of a drop that was given up in flight nothing follows, and all is told.
+        The landing of a drop that was given up in flight cannot be computed; it stays complete.
         """
         if isinstance(event, messages.Accepted):
             middle = self._zone.x if isinstance(event.aim, msgspec.UnsetType) else event.aim

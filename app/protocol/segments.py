@@ -1,7 +1,7 @@
-"""Binary messages of `?stream=segments`: which segments are sent when, and as which bytes. Pure.
+"""The binary messages of `?stream=segments`: when each segment is sent, and its bytes. Pure.
 
-docs/protocol.md describes every byte. Times on the wire are in steps of a tick; a segment is told
-from where the ball is at such a step, so that rounding its time moves nothing.
+docs/protocol.md describes every byte. Times on the wire are rounded to steps of a tick. A segment's
+state is that of the ball at the rounded time, so rounding does not displace the ball.
 """
 
 import math
@@ -17,21 +17,21 @@ from engine.physics import body
 MAGIC = 0x53
 VERSION = 2
 HEADER = struct.Struct("<BBHIIHBB")  # magic, version, flights, tick, seq, curves, flags, 0
-FULL = 1  # flag: the current segment of every ball in flight, whatever came before
+FULL = 1  # flag: the message has the current segment of every ball in flight
 
 FLIGHT = struct.Struct("<HBBHHHhhhH")  # id, kind, angle, age, x, y, vx, vy, spin, index
-CURVE = struct.Struct("<HBBHHHhhhHff")  # the same and ax, ay
+CURVE = struct.Struct("<HBBHHHhhhHff")  # the same fields, then ax, ay
 
 _TURN = 256
 _TOP = 32767
 _GRID = 65535
-_STEPS = 1024  # of a tick: a segment may begin up to half a step, 8 us at 60 Hz, too soon or late
-_OLDEST = 63  # ticks; a segment that began longer ago is told from there
+_STEPS = 1024  # steps of a tick: rounding shifts a beginning by up to half a step, 8 us at 60 Hz
+_OLDEST = 63  # ticks; a segment that began longer ago is sent from there on
 
 
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """What the numbers of a message mean: the hello tells it all. SI units, ticks a second."""
+    """The scales and constants that decode a message, as in the hello; SI units, ticks a second."""
 
     extent: Extent
     velocity_scale: float
@@ -41,13 +41,13 @@ class Scale:
     drag: float
 
     def law(self) -> dict[str, float]:
-        """Gravity in m/s^2 and drag in 1/s by name."""
+        """Gravity in m/s^2 and drag in 1/s, as arguments of `later`."""
         return {"gravity": self.gravity, "drag": self.drag}
 
 
 @dataclass(frozen=True, slots=True)
 class _Due:
-    """A segment on its way: the room's tick at which it is due, and when it begins, in ticks."""
+    """A segment, the room's tick at which it is due, and its beginning in ticks."""
 
     tick: int
     begin: float
@@ -56,23 +56,23 @@ class _Due:
 
 @dataclass(slots=True)
 class _Course:
-    """One ball's path, as far as it was cut."""
+    """One ball's path, as far as it has been cut."""
 
     start_tick: int
-    told: int  # what was due up to this tick is known to all who watch
-    cut: int = 0  # rows of the path
-    known: float = 0.0
-    rows: list[_Due] = field(default_factory=list)  # from that on which the ball is
+    sent: int  # clients have all segments that were due up to this tick
+    cut: int = 0  # number of the path's rows that have been cut
+    known: float = 0.0  # s since the ball's start; infinite if all of the path is cut
+    rows: list[_Due] = field(default_factory=list)  # from the current segment on
 
     def at(self, tick: int) -> _Due | None:
-        """The segment that the ball is on at this tick, if it is known."""
+        """The ball's segment at this tick, if it is known."""
         while len(self.rows) > 1 and self.rows[1].tick <= tick:
             del self.rows[0]
         return self.rows[0] if self.rows else None
 
 
 class SegmentStream:
-    """What of each ball's path is to be sent at which tick of a room; `now` is the room's tick."""
+    """Schedules the segments of a room's balls; `now` is the room's tick."""
 
     def __init__(self, scale: Scale, now: int) -> None:
         self._scale = scale
@@ -81,13 +81,16 @@ class SegmentStream:
         self._due: dict[int, list[_Due]] = {}
 
     def add(self, ball: int, start_tick: int, now: int) -> None:
-        """Follow a ball: what begins after tick `now`, or at a start that is now, will be sent."""
+        """Add a ball that started at `start_tick`; its segments due after tick `now` will be sent.
+
+        Those of a ball that starts now are all sent.
+        """
         self._courses[ball] = _Course(start_tick, now if start_tick < now else -1)
 
-    def hears(self, ball: int, known: float) -> bool:
-        """Whether `extend` would bring news of a ball whose path is known up to a time, in s.
+    def needs(self, ball: int, known: float) -> bool:
+        """Whether `extend` should be called for a ball whose path is known until `known`, in s.
 
-        That is the case too when something has to be told before all of it is known.
+        It should if more of the path is known, or if no segment is due from the next tick on.
         """
         course = self._courses[ball]
         if course.known == math.inf:
@@ -95,26 +98,26 @@ class SegmentStream:
         return known > course.known or not course.rows or course.rows[-1].tick < self._next
 
     def extend(self, ball: int, passed: int, path: Trajectory) -> None:
-        """Take what is known of a ball's path; `passed` rows of it lie before the trajectory's."""
+        """Cut the known rows of a ball's path; `passed` earlier rows are not in `path`."""
         course, rate = self._courses[ball], self._scale.tick_rate
         until = (self._next + 1 - course.start_tick) / rate
         pieces, course.cut = cut(path, ball, passed, course.cut, until)
         course.known = float(path.end[body.T]) if path.outcome == RUNNING else math.inf
         for segment in pieces:
             begin = course.start_tick + segment.t * rate
-            # The tick that ends when or after the segment begins, as for its bounce's event.
+            # Due with the tick that ends at or after its beginning, like the event of its bounce.
             row = _Due(course.start_tick + math.ceil(segment.t * rate), begin, segment)
             course.rows.append(row)
-            if row.tick > course.told:
+            if row.tick > course.sent:
                 self._due.setdefault(max(row.tick, self._next), []).append(row)
         course.at(self._next - 1)
 
     def forget(self, ball: int) -> None:
-        """A ball has landed."""
+        """Remove a ball that has landed."""
         self._courses.pop(ball, None)
 
     def take(self, tick: int, seq: int) -> bytes | None:
-        """The message of all that became due up to this tick; None when nothing did."""
+        """A message with the segments that became due up to this tick; None if there are none."""
         rows: list[_Due] = []
         for due in range(self._next, tick + 1):
             rows += self._due.pop(due, ())
@@ -122,7 +125,7 @@ class SegmentStream:
         return _message(tick, seq, rows, 0, self._scale) if rows else None
 
     def full(self, tick: int, seq: int) -> bytes:
-        """The message of the segment that every ball is on at this tick."""
+        """A message with the current segment of every ball."""
         current = (course.at(tick) for course in self._courses.values())
         rows = [row for row in current if row is not None]
         return _message(tick, seq, rows, FULL, self._scale)
@@ -137,7 +140,7 @@ def _message(tick: int, seq: int, rows: list[_Due], flags: int, scale: Scale) ->
 
 
 def _record(tick: int, row: _Due, scale: Scale) -> bytes:
-    """A segment as bytes in a message of this tick."""
+    """The bytes of a segment in a message of this tick."""
     age = round((tick - row.begin) * _STEPS)
     kind = row.segment.kind
     if age > _OLDEST * _STEPS:

@@ -1,6 +1,6 @@
-"""Binary messages of `?stream=snapshots`: where the balls are, as bytes. Pure.
+"""The binary messages of `?stream=snapshots`: places and velocities of all balls. Pure.
 
-docs/protocol.md describes every byte; tests/golden/snapshots.json holds examples.
+docs/protocol.md describes every byte; tests/golden/snapshots.json has examples.
 """
 
 import math
@@ -13,7 +13,7 @@ from app.protocol.messages import PROTOCOL_VERSION, Extent
 from engine import Board
 
 MAGIC = 0x50
-HEADER = struct.Struct("<BBHII")  # magic, version, balls, tick, events announced so far
+HEADER = struct.Struct("<BBHII")  # magic, version, balls, tick, number of the last event
 
 BALL = np.dtype(
     [
@@ -26,8 +26,8 @@ BALL = np.dtype(
         ("vy", "<i2"),
     ]
 )
-FLAG_BOUNCED = 1  # the ball hit something since the snapshot before
-FLAG_ASLEEP = 2  # the ball is at rest, and stays so until something touches it
+FLAG_BOUNCED = 1  # the ball hit something since the previous snapshot
+FLAG_ASLEEP = 2  # the ball rests until something touches it
 
 _GRID = 65535  # steps of a 16-bit coordinate across the extent
 _TURN = 256  # steps of the angle in a full turn
@@ -35,10 +35,10 @@ _TOP = 32767  # largest 16-bit velocity
 
 
 def velocity_scale_of(board: Board, extent: Extent) -> float:
-    """Metres per second of one velocity step: a power of two, 1/1024 or the next that suffices.
+    """m/s in one step of a velocity: the least power of two from 1/1024 on that suffices.
 
-    A ball that falls from rest by h gains at most sqrt(2 g h); twice that leaves room for what
-    other balls may give it.
+    A ball that falls from rest by h gains at most sqrt(2 g h); twice that leaves room for impacts
+    with other balls.
     """
     top = 2.0 * math.sqrt(2.0 * board.gravity * (extent.y_max - extent.y_min))
     scale = 1.0 / 1024.0
@@ -56,12 +56,13 @@ def encode_snapshot(
     velocity_scale: float,
     asleep: npt.NDArray[np.bool_] | None = None,
 ) -> bytes:
-    """A snapshot of `bodies` (shape (n,): id x y theta vx vy, SI units) with `bounced`, shape (n,).
+    """The bytes of a snapshot.
 
-    `asleep`, of the same shape, is for rooms whose balls stay when they rest.
+    bodies: shape (n,), with the fields id, x, y, theta, vx, vy in SI units.
+    bounced, asleep: shape (n,); None if balls never sleep in the room.
 
-    `tick` and `seq` are taken modulo 2^32, ids modulo 2^16. What lies outside the extent or the
-    velocity range is clamped to its edge.
+    `tick` and `seq` are taken modulo 2^32, ids modulo 2^16. Values outside the extent or the
+    velocity range are clamped.
     """
     count = len(bodies)
     balls = np.empty(count, BALL)

@@ -1,6 +1,6 @@
-"""What a client says in a room whose balls touch each other: the shapes of the messages.
+"""The messages that a client may send in a room of touching balls.
 
-Values stay as they came: `app.rooms.touching.values` has their ranges and names what is wrong.
+The values are any JSON here; `app.rooms.touching.values` checks their ranges later.
 """
 
 import msgspec
@@ -9,13 +9,13 @@ from engine.json_text import Json, JsonObject
 
 
 class _Message(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """`ref` comes back in the error, or in the event that follows from the message."""
+    """The answer to a message, an event or an error, repeats its `ref`."""
 
     ref: Json = None
 
 
 class AddMessage(_Message, frozen=True, tag="add"):
-    """Put in a ball, at rest or thrown."""
+    """Add a ball, at rest or thrown."""
 
     x: Json
     y: Json
@@ -29,7 +29,7 @@ class AddMessage(_Message, frozen=True, tag="add"):
 
 
 class KickMessage(_Message, frozen=True, tag="kick"):
-    """Change a ball's velocity by so much."""
+    """Add to a ball's velocity and spin."""
 
     ball: int
     vx: Json = None
@@ -38,7 +38,7 @@ class KickMessage(_Message, frozen=True, tag="kick"):
 
 
 class DragMessage(_Message, frozen=True, tag="drag"):
-    """Hold a ball and draw it to this place."""
+    """Grab a ball and pull it to this place."""
 
     ball: int
     x: Json
@@ -46,23 +46,23 @@ class DragMessage(_Message, frozen=True, tag="drag"):
 
 
 class ReleaseMessage(_Message, frozen=True, tag="release"):
-    """Let go of a ball; it flies on as fast as it was."""
+    """Release a grabbed ball, which keeps its velocity."""
 
     ball: int
 
 
 class RemoveMessage(_Message, frozen=True, tag="remove"):
-    """Take a ball out."""
+    """Remove a ball."""
 
     ball: int
 
 
 class ClearMessage(_Message, frozen=True, tag="clear"):
-    """Take all balls out."""
+    """Remove all balls."""
 
 
 class EditMessage(_Message, frozen=True, tag="edit"):
-    """Make a ball another one."""
+    """Change a ball's size or material."""
 
     ball: int
     radius: Json = None
@@ -72,7 +72,7 @@ class EditMessage(_Message, frozen=True, tag="edit"):
 
 
 class SettingsMessage(_Message, frozen=True, tag="settings"):
-    """Set what holds for the room; density, restitution and friction for every ball in it."""
+    """Change the room's settings, and density, restitution and friction of all balls."""
 
     gravity: Json = None
     drag: Json = None
@@ -86,29 +86,29 @@ class SettingsMessage(_Message, frozen=True, tag="settings"):
 
 
 class PauseMessage(_Message, frozen=True, tag="pause"):
-    """Stop the clock, or let it run."""
+    """Stop or start the room's clock."""
 
     paused: bool
 
 
 class StepMessage(_Message, frozen=True, tag="step"):
-    """One tick of a clock that is stopped."""
+    """Run one tick while the clock is stopped."""
 
 
 class ResetMessage(_Message, frozen=True, tag="reset"):
-    """Begin anew, as another scene where one is given."""
+    """Restart the room, with another scene if one is given."""
 
     scene: JsonObject | str | None = None
 
 
 class WatchMessage(_Message, frozen=True, tag="watch"):
-    """Ask for diagnostics, or for no more of them."""
+    """Start or stop receiving diagnostics."""
 
     diagnostics: bool
 
 
 class ClaimMessage(_Message, frozen=True, tag="claim"):
-    """Show the token that the room's creator was given."""
+    """Present the room's token, to be allowed to change it."""
 
     token: str
 
@@ -126,4 +126,4 @@ Change = (
     | StepMessage
     | ResetMessage
 )
-"""Messages that change the room: they are its inputs, logged with their ticks."""
+"""Messages that change the room: they become its inputs, which the log has with their ticks."""

@@ -1,7 +1,6 @@
-"""Names and colours: what visitors say of themselves, what a drop may carry, what is taken. Pure.
+"""Names and colours of visitors and of drops, and their parsers. Pure.
 
-No digest covers any of it. What a visitor says is in no log, result or ledger either; the tag of a
-drop is kept with the drop.
+No digest covers them. The ledger and the log keep the tag of a drop, but nothing of a visitor.
 """
 
 import re
@@ -21,14 +20,14 @@ _MARKUP: Final = re.compile("[<>&]")
 
 
 class AppearMessage(msgspec.Struct, frozen=True, tag="appear", forbid_unknown_fields=True):
-    """Be seen by others who are, under a name and in a colour, or under none; again to change."""
+    """Become a visitor, with or without name and colour; repeat it to change them."""
 
     name: Json = None
     colour: Json = None
 
 
 class Visitor(msgspec.Struct, frozen=True, omit_defaults=True):
-    """Somebody at a table. `visitor` is a number that the room gave, for this connection alone."""
+    """A client that others see. `visitor` is its number, for this connection only."""
 
     visitor: int
     name: str | None = None
@@ -36,21 +35,20 @@ class Visitor(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class TagForm(TypedDict, total=False):
-    """What is there of a tag."""
+    """The fields of a tag that are set."""
 
     name: str
     colour: str
 
 
 class Tag(msgspec.Struct, frozen=True, omit_defaults=True):
-    """What a drop carries for those who watch: whose it is, and the colour of its ball."""
+    """A drop's name and colour, shown to spectators."""
 
     name: str | None = None
     colour: str | None = None
 
     @property
     def fields(self) -> TagForm:
-        """What is there of it."""
         form: TagForm = {}
         if self.name is not None:
             form["name"] = self.name
@@ -60,7 +58,7 @@ class Tag(msgspec.Struct, frozen=True, omit_defaults=True):
 
     @property
     def marks(self) -> tuple[str, ...]:
-        """What tells a request with this tag from the same one with another; nothing of none."""
+        """Parts for the key of a repeated request, so that another tag makes another request."""
         return () if self == NO_TAG else (self.name or "", self.colour or "")
 
 
@@ -75,9 +73,9 @@ def parse_tag(name: object, colour: object) -> Tag:
 
 
 def parse_name(value: object) -> str | None:
-    """A visitor's name in Unicode's form NFC, or None; raises InvalidValueError saying why not.
+    """A name in Unicode's form NFC, or None; raises InvalidValueError for an invalid name.
 
-    Refused is what `engine.plain_text` refuses, and what could pass for markup.
+    A name is invalid if `engine.plain_text` refuses it, or if it could be taken for markup.
     """
     if value is None:
         return None
@@ -91,11 +89,11 @@ def parse_name(value: object) -> str | None:
 
 
 def parse_colour(value: object) -> str | None:
-    """A visitor's colour as #rrggbb, or None; raises InvalidValueError for any other spelling."""
+    """A colour as #rrggbb, or None; raises InvalidValueError for any other spelling."""
     if value is None:
         return None
     if not isinstance(value, str) or not _COLOUR.fullmatch(value):
         raise InvalidValueError(
-            f"colour {shorten(value)} is not # and six digits of 0-9 and a-f", field="colour"
+            f"colour {shorten(value)} is not # and six digits from 0-9 and a-f", field="colour"
         )
     return value

@@ -1,4 +1,4 @@
-"""A message as it lies on the wire: framed once (RFC 6455, section 5.2), sent to any number."""
+"""A WebSocket message with its frame (RFC 6455, section 5.2), encoded once for all clients."""
 
 import struct
 from dataclasses import dataclass, field
@@ -11,7 +11,7 @@ _MEDIUM = 0xFFFF
 
 @dataclass(frozen=True, slots=True)
 class WireMessage:
-    """A whole message: its payload, whether it is text, and both as one unmasked frame."""
+    """A message: its payload, whether it is text, and the unmasked frame."""
 
     payload: bytes
     text: bool
@@ -24,7 +24,6 @@ class WireMessage:
 
     @classmethod
     def of_bytes(cls, payload: bytes) -> "WireMessage":
-        """A binary message."""
         return cls(payload, False, _header(_BINARY, len(payload)) + payload)
 
 

@@ -28,13 +28,12 @@ class Carried(Bus, Protocol):
 
 
 class MemoryBus:
-    """A bus within one process, where each part joins at its own end."""
+    """A bus within one process; each call of `join` returns a further end of it."""
 
     def __init__(self) -> None:
         self._listeners: dict[str, list[Heard]] = {}
 
     def publish(self, channel: str, message: bytes) -> None:
-        """Call all listeners at once."""
         for heard in list(self._listeners.get(channel, ())):
             heard(message)
 

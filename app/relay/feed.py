@@ -20,7 +20,16 @@ from app.live.registry import Rooms
 from app.protocol.messages import SEEDS
 from app.protocol.wire import WireMessage
 from app.relay.bus import Bus, Carried
-from app.relay.letter import END, WISHES, Letter, channel_of, kind_of, payload_of, wish, wished
+from app.relay.feed_messages import (
+    END,
+    REQUESTS,
+    FeedMessage,
+    channel_of,
+    decode_request,
+    encode_request,
+    kind_of,
+    payload_of,
+)
 
 KEPT: Final = 3.0
 """Seconds for which a feed continues after a relay's last request; relays ask once a second."""
@@ -35,7 +44,7 @@ class Feed:
     """Publishes one room's messages; the room's hub uses it as a client's connection."""
 
     def __init__(self, bus: Bus, room_id: str, rooms: Rooms, clock: Callable[[], float]) -> None:
-        self.wished = clock()
+        self.requested = clock()
         self.greets = False  # whether a hello is scheduled
         self.client: Client | None = None  # set while it watches the room
         self._bus = bus
@@ -66,8 +75,9 @@ class Feed:
         with contextlib.suppress(AppError):  # a closed room has no tick
             live = self._rooms.find(self._room_id)
             tick, tick_time = live.room.world.tick, live.tick_time
-        letter = Letter(kind, self._name, self._number, tick, tick_time, self._clock(), payload)
-        self._bus.publish(self._channel, letter.encode())
+        times = (tick, tick_time, self._clock())
+        message = FeedMessage(kind, self._name, self._number, *times, payload)
+        self._bus.publish(self._channel, message.encode())
 
 
 async def feed_relays(bus: Carried | None, rooms: Rooms, client_ids: Iterator[int]) -> None:
@@ -112,22 +122,20 @@ class Feeds:
         self._clock = clock
         self._feeds: dict[str, Feed] = {}
         self._tasks: set[asyncio.Task[None]] = set()
-        bus.subscribe(WISHES, self._heard)
+        bus.subscribe(REQUESTS, self._heard)
 
     @property
     def count(self) -> int:
-        """The number of rooms with a feed."""
         return len(self._feeds)
 
     def close(self) -> None:
-        """Stop all feeds."""
-        self._bus.unsubscribe(WISHES)
+        self._bus.unsubscribe(REQUESTS)
         for task in self._tasks:
             task.cancel()
 
     def _heard(self, data: bytes) -> None:
         try:
-            room_id, hello = wished(data)
+            room_id, hello = decode_request(data)
         except MalformedError as error:
             _log.warning("ignored an invalid request on the bus", extra={"error": str(error)})
             return
@@ -137,7 +145,7 @@ class Feeds:
         if feed is None:
             self._begin(room_id)
             return
-        feed.wished = self._clock()
+        feed.requested = self._clock()
         if hello and not feed.greets:
             feed.greets = True
             greet = functools.partial(self._greet, room_id, feed)
@@ -160,7 +168,7 @@ class Feeds:
         except LeaseLostError:
             # The room has moved to another server. Ask that server, in the relays' name, to send
             # all spectators a hello before they miss a message.
-            self._bus.publish(WISHES, wish(room_id, hello=True))
+            self._bus.publish(REQUESTS, encode_request(room_id, hello=True))
         except AppError:
             feed.end()
         finally:
@@ -173,7 +181,7 @@ class Feeds:
         feed.client = client
         writing = asyncio.create_task(client.run())
         try:
-            while (left := feed.wished + self._kept - self._clock()) > 0 and not writing.done():
+            while (left := feed.requested + self._kept - self._clock()) > 0 and not writing.done():
                 await asyncio.wait([writing], timeout=left)
             if writing.done():
                 writing.result()  # raises the error with which the room closed its clients

@@ -56,7 +56,6 @@ class RedisBus:
         self._changed.set()
 
     async def run(self) -> None:
-        """Send and receive until cancelled."""
         try:
             async with asyncio.TaskGroup() as tasks:
                 tasks.create_task(self._again(self._write))

@@ -14,9 +14,9 @@ from app.live.broadcast.hub import Client, Hub, Mailbox
 from app.live.broadcast.transport import connection_of, sever
 from app.protocol import client_messages, messages
 from app.protocol.wire import WireMessage
-from app.relay import line
+from app.relay import proxy
 from app.relay.bus import Bus
-from app.relay.letter import WISHES, channel_of, wish
+from app.relay.feed_messages import REQUESTS, channel_of, encode_request
 from app.relay.replica import Replica
 from app.settings import Settings
 from app.web.limits import LINGER, READING_GRACE, UNREAD_BYTES, UNREAD_EVENTS, TokenBucket
@@ -26,7 +26,7 @@ from engine.errors import EngineError
 class Spectators:
     """All clients of a relay, and its replicas. `rooms` is the address of the rooms' server.
 
-    `lines` counts the clients that are connected with that server (`app.relay.line`).
+    `lines` counts the clients that are connected with that server (`app.relay.proxy`).
     """
 
     def __init__(
@@ -36,7 +36,7 @@ class Spectators:
         settings: Settings,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        line.address(rooms, "main", "")  # raises SettingError if `rooms` is invalid
+        proxy.address(rooms, "main", "")  # raises SettingError if `rooms` is invalid
         self.hub = Hub(settings.max_clients)
         self.settings = settings
         self.clock = clock
@@ -62,7 +62,7 @@ class Spectators:
         try:
             if _only_watches(socket):
                 first = await Spectator(self, socket, room_id).watch()
-            await self._talk(socket, line.address(self._rooms, room_id, query), first)
+            await self._talk(socket, proxy.address(self._rooms, room_id, query), first)
         except WebSocketDisconnect:
             return
         except AppError as error:
@@ -71,7 +71,7 @@ class Spectators:
     async def _talk(self, socket: WebSocket, url: str, first: str | None) -> None:
         self.lines += 1
         try:
-            await line.talk(socket, url, first)
+            await proxy.talk(socket, url, first)
         finally:
             self.lines -= 1
 
@@ -92,7 +92,7 @@ class Spectators:
         if replica is None:
             channel = channel_of(room_id)
             replica = Replica(
-                room_id, self.hub, lambda hello: self._wish(room_id, hello), self.clock
+                room_id, self.hub, lambda hello: self._request(room_id, hello), self.clock
             )
             self._bus.subscribe(channel, replica.take)
             self._replicas[room_id] = replica
@@ -107,8 +107,8 @@ class Spectators:
             del self._replicas[room_id]
             self._bus.unsubscribe(channel_of(room_id))
 
-    def _wish(self, room_id: str, hello: bool) -> None:
-        self._bus.publish(WISHES, wish(room_id, hello=hello))
+    def _request(self, room_id: str, hello: bool) -> None:
+        self._bus.publish(REQUESTS, encode_request(room_id, hello=hello))
 
     async def tend(self) -> None:
         """Call every replica's `tend` once a second, for ever."""
@@ -171,7 +171,7 @@ class Spectator:
             ping = _ping_of(said)
             if ping is None:
                 return str(said)
-            # Before the first letter the server's tick is unknown, and the client does not need it.
+            # Before the feed's first message the server's tick is unknown, and not needed.
             pong = self._replica and self._replica.pong(ping.t)
             if pong:
                 self._client.post(WireMessage.of_text(messages.encode_event(pong)))

@@ -1,4 +1,4 @@
-"""The boards that the server knows by name or digest: every preset, and what was registered."""
+"""The boards that the server knows by name or digest: all presets, and the registered boards."""
 
 from collections import OrderedDict
 from typing import Final
@@ -8,21 +8,21 @@ from engine import Board, preset_names
 from engine.board.proven import DIGESTS
 
 _NAMES: Final = {digest: name for name, digest in DIGESTS.items()}
-"""Of each preset, by its digest."""
+"""The name of each preset, by digest."""
 
 MOST_SURFACES: Final = 50_000
 """Pegs and walls of all registered boards: some 6 MB."""
 
 
-MAX_BOARDS: Final = 256  # registered ones that are kept; the least used make way
+MAX_BOARDS: Final = 256  # registered boards; if there are more, the longest unused is dropped
 
 
 class Boards:
-    """Presets by name, any known board by digest; registered ones are bounded.
+    """Finds presets by name, and presets and registered boards by digest.
 
-    A registered board's address is its content's digest, so registering again gives the same one;
-    when there are too many, or they have too many pegs and walls, the longest unused is forgotten
-    and can be registered again. For the event loop's thread only.
+    Registering a board twice is harmless: its address is its digest. If the registered boards are
+    too many, or have too many pegs and walls, the longest unused one is dropped; a client can
+    register it again. For the event loop's thread only.
     """
 
     def __init__(self, max_boards: int) -> None:
@@ -31,7 +31,7 @@ class Boards:
         self._surfaces = 0
 
     def presets(self) -> list[Board]:
-        """All presets. Each is made when it is first asked for, once in a process."""
+        """All presets. Each is built on first use, once in a process."""
         return [Board.preset(name) for name in preset_names()]
 
     def registered(self) -> list[Board]:
@@ -39,7 +39,7 @@ class Boards:
         return list(self._registered.values())
 
     def find(self, name: str) -> Board:
-        """The board of this preset name or digest; raises UnknownBoardError naming it."""
+        """The board with this preset name or digest; raises UnknownBoardError."""
         preset = name if name in preset_names() else _NAMES.get(name)
         if preset is not None:
             return Board.preset(preset)
@@ -52,7 +52,7 @@ class Boards:
         )
 
     def register(self, board: Board) -> bool:
-        """Keep a board; False when it was known already."""
+        """Keep a board; returns False if it was known already."""
         if board.digest in _NAMES:
             return False
         if board.digest in self._registered:

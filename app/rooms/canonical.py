@@ -1,8 +1,8 @@
-"""JSON as canonical bytes (RFC 8785), for digests: the same however a value was written.
+"""Canonical JSON (RFC 8785) for digests: equal values give equal bytes in every language.
 
-JavaScript writes 1.0 as 1, Python and JavaScript sort and space differently; here all agree. What
-msgspec writes is that form already, but for its order, for whole numbers of type float and for
-numbers about a millionth; those beyond 2^53, to which nothing in a log comes near, are refused.
+JavaScript writes 1.0 as 1, and Python and JavaScript differ in order and spaces. msgspec already
+writes the canonical form, with three exceptions: the order of keys, floats that are whole numbers,
+and numbers from 1e-6 to 1e-5. Floats from 2^53 on are refused; no value in a log comes near.
 """
 
 from decimal import Decimal
@@ -13,24 +13,24 @@ import msgspec
 from engine.errors import RecordError
 
 LARGEST: Final = 2.0**53
-"""From here on JavaScript rounds the digits of a whole number."""
+"""From here on JavaScript rounds whole numbers."""
 
 _SMALL: Final = (1e-6, 1e-5)
-"""From the first on JavaScript writes no exponent, msgspec from the second on."""
+"""JavaScript writes numbers without an exponent from the first on, msgspec from the second on."""
 
 _encoder: Final = msgspec.json.Encoder(order="sorted")
 
 
 def canonical(value: object) -> bytes:
-    """Bytes of a JSON value of dicts, lists and plain values; integers of any size in full.
+    """The canonical bytes of a JSON value; integers of any size are written in full.
 
-    Raises RecordError for a number that is not finite or not below LARGEST.
+    Raises RecordError for a float that is not finite, or from LARGEST on.
     """
     return _encoder.encode(_plain(value))
 
 
 def _plain(value: object) -> object:
-    """`value` with its numbers so that they are written as JavaScript does."""
+    """`value` with numbers that msgspec writes as JavaScript does."""
     if isinstance(value, float):
         if not -LARGEST < value < LARGEST:
             raise RecordError(f"the number {value!r} is not within 2^53 of 0")

@@ -1,7 +1,7 @@
-"""A draw over a board: exact odds for its bins, and for each of them seeds whose balls land there.
+"""A draw over a board: exact odds for its bins, and for each bin a list of seeds that land there.
 
-Pure. The bin is drawn by the weights, then one of its seeds. Nothing steers the ball: each seed's
-ball lands in that bin anyway. See docs/fair-sessions.md.
+The draw picks a bin by weight, then one of its seeds. Nothing steers the ball: the physics takes
+that seed's ball into that bin anyway. Pure. See docs/fair-sessions.md.
 """
 
 import hashlib
@@ -24,14 +24,14 @@ KIND: Final = "plinko draw"
 VERSION: Final = 1
 
 MAX_SEEDS: Final = 10_000
-"""Of one draw: 230 kB of JSON, and a second or two of a core to drop them."""
+"""In one draw: 230 kB of JSON, and a second or two of a core to drop them."""
 
-_NAMED: Final = 10  # misplaced seeds that an error names; it says how many more there are
+_NAMED: Final = 10  # misplaced seeds that an error lists; it counts the rest
 
 
 @dataclass(frozen=True, eq=False)
 class Draw:
-    """Weights of the bins of `board`, and the seeds of each, both left to right."""
+    """The weight and the seeds of each bin of `board`, from left to right."""
 
     board: Board
     weights: tuple[int, ...]
@@ -39,7 +39,7 @@ class Draw:
 
     @classmethod
     def of(cls, board: Board, weights: object, seeds: object) -> "Draw":
-        """The draw of JSON values, whose seeds are not tried yet; raises InvalidValueError."""
+        """Parse JSON values without dropping the seeds; raises InvalidValueError."""
         try:
             weighed = check_weights(board, weights)
         except ParameterError as error:
@@ -68,17 +68,20 @@ class Draw:
 
     @classmethod
     def checked(cls, board: Board, weights: object, seeds: object) -> "Draw":
-        """`of`, with each seed dropped: raises InvalidValueError for one that lands elsewhere."""
+        """Parse JSON values and drop each seed; raises InvalidValueError for a misplaced seed."""
         draw = cls.of(board, weights, seeds)
         draw.check_seeds()
         return draw
 
     @classmethod
     def of_values(cls, board: Board, values: Mapping[str, Any]) -> "Draw":
-        """The draw whose `to_dict` this is; raises InvalidValueError for another JSON object."""
-        if values.keys() != {"kind", "version", "board_digest", "weights", "seeds"}:
-            names = ", ".join(sorted(values))
-            raise InvalidValueError(f"the draw has other fields than a draw: {names}", field="draw")
+        """Parse what `to_dict` returned; raises InvalidValueError for any other JSON object."""
+        fields = {"kind", "version", "board_digest", "weights", "seeds"}
+        if values.keys() != fields:
+            names, wanted = ", ".join(sorted(values)), ", ".join(sorted(fields))
+            raise InvalidValueError(
+                f"the draw has the fields {names}; it must have: {wanted}", field="draw"
+            )
         found = cls.of(board, values["weights"], values["seeds"])
         if found.to_dict() != values:
             raise InvalidValueError(
@@ -89,7 +92,7 @@ class Draw:
         return found
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form, of which `digest` is made."""
+        """The JSON form, which `digest` hashes."""
         return {
             "kind": KIND,
             "version": VERSION,
@@ -99,7 +102,7 @@ class Draw:
         }
 
     def to_json(self) -> bytes:
-        """`to_dict` as canonical JSON."""
+        """The canonical bytes of `to_dict`."""
         return canonical(self.to_dict())
 
     @cached_property
@@ -109,16 +112,19 @@ class Draw:
 
     @property
     def odds(self) -> DrawOdds:
-        """What is published of it wherever the room is shown."""
+        """The public part, shown with the room: the digest and the weights."""
         return DrawOdds(self.digest, list(self.weights))
 
     @cached_property
     def _limits(self) -> list[int]:
-        """For each bin, the sum of all weights up to it."""
+        """For each bin, the sum of the weights up to and including it."""
         return list(accumulate(self.weights))
 
     def pick(self, mac: bytes) -> tuple[int, int]:
-        """The bin and the seed that the 32 bytes of an HMAC draw, in whole numbers throughout."""
+        """The bin and the seed for the 32 bytes of an HMAC, in integer arithmetic.
+
+        The first 16 bytes pick the bin, the next 8 the seed.
+        """
         x, y = int.from_bytes(mac[:16], "big"), int.from_bytes(mac[16:24], "big")
         place = x * self._limits[-1] >> 128
         bin_ = next(each for each, limit in enumerate(self._limits) if place < limit)
@@ -126,7 +132,7 @@ class Draw:
         return bin_, listed[y * len(listed) >> 64]
 
     def check_seeds(self) -> None:
-        """Drop every seed; raise InvalidValueError that names those that land in another bin."""
+        """Drop every seed; raises InvalidValueError that lists those landing in another bin."""
         flat = [seed for listed in self.seeds for seed in listed]
         landed = drop_many(self.board, flat, threads=1).bin.tolist()
         places = [(bin_, i) for bin_, listed in enumerate(self.seeds) for i in range(len(listed))]

@@ -1,4 +1,4 @@
-"""Drops of independent balls as the ledger keeps them and as a log tells them."""
+"""Drops of independent balls as rows of the ledger and as entries of a log."""
 
 from collections.abc import Mapping
 from typing import Any, Final
@@ -17,17 +17,17 @@ from engine.json_text import JsonObject
 from engine.seeding import parse_seed
 
 ENTRY: Final = ("ball", "tick", "seed", "result")
-"""What each drop of a log has."""
+"""The required fields of a log's drop."""
 
 ENTRY_OPTIONAL: Final = ("x", "aim", "stake", "who", "practice", *TAG_FIELDS)
-"""What it may have besides."""
+"""Further fields that it may have."""
 
 RESULT: Final = tuple(name for name in ResultRow.__slots__ if name not in ("room", "ball"))
-"""What the result of a drop that has ended has."""
+"""The fields of its result."""
 
 
 class DropFormat(InputFormat[DropCommand, DropRow]):
-    """Each drop has a result of its own, which follows from its seed and start alone."""
+    """Each drop has its own result, which depends only on its seed and start."""
 
     name = "drops"
     needed = (
@@ -53,7 +53,7 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
         )
 
     def entry(self, row: DropRow, result: ResultRow | None, tick: int) -> dict[str, object]:
-        """One drop of a log that ends at `tick`: what landed later has no result yet."""
+        """One drop of a log that ends at `tick`; a ball that landed later has no result yet."""
         ended = None
         if result is not None and result.tick <= tick:
             ended = {name: getattr(result, name) for name in RESULT}
@@ -71,7 +71,6 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
         }
 
     def check(self, where: str, number: int, entry: object) -> None:
-        """Raise RecordError unless the entry has all that a drop needs."""
         if not isinstance(entry, Mapping):
             raise RecordError(f"{where} is not an object", field=where)
         for name in ENTRY:
@@ -100,7 +99,7 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
         return digest.encode()
 
     def command(self, entry: JsonObject) -> DropCommand:
-        """The drop that an entry tells of; raises SeedError, InvalidValueError."""
+        """The command of an entry; raises SeedError, InvalidValueError."""
         stake, who = parse_stake(entry.get("stake")), parse_who(entry.get("who"))
         seed, practice = parse_seed(entry["seed"]), entry.get("practice", False) is True
         x, aim = entry.get("x"), entry.get("aim")
@@ -111,14 +110,18 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
         return ResultRow(run, landed.ball, **_result_of(landed))
 
     def void(self, drop: OpenDrop, tick: int, why: str) -> ResultRow:
-        """The end of a drop that can no longer be computed as it was promised: stake back."""
+        """The result of a drop that the server can no longer compute: the stake is paid back."""
         given_up = (tick, None, 1.0, 0.0, 0.0, "", why)
         return ResultRow(drop.room, drop.ball, *given_up, payout=drop.stake)
 
     def compare(
         self, where: str, entry: JsonObject, landed: messages.Landed | None
     ) -> Verification | None:
-        """How a drop's landing differs from the result that its log tells."""
+        """The first difference between a landing and the entry's result.
+
+        A result without a digest belongs to a drop that was given up. No replay can confirm it, so
+        only its bin, score and payout are checked.
+        """
         said, where = entry["result"], f"{where}.result"
         if said is not None and not said["digest"] and landed is None:
             return _differs(where, said, entry.get("stake") or 0)
@@ -139,7 +142,7 @@ def _result_of(landed: messages.Landed) -> dict[str, Any]:
 
 
 def _differs(where: str, said: JsonObject, stake: int) -> Verification | None:
-    """How the result of a drop that was given up in flight is not its stake back."""
+    """The first field in which the result of a drop that was given up does not pay its stake."""
     for name, value in (("bin", None), ("score", 1.0), ("payout", stake)):
         if said[name] != value:
             return Verification(False, f"{where}.{name}", said[name], value)

@@ -1,6 +1,6 @@
-"""A room of independent balls: each path depends on its own seed and start alone.
+"""A room of independent balls: each path depends only on its own seed and start.
 
-The state is the engine's World and what is counted beside it.
+The engine's World moves the balls; the room adds stakes, tags and counts.
 """
 
 from collections.abc import Callable
@@ -27,15 +27,16 @@ INDEPENDENT: Final = "independent"
 DRAW: Final = "draw"
 
 MOST_EVENTS: Final = 250_000
-"""Events that a room keeps of its balls in flight and still takes drops: 14 MB, and some 25 MB of
-segments. 200 balls of a preset have 20,000, and a ball that bounces often keeps few of them; only
-where thousands of bounces fall into one tick are there more."""
+"""A room with more path events than this in memory takes no further drops: 14 MB, and some 25 MB of
+segments. 200 balls on a preset have 20,000. The world keeps few events of a ball that bounces
+often, so more are possible only if thousands of bounces fall into one tick."""
 
-_FAILS: Final = 4  # times as many end the room, before it takes the memory of all
+_FAILS: Final = 4
+"""A room with this many times MOST_EVENTS fails, before it takes the memory of all rooms."""
 
 
 class _Checkpoint(msgspec.Struct, frozen=True):
-    """A room between two ticks."""
+    """The state of a room between two ticks."""
 
     world: bytes
     seq: int
@@ -48,7 +49,7 @@ class _Checkpoint(msgspec.Struct, frozen=True):
 
 
 class IndependentRoom(Room):
-    """One board, the balls in flight over it, and the count of what came of the others."""
+    """One board, the balls in flight over it, and counts of the drops that have ended."""
 
     kind = INDEPENDENT
     solver = "exact"
@@ -79,11 +80,11 @@ class IndependentRoom(Room):
             board.gravity,
             board.drag,
         )
-        self._stakes: dict[int, int] = {}  # of the balls in flight, where there is one
-        self._practice: set[int] = set()  # balls in flight whose start was chosen
-        self._tags: dict[int, Tag] = {}  # of the balls in flight that have one
+        self._stakes: dict[int, int] = {}  # of balls in flight that have a stake
+        self._practice: set[int] = set()  # balls in flight whose player chose seed or x
+        self._tags: dict[int, Tag] = {}  # of balls in flight that have a tag
         self._segments: SegmentStream | None = None
-        self._prepares = False  # on another thread
+        self._prepares = False  # another thread prepares the board
 
     @property
     def taken(self) -> int:
@@ -91,7 +92,6 @@ class IndependentRoom(Room):
 
     @property
     def balls(self) -> list[messages.BallStart]:
-        """The balls in flight, by age."""
         return [
             messages.BallStart(
                 ball.id,
@@ -105,15 +105,15 @@ class IndependentRoom(Room):
         ]
 
     def _is_practice(self, ball: int) -> bool | msgspec.UnsetType:
-        """True, or nothing: that is told of few balls."""
+        """True or UNSET: few balls have this field."""
         return ball in self._practice or msgspec.UNSET
 
     @property
     def held(self) -> bool:
-        """Whether a drop is to enter before the next tick, or nothing moves until one does.
+        """Whether the next tick must wait: for a confirmed drop to enter, or because no ball moves.
 
-        What moves need not wait for the ledger: a ball's path depends on nothing else, so that one
-        can enter late, at the place where it would be by then.
+        Balls in flight need not wait for the ledger. No ball affects another, so a ball that is
+        confirmed late enters late, at the place where it would be by then.
         """
         return super().held and (self.planned[0].durable or not self.world.awake)
 
@@ -122,18 +122,18 @@ class IndependentRoom(Room):
     def plan_drop(
         self, command: DropCommand, lead: int = 0, again: str | None = None
     ) -> PendingInput[DropCommand]:
-        """Plan a drop `lead` ticks from now, or for this very tick where nothing moves.
+        """Plan a drop `lead` ticks from now, or for the current tick if nothing moves.
 
-        Raises BallLimitError when the room is full or its balls have bounced too often, the
-        engine's errors for a bad seed or start; the room is then as it was.
+        Raises BallLimitError when the room is full or keeps too many events, and the engine's
+        errors for a bad seed or start; an error leaves the room unchanged.
         """
         if self.world.count + len(self.planned) >= self.max_balls:
             raise BallLimitError(f"room {self.id!r} already holds {self.max_balls} balls")
-        behind = self.events_kept
-        if behind > MOST_EVENTS:
+        kept = self.events_kept
+        if kept > MOST_EVENTS:
             raise BallLimitError(
-                f"the balls in room {self.id!r} have {behind} events behind them, of which it "
-                f"keeps {MOST_EVENTS} before it takes another"
+                f"room {self.id!r} keeps {kept} events of the balls in flight and takes no drop "
+                f"above {MOST_EVENTS}: wait until balls have landed"
             )
         return self._plan(self._placed(command), lead, again)
 
@@ -141,7 +141,6 @@ class IndependentRoom(Room):
         return replace(command, start=start_of(self.board, command.seed, command.x, command.aim))
 
     def replay(self, entry: JsonObject) -> None:
-        """Take a drop that a room has taken before; its tick is now."""
         command = self._placed(self.format.command(entry))
         self._carry_out(PendingInput(self.taken, self.world.tick, command))
 
@@ -182,16 +181,16 @@ class IndependentRoom(Room):
 
     @property
     def ready(self) -> bool:
-        """Whether the next tick takes no more than moving the balls along their paths."""
+        """Whether all paths are known up to the next tick, so that it only moves the balls."""
         return self.world.prepared and self.world.ready
 
     @property
     def steps_aside(self) -> bool:
-        """Whether another thread is to make of a large board what its first ball needs."""
+        """Whether another thread should prepare the board for its first ball (large boards)."""
         return not self.world.prepared
 
     def begin_step(self) -> Callable[[], None] | None:
-        """What another thread is to make of the board; None where there is nothing."""
+        """A function for another thread that prepares the board; None if there is no need."""
         if self._prepares or self.world.prepared:
             return None
         self._prepares = True
@@ -206,23 +205,19 @@ class IndependentRoom(Room):
         return self.world.events_kept
 
     def look_ahead(self) -> bool:
-        """Follow some path for some events more; whether there is more that would help.
+        """Compute some more events of a path; returns whether another call would help.
 
-        There is not before the board is prepared. Raises AppError for a room whose balls bounce too
-        often in one tick.
+        Before the board is prepared, no call helps. Raises AppError if the balls bounce too often
+        in one tick.
         """
         if self.events_kept > _FAILS * MOST_EVENTS:
             raise AppError(
-                f"the balls in room {self.id!r} have {self.events_kept} events in one tick, and "
-                f"{_FAILS * MOST_EVENTS} is what a room may hold"
+                f"the balls in room {self.id!r} have {self.events_kept} events in one tick; a room "
+                f"may keep at most {_FAILS * MOST_EVENTS}"
             )
         return self.world.prepared and self.world.look_ahead()
 
     def step(self, *, watched: bool) -> list[messages.Event]:
-        """One tick on; returns the events to announce, in order.
-
-        With nobody watching only landings are turned into events: contacts have no listener.
-        """
         self.world.step(contacts=watched)
         events: list[messages.Event] = []
         for happened in self.world.take_events():
@@ -263,7 +258,6 @@ class IndependentRoom(Room):
         )
 
     def give_up(self, why: str) -> list[messages.Landed]:
-        """What to tell of drops in flight that will never land: no bin, and their stake back."""
         tick = self.world.tick
         return [
             messages.Landed(
@@ -294,14 +288,13 @@ class IndependentRoom(Room):
             speed=contact.speed,
         )
 
-    # What is told.
+    # Messages to clients.
 
     def stream_of(self, wanted: str) -> str:
-        """The stream that is asked for: every path is known from its start on."""
+        """The stream that the client asks for: every path is known from its start on."""
         return wanted
 
     def watch_segments(self, watched: bool) -> None:
-        """Cut paths into pieces from here on, while somebody watches them."""
         if not watched:
             self._segments = None
         elif self._segments is None:
@@ -310,33 +303,31 @@ class IndependentRoom(Room):
                 self._segments.add(ball.id, ball.tick, self.world.tick)
 
     def segments(self) -> bytes | None:
-        """The message of the pieces that began since the last one; None if none did."""
         if self._segments is None:
             return None
         self._extend(self._segments)
         return self._segments.take(self.world.tick, self.seq)
 
     def keyframe(self) -> bytes:
-        """The message of the piece that each ball in flight is on."""
+        """A message with the current segment of each ball in flight."""
         self.watch_segments(True)
         assert self._segments is not None
         self._extend(self._segments)
         return self._segments.full(self.world.tick, self.seq)
 
     def first_message(self, stream: str) -> bytes | None:
-        """A client of the segments needs those that the balls are on."""
+        """A client of the segment stream starts from the current segments."""
         return self.keyframe() if stream == messages.SEGMENTS else None
 
     def _extend(self, segments: SegmentStream) -> None:
-        """Have what is known of the paths by now cut into pieces."""
+        """Cut the newly computed parts of the paths into segments."""
         for ball, known in zip(self.world.balls, self.world.known, strict=True):
-            if segments.hears(ball.id, known):
+            if segments.needs(ball.id, known):
                 segments.extend(ball.id, *self.world.ahead(ball.id))
 
     # Saving.
 
     def checkpoint(self) -> bytes:
-        """All that `restore` needs but the planned drops; small where nothing moves."""
         return msgspec.msgpack.encode(
             _Checkpoint(
                 self.world.snapshot(),
@@ -351,7 +342,6 @@ class IndependentRoom(Room):
         )
 
     def restore(self, checkpoint: bytes) -> None:
-        """Become the room that made `checkpoint`; raises RecordError when it is another's."""
         saved = decode_checkpoint(checkpoint, _Checkpoint)
         self.world.restore(saved.world)
         self.seq, self.drops, self.unsettled = saved.seq, saved.drops, saved.unsettled
@@ -362,9 +352,9 @@ class IndependentRoom(Room):
 
 
 class DrawRoom(IndependentRoom):
-    """A room whose bins are drawn by exact odds: a fair session draws a bin, then one of its seeds.
+    """A room with a draw: a fair session picks a bin by exact odds, then one of its seeds.
 
-    From there on all is as in any room of independent balls.
+    The drop of that seed is an ordinary drop of independent balls.
     """
 
     def __init__(self, room_id: str, draw: Draw, *, tick_rate: int, max_balls: int) -> None:
@@ -373,20 +363,19 @@ class DrawRoom(IndependentRoom):
 
     @property
     def draw(self) -> Draw:
-        """The draw by which its bins are drawn."""
         return self._draw
 
     @property
     def logged_mode(self) -> str:
-        """A log has the seeds that were drawn, which are all that a replay needs."""
+        """The mode without a draw: a replay needs only the seeds, which are in the log."""
         return INDEPENDENT
 
     def basis_after_reset(self, board: Board | None = None) -> Draw:
-        """The same draw; raises InvalidValueError for another board, on which its seeds differ."""
+        """The same draw; raises InvalidValueError for another board, whose bins it cannot fit."""
         if board is not None:
             raise InvalidValueError(
-                f"room {self.id!r} has a draw, whose seeds are of its board; open another room for "
-                "another board",
+                f"room {self.id!r} has a draw, whose seeds fit only its board; open another room "
+                "for another board",
                 field="board",
             )
         return self._draw

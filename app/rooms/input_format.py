@@ -1,4 +1,4 @@
-"""What differs between kinds of rooms in how their inputs are kept in the ledger and logged."""
+"""The interface by which each kind of room writes its inputs to the ledger and to a log."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Collection
@@ -16,34 +16,34 @@ Row = TypeVar("Row")
 
 
 def check_known(values: JsonObject, names: Collection[str], what: str) -> None:
-    """Raise RecordError naming the first of `values` that is none of `names`: nothing covers it."""
+    """Raise RecordError for the first field not among `names`: no check would cover it."""
     for name in values:
         if name not in names:
             known = ", ".join(names)
-            raise RecordError(f"{what} has {name!r}, which is none of: {known}", field=name)
+            raise RecordError(f"{what} has {name!r}, which is not one of: {known}", field=name)
 
 
 class InputFormat(ABC, Generic[Command, Row]):
     """The inputs of one kind of room as rows of the ledger and as entries of a log."""
 
     name: ClassVar[str]
-    """Of the list of entries in a log, and of the ledger's table."""
+    """The name of the list of entries in a log, and of the ledger's table."""
 
     needed: ClassVar[tuple[str, ...]]
-    """What a log must have, in the order in which it is missed."""
+    """The required fields of a log; an error names the first one missing in this order."""
 
     optional: ClassVar[tuple[str, ...]] = ("kind", "room")
-    """What it may have besides."""
+    """Further fields that a log may have."""
 
     replayed: ClassVar[str] = ""
-    """The part of an entry that is named when it cannot be replayed."""
+    """The part of an entry that an error names if the entry cannot be replayed."""
 
     has_results: ClassVar[bool] = False
-    """Whether each input has a result of its own, which the ledger keeps and a log tells."""
+    """Whether the ledger and the log have a result for each input."""
 
     @abstractmethod
     def row(self, run: int, pending: PendingInput[Command]) -> Row:
-        """What the ledger keeps of an input in the run of this number."""
+        """The ledger's row of an input in room run `run`."""
 
     @abstractmethod
     def entry(self, row: Row, result: ResultRow | None, tick: int) -> dict[str, object]:
@@ -51,26 +51,26 @@ class InputFormat(ABC, Generic[Command, Row]):
 
     @abstractmethod
     def check(self, where: str, number: int, entry: object) -> None:
-        """Raise RecordError naming what is wrong with entry `number` of a log, found at `where`."""
+        """Raise RecordError if entry `number` of a log, at the path `where`, is invalid."""
 
     @abstractmethod
     def first_line(self, entry: JsonObject) -> bytes:
-        """What of an entry went into the digest of a log of the first version."""
+        """The part of an entry that the digest of a log of version 1 covers."""
 
     def result(self, run: int, landed: messages.Landed) -> ResultRow | None:
-        """What the ledger keeps of a landing in the run of this number, if anything."""
+        """The ledger's row of a landing in room run `run`, if this kind keeps any."""
         return None
 
     def void(self, drop: OpenDrop, tick: int, why: str) -> ResultRow | None:
-        """The result of an input that can no longer be computed as it was promised, if any."""
+        """The result of a drop that the server can no longer compute, if this kind keeps any."""
         return None
 
     def compare(
         self, where: str, entry: JsonObject, landed: messages.Landed | None
     ) -> Verification | None:
-        """How what came of an entry differs from what its log says; None where it does not."""
+        """The first difference between a replayed landing and its entry; None if they agree."""
         return None
 
 
 AnyFormat = InputFormat[Any, Any]
-"""That of any kind of room."""
+"""The format of either kind of room."""

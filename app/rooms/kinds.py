@@ -1,4 +1,4 @@
-"""The kinds of rooms there are, and how one of a kind is made."""
+"""The table of all kinds of rooms, and the functions that make rooms from it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from app.rooms.touching.scene import Scene
 from engine import Board
 from engine.json_text import JsonObject
 
-MODES: Final = (INDEPENDENT, INTERACTING)  # of rooms with boards alone
+MODES: Final = (INDEPENDENT, INTERACTING)  # of rooms with a board and without a draw
 
 
 MAX_TOUCHING = 500  # balls in one room whose balls touch each other
@@ -23,7 +23,7 @@ MAX_TOUCHING = 500  # balls in one room whose balls touch each other
 
 @dataclass(frozen=True, slots=True)
 class BallLimits:
-    """How many balls a room may hold: on their own, or touching each other, which costs more."""
+    """The most balls in a room: of independent balls (`alone`), or of touching ones."""
 
     alone: int
     touching: int
@@ -31,7 +31,7 @@ class BallLimits:
 
 @dataclass(frozen=True, slots=True)
 class _Kind:
-    """What is to be known of rooms of one mode before there is one."""
+    """How to make a room of one mode."""
 
     room: Callable[..., Room]
     format: AnyFormat
@@ -56,26 +56,26 @@ _KINDS: Final = {
 
 
 def make_room(room_id: str, basis: Basis, mode: str, *, tick_rate: int, limits: BallLimits) -> Room:
-    """A room as it begins.
+    """A new room at tick 0.
 
-    `mode` is one of MODES, DRAW for a draw, or SCENE for a ground without a board.
+    `mode` is one of MODES, DRAW if `basis` is a draw, or SCENE if it is a scene.
     """
     kind = _KINDS[mode]
     return kind.room(room_id, basis, tick_rate=tick_rate, max_balls=kind.most_balls(limits))
 
 
 def format_of(mode: str) -> AnyFormat:
-    """How the inputs of rooms of this mode are kept and logged."""
+    """How the ledger and the log write the inputs of rooms of this mode."""
     return _KINDS[mode].format
 
 
 def ground_of(mode: str, text: str) -> Ground:
-    """The ground that the ledger keeps as JSON."""
+    """The board or scene in the ledger's JSON."""
     return _KINDS[mode].ground(msgspec.json.decode(text))
 
 
 def draw_of(ground: Ground, text: str) -> Draw:
-    """The draw over a board that the ledger keeps as JSON; raises InvalidValueError for another."""
+    """The draw in the ledger's JSON; raises InvalidValueError if it belongs to another board."""
     assert isinstance(ground, Board)
     return Draw.of_values(ground, msgspec.json.decode(text))
 

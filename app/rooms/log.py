@@ -1,9 +1,9 @@
-"""A room's log: its inputs and what came of them, enough to replay all of it. Pure.
+"""A room's log: its inputs and results, enough to replay the room. Pure.
 
-`plinko verify` and whoever else reads one replays the inputs at their ticks, compares every result
-that a log of its kind has, and at the end the whole world, to the last bit. What no replay tells,
-as whose a drop was, is in the log's digest, but for the tags that drops carry for those who watch;
-a field that a log does not have is refused.
+`plinko verify` and other readers replay the inputs at their ticks. They compare every result in the
+log and, at the end, the whole world, to the last bit. The log's digest also covers what a replay
+cannot check, such as whose a drop was, except tags (the names and colours shown to spectators). An
+unknown field is refused, because no check would cover it.
 """
 
 import hashlib
@@ -26,14 +26,14 @@ from engine.json_text import JsonObject
 KIND: Final = "plinko-room"
 VERSION: Final = 2
 FIRST_VERSION: Final = 1
-"""Logs of this version are still read. Their digest covers the world and the inputs alone: not the
-room's name, nor stakes and whose a drop was."""
+"""Logs of this version are still read. Their digest covers only the world and the inputs, not the
+room's name, the stakes and the players' marks."""
 
-_NO_LIMIT: Final = 1 << 62  # balls; what the room once took, its replay takes
+_NO_LIMIT: Final = 1 << 62  # balls; the replay takes every ball that the room took
 
 
 def head(room: Room) -> dict[str, Any]:
-    """What comes before the inputs in the log of a room as it is now."""
+    """The fields before the inputs, in the log of a room in its current state."""
     return {
         "kind": KIND,
         "version": VERSION,
@@ -50,7 +50,7 @@ def head(room: Room) -> dict[str, Any]:
 
 
 def lines(entries: Iterable[JsonObject]) -> bytes:
-    """Entries as what a log's digest covers of them: all but the tags of drops."""
+    """The bytes of entries that a log's digest covers: canonical JSON without tags."""
     return b"".join(canonical(_covered(each)) + b"\n" for each in entries)
 
 
@@ -61,7 +61,7 @@ def _covered(entry: JsonObject) -> JsonObject:
 
 
 class LogDigest:
-    """SHA-256 over a log's lines as canonical JSON: its head, then each entry without its tag."""
+    """SHA-256 over a log's lines of canonical JSON: its head, then each entry without its tag."""
 
     def __init__(self, head: JsonObject) -> None:
         self._hash = hashlib.sha256()
@@ -71,7 +71,7 @@ class LogDigest:
         self.add_lines(lines(entries))
 
     def add_lines(self, text: bytes) -> None:
-        """Take in the next entries, as the `lines` they are."""
+        """Add the next entries, already converted by `lines`."""
         self._hash.update(text)
 
     def hex(self) -> str:
@@ -79,18 +79,18 @@ class LogDigest:
 
 
 def is_log(record: JsonObject) -> bool:
-    """Whether a JSON object is a room's log, and not a drop's record."""
+    """Whether a JSON object is a room's log, rather than a drop's record."""
     return record.get("kind") == KIND
 
 
 def verify_log(
     log: JsonObject, progress: Callable[[int], None] = lambda tick: None
 ) -> Verification:
-    """Replay the room that `log` describes and compare all that it claims.
+    """Replay the room that `log` describes and compare everything that the log claims.
 
-    `expected` is what the log says, `actual` what comes out, `field` the first place where they
-    differ. Raises RecordError, naming the field, for a log that lacks one or cannot be replayed,
-    and what `progress` raises, which is called with each tick that is replayed.
+    In the returned verification `field` is the first place that differs, `expected` the log's value
+    and `actual` the replay's. `progress` is called with each replayed tick, and may raise to stop.
+    Raises RecordError, naming the field, if the log lacks a field or cannot be replayed.
     """
     independent = log.get("mode", INDEPENDENT) == INDEPENDENT
     inputs = format_of(INDEPENDENT if independent else INTERACTING)
@@ -156,7 +156,7 @@ def _whole(values: JsonObject, name: str, least: int, where: str = "") -> int:
 def _replay(
     room: Room, entries: Sequence[JsonObject], last: int, progress: Callable[[int], None]
 ) -> dict[int, Landed]:
-    """Carry the inputs out at their ticks, go on to tick `last`; returns the landings by ball."""
+    """Carry out the inputs at their ticks and advance to `last`; returns the landings by ball."""
     landings: dict[int, Landed] = {}
     for number, entry in enumerate(entries):
         where = f"{room.format.name}[{number}]"
@@ -205,7 +205,7 @@ def _compare(
 
 
 def _digest(log: JsonObject, entries: Sequence[JsonObject], inputs: AnyFormat) -> str:
-    """Digest of a log by the rule of its version."""
+    """The digest of a log, by the rule of its version."""
     if log["version"] == FIRST_VERSION:
         lines = (inputs.first_line(entry) + b"\n" for entry in entries)
         world: str = log["world_digest"]

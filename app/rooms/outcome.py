@@ -1,4 +1,4 @@
-"""What came of a drop that the ledger has, as it was told when it happened."""
+"""The outcome of a drop in the ledger, as the events that clients received at the time."""
 
 from dataclasses import dataclass
 
@@ -13,9 +13,9 @@ from engine.drops.start import start_of
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """A drop that was taken, and how it ended; `landed` is None while it falls.
+    """An accepted drop and its landing; `landed` is None while the ball falls.
 
-    `earlier`: it was asked for before.
+    earlier: the client repeats a request, and the drop was accepted before.
     """
 
     accepted: messages.Accepted
@@ -31,7 +31,7 @@ def signed(row: ReceiptRow) -> messages.SignedReceipt:
 def outcome_of(
     ground: Ground, row: DropRow, receipt: ReceiptRow | None, result: ResultRow | None
 ) -> Outcome:
-    """The outcome of a drop on this ground, from the ledger's rows."""
+    """The outcome of a drop on this board, from the ledger's rows."""
     assert isinstance(ground, Board)
     accepted = messages.Accepted(
         ball=row.ball,

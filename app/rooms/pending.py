@@ -1,4 +1,4 @@
-"""What a room was asked for and has not carried out yet."""
+"""Inputs of a room on their way: the command, the planned input, the input carried out."""
 
 import hashlib
 from dataclasses import dataclass
@@ -13,12 +13,16 @@ Command = TypeVar("Command")
 
 @dataclass(frozen=True, slots=True)
 class DropCommand:
-    """Put a ball in: 0 <= seed < 2^64, and `x` in metres where the player chose the start.
+    """A drop that a client asks for, with 0 <= seed < 2^64.
 
-    `stake` is in minor units, `who` a mark of the player's own. `aim`: the middle, in metres, of
-    what the seed draws, where the player chose it. `start`: where the ball starts, in metres, once
-    a room has found all that valid. `practice`: the player chose seed or x. `tag`: whose it is, for
-    those who watch.
+    x: the start in m, if the player chose it.
+    stake: in minor units.
+    who: the player's mark, which the ledger keeps with the drop.
+    aim: the middle, in m, of the interval from which the seed draws the start, if the player chose
+    it.
+    start: the start in m, which the room sets when it has validated the command.
+    practice: the player chose seed or x.
+    tag: the player's name and colour, shown to spectators.
     """
 
     seed: int
@@ -32,16 +36,19 @@ class DropCommand:
 
 
 def again_of(kind: str, *parts: str) -> str:
-    """What the ledger has in place of a client's own key: 64 hex digits."""
+    """The ledger's key for a request that a client may repeat: a hash of its parts, 64 hex digits.
+
+    Clients choose their keys; the hash bounds their length and keeps kinds of request apart.
+    """
     return hashlib.sha256("\0".join((kind, *parts)).encode()).hexdigest()
 
 
 @dataclass(slots=True, eq=False)
 class PendingInput(Generic[Command]):
-    """A drop or a change that will be number `number` of its room, carried out at `tick`.
+    """A drop or change, planned as input `number` of its room, to be carried out at `tick`.
 
-    again: by which the same input may be asked for again, unique in its room run.
-    receipt: that of a drop of a session, once it is in the log.
+    again: the key by which the ledger recognises a repeated request, unique in its room run.
+    receipt: the receipt of a fair session's drop, once it is in the log.
     """
 
     number: int
@@ -53,18 +60,18 @@ class PendingInput(Generic[Command]):
 
 
 Pending = PendingInput[Any]
-"""That of any kind of room."""
+"""A planned input of either kind of room."""
 
 
 @dataclass(frozen=True, slots=True)
 class Entered:
-    """An input that was carried out just now, and what to tell of it.
+    """An input that was just carried out, and the events to announce.
 
-    begins_anew: it put another scene in the place of what was there, so that everyone starts over.
-    failed: why nothing came of it, for who asked; what it was about has gone since it was planned.
+    restarts: the input was a reset, so every client needs a new hello.
+    failed: why the input had no effect, for its client: its ball has gone since it was planned.
     """
 
     pending: Pending
     events: list[messages.Event]
-    begins_anew: bool = False
+    restarts: bool = False
     failed: MissingBallError | None = None

@@ -1,4 +1,4 @@
-"""What the ledger keeps, as frozen values: a board, a run of a room, a drop, a result."""
+"""The ledger's rows and writes as frozen values: a board, a room run, a drop, a result."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from app.protocol.visitors import NO_TAG, Tag
 
 @dataclass(frozen=True, slots=True)
 class BoardRow:
-    """A board by its content."""
+    """A board, identified by its digest."""
 
     digest: str
     name: str
@@ -18,7 +18,7 @@ class BoardRow:
 
 @dataclass(frozen=True, slots=True)
 class DrawRow:
-    """A room's draw by its content."""
+    """A room's draw, identified by its digest."""
 
     digest: str
     json: str
@@ -26,9 +26,9 @@ class DrawRow:
 
 @dataclass(frozen=True, slots=True)
 class KeptBasis:
-    """What a room run is made of, as the ledger has it: None for what it lacks, or has no need of.
+    """The board (or scene) and the draw of a room run, as the ledger's JSON.
 
-    board: JSON, of a scene too; draw: JSON, of a run that has one.
+    None if the ledger lacks it; `draw` also if the run has none.
     """
 
     board: str | None
@@ -37,12 +37,15 @@ class KeptBasis:
 
 @dataclass(frozen=True, slots=True)
 class RoomRow:
-    """A run of the room `id`: one world from tick 0 on; `number` is its own, for ever.
+    """A room run: one world of the room `id` from tick 0 on. No other run has its `number`.
 
-    `tick` is one that nobody was shown a later one than. `checkpoint` is a world to start a replay
-    from, after `checkpoint_drops` drops (or inputs); None means the world at tick 0. Times are
-    Unix times. `creator` is a mark of who made it, where rooms are counted by that; `key` is that
-    of the request that began it. `draw`: the digest of its draw, if it has one.
+    board: the digest of its board or scene; draw: that of its draw, if it has one.
+    tick: no client has seen a state later than this.
+    checkpoint: the world after `checkpoint_drops` inputs, from which a replay starts; None stands
+    for the world at tick 0.
+    opened, used, closed: Unix times in s.
+    creator: identifies who opened it, if rooms are counted per creator.
+    key: identifies the request that opened it.
     """
 
     number: int
@@ -66,7 +69,7 @@ class RoomRow:
 
 @dataclass(frozen=True, slots=True)
 class Parked:
-    """A sleeping room that is not in memory: what a list shows of it."""
+    """A sleeping room that is not in memory, with the fields that a list of rooms shows."""
 
     number: int
     id: str
@@ -85,7 +88,7 @@ class Parked:
 
 @dataclass(frozen=True, slots=True)
 class Listed:
-    """An open room of a ledger that servers share, and whether something moved in it last."""
+    """An open room in a ledger that servers share, and whether it was awake when last saved."""
 
     room: Parked
     awake: bool
@@ -93,10 +96,12 @@ class Listed:
 
 @dataclass(frozen=True, slots=True)
 class DropRow:
-    """An accepted drop: ball number `ball` of its room starts at `tick`; `stake` in minor units.
+    """An accepted drop: ball number `ball` of its room run starts at `tick`.
 
-    `x` and `aim` in m, where the player chose one. `key`: by which it may be asked for again.
-    `name` and `colour`: its tag.
+    x, aim: in m, if the player chose one.
+    stake: in minor units.
+    key: identifies a repeated request for the same drop.
+    name, colour: its tag.
     """
 
     room: int
@@ -123,7 +128,7 @@ class DropRow:
 
 @dataclass(frozen=True, slots=True)
 class OpenDrop:
-    """A drop that has no result yet: all that is needed to give its `stake` back."""
+    """A drop that has no result yet, with the fields needed to pay its `stake` back."""
 
     room: int
     ball: int
@@ -144,7 +149,7 @@ class InputRow:
 
 @dataclass(frozen=True, slots=True)
 class ResultRow:
-    """How a drop ended, with the digest of all it went through; `payout` in minor units."""
+    """The result of a drop; `digest` covers its whole path, `payout` is in minor units."""
 
     room: int
     ball: int
@@ -159,12 +164,12 @@ class ResultRow:
 
 
 TakenRow = DropRow | InputRow
-"""What the ledger keeps of an input: a drop, or what was done where balls touch each other."""
+"""The row of an input: a drop of independent balls, or an input to touching balls."""
 
 
 @dataclass(frozen=True, slots=True)
 class QueueRow:
-    """What waits to be dropped in the run `room`, as JSON, in place of what did."""
+    """The queue of the room run `room`, as JSON; replaces the previous row."""
 
     room: int
     data: str
@@ -172,7 +177,7 @@ class QueueRow:
 
 @dataclass(frozen=True, slots=True)
 class Pruned:
-    """How much was deleted: runs of rooms, their drops and inputs."""
+    """Numbers of deleted rows: room runs, their drops and inputs."""
 
     rooms: int
     drops: int
@@ -181,7 +186,7 @@ class Pruned:
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """How far a room has come: what `RoomRow` says, brought up to date. None leaves as is."""
+    """New values for a `RoomRow` as its room advances; None keeps the old checkpoint."""
 
     room: int
     tick: int
@@ -193,7 +198,7 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class Close:
-    """A run is over, at `tick`."""
+    """A room run has ended at `tick`."""
 
     room: int
     tick: int
@@ -202,7 +207,7 @@ class Close:
 
 @dataclass(frozen=True, slots=True)
 class Void:
-    """Every drop of a run without a result gets its stake back, at `tick`, and that is why."""
+    """Pay back the stakes of all drops of a run that have no result; `why` is the reason."""
 
     room: int
     tick: int
@@ -211,9 +216,10 @@ class Void:
 
 @dataclass(frozen=True, slots=True)
 class FairSessionRow:
-    """A player's session: both secrets, and what the server signed of it, as JSON.
+    """A player's fair session in one room, on one board: the secrets and the signed statements.
 
-    Its drops are those of one room, on one board. `used` is in Unix time, when it began.
+    `statement` and `end` are JSON that the server signed. `opened` is a Unix time in s.
+    `client_seed` is the player's secret, once it is open.
     """
 
     id: str
@@ -230,7 +236,7 @@ class FairSessionRow:
 
 @dataclass(frozen=True, slots=True)
 class FairOpening:
-    """The player opened their secret. `room` is the id of the session's room."""
+    """The player has revealed their secret. `room` is the id of the session's room."""
 
     session: str
     room: str
@@ -239,7 +245,7 @@ class FairOpening:
 
 @dataclass(frozen=True, slots=True)
 class FairEnd:
-    """A session is over. `room` is the id of the session's room."""
+    """A fair session has ended. `room` is the id of the session's room."""
 
     session: str
     room: str
@@ -249,10 +255,10 @@ class FairEnd:
 
 @dataclass(slots=True, eq=False)
 class LogLeaf:
-    """A receipt on its way into the log, where it gets its place: `index`, `root`, `signature`.
+    """A receipt to append to the log; the ledger sets `index`, `root` and `signature`.
 
-    Drop `number` of a session is ball `ball` of the room run `room`. `leaf` are its bytes in
-    the log, `sign` signs them with their place; both follow from `receipt`, which is JSON.
+    Drop `number` of the session is ball `ball` of the room run `room`. `leaf` is the log's entry,
+    and `sign` signs it for an index and a root; both are derived from `receipt`, which is JSON.
     """
 
     session: str
@@ -282,12 +288,12 @@ class ReceiptRow:
 
 
 EVERY_ROOM: Final = "*"
-"""Stands for all rooms where one is halted; no room has this id."""
+"""Stands for all rooms in a halt; no room has this id."""
 
 
 @dataclass(frozen=True, slots=True)
 class Halt:
-    """A room, or EVERY_ROOM, takes nothing new `since` this Unix time, in s."""
+    """A room, or EVERY_ROOM, is halted `since` this Unix time, in s: it takes no new drops."""
 
     room: str
     since: float
@@ -295,14 +301,14 @@ class Halt:
 
 @dataclass(frozen=True, slots=True)
 class Release:
-    """A room, or EVERY_ROOM, is halted no more."""
+    """A room, or EVERY_ROOM, is no longer halted."""
 
     room: str
 
 
 @dataclass(frozen=True, slots=True, order=True)
 class Lease:
-    """That a server has the room `room`, for as long as the ledger has the same `number` of it."""
+    """A server's lease of a room, valid as long as the ledger has the same `number`."""
 
     room: str
     number: int
@@ -310,9 +316,11 @@ class Lease:
 
 @dataclass(frozen=True, slots=True)
 class LeaseRow:
-    """Who has a room: `holder` by name, \"\" for nobody, since `taken` in Unix time, in s.
+    """The ledger's row of a lease.
 
-    `address` is where the other servers reach it: for people who read the table.
+    holder: the server's name; empty if no server has the room.
+    address: where other servers reach the holder; informative only.
+    taken: Unix time in s.
     """
 
     room: str
@@ -324,7 +332,7 @@ class LeaseRow:
 
 @dataclass(frozen=True, slots=True)
 class Heard:
-    """A webhook's target has heard of the events of these numbers."""
+    """A webhook's target has received the events with these numbers."""
 
     numbers: tuple[int, ...]
 

@@ -1,11 +1,11 @@
-"""What every room is, whether its balls touch each other or not. No I/O, no clock, no asyncio.
+"""The interface and the common code of both kinds of room. No I/O, no clock, no asyncio.
 
-Commands go in, events and binary messages come out; whoever holds the room sends them. Given the
-same commands at the same ticks, a room does the same again: chance and time come in as arguments.
+Commands go in; events and binary messages come out, and the live room sends them. Chance and time
+are arguments, so the same commands at the same ticks give the same room.
 
-An input is planned for a tick, confirmed once it is durable, and carried out at that very tick. A
-room whose next input is neither confirmed nor refused when its tick has come is held: the tick at
-which a ball starts never depends on how long the ledger took.
+An input is planned for a tick, confirmed once it is durable, and carried out at that tick. If the
+tick comes before the input is confirmed or refused, the room waits (`held`): the tick at which a
+ball starts never depends on how long the ledger took.
 """
 
 from abc import ABC, abstractmethod
@@ -30,24 +30,25 @@ from engine.errors import RecordError
 from engine.json_text import JsonObject
 
 Ground = Board | Scene
-"""What stands in a room."""
+"""The board or scene in which a room's balls move."""
 
 Basis = Ground | Draw
-"""What a room is made of: what stands in it, or a draw over a board."""
+"""What a room is made from: a board, a scene, or a draw over a board."""
 
-QUIET = 0.05  # m/s; slower impacts are not told: a ball settling on a peg makes hundreds, unheard
+QUIET = 0.05
+"""m/s; slower impacts are not sent. A ball that settles on a peg makes hundreds, all inaudible."""
 
 Saved = TypeVar("Saved")
 
 
 class RoomWorld(Protocol):
-    """What moves in a room, as far as every room has it."""
+    """The moving balls of a room: what both kinds of room have in common."""
 
     tick: int
 
     @property
     def awake(self) -> bool:
-        """Whether anything moves."""
+        """Whether any ball moves."""
 
     @property
     def count(self) -> int:
@@ -62,16 +63,16 @@ class RoomWorld(Protocol):
 
 
 class Room(ABC):
-    """One board or scene, the balls in it, and the count of what came of the others."""
+    """One board or scene, the balls in it, and counts of the drops that have ended."""
 
     kind: ClassVar[str]
-    """How its balls fall, as clients are told: `independent` or `interacting`."""
+    """The `mode` that clients receive: `independent` or `interacting`."""
 
     solver: ClassVar[Literal["exact", "stepped"]]
     """The solver that computes the paths."""
 
     format: ClassVar[AnyFormat]
-    """How its inputs are kept and logged."""
+    """How the ledger and the log write its inputs."""
 
     world: RoomWorld
     extent: messages.Extent
@@ -82,21 +83,21 @@ class Room(ABC):
         self, room_id: str, origin: Ground, mode: str, *, tick_rate: int, max_balls: int
     ) -> None:
         self.id = room_id
-        self.origin = origin  # what it was opened over
-        self.mode = mode  # as the ledger calls its kind
+        self.origin = origin  # the board or scene it was opened with
+        self.mode = mode  # its kind's name in the ledger
         self.tick_rate = tick_rate
         self.max_balls = max_balls
-        self.owned = False  # for whoever holds the room to set
+        self.owned = False  # set by the live room
         self.seq = 0
-        self.touched = False  # changed since the last snapshot, and not by a tick
+        self.touched = False  # changed by an input since the last snapshot
         self.planned: deque[Pending] = deque()
         self._bounced: set[int] = set()
         self._begin_on(origin)
 
     def _begin_on(self, ground: Ground) -> None:
-        """Count from zero what comes of drops on this ground."""
+        """Put the room on this board or scene, with all counts at zero."""
         board = ground if isinstance(ground, Board) else None
-        self.ground = ground  # what stands there now
+        self.ground = ground  # a reset may have put another scene in place of `origin`
         self.drops = 0
         self.unsettled = 0
         self.histogram = [0] * (board.bins.count if board else 0)
@@ -105,7 +106,7 @@ class Room(ABC):
     @property
     @abstractmethod
     def taken(self) -> int:
-        """Inputs carried out so far, as the ledger counts them."""
+        """Number of inputs carried out, which is the number of the next one in the ledger."""
 
     @property
     @abstractmethod
@@ -114,79 +115,90 @@ class Room(ABC):
 
     @property
     def awake(self) -> bool:
-        """Whether anything moves, or is about to."""
+        """Whether any ball moves, or an input is planned."""
         return bool(self.planned) or self.world.awake
 
     @property
     def is_scene(self) -> bool:
-        """Whether it is there to be looked at alone: no drop in it is waited for."""
+        """Whether it was opened with a scene: then no player waits for a drop to land."""
         return False
 
     @property
     def late(self) -> bool:
-        """Whether the tick of a planned input has passed without it."""
+        """Whether the tick of a planned input has passed before the input entered."""
         return bool(self.planned) and self.planned[0].tick < self.world.tick
 
     @property
     def held(self) -> bool:
-        """Whether the next tick has to wait until it is known what becomes of a planned input."""
+        """Whether the next tick must wait until a planned input has entered or was refused."""
         return bool(self.planned) and self.planned[0].tick <= self.world.tick
 
     @property
     def box(self) -> Box | None:
-        """What stands where there is no board."""
+        """The walls of a scene, which has no board."""
         return None
 
     @property
     def draw(self) -> Draw | None:
-        """The draw by which its bins are drawn, if it has one."""
+        """The draw that decides its bins, if it has one."""
         return None
 
     @property
     def logged_mode(self) -> str:
-        """How its log calls its kind: which room replays the log."""
+        """The `mode` in its log, which says what kind of room replays the log."""
         return self.mode
 
     def basis_after_reset(self, board: Board | None = None) -> Basis:
-        """What the room restarts with; raises InvalidValueError for a board that it cannot have."""
+        """What a reset starts from: `board`, or the original board, scene or draw.
+
+        Raises InvalidValueError for a board that the room cannot have.
+        """
         return board or self.origin
 
     # Inputs.
 
     def check_drop(self, command: DropCommand, *, fair: bool) -> None:
-        """Raise InvalidValueError for a drop that a draw does not decide; `fair`: of a session."""
+        """Raise InvalidValueError for a drop that bypasses the room's draw.
+
+        `fair` says that the drop belongs to a fair session.
+        """
         if self.draw is None:
             return
         if not fair:
             raise InvalidValueError(
-                f"room {self.id!r} has a draw: a ball is dropped there in a fair session only, "
+                f"room {self.id!r} has a draw: it takes drops in a fair session only, "
                 "without seed, x or aim",
                 field="session",
             )
         if command.aim is not None:
             raise InvalidValueError(
-                f"aim {command.aim!r}: room {self.id!r} has a draw, where nobody aims", field="aim"
+                f"aim {command.aim!r}: room {self.id!r} has a draw, which decides where the ball "
+                "starts; leave aim out",
+                field="aim",
             )
 
     @abstractmethod
     def plan_drop(self, command: DropCommand, lead: int = 0, again: str | None = None) -> Pending:
-        """Plan a drop `lead` ticks from now, or for this very tick where nothing moves.
+        """Plan a drop `lead` ticks from now, or for the current tick if nothing moves.
 
-        Raises BallLimitError when the room is full, InvalidValueError where nothing can be
-        dropped, the engine's errors for a bad start; the room is then as it was.
+        Raises BallLimitError when the room is full, InvalidValueError if the room takes no drops,
+        and the engine's errors for a bad start; an error leaves the room unchanged.
         """
 
     def plan_change(self, change: Change, lead: int = 0) -> Pending:
-        """Plan a change as `plan_drop` plans a drop; raises InvalidValueError where none can be."""
+        """Plan a change as `plan_drop` plans a drop.
+
+        Raises InvalidValueError if the room's balls are independent.
+        """
         raise self._unchangeable()
 
     def check_changeable(self) -> None:
-        """Raise InvalidValueError unless the balls touch each other, so that they can be moved."""
+        """Raise InvalidValueError if the room's balls are independent: nobody can move those."""
         raise self._unchangeable()
 
     def _unchangeable(self) -> InvalidValueError:
         return InvalidValueError(
-            f"room {self.id!r} is one of independent balls, which cannot be changed; open one "
+            f"room {self.id!r} has independent balls, which cannot be changed; open a room "
             "with mode `interacting`, or a scene",
             field="type",
         )
@@ -205,25 +217,25 @@ class Room(ABC):
         return self.world.awake
 
     def refuse(self, pending: Pending) -> None:
-        """Take back the input that was planned last, as if it had never been asked for.
+        """Remove the input that was planned last.
 
-        Raises RuntimeError for any other: those after it have numbers that follow on from its own.
+        Raises RuntimeError for any other input: the numbers of those after it depend on it.
         """
         if not self.planned or self.planned[-1] is not pending:
-            raise RuntimeError(f"{pending} was refused, but not those that were planned after it")
+            raise RuntimeError(f"{pending} was refused before the inputs planned after it")
         self.planned.pop()
 
     def enter(self) -> list[Entered]:
-        """Carry out the confirmed inputs whose tick it is; returns what to tell of each."""
+        """Carry out the confirmed inputs whose tick has come."""
         entered: list[Entered] = []
         while self.planned and self.planned[0].durable and self.held:
-            # One that cannot be carried out stays planned: whoever asked for it is to hear.
+            # If this raises, the input stays planned, so that its client still gets an answer.
             entered.append(self._carry_out(self.planned[0]))
             self.planned.popleft()
         return entered
 
     def drop(self, command: DropCommand) -> messages.Accepted:
-        """Take a drop now, at once; raises what `plan_drop` raises."""
+        """Plan a drop and carry it out at the current tick; raises what `plan_drop` raises."""
         self.plan_drop(command).durable = True
         (accepted,) = self.enter()[-1].events
         assert isinstance(accepted, messages.Accepted)
@@ -231,14 +243,14 @@ class Room(ABC):
 
     @abstractmethod
     def replay(self, entry: JsonObject) -> None:
-        """Take an input that a room has taken before, an entry of its log; its tick is now.
+        """Carry out an entry of a log at the current tick.
 
-        Raises RecordError, InvalidValueError and the engine's errors for what was never taken.
+        Raises RecordError, InvalidValueError or the engine's errors for an entry that no room can
+        have taken.
         """
 
     @abstractmethod
-    def _carry_out(self, pending: Pending) -> Entered:
-        """Do what was planned."""
+    def _carry_out(self, pending: Pending) -> Entered: ...
 
     def _check_turn(self, pending: Pending) -> None:
         if (pending.number, pending.tick) != (self.taken, self.world.tick):
@@ -248,45 +260,45 @@ class Room(ABC):
 
     @property
     def ready(self) -> bool:
-        """Whether the next tick takes no more than it always does."""
+        """Whether `step` will be quick, because the costly part of the next tick is done."""
         return True
 
     def look_ahead(self) -> bool:
-        """Do a little of what later ticks need; whether there is more that would help.
+        """Compute a little of what later ticks need; returns whether another call would help.
 
-        It changes nothing of what happens, only when it is computed: `step` does what is left.
+        This never changes a result, only when it is computed: `step` computes the rest.
         """
         return False
 
     @property
     def steps_aside(self) -> bool:
-        """Whether a tick takes so long that another thread is to compute it."""
+        """Whether the next tick takes so long that another thread should compute it."""
         return False
 
     def begin_step(self) -> Callable[[], None] | None:
-        """What another thread is to compute of the next tick; None where there is nothing.
+        """A function for another thread that computes the next tick; None if there is no need.
 
-        It touches nothing that anyone else does. Once it has run, the room is ready, unless an
-        input was carried out meanwhile: then there is another to begin.
+        The function shares no data with any other code. When it has returned, the room is ready,
+        unless an input was carried out meanwhile: then another step has to begin.
         """
         return None
 
     @abstractmethod
     def step(self, *, watched: bool) -> list[messages.Event]:
-        """One tick on; returns the events to announce, in order.
+        """Advance by one tick; returns the events to announce, in order.
 
-        With nobody watching only landings are turned into events: contacts have no listener.
+        Unless the room is `watched`, only landings become events; contacts interest nobody then.
         """
 
     @property
     def events_kept(self) -> int:
-        """Events of paths that are held in memory."""
+        """Number of path events in memory."""
         return 0
 
     def give_up(self, why: str) -> list[messages.Landed]:
-        """What to tell of drops in flight that will never land: no bin, and their stake back.
+        """The landings of drops that will never land: no bin, and the stake paid back.
 
-        Of a room that has failed: nothing is asked of what moves in it.
+        Called for a room that has failed, so it must not use the room's solver.
         """
         return []
 
@@ -294,12 +306,12 @@ class Room(ABC):
         bodies = self.world.bodies
         self._bounced.update(bodies["id"][bodies["bounced"] != 0].tolist())
 
-    # What is told.
+    # Messages to clients.
 
     def snapshot(self, *, first: bool = False) -> bytes:
-        """Where the balls are at this moment; bounces are flagged since the snapshot before.
+        """The balls' positions; flags each ball that bounced since the previous snapshot.
 
-        The `first` one that a client gets is no news to the others.
+        A `first` snapshot goes to a single client and leaves those flags for the others.
         """
         bodies = self.world.bodies
         bounced = np.isin(bodies["id"], list(self._bounced))
@@ -317,31 +329,31 @@ class Room(ABC):
         )
 
     def _asleep(self, bodies: npt.NDArray[np.void]) -> npt.NDArray[np.bool_] | None:
-        """Which of the balls sleep; None where none ever does."""
+        """Which of the balls sleep; None in a room whose balls never sleep."""
         return None
 
     @abstractmethod
     def stream_of(self, wanted: str) -> str:
-        """The stream a client gets that asks for `wanted`: a path has to be known to be sent."""
+        """The stream for a client that asks for `wanted`: only known paths can be streamed."""
 
     @abstractmethod
     def watch_segments(self, watched: bool) -> None:
-        """Cut paths into pieces from here on, while somebody watches them."""
+        """Start or stop cutting paths into segments."""
 
     def segments(self) -> bytes | None:
-        """The pieces that began since the last call, as a message; None if none did."""
+        """A message with the segments that began since the last call; None if none did."""
         return None
 
     def keyframe(self) -> bytes:
-        """The message from which a client goes on that has not got all before."""
+        """The message with which a client that missed messages can continue."""
         return self.snapshot(first=True)
 
     def first_message(self, stream: str) -> bytes | None:
-        """The binary message that a client of this stream needs beside the hello, if any."""
+        """The binary message that a client of this stream needs after the hello, if any."""
         return None
 
     def diagnostics(self) -> messages.Diagnostics:
-        """Energies, momenta, contacts of this moment; raises what `check_changeable` raises."""
+        """Current energies, momenta and contacts; raises what `check_changeable` raises."""
         raise self._unchangeable()
 
     def stats(self) -> messages.Stats:
@@ -350,7 +362,7 @@ class Room(ABC):
     def hello(
         self, server_time: float, limits: messages.Limits, stream: str = messages.SNAPSHOTS
     ) -> messages.Hello:
-        """The full state, from which a client that comes or comes back starts."""
+        """The full state, with which a client starts when it connects or reconnects."""
         board = self.ground if isinstance(self.ground, Board) else None
         return messages.Hello(
             protocol=messages.PROTOCOL_VERSION,
@@ -378,24 +390,27 @@ class Room(ABC):
         )
 
     def _arena_state(self) -> messages.ArenaState | msgspec.UnsetType:
-        """What only a room has whose balls touch each other."""
+        """The state that only a room of touching balls has."""
         return msgspec.UNSET
 
     # Saving.
 
     @abstractmethod
     def checkpoint(self) -> bytes:
-        """All that `restore` needs but the planned inputs; small where nothing moves."""
+        """The whole state except the planned inputs, for `restore`; small if nothing moves."""
 
     @abstractmethod
     def restore(self, checkpoint: bytes) -> None:
-        """Become the room that made `checkpoint`; raises RecordError when it is another's."""
+        """Take over the state in `checkpoint`.
+
+        Raises RecordError if it is not a checkpoint of this kind of room.
+        """
 
     @property
     def origin_json(self) -> bytes:
-        """What it was opened over; a board is made JSON once, where the room is made."""
+        """The board or scene that the room was opened with, as JSON."""
         if isinstance(self.origin, Board):
-            return bytes(self._board_json)  # which stands there as long as the room lives
+            return bytes(self._board_json)  # a room's board never changes
         return msgspec.json.encode(self.origin.to_dict())
 
     def ground_fields(self) -> dict[str, object]:
@@ -403,8 +418,8 @@ class Room(ABC):
 
 
 def decode_checkpoint(checkpoint: bytes, kind: type[Saved]) -> Saved:
-    """The values of a checkpoint; raises RecordError when it is none of this kind."""
+    """Decode a checkpoint; raises RecordError if it is not one of this kind."""
     try:
         return msgspec.msgpack.decode(checkpoint, type=kind)
     except msgspec.MsgspecError as error:
-        raise RecordError(f"the checkpoint is none: {error}", field="checkpoint") from error
+        raise RecordError(f"the checkpoint is unreadable: {error}", field="checkpoint") from error

@@ -1,7 +1,8 @@
-"""How what falls in a room ends, computed at once: a path is fixed when its drop was taken.
+"""Computes at once where the balls in flight will land, for a room that is to end.
 
-A ball may bounce millions of times, which takes minutes to compute. A room with such a ball goes on
-until the ball has landed: to give the stake back instead would let a loser reset in time.
+That is possible because a drop's path is fixed when the room accepts it. A ball may bounce millions
+of times, which takes minutes to compute. A room with such a ball cannot end before it has landed:
+if its stake were paid back instead, a player who sees a loss coming could reset the room in time.
 """
 
 from collections.abc import Sequence
@@ -15,13 +16,12 @@ from app.rooms.pending import Entered, Pending
 from app.rooms.room import Room
 
 MOST_EFFORT: Final = 10_000
-"""Ticks, and pieces of paths, that are computed at once: a second or two. 200 balls on a preset
-have some 600 of them."""
+"""Ticks plus calls of `look_ahead`: a second or two. 200 balls on a preset take some 600."""
 
 
 @dataclass(frozen=True, slots=True)
 class Settled:
-    """What enters and what lands in a room until nothing moves there, and the tick of that."""
+    """The inputs and landings until nothing moves in the room any more, at `tick`."""
 
     entered: list[Entered]
     landed: list[messages.Landed]
@@ -29,10 +29,11 @@ class Settled:
 
 
 def settle(room: Room, checkpoint: bytes, planned: Sequence[Pending]) -> Settled:
-    """The end of a run of independent balls that was saved as `checkpoint` with these to enter.
+    """Run a copy of a room of independent balls, from `checkpoint` until nothing moves.
 
-    All of them are durable. The room itself is only asked what it is: it may go on meanwhile, on
-    another thread. Raises BusyError for what takes more than MOST_EFFORT.
+    `planned`: the inputs that have yet to enter, all of them durable. Only constants of `room`
+    are read, so it may tick on another thread meanwhile. Raises BusyError if the balls take more
+    than MOST_EFFORT.
     """
     limits = BallLimits(room.max_balls, room.max_balls)
     basis = room.basis_after_reset()
@@ -47,8 +48,8 @@ def settle(room: Room, checkpoint: bytes, planned: Sequence[Pending]) -> Settled
             landed += [e for e in copy.step(watched=False) if isinstance(e, messages.Landed)]
             entered += copy.enter()
     raise BusyError(
-        f"what falls in room {room.id!r} takes too long to compute at once; the room can be closed "
-        "or begun anew when it has landed",
+        f"the balls in flight in room {room.id!r} take too long to compute; close or reset the "
+        "room when they have landed",
         field="room",
         retry_after=10.0,
     )

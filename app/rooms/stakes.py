@@ -1,4 +1,4 @@
-"""Stakes and payouts: whole numbers of minor units, never negative, never too large to keep."""
+"""Stakes and payouts: whole numbers of minor units that fit 64 bits, never negative."""
 
 from decimal import Decimal
 from typing import Final
@@ -6,13 +6,13 @@ from typing import Final
 from app.errors import InvalidValueError, shorten
 
 MAX_STAKE: Final = 1_000_000_000
-"""Minor units. Times the largest multiplier a board may have, 10^9, it still fits 64 bits."""
+"""Minor units. Times 10^9, the largest multiplier of a board, it still fits 64 bits."""
 
 MAX_WHO: Final = 64  # characters
 
 
 def parse_stake(value: object) -> int:
-    """A stake in minor units; none is 0. Raises InvalidValueError naming what is none."""
+    """A stake in minor units; None is 0. Raises InvalidValueError for an invalid stake."""
     if value is None:
         return 0
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= MAX_STAKE:
@@ -24,7 +24,7 @@ def parse_stake(value: object) -> int:
 
 
 def parse_who(value: object) -> str | None:
-    """A player's own mark, kept with the drop; raises InvalidValueError naming what is none."""
+    """A player's mark, kept with the drop; raises InvalidValueError for an invalid one."""
     if value is None:
         return None
     if not isinstance(value, str) or not 0 < len(value) <= MAX_WHO or not value.isprintable():
@@ -36,8 +36,9 @@ def parse_who(value: object) -> str | None:
 
 
 def payout_of(stake: int, score: float) -> int:
-    """What `stake` comes back as at the multiplier `score`, rounded down to whole minor units.
+    """`stake` times the multiplier `score`, rounded down to whole minor units.
 
-    The multiplier is taken as the decimal number it is written as: 0.1 of 10 is 1, not 0.
+    The multiplier counts as the decimal number that it is written as: 2.3 times 100 is 230,
+    although the float 2.3 is slightly less.
     """
     return int(Decimal(repr(score)) * stake)

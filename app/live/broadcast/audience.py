@@ -1,4 +1,4 @@
-"""What those who watch a room are sent: the state to start from, events, snapshots, diagnostics."""
+"""Sends a room's clients the full state, then events, snapshots and diagnostics."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,20 +16,22 @@ from app.rooms.room import Room
 from app.settings import Settings
 from engine import Board
 
-_DIAGNOSED: Final = 5  # times a second, for those who watch a room's diagnostics
+_DIAGNOSED: Final = 5  # diagnostics a second, for clients that asked for them
 
 
 @dataclass(frozen=True, kw_only=True)
 class Player:
-    """Who asks something of a room, and by what note `ref` they know it.
+    """The sender of a request to a room.
 
-    client: the connection, which alone is told the note; key: names it if it comes back; again:
-    names the drop if it is asked for again, in this room run.
+    client: the connection. Only it receives the `ref`.
+    key: identifies the connection after a reconnect.
+    ref: the client's own reference for the request, which the answer repeats.
+    again: identifies a repeated drop, within the room run.
     """
 
     client: int | None = None
     key: str = ""
-    ref: object = None  # JSON, as it came
+    ref: object = None  # any JSON value
     again: str | None = None
 
 
@@ -37,8 +39,8 @@ NOBODY: Final = Player()
 
 
 @dataclass(frozen=True)
-class Means:
-    """What the audiences of all rooms have in common. `halted` says of a room whether it is."""
+class AudienceContext:
+    """What the audiences of all rooms share. `halted`: whether a room is halted."""
 
     hub: Hub
     presence: Presence
@@ -55,24 +57,23 @@ class Means:
         clock: Callable[[], float],
         halted: Callable[[str], bool] = lambda _: False,
         presence: Presence | None = None,
-    ) -> "Means":
-        """With the limits that the settings state."""
+    ) -> "AudienceContext":
         every = max(1, settings.tick_rate // _DIAGNOSED)
         limits = messages.Limits(settings.max_balls, settings.drop_rate, messages.MESSAGE_BYTES)
         return cls(hub, presence or Presence(clock), clock, halted, every, limits)
 
 
 class Audience:
-    """The clients that watch one room. It remembers what it told, for those who lost their line.
+    """The clients of one room. It remembers recent events, for clients that reconnect.
 
-    `run` names the room's present life.
+    `run` identifies the room run for clients.
     """
 
-    def __init__(self, means: Means, room: Room, run: str) -> None:
-        self._means = means
-        self._hub = means.hub
-        self._diagnosed: set[int] = set()  # clients that watch the diagnostics
-        self._seeds: SeedStream | None = None  # while somebody watches by seeds
+    def __init__(self, context: AudienceContext, room: Room, run: str) -> None:
+        self._context = context
+        self._hub = context.hub
+        self._diagnosed: set[int] = set()  # clients that receive diagnostics
+        self._seeds: SeedStream | None = None  # while a client has the stream `seeds`
         self._begin(room, run)
 
     def _begin(self, room: Room, run: str) -> None:
@@ -81,7 +82,7 @@ class Audience:
         self._recent.begin(room.seq)
 
     def begin(self, room: Room, run: str) -> None:
-        """Go on with another life of the room, in which everyone who watches starts over."""
+        """Continue with another run of the room; every client gets a new hello."""
         self.release()
         self._seeds = None
         self._begin(room, run)
@@ -89,22 +90,22 @@ class Audience:
             self.greet(client)
 
     def release(self) -> None:
-        """Tell what is held back, before somebody is greeted: a hello knows it already."""
+        """Send landings that wait in the seed stream, before a hello that already counts them."""
         if self._seeds is not None:
-            self._tell_seeds(self._seeds.release())
+            self._send_seeds(self._seeds.release())
 
     def missed(self, client: Client, run: str, since: int, key: str) -> messages.Missed:
-        """What the client missed after event number `since` of `run`, where its key was `key`.
+        """The events after number `since` of `run`, up to the client's latest hello.
 
-        Up to its hello: what came after that it has heard.
+        key: the client's key in the connection that it lost.
         """
         events = self._recent.since(run, since, key, client.greeted)
         return messages.Missed(since=since, until=client.greeted, events=events)
 
-    # Who watches.
+    # Clients.
 
     def enter(self, client: Client) -> None:
-        """Let a client watch: the full state first, then all that happens. Raises RoomFullError."""
+        """Let a client watch: it gets the full state, then all events. Raises RoomFullError."""
         self.release()
         self._hub.join(self.room.id, client)
         self.greet(client)
@@ -112,12 +113,12 @@ class Audience:
     def leave(self, client: Client) -> None:
         self._hub.leave(self.room.id, client)
         self._diagnosed.discard(client.id)
-        self._means.presence.leave(self.room.id, client.id)
+        self._context.presence.leave(self.room.id, client.id)
 
     def greet(self, client: Client) -> None:
         room = self.room
         hello = msgspec.structs.replace(
-            room.hello(self._means.clock(), self._means.limits, client.stream),
+            room.hello(self._context.clock(), self._context.limits, client.stream),
             run=self._recent.run,
             key=client.key,
         )
@@ -126,29 +127,32 @@ class Audience:
         first = room.first_message(client.stream)
         if first is not None:
             client.show(WireMessage.of_bytes(first))
-        if self._means.halted(room.id):
+        if self._context.halted(room.id):
             client.post(WireMessage.of_text(messages.encode_event(messages.Halted(halted=True))))
 
     def appear(self, client: Client, name: str | None, colour: str | None) -> messages.Presence:
-        """Show a client to the others; returns what to tell it now. The others hear it soon."""
-        return self._means.presence.appear(self.room.id, client, name, colour)
+        """Make a client a visitor; returns its answer. The other visitors are informed soon."""
+        return self._context.presence.appear(self.room.id, client, name, colour)
 
     def tell_halt(self) -> None:
-        """Tell everyone whether the room takes anything new."""
-        self.notify(messages.Halted(halted=self._means.halted(self.room.id)))
+        """Tell all clients whether the room is halted."""
+        self.notify(messages.Halted(halted=self._context.halted(self.room.id)))
 
     def notify(self, event: messages.Event) -> None:
-        """Tell everyone what is no event of the room."""
+        """Send all clients an event that is not part of the room's numbered events."""
         text = messages.encode_event(event)
         for client in self._hub.clients(self.room.id):
             self._hub.notify(self.room.id, client.id, text)
 
-    # What is told.
+    # Events and snapshots.
 
     def announce(self, seq: int, player: Player, event: messages.Event) -> messages.Event:
-        """Send everyone what came of an input; the note goes to who asked for it alone."""
+        """Send all clients event number `seq`; only the player's own copy has the `ref`.
+
+        Returns that copy.
+        """
         room_id = self.room.id
-        event = self._means.presence.signed(room_id, player.client, event)
+        event = self._context.presence.signed(room_id, player.client, event)
         noted = messages.has_ref(event)
         self._recent.add(seq, event, player.key if noted else "", player.ref)
         own = msgspec.structs.replace(event, ref=player.ref) if noted else event
@@ -159,7 +163,7 @@ class Audience:
         return own
 
     def _encoder(self, stream: str) -> Callable[[messages.Event], bytes]:
-        """What makes a message of this stream from an event; held landings go before it."""
+        """The encoder of this stream; landings that wait in the seed stream precede the event."""
         if stream != messages.SEEDS:
             return messages.encode_event
         seeds = self._seed_stream()
@@ -167,7 +171,7 @@ class Audience:
         return lambda event: messages.encode_events([*held, seeds.brief(event)])
 
     def broadcast(self, events: list[messages.Event], *, with_snapshot: bool = False) -> None:
-        """Send events, and the snapshot of this moment, to all who watch."""
+        """Send all clients the latest events of the room, and a snapshot if wanted."""
         room = self.room
         for seq, event in enumerate(events, room.seq - len(events) + 1):
             self._recent.add(seq, event)
@@ -179,36 +183,36 @@ class Audience:
         self._broadcast_seeds(events)
 
     def _broadcast_segments(self, events: list[messages.Event], with_segments: bool) -> None:
-        """Send what clients that draw the paths themselves need: no contacts, and new segments."""
+        """Send clients of the segment stream the new segments, and the events except contacts."""
         room = self.room
         watched = self._hub.count(room.id, messages.SEGMENTS) > 0
         room.watch_segments(watched)
         if not watched:
             return
         segments = room.segments() if with_segments else None
-        heard = [event for event in events if not isinstance(event, messages.Contact)]
-        if heard or segments is not None:
-            text = messages.encode_events(heard) if heard else None
+        shown = [event for event in events if not isinstance(event, messages.Contact)]
+        if shown or segments is not None:
+            text = messages.encode_events(shown) if shown else None
             self._hub.publish(room.id, messages.SEGMENTS, text, segments)
 
     def _broadcast_seeds(self, events: list[messages.Event]) -> None:
-        """Send what clients need that compute the paths themselves."""
+        """Send clients of the seed stream, which compute the paths themselves, what is due."""
         room = self.room
         if not self._hub.count(room.id, messages.SEEDS):
             self._seeds = None
             return
         seeds = self._seed_stream()
         seeds.hold(events, room.world.tick)
-        self._tell_seeds(seeds.take(room.world.tick, room.seq, awake=room.awake))
+        self._send_seeds(seeds.take(room.world.tick, room.seq, awake=room.awake))
 
     def _seed_stream(self) -> SeedStream:
-        """The stream for clients that watch by seeds. The room must be one of independent balls."""
+        """The seed stream, which only a room of independent balls has."""
         if self._seeds is None:
             zone = cast(Board, self.room.ground).drop
             self._seeds = SeedStream(self.room.tick_rate, self.room.world.tick, zone)
         return self._seeds
 
-    def _tell_seeds(self, events: list[messages.Event]) -> None:
+    def _send_seeds(self, events: list[messages.Event]) -> None:
         if events:
             text = messages.encode_events(events)
             self._hub.publish(self.room.id, messages.SEEDS, text, None)
@@ -216,9 +220,9 @@ class Audience:
     # Diagnostics.
 
     def watch_diagnostics(self, client: int, wanted: bool) -> None:
-        """Send a client the room's diagnostics from now on, or no more.
+        """Start or stop sending a client the room's diagnostics.
 
-        Raises InvalidValueError for a room that has none.
+        Raises InvalidValueError if the room has none.
         """
         self.room.check_changeable()
         if not wanted:
@@ -228,11 +232,11 @@ class Audience:
         self._hub.notify(self.room.id, client, messages.encode_event(self.room.diagnostics()))
 
     def diagnose(self, before: int) -> None:
-        """Send the diagnostics to those who watch them: a few times a second, and at the end.
+        """Send the diagnostics, a few times a second and when the room falls asleep.
 
-        before: the tick that the room was at when this was last called.
+        before: the room's tick at the previous call.
         """
-        room, every = self.room, self._means.every
+        room, every = self.room, self._context.every
         if not self._diagnosed:
             return
         if room.world.tick // every == before // every and room.awake:

@@ -1,10 +1,12 @@
-"""Who watches which room, and how what happens there reaches each client.
+"""The clients of each room, and how messages reach them without a slow client delaying others.
 
-Two ways to a client. Events are reliable: in order, up to a bound. Snapshots are lossy: one slot,
-and a newer one takes the place of the older. A client whose connection has room is written to at
-once, the same bytes for all. One that does not read falls back on its own mailbox and writer, so
-that it stops only itself. When a write takes longer than the grace period, or the mailbox
-overflows, the client is too slow and is closed with that reason.
+Events are reliable: each client gets them in order, up to a bound of unread ones. Snapshots are
+lossy: a newer one replaces one that has not been sent yet.
+
+The hub writes directly to a connection whose buffer is empty, the same bytes for all clients. If a
+buffer is not empty, the messages go to the client's own mailbox, and its own task sends them. If
+the mailbox overflows, or one write takes longer than the grace period, the hub closes the
+connection of this client as too slow.
 """
 
 import asyncio
@@ -18,30 +20,30 @@ from app.protocol.wire import WireMessage
 
 
 class Connection(Protocol):
-    """A client's connection, as the hub needs it."""
+    """The connection of a client."""
 
     def write(self, wire: bytes) -> bool:
-        """Send these bytes now, or return False when that would only pile them up."""
+        """Write these bytes, or return False if earlier ones still wait in the buffer."""
 
     async def send(self, message: WireMessage) -> None:
-        """Send a message as soon as there is room for it."""
+        """Wait until the buffer is empty, and write a message."""
 
 
 @dataclass(slots=True)
 class Traffic:
-    """What all clients together were sent; counts only go up."""
+    """Totals of the traffic to all clients; they only grow."""
 
     frames: int = 0
     bytes: int = 0  # payload
-    skipped: int = 0  # snapshots that a newer one overtook
-    too_slow: int = 0  # clients closed for not reading
+    skipped: int = 0  # snapshots replaced by newer ones
+    too_slow: int = 0  # clients closed as too slow
 
 
 class Mailbox:
-    """What waits for one client, pure: bounded events in order, and the latest snapshot.
+    """The messages that wait for one client: a bounded queue of events, and a snapshot. Pure.
 
-    In a stream in which each snapshot adds to the one before, `keyframe` makes one that stands for
-    all that waited.
+    keyframe: for a stream in which each snapshot adds to the previous one, makes a complete
+    snapshot to send after one was replaced.
     """
 
     def __init__(
@@ -49,7 +51,7 @@ class Mailbox:
     ) -> None:
         self.max_events = max_events
         self.max_bytes = max_bytes
-        self.replaced = 0  # snapshots that a newer one overtook
+        self.replaced = 0  # snapshots replaced by newer ones
         self._keyframe = keyframe
         self._events: deque[WireMessage] = deque()
         self._size = 0
@@ -66,14 +68,14 @@ class Mailbox:
         self._size += len(event.payload)
 
     def show(self, snapshot: WireMessage) -> None:
-        """Put a snapshot in the slot; the one that was there is gone."""
+        """Keep a snapshot in place of the previous one."""
         if self._snapshot is not None:
             self.replaced += 1
             self._needs_keyframe = self._keyframe is not None
         self._snapshot = snapshot
 
     def take(self) -> WireMessage | None:
-        """The next message to send: events first, so that a snapshot never runs ahead of them."""
+        """The next message to send. Events go first, so that no snapshot is ahead of them."""
         if self._events:
             event = self._events.popleft()
             self._size -= len(event.payload)
@@ -86,7 +88,7 @@ class Mailbox:
 
 
 class Client:
-    """One who watches: written to directly while it keeps up, through its mailbox while not."""
+    """A client of a room: written to directly while it keeps up, otherwise through a mailbox."""
 
     def __init__(
         self,
@@ -101,20 +103,20 @@ class Client:
     ) -> None:
         self.id = client_id
         self.stream = stream
-        self.key = key  # by which it is known when it comes back
-        self.greeted = 0  # events announced before its latest hello
+        self.key = key  # identifies it after a reconnect
+        self.greeted = 0  # number of the room's last event before its latest hello
         self.mailbox = mailbox
         self._connection = connection
         self._grace = grace
         self._traffic = traffic or Traffic()
-        self._keeps_up = True  # nothing waits in the mailbox and nothing is being sent from it
+        self._keeps_up = True  # the mailbox is empty, and its task is not sending
         self._wake = asyncio.Event()
         self._writing: asyncio.Timeout | None = None
         self._failure: AppError | None = None
         self._end: AppError | None = None
 
     def post(self, event: WireMessage) -> None:
-        """Send an event, or queue it; a client whose queue is full is on its way out."""
+        """Write an event or queue it; a client whose queue is full will be closed."""
         if self._keeps_up and self._connection.write(event.wire):
             self._count(event)
             return
@@ -126,7 +128,7 @@ class Client:
         self._wake.set()
 
     def show(self, snapshot: WireMessage) -> None:
-        """Send a snapshot, or offer it for when there is room."""
+        """Write a snapshot, or keep it in the mailbox."""
         if self._keeps_up and self._connection.write(snapshot.wire):
             self._count(snapshot)
             return
@@ -137,11 +139,11 @@ class Client:
         self._wake.set()
 
     def write(self, wire: bytes) -> bool:
-        """Send several messages at once if the client keeps up; else False, and nothing is done."""
+        """Write the bytes of several messages; returns False if the client does not keep up."""
         return self._keeps_up and self._connection.write(wire)
 
     def fail(self, error: AppError) -> None:
-        """End the connection with this reason: `run` raises it, even out of a blocked send."""
+        """Make `run` raise this error at once, even while it waits for the client to read."""
         self._failure = self._failure or error
         self._keeps_up = False
         if self._writing is not None and not self._writing.expired():
@@ -149,12 +151,15 @@ class Client:
         self._wake.set()
 
     def end(self, error: AppError) -> None:
-        """End the connection with this reason once it was sent what waits."""
+        """Make `run` raise this error after it has sent the waiting messages."""
         self._end = self._end or error
         self._wake.set()
 
     async def run(self) -> None:
-        """Send what waits, for ever; raises SlowClientError when the client does not read."""
+        """Send the mailbox's messages until `fail` or `end` is called, and raise that error.
+
+        Raises SlowClientError if the client does not read.
+        """
         while True:
             while self._failure is None and (message := self.mailbox.take()) is not None:
                 await self._write_one(message)
@@ -171,7 +176,7 @@ class Client:
                 await self._connection.send(message)
         except TimeoutError:
             self._failure = self._failure or SlowClientError(
-                f"nothing was read for {self._grace:g} seconds"
+                f"the client read nothing for {self._grace:g} seconds"
             )
         else:
             self._count(message)
@@ -184,7 +189,7 @@ class Client:
 
 
 class Hub:
-    """The clients of every room, by the stream they asked for. Sending never waits."""
+    """The clients of all rooms, by stream. Sending never waits."""
 
     def __init__(self, max_clients: int) -> None:
         self.max_clients = max_clients
@@ -192,7 +197,7 @@ class Hub:
         self._rooms: dict[str, dict[str, dict[int, Client]]] = {}
 
     def join(self, room_id: str, client: Client) -> None:
-        """Let a client watch a room; raises RoomFullError."""
+        """Add a client to a room; raises RoomFullError."""
         if self.count(room_id) >= self.max_clients:
             raise RoomFullError(f"room {room_id!r} already has {self.max_clients} clients")
         streams = self._rooms.setdefault(room_id, {})
@@ -208,7 +213,7 @@ class Hub:
             self._rooms.pop(room_id, None)
 
     def count(self, room_id: str, stream: str | None = None) -> int:
-        """How many watch this room, or one stream of it."""
+        """The number of clients of a room, or of one of its streams."""
         streams = self._rooms.get(room_id, {})
         if stream is not None:
             return len(streams.get(stream, ()))
@@ -229,13 +234,13 @@ class Hub:
         requester: int | None = None,
         own: bytes = b"",
     ) -> None:
-        """Send the same event to all who watch this stream, but `own` to client `requester`."""
+        """Send an event to all clients of a stream, but `own` to the client `requester`."""
         message = WireMessage.of_text(event)
         for client in self._rooms.get(room_id, {}).get(stream, {}).values():
             client.post(message if client.id != requester else WireMessage.of_text(own))
 
     def notify(self, room_id: str, client_id: int, event: bytes) -> None:
-        """Send an event to one client, if it is still there."""
+        """Send an event to one client, if it is still in the room."""
         for clients in self._rooms.get(room_id, {}).values():
             if client_id in clients:
                 clients[client_id].post(WireMessage.of_text(event))
@@ -243,7 +248,7 @@ class Hub:
     def publish(
         self, room_id: str, stream: str, events: bytes | None, snapshot: bytes | None
     ) -> None:
-        """Send a tick's events and snapshot to all who watch this stream: the same bytes to all."""
+        """Send a tick's events and snapshot to all clients of a stream, the same bytes to all."""
         messages = [WireMessage.of_text(events)] if events is not None else []
         if snapshot is not None:
             messages.append(WireMessage.of_bytes(snapshot))
@@ -263,12 +268,12 @@ class Hub:
         self.traffic.bytes += written * size
 
     def close(self, room_id: str, error: AppError) -> None:
-        """End every connection to the room with this reason."""
+        """Close every connection to the room with this error, after the waiting messages."""
         for client in self._everyone(room_id):
             client.end(error)
 
     def cut(self, room_id: str, error: AppError) -> None:
-        """End every connection to the room with this reason, and send nothing more before."""
+        """Close every connection to the room with this error, at once."""
         for client in self.clients(room_id):
             client.fail(error)
 

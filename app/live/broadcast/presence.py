@@ -1,6 +1,7 @@
-"""Who is at each table: visitors who said so are told of each other, seldom and never all of them.
+"""Presence: the visitors of a room, who have given a name or colour, see a list of each other.
 
-A client that says nothing of itself hears nothing of this, and a room without any costs nothing.
+The list is short and sent at most once a second. Clients that are no visitors do not receive it,
+and a room without visitors costs nothing.
 """
 
 import asyncio
@@ -18,26 +19,25 @@ from app.protocol.visitors import Visitor
 from app.protocol.wire import WireMessage
 
 MOST_NAMED: Final = 24
-"""Visitors that one event names: those who last came, changed or dropped a ball."""
+"""Visitors listed in one event: the last that came, changed their name or dropped a ball."""
 
 _PAUSE: Final = 1.0  # s at least between two events of a room
 
 _SENDS: Final = 200.0
-"""Messages a second that a room sends of this at most: where there are more visitors, they hear of
-each other less often."""
+"""Most presence messages a second in a room: with more visitors, updates become rarer."""
 
 
 class Company:
-    """The visitors of one room, the longest quiet first. Numbers begin at 1 in each company."""
+    """The visitors of one room, the longest idle first, numbered from 1."""
 
     def __init__(self) -> None:
         self.clients: dict[int, Client] = {}
         self._visitors: OrderedDict[int, Visitor] = OrderedDict()  # by client
         self._numbers = 0
-        self._told: messages.Presence | None = None
+        self._last_sent: messages.Presence | None = None  # the last state sent
 
     def appear(self, client: Client, name: str | None, colour: str | None) -> Visitor:
-        """Take in a client, or what it changes of itself."""
+        """Add a visitor, or change its name and colour."""
         known = self._visitors.get(client.id)
         if known is None:
             self._numbers += 1
@@ -52,24 +52,24 @@ class Company:
         return self._visitors.pop(client_id, None) is not None
 
     def act(self, client_id: int | None) -> int | None:
-        """The number of the visitor who has just dropped a ball, if it is one."""
+        """Note that a client has dropped a ball; returns its number if it is a visitor."""
         if client_id is None or client_id not in self._visitors:
             return None
         self._visitors.move_to_end(client_id)
         return self._visitors[client_id].visitor
 
     def state(self) -> messages.Presence:
-        """How many are here and who was last heard of, by their numbers."""
+        """The number of visitors, and the most recently active ones in the order of numbers."""
         last = islice(reversed(self._visitors.values()), MOST_NAMED)
         named = sorted(last, key=lambda visitor: visitor.visitor)
         return messages.Presence(here=len(self._visitors), visitors=named)
 
     def news(self) -> messages.Presence | None:
-        """The state, unless it is the one that was told last."""
+        """The state, unless it equals the last one sent."""
         state = self.state()
-        if state == self._told:
+        if state == self._last_sent:
             return None
-        self._told = state
+        self._last_sent = state
         return state
 
 
@@ -78,7 +78,7 @@ def _later(seconds: float, call: Callable[[], None]) -> None:
 
 
 class Presence:
-    """The company of every room that has one. `later` calls something after so many seconds."""
+    """The visitors of all rooms. `later` calls a function after some seconds."""
 
     def __init__(
         self,
@@ -88,16 +88,16 @@ class Presence:
         self._clock = clock
         self._later = later
         self._companies: dict[str, Company] = {}
-        self._told_at: dict[str, float] = {}
-        self._waiting: set[str] = set()  # rooms whose visitors will be told
+        self._sent_at: dict[str, float] = {}
+        self._waiting: set[str] = set()  # rooms with an update scheduled
 
     def appear(
         self, room_id: str, client: Client, name: str | None, colour: str | None
     ) -> messages.Presence:
-        """A client is seen in a room from now on; what it is told at once, the others soon."""
+        """Make a client a visitor; returns its answer, and schedules an update for the others."""
         company = self._companies.setdefault(room_id, Company())
         visitor = company.appear(client, name, colour)
-        self._tell_soon(room_id)
+        self._send_soon(room_id)
         return msgspec.structs.replace(company.state(), you=visitor.visitor)
 
     def leave(self, room_id: str, client_id: int) -> None:
@@ -105,39 +105,39 @@ class Presence:
         if company is None or not company.leave(client_id):
             return
         if company.clients:
-            self._tell_soon(room_id)
+            self._send_soon(room_id)
         else:
             del self._companies[room_id]
-            self._told_at.pop(room_id, None)
+            self._sent_at.pop(room_id, None)
 
     def signed(self, room_id: str, client_id: int | None, event: messages.Event) -> messages.Event:
-        """An acceptance with the number of the visitor whose ball it is; all else as it is."""
+        """Add the visitor's number to an `accepted` event; returns other events unchanged."""
         company = self._companies.get(room_id)
         if company is None or not isinstance(event, messages.Accepted):
             return event
         visitor = company.act(client_id)
         if visitor is None:
             return event
-        self._tell_soon(room_id)
+        self._send_soon(room_id)
         return msgspec.structs.replace(event, visitor=visitor)
 
-    def _tell_soon(self, room_id: str) -> None:
-        """Have all visitors of a room told what is new, once for all that happens until then."""
+    def _send_soon(self, room_id: str) -> None:
+        """Schedule one update of a room's visitors for all changes until then."""
         if room_id in self._waiting:
             return
         self._waiting.add(room_id)
         pause = max(_PAUSE, len(self._companies[room_id].clients) / _SENDS)
-        told_at = self._told_at.get(room_id)
-        rest = 0.0 if told_at is None else max(0.0, told_at + pause - self._clock())
-        self._later(rest, lambda: self._tell(room_id))
+        sent_at = self._sent_at.get(room_id)
+        rest = 0.0 if sent_at is None else max(0.0, sent_at + pause - self._clock())
+        self._later(rest, lambda: self._send(room_id))
 
-    def _tell(self, room_id: str) -> None:
+    def _send(self, room_id: str) -> None:
         self._waiting.discard(room_id)
         company = self._companies.get(room_id)
         news = None if company is None else company.news()
         if company is None or news is None:
             return
-        self._told_at[room_id] = self._clock()
+        self._sent_at[room_id] = self._clock()
         message = WireMessage.of_text(messages.encode_event(news))
         for client in list(company.clients.values()):
             client.post(message)

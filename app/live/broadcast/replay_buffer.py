@@ -1,4 +1,4 @@
-"""What was last announced in a room, for clients who lost their connection: bounded, pure."""
+"""A bounded buffer of a room's last events, for clients that reconnect. Pure."""
 
 from collections import deque
 from typing import Final
@@ -7,26 +7,23 @@ import msgspec
 
 from app.protocol import messages
 
-KEPT: Final = 256  # events; contacts are not among them, as nobody wants to hear a bounce late
+KEPT: Final = 256  # events, without contacts: a late bounce interests no client
 
 
 class Recent:
-    """The last acceptances and landings of one life of a room, under their numbers.
-
-    `run` names that life: the numbers of another one mean nothing here.
-    """
+    """The last events of one room run by number, without contacts; `run` is its id."""
 
     def __init__(self, run: str) -> None:
         self.run = run
         self._events: deque[tuple[int, messages.Event, str, object]] = deque(maxlen=KEPT)
-        self._lost = 0  # the number of the latest event that is not kept any more
+        self._lost = 0  # number of the latest event that the buffer no longer has
 
     def begin(self, seq: int) -> None:
-        """What came up to number `seq` was not heard here."""
+        """Start after event number `seq`; earlier events are missing."""
         self._lost = max(self._lost, seq)
 
     def add(self, seq: int, event: messages.Event, key: str = "", ref: object = None) -> None:
-        """Remember event number `seq`; its `ref` is for the client that has this key."""
+        """Remember event number `seq`; only the client with this key gets the `ref`."""
         if isinstance(event, messages.Contact):
             return
         if len(self._events) == KEPT:
@@ -34,7 +31,7 @@ class Recent:
         self._events.append((seq, event, key, ref))
 
     def since(self, run: str, seq: int, key: str, until: int) -> list[messages.Event] | None:
-        """The events after number `seq` up to `until`; None when not all are known any more."""
+        """The events after number `seq` up to `until`; None if the buffer lacks some of them."""
         if run != self.run or seq < self._lost:
             return None
         return [

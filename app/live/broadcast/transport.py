@@ -1,9 +1,9 @@
-"""The one module that knows uvicorn's WebSocket connection from inside.
+"""Writes to uvicorn's WebSocket connections directly, past ASGI.
 
-Two things ASGI cannot do: write bytes that are framed already, once for all clients, and find out
-whether a client has read what it was sent; and get a close frame past the full write buffer of one
-that has not. Under `DirectProtocol` a WebSocket's scope carries an extension that can do both.
-The insides change between releases, so pyproject.toml names the one that this is written for.
+ASGI cannot write frames that are already encoded, once for all clients; it does not say whether a
+client has read what it was sent; and it cannot close a connection whose write buffer is full. Under
+`DirectProtocol` a WebSocket's scope has an extension that can. No other module uses uvicorn's
+internals. They change between releases, so pyproject.toml pins the release.
 """
 
 import asyncio
@@ -22,14 +22,14 @@ _GONE = 1006  # RFC 6455: the connection ended without a close frame
 
 
 PAST: Final = "plinko.past"
-"""The extra information of a transport which says how to write past it to the socket's own."""
+"""Name of a wrapping transport's extra info that writes to the inner transport directly."""
 
 
 class Past:
-    """Writes to a socket's transport past the one that stands before it, which reads the count.
+    """Writes to a socket's transport, past a transport that wraps it and reads `written`.
 
-    A tick is sent to hundreds of clients, and each object that is touched for every one of them has
-    to be fetched from memory: through the transport in between a frame takes a tenth longer.
+    A tick goes to hundreds of clients, and every object on the way to each of them has to be
+    fetched from memory: through the wrapping transport a frame takes 10 % longer.
     """
 
     __slots__ = ("_transport", "written")
@@ -39,7 +39,7 @@ class Past:
         self.written = 0  # bytes
 
     def write(self, wire: bytes) -> bool:
-        """Hand over the bytes, unless some of earlier ones still wait."""
+        """Write the bytes, unless earlier ones still wait in the buffer."""
         transport = self._transport
         if transport.is_closing() or transport.get_write_buffer_size():
             return False
@@ -49,7 +49,7 @@ class Past:
 
 
 class DirectConnection:
-    """A connection written to without ASGI."""
+    """A WebSocket connection without ASGI in between."""
 
     def __init__(self, connection: "DirectProtocol") -> None:
         self._connection = connection
@@ -57,14 +57,15 @@ class DirectConnection:
         self._past: Past = transport.get_extra_info(PAST) or Past(transport)
 
     def write(self, wire: bytes) -> bool:
-        """Hand the bytes to the transport, unless it still holds some of earlier ones."""
+        """Write the bytes, unless earlier ones still wait or the connection is closing."""
         return not self._connection.close_sent and self._past.write(wire)
 
     async def send(self, message: WireMessage) -> None:
-        """Write the frame once all earlier bytes have left; raises WebSocketDisconnect."""
+        """Wait until all earlier bytes have left, and write; raises WebSocketDisconnect."""
         while not self.write(message.wire):
             self._check()
-            # With no room at all the transport says at once that it is full, and when it is empty.
+            # With a limit of 0 the transport reports at once that it is full, and later that it
+            # is empty, rather than below some limit.
             self._connection.transport.set_write_buffer_limits(high=0)
             await self._connection.writable.wait()
             self._check()
@@ -75,16 +76,15 @@ class DirectConnection:
             raise WebSocketDisconnect(_GONE)
 
     def sever(self, linger: float) -> None:
-        """Let one more frame past the full buffer and drop the connection some seconds later."""
+        """Let a close frame into the full buffer, and abort `linger` seconds later."""
         self._connection.writable.set()
         asyncio.get_running_loop().call_later(linger, self._connection.transport.abort)
 
 
 class DirectProtocol(WebSocketsSansIOProtocol):
-    """uvicorn's connection, which lets the application write to it directly."""
+    """uvicorn's connection, with a `DirectConnection` among the scope's extensions."""
 
     async def run_asgi(self) -> None:
-        """Run the application with the connection among the scope's extensions."""
         extensions: Any = self.scope["extensions"]
         extensions[EXTENSION] = DirectConnection(self)
         await super().run_asgi()
@@ -95,7 +95,7 @@ def connection_of(socket: WebSocket) -> Connection:
 
 
 def sever(scope: Scope, linger: float) -> None:
-    """Let one more frame out and drop the connection after `linger` seconds."""
+    """`DirectConnection.sever` of the connection with this scope."""
     _direct(scope).sever(linger)
 
 

@@ -1,4 +1,4 @@
-"""Players' fair sessions while the server runs: one of them, and all of them over the ledger.
+"""Players' fair sessions: one session in memory, and all sessions in memory and in the ledger.
 
 Imports persistence and fairness. Start with fair_sessions.py.
 """

@@ -1,7 +1,7 @@
-"""One player's session while it is in memory: its next drop, and what may be done in it. No I/O.
+"""A fair session in memory: checks its drops, and gives each its seed, number and receipt. No I/O.
 
-The numbers of its drops have no gaps: one that the ledger refuses gives its number back, the latest
-first, as the ledger tells it (app/persistence/ledger/commit_queue.py).
+The numbers have no gaps. A drop that the ledger refuses gives its number back; that works because
+the ledger reports refusals latest first (app/persistence/ledger/commit_queue.py).
 """
 
 import asyncio
@@ -20,16 +20,18 @@ from app.rooms.records import Lease, LogLeaf
 from app.rooms.room import Room
 
 MOST_DROPS: Final = 1000
-"""Drops of one session: an export is read from the ledger at one stroke, while commits wait."""
+"""In one session: an export is read from the ledger in one go, while commits wait."""
 
 
 @dataclass(slots=True, eq=False)
 class FairSession:
-    """A session of one player in one room. Seeds are its secrets, 32 bytes each.
+    """A session of one player in one room.
 
-    statement, signature: what the server signed at its beginning. drops: how many it has had, those
-    included that wait for the ledger, which are `pending`. used: when something happened last.
-    lease: under which its room was here when it was read, where servers share the ledger.
+    server_seed, client_seed: the secrets, 32 bytes each; the player's is None until revealed.
+    statement, signature: what the server signed when the session began.
+    used: Unix time of the last drop (before the first, of the beginning), in s.
+    drops: number of drops, including `pending` ones that wait for the ledger.
+    lease: the room's lease when the session was read, if servers share the ledger.
     """
 
     id: str
@@ -49,30 +51,32 @@ class FairSession:
     lease: Lease | None = None
 
     def check(self, room: Room, *, practice: bool) -> None:
-        """Raise unless a drop can be taken into `room` now; `practice`: with a seed or an x.
+        """Raise an error if the session cannot take a drop in `room` now.
 
-        InvalidValueError, LimitError, SessionStateError.
+        Raises InvalidValueError for a `practice` drop (with a seed or x), LimitError,
+        SessionStateError.
         """
         if practice:
             raise InvalidValueError(
-                "a drop of a session has neither seed nor x: nobody chooses its start; a drop "
-                "with one is practice, without session and stake",
+                "a drop of a session has neither seed nor x; to choose one for practice, leave "
+                "session and stake out",
                 field="session",
             )
         if self.room != room.id:
             raise SessionStateError(
-                f"session {self.id!r} is of room {self.room!r}, not {room.id!r}", field="session"
+                f"session {self.id!r} belongs to room {self.room!r}, not {room.id!r}",
+                field="session",
             )
         if self.board_digest != room.ground.digest:
             raise SessionStateError(
-                f"room {room.id!r} has another board than session {self.id!r} began on; end it "
-                "and begin another",
+                f"room {room.id!r} has another board than when session {self.id!r} began; end the "
+                "session and begin another",
                 field="session",
             )
         if self.statement.get("draw_digest") != (room.draw and room.draw.digest):
             raise SessionStateError(
-                f"room {room.id!r} has another draw than session {self.id!r} began with; end it "
-                "and begin another",
+                f"room {room.id!r} has another draw than when session {self.id!r} began; end the "
+                "session and begin another",
                 field="session",
             )
         self._check_open()
@@ -92,7 +96,7 @@ class FairSession:
             )
 
     def next_seed(self, draw: Draw | None) -> int:
-        """The seed of the next drop, once the session is open, in a room with this draw."""
+        """The seed of the next drop of an open session, in a room with this draw, if any."""
         assert self.client_seed is not None
         digest = bytes.fromhex(self.board_digest)
         known = (self.server_seed, self.client_seed, self.drops, digest)
@@ -101,8 +105,8 @@ class FairSession:
         _, seed = draw.pick(draw_mac(*known))
         return seed
 
-    def take(self, pending: Pending, room_session: int, now: float) -> "TakenDrop":
-        """The next drop is this one, of the room's session of this number; `now` in Unix time."""
+    def take(self, pending: Pending, run: int, now: float) -> "TakenDrop":
+        """Make a planned drop of room run `run` the next one of the session; `now`: Unix time."""
         command = pending.command
         receipt = Receipt(
             session=self.id,
@@ -119,7 +123,7 @@ class FairSession:
         leaf = LogLeaf(
             session=self.id,
             number=self.drops,
-            room=room_session,
+            room=run,
             ball=pending.number,
             receipt=values,
             leaf=receipt.leaf(),
@@ -131,7 +135,7 @@ class FairSession:
         return TakenDrop(self, leaf)
 
     def state(self, *, token: str | None = None, ref: object = None) -> messages.SessionState:
-        """What its player is told of it."""
+        """The event that shows the session to its player."""
         return messages.SessionState(
             session=self.id,
             room=self.room,
@@ -146,7 +150,7 @@ class FairSession:
         )
 
     def ended(self, *, ref: object = None) -> messages.SessionEnded:
-        """What its player is told at the end; raises SessionStateError before it."""
+        """The event that reveals the server's secret; raises SessionStateError before the end."""
         if self.end is None:
             raise SessionStateError(f"session {self.id!r} is not over", field="session")
         return messages.SessionEnded(
@@ -160,13 +164,13 @@ class FairSession:
 
 @dataclass(frozen=True, slots=True)
 class TakenDrop:
-    """A drop of a session that the ledger has not taken yet."""
+    """A drop of a session that waits for the ledger."""
 
     session: FairSession
     leaf: LogLeaf
 
     def settled(self, *, refused: bool) -> messages.SignedReceipt | None:
-        """The ledger has it, or never will; returns its receipt where it has."""
+        """Called when the ledger has committed or refused the drop; returns its receipt, if any."""
         self.session.pending -= 1
         if refused:
             self.session.drops -= 1
@@ -177,7 +181,7 @@ class TakenDrop:
 
 
 def _signs(signer: Signer, receipt: dict[str, object]) -> Callable[[int, str], str]:
-    """What signs a receipt with its place, in hexadecimal."""
+    """A function that signs a receipt with its index and root; the signature is hexadecimal."""
 
     def sign(index: int, root: str) -> str:
         return signer.sign(LogEntry(receipt, index, root).to_dict()).hex()

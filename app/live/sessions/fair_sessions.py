@@ -1,7 +1,8 @@
-"""All players' sessions: begun, opened, ended and exported; from the ledger where not in memory.
+"""All players' fair sessions: begins, opens, ends and exports them, from memory or the ledger.
 
-Nothing is told that is not in the ledger first. So a session outlives the connection, the room's
-stay in memory and the server; one that nobody uses ends by itself when somebody asks for it.
+Each step is committed before its answer is sent. A session therefore survives its connection, its
+room's stay in memory and the server. One that has been unused for a day ends at the next request
+for it.
 """
 
 import asyncio
@@ -35,18 +36,21 @@ from app.rooms.room import Room
 from engine import PHYSICS_VERSION, Board, merkle
 
 REST_SECONDS: Final = 86_400.0
-"""s without a drop after which a session is over and its seed revealed: a day, so that a player who
+"""s without a drop after which a session ends and its seed is revealed: a day, so that a player who
 closes the page in the evening finds it in the morning."""
 
-_HELD: Final = 10_000  # sessions in memory; the others are in the ledger
+_IN_MEMORY: Final = 10_000  # sessions in memory; the ledger has all
 
 
 class FairSessions:
-    """For the event loop's thread. `rest`: seconds without a drop after which a session is over.
+    """For the event loop's thread.
 
-    `draw` gives a server's seed, `new_id` the id of a session; `now` is Unix time in seconds. A
-    session is where its room is: where servers share the ledger, `having` has a room here for a
-    while, even one that is closed.
+    rest: s without a drop after which a session ends.
+    draw: returns n random bytes, for a server's secret.
+    new_id: makes the id of a session.
+    having: has a room's lease for a while, even if the room is closed: where servers share the
+    ledger, only the server with the room changes its sessions.
+    now: returns Unix time in s.
     """
 
     def __init__(
@@ -69,25 +73,26 @@ class FairSessions:
         self._draw = draw
         self._new_id = new_id
         self._now = now
-        self._held: OrderedDict[str, FairSession] = OrderedDict()
+        self._sessions: OrderedDict[str, FairSession] = OrderedDict()
         self._having = having
 
     async def begin(self, room: Room, client_commitment: object) -> FairSession:
-        """Commit to a secret of the server's, after the player has committed to theirs.
+        """Begin a session: commit to a secret of the server, after the player's commitment.
 
-        Raises InvalidValueError for what is no commitment, or a room where balls touch each other;
-        LedgerError, UndecidedError.
+        Raises InvalidValueError for an invalid commitment or a room of touching balls, LedgerError,
+        UndecidedError.
         """
         return await self._ledger.decided(self._begin(room, client_commitment))
 
     async def _begin(self, room: Room, client_commitment: object) -> FairSession:
         if not self._ledger.keeps:
-            raise LedgerError("this server keeps no ledger, and so no sessions")
+            raise LedgerError("this server keeps no ledger, which fair sessions need")
         committed = parse_hex(client_commitment, "commitment")
         board = room.ground
         if room.kind != INDEPENDENT or not isinstance(board, Board):
             raise InvalidValueError(
-                f"room {room.id!r} has no sessions: other balls decide where one ends there",
+                f"room {room.id!r} has no fair sessions, because its balls touch each other: begin "
+                "one in a room of independent balls",
                 field="room",
             )
         now = self._now()
@@ -125,18 +130,18 @@ class FairSessions:
             opened=now,
         )
         await self._ledger.commit(self._persistence.runs.board_row_of(board), row)
-        return self._hold(session)
+        return self._remember(session)
 
     async def open(self, session: FairSession, client_seed: object) -> None:
-        """The player opens their secret; drops can be taken from now on.
+        """Take the player's secret; from now on the session takes drops.
 
-        Raises InvalidValueError for what they have not committed to, SessionStateError after the
-        end, LedgerError, UndecidedError. The same again changes nothing.
+        Repeating the call does nothing. Raises InvalidValueError if the secret does not match the
+        commitment, SessionStateError after the end, LedgerError, UndecidedError.
         """
         seed = parse_hex(client_seed, "seed")
         if commitment(seed).hex() != session.statement["client_commitment"]:
             raise InvalidValueError(
-                "the seed is not the one that was committed to: its SHA-256 is another",
+                "the seed is not the one that was committed to: its SHA-256 differs",
                 field="seed",
             )
         if session.end is not None or session.ending:
@@ -150,22 +155,22 @@ class FairSessions:
         session.client_seed = seed
 
     def joined(self, session_id: str) -> FairSession:
-        """A session in memory; raises UnknownSessionError for another."""
+        """A session that is in memory; raises UnknownSessionError for any other."""
         found = self._cached(session_id)
         if found is None:
             raise self._unknown(session_id)
-        self._held.move_to_end(session_id)
+        self._sessions.move_to_end(session_id)
         return found
 
     def _cached(self, session_id: str) -> FairSession | None:
-        """A session in memory, unless its room has left this server since it was read."""
-        found = self._held.get(session_id)
+        """A session in memory; None if its room has left this server since it was read."""
+        found = self._sessions.get(session_id)
         if found is not None and found.lease != self._persistence.lease_of(found.room):
             return None
         return found
 
     async def find(self, session_id: str) -> FairSession:
-        """A session, from the ledger if need be; one that rested too long is over then.
+        """A session, from the ledger if necessary; ends it if it was unused for too long.
 
         Raises UnknownSessionError, LedgerError.
         """
@@ -173,9 +178,9 @@ class FairSessions:
         if session is None:
             row, _, _ = await self._read(session_id)
             async with self._having(row.room):
-                # Again, now that no other server adds to it.
+                # Read again, now that no other server can change the session.
                 found = await self._read(session_id)
-                session = self._cached(session_id) or self._hold(self._restored(*found))
+                session = self._cached(session_id) or self._remember(self._restored(*found))
         if session.end is None and self._now() - session.used > self._rest:
             await self.end(session)
         return session
@@ -187,10 +192,10 @@ class FairSessions:
         return found
 
     async def end(self, session: FairSession) -> None:
-        """End a session and reveal its secret; nothing new where it is over.
+        """End a session and reveal the server's secret; does nothing if it has ended.
 
-        An end that was begun is tried until it is in the ledger: all who ask get the same one.
-        Raises SessionStateError while a drop of it waits for the ledger, LedgerError,
+        Once begun, the same end is retried until it is committed, so all callers get the same
+        signed statement. Raises SessionStateError while a drop waits for the ledger, LedgerError,
         UndecidedError.
         """
         if session.end is not None:
@@ -198,7 +203,7 @@ class FairSessions:
         if session.ending is None:
             if session.pending:
                 raise SessionStateError(
-                    f"a drop of session {session.id!r} is being written; try again",
+                    f"a drop of session {session.id!r} is still being committed; try again",
                     field="session",
                 )
             session.ending = asyncio.create_task(self._end(session), name=session.id)
@@ -218,7 +223,7 @@ class FairSessions:
             session.ending = None
 
     async def export(self, session: FairSession) -> bytes:
-        """The session as JSON; its server seed is null until it is over. Raises LedgerError."""
+        """The session as JSON; its server seed is null until the end. Raises LedgerError."""
         self._persistence.runs.report([])
         found = await self._ledger.read(fair_store.exported, session_id=session.id)
         if found is None:
@@ -231,9 +236,9 @@ class FairSessions:
         return msgspec.json.encode(self._exported(found, head, over=session.end is not None))
 
     async def head(self, since: int = 0) -> tuple[Signed, list[str]]:
-        """How the log stands, signed, and the proof that it only grew since it had that size.
+        """The signed head of the log, and the proof that it has only grown since size `since`.
 
-        Raises InvalidValueError for a size that it has not had, LedgerError.
+        Raises InvalidValueError if the log is smaller than `since`, LedgerError.
         """
         count, nodes = await self._ledger.read(fair_store.grown, since=since)
         if since > count:
@@ -246,7 +251,7 @@ class FairSessions:
         return self._signed(head.to_dict()), [node.hex() for node in proof]
 
     def _exported(self, found: fair_store.Exported, head: TreeHead, *, over: bool) -> SessionExport:
-        """`over`: this server knows the session's end as durable; before, no secret is told."""
+        """The export of a session; the server's secret is included only if the end is durable."""
         row = found.session
         end = row.end if over else None
         bare = SessionExport(
@@ -285,19 +290,19 @@ class FairSessions:
             end_signature=row.end_signature or "",
         )
 
-    def _hold(self, session: FairSession) -> FairSession:
+    def _remember(self, session: FairSession) -> FairSession:
         session.lease = self._persistence.lease_of(session.room)
-        self._held[session.id] = session
-        while len(self._held) > _HELD:
-            oldest = next(iter(self._held.values()))
+        self._sessions[session.id] = session
+        while len(self._sessions) > _IN_MEMORY:
+            oldest = next(iter(self._sessions.values()))
             if oldest.pending or oldest.ending:
                 break
-            del self._held[oldest.id]
+            del self._sessions[oldest.id]
         return session
 
     def _unknown(self, session_id: str) -> UnknownSessionError:
         return UnknownSessionError(
-            f"session {shorten(session_id)} is not known, or was not joined here", field="session"
+            f"session {shorten(session_id)} is unknown, or was not joined here", field="session"
         )
 
 
@@ -308,5 +313,5 @@ def _looked_up(nodes: fair_store.Nodes) -> merkle.Lookup:
 def _result(row: ResultRow | None) -> DropResult | None:
     if row is None:
         return None
-    told = [name for name in DropResult.__struct_fields__ if name != "tick"]
-    return DropResult(**{name: getattr(row, name) for name in told})
+    names = [name for name in DropResult.__struct_fields__ if name != "tick"]
+    return DropResult(**{name: getattr(row, name) for name in names})

@@ -1,4 +1,4 @@
-"""Rooms that are awake: when they tick, whose turn it is, and what comes of it.
+"""Ticks of awake rooms: when ticks are due, which room runs next and for how long.
 
 Imports broadcast/. Start with runner.py, which ticker.py calls 60 times a second.
 """

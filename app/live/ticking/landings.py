@@ -1,4 +1,4 @@
-"""Who waits for a ball of a room to land, and is told when it has, or why it never will."""
+"""Waits until a ball of a room lands, for requests that want a drop's result."""
 
 import asyncio
 
@@ -8,7 +8,7 @@ from app.protocol import messages
 
 
 class Landings:
-    """Waits by ball; for the event loop's thread."""
+    """The waits of one room, by ball; for the event loop's thread."""
 
     def __init__(self) -> None:
         self._waiting: dict[int, list[asyncio.Future[messages.Landed | None]]] = {}
@@ -19,9 +19,9 @@ class Landings:
         return len(self._waiting)
 
     async def wait(self, ball: int, seconds: float) -> messages.Landed | None:
-        """Wait until the ball in flight lands; None when that takes longer than `seconds`.
+        """Wait until the ball lands; returns None if that takes longer than `seconds`.
 
-        Raises the error with which the room's waits are ended.
+        Raises the error given to `end`.
         """
         future: asyncio.Future[messages.Landed | None] = asyncio.get_running_loop().create_future()
         self._waiting.setdefault(ball, []).append(future)
@@ -37,7 +37,7 @@ class Landings:
                 self._waiting.pop(ball, None)
 
     async def next(self) -> None:
-        """Wait until a ball lands, whichever."""
+        """Wait until any ball lands."""
         await self._any.wait()
 
     def landed(self, landed: messages.Landed) -> None:
@@ -51,7 +51,7 @@ class Landings:
             future.set_exception(error)
 
     def leave(self) -> None:
-        """The balls land elsewhere, or after this server: who waits is told it takes too long."""
+        """End all waits as if they had timed out: the balls land at another server, or later."""
         for future in self._all():
             future.set_result(None)
 

@@ -1,10 +1,10 @@
-"""Which room runs next in a pass of the ticker, and for how long. Pure: the caller brings the time.
+"""Decides which room runs next in a pass of the ticker, and for how long. Pure.
 
-A pass is what the ticker does when ticks are due: every awake room has a turn. The rooms divide the
-time of a pass equally: each may use what is left of it, divided by the rooms still to come. A room
-that needs less leaves the rest to those after it; one that needs more goes on in the next pass, so
-it slows down and no other does. Nothing is remembered of what a turn took: a turn that the machine
-interrupted for a second costs its room nothing later.
+When ticks are due, the ticker makes a pass: every awake room has a turn. The rooms share the time
+of a pass equally: each may use the remaining time divided by the number of rooms still to come. A
+room that needs less leaves the rest to those after it. One that needs more continues in the next
+pass, so only this room slows down. The length of earlier turns does not count: if the machine
+interrupts a turn for a second, the room does not pay for it later.
 """
 
 import math
@@ -14,32 +14,32 @@ from typing import NamedTuple
 
 
 class Turn(NamedTuple):
-    """A room, and the time until which it may compute. What it has begun by then it finishes."""
+    """A room, and the time until which it may begin further computations."""
 
     room_id: str
     until: float
 
 
 class Pass:
-    """One pass over the rooms that are awake, in the order in which they are given.
+    """One pass over the awake rooms, in the given order.
 
-    `first` comes before all others and has as long as it needs. Once the time is used up, one of
-    the others still has its turn; those after it are skipped. The caller gives the rooms that have
-    waited longest first, so n rooms all had a turn after at most n passes.
+    The room `first` comes before all others and may take as long as it needs. Even if no time is
+    left, one of the others has a turn; the rest are skipped. The caller puts the rooms that have
+    waited longest first, so n rooms have all had a turn after at most n passes.
     """
 
     def __init__(self, rooms: Iterable[str], first: str, began: float, budget: float) -> None:
         self.coming = deque(rooms)
-        """The rooms that had no turn yet."""
+        """The rooms that have not had a turn yet."""
         self._end = began + budget
         self._first = first in self.coming
-        self._others = 0  # that had their turn
+        self._others = 0  # other rooms that have had a turn
         if self._first:
             self.coming.remove(first)
             self.coming.appendleft(first)
 
     def next(self, now: float) -> Turn | None:
-        """Whose turn it is at `now`; None when all had theirs or there is no time for more."""
+        """The next turn at `now`; None if all rooms have had one or the time is used up."""
         if not self.coming:
             return None
         if self._first:

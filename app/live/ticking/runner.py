@@ -1,4 +1,4 @@
-"""The rooms that are awake: whose turn it is in a pass of the ticker, and on which thread."""
+"""Runs the ticks of all awake rooms: gives each its turn, on the event loop or another thread."""
 
 import logging
 import math
@@ -16,60 +16,60 @@ from app.persistence.service import PersistenceService
 from app.rooms.room import Room
 from app.settings import Settings
 
-CATCH_UP: Final = 5  # ticks run at once after a pause; the rest is given up
+CATCH_UP: Final = 5  # due ticks run at once after a pause; the others are skipped
 
 _SHARE: Final = 0.5
-"""Of the time that the due ticks stand for, for all rooms together and the requests that are heard
-between them; other requests have the rest. A turn that has begun by then may end later. A late pass
-has more ticks due and so more time: where the machine gives the server little of a core, a pass
-takes long, and half a tick's time of it would be over after `main`."""
+"""The share of the due ticks' time for all rooms, and for the requests served between their turns.
+The rest is for other requests. A turn may begin within this time and end after it. A late pass has
+more due ticks and so more time. That matters on a machine that gives the server little of a core:
+there half a tick's time is used up after `main` alone."""
 
 _SILENT: Final = 1.0
-"""s without a tick after which those that a room still misses count as late. A player takes a
-shorter pause for a slow connection; nothing that is in order takes longer."""
+"""s without a tick after which further missed ticks of a room count as late. Players take a shorter
+pause for a slow connection, and a healthy server makes no longer one."""
 
 MOST_EVENTS: Final = 1_000_000
-"""Events that all rooms together keep of their balls in flight and still take drops: 56 MB, and as
-much again or twice of segments. 16,000 balls on presets have as many."""
+"""If all rooms together keep more path events than this, the server takes no drops: 56 MB, and as
+much again or twice for segments. 16,000 balls on presets have as many."""
 
-_TURN: Final = 0.002  # s after which rooms let the event loop have a turn, before the others' tick
+_TURN: Final = 0.002  # s; when rooms' turns have taken this long, the event loop serves requests
 
 _log = logging.getLogger("plinko")
 
 
 class Running(Protocol):
-    """A room that has turns."""
+    """A room as the runner needs it: `LiveRoom`."""
 
     id: str
     room: Room
 
     def admit(self) -> None:
-        """Carry out what is planned for this tick and durable."""
+        """Carry out the durable inputs whose tick has come."""
 
     def advance(self, due: int, until: float) -> None:
-        """Run the `due` ticks as far as there is time."""
+        """Run the `due` ticks, as many as fit until that time."""
 
     def miss(self, ticks: int) -> None:
-        """Ticks were due, and there was no turn."""
+        """Called instead of `advance` if there was no time for a turn."""
 
     def computed(self) -> None:
-        """What it has asked another thread for is there."""
+        """Called when another thread has finished the room's computation."""
 
 
 @dataclass(slots=True)
 class Counts:
-    """What has happened in all rooms that there ever were; counts only go up."""
+    """Totals over all rooms since the server's start; they only grow."""
 
     accepted: int = 0  # drops
     landed: int = 0
-    skipped: int = 0  # ticks of rooms that were given up because there was no time for them
-    late: int = 0  # ticks that rooms missed after a while without one
+    skipped: int = 0  # ticks of rooms skipped for lack of time
+    late: int = 0  # ticks that rooms missed after a second without one
 
 
 class Runner:
-    """Runs every room in which something moves, and none that sleeps.
+    """Runs the rooms that are awake.
 
-    `failed` hears of a room whose step raised: it does not run any more.
+    `failed` is called for a room whose step raised an error; it must remove the room.
     """
 
     def __init__(
@@ -87,8 +87,10 @@ class Runner:
         self.patience = math.ceil(_SILENT * settings.tick_rate)
         schedule = Schedule(1.0 / settings.tick_rate, CATCH_UP)
         self.ticker = Ticker(schedule, self.tick, clock=clock, watchers=watchers)
-        self._awake: OrderedDict[str, Running] = OrderedDict()  # the longest without a turn first
-        self._events_kept: int | None = None  # as of the last tick, once somebody asked
+        self._awake: OrderedDict[str, Running] = (
+            OrderedDict()
+        )  # the room whose last turn is longest ago first
+        self._events_kept: int | None = None  # of all rooms; None until needed after a tick
         self._persistence = persistence
         self._failed = failed
         self._budget = _SHARE / settings.tick_rate
@@ -99,27 +101,27 @@ class Runner:
         return [live.room for live in self._awake.values()]
 
     def close(self) -> list[Room]:
-        """Tick no more; the rooms that would have."""
+        """Stop the step threads; returns the rooms that are awake."""
         self._threads.close()
         return self.awake
 
     def check_memory(self) -> None:
-        """Raise BusyError when all balls in flight have as many events as may be kept."""
+        """Raise BusyError if all rooms together keep more than MOST_EVENTS."""
         if self._events_kept is None:
             self._events_kept = sum(room.events_kept for room in self.awake)
         if self._events_kept > MOST_EVENTS:
             raise BusyError(
-                f"the balls in all rooms have {self._events_kept} events, and no more are taken "
-                f"in before they are fewer than {MOST_EVENTS}"
+                f"the balls in all rooms have {self._events_kept} events, and the server takes no "
+                f"drops above {MOST_EVENTS}: try again when balls have landed"
             )
 
     def wake(self, live: Running) -> None:
-        """See to it that a room ticks in which something moves."""
+        """Give a room turns if it is awake."""
         if live.room.awake:
             self.run(live)
 
     def run(self, live: Running) -> None:
-        """Give a room a turn, even one whose clock stands still: it has something to show."""
+        """Give a room a turn, even if its clock is stopped: it has a change to show."""
         self._awake[live.id] = live
         self.ticker.wake()
 
@@ -131,14 +133,14 @@ class Runner:
         self._threads.forget(live.id)
 
     def admit(self, live: Running) -> None:
-        """Let what is durable enter between two ticks; a room that cannot go on fails."""
+        """Let durable inputs of a room enter between two ticks; on an error the room fails."""
         try:
             live.admit()
         except Exception as error:  # noqa: BLE001 - as in `take_turn`
             self._fail(live, error)
 
     def compute(self, live: Running, work: Callable[[], None]) -> None:
-        """Have the next tick of a room computed on another thread."""
+        """Run `work`, which computes a room's next tick, on another thread."""
         self._threads.submit(live.id, work, live.computed)
 
     def _fail(self, live: Running, error: Exception) -> None:
@@ -147,14 +149,15 @@ class Runner:
         self._failed(live, error)
 
     def tick(self, due: int) -> Iterator[bool]:
-        """Run `due` ticks of every room that is awake; yields whether one still is.
+        """Run `due` ticks of every awake room; yields whether any room is still awake.
 
-        It yields once at the end, and before that where the event loop should have a turn, so that
-        frames leave and requests are heard: those of `main` never wait for other rooms.
+        It yields at the end, and before that whenever the event loop should send frames and serve
+        requests: right after `main`, whose frames never wait for other rooms, and after each
+        `_TURN`.
         """
         self._events_kept = None
         rooms = Pass(self._awake, MAIN, self.clock(), due * self._budget)
-        since = 0.0  # s of rooms' turns since the event loop had one
+        since = 0.0  # s of rooms' turns since the last yield
         while (turn := rooms.next(self.clock())) is not None:
             live = self._awake.get(turn.room_id)
             if live is None:  # it was closed since the pass began
@@ -172,10 +175,10 @@ class Runner:
         yield bool(self._awake)
 
     def take_turn(self, live: Running, due: int = 0, until: float = math.inf) -> float:
-        """Run what is due of a room; returns how many s that took."""
+        """Run the due ticks of a room; returns the time that they took, in s."""
         began = self.clock()
         try:
             live.advance(due, until)
-        except Exception as error:  # noqa: BLE001 - one room's fault must not stop the others' clock
+        except Exception as error:  # noqa: BLE001 - a failed room must not stop the others
             self._fail(live, error)
         return self.clock() - began

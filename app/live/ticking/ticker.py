@@ -1,4 +1,4 @@
-"""The ticker: one asyncio task for all rooms that are awake, drift-free, asleep when none is."""
+"""The ticker: one asyncio task that runs ticks without drift, and sleeps if no room is awake."""
 
 import asyncio
 import time
@@ -7,23 +7,23 @@ from typing import Protocol
 
 
 class Schedule:
-    """When ticks are due, pure: the caller brings the time in seconds of a monotonic clock.
+    """Decides when ticks are due. Pure: time is an argument, in s of a monotonic clock.
 
-    Deadline k is start + k * period, computed afresh from k, so neither late wake-ups nor rounding
-    add up. After a pause at most `max_catch_up` ticks are due at once and the rest is given up:
-    a server that was stopped for a minute must not spend the next one catching up.
+    Deadline k is start + k * period, computed from k each time, so that late wake-ups and rounding
+    do not add up. After a pause at most `max_catch_up` ticks are due and the others are skipped: a
+    server that was stopped for a minute must not spend the next minute catching up.
     """
 
     def __init__(self, period: float, max_catch_up: int) -> None:
         self.period = period
         self.max_catch_up = max_catch_up
-        self.overruns = 0  # times that more than one tick was due
-        self.skipped = 0  # ticks given up
+        self.overruns = 0  # times that several ticks were due at once
+        self.skipped = 0  # ticks
         self._start = 0.0
         self._done = 0
 
     def start(self, now: float) -> None:
-        """Begin at `now`; the first tick is due one period later."""
+        """Start at `now`; the first tick is due one period later."""
         self._start = now
         self._done = 0
 
@@ -36,8 +36,8 @@ class Schedule:
         return max(0.0, now - self._start - (self._done + 1) * self.period)
 
     def due(self, now: float) -> int:
-        """How many ticks to run at `now`; counts them as run."""
-        # The small share of a period forgives rounding: woken on the very deadline, it is due.
+        """The number of ticks to run at `now`; counts them as run."""
+        # 1e-6 of a period forgives rounding: a tick is due at exactly its deadline.
         behind = int((now - self._start) / self.period + 1e-6) - self._done
         if behind <= 0:
             return 0
@@ -49,25 +49,26 @@ class Schedule:
 
 
 class Watcher(Protocol):
-    """Who wants to know how the ticker does."""
+    """Observes the ticker, for metrics and for work that fits between ticks."""
 
     def woke(self) -> None:
-        """The ticker left its sleep."""
+        """The ticker has started: a room is awake."""
 
     def ticked(self, late: float, duration: float) -> None:
-        """Ticks were run `late` seconds after they were due; with the sending it took `duration`.
+        """Ticks have run, `late` s after they were due, in `duration` s including the sending.
 
-        There is time now until the next one.
+        There is time now until the next tick.
         """
 
     def slept(self) -> None:
-        """Nothing moves any more."""
+        """The ticker has stopped: no room is awake."""
 
 
 class Ticker:
-    """Calls `tick(n)` when n ticks are due, as long as it says that something still moves.
+    """Calls `tick(n)` when n ticks are due.
 
-    What `tick` returns it says in steps, between which the event loop has a turn.
+    `tick` returns an iterable. Between two of its values the event loop has a turn. The last value
+    says whether any room is still awake; if none is, the ticker sleeps.
     """
 
     def __init__(
@@ -81,7 +82,7 @@ class Ticker:
     ) -> None:
         self.schedule = schedule
         self.ticks = 0
-        self.wakeups = 0  # times it left its sleep; does not grow while nothing moves
+        self.wakeups = 0  # times that it started ticking
         self.asleep = True
         self._tick = tick
         self._clock = clock
@@ -90,11 +91,11 @@ class Ticker:
         self._wake = asyncio.Event()
 
     def wake(self) -> None:
-        """Something moves: start ticking, unless already at it."""
+        """Start ticking, unless the ticker does already."""
         self._wake.set()
 
     async def run(self) -> None:
-        """Tick whenever woken, until cancelled."""
+        """Tick while rooms are awake and sleep in between, until cancelled."""
         while True:
             await self._wake.wait()
             self._wake.clear()
@@ -122,8 +123,8 @@ class Ticker:
         goes_on = False
         for moving in self._tick(due):
             goes_on = moving
-            # The turn of the loop in which the frames leave. uvloop also caches its clock per turn:
-            # without this one the long sleep would be measured from before the broadcast.
+            # In this turn of the loop the frames leave. uvloop also caches its clock for each
+            # turn: without this one, the next sleep would be measured from before the broadcast.
             await self._sleep(0.0)
         duration = self._clock() - began
         for watcher in self._watchers:

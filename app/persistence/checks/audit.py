@@ -29,8 +29,6 @@ _TICKS: Final = 1 << 30  # replayed in one call: nothing else waits for this thr
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One fault of a run of a room."""
-
     session: int
     room: str
     what: str
@@ -75,8 +73,6 @@ class Audit:
 
 
 class _RunCheck:
-    """The check of one run."""
-
     def __init__(self, audit: Audit, connection: Connection, row: RoomRow, replay: bool) -> None:
         self._audit = audit
         self._connection = connection

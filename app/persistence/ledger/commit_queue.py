@@ -57,7 +57,7 @@ class Job:
     leases: those of the rooms that are written; the job is refused if this server has lost one.
     line: the number of the room run of which this is an input; a rejected job's line is shut.
     task: the caller's task; None if no task waits.
-    keep: the job is retried through all failures until it is durable, never refused.
+    keep: retried through all failures; refused only if the database rejects it or a lease is lost.
     asked: when it was put in, in s of a monotonic clock.
     number: its place in the order in which jobs were put in, from 1.
     """

@@ -108,7 +108,7 @@ class Committer:
         return self._next_commit - self._clock()
 
     def _write(self, jobs: Sequence[Job]) -> bool:
-        """Commit jobs; returns False if that has ended the work on all jobs of this turn."""
+        """Commit jobs; returns whether other jobs of the same turn may still be committed."""
         began = self._clock()
         self._next_commit = began + self._period
         try:

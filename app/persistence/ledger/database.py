@@ -82,7 +82,7 @@ class Database:
                 field="database_url",
             )
         self._connection: Connection | None = None
-        self._backend: writer_store.Backend | None = None  # PostgreSQL's process for the last one
+        self._backend: writer_store.Backend | None = None  # that of the last connection
         self._socket: tuple[int, int] | None = None  # descriptor and inode of its socket
         self._writer = secrets.token_hex(16)  # this server's name in the table `writers`
         self._epoch = 0

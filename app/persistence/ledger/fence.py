@@ -36,7 +36,7 @@ class Fence:
         self._descriptor: int | None = None
         self._number = 0  # of the last commit
         self._coming = 0  # of the current transaction
-        self._changes = 0  # rows that the connection had changed when that began
+        self._changes = 0  # rows that the connection had changed before this transaction
 
     def check_presence(self) -> None:
         """Raise LedgerError if the mark shows that there was a database which is now missing."""
@@ -113,7 +113,6 @@ class Fence:
 
 
 def _changes(connection: Connection) -> int:
-    """The number of rows that this connection has changed."""
     driver = connection.connection.driver_connection
     assert driver is not None
     changes: int = driver.total_changes

@@ -4,8 +4,9 @@ The thread commits all waiting writes in one transaction. When a caller receives
 write, it is final: durable or refused (`commit_queue` decides). If a commit fails or takes too
 long, all writes that were not sent are refused, and so are new ones until the thread has succeeded
 with a commit again. Writes that were sent wait until the database has decided; `decided` raises
-UndecidedError meanwhile. Kept writes (results, marks of progress, ends of runs) are never refused:
-the thread retries them until they are durable.
+UndecidedError meanwhile. Kept writes (results, marks of progress, ends of runs) are retried through
+all failures until they are durable. They are refused only if the database rejects them, or if
+another server has taken their room.
 """
 
 import asyncio
@@ -32,9 +33,7 @@ _FORGET: Final = 0.9  # factor by which each commit lowers the remembered longes
 COMMIT_PATIENCE: Final = 2.0  # s that a commit may take before drops get 503
 
 _POLLS: Final = 4  # of the thread's progress within `patience`
-_CLOSE_SECONDS: Final = (
-    10.0  # for the last writes at a stop; the next start computes lost ones again
-)
+_CLOSE_SECONDS: Final = 10.0  # for the last writes at a stop; the next start recomputes lost ones
 
 _UNSHARED: Final = Unshared()
 
@@ -145,7 +144,6 @@ class Ledger:
 
     @property
     def idle(self) -> bool:
-        """Whether no job waits for the committer."""
         return self._queue.empty
 
     def submit(self, *writes: Write, line: int | None = None) -> "asyncio.Future[None]":

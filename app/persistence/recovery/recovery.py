@@ -131,7 +131,7 @@ class Recovery:
         aside, LeaseLostError if another server has taken the room meanwhile.
         """
         try:
-            found = await self._read(_session, find=store.open_room, room_id=room_id)
+            found = await self._read(_run_and_basis, find=store.open_room, room_id=room_id)
             if found is None:
                 return None
             row, kept = found
@@ -165,7 +165,7 @@ class Recovery:
         None if the ledger has no such run, or one of another physics version. Raises LedgerError,
         DamagedRoomError.
         """
-        found = await self._read(_session, find=store.closed_room, room_id=room_id)
+        found = await self._read(_run_and_basis, find=store.closed_room, room_id=room_id)
         if found is None or found[0].physics_version != PHYSICS_VERSION:
             return None
         replay = await self._replayed(*found, _at_once, over=True)
@@ -309,7 +309,7 @@ class Recovery:
 # between two calls.
 
 
-def _session(
+def _run_and_basis(
     connection: Connection, find: Callable[..., RoomRow | None], room_id: str
 ) -> tuple[RoomRow, KeptBasis] | None:
     """A room's run with its board and draw."""

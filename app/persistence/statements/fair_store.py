@@ -124,7 +124,6 @@ def _frontier(count: int) -> list[merkle.Node]:
 
 
 def nodes(connection: Connection, wanted: Iterable[merkle.Node]) -> Nodes:
-    """The hashes of complete subtrees."""
     node, found = tables.log_nodes.c, Nodes()
     asked = list(wanted)
     for begin in range(0, len(asked), _AT_ONCE):

@@ -11,7 +11,7 @@ from app.rooms.records import QueueRow
 
 
 def queue(connection: Connection, room: int) -> Queue:
-    """The queue of the run number `room`."""
+    """The queue of run number `room`."""
     chosen = select(tables.queues.c.data).where(tables.queues.c.room == room)
     text = connection.scalar(chosen)
     return EMPTY if text is None else msgspec.json.decode(text, type=Queue)

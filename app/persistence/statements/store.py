@@ -65,7 +65,6 @@ def public_rooms(connection: Connection) -> list[RoomRow]:
 
 
 def open_room(connection: Connection, room_id: str) -> RoomRow | None:
-    """The open run of the room `room_id`."""
     found = _rooms(
         connection,
         select(tables.rooms).where(tables.rooms.c.id == room_id, tables.rooms.c.closed.is_(None)),
@@ -157,7 +156,6 @@ def last_number(connection: Connection) -> int:
 
 
 def open_run(connection: Connection, number: int) -> RoomRow | None:
-    """The run of this number if it is open."""
     room = tables.rooms.c
     chosen = select(tables.rooms).where(room.number == number, room.closed.is_(None))
     found = _rooms(connection, chosen)

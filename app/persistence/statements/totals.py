@@ -37,7 +37,7 @@ class Total:
 
 
 def band(stake: int) -> int:
-    """The largest power of ten that is at most a stake above 0: 100 for 250."""
+    """The largest power of ten up to a stake above 0, for example 100 for 250."""
     power: int = 10 ** (len(str(stake)) - 1)
     return power
 

@@ -71,7 +71,6 @@ def waiting(connection: Connection, target: str, most: int) -> list[JsonObject]:
 
 
 def labels(connection: Connection, board: str) -> Labels:
-    """The bins' labels of the board with this digest."""
     form = select(tables.boards.c.json).where(tables.boards.c.digest == board)
     bins = msgspec.json.decode(connection.execute(form).scalar_one())["bins"]
     return tuple(label and label["text"] for label in bins.get("labels", ()))

@@ -1,5 +1,5 @@
-"""Rooms whose balls touch each other: their scenes, their inputs, what is checked and carried out.
+"""Rooms whose balls touch each other: their scenes and inputs.
 
-checks.py makes inputs of what clients send, table.py carries them out. Imports what all rooms
-share. Start with room.py.
+checks.py validates what clients send and makes inputs of it, table.py carries them out. Imports the
+code that all rooms share. Start with room.py.
 """

@@ -1,6 +1,6 @@
-"""What an input to a room whose balls touch must be before it is written down. Pure.
+"""Validates a client's message to a room of touching balls and turns it into an input. Pure.
 
-Here, and nowhere else, what a client sent becomes an input: its values are made numbers.
+This is the only place where that happens: every value of an input is a number within its range.
 """
 
 from collections.abc import Callable, Mapping
@@ -24,15 +24,16 @@ BALL_NAMES: Final = ("density", "restitution", "friction")
 
 
 def no_such_ball(ball: int) -> MissingBallError:
-    """What to say of a ball that never was, or has landed or was taken out meanwhile."""
+    """The error for a ball that never existed, or has landed or been removed meanwhile."""
     return MissingBallError(f"there is no ball {ball} in the room", field="ball")
 
 
 @dataclass(frozen=True, slots=True)
 class InputCheck:
-    """A room as far as an input is judged by it; `coming`: where planned inputs will add balls.
+    """The state of a room that decides whether an input is valid.
 
-    made_of: of what a ball is that is put in without saying so.
+    coming: where planned inputs will add balls.
+    made_of: defaults for the material of an added ball.
     """
 
     room_id: str
@@ -44,14 +45,14 @@ class InputCheck:
     made_of: Mapping[str, float]
 
     def change(self, message: wire.Change) -> inputs.TouchingInput:
-        """The input that a client asks for.
+        """The input for a client's message.
 
         Raises InvalidValueError, MissingBallError, and BallLimitError when the room is full.
         """
         return _CHECKS[type(message)](self, message)
 
     def drop(self, command: DropCommand) -> inputs.Drop:
-        """The input that a drop is here; also raises the engine's errors for a bad start."""
+        """The input for a drop; raises what `change` raises, and SeedError or ParameterError."""
         if not isinstance(self.ground, Board):
             raise InvalidValueError(
                 f"room {self.room_id!r} has no board to drop on: send `add` with x and y",
@@ -59,13 +60,13 @@ class InputCheck:
             )
         if command.stake:
             raise InvalidValueError(
-                f"stake {command.stake}: nothing is staked where others may knock the ball",
+                f"stake {command.stake}: a ball that others may knock takes no stake; leave it out",
                 field="stake",
             )
         if command.tag != NO_TAG:
             raise InvalidValueError(
-                f"room {self.room_id!r} has balls that touch each other, and none of them has a "
-                "name or a colour: leave both out",
+                f"the balls in room {self.room_id!r} touch each other and have no names or "
+                "colours: leave both out",
                 field="name" if command.tag.name else "colour",
             )
         start = start_of(self.ground, command.seed, command.x, command.aim)
@@ -82,7 +83,7 @@ class InputCheck:
         check_room(spot, self.world.bodies, self.coming)
 
     def _ball(self, ball: int) -> int:
-        """A ball that is there; raises MissingBallError."""
+        """Return `ball`; raises MissingBallError if the room has no such ball."""
         if not self.world.has(ball):
             raise no_such_ball(ball)
         return ball
@@ -102,7 +103,7 @@ class InputCheck:
                 raise InvalidValueError(f"{name} is missing", field=name)
 
     def _check_within(self, x: float, y: float, margin: float) -> None:
-        """Raise unless a place lies inside what does not move; boards are open above."""
+        """Raise InvalidValueError for a place outside the walls; boards are open at the top."""
         box = self.world.extent
         top = box.y_min + margin if isinstance(self.ground, Scene) else box.y_min - 2.0
         if not box.x_min + margin <= x <= box.x_max - margin:
@@ -141,7 +142,9 @@ class InputCheck:
         found = _numbers(asked, values.BALL)
         if not found:
             known = ", ".join(values.BALL)
-            raise InvalidValueError(f"an edit of ball {ball} sets none of: {known}", field="type")
+            raise InvalidValueError(
+                f"the edit of ball {ball} sets none of: {known}; give at least one", field="type"
+            )
         return inputs.Edit(ball=ball, **found)
 
     def _configure(self, asked: wire.SettingsMessage) -> inputs.Configure:
@@ -164,14 +167,15 @@ class InputCheck:
             return inputs.Reset()
         if not isinstance(self.ground, Scene):
             raise InvalidValueError(
-                f"scene {shorten(wanted)}: this room has a board, which stays", field="scene"
+                f"scene {shorten(wanted)}: this room has a board, which a scene cannot replace",
+                field="scene",
             )
         scene = Scene.of(wanted, tick_rate=self.tick_rate, max_balls=self.max_balls)
         return inputs.Reset(scene=scene.to_dict())
 
 
 def _numbers(asked: wire.Change, *tables: Mapping[str, values.Range]) -> dict[str, Any]:
-    """What a message says of these, by name, as numbers within their ranges."""
+    """The values of a message, by name, as numbers within the ranges of `tables`."""
     said = msgspec.structs.asdict(asked)
     return values.checked({k: v for k, v in said.items() if k not in ("ref", "ball")}, *tables)
 

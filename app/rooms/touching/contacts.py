@@ -1,4 +1,4 @@
-"""Which impacts of a tick are told, and as what. Pure."""
+"""Chooses the impacts of a tick that clients receive, as contact events. Pure."""
 
 from collections.abc import Iterable, Mapping
 from typing import Final
@@ -9,7 +9,8 @@ from app.rooms.touching.table import Fall
 from engine.constants import KIND_BALL, KIND_PEG, KIND_WALL
 from engine.multibody.events import Touch
 
-_MOST: Final = 24  # told in one tick, the hardest: more is noise, and costs every client
+_MOST: Final = 24
+"""Contacts sent per tick, the hardest ones: more would only be noise, at a cost to each client."""
 
 _KINDS: Final = {"peg": KIND_PEG, "wall": KIND_WALL, "ball": KIND_BALL}
 
@@ -17,10 +18,10 @@ _KINDS: Final = {"peg": KIND_PEG, "wall": KIND_WALL, "ball": KIND_BALL}
 def contacts(
     touches: Iterable[Touch], falls: Mapping[int, Fall], tick: int
 ) -> list[messages.Contact]:
-    """The hardest impacts of a tick in order of time, each since its ball's drop in `falls`."""
-    heard = sorted((touch for touch in touches if touch.speed >= QUIET), key=lambda it: -it.speed)
-    told = [_contact(touch, falls.get(touch.a), tick) for touch in heard[:_MOST]]
-    return sorted(told, key=lambda hit: (hit.t, hit.ball))
+    """The hardest impacts of a tick in order of time; `t` counts from the ball's drop, if any."""
+    loud = sorted((touch for touch in touches if touch.speed >= QUIET), key=lambda it: -it.speed)
+    sent = [_contact(touch, falls.get(touch.a), tick) for touch in loud[:_MOST]]
+    return sorted(sent, key=lambda hit: (hit.t, hit.ball))
 
 
 def _contact(touch: Touch, fall: Fall | None, tick: int) -> messages.Contact:

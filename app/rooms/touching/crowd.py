@@ -1,7 +1,7 @@
-"""Whether a ball may be put where others are. Pure.
+"""Refuses a ball that would overlap too many others. Pure.
 
-Balls that overlap are pushed apart, each pair again and again in a step. Hundreds in one place are
-more than a step may take, and no play: a room of them would have to be closed.
+The solver pushes overlapping balls apart, each pair several times in a step. With hundreds of balls
+in one place a step would take too long, and the room would have to be closed.
 """
 
 from collections.abc import Iterable
@@ -17,12 +17,12 @@ from app.rooms.touching.scene import Scene
 from engine import Board
 
 MOST_OVERLAPS: Final = 32
-"""Balls that one may overlap as it is put in."""
+"""Balls that an added ball may overlap."""
 
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """Where a ball is, or will be put; m."""
+    """The place of a ball that exists or will be added, in m."""
 
     x: float
     y: float
@@ -30,7 +30,7 @@ class Spot:
 
 
 def spot_of(asked: inputs.TouchingInput, ground: Board | Scene) -> Spot | None:
-    """Where an input will put a ball, if it puts one in."""
+    """Where an input will add a ball; None if it adds none."""
     if isinstance(asked, inputs.Add):
         return Spot(asked.x, asked.y, asked.radius)
     if isinstance(asked, inputs.Drop) and isinstance(ground, Board):
@@ -39,15 +39,15 @@ def spot_of(asked: inputs.TouchingInput, ground: Board | Scene) -> Spot | None:
 
 
 def check_room(spot: Spot, bodies: npt.NDArray[np.void], coming: Iterable[Spot]) -> None:
-    """Raise BallLimitError where a ball would overlap too many, those to come among them."""
+    """Raise BallLimitError if a ball would overlap too many of `bodies` and `coming`."""
     reach = bodies["radius"] + spot.radius
     across, down = bodies["x"] - spot.x, bodies["y"] - spot.y
     overlaps = int((across * across + down * down < reach * reach).sum())
     overlaps += sum(_overlap(spot, other) for other in coming)
     if overlaps > MOST_OVERLAPS:
         raise BallLimitError(
-            f"{overlaps} balls are at ({spot.x:g}, {spot.y:g}) m already, and a ball may be put "
-            f"into {MOST_OVERLAPS} at most: choose another place, or wait until they have gone",
+            f"{overlaps} balls are at ({spot.x:g}, {spot.y:g}) m already, and a new ball may "
+            f"overlap at most {MOST_OVERLAPS}: choose another place, or wait until they have gone",
             field="x",
         )
 

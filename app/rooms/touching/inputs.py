@@ -1,7 +1,7 @@
-"""What is done to a room whose balls touch each other, checked: as it is kept, logged, replayed.
+"""The validated inputs of a room of touching balls, as the ledger and the log write them.
 
-The order of the fields is that of the JSON in the ledger. A field that is left out was not asked
-for. Units are those of `app.rooms.touching.values`.
+The fields are in the order of the ledger's JSON. UNSET stands for a field that the client did not
+give. Units are those of `app.rooms.touching.values`.
 """
 
 from collections.abc import Mapping
@@ -26,26 +26,26 @@ _Number = float | msgspec.UnsetType
 
 
 class _Input(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """An input; its tag is its `type`."""
+    """The base of all inputs; the msgspec tag is the JSON field `type`."""
 
-    begins_anew: ClassVar[bool] = False  # everyone who watches starts over
+    restarts: ClassVar[bool] = False  # whether every client needs a new hello
 
 
 class Drop(_Input, frozen=True, kw_only=True, tag="drop"):
-    """Drop a ball as players do; `x` where the player chose the start, or `aim` its middle."""
+    """Drop a ball; `x` and `aim` in m, as in `DropCommand`."""
 
     seed: str
     x: float | None
     aim: _Number = msgspec.UNSET
 
     def start(self, board: Board) -> float:
-        """Where its ball starts, x in m."""
+        """The x at which its ball starts, in m."""
         aim = None if self.aim is msgspec.UNSET else self.aim
         return start_of(board, parse_seed(self.seed), self.x, aim)
 
 
 class Add(_Input, frozen=True, kw_only=True, tag="add"):
-    """Put in a ball, at rest or thrown."""
+    """Add a ball, at rest or thrown."""
 
     density: float
     restitution: float
@@ -59,7 +59,7 @@ class Add(_Input, frozen=True, kw_only=True, tag="add"):
 
 
 class Kick(_Input, frozen=True, kw_only=True, tag="kick"):
-    """Change a ball's velocity by so much."""
+    """Add to a ball's velocity and spin."""
 
     ball: int
     vx: _Number = msgspec.UNSET
@@ -68,7 +68,7 @@ class Kick(_Input, frozen=True, kw_only=True, tag="kick"):
 
 
 class Drag(_Input, frozen=True, kw_only=True, tag="drag"):
-    """Hold a ball and draw it to this place."""
+    """Grab a ball and pull it to this place."""
 
     ball: int
     x: float
@@ -76,23 +76,23 @@ class Drag(_Input, frozen=True, kw_only=True, tag="drag"):
 
 
 class Release(_Input, frozen=True, kw_only=True, tag="release"):
-    """Let go of a ball."""
+    """Release a grabbed ball."""
 
     ball: int
 
 
 class Remove(_Input, frozen=True, kw_only=True, tag="remove"):
-    """Take a ball out."""
+    """Remove a ball."""
 
     ball: int
 
 
 class Clear(_Input, frozen=True, kw_only=True, tag="clear"):
-    """Take all balls out."""
+    """Remove all balls."""
 
 
 class Edit(_Input, frozen=True, kw_only=True, tag="edit"):
-    """Make a ball another one."""
+    """Change a ball's size or material."""
 
     ball: int
     radius: _Number = msgspec.UNSET
@@ -102,7 +102,7 @@ class Edit(_Input, frozen=True, kw_only=True, tag="edit"):
 
 
 class Configure(_Input, frozen=True, kw_only=True, tag="settings"):
-    """Set what holds for the room; density, restitution and friction for every ball in it."""
+    """Change the room's settings, and the material of all balls."""
 
     gravity: _Number = msgspec.UNSET
     drag: _Number = msgspec.UNSET
@@ -116,19 +116,19 @@ class Configure(_Input, frozen=True, kw_only=True, tag="settings"):
 
 
 class Pause(_Input, frozen=True, kw_only=True, tag="pause"):
-    """Stop the clock, or let it run."""
+    """Stop or start the clock."""
 
     paused: bool
 
 
 class Step(_Input, frozen=True, kw_only=True, tag="step"):
-    """One tick of a clock that is stopped."""
+    """Run one tick while the clock is stopped."""
 
 
 class Reset(_Input, frozen=True, kw_only=True, tag="reset"):
-    """Begin anew, as another scene where one is given."""
+    """Restart the room, with another scene if one is given."""
 
-    begins_anew: ClassVar[bool] = True
+    restarts: ClassVar[bool] = True
     scene: dict[str, object] | msgspec.UnsetType = msgspec.UNSET
 
 
@@ -138,7 +138,7 @@ TouchingInput = (
 
 
 def given(values: msgspec.Struct, *but: str) -> dict[str, float]:
-    """The fields of an input that were asked for, without those named in `but`."""
+    """The fields of an input that are set, except those named in `but`."""
     fields = msgspec.structs.asdict(values)
     return {
         name: value
@@ -149,14 +149,14 @@ def given(values: msgspec.Struct, *but: str) -> dict[str, float]:
 
 @dataclass(frozen=True, slots=True)
 class TouchingCommand:
-    """An input and the mark of the player it came from, if any."""
+    """An input, and the mark of its player, if any."""
 
     input: TouchingInput
     who: str | None = None
 
 
 class ChangeFormat(InputFormat[TouchingCommand, InputRow]):
-    """Such a room follows from all its inputs, so its log needs no results."""
+    """Inputs without results: replaying all inputs recomputes the whole room."""
 
     name = "inputs"
     needed = (
@@ -175,7 +175,6 @@ class ChangeFormat(InputFormat[TouchingCommand, InputRow]):
         return {"tick": row.tick, "who": row.who, "input": msgspec.json.decode(row.data)}
 
     def check(self, where: str, number: int, entry: object) -> None:
-        """Raise RecordError unless the entry has all that an input needs."""
         if not isinstance(entry, Mapping) or not {"tick", "input"} <= entry.keys():
             raise RecordError(f"{where} is not an object with tick and input", field=where)
         if not isinstance(entry["input"], Mapping) or "type" not in entry["input"]:
@@ -192,7 +191,7 @@ class ChangeFormat(InputFormat[TouchingCommand, InputRow]):
         return msgspec.json.encode([entry["tick"], asked], order="sorted")
 
     def input(self, entry: JsonObject) -> TouchingInput:
-        """The input that an entry tells of; raises RecordError."""
+        """The input in an entry; raises RecordError."""
         try:
             found: TouchingInput = msgspec.convert(entry["input"], TouchingInput)
         except msgspec.ValidationError as error:

@@ -1,17 +1,17 @@
-"""The next tick of a room whose balls touch each other, computed beside the room.
+"""The next tick of a room of touching balls, computed on another thread from a copy of its world.
 
-Who owns what is decided here alone. A room's world belongs to the thread of the event loop, always:
-it is read, shown, saved and changed there. Whoever computes the next tick has a copy that nobody
-else knows, and is done with it when the room takes it in place of its own, at that tick's begin. An
-input that is carried out before makes the copy worthless: the room drops it. So a tick has the same
-bits wherever it was computed, and nobody ever waits for a world or finds it half done.
+Ownership: only the event loop's thread reads or changes a room's world. The computing thread has a
+private copy. When the tick begins, the room takes the finished copy in place of its own world. If
+an input is carried out before that, the copy no longer fits, and the room discards it. A tick
+therefore has the same bits on whichever thread it ran, and no code waits for a world or sees one
+half computed.
 """
 
 from app.rooms.touching.world import TouchingWorld
 
 
 class NextTick:
-    """A copy of a world, to be one tick on."""
+    """A copy of a world, to be advanced by one tick."""
 
     def __init__(self, world: TouchingWorld) -> None:
         self.done = False
@@ -19,15 +19,15 @@ class NextTick:
         self._error: Exception | None = None
 
     def compute(self) -> None:
-        """Step it; for any one thread. What is raised is for who takes it."""
+        """Advance the copy, on any thread; `take` raises an exception of the step."""
         try:
             self._world.step()
-        except Exception as error:  # noqa: BLE001 - the room fails with it, in its own turn
+        except Exception as error:  # noqa: BLE001 - `take` raises it where the room can fail
             self._error = error
         self.done = True
 
     def take(self) -> TouchingWorld:
-        """The world one tick on, once it is done; raises what the step raised."""
+        """The advanced world, once `done`; raises the exception of the step, if any."""
         if self._error is not None:
             raise self._error
         return self._world

@@ -1,7 +1,7 @@
-"""A room whose balls touch each other: everything that anyone does to it is an input with its tick.
+"""A room whose balls touch each other: every change to it is an input at a tick.
 
-So the same inputs at the same ticks make the same room again, to the last bit: after a crash, and
-for whoever reads its log.
+Replaying the inputs at their ticks therefore gives the same room, to the last bit: after a crash,
+and when somebody verifies its log.
 """
 
 from collections.abc import Callable, Sequence
@@ -30,17 +30,17 @@ from engine.json_text import JsonObject
 from engine.multibody.events import ArenaEvent, Landed, Left, Touch
 
 INTERACTING: Final = "interacting"
-SCENE: Final = "scene"  # how the ledger calls a room without a board
+SCENE: Final = "scene"  # the ledger's mode of a room without a board
 
 DEAR: Final = 400
-"""Balls times substeps of a tick, from which on another thread computes it: it takes 0.2 ms then,
-and some times as much in a heap. To hand it over and take it back costs 0.1 ms."""
+"""Balls times substeps in a tick. From here on another thread computes the tick: it takes 0.2 ms,
+and several times that in a heap, while handing it over and taking it back costs 0.1 ms."""
 
 _VELOCITY_SCALE: Final = 1.0 / 256.0  # m/s; reaches to 128 m/s
 
 
 class _Checkpoint(msgspec.Struct, frozen=True):
-    """A room between two ticks."""
+    """The state of a room between two ticks."""
 
     world: bytes
     scene: dict[str, object] | None
@@ -69,7 +69,7 @@ class TouchingRoom(Room):
         self.paused = False
         self.velocity_scale = self.spin_scale = _VELOCITY_SCALE
         self._taken = 0
-        self._steps = 0  # ticks that a stopped clock still has to run
+        self._steps = 0  # ticks still to run while the clock is stopped
         self._next: NextTick | None = None
         super().__init__(room_id, origin, mode, tick_rate=tick_rate, max_balls=max_balls)
 
@@ -107,9 +107,11 @@ class TouchingRoom(Room):
         return None
 
     def basis_after_reset(self, board: Board | None = None) -> Basis:
-        """What the room restarts with; raises InvalidValueError for a board in a scene."""
+        """What a reset starts from; raises InvalidValueError for a board if it has a scene."""
         if board is not None and isinstance(self.origin, Scene):
-            raise InvalidValueError(f"room {self.id!r} is a scene without a board", field="board")
+            raise InvalidValueError(
+                f"room {self.id!r} is a scene without a board: leave board out", field="board"
+            )
         return super().basis_after_reset(board)
 
     # Inputs.
@@ -117,10 +119,11 @@ class TouchingRoom(Room):
     def plan_drop(
         self, command: DropCommand, lead: int = 0, again: str | None = None
     ) -> PendingInput[TouchingCommand]:
-        """Plan a drop `lead` ticks from now, or for this very tick where nothing moves.
+        """Plan a drop `lead` ticks from now, or for the current tick if nothing moves.
 
-        Raises BallLimitError when the room is full, InvalidValueError where there is no board or
-        something is staked, the engine's errors for a bad start; the room is then as it was.
+        Raises BallLimitError when the room is full, InvalidValueError if it has no board or the
+        drop has a stake or a tag, and the engine's errors for a bad start; an error leaves the room
+        unchanged.
         """
         checked = TouchingCommand(self._check().drop(command), command.who)
         return self._plan(checked, lead, again)
@@ -128,13 +131,13 @@ class TouchingRoom(Room):
     def plan_change(self, change: Change, lead: int = 0) -> PendingInput[TouchingCommand]:
         """Plan a change as `plan_drop` plans a drop.
 
-        Raises InvalidValueError for what cannot be done here, MissingBallError, and BallLimitError
-        when the room is full.
+        Raises InvalidValueError for an invalid change, MissingBallError, and BallLimitError when
+        the room is full.
         """
         return self._plan(TouchingCommand(self._check().change(change)), lead)
 
     def check_changeable(self) -> None:
-        """It is."""
+        """Raise nothing: clients may move and change touching balls."""
 
     def _check(self) -> InputCheck:
         spots = (spot_of(each.command.input, self.ground) for each in self.planned)
@@ -149,7 +152,6 @@ class TouchingRoom(Room):
         )
 
     def replay(self, entry: JsonObject) -> None:
-        """Take an input that a room has taken before; its tick is now."""
         command = TouchingCommand(self.format.input(entry))
         self._carry_out(PendingInput(self.taken, self.world.tick, command))
 
@@ -166,7 +168,7 @@ class TouchingRoom(Room):
         events = self.table.carry_out(asked) if own is None else own(self, asked)
         self.drops += sum(isinstance(event, messages.Accepted) for event in events)
         self.seq += len(events)
-        return Entered(pending, events, asked.begins_anew)
+        return Entered(pending, events, asked.restarts)
 
     def _configure(self, asked: inputs.Configure) -> list[messages.Event]:
         return [*self.table.configure(asked), self._settings_event()]
@@ -195,24 +197,20 @@ class TouchingRoom(Room):
 
     @property
     def steps_aside(self) -> bool:
-        """Whether a tick takes so long that another thread is to compute it."""
         settings = self.world.arena.settings
         return self.world.count * settings.substeps >= DEAR * settings.dt * self.tick_rate
 
     @property
     def ready(self) -> bool:
-        """Whether the next tick takes no more than it always does."""
         return not self.steps_aside or (self._next is not None and self._next.done)
 
     def begin_step(self) -> Callable[[], None] | None:
-        """What another thread is to compute of the next tick; None where there is nothing."""
         if self._next is not None or self.held or not self.awake or not self.steps_aside:
             return None
         self._next = NextTick(self.world)
         return self._next.compute
 
     def step(self, *, watched: bool) -> list[messages.Event]:
-        """One tick on; returns the events to announce, in order."""
         begun, self._next = self._next, None
         if begun is not None and begun.done:
             self.world.become(begun.take())
@@ -248,12 +246,12 @@ class TouchingRoom(Room):
 
     def _land(self, landed: Landed) -> list[messages.Event]:
         fall = self.table.falls.pop(landed.ball, None)
-        if fall is None:  # one that was thrown in: nobody's drop
+        if fall is None:  # an added ball, not a drop
             return [messages.Removed(tick=self.world.tick, balls=[landed.ball])]
         return [self._ended(fall, landed.bin, landed.x, landed.t, None)]
 
     def _settle(self) -> list[messages.Event]:
-        """Drops that came to rest on the board have ended; they are taken off it."""
+        """End the drops that rest on the board, and remove their balls."""
         if not self.table.falls:
             return []
         bodies = self.world.bodies
@@ -290,25 +288,24 @@ class TouchingRoom(Room):
             label=label or msgspec.UNSET,
         )
 
-    # What is told.
+    # Messages to clients.
 
     def _asleep(self, bodies: npt.NDArray[np.void]) -> npt.NDArray[np.bool_]:
         asleep: npt.NDArray[np.bool_] = bodies["asleep"] != 0
         return asleep
 
     def stream_of(self, wanted: str) -> str:
-        """Only snapshots: nobody knows a path beforehand that others will cross."""
+        """Always snapshots: a path is not known in advance if other balls may cross it."""
         return messages.SNAPSHOTS
 
     def watch_segments(self, watched: bool) -> None:
-        """There are none."""
+        """Do nothing: there are no segments."""
 
     def first_message(self, stream: str) -> bytes:
-        """Balls at rest are there too, and nothing moves that would have them shown."""
+        """A snapshot, because a room at rest ticks no further and would send none."""
         return self.keyframe()
 
     def diagnostics(self) -> messages.Diagnostics:
-        """Energies, momenta, contacts of this moment; computed here, for whoever asked."""
         found = self.world.arena.diagnostics()
         names = ("kinetic", "potential", "rotational", "total", "px", "py", "angular",
                  "contacts", "penetration", "asleep", "count")  # fmt: skip
@@ -336,7 +333,7 @@ class TouchingRoom(Room):
 
     @property
     def _usual_ball(self) -> dict[str, float]:
-        """What a ball is made of that is put in without saying so."""
+        """The defaults of an added ball."""
         ground = self.ground
         radius = ground.radius if isinstance(ground, Scene) else ground.ball.radius
         return {**self.table.made_of, "radius": radius}
@@ -344,7 +341,7 @@ class TouchingRoom(Room):
     # Saving.
 
     def ground_fields(self) -> dict[str, object]:
-        """What stood there at tick 0, as a log tells it: a board or a scene."""
+        """The board or scene at tick 0, as fields of a log."""
         scene = _scene_fields(self.origin)
         board = super().ground_fields() if scene is None else {"board": None}
         return board | {"scene": scene}
@@ -367,7 +364,6 @@ class TouchingRoom(Room):
         )
 
     def restore(self, checkpoint: bytes) -> None:
-        """Become the room that made `checkpoint`; raises RecordError when it is another's."""
         saved = decode_checkpoint(checkpoint, _Checkpoint)
         if saved.scene is not None:
             self._begin_on(Scene(saved.scene))
@@ -386,7 +382,7 @@ def _scene_fields(ground: Ground) -> dict[str, object] | None:
     return ground.to_dict() if isinstance(ground, Scene) else None
 
 
-# The others are done to what stands on the table.
+# `Table` carries out the other inputs.
 _OWN_ACTS: Final[dict[type[inputs.TouchingInput], Callable[..., list[messages.Event]]]] = {
     inputs.Configure: TouchingRoom._configure,
     inputs.Pause: TouchingRoom._pause,

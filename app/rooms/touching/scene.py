@@ -1,4 +1,4 @@
-"""Scenes of balls that touch each other, as data: what `POST rooms` takes, and how one is built."""
+"""Scenes of touching balls: their parameters as JSON, as in `POST rooms`, and their arenas."""
 
 import hashlib
 from dataclasses import dataclass
@@ -51,15 +51,15 @@ DEFAULTS: Final[dict[str, dict[str, object]]] = {
 
 @dataclass(frozen=True)
 class Scene:
-    """A scene with all its parameters, checked; equal ones have equal digests."""
+    """A scene with all its parameters, validated; equal scenes have equal digests."""
 
     values: JsonObject
 
     @classmethod
     def of(cls, values: object, *, tick_rate: int, max_balls: int) -> "Scene":
-        """The scene of a JSON object, defaults filled in.
+        """Parse a JSON object (or a scene's name) and add the defaults.
 
-        Raises InvalidValueError that names what is wrong, SeedError for a seed.
+        Raises InvalidValueError, and SeedError for an invalid seed.
         """
         if isinstance(values, str):
             values = {"scene": values}
@@ -87,7 +87,7 @@ class Scene:
 
     @property
     def preset_name(self) -> None:
-        """No board's preset."""
+        """None: only boards have presets."""
         return None
 
     @cached_property
@@ -100,7 +100,7 @@ class Scene:
 
     @property
     def radius(self) -> float:
-        """Of a ball that is put in without a word about it, m."""
+        """The default radius of an added ball, in m."""
         if self.name == GALTON:
             return _GALTON.ball.radius
         low, high = self.values["radii"]
@@ -113,7 +113,8 @@ class Scene:
         bounce = values.pop("restitution")
         if make is sandbox:
             values["radii"] = tuple(values["radii"])
-            # Dead walls: of a pair the livelier counts, so the balls decide, then as later.
+            # An impact uses the larger restitution of the two. With walls of 0 that is always the
+            # balls' value, also after later edits.
             arena = sandbox(balls, seed=seed, restitution=0.0, **values)
             arena.edit_all(restitution=bounce)
             return arena
@@ -125,10 +126,10 @@ class Scene:
 
 
 def as_kept(values: JsonObject) -> dict[str, object]:
-    """Parameters as a log tells them, with the types that `Scene.of` gave them.
+    """The parameters in a log, with the types that `Scene.of` gave them.
 
-    JavaScript writes 6.0 as 6; in a world's digest the two differ. Raises RecordError unless it is
-    all the parameters of a scene.
+    JavaScript writes 6.0 as 6, which would give another digest. Raises RecordError if a parameter
+    is missing or unknown.
     """
     name = values.get("scene")
     defaults = DEFAULTS.get(name) if isinstance(name, str) else None
@@ -138,12 +139,14 @@ def as_kept(values: JsonObject) -> dict[str, object]:
         )
     differs = ", ".join(sorted(values.keys() ^ {"scene", *defaults}))
     if differs:
-        raise RecordError(f"scene {name!r} has all its parameters and no others, not so: {differs}")
+        raise RecordError(
+            f"scene {name!r} must have exactly its parameters; missing or unknown: {differs}"
+        )
     return {name: value if name in _WHOLE else _as_float(value) for name, value in values.items()}
 
 
 def _as_float(value: object) -> object:
-    """Numbers, and those in a list, as floats."""
+    """`value` with whole numbers as floats, in lists too."""
     if isinstance(value, list):
         return [_as_float(part) for part in value]
     return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
@@ -158,7 +161,7 @@ def _checked(values: JsonObject, max_balls: int) -> JsonObject:
     found: dict[str, Any] = checked(plain, ranges)
     if found["balls"] > max_balls:
         raise InvalidValueError(
-            f"balls {found['balls']} are more than the {max_balls} that a room holds", field="balls"
+            f"balls {found['balls']}: a room holds at most {max_balls}", field="balls"
         )
     found["seed"] = str(parse_seed(values["seed"]))
     if "radii" in values:
@@ -170,16 +173,18 @@ def _checked(values: JsonObject, max_balls: int) -> JsonObject:
 def _radii(value: object) -> list[float]:
     if not isinstance(value, list | tuple) or len(value) != 2:
         raise InvalidValueError(
-            f"radii {shorten(value)} is not a list of the least and the greatest", field="radii"
+            f"radii {shorten(value)} is not a list of two radii, least and greatest", field="radii"
         )
     low, high = (BALL["radius"].check(radius, "radii") for radius in value)
     if low > high:
-        raise InvalidValueError(f"radii {shorten(value)} do not rise", field="radii")
+        raise InvalidValueError(
+            f"radii {shorten(value)}: the least is above the greatest", field="radii"
+        )
     return [low, high]
 
 
 def _check_room(values: JsonObject) -> None:
-    """Raise where so many balls do not find room in the box."""
+    """Raise InvalidValueError if the balls do not fit into the sandbox side by side."""
     side = 2.0 * values["radii"][1]
     columns, rows = int(values["width"] / side), int(values["height"] / side)
     if values["balls"] > columns * rows:

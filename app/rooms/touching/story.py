@@ -1,7 +1,7 @@
-"""A box that somebody played alone, as it is told: its scene, and all that was done to it. Pure.
+"""Stories: a scene that was played in a page, with all its inputs, becomes a room. Pure.
 
-A page computes a box of its own by the kernels that a room has, so the same inputs at the same
-ticks make a room in which every ball is where it was there, to the last bit.
+The sandbox page computes with the kernels that a room uses. Replaying the same inputs at the same
+ticks therefore gives a room in which every ball is where it was in the page, to the last bit.
 """
 
 import math
@@ -23,42 +23,42 @@ from engine.json_text import Json, JsonObject
 MOST_INPUTS: Final = 10_000
 
 LEAST_BALLS: Final = 30
-"""Some 80 us a tick in 4 substeps, as one ball takes."""
+"""A tick of fewer balls costs as much as of this many: some 80 us in 4 substeps."""
 
 
 class StoryEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What was done, in the form of a room's log, and at which tick."""
+    """An input and its tick, in the form of a room's log."""
 
     tick: Annotated[int, Meta(ge=0)]
     input: Annotated[
         JsonObject,
-        Meta(description="A message as over the WebSocket, but `drop` and `reset`."),
+        Meta(description="A message as over the WebSocket, except `drop` and `reset`."),
     ]
 
 
 class StoryForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A box as it is told."""
+    """A scene that was played elsewhere, with its inputs."""
 
     scene: Annotated[
         Json,
         Meta(
-            description="As for a room.",
+            description="A scene, as for a room.",
             examples=[{"scene": "sandbox", "balls": 40}],
             extra_json_schema={"anyOf": [{"type": "string"}, {"type": "object"}]},
         ),
     ]
-    tick_rate: Annotated[int, Meta(description="Ticks a second; the server's own.")]
-    physics_version: Annotated[int, Meta(description="By which it was computed.")]
-    tick: Annotated[int, Meta(ge=0, description="At which the room goes on.")]
+    tick_rate: Annotated[int, Meta(description="Ticks a second; must be the server's.")]
+    physics_version: Annotated[int, Meta(description="Must be the server's.")]
+    tick: Annotated[int, Meta(ge=0, description="The tick at which the room continues.")]
     inputs: Annotated[
         list[StoryEntry],
-        Meta(description=f"In the order of time; {MOST_INPUTS:,} at most."),
+        Meta(description=f"In the order of time; at most {MOST_INPUTS:,}."),
     ]
 
 
 @dataclass(frozen=True, slots=True)
 class Story:
-    """What `retell` makes a room of; checked as far as can be without telling it."""
+    """A story, validated except for what only `retell` can find by replaying it."""
 
     scene: Scene
     tick: int
@@ -66,32 +66,32 @@ class Story:
 
     @property
     def most_balls(self) -> int:
-        """That can have been in it at a time."""
+        """An upper bound of the balls in the scene at a time."""
         added = sum(isinstance(change, wire.AddMessage) for _, change in self.changes)
         return int(self.scene.values["balls"]) + added
 
     def ball_substeps(self, tick_rate: int) -> float:
-        """What telling it takes: a tick of however few balls costs as much as of `LEAST_BALLS`."""
+        """An upper bound of the work to replay it, in balls times substeps."""
         return self.tick / tick_rate * self.substeps * max(self.most_balls, LEAST_BALLS)
 
     @property
     def substeps(self) -> float:
-        """Of a second, at most, by the finest settings that were made."""
-        told = [dict(self.scene.values)]
-        told += [msgspec.structs.asdict(change) for _, change in self.changes]
-        steps: float = min(_positive(each.get("dt"), math.inf) for each in told)
-        return max(_positive(each.get("substeps"), 0.0) for each in told) / steps
+        """Substeps a second by the finest settings in the story."""
+        settings = [dict(self.scene.values)]
+        settings += [msgspec.structs.asdict(change) for _, change in self.changes]
+        dt: float = min(_positive(each.get("dt"), math.inf) for each in settings)
+        return max(_positive(each.get("substeps"), 0.0) for each in settings) / dt
 
 
 def _positive(value: object, otherwise: float) -> float:
-    """A number above 0 as it is; what is none is refused when the story is told."""
+    """`value` if it is a number above 0, or `otherwise`; `retell` refuses invalid values."""
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     return float(value) if is_number and value > 0 else otherwise  # type: ignore[arg-type, operator]
 
 
 @dataclass(frozen=True, slots=True)
 class Retold:
-    """A room as a story has left it: its checkpoint, and the inputs it has taken, as kept."""
+    """The room at the end of a story: its checkpoint, and the inputs that it has taken."""
 
     scene: Scene
     checkpoint: bytes
@@ -99,14 +99,15 @@ class Retold:
 
 
 def story_of(form: StoryForm, *, tick_rate: int, max_balls: int) -> Story:
-    """A story of what a client sent; raises InvalidValueError that names what is wrong in it."""
+    """Validate a client's story; raises InvalidValueError that names the invalid part."""
     for name, ours in (("tick_rate", tick_rate), ("physics_version", PHYSICS_VERSION)):
         theirs = getattr(form, name)
         if theirs != ours:
             raise InvalidValueError(f"{name} {theirs} is not this server's {ours}", field=name)
     if len(form.inputs) > MOST_INPUTS:
         raise InvalidValueError(
-            f"{len(form.inputs)} inputs are more than {MOST_INPUTS}", field="inputs"
+            f"inputs has {len(form.inputs)} entries; at most {MOST_INPUTS} are allowed",
+            field="inputs",
         )
     scene = Scene.of(form.scene, tick_rate=tick_rate, max_balls=max_balls)
     before, changes = 0, []
@@ -129,15 +130,16 @@ def _change(asked: JsonObject, where: str) -> wire.Change:
         raise InvalidValueError(f"{where}.input: {error}", field=f"{where}.input") from error
     if isinstance(change, wire.ResetMessage):
         raise InvalidValueError(
-            f"{where}.input is a reset: what was before it needs no telling", field=f"{where}.input"
+            f"{where}.input is a reset: leave it and all inputs before it out",
+            field=f"{where}.input",
         )
     return change
 
 
 def retell(story: Story, *, tick_rate: int, max_balls: int) -> Retold:
-    """The room that a story ends in; takes as long as its ticks. For a worker.
+    """Replay a story's inputs and ticks in a new room. Run it in a worker: it may take minutes.
 
-    Raises InvalidValueError that names the input which such a room would not have taken.
+    Raises InvalidValueError that names the first input that the room refuses.
     """
     room = TouchingRoom("story", story.scene, tick_rate=tick_rate, max_balls=max_balls)
     taken: list[PendingInput[TouchingCommand]] = []

@@ -1,4 +1,4 @@
-"""A board or a scene with the balls on it, and what inputs do to them. Pure."""
+"""A board or scene with its balls, and the code that carries out inputs on them. Pure."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,17 +15,17 @@ from engine import Board
 
 @dataclass(slots=True)
 class Fall:
-    """A drop on its way down."""
+    """A drop in flight."""
 
     start: messages.BallStart
-    time: float  # s of the arena
+    time: float  # the arena's time at the drop, s
 
 
 class Table:
-    """What stands and moves, from when it was begun at `tick` until another is begun.
+    """The board or scene and its balls, from `tick` until a reset replaces the whole table.
 
-    falls: the drops on their way down, by ball; made_of: what the next ball is made of unless
-    told, which sliders set for all.
+    falls: the drops in flight, by ball.
+    made_of: the default material of an added ball; a change of settings sets it for all.
     """
 
     def __init__(self, ground: Board | Scene, tick_rate: int, tick: int) -> None:
@@ -36,16 +36,16 @@ class Table:
         self.made_of = _made_of(ground)
 
     def carry_out(self, asked: inputs.TouchingInput) -> list[messages.Event]:
-        """Do to the balls what was asked; returns what to tell of it."""
+        """Carry out an input; returns the events to announce."""
         return _ACTS[type(asked)](self, asked)
 
     def settings(self) -> dict[str, float]:
-        """What holds for the balls now, and what the next one is made of."""
+        """The arena's settings and the default material of a ball."""
         now = self.world.arena.settings
         return {name: getattr(now, name) for name in values.SETTINGS} | self.made_of
 
     def configure(self, asked: inputs.Configure) -> list[messages.Event]:
-        """Set what holds for all; returns what to tell of the balls that are there."""
+        """Change the settings, and the material of all balls; returns the events to announce."""
         of_balls, of_room = given(asked, *values.SETTINGS), given(asked, *BALL_NAMES)
         events: list[messages.Event] = []
         if of_balls:
@@ -112,7 +112,7 @@ class Table:
 
 
 def _made_of(ground: Board | Scene) -> dict[str, float]:
-    """What a ball is made of that is put in on this ground without a word about it."""
+    """The default material of a ball on this board or scene."""
     if isinstance(ground, Board):
         return {name: getattr(ground.ball, name) for name in BALL_NAMES}
     usual = {name: float(values.BALL[name].default or 0.0) for name in BALL_NAMES}

@@ -1,4 +1,4 @@
-"""What a client may ask of balls that touch each other: names, units and ranges of all values."""
+"""Names, units and ranges of all values that a client may send to touching balls."""
 
 import math
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ from engine.multibody.scenes import GRAVITY_PRESETS, RESTITUTION_PRESETS
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """Least and greatest value, in `unit`; `default` is what a ball or a scene has unless told."""
+    """Least and greatest value of a field, in `unit`, and its default."""
 
     low: float
     high: float
@@ -20,7 +20,7 @@ class Range:
     whole: bool = False
 
     def check(self, value: object, field: str) -> float:
-        """The value as a number of this range; raises InvalidValueError naming it."""
+        """The value as a number in this range; raises InvalidValueError."""
         number = _number(value, field)
         if self.whole and number != int(number):
             raise InvalidValueError(f"{field} {shorten(value)} is not a whole number", field=field)
@@ -39,7 +39,7 @@ BALL: Final = {
     "restitution": Range(0.0, 1.0, "", 0.9),
     "friction": Range(0.0, 10.0, "", 0.2),
 }
-"""What a ball is made of. Density is mass per area."""
+"""Size and material of a ball. Density is mass per area."""
 
 MOTION: Final = {
     "x": Range(-1000.0, 1000.0, "m"),
@@ -57,18 +57,18 @@ SETTINGS: Final = {
     "dt": Range(0.001, 0.1, "s", 1.0 / 60.0),
     "substeps": Range(1, 32, "", 4, whole=True),
 }
-"""What holds for a whole room. Damping is the share of the velocity kept in each step of dt."""
+"""Settings of a whole room. Damping is the share of the velocity kept in each step of dt."""
 
 PRESETS: Final = {"gravity": GRAVITY_PRESETS, "restitution": RESTITUTION_PRESETS}
 
 MOST_WORK: Final = 16_000
-"""Balls times substeps in one tick: what a server can do for one room beside all others."""
+"""Balls times substeps in one tick: what a server can compute for one room among others."""
 
 
 def named(value: object, field: str) -> object:
-    """A preset's value for its name, of the fields that have presets; else the value as it is.
+    """Replace a preset's name by its number; returns any other value unchanged.
 
-    Raises InvalidValueError for a name that is none.
+    Raises InvalidValueError for an unknown name.
     """
     presets = PRESETS.get(field)
     if presets is None or not isinstance(value, str):
@@ -84,7 +84,7 @@ def named(value: object, field: str) -> object:
 def checked(
     values: Mapping[str, object], *tables: Mapping[str, Range], prefix: str = ""
 ) -> dict[str, float]:
-    """The given values (those not None) as numbers within their ranges, by name."""
+    """The values that are not None, as numbers within their ranges, by name."""
     ranges = {name: entry for table in tables for name, entry in table.items()}
     return {
         name: ranges[name].check(named(value, name), prefix + name)
@@ -94,7 +94,7 @@ def checked(
 
 
 def check_work(balls: int, dt: float, substeps: float, tick_rate: int) -> None:
-    """Raise InvalidValueError when a tick of the room would take too many steps."""
+    """Raise InvalidValueError if a tick of the room would take more than MOST_WORK."""
     steps = substeps / (dt * tick_rate)
     if balls * steps > MOST_WORK:
         raise InvalidValueError(
@@ -105,7 +105,7 @@ def check_work(balls: int, dt: float, substeps: float, tick_rate: int) -> None:
 
 
 def table(**usual: float) -> dict[str, dict[str, dict[str, object]]]:
-    """All ranges, for those who draw sliders; `usual` is what a ball has in this room, by name."""
+    """All ranges, for a page's sliders; `usual` has the room's own defaults of a ball."""
     return {
         group: {
             name: {
@@ -129,4 +129,4 @@ def _number(value: object, field: str) -> float:
         number = math.inf
     if not math.isfinite(number):
         raise InvalidValueError(f"{field} {shorten(value)} is not a finite number", field=field)
-    return number + 0.0  # a negative zero, of which JavaScript writes no sign, is zero
+    return number + 0.0  # turns -0.0 into 0.0: JavaScript writes both without a sign

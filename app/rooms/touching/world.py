@@ -1,7 +1,7 @@
-"""What a room of balls that touch each other ticks: an arena, the hands that hold balls, its clock.
+"""The world of a room of touching balls: an arena, the hands that hold balls, and a clock. Pure.
 
-Pure. A tick is a frame of the server's rate; the arena takes as many of its own steps in it as its
-dt says. All of it goes into `snapshot`, so that a restored world goes on bit for bit.
+In each tick of the server the arena takes as many steps as fit its dt. A snapshot contains the
+whole state, so a restored world continues bit for bit.
 """
 
 import copy
@@ -22,16 +22,17 @@ from engine.multibody.scenes import on_board
 from engine.multibody.static_geometry import Place
 
 HOLD_RATE: Final = 12.0
-"""1/s; a held ball closes the gap to the hand at this rate: firm, and no faster than a hand is."""
+"""1/s; the rate at which a grabbed ball closes the gap to the hand: firm, yet no faster than a hand
+moves."""
 
-HOLD_SPEED: Final = 15.0  # m/s; the fastest a hand draws a ball, so also the fastest such throw
+HOLD_SPEED: Final = 15.0  # m/s; the fastest that a hand pulls, and so throws, a ball
 
-HOLD_LAPSE: Final = 5.0  # s; a hand of which nothing is heard any more lets go
+HOLD_LAPSE: Final = 5.0  # s after its last message a hand releases its ball
 
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """What does not move in a scene, and the radius of a usual ball in it, m."""
+    """A scene's pegs and walls, and its default radius of a ball, in m."""
 
     place: Place
     radius: float
@@ -44,18 +45,18 @@ class _Saved(msgspec.Struct, frozen=True):
 
 
 class TouchingWorld:
-    """An arena under a clock of `tick_rate` ticks a second, begun as `ground` says."""
+    """The arena of a board or scene, with a clock of `tick_rate` ticks a second."""
 
     def __init__(self, ground: Board | Scene, tick_rate: int) -> None:
         self.tick_rate = tick_rate
         self.tick = 0
         self.arena: Arena = ground.build() if isinstance(ground, Scene) else on_board(ground)
-        # Ball to the place of the hand, m, and the tick at which it lets go.
+        # By ball: the hand's x and y in m, and the tick at which it releases the ball.
         self.holds: dict[int, tuple[float, float, int]] = {}
 
     @property
     def awake(self) -> bool:
-        """Whether anything moves, or is held and so may have to."""
+        """Whether any ball moves, or a hand holds one and may move it."""
         return bool(self.holds) or self.arena.awake
 
     @property
@@ -64,7 +65,7 @@ class TouchingWorld:
 
     @property
     def extent(self) -> Extent:
-        """The box that holds all that does not move."""
+        """The bounding box of the walls and pegs."""
         return Extent(*self.place.extent)
 
     @property
@@ -104,13 +105,13 @@ class TouchingWorld:
             self.arena.kick(ball, vx - float(row["vx"]), vy - float(row["vy"]))
 
     def copy(self) -> "TouchingWorld":
-        """A world that goes on from here by itself, bit for bit."""
+        """An independent copy, which continues bit for bit."""
         other = copy.copy(self)
         other.arena, other.holds = self.arena.copy(), self.holds.copy()
         return other
 
     def become(self, other: "TouchingWorld") -> None:
-        """Go on as a copy of this world, which is not used any more."""
+        """Take over the state of `other`, which must not be used any more."""
         self.tick, self.arena, self.holds = other.tick, other.arena, other.holds
 
     def snapshot(self) -> bytes:
@@ -118,11 +119,11 @@ class TouchingWorld:
         return msgspec.msgpack.encode(_Saved(self.tick, self.arena.snapshot(), holds))
 
     def restore(self, snapshot: bytes) -> None:
-        """Become the world that made `snapshot`; raises RecordError when it is no such thing."""
+        """Take over the state in `snapshot`; raises RecordError if it is unreadable."""
         try:
             saved = msgspec.msgpack.decode(snapshot, type=_Saved)
         except msgspec.MsgspecError as error:
-            raise RecordError(f"the snapshot is not one: {error}", field="snapshot") from error
+            raise RecordError(f"the snapshot is unreadable: {error}", field="snapshot") from error
         self.arena = Arena.from_snapshot(saved.arena)
         self.tick = saved.tick
         self.holds = {ball: (x, y, lapse) for ball, x, y, lapse in saved.holds}

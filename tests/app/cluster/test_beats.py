@@ -68,7 +68,7 @@ def test_who_waits_is_told_at_once_of_one_that_leaves(
 ) -> None:
     with both(database) as (first, second):
         monkeypatch.setattr("app.cluster.beats.BEAT", LIMIT)
-        waiting = threading.Thread(target=second.until_told)
+        waiting = threading.Thread(target=second.pause)
         waiting.start()
         leaving = Member(A.holder, A.name, A.address, leaving=True)
         first.beat(leaving)

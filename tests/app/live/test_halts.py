@@ -57,7 +57,7 @@ async def test_a_halted_table_takes_nothing_and_what_flies_lands(rooms: Rooms) -
     live = rooms.find("main")
     accepted = await ask(live, 7)
     await rooms.halts.halt("main")
-    with pytest.raises(HaltedError, match="'main' is halted by who runs this server"):
+    with pytest.raises(HaltedError, match="'main' is halted by the operator"):
         await ask(live, 8)
     await ask(rooms.find("triangle-8"), 8)
     while run_pass(rooms.runner):

@@ -3,7 +3,7 @@
 import json
 from typing import Any
 
-from app.live.broadcast.audience import Audience, Means, Player
+from app.live.broadcast.audience import Audience, AudienceContext, Player
 from app.live.broadcast.hub import Client, Hub, Mailbox
 from app.live.broadcast.presence import Presence
 from app.protocol import messages
@@ -53,8 +53,8 @@ class Watched:
     def __init__(self, presence: Presence | None = None) -> None:
         self.hub = Hub(10)
         self.room = IndependentRoom("r", BOARD, tick_rate=RATE, max_balls=100)
-        means = Means.of(self.hub, Settings(), lambda: 0.0, presence=presence)
-        self.audience = Audience(means, self.room, "a")
+        context = AudienceContext.of(self.hub, Settings(), lambda: 0.0, presence=presence)
+        self.audience = Audience(context, self.room, "a")
 
     def join(self, number: int = 1, stream: str = messages.SEEDS) -> Ear:
         ear = Ear()

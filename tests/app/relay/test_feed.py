@@ -16,7 +16,7 @@ from app.protocol.visitors import NO_TAG
 from app.protocol.wire import WireMessage
 from app.relay.bus import MemoryBus
 from app.relay.feed import KEPT, Feeds
-from app.relay.letter import WISHES, channel_of, payload_of, wish
+from app.relay.feed_messages import REQUESTS, channel_of, encode_request, payload_of
 from app.relay.replica import Replica
 from app.rooms.boards import Boards
 from app.settings import Settings
@@ -64,7 +64,7 @@ class Scene:
     now: float = 10.0
     numbers: Iterator[int] = field(default_factory=count)
     kept: float = KEPT
-    lost: int = 0  # letters that are to be lost
+    lost: int = 0  # number of messages that the bus is to lose
 
     def __post_init__(self) -> None:
         self.rooms = Rooms(Settings(), Boards(8), Hub(64), Board.preset("triangle-8"))
@@ -78,8 +78,8 @@ class Scene:
         self.relay = self.bus.join()
 
     def replica(self, room_id: str = "main") -> Replica:
-        def wishes(hello: bool) -> None:
-            self.relay.publish(WISHES, wish(room_id, hello=hello))
+        def request(hello: bool) -> None:
+            self.relay.publish(REQUESTS, encode_request(room_id, hello=hello))
 
         def heard(data: bytes) -> None:
             if self.lost:
@@ -87,7 +87,7 @@ class Scene:
             else:
                 found.take(data)
 
-        found = Replica(room_id, Hub(64), wishes, lambda: self.now)
+        found = Replica(room_id, Hub(64), request, lambda: self.now)
         self.relay.subscribe(channel_of(room_id), heard)
         return found
 
@@ -171,7 +171,7 @@ async def test_one_subscriber_is_all_that_the_room_sees() -> None:
         assert one.feeds.count == 1
 
 
-async def test_a_lost_letter_is_made_good_by_a_hello() -> None:
+async def test_a_lost_message_is_made_good_by_a_hello() -> None:
     with scene() as one:
         near = one.direct()
         far = await joined(one.replica(), one.ear())
@@ -195,7 +195,7 @@ async def test_a_feed_lasts_while_somebody_is_subscribed() -> None:
     with scene(kept=0.02) as one:
         await joined(one.replica(), one.ear())
         one.now += 1.0
-        one.relay.publish(WISHES, wish("main", hello=False))
+        one.relay.publish(REQUESTS, encode_request("main", hello=False))
         await turns()
         assert one.feeds.count == 1
         one.now += 1.0

@@ -1,4 +1,4 @@
-"""A relay's room: who comes waits for a hello, nobody misses a letter without beginning anew."""
+"""A relay's room: spectators wait for a hello, and get another one when a message is missing."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,16 +12,16 @@ from app.protocol.messages import Limits
 from app.protocol.wire import WireMessage
 from app.relay import replica as rules
 from app.relay.feed import KEPT, TOGETHER
-from app.relay.letter import (
+from app.relay.feed_messages import (
     END,
     EVENTS,
     HELLO,
-    Letter,
+    FeedMessage,
     decode,
+    decode_request,
+    encode_request,
     kind_of,
     payload_of,
-    wish,
-    wished,
 )
 from app.relay.replica import Replica
 from app.rooms.independent import IndependentRoom
@@ -69,29 +69,29 @@ class Watching:
 
 @dataclass
 class Relay:
-    """A replica with a clock that stands, and the wishes it had."""
+    """A replica with a clock that stands still, and the requests that it has sent."""
 
     limit: int = 8
     now: float = 100.0
-    wishes: list[bool] = field(default_factory=list)
+    requests: list[bool] = field(default_factory=list)
     numbers: int = 0
     feed: bytes = b"feed-one"
 
     def __post_init__(self) -> None:
-        self.replica = Replica("main", Hub(self.limit), self.wishes.append, lambda: self.now)
+        self.replica = Replica("main", Hub(self.limit), self.requests.append, lambda: self.now)
 
     def joined(self, number: int = 0) -> Watching:
         one = Watching(number)
         self.replica.join(one.client, one.hand_over)
         return one
 
-    def letter(self, kind: int, payload: bytes = b"", **more: Any) -> Letter:
+    def message(self, kind: int, payload: bytes = b"", **more: Any) -> FeedMessage:
         self.numbers += 1
         sent = {"tick": 7, "tick_time": 40.0, "now": 41.0} | more
-        return Letter(kind, self.feed, self.numbers, payload=payload, **sent)
+        return FeedMessage(kind, self.feed, self.numbers, payload=payload, **sent)
 
     def hear(self, kind: int, payload: bytes = b"", **more: Any) -> None:
-        self.replica.take(self.letter(kind, payload, **more).encode())
+        self.replica.take(self.message(kind, payload, **more).encode())
 
     def happens(self, ball: int) -> None:
         self.hear(EVENTS, msgspec.json.encode({"type": "landed", "ball": ball, "digest": "0"}))
@@ -100,7 +100,7 @@ class Relay:
 def test_a_new_client_hears_the_whole_first_and_then_events() -> None:
     relay = Relay()
     first, second = relay.joined(1), relay.joined(2)
-    assert relay.wishes == [True], "one hello is for all who wait"
+    assert relay.requests == [True], "one hello is for all who wait"
     relay.happens(0)
     assert first.heard == []
     relay.hear(HELLO, hello())
@@ -115,7 +115,7 @@ def test_a_new_client_hears_the_whole_first_and_then_events() -> None:
     assert [each.heard[0]["key"] for each in (first, third)] == ["key-1", "key-3"]
 
 
-def test_a_letter_that_is_missing_has_everyone_begin_anew() -> None:
+def test_after_a_missing_message_all_wait_for_a_hello() -> None:
     relay = Relay()
     one = relay.joined()
     relay.hear(HELLO, hello())
@@ -123,7 +123,7 @@ def test_a_letter_that_is_missing_has_everyone_begin_anew() -> None:
     relay.happens(5)
     relay.happens(6)
     assert one.kinds == ["hello"], "what came after a gap might be told twice or wrongly"
-    assert relay.wishes[1:] == [True, True]
+    assert relay.requests[1:] == [True, True]
     relay.hear(HELLO, hello())
     relay.happens(7)
     assert one.kinds == ["hello", "hello", "landed"]
@@ -153,7 +153,7 @@ def test_times_are_those_of_the_relay_s_own_clock() -> None:
     relay = Relay()
     one = relay.joined()
     assert relay.replica.pong(1.5) is None
-    # The room's clock is 59 s behind; this letter took 0.2 s, the next no time at all.
+    # The room's clock is 59 s behind; this message took 0.2 s, the next no time at all.
     relay.now = 100.2
     relay.hear(HELLO, hello(), tick=7, tick_time=40.9, now=41.0)
     relay.now = 101.0
@@ -183,10 +183,10 @@ def test_when_nobody_is_there_any_more_all_are_handed_over() -> None:
     relay.hear(HELLO, hello())
     relay.now += 1.0
     relay.replica.tend()
-    assert relay.wishes[-1] is False, "the letters go on coming"
+    assert relay.requests[-1] is False, "messages continue"
     relay.now += rules.QUIET
     relay.replica.tend()
-    assert relay.wishes[-1] is True, "is anybody there?"
+    assert relay.requests[-1] is True, "is anybody there?"
     assert one.handed_over == 0
     relay.now += rules.GONE
     relay.replica.tend()
@@ -215,23 +215,23 @@ def test_a_full_room_takes_nobody_and_one_who_left_hears_nothing() -> None:
     assert one.kinds == ["hello"]
     again = relay.joined(3)
     relay.happens(2)
-    assert again.heard == [], "the letters of before say nothing of now"
+    assert again.heard == [], "former messages do not count"
 
 
-def test_letters_and_wishes_come_back_from_their_bytes() -> None:
-    letter = Relay().letter(EVENTS, b"[]", tick=2**40)
-    assert decode(letter.encode()) == letter
+def test_messages_and_requests_come_back_from_their_bytes() -> None:
+    message = Relay().message(EVENTS, b"[]", tick=2**40)
+    assert decode(message.encode()) == message
     for room, wanted in (("main", True), ("é", False)):
-        assert wished(wish(room, hello=wanted)) == (room, wanted)
+        assert decode_request(encode_request(room, hello=wanted)) == (room, wanted)
     for bad in (b"", b"h", b"xmain", b"h\xff"):
         with pytest.raises(MalformedError):
-            wished(bad)
+            decode_request(bad)
     with pytest.raises(MalformedError, match="too short"):
         decode(b"x" * 8)
 
 
 @pytest.mark.parametrize("size", [1, 125, 126, 65_535, 65_536])
-def test_what_a_client_is_written_is_what_a_letter_carries(size: int) -> None:
+def test_a_message_carries_what_a_client_is_written(size: int) -> None:
     payload = b"[" * size
     assert payload_of(WireMessage.of_text(payload).wire) == payload
     assert kind_of(payload) == EVENTS
@@ -239,5 +239,5 @@ def test_what_a_client_is_written_is_what_a_letter_carries(size: int) -> None:
 
 
 def test_the_limits_of_the_two_sides_fit() -> None:
-    assert KEPT > 2.0, "a relay wishes once a second, and one wish may be lost"
+    assert KEPT > 2.0, "a relay asks once a second, and one request may be lost"
     assert TOGETHER < rules.PATIENCE / 10.0

@@ -334,8 +334,12 @@ def test_frames_and_watching_do_not_change_what_happens() -> None:
         ("settings", {"dt": 0.5}, "dt 0.5 is not from 0.001 to 0.1 s"),
         ("reset", {"scene": {"scene": "moon"}}, "scene 'moon' is not one of: sandbox, galton"),
         ("reset", {"scene": {"scene": "sandbox", "ballz": 3}}, "has no 'ballz'; it has: balls"),
-        ("reset", {"scene": {"scene": "sandbox", "radii": [0.3, 0.1]}}, "do not rise"),
-        ("reset", {"scene": {"scene": "sandbox", "balls": 501}}, "more than the 500"),
+        (
+            "reset",
+            {"scene": {"scene": "sandbox", "radii": [0.3, 0.1]}},
+            "least is above the greatest",
+        ),
+        ("reset", {"scene": {"scene": "sandbox", "balls": 501}}, "at most 500"),
         (
             "reset",
             {"scene": {"scene": "sandbox", "balls": 400, "radii": [0.4, 0.5]}},
@@ -374,7 +378,7 @@ def test_an_input_for_a_ball_that_has_gone_does_nothing() -> None:
     kick = room.plan_change(change("kick", ball=0, vx=1.0), lead=2)
     take = room.plan_change(change("remove", ball=0))
     assert take.tick == kick.tick == 2, "inputs keep their order"
-    with pytest.raises(RuntimeError, match="not those that were planned after it"):
+    with pytest.raises(RuntimeError, match="refused before the inputs planned after it"):
         room.refuse(kick)
     room.refuse(take)
     room.refuse(kick)

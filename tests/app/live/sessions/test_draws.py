@@ -90,7 +90,7 @@ def test_a_session_there_is_proven_with_its_draw(
         ({}, "session", "in a fair session only"),
         ({"seed": "1"}, "session", "in a fair session only"),
         ({"x": 0.1}, "session", "in a fair session only"),
-        ({"aim": 0.1, "session": True}, "aim", "nobody aims"),
+        ({"aim": 0.1, "session": True}, "aim", "leave aim out"),
         ({"seed": DRAW["seeds"][1][0], "session": True}, "session", "neither seed nor x"),
         ({"x": 0.1, "session": True}, "session", "neither seed nor x"),
     ],
@@ -113,7 +113,7 @@ def test_neither_a_queue_nor_another_board_is_for_a_draw(
     answer = http.post(f"{place}/queue", json={"n": 1, "name": "Ada"}, headers=own)
     refused(answer, "session", "in a fair session only")
     answer = http.patch(place, json={"board": "triangle-8"}, headers=own)
-    refused(answer, "board", "seeds are of its board")
+    refused(answer, "board", "seeds fit only its board")
     again = http.post(f"{place}/reset", headers=own).json()
     assert again["draw"] == opened["draw"]
 

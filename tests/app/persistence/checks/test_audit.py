@@ -80,7 +80,7 @@ FINDINGS: dict[str, tuple[str, str, str]] = {
     "a checkpoint": (
         "UPDATE rooms SET checkpoint = x'00' WHERE mode = 'interacting'",
         "interacting-triangle-8",
-        "the checkpoint is none",
+        "the checkpoint is unreadable",
     ),
 }
 

@@ -10,6 +10,5 @@ depends_on = None
 
 
 def upgrade() -> None:
-    """Add the columns; existing drops have neither."""
     op.add_column("drops", sa.Column("name", sa.Text(), nullable=True))
     op.add_column("drops", sa.Column("colour", sa.String(length=7), nullable=True))

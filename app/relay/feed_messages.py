@@ -1,7 +1,7 @@
-"""The bus's binary formats: a room's messages (`Letter`), and relays' requests (`wish`). Pure.
+"""The binary formats on the bus: messages of a room's feed, and relays' requests for them. Pure.
 
-A letter contains exactly the bytes that a spectator is sent, which the server has encoded once.
-Its header lets a relay detect a missing letter and convert the server's clock to its own.
+A message contains exactly the bytes that spectators are sent, which the server has encoded once.
+Its header lets a relay detect a missing message and convert the server's clock to its own.
 """
 
 import struct
@@ -10,13 +10,13 @@ from typing import Final
 
 from app.errors import MalformedError
 
-WISHES: Final = "plinko:wishes"
+REQUESTS: Final = "plinko:requests"
 """The channel for relays' requests, to which every server listens."""
 
 EVENTS: Final = 0
 HELLO: Final = 1
 END: Final = 2
-"""Kinds of letters: events, the full state to begin from, and the end of the feed."""
+"""Kinds of messages: events, the full state to begin from, and the end of the feed."""
 
 _HEADER = struct.Struct("!B8sQQdd")
 _HELLO_BEGINS = b'{"type":"hello"'
@@ -24,15 +24,14 @@ _LENGTHS = {126: 4, 127: 10}  # bytes of a frame's header by its second byte, ot
 
 
 def channel_of(room_id: str) -> str:
-    """The channel for a room's letters."""
     return f"plinko:room:{room_id}"
 
 
 @dataclass(frozen=True, slots=True)
-class Letter:
+class FeedMessage:
     """One message to all relays of a room.
 
-    feed: the random name of the `Feed` that sent it; number: counts that feed's letters from 1.
+    feed: the random name of the `Feed` that sent it; number: counts that feed's messages from 1.
     tick, tick_time: the room's last tick and its time; now: the time of sending; both in s of the
     sender's clock. payload: the text of one WebSocket message.
     """
@@ -50,12 +49,12 @@ class Letter:
         return _HEADER.pack(self.kind, self.feed, self.number, *clock) + self.payload
 
 
-def decode(data: bytes) -> Letter:
-    """Parse a letter; raises MalformedError."""
+def decode(data: bytes) -> FeedMessage:
+    """Parse a message; raises MalformedError."""
     if len(data) < _HEADER.size:
-        raise MalformedError(f"a letter of {len(data)} bytes is too short: {_HEADER.size} or more")
+        raise MalformedError(f"a message of {len(data)} bytes is too short: {_HEADER.size} or more")
     kind, feed, number, tick, tick_time, now = _HEADER.unpack_from(data)
-    return Letter(kind, feed, number, tick, tick_time, now, data[_HEADER.size :])
+    return FeedMessage(kind, feed, number, tick, tick_time, now, data[_HEADER.size :])
 
 
 def payload_of(wire: bytes) -> bytes:
@@ -68,13 +67,13 @@ def kind_of(payload: bytes) -> int:
     return HELLO if payload.startswith(_HELLO_BEGINS) else EVENTS
 
 
-def wish(room_id: str, *, hello: bool) -> bytes:
-    """A relay's request for a room's letters, with a hello first if a new spectator needs one."""
+def encode_request(room_id: str, *, hello: bool) -> bytes:
+    """A relay's request for a room's messages, with a hello first if a new spectator needs one."""
     return (b"h" if hello else b"k") + room_id.encode()
 
 
-def wished(data: bytes) -> tuple[str, bool]:
-    """Parse a relay's request into room and hello; raises MalformedError."""
+def decode_request(data: bytes) -> tuple[str, bool]:
+    """Parse a request into the room's id and whether a hello is wanted; raises MalformedError."""
     try:
         room_id = data[1:].decode()
     except UnicodeDecodeError:
