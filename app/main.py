@@ -90,7 +90,7 @@ if TYPE_CHECKING:
 _log = logging.getLogger("plinko")
 
 _MOMENTS = 1 << 22  # bytes of cached room frames, for clients that ask at the same moment
-_QUIET_START = 5.0  # s after the start the workers are prepared, unless a request came before
+_QUIET_START = 5.0  # s until the server prepares its workers, if no request has needed them yet
 
 _COMPRESSED = 1024  # bytes; compressing a shorter body saves less than it costs
 _EFFORT = 5  # zlib's level; 9 takes three times as long and saves two percent more

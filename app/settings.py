@@ -171,7 +171,6 @@ class Settings:
 
     @property
     def ledger_url(self) -> str:
-        """The URL of the ledger's database."""
         if self.database_url:
             return self.database_url
         directory = self.data_directory

@@ -184,10 +184,10 @@ class Quota:
     ) -> Iterator[Callable[[str], None]]:
         """Reserve a place for one more thing; the block calls the yielded function with its name.
 
-        `left` is how many more all keys together may open. One key may have only a tenth of them,
-        so that a few keys cannot use up the rest. `count` is how many things `key` has, if the
-        caller counts them itself. Raises QuotaError if `key` has its share already; things that are
-        still being made count.
+        `left` is how many more all keys together may open. One key may have only a tenth of them
+        (but always three), so that a few keys cannot use up the rest. `count` is how many things
+        `key` has, if the caller counts them itself. Raises QuotaError if `key` has its share
+        already; things that are still being made count.
         """
         share = self.most if left is None else max(_ALWAYS, left // 10)
         self._check(key, min(self.most, share), count)
