@@ -111,13 +111,13 @@ test("what is no draw is named", () => {
       && message.test(error.message));
   };
   refused((draw) => { draw.kind = "plinko receipt"; }, /draw is not a plinko draw/);
-  refused((draw) => { draw.more = 1; }, /draw has more/);
+  refused((draw) => { draw.more = 1; }, /draw has an unknown field more/);
   refused((draw) => { draw.weights[0] = 1.5; }, /draw\.weights\[0\] is 1\.5/);
   refused((draw) => { draw.weights[0] = 2 ** 53; }, /draw\.weights\[0\]/);
-  refused((draw) => { draw.weights[1] = 1; }, /a list of seeds for each bin with a weight/);
-  refused((draw) => { draw.weights.pop(); }, /a list of seeds for each bin with a weight/);
-  refused((draw) => { draw.seeds[0][0] = "18446744073709551616"; }, /no seed/);
-  refused((draw) => { draw.seeds[0][0] = 1; }, /no seed/);
+  refused((draw) => { draw.weights[1] = 1; }, /must have seeds for exactly the bins whose weight/);
+  refused((draw) => { draw.weights.pop(); }, /must have seeds for exactly the bins whose weight/);
+  refused((draw) => { draw.seeds[0][0] = "18446744073709551616"; }, /is not a seed/);
+  refused((draw) => { draw.seeds[0][0] = 1; }, /is not a seed/);
 });
 
 test("another kernel and another server are named", async () => {

@@ -19,15 +19,15 @@ const PROVEN = {
 test("a proven bin is told with enclosure, cost and double result", () => {
   const words = provenWords(PROVEN);
   assert.equal(words, "Certified: bin 3, x = [1.05 +/- 0.05] m after [4.2 +/- 0.3] s; "
-    + "435 comparisons, each decided with 160 bits. Double precision has it right.");
-  assert.match(provenWords({ ...PROVEN, agrees: false }), /has another/);
+    + "435 comparisons, each decided with 160 bits. Double precision agrees.");
+  assert.match(provenWords({ ...PROVEN, agrees: false }), /Double precision differs/);
   assert.match(provenWords({ ...PROVEN, bin: null, unsettled: "balanced" }), /no bin, balanced/);
   assert.match(provenWords({ ...PROVEN, ties: ["peg 0 and peg 1"] }), /instant: peg 0 and peg 1\./);
 });
 
 test("what is left open is no proof, and says what is open", () => {
   const open = { ...PROVEN, certified: false, bin: null, undecided: "whether peg 3 is hit" };
-  assert.equal(provenWords(open), "Not proven: it stays open whether peg 3 is hit.");
+  assert.equal(provenWords(open), "Not proven. Undecided: whether peg 3 is hit.");
   assert.equal(partingWords(PROVEN, open), provenWords(open));
 });
 

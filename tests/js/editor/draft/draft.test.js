@@ -14,7 +14,7 @@ for (const [form, named] of [
   [[], /object/],
   [{ pegs: 3 }, /pegs/],
   [{ pegs: [{ x: 1, y: "two", radius: 0.1 }] }, /not a number/],
-  [{ bins: { edges: [0, 1, 0.5], multipliers: [1, 1] } }, /rise/],
+  [{ bins: { edges: [0, 1, 0.5], multipliers: [1, 1] } }, /increase/],
   [{ bins: { edges: [0, 1], multipliers: [1, 1] } }, /one multiplier/],
 ]) {
   test(`what cannot be drawn is refused: ${JSON.stringify(form)}`, () => {
