@@ -35,8 +35,8 @@ COLUMNS = 10
 def touch(
     items: Surfaces, radius: float, item: int, side: float, x: float, y: float
 ) -> tuple[float, float, float, float]:
-    """Unit normal (nx, ny) of `item` towards a ball that touches it at (x, y), and the centre of the
-    ball at the exact contact distance.
+    """Unit normal (nx, ny) of `item` towards a ball that touches it at (x, y), and the centre of
+    the ball at the exact distance.
 
     `radius` is the ball's, `side` (1 or -1) its side of a line; lengths in m. The centre moves only
     by rounding errors, which would else add up over many bounces on one surface.
