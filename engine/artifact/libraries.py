@@ -60,7 +60,6 @@ def made() -> dict[str, bytes]:
 
 
 def _library(exports: Mapping[str, NativeEntry], processor: Processor) -> bytes:
-    """A shared library that exports these functions."""
     with tempfile.TemporaryDirectory() as folder:
         given, found = Path(folder, "kernels.o"), Path(folder, "kernels.so")
         given.write_bytes(compile_object(exports, processor))
@@ -76,7 +75,6 @@ def _library(exports: Mapping[str, NativeEntry], processor: Processor) -> bytes:
 
 
 def main() -> None:
-    """Write all files."""
     native.FOLDER.mkdir(exist_ok=True)
     for name, content in made().items():
         (native.FOLDER / name).write_bytes(content)

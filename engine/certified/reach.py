@@ -126,8 +126,8 @@ def _circles_reached(
     circles: Array, flight: tuple[float, float, float, float, float, float, float], h: float,
     way: float, more: float, start: float, skipped: int, numbers: Numbers, times: Array,
 ) -> int:  # fmt: skip
-    """Write the circles that the ball may touch in a window, in which it moves at most `way`, and
-    the times; returns their number."""
+    """Write the circles that a ball may touch in a window, each with a time before which it does
+    not; returns their number. The ball moves at most `way` m in the window."""
     x, y, vx, vy, ax, ay, k = flight
     count = 0
     for i in range(len(circles)):

@@ -68,13 +68,11 @@ def bin_of(board: BoardArrays, x: float) -> int:
 
 @inner_kernel
 def restitution_of(board: BoardArrays, item: int) -> float:
-    """Restitution between the ball and `item`."""
     return board.peg_restitution if item < board.peg_count else board.wall_restitution
 
 
 @inner_kernel
 def friction_of(board: BoardArrays, item: int) -> float:
-    """Coefficient of friction between the ball and `item`."""
     return board.peg_friction if item < board.peg_count else board.wall_friction
 
 

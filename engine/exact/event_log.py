@@ -73,7 +73,6 @@ def write_event(
     kind: int,
     index: int,
 ) -> None:
-    """Fill one row of a log's events."""
     events[row, 0] = t
     events[row, 1] = x
     events[row, 2] = y
@@ -86,7 +85,6 @@ def write_event(
 
 @lean_kernel
 def note_event(log: Log, state: npt.NDArray[np.float64], kind: int, index: int) -> None:
-    """Append the state as an event."""
     row = log.counts[EVENTS]
     log.counts[EVENTS] = row + 1
     if row < len(log.events):

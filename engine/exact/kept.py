@@ -27,7 +27,6 @@ class Kept(Generic[Made]):
         self._lock = Lock()
 
     def __call__(self, board: BoardFields) -> Made:
-        """The result for this board, cached or new."""
         with self._lock:
             found = self._made.get(board)
             if found is not None:

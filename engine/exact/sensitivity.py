@@ -50,8 +50,6 @@ ROUNDING = 2.220446049250313e-16
 
 
 class Space(NamedTuple):
-    """Work space for one drop."""
-
     series: Series
     variation: Series
     tangents: Array  # (TANGENTS, TANGENT_SIZE)

@@ -46,7 +46,6 @@ class Call(NamedTuple):
 
     @classmethod
     def read(cls, form: dict[str, Any]) -> "Call":
-        """Parse the JSON form."""
         return cls(
             tuple(map(_read, form["takes"])),
             None if form["gives"] is None else _read(form["gives"]),

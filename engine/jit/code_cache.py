@@ -24,7 +24,6 @@ _DIGEST = 32  # bytes of SHA-256 in front of the compiled module
 
 
 def folder() -> Path:
-    """The folder of the cache."""
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache", "plinko")
 
 

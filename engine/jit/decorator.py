@@ -41,7 +41,6 @@ class Kernel(Generic[P, T]):
         self.forceinline = forceinline
 
     def __call__(self, *args: P.args, **given: P.kwargs) -> T:
-        """Run the function as Python."""
         return self.function(*args, **given)
 
     def __repr__(self) -> str:
@@ -67,7 +66,6 @@ class EntryKernel(Kernel[P, T]):
         return self.function if found is None else cast("Callable[..., T]", found)
 
     def __call__(self, *args: P.args, **given: P.kwargs) -> T:
-        """Run the machine code."""
         return self.machine_code(*args, **given)
 
 

@@ -21,8 +21,6 @@ _FUNCTIONS_CALLED = {12, 13, 25, 26}  # functions that run on loading or unloadi
 
 
 class Section(NamedTuple):
-    """A section's type and content."""
-
     kind: int
     content: bytes
 

@@ -27,11 +27,9 @@ class _PlainCall:
         self._args = args
 
     def __call__(self) -> None:
-        """Run the function."""
         self._function(*self._args)
 
     def view(self, array: Any) -> Any:
-        """The array itself."""
         return array
 
 

@@ -27,7 +27,6 @@ def limit_calls() -> None:
 
 
 def are_limited() -> bool:
-    """Whether calls are limited in this process."""
     return _limited.is_set()
 
 

@@ -138,7 +138,6 @@ class Module:
         self._idle.append(machine)
 
     def in_place(self, entry: "Entry", args: Sequence[Any]) -> "InPlace":
-        """A repeatable call, with its own machine."""
         call = InPlace(self._new_machine(), entry, args)
         self._repeated.add(call)
         return call
@@ -178,7 +177,6 @@ class Entry:
         return None if self._form is None else self._form(iter(found))
 
     def in_place(self, args: Sequence[Any]) -> "InPlace":
-        """A repeatable call with these arguments."""
         return self._module.in_place(self, args)
 
 
@@ -358,7 +356,6 @@ class InPlace:
         self._machine = machine
 
     def close(self) -> None:
-        """Release the machine."""
         self._machine = None
 
 

@@ -99,7 +99,7 @@ class NativeKernel:
 
 
 def _array(name: str, kind: Kind, value: Any) -> list[int]:
-    """An array as the numbers that numba's code takes for it."""
+    """The numbers that numba's code takes for an array."""
     fits = value.dtype == kind.name and value.ndim == kind.dimensions
     if not fits or not value.flags.c_contiguous:
         raise TypeError(f"{name} takes an array {kind} without gaps, no {value.dtype}")

@@ -24,8 +24,6 @@ _NAMED: Final = 0x40
 
 
 class _Reader:
-    """Reads bytes in order."""
-
     def __init__(self, data: bytes) -> None:
         self.data = data
         self.at = 0
@@ -34,7 +32,6 @@ class _Reader:
         return self.at < len(self.data)
 
     def take(self, count: int) -> bytes:
-        """The next `count` bytes."""
         self.at += count
         return self.data[self.at - count : self.at]
 
@@ -87,7 +84,6 @@ def custom(module: bytes, name: str) -> bytes | None:
 
 
 def with_custom(module: bytes, name: str, content: bytes) -> bytes:
-    """The module with a custom section appended."""
     return module + bytes([CUSTOM]) + _sized(_sized(name.encode()) + content)
 
 

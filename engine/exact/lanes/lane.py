@@ -117,7 +117,6 @@ class Space(NamedTuple):
 
 
 def new_space(board: BoardArrays) -> Space:
-    """Work space for drops on `board`."""
     return Space(
         w=np.zeros(FLOAT_COLUMNS * LANES),
         m=np.zeros(INT_COLUMNS * LANES, np.int64),

@@ -113,7 +113,6 @@ def _trace(board: BoardArrays, drops: Drops, space: Space, results: Results, dra
 
 @lean_kernel
 def _begin_drop(board: BoardArrays, w: Floats, m: Ints, i: int, drop: int, drops: Drops) -> None:
-    """Put drop number `drop` in lane i."""
     for column in range(body.SIZE):
         w[column * lane.LANES + i] = 0.0
     w[lane.X0 + i] = drops.xs[drop]
