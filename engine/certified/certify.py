@@ -55,7 +55,6 @@ class Enclosure:
         return cls(_down(x), -_down(-x), x.str(DIGITS))
 
     def to_dict(self) -> dict[str, Any]:
-        """As JSON values."""
         return {"low": self.low, "high": self.high, "text": self.text}
 
 
