@@ -22,9 +22,9 @@ def normal(value: object) -> str:
 
 
 def fault(text: str, most: int) -> str | None:
-    """What is required of a `normal` text and `text` is not; None if it is valid.
+    """Return the first requirement that `text` violates, to continue 'it must be'; None if valid.
 
-    most: largest number of characters.
+    text: from `normal`. most: largest number of characters.
     """
     if not 0 < len(text) <= most:
         return f"a text of 1 to {most} characters"

@@ -72,8 +72,8 @@ class Board(BoardFields):
     def triangle(cls, rows: int, *, risk: str = "medium", **changes: Any) -> "Board":
         """Return the triangular board of `rows` rows, 4 to 20, with `changes` as for `replace`.
 
-        From 8 to 16 rows it is the preset, with the payout table of `risk`: low, medium or high.
-        On others every bin pays the stake back until `bins={"multipliers": …}` says otherwise.
+        From 8 to 16 rows it is the preset with the payout table of `risk`: low, medium or high.
+        On other triangles every bin returns the stake, unless `bins={"multipliers": …}` is given.
         """
         fields = making.triangle_fields(rows, risk)
         return cls(**making.replaced(fields, changes))

@@ -1,8 +1,8 @@
-"""Balls that touch each other, on any board or in a box: what a sandbox or a live room ticks.
+"""`Arena`: balls that touch each other, on a board or in a box; a sandbox or a live room ticks one.
 
-An arena is static geometry, settings, and balls that are added, removed, kicked and edited while it
-runs. These are its inputs: the same ones at the same ticks give the same bits, on every run and
-machine.
+An arena has static geometry, settings and balls. While it runs, inputs add, remove, kick and edit
+balls and change settings. The same inputs at the same ticks give the same bits, in every run and on
+every machine.
 """
 
 import copy
@@ -31,8 +31,8 @@ from engine.parameters import number
 class Arena:
     """Balls that touch each other, advanced in steps of settings.dt seconds.
 
-    `place`: the static geometry. `record`: set to a list, it collects all inputs as JSON values,
-    which `apply` does again.
+    place: the static geometry. record: if set to a list, it collects all inputs as JSON values,
+    which `apply` repeats.
     """
 
     def __init__(self, place: StaticGeometry, settings: ArenaSettings | None = None) -> None:
@@ -40,7 +40,7 @@ class Arena:
         self.settings = settings or ArenaSettings()
         self.tick = 0
         self.time = 0.0
-        """Seconds of the arena: the sum of its steps."""
+        """The arena's time in s: the sum of its steps."""
         self.record: list[dict[str, Any]] | None = None
         self._statics = static_shapes(place)
         self._solver_settings = self.settings.for_solver()
@@ -49,7 +49,7 @@ class Arena:
         self._accumulator = 0.0
         self._previous = np.zeros((0, 3))
         self._rests = False
-        """Whether a step has found all asleep; true as long as the table is listed."""
+        """Whether the last step found all balls asleep; valid only while `_table.is_listed`."""
         self._log = new_log(0)
         self._events = EventQueue()
 
@@ -60,7 +60,7 @@ class Arena:
             self.record.append({"op": op, "tick": self.tick, **arguments})
 
     def apply(self, entry: Mapping[str, Any]) -> Any:
-        """Do a recorded input, whose `op` names it; ParameterError says what is wrong with it."""
+        """Repeat a recorded input; ParameterError if it is invalid."""
         act, arguments = inputs.read(entry, _INPUTS)
         return act(self, **arguments)
 
@@ -77,10 +77,10 @@ class Arena:
         ids: Iterable[int] | None = None,
         **values: npt.ArrayLike,
     ) -> list[int]:
-        """Add balls and return their ids. Each value is a list or one for all.
+        """Add balls and return their ids. Each value is a list, or one number for all balls.
 
-        ids: by default the next numbers. What happens depends on the ids and not on the order in
-        which balls are added.
+        ids: default is the next free numbers. The motion depends on the ids, but not on the order
+        in which balls are added.
         """
         check_names(values, DEFAULTS)
         found = {name: checked(name, value) for name, value in values.items()}
@@ -88,7 +88,10 @@ class Arena:
         count = max(len(array) for array in found.values())
         for name, array in found.items():
             if len(array) not in {1, count}:
-                raise ParameterError(f"{len(array)} {name} for {count} balls", field=name)
+                raise ParameterError(
+                    f"{name} has {len(array)} values for {count} balls: it must have {count}, or 1",
+                    field=name,
+                )
         complete = {
             name: np.broadcast_to(found.get(name, np.array([DEFAULTS.get(name, 0.0)])), count)
             for name in RANGES
@@ -111,15 +114,20 @@ class Arena:
             if type(i) is not int or not 0 <= i < 2**31 - 1:
                 raise ParameterError(f"id {i!r:.40} is not from 0 to 2^31 - 2", field="ids")
         if len(asked) != count or len(set(asked)) != count:
-            raise ParameterError(f"{len(set(asked))} ids for {count} balls", field="ids")
+            raise ParameterError(
+                f"ids has {len(set(asked))} different values for {count} balls: it must have "
+                f"{count}",
+                field="ids",
+            )
         chosen = np.array(asked, np.int32)
         taken = np.intersect1d(chosen, self._table.ids)
         if len(taken):
-            raise ParameterError(f"there already is a ball {int(taken[0])}", field="ids")
+            raise ParameterError(
+                f"ids has {int(taken[0])}, which another ball has: use a new one", field="ids"
+            )
         return chosen
 
     def remove(self, ball: int) -> None:
-        """Remove a ball."""
         self.remove_many([ball])
 
     def remove_many(self, balls: Iterable[int]) -> None:
@@ -132,7 +140,6 @@ class Arena:
         self._record_input("remove_many", balls=chosen)
 
     def clear(self) -> None:
-        """Remove all balls."""
         self._table.wake_all()
         self._drop(list(range(self.count)))
         self._record_input("clear")
@@ -143,7 +150,7 @@ class Arena:
         self._table.keep(kept)
 
     def kick(self, ball: int, dvx: float, dvy: float, domega: float = 0.0) -> None:
-        """Change a ball's velocity, m/s, and its spin, rad/s."""
+        """Add to a ball's velocity, m/s, and to its spin, rad/s."""
         row = self._table.row(ball)
         vel, radius = self._table.bodies.vel, self._table.bodies.pos[row, body.RADIUS]
         for name, value in (("vx", dvx), ("vy", dvy), ("omega", domega)):
@@ -166,13 +173,13 @@ class Arena:
         self._record_input("impulse", ball=int(ball), jx=jx, jy=jy)
 
     def edit(self, ball: int, **values: float) -> None:
-        """Set some of a ball's values, those of RANGES; a new radius keeps the density."""
+        """Set some of a ball's values; RANGES lists them. A new radius keeps the density."""
         row = self._table.row(ball)
         self._set(np.array([row]), values)
         self._record_input("edit", ball=int(ball), **values)
 
     def edit_all(self, **values: float) -> None:
-        """Set some values of all balls."""
+        """`edit` all balls."""
         self._set(np.arange(self.count), values)
         self._record_input("edit_all", **values)
 
@@ -182,12 +189,11 @@ class Arena:
         self._table.edit(rows, new)
 
     def wake_all(self) -> None:
-        """Wake all balls."""
         self._table.wake_all()
         self._record_input("wake_all")
 
     def configure(self, **values: Any) -> None:
-        """Change settings while it runs, those of ArenaSettings; all balls wake."""
+        """Change some of the ArenaSettings, and wake all balls."""
         changed = self.settings.changed(values)
         self.settings, self._solver_settings = changed, changed.for_solver()
         self._table.wake_all()
@@ -197,17 +203,15 @@ class Arena:
 
     @property
     def count(self) -> int:
-        """Number of balls."""
         return self._table.n
 
     @property
     def awake(self) -> bool:
-        """Whether anything moves; if not, a step changes nothing but the tick."""
+        """Whether any ball is awake; if not, a step only advances tick and time."""
         marks = self._table.bodies.marks[: self.count, body.FLAGS]
         return bool((marks & body.ASLEEP == 0).any())
 
     def step(self) -> None:
-        """Advance by one step."""
         start = self.time
         self.tick += 1
         self.time = start + self.settings.dt
@@ -228,7 +232,7 @@ class Arena:
             self._collect(start, counts)
 
     def _collect(self, start: float, counts: list[int]) -> None:
-        """Keep the events of a step, and take out the balls that landed or left."""
+        """Queue the events of a step, and remove the balls that landed or left."""
         log, table = self._log, self._table
         if counts[step_log.TOUCHES]:
             self._events.add_touches(log, self.tick, start)
@@ -256,7 +260,7 @@ class Arena:
         return int(np.searchsorted(inner, x, side="right"))
 
     def advance(self, frame_time: float) -> float:
-        """Advance by `frame_time` seconds in whole steps; return the part left, in [0, 1)."""
+        """Advance by `frame_time` seconds in whole steps; return the rest in steps, in [0, 1)."""
         if not (isfinite(frame_time) and frame_time >= 0.0):
             raise ParameterError(
                 f"frame_time {frame_time!r} is not a finite number of seconds >= 0",
@@ -276,7 +280,7 @@ class Arena:
         return self._table.records(self._table.bodies.pos[: self.count])
 
     def interpolated(self, alpha: float) -> npt.NDArray[np.void]:
-        """The balls between the previous tick (alpha 0) and this one (1), linearly."""
+        """The balls, interpolated linearly between the previous tick (0) and this one (1)."""
         alpha = number(alpha, "alpha", 0.0, 1.0)
         now = self._table.bodies.pos[: self.count]
         between = now.copy()
@@ -284,11 +288,12 @@ class Arena:
         return self._table.records(between)
 
     def ball(self, ball: int) -> dict[str, float]:
-        """All values of one ball, those of RANGES, and its mass in kg."""
+        """All values of a ball that RANGES lists, and its mass in kg."""
         return self._table.values(self._table.row(ball))
 
     def find(self, x: float, y: float) -> int | None:
-        """Id of the ball at the point (x, y) in m, the nearest centre first, or None."""
+        """Id of the ball at the point (x, y) in m, or None; of several, the one with the nearest
+        centre."""
         pos = self._table.bodies.pos[: self.count]
         squares = (pos[:, body.X] - x) ** 2 + (pos[:, body.Y] - y) ** 2
         under = np.flatnonzero(squares <= pos[:, body.RADIUS] ** 2)
@@ -297,31 +302,31 @@ class Arena:
         return int(self._table.ids[under[np.argmin(squares[under])]])
 
     def take_events(self) -> list[ArenaEvent]:
-        """Impacts, landings and balls that left since the last call, in order of time."""
+        """Impacts, landings and departures since the last call, in order of time."""
         return self._events.take(self._statics.peg_count)
 
     def take_landings(self) -> list[Landed | Left]:
-        """The landings, and balls that left, since the last call; impacts stay to be taken."""
+        """Only the landings and departures since the last call; impacts stay in the queue."""
         return self._events.take_ends()
 
     @property
     def events_lost(self) -> int:
-        """Impacts that `take_events` omitted: too many in a step, or not taken in time."""
+        """Impacts missing from `take_events`: too many in a step, or not taken in time."""
         return self._events.lost
 
     def diagnostics(self) -> Diagnostics:
-        """Energies, momenta, contacts, overlap; costs nothing unless called."""
+        """Energies, momenta, contacts and overlap; computed only by this call."""
         return diagnose(self._table, self._statics, self.settings.gravity)
 
     @property
     def nbytes(self) -> int:
-        """Memory of the balls and of their neighbour list, room not in use included."""
+        """Bytes of the balls' arrays and neighbour list, including unused room."""
         return self._table.nbytes
 
     # Saving
 
     def copy(self) -> "Arena":
-        """A copy that continues from here, bit for bit, and records no inputs."""
+        """A copy that continues from here bit for bit and does not record inputs."""
         other = copy.copy(self)
         other.record, other._log = None, new_log(0)
         other._table, other._events = self._table.copy(), self._events.copy()
@@ -345,7 +350,7 @@ class Arena:
         )
 
     def restore(self, snapshot: bytes) -> None:
-        """Become the arena that made `snapshot`, with its geometry and settings; RecordError."""
+        """Continue from `snapshot`, with its geometry and settings; RecordError if malformed."""
         saved = _decoded(snapshot)
         try:
             self.place = StaticGeometry.from_dict(saved["place"])
@@ -355,7 +360,7 @@ class Arena:
             self._table.load(saved["table"])
             self._previous = np.frombuffer(saved["previous"]).reshape(-1, 3).copy()
         except (KeyError, TypeError, ValueError) as error:
-            raise RecordError(f"the snapshot lacks {error}", field="snapshot") from error
+            raise RecordError(f"the snapshot is malformed: {error!r}", field="snapshot") from error
         self._statics = static_shapes(self.place)
         self._solver_settings = self.settings.for_solver()
         self._rests = False
@@ -392,7 +397,11 @@ def _decoded(snapshot: bytes) -> dict[str, Any]:
     try:
         saved = msgspec.msgpack.decode(snapshot, type=dict[str, Any])
     except msgspec.MsgspecError as error:
-        raise RecordError(f"the snapshot is not one: {error}", field="snapshot") from error
+        raise RecordError(f"the snapshot is malformed: {error}", field="snapshot") from error
     if saved.get("arena") != 1 or saved.get("physics_version") != PHYSICS_VERSION:
-        raise RecordError("the snapshot is of no arena of this version", field="physics_version")
+        raise RecordError(
+            f"the snapshot has physics_version {saved.get('physics_version')!r}: it must be an "
+            f"arena's with {PHYSICS_VERSION}",
+            field="physics_version",
+        )
     return saved

@@ -1,4 +1,4 @@
-"""The arrays behind an arena: balls in rows by ascending id, and their neighbour list."""
+"""The arrays of an arena's balls, in rows by ascending id, and their neighbour list."""
 
 import math
 from collections.abc import Mapping
@@ -28,7 +28,7 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "restitution": (0.0, 1.0),
     "friction": (0.0, 1e6),
 }
-"""What a ball's values may be; m, rad, m/s, rad/s, kg/m^2."""
+"""Ranges of a ball's values in m, rad, m/s, rad/s, kg/m^2."""
 
 DEFAULTS: Mapping[str, float] = {
     "theta": 0.0,
@@ -40,25 +40,27 @@ DEFAULTS: Mapping[str, float] = {
     "restitution": 0.6,
     "friction": 0.2,
 }
-"""A ball's values unless they are given."""
+"""Values of a new ball if the caller does not give them; same units."""
 
 ARENA_BODY = np.dtype(
     [("id", "<i4")]
     + [(name, "<f8") for name in ("x", "y", "theta", "vx", "vy", "omega", "radius")]
     + [("asleep", "u1"), ("bounced", "u1")]
 )
-"""A ball: id, m, rad, m/s, rad/s, m; whether it sleeps, and had an impact in the last step."""
+"""A ball: id, m, rad, m/s, rad/s, m; whether it sleeps; whether it had an impact in the last
+step."""
 
 _SAVED_NAMES: Mapping[str, str] = {
     "anchor": "home",
     "neighbour_starts": "near_starts",
     "neighbours": "near",
 }
-"""Arrays that have another name in snapshots, which stay readable and the same to the last bit."""
+"""Arrays with a different name in snapshots. The bytes of snapshots must not change, because rooms'
+logs contain their digests."""
 
 
 def checked(name: str, value: object) -> Floats:
-    """`value` as an array of floats in the range of `name`; ParameterError naming a bad one."""
+    """Return `value` as an array of floats in the range of `name`; ParameterError otherwise."""
     low, high = RANGES[name]
     try:
         found = np.atleast_1d(np.asarray(value, np.float64))
@@ -72,28 +74,31 @@ def checked(name: str, value: object) -> Floats:
 
 
 def check_names(values: Mapping[str, Any], known: Mapping[str, Any]) -> None:
-    """Raise ParameterError if a ball has no value of one of the names."""
+    """Raise ParameterError if a name in `values` is not in `known`."""
     unknown = set(values) - set(known)
     if unknown:
-        raise ParameterError(f"a ball has no {sorted(unknown)[0]!r}", field=min(unknown))
+        name = min(unknown)
+        raise ParameterError(
+            f"{name!r:.40} is not a value of a ball: use {', '.join(known)}", field=name
+        )
 
 
 def no_pairs(n: int) -> NeighbourList:
-    """A list of nothing for n balls."""
+    """An empty neighbour list for n balls."""
     zeros = np.zeros(n + 1, np.int32)
     none = np.zeros(0, np.int32)
     return NeighbourList(zeros, none, np.zeros((0, 2)), zeros.copy(), none.copy())
 
 
 class BallTable:
-    """Rows of balls with room to grow. `n` rows are in use; rows change when balls go."""
+    """Rows of balls with room to grow; `n` rows are in use. A ball's row changes when others go."""
 
     def __init__(self) -> None:
         self.n = 0
         self.bodies = _room_for(_FIRST_ROOM)
         self.pairs = no_pairs(0)
         self.is_listed = False
-        """Whether `pairs` is a list of the balls as they are; else it only keeps impulses."""
+        """Whether `pairs` is valid for the current balls; if not, only its impulses are used."""
 
     @property
     def ids(self) -> Ints:
@@ -101,7 +106,7 @@ class BallTable:
         return self.bodies.marks[: self.n, body.ID]
 
     def row(self, ball: object) -> int:
-        """Row of the ball with this id; ParameterError if there is none."""
+        """Row of the ball with this id; ParameterError if it does not exist."""
         if isinstance(ball, int | np.integer) and not isinstance(ball, bool):
             row = int(np.searchsorted(self.ids, ball))
             if row < self.n and self.ids[row] == ball:
@@ -109,7 +114,7 @@ class BallTable:
         raise ParameterError(f"there is no ball {ball!r:.40}", field="id")
 
     def append(self, ids: Ints, values: Mapping[str, Floats]) -> None:
-        """Add balls with all values of RANGES, arrays of one length; ids new and ascending."""
+        """Add balls; ids: new and ascending; values: an array of that length for each of RANGES."""
         count, first = len(ids), self.n
         self._reserve(first + count)
         rows = slice(first, first + count)
@@ -138,7 +143,9 @@ class BallTable:
         if count <= room:
             return
         if count > MAX_BALLS:
-            raise ParameterError(f"{count} balls are more than {MAX_BALLS}", field="count")
+            raise ParameterError(
+                f"{count} balls are too many: at most {MAX_BALLS} are allowed", field="count"
+            )
         new = _room_for(max(count, room + room // 4))
         for name in Bodies._fields:
             mine, old = getattr(new, name), getattr(self.bodies, name)
@@ -146,8 +153,10 @@ class BallTable:
         self.bodies = new
 
     def keep(self, rows: npt.NDArray[np.intp]) -> None:
-        """Keep these rows, in this order, with the impulses between them; no island that sleeps
-        may be cut (`wake_with` wakes one)."""
+        """Keep only these rows, in this order, and the impulses between them.
+
+        A sleeping island must be kept or removed as a whole; otherwise wake it first (`wake_with`).
+        """
         target = np.full(self.n, -1, np.int32)
         target[rows] = np.arange(len(rows))
         for name in Bodies._fields:
@@ -171,7 +180,7 @@ class BallTable:
         self.is_listed = False
 
     def wake_with(self, row: int) -> None:
-        """Wake the ball of a row and all that fell asleep with it."""
+        """Wake the ball in a row and all balls that fell asleep with it."""
         marks = self.bodies.marks
         while marks[row, body.FLAGS] & body.ASLEEP:
             marks[row, body.FLAGS] &= ~body.ASLEEP
@@ -180,7 +189,6 @@ class BallTable:
             self.is_listed = False
 
     def wake_all(self) -> None:
-        """Wake all balls."""
         marks = self.bodies.marks[: self.n]
         if (marks[:, body.FLAGS] & body.ASLEEP).any():
             self.is_listed = False
@@ -189,8 +197,7 @@ class BallTable:
         marks[:, body.NEXT_IN_ISLAND] = np.arange(self.n)
 
     def edit(self, rows: npt.NDArray[np.intp], values: Mapping[str, float]) -> None:
-        """Set checked values of RANGES for these rows; at another radius a ball keeps its density,
-        its angle and its spin."""
+        """Set checked values of these rows; a new radius keeps density, angle and spin."""
         for row in rows.tolist():
             self.wake_with(row)
         pos, vel, surface, _, _ = self.bodies
@@ -216,7 +223,7 @@ class BallTable:
         self.is_listed = False
 
     def records(self, pos: Floats) -> npt.NDArray[np.void]:
-        """All balls, at the places `pos` (n, 4), as an array of ARENA_BODY; a copy."""
+        """All balls, but at the places `pos`, shape (n, 4), as a new array of ARENA_BODY."""
         vel, marks = self.bodies.vel[: self.n], self.bodies.marks[: self.n]
         rows = np.empty(self.n, ARENA_BODY)
         rows["id"] = marks[:, body.ID]
@@ -230,7 +237,7 @@ class BallTable:
         return rows
 
     def values(self, row: int) -> dict[str, float]:
-        """All values of the ball of a row, those of RANGES, and its mass in kg."""
+        """All values of the ball in a row that RANGES lists, and its mass in kg."""
         pos, vel, surface, _, _ = self.bodies
         radius = float(pos[row, body.RADIUS])
         mass = 1.0 / float(vel[row, body.INVERSE_MASS])
@@ -256,11 +263,11 @@ class BallTable:
 
     @property
     def nbytes(self) -> int:
-        """Memory of all arrays, with the room not in use."""
+        """Bytes of all arrays, including unused room."""
         return sum(array.nbytes for array in (*self.bodies, *self.pairs))
 
     def copy(self) -> "BallTable":
-        """A table of the same balls, in arrays of its own."""
+        """A copy that shares no arrays with this table."""
         other = BallTable()
         other.n, other.is_listed = self.n, self.is_listed
         bodies, pairs = self.bodies._asdict(), self.pairs._asdict()
@@ -269,7 +276,7 @@ class BallTable:
         return other
 
     def saved(self) -> dict[str, Any]:
-        """What `load` needs."""
+        """The arrays as bytes, for `load`."""
         bodies = {
             _SAVED_NAMES.get(name, name): np.ascontiguousarray(array[: self.n]).tobytes()
             for name, array in self.bodies._asdict().items()
@@ -281,12 +288,12 @@ class BallTable:
         return {"n": self.n, "bodies": bodies, "pairs": pairs, "is_listed": self.is_listed}
 
     def load(self, saved: Mapping[str, Any]) -> None:
-        """Become the table that was saved."""
+        """Replace the contents by those of a saved table."""
         n = self.n = saved["n"]
         self.bodies = _room_for(max(n, _FIRST_ROOM))
         for name, array in self.bodies._asdict().items():
             parts = saved["bodies"][_SAVED_NAMES.get(name, name)]
-            # The width by its number: of no balls at all it cannot be inferred.
+            # The width is given explicitly, because numpy cannot infer it if there are no balls.
             array[:n] = np.frombuffer(parts, array.dtype).reshape(n, array.shape[1])
         lists = {
             name: np.frombuffer(saved["pairs"][_SAVED_NAMES.get(name, name)], np.int32).copy()
@@ -299,7 +306,7 @@ class BallTable:
 
 
 def _room_for(n: int) -> Bodies:
-    """Empty rows; the last of `pos` and `vel` is what stands still: no size, no inverse mass."""
+    """Empty rows. The last row of `pos` and `vel` represents fixed shapes: zero inverse mass."""
     return Bodies(
         pos=np.zeros((n + 1, 4)),
         vel=np.zeros((n + 1, 4)),

@@ -1,4 +1,4 @@
-"""Energy, momentum and contacts of an arena: computed when somebody asks, and only then."""
+"""Energy, momentum and contacts of an arena, computed on request only."""
 
 from dataclasses import dataclass
 
@@ -15,8 +15,8 @@ from engine.multibody.solver.position_projection import deepest_overlap
 @dataclass(frozen=True, slots=True)
 class Diagnostics:
     """Energies in J (potential: zero at y = 0), momentum in kg m/s, angular momentum about the
-    origin in kg m^2/s; contacts that touch; penetration, the deepest overlap, in m and in radii
-    of the smaller ball; numbers of sleeping and of all balls."""
+    origin in kg m^2/s. contacts: number of touching pairs. penetration: deepest overlap in m, and
+    in radii of the smaller ball. asleep, count: numbers of sleeping and of all balls."""
 
     kinetic: float
     potential: float
@@ -32,12 +32,11 @@ class Diagnostics:
 
     @property
     def total(self) -> float:
-        """Sum of the energies."""
         return self.kinetic + self.potential + self.rotational
 
 
 def diagnose(table: BallTable, statics: StaticShapes, gravity: float) -> Diagnostics:
-    """Diagnostics of the balls of a table; changes nothing."""
+    """Compute the diagnostics of a table's balls without changing them."""
     n = table.n
     pos, vel = table.bodies.pos[:n], table.bodies.vel[:n]
     mass = table.mass
@@ -60,10 +59,10 @@ def diagnose(table: BallTable, statics: StaticShapes, gravity: float) -> Diagnos
 
 
 def _contacts(table: BallTable, statics: StaticShapes) -> tuple[float, float, int]:
-    """Deepest overlap in m and in radii, and the number of contacts, those of sleepers included.
+    """Deepest overlap in m and in radii, and the number of contacts, including those of sleepers.
 
-    On copies with all awake, since a neighbour list leaves out sleepers, and making one gives out
-    margins anew.
+    Works on copies of the arrays. All balls are awake in them, because a neighbour list leaves out
+    sleepers, and building the list changes the balls' margins.
     """
     if table.n == 0:
         return 0.0, 0.0, 0

@@ -1,4 +1,4 @@
-"""Events of an arena: impacts, landings and balls that left, from the log of its kernels."""
+"""The events of an arena, read from its kernels' log: impacts, landings and departures."""
 
 from dataclasses import dataclass
 from typing import Final, Literal, NamedTuple
@@ -10,18 +10,18 @@ from engine.multibody.solver.layout.array_types import Floats, Ints
 from engine.multibody.solver.layout.step_log import StepLog
 
 ROOM_PER_BALL: Final = 4
-"""Impacts of a step that are kept, for each ball; a heap that collapses has some more."""
+"""Impacts per ball for which a step's log has room; a collapsing heap may have a few more."""
 
 KEPT_STEPS: Final = 600
-"""Steps whose events are kept for one who does not ask for them."""
+"""Most steps whose impacts wait in the queue; then the oldest are dropped."""
 
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """An impact of ball `a` at (x, y), in m, with ball `b`, or with a peg or a wall (b is -1).
+    """An impact of ball `a` at (x, y) in m with ball `b`, or with a peg or a wall (b is -1).
 
-    t in s of the arena, tick the step's, index the peg's or wall's number (-1 for a ball), speed
-    that of the approach along the normal in m/s.
+    tick: of the step. t: the arena's time in s. index: of the peg or wall, -1 for a ball.
+    speed: before the impact, along the normal, in m/s.
     """
 
     tick: int
@@ -37,7 +37,7 @@ class Touch:
 
 @dataclass(frozen=True, slots=True)
 class Landed:
-    """A ball's centre crossed the bins' line at x, in m, and time t, in s of the arena."""
+    """A ball's centre crossed the bins' line at x in m and at t, the arena's time in s."""
 
     tick: int
     t: float
@@ -48,7 +48,7 @@ class Landed:
 
 @dataclass(frozen=True, slots=True)
 class Left:
-    """A ball went too far to be followed."""
+    """A ball went too far away to simulate it further."""
 
     tick: int
     t: float
@@ -56,7 +56,7 @@ class Left:
 
 
 class _StepTouches(NamedTuple):
-    """Impacts of the step `tick`, which began at `start` s; rows as in `StepLog`."""
+    """The impacts of the step `tick`, which began at `start` in s; rows as in `StepLog`."""
 
     tick: int
     start: float
@@ -68,7 +68,7 @@ ArenaEvent = Touch | Landed | Left
 
 
 def new_log(balls: int) -> StepLog:
-    """A log for steps of so many balls."""
+    """A log for steps of this many balls."""
     rows = ROOM_PER_BALL * balls + 16
     return StepLog(
         floats=np.empty((rows, 4)),
@@ -80,16 +80,16 @@ def new_log(balls: int) -> StepLog:
 
 
 class EventQueue:
-    """Events that nobody has taken yet."""
+    """Events until they are taken."""
 
     def __init__(self) -> None:
         self.lost = 0
-        """Impacts that were not kept: too many in a step, or not asked for in time."""
+        """Impacts that were dropped: too many in a step, or not taken in time."""
         self._touches: list[_StepTouches] = []
         self._ends: list[Landed | Left] = []
 
     def add_touches(self, log: StepLog, tick: int, start: float) -> None:
-        """Keep the impacts of a step, apart from the arrays that the next step writes to."""
+        """Add copies of a step's impacts, because the next step overwrites the log."""
         count = int(log.counts[step_log.TOUCHES])
         touches = _StepTouches(tick, start, log.floats[:count].copy(), log.ints[:count].copy())
         self.lost += count - len(touches.floats)
@@ -98,11 +98,10 @@ class EventQueue:
             self.lost += len(self._touches.pop(0).floats)
 
     def add_end(self, end: Landed | Left) -> None:
-        """Keep a landing, or that a ball left."""
         self._ends.append(end)
 
     def take(self, peg_count: int) -> list[ArenaEvent]:
-        """All events since the last call, in order of time; `peg_count` items are pegs."""
+        """All events since the last call, in order of time; items below `peg_count` are pegs."""
         found: list[ArenaEvent] = []
         for touches in self._touches:
             found += _touch_events(touches, peg_count)
@@ -112,23 +111,21 @@ class EventQueue:
         return found
 
     def take_ends(self) -> list[Landed | Left]:
-        """The landings, and balls that left, since the last call; impacts stay to be taken."""
+        """Only the landings and departures since the last call; impacts stay in the queue."""
         ends, self._ends = self._ends, []
         return sorted(ends, key=lambda event: (event.t, event.ball))
 
     def copy(self) -> "EventQueue":
-        """A queue of the same events, to be taken from by itself."""
+        """An independent queue with the same events."""
         other = EventQueue()
         other.lost, other._touches, other._ends = self.lost, self._touches[:], self._ends[:]
         return other
 
     def drop(self) -> None:
-        """Forget all events."""
         self._touches, self._ends = [], []
 
 
 def _touch_events(touches: _StepTouches, peg_count: int) -> list[Touch]:
-    """The impacts of a step, in order of time."""
     assert (step_log.A, step_log.B) == (0, 1)
     found = []
     for row, (a, b) in zip(touches.floats.tolist(), touches.ints.tolist(), strict=True):

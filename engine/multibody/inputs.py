@@ -1,6 +1,6 @@
-"""The arguments of an arena's inputs, as `Arena.record` keeps them and `Arena.apply` takes them.
+"""The arguments of an arena's inputs, as `Arena.record` collects and `Arena.apply` reads them.
 
-Types alone: what range a value may have is checked where the input is carried out.
+Only their names and types; the arena's methods check the ranges.
 """
 
 from collections.abc import Callable, Mapping
@@ -14,7 +14,7 @@ _HEAD = frozenset({"op", "tick"})
 
 Numbers = list[float] | float
 Operations = Mapping[str, tuple[Callable[..., Any], type]]
-"""By name, what carries an input out, and the type of its arguments."""
+"""By name of an input: the method that carries it out, and the type of its arguments."""
 
 
 class Nothing(TypedDict):
@@ -22,7 +22,7 @@ class Nothing(TypedDict):
 
 
 class Values(TypedDict, total=False):
-    """What a ball is made of and how it moves: m, rad, m/s, rad/s, kg/m^2."""
+    """A ball's values in m, rad, m/s, rad/s, kg/m^2."""
 
     theta: float
     vx: float
@@ -35,14 +35,14 @@ class Values(TypedDict, total=False):
 
 
 class Added(Values):
-    """A ball at (x, y) in m."""
+    """A new ball at (x, y) in m."""
 
     x: float
     y: float
 
 
 class ManyAdded(TypedDict):
-    """Balls; each value is a list, or one for all."""
+    """New balls; each value is a list, or one number for all balls."""
 
     x: Numbers
     y: Numbers
@@ -85,18 +85,18 @@ class Impulse(Ball):
 
 
 class EditAll(Values, total=False):
-    """New values, a new place among them."""
+    """New values, which may include a new place."""
 
     x: float
     y: float
 
 
 class Edit(EditAll, Ball):
-    """New values of one ball."""
+    """New values of a ball."""
 
 
 class Configure(TypedDict, total=False):
-    """New settings, those of ArenaSettings."""
+    """New values of some ArenaSettings."""
 
     gravity: float
     drag: float
@@ -111,22 +111,26 @@ class Configure(TypedDict, total=False):
 def read(
     entry: Mapping[str, Any], operations: Operations
 ) -> tuple[Callable[..., Any], dict[str, Any]]:
-    """What carries out a recorded input, and its arguments.
+    """Return the method that carries out a recorded input, and its arguments.
 
     Raises ParameterError for an unknown operation, and for an argument that is missing, unknown or
-    of another type.
+    of the wrong type.
     """
     op = entry.get("op")
     if not isinstance(op, str) or op not in operations:
-        raise ParameterError(f"op {op!r:.40} is none of {', '.join(operations)}", field="op")
+        raise ParameterError(
+            f"op is {op!r:.40}: it must be one of {', '.join(operations)}", field="op"
+        )
     act, kind = operations[op]
     types = get_type_hints(kind)
     values = {name: value for name, value in entry.items() if name not in _HEAD}
     for name in sorted(kind.__required_keys__ - values.keys()):  # type: ignore[attr-defined]
-        raise ParameterError(f"{op} lacks its argument {name!r}", field=name)
+        raise ParameterError(f"{op} needs the argument {name!r}", field=name)
     for name, value in values.items():
         if name not in types:
-            raise ParameterError(f"{op} has no argument {name!r}", field=name)
+            raise ParameterError(
+                f"{op} has no argument {name!r:.40}: use {', '.join(types) or 'none'}", field=name
+            )
         try:
             msgspec.convert(value, types[name])
         except msgspec.ValidationError as error:

@@ -1,6 +1,6 @@
-"""Ready arenas: the sandbox, a pile-up on a Galton board, any board with balls that touch.
+"""Makes arenas: the sandbox, a pile-up on a Galton board, any board with balls that touch.
 
-Chance comes in as a seed: SplitMix64 lays the balls out, and nothing is random afterwards.
+A seed (SplitMix64) decides where the balls begin; nothing is random afterwards.
 """
 
 from collections.abc import Mapping
@@ -22,21 +22,21 @@ from engine.parameters import number
 from engine.seeding import splitmix64
 
 GRAVITY_PRESETS: Final[Mapping[str, float]] = MappingProxyType({**GRAVITY, "none": 0.0})
-"""Gravity by name, m/s^2."""
+"""Gravity in m/s^2."""
 
 RESTITUTION_PRESETS: Final[Mapping[str, float]] = MappingProxyType(
     {row.name: 0.5 * (row.low + row.high) for row in RESTITUTION}
 )
-"""The middle of every row of the table of restitution, by the row's name."""
+"""The middle of each measured range of restitution, by its name."""
 
 MAX_SCENE_BALLS: Final = 20_000
 
 _CELL: Final = 2.3
-"""Distance of the balls laid out, in the largest radius: apart, with room to lie irregularly."""
+"""Grid spacing of new balls in largest radii: more than 2, so that each can be moved a little."""
 
 
 def _uniform(seed: int, count: int, low: float, high: float) -> npt.NDArray[np.float64]:
-    """`count` numbers in [low, high), by SplitMix64 of seeds that `seed` gives."""
+    """`count` uniform numbers in [low, high), by SplitMix64 from `seed`."""
     first = splitmix64(seed)
     draws = [splitmix64((first + i) & (2**64 - 1)) >> 11 for i in range(count)]
     return low + (high - low) * (np.array(draws, np.float64) * 2.0**-53)
@@ -62,16 +62,16 @@ def sandbox(
     speed: float = 1.0,
     **settings: Any,
 ) -> Arena:
-    """A closed box with n balls of mixed radii, m, evenly between the two of `radii`.
+    """A closed box with n balls, whose radii in m are uniformly distributed between the two given.
 
-    gravity in m/s^2; restitution and friction also of the walls; speed: velocities start evenly in
-    a square of that half side, m/s. The rest are ArenaSettings. Raises ParameterError, also if the
-    balls do not fit.
+    gravity: m/s^2. restitution, friction: of balls and walls. speed: each component of a ball's
+    initial velocity is uniform in [-speed, speed), m/s. settings: further ArenaSettings. Raises
+    ParameterError for an invalid value, or if the balls do not fit.
     """
     n = _count(n)
     low, high = (number(r, "radii", 1e-6, 1e4) for r in radii)
     if low > high:
-        raise ParameterError(f"radii {radii!r} do not ascend", field="radii")
+        raise ParameterError(f"radii is {radii!r}: the smaller must come first", field="radii")
     e = number(restitution, "restitution", 0.0, 1.0)
     geometry = StaticGeometry.box(width, height, restitution=e, friction=friction)
     arena = Arena(geometry, ArenaSettings(gravity=gravity, **settings))
@@ -93,15 +93,15 @@ def sandbox(
 def _lattice(
     n: int, width: float, height: float, radius: float, seed: int
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Where n balls of up to `radius` lie in a box: none touches another, not quite in rows."""
+    """Centres of n balls of at most `radius` in a box: on a grid, each moved a little at random."""
     cell = _CELL * radius
     if n * cell * cell < 0.5 * width * height:  # spread them over all of the box
         cell = sqrt(0.5 * width * height / n)
     columns, rows = floor(width / cell), floor(height / cell)
     if columns * rows < n:
         raise ParameterError(
-            f"n {n!r}: balls of {radius:g} m do not fit into {width:g} by {height:g} m, at most "
-            f"{columns * rows}",
+            f"n is {n!r}: only {columns * rows} balls with a radius of {radius:g} m fit into "
+            f"{width:g} by {height:g} m",
             field="n",
         )
     number_of = np.arange(n)
@@ -112,8 +112,10 @@ def _lattice(
 
 
 def galton(n: int = 400, *, seed: int = 0, **settings: Any) -> Arena:
-    """Small balls over the preset `galton`'s pegs, with walls between its bins and a floor: they
-    pile up. n at most 1,500; the rest are ArenaSettings."""
+    """Small balls that pile up on the preset `galton`, with a floor and walls between the bins.
+
+    n: at most 1,500. settings: further ArenaSettings.
+    """
     n = _count(n)
     board = Board.preset("galton")
     ball = board.ball
@@ -124,7 +126,7 @@ def galton(n: int = 400, *, seed: int = 0, **settings: Any) -> Arena:
     cell = _CELL * ball.radius
     columns = floor(spout / cell)
     if n > 1500:
-        raise ParameterError(f"n {n!r} is more than 1500, which fill the bins", field="n")
+        raise ParameterError(f"n is {n!r}: at most 1500 balls fit into the bins", field="n")
     walls = [Wall(x, top, x, floor_y) for x in edges[1:-1]]
     rise = cell * (n // columns + 4)
     side = [
@@ -152,7 +154,7 @@ def galton(n: int = 400, *, seed: int = 0, **settings: Any) -> Arena:
 
 
 def on_board(board: Board | str, **settings: Any) -> Arena:
-    """An empty arena on a board or preset; a ball that crosses bins.y has landed and leaves."""
+    """An empty arena on a board or preset; a ball that crosses bins.y has landed and is removed."""
     board = Board.named(board)
     return Arena(
         StaticGeometry.of_board(board),

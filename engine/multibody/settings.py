@@ -1,4 +1,4 @@
-"""What an arena is computed with: frozen, checked once, each value with its unit and range."""
+"""The settings of an arena: frozen, checked once, each with its unit and range."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -10,15 +10,15 @@ from engine.multibody.solver.layout.solver_settings import SolverSettings
 from engine.parameters import DEFAULT_CORRECTION, DEFAULT_DT, DEFAULT_SUBSTEPS, Stepped, number
 
 SLEEP_SECONDS = 0.5
-"""How long an island must have been still before it falls asleep."""
+"""How long an island must be still before it falls asleep."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArenaSettings:
-    """Gravity in m/s^2, downward; drag in 1/s; damping, a factor of the velocity in each step.
+    """gravity: m/s^2, downward. drag: 1/s. damping: factor of the velocity in each step.
 
-    correction: part of an overlap that is removed in a substep; dt: a step, s; max_speed in m/s,
-    None: no clamp; sleeping: whether what is at rest may sleep. Raises ParameterError.
+    correction: fraction of an overlap that a substep removes. dt: duration of a step, s. max_speed:
+    m/s, None for no limit. sleeping: whether islands at rest fall asleep. Raises ParameterError.
     """
 
     gravity: float = 9.81
@@ -42,14 +42,16 @@ class ArenaSettings:
             raise ParameterError(f"sleeping {self.sleeping!r} is not a bool", field="sleeping")
 
     def changed(self, values: Mapping[str, Any]) -> "ArenaSettings":
-        """The same with other values for some; ParameterError for one that there is not."""
+        """A copy with some other values; ParameterError for an unknown name."""
         for name in values:
             if name not in self.__slots__:
-                raise ParameterError(f"there is no setting {name!r:.40}", field=name)
+                raise ParameterError(
+                    f"there is no setting {name!r:.40}: use {', '.join(self.__slots__)}", field=name
+                )
         return replace(self, **values)
 
     def for_solver(self) -> SolverSettings:
-        """As the kernels take them."""
+        """The settings in the form that the kernels take."""
         still_steps = max(2, round(SLEEP_SECONDS / self.dt))
         return SolverSettings(
             gravity=self.gravity,
@@ -63,5 +65,5 @@ class ArenaSettings:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """The JSON form."""
         return {name: getattr(self, name) for name in self.__slots__}

@@ -1,4 +1,4 @@
-"""Static geometry: pegs, walls and bins that balls which touch each other move among."""
+"""Static geometry: the pegs, walls and bins of an arena, and their form for the kernels."""
 
 import hashlib
 import math
@@ -20,17 +20,16 @@ from engine.multibody.solver.layout import shape
 from engine.multibody.solver.layout.shape import StaticShapes
 
 _CELLS = 64
-"""Cells of the grid along its longer side, at most. Finer ones make longer lists of cells for a
-long wall, coarser ones longer lists of pegs for a ball; 64 has a peg or two in each cell of a
-board."""
+"""Most cells along the grid's longer side. With finer cells a long wall is listed in more of them;
+with coarser ones a ball has more pegs to test. With 64, a cell of a board has a peg or two."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class StaticGeometry:
-    """Pegs and walls, their materials, and bins, if any; metres, y down.
+    """Pegs and walls, their materials, and bins, if any; coordinates in m, y down.
 
-    Raises BoardError that names a value that is wrong. Nothing is asked of how the parts stand to
-    each other: they may be a closed box, or a trap.
+    Raises BoardError for an invalid value. The geometry is not checked: the parts may form a closed
+    box or a trap.
     """
 
     pegs: tuple[Peg, ...] = ()
@@ -65,7 +64,7 @@ class StaticGeometry:
         """A closed box without pegs, x from -width/2 to width/2 and y from 0 to height."""
         for name, value in (("width", width), ("height", height)):
             if not 0.0 < value < inf:
-                raise BoardError(f"{name} {value!r} is not a length above 0", field=name)
+                raise BoardError(f"{name} is {value!r}: it must be greater than 0", field=name)
         half = 0.5 * width
         corners = ((-half, 0.0), (half, 0.0), (half, height), (-half, height))
         return cls(
@@ -101,7 +100,7 @@ class StaticGeometry:
         return min(xs), max(xs), min(ys), max(ys)
 
     def to_dict(self) -> dict[str, Any]:
-        """The JSON form of a board's parts, and the extent."""
+        """The JSON form of the parts, as in a board's, and the extent."""
         return {
             "pegs": [{"x": p.x, "y": p.y, "radius": p.radius} for p in self.pegs],
             "peg_material": _material_dict(self.peg_material),
@@ -118,7 +117,7 @@ class StaticGeometry:
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> "StaticGeometry":
-        """The geometry of a JSON form made by `to_dict`."""
+        """Read the geometry from the JSON form of `to_dict`."""
         bins = values["bins"]
         return cls(
             pegs=tuple(Peg(p["x"], p["y"], p["radius"]) for p in values["pegs"]),
@@ -130,7 +129,7 @@ class StaticGeometry:
 
 
 Place = StaticGeometry
-"""Its name in the Python API, `engine.Place`, by which `Arena.place` and snapshots call it too."""
+"""The name in the Python API, `engine.Place`; `Arena.place` and snapshots use it too."""
 
 
 def _material_dict(material: Material) -> dict[str, float]:
@@ -152,7 +151,7 @@ def _digest(geometry: StaticGeometry) -> str:
 
 @lru_cache(maxsize=64)
 def static_shapes(geometry: StaticGeometry) -> StaticShapes:
-    """The kernels' form of `geometry`; kept for those used last."""
+    """The kernels' form of `geometry`, cached for the last 64."""
     items = _items(geometry)
     x0, x1, y0, y1 = geometry.extent
     side = max(x1 - x0, y1 - y0, 1e-9)
@@ -194,7 +193,7 @@ def _items(geometry: StaticGeometry) -> npt.NDArray[np.float64]:
 def _grid(
     items: npt.NDArray[np.float64], x0: float, y0: float, scale: float, columns: int, rows: int
 ) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]]:
-    """Which items pass through each cell: starts (cells + 1,), members ascending in each."""
+    """The items in each cell: starts, shape (cells + 1,), and members, ascending in each cell."""
     lists: list[list[int]] = [[] for _ in range(columns * rows)]
     size = 1.0 / scale
     for item, (x, y, tx, ty, length, thickness, _, _) in enumerate(items.tolist()):
