@@ -1,9 +1,9 @@
-# The chores, one obvious way each: make play | check | test | bench | lint | format.
+# All chores of the project: make play | check | test | bench | lint | format.
 #
-# Needs make and Python >= 3.11 (with venv), for tests and lint Node.js >= 20.19 (with npm) too; on
-# Debian, as root or with sudo, missing ones are installed by apt. Everything else goes into .venv and
-# node_modules. Each environment step leaves a stamp file there, so that it runs again only when what
-# it was made from changed.
+# Needs make and Python >= 3.11 (with venv); tests and lint also need Node.js >= 20.19 (with npm). On
+# Debian, as root or with sudo, apt installs what is missing. Everything else goes into .venv and
+# node_modules. Each step of the environment leaves a stamp file there, so that it runs again only after
+# a change of its inputs.
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
@@ -14,7 +14,7 @@ PYTHON ?= python3
 VENV ?= .venv
 HOST ?= 127.0.0.1
 PORT ?= 8000
-# One more than cores: many tests wait for balls that fall.
+# May exceed the number of cores: many tests wait for falling balls.
 PYTEST_WORKERS ?= 4
 PYTEST_ARGS ?=
 BENCH_ARGS ?= --record
@@ -25,7 +25,7 @@ HOURS ?= 2
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 PINS := pyproject.toml constraints.txt
-# What a server has with all its parts: `certify` is python-flint, for proofs.
+# The extras of a complete server: `certify` is python-flint, for proofs.
 ALL := server,certify
 WITH_NODE := node="$$(tools/node)" && export PATH="$$node:$$PATH"
 NPM_INSTALL := npm install --no-audit --no-fund --no-package-lock --ignore-scripts --loglevel=error
@@ -34,23 +34,23 @@ NPM_INSTALL := npm install --no-audit --no-fund --no-package-lock --ignore-scrip
 
 help:
 	@echo 'make play         start the server and print its address (PORT=8000)'
-	@echo 'make check        run the tests of CHECKED, which need only Python (a minute)'
-	@echo 'make test         run the tests, browser tests included (five minutes)'
-	@echo 'make test-servers run the tests of SERVERS: kept, shared and lost, over SQLite and PostgreSQL (two)'
-	@echo 'make test-long    run the tests marked "long": sieges, measurements, many more tries'
-	@echo 'make test-crash   of these, a server under load killed, stalled, cut off, full (KILLS=50 FAULTS=20)'
-	@echo 'make test-attack  a server attacked, killed and stalled for long (HOURS=2), at half a core'
+	@echo 'make check        run the tests that need only Python (a minute)'
+	@echo 'make test         run all tests but those of test-servers, in a browser too (five minutes)'
+	@echo 'make test-servers run the tests of ledgers, clusters, relays and proxies (two minutes)'
+	@echo 'make test-long    run the tests marked "long": sieges, measurements, many more cases'
+	@echo 'make test-crash   kill and stall a server under load, on both databases (KILLS=50 FAULTS=20)'
+	@echo 'make test-attack  attack, kill and stall a server for hours (HOURS=2); takes half a core'
 	@echo 'make test-browsers compare digests in Firefox, WebKit, Chromium, Node.js and wasmtime'
 	@echo 'make test-arm64   compare the golden digests on an emulated arm64 processor (minutes)'
-	@echo 'make lint         style, format, types and import contracts'
-	@echo 'make docs         make the site of these pages in build/site; a warning fails'
-	@echo 'make links        ask every other site that the pages link to (needs the network)'
-	@echo 'make format       put the code in its format'
-	@echo 'make bench        measure speed and error, for docs/measured, the pages and the README'
-	@echo 'make readme       run the examples of the pages and write what they print'
-	@echo 'make architecture draw the packages and what they may import'
-	@echo 'make pictures     take and draw the pictures of the documentation anew'
-	@echo 'make kernels      compile the kernels, to WebAssembly and native code, when one changed (six minutes)'
+	@echo 'make lint         check style, format, types and import contracts'
+	@echo 'make docs         build the documentation in build/site; fails at any warning'
+	@echo 'make links        check the links of the documentation to other sites (needs the network)'
+	@echo 'make format       format the code'
+	@echo 'make bench        measure speed and error; updates docs/measured, the pages and the README'
+	@echo 'make readme       run the examples in the pages and update their output'
+	@echo 'make architecture draw the packages and their permitted imports'
+	@echo 'make pictures     update the pictures of the documentation'
+	@echo 'make kernels      compile changed kernels to WebAssembly and native code (six minutes)'
 	@echo 'make constraints  pin the newest versions that work together'
 	@echo 'make npm          make the npm package of the page'"'"'s solver in build/npm'
 	@echo 'make clean        remove the environment and all caches'
@@ -58,7 +58,7 @@ help:
 play: $(VENV)/.stamp-play
 	exec $(BIN)/plinko serve --host $(HOST) --port $(PORT)
 
-# What needs no server, no browser and nothing of Debian: physics, rules, protocol and pictures.
+# Tests that need no server, no browser and no Debian packages: physics, rules, protocol and pictures.
 CHECKED ?= tests/engine tests/outsider tests/app/computing tests/app/conformance tests/app/fairness \
 	tests/app/ops tests/app/protocol tests/app/render tests/app/rooms
 
@@ -67,13 +67,14 @@ check: $(VENV)/.stamp-test
 	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not postgresql and not long' $(CHECKED) \
 		$(PYTEST_ARGS)
 
-# What servers keep and lose: ledgers that fail, are cut off or freeze, servers that are killed, several
-# as one, relays, proxies.
+# Tests of durability and of several servers: failing and frozen ledgers, killed servers, clusters, relays
+# and proxies.
 SERVERS ?= tests/app/cluster tests/app/persistence tests/app/relay tests/deploy
 
-# The page's pure modules run in Node.js. Other tests drive a real Chromium.
-# No result depends on how fast the machine is: `tools/busy make test` runs them beside busy loops.
-# A hundred servers and commands start: whatever the environment says, they are compiled once.
+# Node.js tests the pages' pure modules; other tests drive a real Chromium.
+# No test depends on the machine's speed: `tools/busy make test` runs them under load.
+# The tests start a hundred servers and commands. PYTHONDONTWRITEBYTECODE is cleared, so that Python
+# compiles the modules only once.
 test: export PYTHONDONTWRITEBYTECODE =
 test: $(VENV)/.stamp-test node_modules/.stamp
 	$(WITH_NODE) && node --test --test-reporter=spec $$(find tests/js -name '*.test.js' | sort)
@@ -81,7 +82,7 @@ test: $(VENV)/.stamp-test node_modules/.stamp
 	CHROMIUM="$$chromium" $(BIN)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal \
 		$(SERVERS:%=--ignore %) $(PYTEST_ARGS)
 
-# They start PostgreSQL, Redis and proxies: the machine's own, or else Debian's.
+# They start PostgreSQL, Redis and proxies, installed from Debian if necessary.
 test-servers: export PYTHONDONTWRITEBYTECODE =
 test-servers: $(VENV)/.stamp-test
 	tools/postgresql
@@ -89,19 +90,19 @@ test-servers: $(VENV)/.stamp-test
 	tools/redis
 	$(BIN)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal $(SERVERS) $(PYTEST_ARGS)
 
-# Under load, over SQLite and over PostgreSQL, the server is killed KILLS times and meets FAULTS
-# stalls, frozen backends, cut lines and full disks, of each kind; and every step of a commit fails.
+# On SQLite and on PostgreSQL, a server under load is killed KILLS times, and gets FAULTS stalls, frozen
+# backends, broken connections and full disks, of each kind. Every step of a commit fails once.
 test-crash: $(VENV)/.stamp-test
 	tools/postgresql
 	LONG=1 PLINKO_TEST_KILLS=$(KILLS) PLINKO_TEST_FAULTS=$(FAULTS) $(BIN)/python -m pytest -s -m long tests/app/persistence
 
-# Over SQLite, by the attackers of `python -m benchmarks attack`; then every ball is accounted for.
+# On SQLite, with the attackers of `python -m benchmarks attack`. In the end every ball is accounted for.
 test-attack: $(VENV)/.stamp-test
 	LONG=1 PLINKO_TEST_HOURS=$(HOURS) $(BIN)/python -m pytest -s -m long tests/app/persistence/crash/test_crash_attack.py
 
-# Each test that tries more with LONG=1, or runs only then, has the marker `long`, see tests/long.py:
-# sieges, servers killed and frozen, ten minutes of soak, benchmarks, 10^5 malformed messages, hundreds
-# of requests of each REST operation, every oracle file, axe on every screen.
+# Tests that run only with LONG=1, or try more cases then, have the marker `long` (tests/long.py): sieges,
+# killed and frozen servers, a soak of ten minutes, benchmarks, 10^5 malformed messages, hundreds of
+# requests of each REST operation, every oracle file, axe on every screen.
 test-long: $(VENV)/.stamp-test node_modules/.stamp
 	tools/postgresql
 	tools/proxies
@@ -109,7 +110,7 @@ test-long: $(VENV)/.stamp-test node_modules/.stamp
 	$(WITH_NODE) && chromium="$$(tools/chromium shell)" && CHROMIUM="$$chromium" \
 	LONG=1 PLINKO_TEST_KILLS=$(KILLS) PLINKO_TEST_FAULTS=$(FAULTS) $(BIN)/python -m pytest -s -m long $(PYTEST_ARGS)
 
-# The page's solver in every engine: all presets with 500 seeds, 200 random boards with 20.
+# The page's solver in every JavaScript engine: all presets with 500 seeds, 200 random boards with 20.
 test-browsers: $(VENV)/.stamp-test
 	firefox="$$(tools/firefox)" && jsc="$$(tools/jsc)" && chromium="$$(tools/chromium shell)" && \
 	LONG=1 FIREFOX="$$firefox" JSC="$$jsc" CHROMIUM="$$chromium" $(BIN)/python -m pytest \
@@ -117,7 +118,7 @@ test-browsers: $(VENV)/.stamp-test
 		tests/js/solver/test_solver.py::test_a_page_computes_every_drop_to_the_engine_s_last_bit \
 		tests/engine/artifact/test_artifact.py::test_the_page_s_artifact_gives_the_engine_s_bits
 
-# Debian packages and wheels for arm64, unpacked into .arm64 and run by QEMU: wasmtime there, and Python.
+# Unpacks Debian packages and wheels for arm64 into .arm64, and runs their Python and wasmtime in QEMU.
 test-arm64: $(VENV)/.stamp-play
 	tests/arm64/check $(BIN)/python
 
@@ -135,7 +136,7 @@ lint: $(VENV)/.stamp-lint node_modules/.stamp
 	$(WITH_NODE) && node_modules/.bin/eslint .
 	$(WITH_NODE) && node_modules/.bin/tsc
 
-# Of the pages, docstrings and the tutorial, which is run. Links within are checked, all warnings fail.
+# The pages, the docstrings, and the tutorial, which is executed. Internal links are checked.
 docs: $(VENV)/.stamp-docs
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -d .cache/doctrees docs build/site
 	@echo 'build/site/index.html'
@@ -143,7 +144,8 @@ docs: $(VENV)/.stamp-docs
 links: $(VENV)/.stamp-docs
 	$(BIN)/python -m sphinx -b linkcheck --quiet -D nb_execution_mode=off -d .cache/doctrees docs build/links
 
-# Every table and plot of docs/measured, and the pages that show them; BENCH_ARGS=--quick for a trial.
+# Makes every table and plot in docs/measured, and updates the pages that show them. BENCH_ARGS=--quick
+# only tries it.
 bench: $(VENV)/.stamp-bench
 	tools/postgresql
 	tools/redis
@@ -154,28 +156,28 @@ format: $(VENV)/.stamp-lint
 	$(BIN)/ruff check --fix-only --quiet .
 	$(BIN)/ruff format .
 
-# What the examples of the README and of docs/pictures.md print, and their pictures, anew.
+# Updates the output and pictures of the examples in the README and docs/pictures.md.
 readme: $(VENV)/.stamp-test
 	$(BIN)/python -m tests.repository.reference
 	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tests.repository.readme
 
-# The drawing of the packages, from the import contract.
+# Draws docs/images/architecture.svg from the import contract.
 architecture: $(VENV)/.stamp-test
 	$(BIN)/python -m tests.repository.architecture
 
-# Screenshots of the pages, and docs/pictures.md, which takes a million drops, anew.
+# Takes new screenshots of the pages, and updates docs/pictures.md, which takes a million drops.
 pictures: $(VENV)/.stamp-test
 	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tests.repository.photographs
 	$(BIN)/python -m tests.repository.readme docs/pictures.md
 
-# engine/artifact/*.wasm and native/*, the page's static/js/solver/kernels.wasm and
-# app/render/raster/pixels.wasm; a test says when they are stale.
+# Writes engine/artifact/*.wasm and native/*, static/js/solver/kernels.wasm and
+# app/render/raster/pixels.wasm. A test fails when they are stale.
 kernels: $(VENV)/.stamp-kernels
 	$(BIN)/python -m engine.artifact.make
 	$(BIN)/python -m app.render.raster.make
 	$(BIN)/python -m benchmarks.billiards.make
 
-# The newest versions that the ranges in pyproject.toml allow, tried and written down together.
+# Installs the newest versions that the ranges in pyproject.toml allow together, and pins them.
 constraints:
 	rm -rf .cache/constraints
 	mkdir -p .cache
@@ -186,7 +188,7 @@ constraints:
 	mv .cache/constraints.txt constraints.txt
 	rm -rf .cache/constraints
 
-# The page's solver for others' pages and Node.js, ready for `npm publish`.
+# The page's solver for other pages and Node.js, ready for `npm publish`.
 npm: node_modules/.stamp
 	$(WITH_NODE) && tools/npm-package build/npm
 
@@ -203,7 +205,7 @@ $(VENV)/.stamp-test: $(PINS) | $(VENV)/.stamp-venv
 	$(PIP) install -c constraints.txt -e '.[$(ALL),test]'
 	touch $@ $(VENV)/.stamp-play
 
-# The types of the tests' own libraries are checked too, hence both extras.
+# Both extras, because lint also checks the types of the tests.
 $(VENV)/.stamp-lint: $(PINS) | $(VENV)/.stamp-venv
 	$(PIP) install -c constraints.txt -e '.[$(ALL),test,lint]'
 	touch $@ $(VENV)/.stamp-test $(VENV)/.stamp-play
@@ -224,14 +226,14 @@ $(VENV)/.stamp-venv: tools/make-venv
 	tools/make-venv $(PYTHON) $(VENV)
 	touch $@
 
-# Engines for Node.js that the benchmarks compare with, and the tests see play.
+# JavaScript physics engines that benchmarks and tests compare with.
 test test-long bench: benchmarks/node/node_modules/.stamp
 
 benchmarks/node/node_modules/.stamp: benchmarks/node/package.json
 	$(WITH_NODE) && cd benchmarks/node && $(NPM_INSTALL)
 	touch $@
 
-# What checks the page's scripts, which are themselves served as they lie in static/.
+# Tools that check the pages' scripts. The scripts themselves need no build.
 node_modules/.stamp: package.json
 	$(WITH_NODE) && $(NPM_INSTALL)
 	touch $@

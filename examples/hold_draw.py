@@ -1,12 +1,12 @@
-"""Hold a prize draw with exact odds: one ball for each name, and a file by which anybody checks it.
+"""Hold a prize draw with exact odds: one ball per name, and a file that anybody can check.
 
     plinko seeds triangle-8 --draw 1,0,0,0,9999,0,0,0,0 -o draw.json
     python hold_draw.py draw.json session.json Ada Bob
     plinko verify session.json
 
-It opens a room with the draw, drops the balls in one fair session, and ends it. `--server` says
-where the game is. Show `stage.html?room=ROOM`, with the room that is written first, to the
-audience; the balls fall once Enter is pressed.
+The program opens a room with the draw, drops the balls in one fair session, and ends the session.
+`--server` is the address of the game. The program first prints the room's id: show the audience
+`stage.html?room=ROOM`, then press Enter to drop the balls.
 """
 # pip install httpx
 
@@ -19,7 +19,7 @@ import httpx
 
 
 def asked(client, method, path, token=None, **body):
-    """The JSON of an answer; ends the program with what the server says is wrong."""
+    """Send a request and return the JSON of the answer; exit with the server's error if any."""
     headers = {"Authorization": f"Bearer {token}"} if token else {}
     answer = client.request(method, f"/api/v1/{path}", json=body or None, headers=headers)
     if answer.is_error:
@@ -28,10 +28,10 @@ def asked(client, method, path, token=None, **body):
 
 
 def hold(client, draw, names, secret):
-    """Hold the draw; returns the session's export, with what was told before it was decided."""
+    """Hold the draw; return the session's export with the replies received before its end."""
     room = asked(client, "POST", "rooms", **draw)
     print(f"room {room['id']}, draw {room['draw']['digest']}")
-    # Begun with the room's token, the session may give names in this room.
+    # The room's token lets the session give names to its balls.
     commitment = hashlib.sha256(secret).hexdigest()
     begun = asked(client, "POST", "sessions", room["token"], room=room["id"], commitment=commitment)
     print(f"the server has committed to {begun['statement']['server_commitment']}")
@@ -54,17 +54,17 @@ def hold(client, draw, names, secret):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--server", default="http://127.0.0.1:8000")
-    parser.add_argument("draw", help="what plinko seeds --draw has written")
+    parser.add_argument("draw", help="the file that plinko seeds --draw has written")
     parser.add_argument("session", help="the file to write")
     parser.add_argument("names", nargs="+")
-    told = parser.parse_args()
-    with open(told.draw, encoding="utf-8") as file:
+    options = parser.parse_args()
+    with open(options.draw, encoding="utf-8") as file:
         draw = json.load(file)
-    with httpx.Client(base_url=told.server, timeout=60.0) as client:
-        export = hold(client, draw, told.names, secrets.token_bytes(32))
-    with open(told.session, "w", encoding="utf-8") as file:
+    with httpx.Client(base_url=options.server, timeout=60.0) as client:
+        export = hold(client, draw, options.names, secrets.token_bytes(32))
+    with open(options.session, "w", encoding="utf-8") as file:
         json.dump(export, file)
-    print(f"{told.session}: check it with plinko verify, or on verify.html")
+    print(f"{options.session}: check it with plinko verify, or on verify.html")
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@
 
 const server = (globalThis.process?.argv[2] ?? "http://127.0.0.1:8000").replace(/\/$/, "");
 
-/** The JSON that the server answers; throws what was wrong with a request that it refuses. */
+/** Send a request and return the JSON of the answer; throws the server's error if any. */
 async function ask(method, path, body) {
   const answer = await fetch(`${server}/api/v1/${path}`, {
     method,
@@ -21,7 +21,7 @@ const record = await ask("GET", "drops/triangle-16/42");
 console.log(`seed 42 lands in bin ${record.bin} and pays ${record.score}`);
 console.log("reproduced:", (await ask("POST", "verify", record)).ok);
 
-// A board of one's own, and a room over it that others can watch.
+// Open a room with your own board, which others can watch.
 const { board } = await ask("GET", "boards/triangle-8");
 const room = await ask("POST", "rooms", { board: { ...board, name: "on a heavy star", gravity: 250 } });
 console.log(`room ${room.id}: watch it at ${server}/?room=${room.id}`);

@@ -1,4 +1,4 @@
-"""Replay, verify and play over REST, with nothing but Python's standard library.
+"""Replay, verify and play over REST, with only Python's standard library.
 
 python rest_client.py [http://127.0.0.1:8000]
 """
@@ -12,7 +12,7 @@ SERVER = (sys.argv[1:] or ["http://127.0.0.1:8000"])[0].rstrip("/")
 
 
 def ask(method, path, body=None, token=None):
-    """The JSON that the server answers; a refusal ends the program with what was wrong."""
+    """Send a request and return the JSON of the answer; exit with the server's error if any."""
     headers = {"content-type": "application/json"}
     if token:
         headers["authorization"] = f"Bearer {token}"
@@ -31,7 +31,7 @@ record = ask("GET", "drops/triangle-16/42")
 print(f"seed 42 lands in bin {record['bin']} and pays {record['score']}")
 print("reproduced:", ask("POST", "verify", record)["ok"])
 
-# A board of one's own, and a room over it that others can watch.
+# Open a room with your own board, which others can watch.
 board = ask("GET", "boards/triangle-8")["board"]
 board |= {"name": "on a heavy star", "gravity": 250.0}
 room = ask("POST", "rooms", {"board": board})

@@ -1,12 +1,12 @@
-"""A bot for a stream: for each `!drop` in the chat a ball falls that bears the viewer's name.
+"""A bot for a stream: for each `!drop` in the chat it drops a ball with the viewer's name.
 
     python stream_bot.py --room ROOM                          lines from standard input
     python stream_bot.py --room ROOM --chat ws://HOST:PORT    messages of a chat's WebSocket
     python stream_bot.py --room ROOM --chat wss://irc-ws.chat.twitch.tv --channel NAME
 
-A line is `!drop NAME`, `viewer: !drop`, or a message of IRC, which is what Twitch's chat sends. The
-bot writes what to answer. `--server` says where the game is, PLINKO_TOKEN in the environment is the
-token of a room of your own. Show `stage.html?room=ROOM` in your streaming software.
+A line is `!drop NAME`, `viewer: !drop`, or an IRC message as Twitch's chat sends it. The bot prints
+its answers. `--server` is the address of the game. If the room is yours, put its token into the
+environment as PLINKO_TOKEN. Show `stage.html?room=ROOM` in your streaming software.
 """
 # pip install httpx websockets
 
@@ -26,26 +26,25 @@ LINES = (
     re.compile(r"(?P<name>[^:]+): !drop"),
     re.compile(r"(?:@\S+ )?:(?P<name>[^!\s]+)!\S+ PRIVMSG #\S+ :!drop"),
 )
-AT_ONCE = 20  # requests; viewers beyond that wait for their turn
+AT_ONCE = 20  # requests at the same time; further viewers wait
 
 
 def viewer(line):
-    """Who asks for a ball in this line of the chat, or None."""
+    """The name of the viewer whose ball this line of the chat requests, or None."""
     found = (form.fullmatch(line.strip()) for form in LINES)
     return next((each["name"].strip() for each in found if each), None)
 
 
 async def lines_of_input():
-    """Lines of standard input, as they come."""
     while line := await asyncio.to_thread(sys.stdin.readline):
         yield line
 
 
 async def lines_of_chat(address, channel):
-    """Lines of a chat, which is joined again whenever its connection breaks."""
+    """Lines of a chat; reconnects whenever the connection breaks."""
     async for chat in connect(address):
         try:
-            if channel:  # of Twitch, where whoever only reads needs no account
+            if channel:  # Twitch: reading needs no account
                 await chat.send("NICK justinfan4242")
                 await chat.send(f"JOIN #{channel}")
             async for message in chat:
@@ -56,12 +55,12 @@ async def lines_of_chat(address, channel):
         except ConnectionClosed:
             continue
         if not channel:
-            return  # it has ended in order
+            return  # the chat has closed the connection normally
 
 
 async def drop(game, address, name):
-    """Drop a ball for somebody, and say where it landed once it has."""
-    # Asked for again with the same key it is still one drop, whatever became of the answer.
+    """Drop a ball and print where it landed."""
+    # With the same key, a repeated request is still one drop, even if the first answer was lost.
     key = {"idempotency-key": str(uuid.uuid4())}
     while True:
         try:
@@ -70,15 +69,15 @@ async def drop(game, address, name):
             await asyncio.sleep(1.0)
             continue
         if answer.status_code == 202:
-            continue  # it falls for long
+            continue  # the ball is still falling: ask again for the result
         if answer.status_code not in (429, 503):
             break
         await asyncio.sleep(float(answer.headers.get("retry-after", 1.0)))
-    told = answer.json()
+    reply = answer.json()
     if answer.is_error:
-        print(f"@{name} not now: {told['detail']}", flush=True)
+        print(f"@{name} not now: {reply['detail']}", flush=True)
         return
-    landed = told["landed"]
+    landed = reply["landed"]
     won = landed.get("label") or f"{landed['score']:g}x"
     print(f"@{name} bin {landed['bin']}: {won} (seed {landed['seed']})", flush=True)
 

@@ -1,10 +1,11 @@
-"""For your CI: the drops that your product depends on have the bits that they had.
+"""A test for your CI: the drops on which your product depends have not changed by a bit.
 
     pip install plinko-server pytest
     pytest test_determinism.py
 
-Copy it, replace the board, and keep what `python test_determinism.py` prints. A release that
-changes results has another `PHYSICS_VERSION`, and this test then fails on purpose.
+Copy this file, replace the board, and replace the constants by the output of
+`python test_determinism.py`. A release that changes results has another `PHYSICS_VERSION`; this
+test then fails on purpose.
 """
 
 import plinko
@@ -16,15 +17,15 @@ BATCH = "77cb35b5b80511adbebeb5d997ee9e7cbfb5153eba05b2b675d71369e54cf400"
 DROP = "0bcca89cdbe71bcc82efe9b0c878864cb535fbf5015e893390ec476bdb5393a7"
 
 
-def test_the_physics_is_the_one_that_these_digests_are_of():
+def test_the_release_has_the_physics_of_these_digests():
     assert plinko.PHYSICS_VERSION == PHYSICS_VERSION
 
 
-def test_a_thousand_drops_have_the_bits_that_they_had():
+def test_a_thousand_drops_have_not_changed():
     assert plinko.drop_many(BOARD, 1000).digest == BATCH
 
 
-def test_one_drop_has_the_bits_that_it_had_on_any_number_of_threads():
+def test_one_drop_has_not_changed_on_any_number_of_threads():
     assert plinko.drop(BOARD, seed=42).digest == DROP
     for threads in (1, 2):
         assert plinko.drop_many(BOARD, [42], threads=threads)[0].digest == DROP

@@ -1,10 +1,10 @@
-"""Check a fair session from its export, with no network and nothing of the project's own code.
+"""Check a fair session offline from its export, independently of the project's checker.
 
     python verify_session.py session.json [KEY]
 
-Written from docs/fair-sessions.md alone. It needs the package `cryptography` for Ed25519, and to
-compute the paths of the drops again it needs `plinko` (pip install plinko-server), or a solver of
-your own, which docs/reproduce.md writes out. Exit code 1 if anything does not hold.
+Written from docs/fair-sessions.md. It needs the package `cryptography` for Ed25519. To recompute
+the paths of the drops it needs `plinko` (pip install plinko-server), or your own solver, which
+docs/reproduce.md describes completely. Exit code 1 if any check fails.
 """
 
 import hashlib
@@ -18,7 +18,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 
 
 def canonical(value):
-    """RFC 8785 for what a session holds: sorted keys, no spaces, numbers as JavaScript has them."""
+    """The session's JSON by RFC 8785: sorted keys, no spaces, numbers as in JavaScript."""
     if isinstance(value, dict):
         parts = (f"{json.dumps(key)}:{canonical(value[key])}" for key in sorted(value))
         return "{" + ",".join(parts) + "}"
@@ -54,7 +54,7 @@ def drop_seed(server_seed, client_seed, number, board_digest):
 
 
 def drawn(draw, server_seed, client_seed, number, board_digest):
-    """The bin and the seed of a drop in a room with a draw: other bytes of another HMAC."""
+    """The bin and the seed of a drop in a room with a draw, from another HMAC."""
     message = b"plinko draw 1\n" + client_seed + number.to_bytes(8, "big") + board_digest
     mac = hmac.digest(server_seed, message, "sha256")
     place = int.from_bytes(mac[:16], "big") * sum(draw["weights"]) >> 128
@@ -75,7 +75,7 @@ def node_hash(left, right):
 
 
 def root_by_inclusion(leaf, index, size, proof):
-    """The root to which the proof leads from this leaf (RFC 9162, 2.1.3.2)."""
+    """The root that an inclusion proof gives for this leaf (RFC 9162, 2.1.3.2)."""
     place, last, digest = index, size - 1, leaf_hash(leaf)
     for sibling in proof:
         if place & 1 or place == last:
@@ -89,7 +89,7 @@ def root_by_inclusion(leaf, index, size, proof):
 
 
 def roots_by_consistency(first, second, first_root, proof):
-    """The old and the new root to which the proof leads (RFC 9162, 2.1.4.2)."""
+    """The old and the new root that a consistency proof gives (RFC 9162, 2.1.4.2)."""
     if first == second:
         return first_root, first_root
     path = [first_root, *proof] if first & (first - 1) == 0 else list(proof)
@@ -109,7 +109,7 @@ def roots_by_consistency(first, second, first_root, proof):
 
 
 def failures(export, key=None):
-    """What does not hold in a session, a line each; nothing if all of it does."""
+    """The claims that do not hold in a session, without those about its paths."""
     session, head, end = (export[name]["statement"] for name in ("session", "head", "end"))
     server_seed, client_seed = (
         bytes.fromhex(export[name]) for name in ("server_seed", "client_seed")
@@ -180,7 +180,7 @@ def failures(export, key=None):
 
 
 def path_failures(export):
-    """What does not hold of the board and of the paths of the drops, computed again."""
+    """Recompute the board's digest and the drops' paths; return the claims that do not hold."""
     import plinko
 
     board = plinko.Board.from_json(export["board"])
@@ -203,7 +203,7 @@ def main(name, key=None):
     with open(name, encoding="utf-8") as file:
         export = json.load(file)
     if export["end"] is None:
-        sys.exit("the session is not over: its server's seed is still secret")
+        sys.exit("the session has not ended: the server's seed is still secret")
     failed = failures(export, key) + path_failures(export)
     for claim in failed:
         print(f"does not hold: {claim}")

@@ -1,10 +1,11 @@
-// Drop a ball over the WebSocket and follow it, in each of the three streams: in a browser, or
+// Drop a ball and follow it in each of the three streams, in a browser or by
 // node websocket-client.mjs [ws://127.0.0.1:8000] with Node.js 22 (20: --experimental-websocket).
-// docs/protocol.md has every byte; docs/solver.md computes the paths that `seeds` does not send.
+// docs/protocol.md describes every byte. The stream `seeds` has no paths: docs/solver.md says how
+// to compute them.
 
 const server = (globalThis.process?.argv[2] ?? "ws://127.0.0.1:8000").replace(/\/$/, "");
 
-/** Ball number and place of each ball of a snapshot, in metres. */
+/** The number and the position in metres of each ball in a snapshot. */
 function places(frame, { x_min, x_max, y_min, y_max }) {
   const view = new DataView(frame);
   return Array.from({ length: view.getUint16(2, true) }, (_, i) => ({

@@ -1,9 +1,9 @@
-"""A worksheet for a lesson on chance: a histogram, a ball as it falls, and figures to discuss.
+"""A worksheet for a lesson on chance: a histogram, a falling ball, and figures to discuss.
 
     pip install plinko-server
     python worksheet.py [folder]
 
-Writes histogram.png, fall.gif and drops.csv, and prints what to compare.
+Writes histogram.png, fall.gif and drops.csv, and prints figures and questions.
 """
 
 import csv
@@ -31,8 +31,8 @@ with open(FOLDER / "drops.csv", "w", newline="", encoding="utf-8") as file:
     table.writerow(columns)
     table.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
 
-# If each row sent a ball left or right by a fair coin, bins would be binomial.
-print(f"{DROPS} balls on {ROWS} rows: how many land in each bin, and how many a fair coin gives")
+# If a fair coin sent the ball left or right at each row, the bins would be binomial.
+print(f"{DROPS} balls on {ROWS} rows: balls in each bin, and the number that a fair coin gives")
 for number, counted in enumerate(batch.histogram):
     coin = DROPS * math.comb(ROWS, number) / 2**ROWS
     print(f"bin {number:2}  {counted:5}  {coin:7.1f}")
@@ -41,5 +41,5 @@ print(f"mean bin {mean:.2f}, by the coin {ROWS / 2:.2f}")
 spread = float(batch.bin.std())
 print(f"standard deviation {spread:.2f}, by the coin {math.sqrt(ROWS) / 2:.2f}")
 print(f"mean fall {batch.duration.mean():.2f} s with {batch.impact_count.mean():.1f} impacts")
-print("1. Why is the pile not exactly the coin's?  2. What changes with 100 balls, or 100,000?")
+print("1. Why do the numbers differ from the coin's?  2. What changes with 100 or 100,000 balls?")
 print("3. Drop two balls 0.001 m apart (x=…). After how many impacts do they differ by 0.1 m?")

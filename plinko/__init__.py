@@ -5,8 +5,8 @@
     board = plinko.Board.preset("triangle-16")
     print(plinko.drop(board, seed=42).bin)
 
-The names are those of the package `engine`, and the functions that draw pictures. The command line
-is the program `plinko`, or `python -m plinko`.
+This package exports the names of the package `engine`, and the functions that draw pictures. The
+command line is the program `plinko`, or `python -m plinko`.
 """
 
 from importlib import import_module
@@ -39,12 +39,12 @@ PICTURES = (
     "drop_picture",
     "histogram_picture",
 )
-"""Functions that return the bytes of a picture file. Pillow is imported with the first of them."""
+"""Functions that return the bytes of a picture file. The first use of one imports Pillow."""
 
 __all__ = [*engine.__all__, *PICTURES]  # noqa: PLE0604
 
 
-if not TYPE_CHECKING:  # else every misspelt name would pass for one
+if not TYPE_CHECKING:  # otherwise type checkers would accept every misspelt name
 
     def __getattr__(name: str) -> Any:
         return getattr(import_module("app.render") if name in PICTURES else engine, name)

@@ -1,23 +1,23 @@
-// An ESLint rule: what people read stands in static/js/texts, not in the modules of the pages.
+// An ESLint rule: text for people belongs into static/js/texts, not into the modules of the pages.
 
-/** Two words, or one that begins like a sentence: no name of an event, a class or a field looks so. */
+/** Two words, or one capitalized word: names of events, classes and fields do not match. */
 const READ = /\p{L}{2,},? \p{L}{2,}|^\s*\p{Lu}\p{Ll}+[.…!?]?$/u;
-const CODE = /[[\]<>]/; // of a selector or of HTML
+const CODE = /[[\]<>]/; // in selectors and HTML
 
-/** What takes strings that are no text: selectors, keys of the keyboard, bytes that are signed. */
+/** Functions whose arguments are not text: selectors, keyboard keys, signed bytes. */
 const TAKERS = new Set(["querySelector", "querySelectorAll", "closest", "matches", "isWithin", "matchMedia",
   "bytesOfText", "statement", "stated", "set", "get", "startsWith", "endsWith", "includes"]);
-/** What holds strings that are no text: looks, and what boards call things in every language. */
+/** Properties whose values are not text: styles, and names that are the same in every language. */
 const PROPERTIES = new Set(["class", "font", "style", "kind", "name", "gravity", "material"]);
 
-/** @param {any} node @returns {string} the name of what is called, set or made there */
+/** @param {any} node @returns {string} the name of the function, property or variable */
 function nameOf(node) {
   return node?.property?.name ?? node?.name ?? node?.value ?? "";
 }
 
 /**
  * @param {any} node a string within an expression
- * @returns {boolean} whether it is no text for people where it stands
+ * @returns {boolean} whether its position shows that it is not text for people
  */
 function isNoText(node) {
   const { parent } = node;
@@ -26,7 +26,7 @@ function isNoText(node) {
       return isNoText(parent);
     case "BinaryExpression": return parent.operator !== "+" || isNoText(parent);
     case "SwitchCase": case "ImportDeclaration": case "ExportNamedDeclaration": return true;
-    case "NewExpression": return /Error$/.test(nameOf(parent.callee)); // for who reads the console
+    case "NewExpression": return /Error$/.test(nameOf(parent.callee)); // for developers, in the console
     case "CallExpression": return TAKERS.has(nameOf(parent.callee));
     case "Property": return parent.key === node || PROPERTIES.has(nameOf(parent.key));
     case "AssignmentExpression": return PROPERTIES.has(nameOf(parent.left));
@@ -37,7 +37,7 @@ function isNoText(node) {
 
 /** @type {import("eslint").Rule.RuleModule} */
 export const ownWords = {
-  meta: { type: "problem", messages: { own: "“{{text}}” is for people to read: give it a key in static/js/texts." } },
+  meta: { type: "problem", messages: { own: "“{{text}}” is text for people: move it to static/js/texts and use its key." } },
   create(context) {
     /** @param {any} node @param {string} text */
     const look = (node, text) => {

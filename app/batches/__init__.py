@@ -1,4 +1,4 @@
-"""Long batches on the command line: computed block by block, saved as they go, shown with the rate.
+"""Long batches on the command line: computed block by block, with their result saved regularly.
 
 Imports the engine. Start with running.py.
 """

@@ -1,4 +1,4 @@
-"""A row for each drop, as Parquet or CSV: block by block, so that memory stays flat.
+"""Write a row for each drop as Parquet or CSV, block by block, so that memory does not grow.
 
 The columns are those of `DropBatch.to_columns`.
 """
@@ -24,7 +24,7 @@ FORMATS: Final = (".parquet", ".csv")
 
 
 def rows_and_block(job: Job, number: int, threads: int) -> tuple[Rows, Block]:
-    """A block with a row for each of its drops."""
+    """Compute a block, and a row for each of its drops."""
     batch = batch_of(job, number, threads)
     return batch.to_columns(), summed(number, [batch])
 
@@ -34,7 +34,7 @@ class _Format(Protocol):
 
 
 class _Csv:
-    """Numbers are written with as many digits as it takes to read the same number again."""
+    """Writes CSV. Floats have enough digits to be read back exactly."""
 
     def __init__(self, path: Path, stack: ExitStack) -> None:
         self._writer = csv.writer(stack.enter_context(path.open("w", encoding="utf-8", newline="")))
@@ -58,7 +58,7 @@ class _Parquet:
         self._writer: Any = None
 
     def write(self, rows: Rows) -> None:
-        import pyarrow  # noqa: PLC0415 - half a second, and it may not be installed
+        import pyarrow  # noqa: PLC0415 - takes half a second, and may not be installed
         from pyarrow import parquet  # noqa: PLC0415
 
         table = pyarrow.table(rows)
@@ -69,11 +69,14 @@ class _Parquet:
 
 
 class RowWriter:
-    """Writes rows to a file, which has its name once it is whole, also when it was interrupted."""
+    """Writes rows to a file with a temporary name, and renames it when it is complete.
+
+    An interrupted run that ends normally also leaves a file, with the rows of its finished blocks.
+    """
 
     def __init__(self, path: Path) -> None:
         if path.suffix not in FORMATS:
-            raise InvalidValueError(f"{path.name!r} ends in neither .parquet nor .csv", field="out")
+            raise InvalidValueError(f"{path.name!r} must end in .parquet or .csv", field="out")
         if path.suffix == ".parquet" and find_spec("pyarrow") is None:
             raise InvalidValueError(
                 "Parquet needs pyarrow, which is not installed: pip install "

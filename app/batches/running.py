@@ -1,4 +1,4 @@
-"""Computes the blocks of a job that are missing: tells how far it is, and saves as it goes."""
+"""Compute the missing blocks of a job, report the progress, and save the result regularly."""
 
 import time
 from collections.abc import Callable, Iterable
@@ -14,17 +14,17 @@ from engine.batches.tally import Tally
 from engine.batches.workers import Workers
 
 SHARE: Final = 50
-"""A save may take one part in so many of the time: after one that took 20 ms, none for a second."""
+"""Saving takes at most one part in SHARE of the time: after a save of 20 ms, none for a second."""
 
-Told = Callable[[int], None]
-"""Called with the drops counted so far."""
+Report = Callable[[int], None]
+"""Called with the number of drops counted until now."""
 
 
 @dataclass
 class Run:
-    """A tally that grows, and the s that its blocks took.
+    """A growing tally, and the s that its blocks took.
 
-    path: where it is kept. clock: seconds from any beginning.
+    path: the file in which to save it. clock: a monotonic time in s.
     """
 
     tally: Tally
@@ -38,25 +38,24 @@ class Run:
         self,
         workers: Workers,
         numbers: Iterable[int],
-        told: Told | None = None,
+        report: Report | None = None,
         rows: RowWriter | None = None,
     ) -> None:
-        """Compute blocks; an interrupt ends it, and leaves what was counted until then."""
+        """Compute blocks. After an interrupt the tally has the blocks that were finished."""
         before, began = self.seconds, self.clock()
         try:
             for block in self._blocks(workers, numbers, rows):
                 self.tally.add(block)
                 self.seconds = before + self.clock() - began
                 self._save_if_due()
-                if told is not None:
-                    told(self.tally.drops)
+                if report is not None:
+                    report(self.tally.drops)
         except KeyboardInterrupt:
             self.interrupted = True
         finally:
             self.save()
 
     def save(self) -> None:
-        """Write the file, if there is one."""
         if self.path is not None:
             save(self.path, self.tally, self.seconds)
 
@@ -78,6 +77,6 @@ class Run:
 
 
 def _written(writer: RowWriter, rows: Rows, block: Block) -> Block:
-    """The block, once its drops are in the file."""
+    """Write the rows of the block, then return it."""
     writer.write(rows)
     return block

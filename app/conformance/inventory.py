@@ -86,7 +86,7 @@ def from_list(text: str) -> Files:
         match = _LINE.fullmatch(line)
         if match is None:
             raise InvalidValueError(
-                f"line {number}, {shorten(line)}, must be a SHA-256, two spaces and a file's name",
+                f"line {number}, {shorten(line)}, is not a SHA-256, two spaces and a file's name",
                 field="list",
             )
         found[match["name"]] = match["digest"]

@@ -1,5 +1,5 @@
-"""Drops that nobody could choose: commitments, signed receipts in a Merkle log, and their checker.
+"""Provably fair drops: commitments, signed receipts in a Merkle log, and their checker.
 
-Pure: chance, time and keys come in as arguments. May import rooms (whose canonical JSON is what is
-signed) and the engine. Start with seeds.py, then check.py.
+Pure: randomness, time and keys are arguments. May import the engine, and rooms for their canonical
+JSON, which is what gets signed. Start with seeds.py, then check.py.
 """

@@ -1,7 +1,7 @@
-"""Is a session honest? Everything in its export is computed again, with nothing asked of anyone.
+"""Check a fair session offline: recompute everything in its export and verify all signatures.
 
-Each thing that can be forged is a step of its own with a name; docs/fairness.md lists them, and the
-page has the same in JavaScript (static/js/fairness/check.js).
+Everything that a server could forge has a named step. docs/fairness.md lists the steps, and
+static/js/fairness/check.js has the same ones for the page.
 """
 
 import hashlib
@@ -39,9 +39,9 @@ HEARD_SESSION: Final = "heard-session"
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One thing that was checked: its `name`, which drop it concerns, and both values.
+    """The outcome of one check, of the whole session or of drop number `drop`.
 
-    `said` is what the export says, `found` what comes out; `text` is for people.
+    `said` is the value in the export, `found` the recomputed one; `text` is for people.
     """
 
     name: str
@@ -54,7 +54,7 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """All steps in their order."""
+    """All steps in order, the number of drops, and the server's public key."""
 
     steps: tuple[Step, ...]
     drops: int
@@ -62,20 +62,21 @@ class Verdict:
 
     @property
     def ok(self) -> bool:
-        """Whether every step is."""
+        """Whether no step failed."""
         return all(step.ok for step in self.steps)
 
     @property
     def failed(self) -> list[Step]:
-        """The steps that are not."""
+        """The steps that failed."""
         return [step for step in self.steps if not step.ok]
 
 
 def check_session(export: SessionExport, *, kernel_digest: str, key: str | None = None) -> Verdict:
-    """Check all of a session against the kernels of this digest.
+    """Check a session completely.
 
-    `key`: the public key that the server is known by, in hexadecimal, where it is known from
-    elsewhere. Raises RecordError for a session that cannot be read.
+    kernel_digest: of the kernels that the caller trusts. key: the server's public key in
+    hexadecimal, if the caller knows it from another source. Raises RecordError if the export is
+    malformed.
     """
     try:
         steps = tuple(_Check(export, kernel_digest, key).steps())
@@ -89,7 +90,7 @@ def _same(name: str, text: str, said: object, found: object, number: int | None 
 
 
 def _typed(values: Mapping[str, object], kind: type[Kind]) -> Kind:
-    """A statement from its JSON form; raises RecordError for another's."""
+    """Parse a statement; raises RecordError if it has another kind or other fields."""
     fields = {key: value for key, value in values.items() if key not in ("kind", "version")}
     try:
         found = msgspec.convert(fields, kind)
@@ -97,7 +98,7 @@ def _typed(values: Mapping[str, object], kind: type[Kind]) -> Kind:
         raise RecordError(f"{kind.KIND}: {error}", field=kind.KIND) from error
     if found.to_dict() != values:
         raise RecordError(
-            f"{kind.KIND}: not of this kind, version {VERSION} and with its fields alone",
+            f"{kind.KIND}: must have this kind, version {VERSION}, and no other fields",
             field=kind.KIND,
         )
     return found
@@ -126,7 +127,7 @@ class _Check:
             raise RecordError(f"board: {error}", field="board") from error
 
     def steps(self) -> Iterator[Step]:
-        """All of them: the session, its end, then each drop."""
+        """Run all steps: the session, its end, then each drop."""
         yield from self._signatures()
         if self._export.heard_session is not None:
             yield self._heard_session(self._export.heard_session)
@@ -152,9 +153,9 @@ class _Check:
         return Step(name, ok, text, signed.signature, "valid" if ok else "invalid", number)
 
     def _heard_session(self, heard: Signed) -> Step:
-        """Only what the server said before it knew the player's secret binds its own."""
+        """Only a statement from before the server knew the player's secret binds the server."""
         if not self._signed(HEARD_SESSION, "", heard).ok:
-            text = "a statement that this server gave"
+            text = "this server signed the statement"
             return Step(HEARD_SESSION, False, text, heard.signature, "invalid")
         text = "the statement is the one that the player had before they opened"
         found = self._export.session.statement
@@ -247,7 +248,7 @@ class _Check:
         yield same("payout", "what was paid", said.payout, payout)
 
     def _start(self, receipt: Receipt, landed: int | None) -> Iterator[Step]:
-        """The start is what both secrets draw: a seed, or in a draw a bin and one of its seeds."""
+        """Check that both secrets give the seed, or in a draw the bin and one of its seeds."""
         server, client = self._export.server_seed, self._export.client_seed
         if server is None or client is None:
             return
@@ -268,12 +269,13 @@ class _Check:
         yield same("drawn-bin", "the ball falls into the bin that was drawn", landed, drawn)
 
     def _heard(self, heard: SignedReceipt) -> Step:
-        """A receipt that the player was given must be the one in the export."""
+        """Check that a receipt that the player received is the one in the export."""
         receipt = _typed(heard.receipt, Receipt)
         number, text = receipt.drop, "what the player was given is in the export"
         ours = self._entry_signed(HEARD, heard, number).ok
         if not ours or receipt.session != self._session.session:
-            return Step(HEARD, False, "a receipt that this server gave", heard.index, None, number)
+            text = "this server signed the receipt in this session"
+            return Step(HEARD, False, text, heard.index, None, number)
         drops: Sequence[ExportedDrop] = self._export.drops
         there = drops[number] if number < len(drops) else None
         found = there and [there.receipt, there.index, there.root]
@@ -285,5 +287,5 @@ def _hashes(values: Sequence[str]) -> list[bytes]:
 
 
 def kernel_digest_of(artifact: bytes) -> str:
-    """SHA-256 of the compiled solver, 64 hexadecimal digits."""
+    """SHA-256 of the compiled solver, as 64 hexadecimal digits."""
     return hashlib.sha256(artifact).hexdigest()

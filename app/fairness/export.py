@@ -1,7 +1,7 @@
-"""A session as one JSON object that whoever has it can check with no network, read and written.
+"""Read and write the export of a fair session: one JSON object that anybody can check offline.
 
-The format is versioned, a field it does not have is refused, and docs/fairness.md describes it.
-What is signed is in it as it was signed, `kind` and `version` included.
+docs/fairness.md describes the format. It has a version, and unknown fields are refused. Signed
+statements are included exactly as signed, with `kind` and `version`.
 """
 
 from collections.abc import Iterable
@@ -20,17 +20,17 @@ VERSION: Final = 1
 
 
 class Signed(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A statement of the server's, with its signature in hexadecimal."""
+    """A statement of the server with its signature in hexadecimal."""
 
     statement: JsonObject
     signature: str
 
 
 class DropResult(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """How a drop ended; `payout` in minor units, `t` in s, `x_end` in m.
+    """How a drop ended: `payout` in minor units, `t` in s, `x_end` in m.
 
-    All of it follows from the receipt, and the checker computes it. Earlier exports also have the
-    room's `tick`, which follows from nothing that is signed: it is read over.
+    The checker recomputes all of it from the receipt. Earlier exports also have the room's `tick`,
+    which no signed value determines; it is ignored.
     """
 
     bin: Count | None
@@ -44,7 +44,7 @@ class DropResult(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class ExportedDrop(SignedReceipt, frozen=True, forbid_unknown_fields=True):
-    """A drop with the proofs that its receipt is in the log and that the log only grew since."""
+    """A drop with proofs that its receipt is in the log and that the log has only grown since."""
 
     inclusion: list[str]
     consistency: list[str]
@@ -52,11 +52,11 @@ class ExportedDrop(SignedReceipt, frozen=True, forbid_unknown_fields=True):
 
 
 class SessionExport(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A session. `server_seed` and `end` are null while it goes on, `client_seed` before it is.
+    """A session. `server_seed` and `end` are null until it ends, `client_seed` until it is opened.
 
-    heard, heard_session: receipts that the player was given at the time, and the statement that
-    they had before they opened their secret. The player adds both: a server could change them.
-    draw: weights and seeds of the room, where it has a draw.
+    heard: receipts that the player received during the session. heard_session: the statement that
+    the player received before they opened their secret. The player adds both, because a server
+    could change them. draw: the room's weights and seeds, if it has a draw.
     """
 
     kind: str
@@ -75,15 +75,15 @@ class SessionExport(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def is_export(fields: JsonObject) -> bool:
-    """Whether a JSON object says that it is a session's export."""
+    """Whether a JSON object claims to be a session's export."""
     return fields.get("kind") == KIND
 
 
 def with_heard(fields: JsonObject, reply: JsonObject) -> JsonObject:
-    """An export with what its player was answered with at the time, over REST.
+    """Add a REST reply that the player kept to an export.
 
-    reply: of POST sessions, which has the signed statement, or of a drop, which has its receipt.
-    Raises RecordError for anything else.
+    reply: to POST sessions, with the signed statement, or to a drop, with its receipt. Raises
+    RecordError for other replies.
     """
     if isinstance(reply.get("statement"), dict) and "signature" in reply:
         given = {name: reply[name] for name in ("statement", "signature")}
@@ -91,14 +91,14 @@ def with_heard(fields: JsonObject, reply: JsonObject) -> JsonObject:
     if isinstance(reply.get("receipt"), dict):
         return {**fields, "heard": [*fields.get("heard", ()), reply["receipt"]]}
     raise RecordError(
-        "a reply that was heard is that of POST sessions, with a statement and its signature, or "
-        "of a drop in a session, with a receipt",
+        "the kept reply must be one to POST sessions, with a statement and its signature, or one "
+        "to a drop in a session, with a receipt",
         field="heard",
     )
 
 
 def read_export(fields: JsonObject) -> SessionExport:
-    """The session of a JSON object; raises RecordError that names what is wrong with its form."""
+    """Parse an export; raises RecordError if its form is wrong."""
     if fields.get("version") != VERSION:
         raise RecordError(
             f"the session's version is {fields.get('version')!r}, not {VERSION}", field="version"
@@ -114,9 +114,9 @@ def make_export(
     drops: Iterable[tuple[SignedReceipt, DropResult | None]],
     lookup: merkle.Lookup,
 ) -> SessionExport:
-    """`session` with these drops, each with the proofs that lead to the head of the log.
+    """Add drops to `session`, each with its proofs for the head of the log.
 
-    `lookup` gives the log's complete subtrees.
+    `lookup` gives the hashes of the log's complete subtrees.
     """
     size = int(session.head.statement["size"])
     proven = [

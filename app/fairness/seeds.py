@@ -1,7 +1,7 @@
-"""Two secret seeds, what each side commits to, and the seed of a drop that neither could choose.
+"""Compute a drop's seed from two secrets, so that neither player nor server can choose it.
 
-The player commits to one secret before the server draws its own, and opens it after the server has
-committed: each is fixed before the other is known. See docs/fairness.md.
+The player commits to a secret. Then the server draws its own and commits to it. Then the player
+opens theirs. Each secret is thus fixed before the other is known. See docs/fairness.md.
 """
 
 import hashlib
@@ -15,35 +15,35 @@ SECRET_BYTES: Final = 32
 
 DIGEST_BYTES: Final = 32
 
-# So that an HMAC of one kind is no other's.
+# Different prefixes, so that an HMAC for one purpose is useless for another.
 _DOMAIN: Final = b"plinko drop 1\n"
 _DRAW_DOMAIN: Final = b"plinko draw 1\n"
 
 
 def parse_hex(value: object, field: str, size: int = SECRET_BYTES) -> bytes:
-    """`size` bytes from their hexadecimal digits; raises InvalidValueError naming what is none."""
+    """Parse `size` bytes in hexadecimal; raises InvalidValueError if `value` is invalid."""
     if isinstance(value, str) and len(value) == 2 * size and value.isascii() and value.isalnum():
         try:
             return bytes.fromhex(value)
         except ValueError:
-            pass  # said below, for all that is no hexadecimal
+            pass  # raised below, with all other invalid values
     raise InvalidValueError(
         f"{field} {shorten(value)} is not {2 * size} hexadecimal digits", field=field
     )
 
 
 def commitment(secret: bytes) -> bytes:
-    """What a side publishes of its secret before it opens it: SHA-256, 32 bytes."""
+    """The hash that a side publishes before it opens its secret: SHA-256, 32 bytes."""
     return hashlib.sha256(secret).digest()
 
 
 def drop_mac(server_seed: bytes, client_seed: bytes, number: int, board_digest: bytes) -> bytes:
-    """HMAC-SHA256 keyed with the server's seed, of all else that drop `number` depends on."""
+    """HMAC-SHA256 of all inputs of drop `number`, with the server's seed as the key."""
     return _mac(_DOMAIN, server_seed, client_seed, number, board_digest)
 
 
 def draw_mac(server_seed: bytes, client_seed: bytes, number: int, board_digest: bytes) -> bytes:
-    """`drop_mac` of a room with a draw: what draws the bin and one of its seeds, see Draw.pick."""
+    """Like `drop_mac`, for a room with a draw; `Draw.pick` makes a bin and a seed from it."""
     return _mac(_DRAW_DOMAIN, server_seed, client_seed, number, board_digest)
 
 

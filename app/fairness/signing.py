@@ -1,4 +1,4 @@
-"""Ed25519 (RFC 8032) over canonical JSON: what the server says, so that it cannot be denied."""
+"""Sign statements of the server with Ed25519 (RFC 8032) over canonical JSON."""
 
 from collections.abc import Mapping
 
@@ -9,7 +9,7 @@ from app.rooms.canonical import canonical
 
 
 class Signer:
-    """Signs JSON objects. Each has a `kind`, so that none can be taken for another."""
+    """Signs JSON objects. Each has a `kind`, so that nobody can pass one kind off as another."""
 
     def __init__(self, secret: bytes) -> None:
         """`secret`: the 32 bytes of the private key."""
@@ -17,7 +17,7 @@ class Signer:
         self.public: bytes = self._key.public_key().public_bytes_raw()
 
     def sign(self, value: Mapping[str, object]) -> bytes:
-        """The signature of the object as canonical JSON, 64 bytes; the same each time."""
+        """The signature of the object's canonical JSON, 64 bytes; deterministic."""
         return self.sign_bytes(canonical(dict(value)))
 
     def sign_bytes(self, message: bytes) -> bytes:
@@ -26,9 +26,9 @@ class Signer:
 
 
 def is_signed(value: Mapping[str, object], signature: bytes, public: bytes) -> bool:
-    """Whether this is the signature of the object by the owner of the public key."""
+    """Whether the owner of the public key made this signature of the object."""
     try:
         Ed25519PublicKey.from_public_bytes(public).verify(signature, canonical(dict(value)))
-    except (InvalidSignature, ValueError):  # ValueError: the bytes are no key
+    except (InvalidSignature, ValueError):  # ValueError: the bytes are not a public key
         return False
     return True

@@ -1,7 +1,7 @@
-"""What the server signs: how a session began, each drop's receipt, how the log stands, the end.
+"""The statements that a server signs: a session's beginning and end, receipts, heads of the log.
 
-Frozen values with their JSON form, which is what is signed and what an export has, word for word.
-Digests, seeds and keys are hexadecimal, times whole milliseconds of Unix time, stakes minor units.
+Their JSON form is what is signed, and exports contain it unchanged. Digests, seeds and keys are
+hexadecimal; times are Unix time in whole milliseconds; stakes are in minor units.
 """
 
 import hashlib
@@ -17,25 +17,25 @@ from engine.json_text import JsonObject
 VERSION: Final = 1
 
 Count = Annotated[int, Meta(ge=0, le=(1 << 63) - 1)]
-"""A number, an amount or a time, as a ledger can hold it."""
+"""A number, an amount or a time, in the range of the ledger's columns."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Statement:
-    """Something that is signed; `KIND` tells it from all else that is."""
+    """A signed statement. `KIND` distinguishes it from all other kinds."""
 
     KIND: ClassVar[str]
 
     def to_dict(self) -> dict[str, object]:
-        """Its JSON form, all that is signed."""
+        """The JSON form that is signed."""
         return {"kind": self.KIND, "version": VERSION, **asdict(self)}
 
 
 @dataclass(frozen=True, slots=True)
 class SessionStatement(_Statement):
-    """What holds for a session, said before the player opens their secret.
+    """The conditions of a session, signed before the player opens their secret.
 
-    draw_digest: of the room's draw; a room without one has no such member in its JSON.
+    draw_digest: of the room's draw. Without a draw, the JSON does not have this member.
     """
 
     KIND: ClassVar[str] = "plinko session"
@@ -52,7 +52,6 @@ class SessionStatement(_Statement):
     draw_digest: str | None = None
 
     def to_dict(self) -> dict[str, object]:
-        """Its JSON form, all that is signed."""
         values = _Statement.to_dict(self)
         if self.draw_digest is None:
             del values["draw_digest"]
@@ -61,7 +60,7 @@ class SessionStatement(_Statement):
 
 @dataclass(frozen=True, slots=True)
 class Receipt(_Statement):
-    """Drop `drop` of a session, before it is computed. A leaf of the log."""
+    """Drop number `drop` of a session, signed before it is computed. A leaf of the log."""
 
     KIND: ClassVar[str] = "plinko receipt"
 
@@ -76,13 +75,13 @@ class Receipt(_Statement):
     time: Count
 
     def leaf(self) -> bytes:
-        """Its bytes in the log."""
+        """The bytes of the leaf."""
         return canonical(self.to_dict())
 
 
 @dataclass(frozen=True, slots=True)
 class LogEntry(_Statement):
-    """The place of a receipt in the log: leaf `index`, with which the log has this root."""
+    """A receipt's place in the log: leaf number `index`, after which the log has this root."""
 
     KIND: ClassVar[str] = "plinko log entry"
 
@@ -93,7 +92,7 @@ class LogEntry(_Statement):
 
 @dataclass(frozen=True, slots=True)
 class TreeHead(_Statement):
-    """How the log stands: its leaves are `size`, their root is this."""
+    """The state of the log: its number of leaves and its root."""
 
     KIND: ClassVar[str] = "plinko tree head"
 
@@ -104,7 +103,7 @@ class TreeHead(_Statement):
 
 @dataclass(frozen=True, slots=True)
 class Closing(_Statement):
-    """The end of a session: it has had so many drops, and the server's secret was this."""
+    """The end of a session: its number of drops, and the server's secret."""
 
     KIND: ClassVar[str] = "plinko session end"
 
@@ -115,5 +114,5 @@ class Closing(_Statement):
 
 
 def payouts_digest(board: Board) -> str:
-    """SHA-256 of the board's multipliers as canonical JSON, 64 hexadecimal digits."""
+    """SHA-256 of the board's multipliers as canonical JSON, in 64 hexadecimal digits."""
     return hashlib.sha256(canonical(list(board.bins.multipliers))).hexdigest()

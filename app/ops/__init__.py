@@ -1,4 +1,4 @@
-"""For those who run the server: what it counts and what it logs.
+"""Metrics and log lines for operators of the server.
 
 Imports nothing of the server.
 """

@@ -1,8 +1,8 @@
-"""What the server logs, and how: lines for people, or one JSON object a line for machines.
+"""The format of log lines: text for people, or one JSON object per line for machines.
 
-Events are logged as a short fixed message with what is particular about them in `extra`, so that
-machines can count them: `log.info("room closed", extra={"room": id})`. Addresses are logged without
-their query, and bodies, headers and tokens not at all.
+An event is logged as a short fixed message, which machines can count, with its details in `extra`:
+`log.info("room closed", extra={"room": id})`. URLs are logged without their query. Bodies, headers
+and tokens are never logged.
 """
 
 import asyncio
@@ -17,14 +17,16 @@ _AT_WILL = (
     "Invalid UTF-8 sequence",
     "Invalid HTTP request",
     "Unsupported upgrade request",
-    "ASGI callable returned without completing handshake",  # said of refused ones too
-    "ASGI callable returned without completing response",  # the application has said why
+    "ASGI callable returned without completing handshake",  # also logged for refused ones
+    "ASGI callable returned without completing response",  # the application has logged why
 )
-_FOREIGN = ("uvicorn", "asyncio")  # their own information lines would show whole addresses
+"""Beginnings of messages that any client can provoke at will."""
+
+_FOREIGN = ("uvicorn", "asyncio")  # their lines below WARNING would contain complete URLs
 
 
 def configure(level: str, style: str) -> None:
-    """Log to standard error from `level` on, in the style `text` or `json`."""
+    """Log to stderr from `level` on, in the style `text` or `json`."""
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(JsonFormatter() if style == "json" else TextFormatter())
     handler.addFilter(_Quiet())
@@ -37,41 +39,38 @@ def configure(level: str, style: str) -> None:
 
 
 class _Quiet(logging.Filter):
-    """Drops what has been told already: by a close code, or by a line of its own.
+    """Drops records that are already reported by a close code or by another line.
 
-    A stop that ends requests after their grace says in one line how many they were; where each of
-    them was then is nobody's failure.
+    When shutdown cancels requests after the grace period, one line says how many there were. A
+    traceback of each cancelled request would only be noise.
     """
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Whether the record is worth a line."""
         error = record.exc_info[1] if record.exc_info else None
         ended = isinstance(error, asyncio.CancelledError)
         return not ended and not record.getMessage().startswith(_AT_WILL)
 
 
 def particulars(record: logging.LogRecord) -> dict[str, object]:
-    """What a record carries beside what every record does."""
+    """The fields that the caller gave in `extra`."""
     return {name: value for name, value in vars(record).items() if name not in _STANDARD}
 
 
 class TextFormatter(logging.Formatter):
-    """`time level message name=value …`."""
+    """Formats a record as `time level message name=value …`."""
 
     def __init__(self) -> None:
         super().__init__("%(asctime)s %(levelname)s %(message)s")
 
     def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802 - logging's name
-        """The line, with the particulars behind it."""
         extra = "".join(f" {name}={value}" for name, value in particulars(record).items())
         return super().formatMessage(record) + extra
 
 
 class JsonFormatter(logging.Formatter):
-    """One JSON object a line: time, level, logger, event, the particulars, the error if any."""
+    """Formats a record as a JSON object: time, level, logger, event, particulars, error if any."""
 
     def format(self, record: logging.LogRecord) -> str:
-        """The record as a line."""
         line: dict[str, object] = {
             "time": datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds"),
             "level": record.levelname.lower(),

@@ -1,7 +1,7 @@
-"""What the server counts about itself, for Prometheus.
+"""Metrics of the server for Prometheus.
 
-The hot path only adds to plain numbers and to two histograms a tick; everything else is read from
-the server's parts when somebody asks.
+A tick only updates plain numbers and two histograms. All other values are read from the parts of
+the server when Prometheus requests them.
 """
 
 from collections.abc import Callable, Iterable
@@ -22,11 +22,11 @@ _TICK_BUCKETS = (1e-4, 2.5e-4, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 1.6e-2, 3.2e-2, 6.4
 _COMMIT_BUCKETS = (2.5e-4, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 1.6e-2, 3.2e-2, 6.4e-2, 0.25, 1.0, 4.0)
 
 Reading = tuple[str, str, float, dict[str, str]]
-"""Name, meaning, value and labels; a name that ends in _total is a counter, any other a gauge."""
+"""Name, help text, value and labels. A name ending in _total is a counter, any other a gauge."""
 
 
 class Metrics:
-    """One server's metrics; a watcher of its ticker."""
+    """One server's metrics; the ticker calls them after each tick."""
 
     def __init__(self) -> None:
         self.registry = CollectorRegistry()
@@ -34,13 +34,13 @@ class Metrics:
             collector(registry=self.registry)
         self.tick_duration = Histogram(
             "plinko_tick_duration_seconds",
-            "Time of a tick: physics, encoding and handing the frames to the system.",
+            "Duration of a tick: physics, encoding and passing the frames to the system.",
             buckets=_TICK_BUCKETS,
             registry=self.registry,
         )
         self.tick_lateness = Histogram(
             "plinko_tick_lateness_seconds",
-            "How long after it was due a tick began.",
+            "Delay of the start of a tick after its due time.",
             buckets=_TICK_BUCKETS,
             registry=self.registry,
         )
@@ -52,40 +52,40 @@ class Metrics:
         )
         self.errors = Counter(
             "plinko_errors",
-            "Errors told to clients, over HTTP and WebSocket, by their code.",
+            "Errors sent to clients over HTTP and WebSocket, by code.",
             ["code"],
             registry=self.registry,
         )
 
     def read_from(self, readings: Callable[[], Iterable[Reading]]) -> None:
-        """Have `readings` asked for more values whenever the metrics are."""
+        """Call `readings` for more values whenever the metrics are requested."""
         self.registry.register(_Reader(readings))
 
     def exposition(self, accept: str) -> tuple[bytes, str]:
-        """All metrics in the text format that an Accept header prefers, and its media type."""
+        """All metrics in the text format preferred by an Accept header, and its media type."""
         encode, media_type = choose_encoder(accept)
         return encode(self.registry), media_type
 
     def woke(self) -> None:
-        """The ticker left its sleep."""
+        """The ticker continues after a sleep: nothing to do."""
 
     def ticked(self, late: float, duration: float) -> None:
-        """A tick is over."""
+        """Record a tick that began `late` s after its due time and took `duration` s."""
         self.tick_lateness.observe(late)
         self.tick_duration.observe(duration)
 
     def slept(self) -> None:
-        """Nothing moves any more."""
+        """The ticker sleeps, because nothing moves: nothing to do."""
 
 
 class _Reader(Collector):
-    """Turns readings into metrics."""
+    """Converts readings into metrics."""
 
     def __init__(self, readings: Callable[[], Iterable[Reading]]) -> None:
         self._readings = readings
 
     def collect(self) -> Iterable[Metric]:
-        """One metric for all readings of a name."""
+        """Collect one metric for all readings with the same name."""
         families: dict[str, CounterMetricFamily | GaugeMetricFamily] = {}
         for name, text, value, labels in self._readings():
             if name not in families:
@@ -95,5 +95,5 @@ class _Reader(Collector):
         return families.values()
 
     def describe(self) -> Iterable[Metric]:
-        """Nothing beforehand: the parts that are read may not be put together yet."""
+        """Describe nothing at registration: the server's parts may not exist yet."""
         return ()

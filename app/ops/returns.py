@@ -1,16 +1,16 @@
-"""How far what tables paid back may be from what they should, and how far it is: pure."""
+"""Compare the return that rooms actually paid with the expected return and its tolerance. Pure."""
 
 from dataclasses import dataclass
 from math import sqrt
 from typing import Final
 
 DEVIATIONS: Final = 4.0
-"""k of the tolerance k sigma / sqrt(n). One look in 16,000 is farther off by chance alone."""
+"""k of the tolerance k sigma / sqrt(n). By chance alone one check in 16,000 exceeds it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Return:
-    """What came back of what was staked, as a share; and what should, give or take `tolerance`."""
+    """The actual and the expected return as shares of the stakes, and the tolerance."""
 
     actual: float
     expected: float
@@ -27,11 +27,12 @@ def return_of(
     doubt: float,
     sigma: float,
 ) -> Return:
-    """Of plays with these sums of stakes, their squares and what was paid, in minor units.
+    """The return of plays with these sums of stakes, of their squares and of payouts (minor units).
 
-    expected: what the table returns; doubt: how far that is known; sigma: the standard deviation of
-    what a stake of 1 brings. Of equal stakes the tolerance is k sigma / sqrt(n); beside it there is
-    the doubt, and what rounding down takes: less than a minor unit of each play.
+    expected: the return of the payout table; doubt: its uncertainty; sigma: the standard deviation
+    of the payout of a stake of 1. For n equal stakes the tolerance from chance is k sigma /
+    sqrt(n). Added to it are the doubt, and the loss by rounding down, which is less than one minor
+    unit per play.
     """
     chance = DEVIATIONS * sigma * sqrt(squares) / staked
     return Return(paid / staked, expected, chance + doubt + plays / staked)

@@ -1,14 +1,13 @@
-"""The ledger: what must outlive the server. Every accepted drop is here before anyone is told.
+"""The ledger: all data that must outlive the server. Each drop is committed before it is announced.
 
-service     what is told of the rooms in memory, and when
-room_runs   what the ledger has heard of each run of a room
-leases      which rooms this server has, where several share the ledger: lease_book knows, leases
-            takes them; numbers are those of runs
-room_log    a room's log as it is sent; log_page a page of it, as another process reads it
+service     what to write about the rooms in memory, and when
+room_runs   how much of each room run has been written
+leases      which rooms this server has, if several share the ledger; without I/O: lease_book
+room_log    streams a room's log; log_page reads a page of it, possibly in another process
 ledger      the database, and the thread that commits
-statements  what is read and written there
-recovery    how rooms come back from it, or are set aside
-checks      whether what it holds is whole and true
+statements  the statements that read and write it
+recovery    restores rooms from the ledger, and sets damaged ones aside
+checks      checks that the ledger is complete and correct
 
 Imports rooms (whose records are the rows) and the protocol. Start with service.py.
 """

@@ -1,9 +1,9 @@
-"""The leases that this server has of rooms, and under which of them each write is made. No I/O.
+"""The room leases of this server, and the lease under which each write is made. No I/O.
 
-A room is one server's at a time. Taking it gives a number that only grows; each write of the room
-is stamped with that number when it is handed to the ledger, and the ledger makes it only while it
-has the same number. A server that was frozen while another took its room can thus write nothing of
-it any more, however late it wakes up.
+A room belongs to one server at a time. Each lease of it has a fencing number, higher than all
+before. A write is stamped with the number when it is handed to the ledger, and the ledger refuses
+it if the room's number has changed since. So a server that was frozen while another took its room
+can no longer write to that room, however late it wakes up.
 """
 
 import math
@@ -14,30 +14,29 @@ from typing import Final
 from app.rooms.records import FairEnd, FairOpening, FairSessionRow, Lease, RoomRow, Write
 
 Part = tuple[Lease | None, Sequence[Write]]
-"""Writes that are made under a lease of their room; None: they are of no room."""
+"""Writes with the lease of their room; None for writes that belong to no room."""
 
-_NOBODY: Final = Lease("", 0)
-"""The lease of a room that this server does not have: the ledger never has it."""
+_NO_LEASE: Final = Lease("", 0)
+"""Stamps writes to a room that this server does not have: no room has it, so they are refused."""
 
 
 class Unshared:
-    """Stands for a `LeaseBook` where one server has the ledger alone: all rooms are its own."""
+    """The null `LeaseBook` of a server that has the ledger for itself: no write needs a lease."""
 
     def stamp(self, writes: Sequence[Write]) -> list[Part]:
-        """All writes, under no lease."""
         return [(None, writes)]
 
     def lost(self, leases: Sequence[Lease]) -> None:
-        """Never called: nothing is written under a lease."""
+        """Never called, because no write is made under a lease."""
 
 
 @dataclass(slots=True, eq=False)
 class Entry:
     """A lease that this server has.
 
-    `lost` is called with the room's id when the ledger refuses a write under it. `runs` are the
-    numbers of the room's runs. `confirmed` is when it was last seen to be this server's still, in
-    s of the loop's clock.
+    `lost` is called with the room's id when the ledger refuses a write under the lease. `runs` are
+    the numbers of the room's runs. `confirmed` is when the ledger last confirmed the lease, in s of
+    the event loop's clock.
     """
 
     lease: Lease
@@ -49,15 +48,14 @@ class Entry:
 class LeaseBook:
     """For the event loop's thread.
 
-    `holder` is this server's name in the ledger, which no other server has; `address` is where the
-    other servers reach it.
+    `holder` is this server's unique name in the ledger; `address` is where other servers reach it.
     """
 
     def __init__(self, holder: str, address: str = "") -> None:
         self.holder = holder
         self.address = address
         self._entries: dict[str, Entry] = {}
-        self._room_of: dict[int, str] = {}  # by the number of a run
+        self._room_of: dict[int, str] = {}  # by the run's number
 
     @property
     def rooms(self) -> list[str]:
@@ -65,21 +63,21 @@ class LeaseBook:
         return list(self._entries)
 
     def of(self, room_id: str) -> Lease | None:
-        """The lease of a room; None where it is not this server's."""
+        """This server's lease of a room, or None."""
         entry = self.entry(room_id)
         return None if entry is None else entry.lease
 
     def entry(self, room_id: str) -> Entry | None:
-        """What is known of a room's lease; None where it is not this server's."""
+        """The entry of this server's lease of a room, or None."""
         return self._entries.get(room_id)
 
     def add(self, lease: Lease, lost: Callable[[str], None]) -> None:
-        """The room is this server's from now on."""
+        """Enter a lease that this server has taken."""
         self.drop(lease.room)
         self._entries[lease.room] = Entry(lease, lost)
 
     def drop(self, room_id: str) -> Lease | None:
-        """The room is not this server's any more; returns the lease that there was."""
+        """Remove and return the lease of a room, if this server has it."""
         entry = self._entries.pop(room_id, None)
         if entry is None:
             return None
@@ -88,7 +86,7 @@ class LeaseBook:
         return entry.lease
 
     def note(self, run: int, room_id: str) -> None:
-        """What is written of the run of this number is of this room."""
+        """Note that the run of this number is one of this room."""
         entry = self.entry(room_id)
         if entry is not None:
             entry.runs.add(run)
@@ -97,7 +95,7 @@ class LeaseBook:
     # For the ledger.
 
     def stamp(self, writes: Sequence[Write]) -> list[Part]:
-        """The writes by the lease that they are made under; first those of no room, under None."""
+        """Group writes by the lease of their room; those of no room come first, under None."""
         parts: dict[Lease | None, list[Write]] = {None: []}
         for write in writes:
             parts.setdefault(self._lease_of(write), []).append(write)
@@ -106,7 +104,7 @@ class LeaseBook:
         return list(parts.items())
 
     def lost(self, leases: Sequence[Lease]) -> None:
-        """The ledger has refused what was written under these."""
+        """Drop leases under which the ledger has refused a write, and report each as lost."""
         for lease in leases:
             entry = self.entry(lease.room)
             if entry is not None and entry.lease == lease:
@@ -115,10 +113,10 @@ class LeaseBook:
 
     def _lease_of(self, write: Write) -> Lease | None:
         room_id = self._room_id(write)
-        return None if room_id is None else self.of(room_id) or _NOBODY
+        return None if room_id is None else self.of(room_id) or _NO_LEASE
 
     def _room_id(self, write: Write) -> str | None:
-        """The room that a write is of; None where it is of none, or of all."""
+        """The room of a write; None if it concerns no single room."""
         if isinstance(write, RoomRow):
             return write.id
         room: int | str | None = getattr(write, "room", None)

@@ -1,4 +1,4 @@
-"""Leases of rooms, taken, confirmed, passed on and released in the ledger that servers share."""
+"""Takes, confirms, hands over and releases room leases in a ledger that servers share."""
 
 import asyncio
 import time
@@ -14,11 +14,11 @@ from app.persistence.statements import lease_store
 from app.rooms.records import Lease, LeaseRow
 
 _TAKE_SECONDS: Final = 10.0
-"""s for which the former holder's transaction may last; the database ends it."""
+"""How long to wait for a transaction of the former holder. The database ends it before that."""
 
-_TAKE_AGAIN: Final = 0.05  # s until it is tried again
+_TAKE_AGAIN: Final = 0.05  # s between two attempts to take a lease
 
-_FRESH: Final = 0.25  # s for which a confirmed lease counts as good; none is lost that fast
+_FRESH: Final = 0.25  # s for which a confirmation stays good: a lease is never lost that fast
 
 
 class Leases:
@@ -34,11 +34,11 @@ class Leases:
         self._releasing: set[asyncio.Task[None]] = set()
 
     async def take(self, room_id: str, after: int | None, lost: Callable[[str], None]) -> Lease:
-        """Have a room from now on, whoever had it before; raises LedgerError.
+        """Take a room's lease from its former holder; raises LedgerError.
 
-        All that its former holder has written is in the ledger then, and nothing comes after it.
-        With `after`, raises LeaseLostError unless that is still the number of the former lease, 0
-        where there was none. `lost` is called with the room's id when another server took it.
+        The ledger then has everything that the former holder wrote, and refuses all its later
+        writes. With `after`, raises LeaseLostError unless the former lease still has that number
+        (0: no lease). `lost` is called with the room's id if another server takes the room.
         """
         book, now = self.book, self._now()
         for _ in range(int(_TAKE_SECONDS / _TAKE_AGAIN)):
@@ -54,24 +54,24 @@ class Leases:
                 break
             await asyncio.sleep(_TAKE_AGAIN)
         else:
-            raise LedgerError(f"the transaction of room {room_id!r}'s former server does not end")
+            raise LedgerError(f"the former server of room {room_id!r} does not end its transaction")
         if not number:
-            raise LeaseLostError(f"another server was faster to take {room_id!r}", field="room")
+            raise LeaseLostError(f"another server has taken room {room_id!r} first", field="room")
         lease = Lease(room_id, number)
         book.add(lease, lost)
         return lease
 
     async def confirm(self, room_id: str) -> None:
-        """See that a room is still this server's; raises LeaseLostError, LedgerError.
+        """Check that this server still has a room; raises LeaseLostError, LedgerError.
 
-        What was read of it until then was written by its former holders and by nobody after them.
+        If it has, no other server has written to the room since this server took it.
         """
         lease, row = self.book.of(room_id), await self.holder_of(room_id)
         if lease is None or row is None or lease.number != row.number:
-            raise LeaseLostError(f"another server has {room_id!r} now", field="room")
+            raise LeaseLostError(f"another server has room {room_id!r} now", field="room")
 
     async def confirm_lately(self, room_id: str) -> None:
-        """`confirm`, at most once for all who ask within a quarter of a second."""
+        """As `confirm`, but asks the ledger at most once in a quarter of a second."""
         entry, now = self.book.entry(room_id), asyncio.get_running_loop().time()
         if entry is None or now - entry.confirmed >= _FRESH:
             await self._confirming.do(room_id, lambda: self.confirm(room_id))
@@ -79,17 +79,17 @@ class Leases:
                 entry.confirmed = now
 
     async def release(self, lease: Lease, holder: str = "", address: str = "") -> None:
-        """Let a dropped room go, once all is written that was handed to the ledger before.
+        """Release the lease of a dropped room, after all writes handed to the ledger before.
 
-        It is the server's of the name `holder` then, or nobody's. Raises LedgerError; others can
-        then take the room all the same.
+        The room then belongs to the server `holder`, or to no server. Raises LedgerError; other
+        servers can take the room even then.
         """
         await self._ledger.read(
             lease_store.release, lease=lease, holder=holder, address=address, now=self._now()
         )
 
     def let_go(self, room_id: str) -> None:
-        """A room has left the memory, and all of it is written: any server may have it."""
+        """Release a room that has left memory and is completely written, in the background."""
         lease = self.book.drop(room_id)
         if lease is not None:
             task = asyncio.create_task(self.release(lease))
@@ -98,9 +98,9 @@ class Leases:
             task.add_done_callback(log_failure)
 
     async def holder_of(self, room_id: str) -> LeaseRow | None:
-        """Who has a room, as the ledger knows it; raises LedgerError."""
+        """The lease of a room in the ledger; raises LedgerError."""
         return await self._ledger.read(lease_store.holder_of, room=room_id)
 
     async def listing(self) -> list[LeaseRow]:
-        """Every room that some server has; raises LedgerError."""
+        """The leases of all rooms; raises LedgerError."""
         return await self._ledger.read(lease_store.listing)

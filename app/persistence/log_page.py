@@ -1,7 +1,7 @@
-"""A page of a room's log, as the bytes that are sent and those that its digest covers.
+"""A page of a room's log: the bytes that are sent, and those that the log's digest covers.
 
-It is made in a process of its own wherever the ledger is no part of the server's memory: rows and
-JSON in a thread beside the event loop keep the interpreter from the ticks.
+Another process makes it unless the ledger is in the server's memory: a thread that reads rows and
+encodes JSON would hold the interpreter's lock and delay the ticks.
 """
 
 import functools
@@ -18,12 +18,12 @@ from app.persistence.statements import store
 from app.rooms import log
 from app.rooms.kinds import format_of
 
-_MARKS: Final = frozenset({"who"})
+_MARKS: Final = frozenset({"who"})  # an entry's fields with a player's mark
 
 
 @dataclass(frozen=True, slots=True)
 class Entries:
-    """So many entries of a log: as JSON without the list's brackets, and as lines of the digest."""
+    """`count` entries of a log: as JSON without the list's brackets, and as the digest's lines."""
 
     count: int
     text: bytes
@@ -35,9 +35,9 @@ NONE: Final = Entries(0, b"", b"")
 
 @dataclass(frozen=True, slots=True)
 class LogPage:
-    """Which entries of the log of which run, of a room of this `mode` that is at this `tick`.
+    """Selects `limit` entries, from number `first` on, of the log of a run.
 
-    `limit` of them from `first` on; players' `marks` are null unless they are asked for.
+    `mode` and `tick` are those of the run's room. Without `marks`, players' marks become null.
     """
 
     mode: str
@@ -48,7 +48,7 @@ class LogPage:
     marks: bool
 
     def entries(self, connection: Connection) -> Entries:
-        """What the ledger has of it; raises DamagedRoomError."""
+        """Read the entries; raises DamagedRoomError."""
         inputs = format_of(self.mode)
         found = store.taken(connection, inputs.name, self.run, self.first, self.limit)
         page = [inputs.entry(row, result, self.tick) for row, result in found]
@@ -58,12 +58,12 @@ class LogPage:
         return Entries(len(page), msgspec.json.encode(page)[1:-1], log.lines(page))
 
     def elsewhere(self, url: str) -> Entries:
-        """`entries`, for a process without a connection to the ledger; raises LedgerError."""
+        """As `entries`, in a process that has no connection to the ledger; raises LedgerError."""
         try:
             with _reader(url).connect() as connection:
                 return self.entries(connection)
         except sa.exc.SQLAlchemyError as error:
-            # Not from it: what a driver raises holds statements, and is not made for pickling.
+            # `from None`: the driver's error contains statements, and may not be picklable.
             raise LedgerError(f"the ledger cannot be read: {reason(error)}") from None
 
 

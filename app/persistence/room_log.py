@@ -1,7 +1,7 @@
-"""A room's log as it is sent: in pieces, of which a long one's later pages are read on the way.
+"""Streams room logs: later pages of a long log are read while the earlier ones are sent.
 
-One page is read at a time, readers in turn. Each is short, and there is a rest after it: a thousand
-readers slow down each other and no drop.
+Only one page is read at a time, and the readers take turns. A page is short, and a pause follows
+it. So a thousand readers slow down each other, but no drop.
 """
 
 import asyncio
@@ -23,9 +23,9 @@ from app.persistence.room_runs import RoomRuns
 from app.rooms import log
 from app.rooms.room import Room
 
-_PAGE: Final = 250  # inputs read at once: some 5 ms
-_REST: Final = 3.0  # times as long as a page took, the ledger has for others before the next
-_LONGEST_REST: Final = 1.0  # s
+_PAGE: Final = 250  # inputs of one page: takes about 5 ms
+_REST: Final = 3.0  # the pause after a page, in multiples of the time that the page took
+_LONGEST_REST: Final = 1.0  # s, the longest pause
 
 MOST_READERS: Final = 32
 MOST_OF_ONE: Final = 4
@@ -33,14 +33,14 @@ MOST_OF_ONE: Final = 4
 
 @dataclass(frozen=True, slots=True)
 class LogPart:
-    """Which of a room's inputs are asked for: `limit` of them from `first` on, None for all."""
+    """Selects `limit` of a room's inputs (None: all), from number `first` on."""
 
     first: int = 0
     limit: int | None = None
 
     @property
     def whole(self) -> bool:
-        """Whether that is the log itself, whose digest can be told."""
+        """Whether this is the complete log; only that has a digest."""
         return self.first == 0 and self.limit is None
 
 
@@ -48,14 +48,14 @@ WHOLE: Final = LogPart()
 
 
 Compute = Callable[[Callable[[], Entries]], Awaitable[Entries]]
-"""Does something in another process."""
+"""Calls a function in another process."""
 
 
 class RoomLogs:
-    """The logs that are being read; for the event loop's thread. `clock` gives s.
+    """Reads logs for many readers; for the event loop's thread. `clock` returns seconds.
 
-    Pages are read by `compute`, and without it, as where the ledger is in this process's memory, by
-    the ledger's thread.
+    `compute` reads the pages. Without it, or if the ledger is in this process's memory, the
+    ledger's thread does.
     """
 
     def __init__(
@@ -81,25 +81,24 @@ class RoomLogs:
     async def read(
         self, room: Room, reader: str, *, marks: bool, part: LogPart = WHOLE, run: int | None = None
     ) -> AsyncIterator[bytes]:
-        """The room's log as JSON in pieces, up to this moment, for a `reader` (an address).
+        """The room's log until now as pieces of JSON, for a `reader` (an address).
 
-        Of the run that goes on in the room, or of the one of this number, which is over.
-
-        Players' `marks` are null in it unless they are asked for; its digest is of the log
-        as given. It is asked for whole before the first piece is given, but for later pages of a
-        long one. Raises LedgerError; BusyError and ReadersError when too many are read at a time.
+        It is the log of the room's current run, or of the finished run number `run`. Without
+        `marks`, players' marks are null; the digest is that of the log as sent. The first page is
+        read before this returns, later pages while the pieces are iterated. Raises LedgerError,
+        and BusyError or ReadersError if too many logs are being read.
         """
         if self.readers >= MOST_READERS:
-            raise BusyError(f"{MOST_READERS} logs of rooms are being read already")
+            raise BusyError(f"{MOST_READERS} clients are reading room logs already; try again")
         if self._readers[reader] >= MOST_OF_ONE:
-            raise ReadersError(f"{MOST_OF_ONE} logs of rooms are being read by this address")
+            raise ReadersError(f"your address is reading {MOST_OF_ONE} room logs already")
         self._readers[reader] += 1
         place = _Place(functools.partial(self._left, reader))
         number = self._runs.of(room).number if run is None else run
         read = functools.partial(self._page, reader)
         pages = _Pages(number, room, read, marks=marks, part=part)
         self._runs.report([])
-        await self._runs.ledger.settled()  # what has landed until now is in it then
+        await self._runs.ledger.settled()  # now the ledger has all results until this moment
         return pages.pieces(await pages.read(part.first), place)
 
     def _left(self, reader: str) -> None:
@@ -108,7 +107,7 @@ class RoomLogs:
             del self._readers[reader]
 
     async def _page(self, reader: str, page: LogPage) -> Entries:
-        """A page in the reader's turn, after the rest that the one before has earned to others."""
+        """Read a page when it is the reader's turn and the pause after the last page is over."""
         async with self._turns.turn(reader):
             if (rest := self._free - self._clock()) > 0.0:
                 await self._sleep(rest)
@@ -123,20 +122,20 @@ class RoomLogs:
         ledger = self._runs.ledger
         if self._compute is None or isinstance(ledger, NullLedger):
             return await ledger.read(page.entries)
-        # Who goes away meanwhile does not end the process that reads: the next has it at once.
+        # Shielded: cancelling the computation would end its process, which the next reader needs.
         url = ledger.database.url.render_as_string(hide_password=False)
         return await asyncio.shield(self._compute(functools.partial(page.elsewhere, url)))
 
 
 class _Place:
-    """A reader's place, given up when nobody holds it any more: what was never begun, too."""
+    """Calls `leave` when it is garbage-collected, also if the log's iteration was never begun."""
 
     def __init__(self, leave: Callable[[], None]) -> None:
         weakref.finalize(self, leave)
 
 
 class _Pages:
-    """A room's log as of now; `read` reads a page in its turn."""
+    """A room's log as of now; `read` reads a page when it is the reader's turn."""
 
     def __init__(
         self,
@@ -166,7 +165,7 @@ class _Pages:
         return await self._read(LogPage(self._mode, self._run, tick, first, limit, self._marks))
 
     async def pieces(self, page: Entries, _place: _Place) -> AsyncIterator[bytes]:
-        """All of it, from the first page on; for as long as this goes on a place is held."""
+        """The log's pieces, beginning with this first page. The iterator keeps `_place` alive."""
         digest = log.LogDigest(self._head)
         yield msgspec.json.encode(self._head)[:-1] + f',"{self._name}":['.encode()
         done = self._part.first

@@ -1,7 +1,7 @@
-"""The runs of the rooms in memory: what the ledger has heard of each, and what it is told next.
+"""The runs of the rooms in memory: how much of each the ledger has, and what to write next.
 
-A run is one world of a room from tick 0 on; a room that is reset gets another. What has landed
-waits here until there are other news.
+A run is one world of a room from tick 0 on; resetting a room begins a new run. Results of balls
+wait here until something else is written.
 """
 
 import asyncio
@@ -28,13 +28,17 @@ from app.rooms.settling import Settled
 from engine import PHYSICS_VERSION
 
 _BLOCK: Final = 1024
-_LOW: Final = _BLOCK // 2  # numbers left, at which more are asked for
+_LOW: Final = _BLOCK // 2  # with this many numbers left, the next block is reserved
 
 _log = logging.getLogger("plinko")
 
 
 class SharedNumbers:
-    """For the event loop's thread, which waits for none of it but the first block."""
+    """Numbers for runs, reserved in blocks in a ledger that servers share.
+
+    For the event loop's thread. Only the first block is waited for; later ones are reserved in the
+    background before they are needed.
+    """
 
     def __init__(self, ledger: Ledger | NullLedger) -> None:
         self._ledger = ledger
@@ -42,50 +46,51 @@ class SharedNumbers:
         self._filling: asyncio.Task[None] | None = None
 
     async def fill(self) -> None:
-        """Have a block more; raises LedgerError."""
+        """Reserve a block; raises LedgerError."""
         first = await self._ledger.read(lease_store.reserve, count=_BLOCK)
         self._left.extend(range(first, first + _BLOCK))
 
     def next(self) -> int:
-        """A number that no run has had; raises LedgerError when none is at hand."""
+        """A number that no run has; raises LedgerError if no reserved number is left."""
         if len(self._left) <= _LOW and self._filling is None:
             self._filling = asyncio.create_task(self._refill(), name="numbers")
         if not self._left:
-            raise LedgerError("no number for a run is at hand before the ledger answers")
+            raise LedgerError("no number for a new room run is left until the ledger answers")
         return self._left.popleft()
 
     async def _refill(self) -> None:
         try:
             await self.fill()
         except LedgerError as error:
-            _log.warning("no numbers for runs: %s", error)  # the next one asks again
+            # The next call of `next` tries again.
+            _log.warning("numbers for room runs could not be reserved: %s", error)
         finally:
             self._filling = None
 
 
 @dataclass(slots=True)
 class RoomRun:
-    """What is known of a room's run in the ledger. Times are Unix times."""
+    """A room's run, and how much of it the ledger has. Times are Unix times."""
 
     number: int
     owned: bool
     opened: float
     used: float
-    known: bool = False  # its row was handed to the ledger
-    marked: int = 0  # ticks up to here were handed to the ledger
-    horizon: int = 0  # ticks up to here are in it
+    known: bool = False  # whether its row was handed to the ledger
+    marked: int = 0  # the last tick of the marks that were handed to the ledger
+    horizon: int = 0  # the last tick of the marks that are durable
     checkpoint_tick: int = 0
-    clean: bool = True  # asleep, and the ledger has heard of it
+    clean: bool = True  # whether the room sleeps and the ledger has all of it
     version: int = 0  # counts submissions
     creator: str | None = None  # a mark, see RoomRow
-    underway: int = 0  # marks of its progress that the ledger has not answered for
-    key: str | None = None  # of the request that began it, see RoomRow
+    underway: int = 0  # number of marks that the ledger has not yet answered
+    key: str | None = None  # the idempotency key of the request that began it, see RoomRow
 
 
 class RoomRuns:
-    """The records by room; for the event loop's thread. `now` gives Unix time in seconds.
+    """All records, by room; for the event loop's thread. `now` returns Unix time in seconds.
 
-    `leases` are this server's where several share the ledger.
+    `leases` are this server's leases if several servers share the ledger.
     """
 
     def __init__(
@@ -103,7 +108,7 @@ class RoomRuns:
         self._results: list[Write] = []
 
     def of(self, room: Room) -> RoomRun:
-        """The record of a room's run, a new one where there is none."""
+        """The record of a room's current run; creates it if it is missing."""
         found = self._records.get(room.id)
         if found is None:
             now = self.now()
@@ -112,28 +117,28 @@ class RoomRuns:
         return found
 
     def find(self, room: Room, number: int) -> RoomRun | None:
-        """The record of this room if its run is still the one of this number."""
+        """The record of a room's current run if it has this number."""
         found = self._records.get(room.id)
         return found if found is not None and found.number == number else None
 
     def begin(self, room_id: str, record: RoomRun) -> None:
-        """The room goes on in this run."""
+        """Make this run the room's current one."""
         self._records[room_id] = record
         self.note(record.number, room_id)
 
     def note(self, number: int, room_id: str) -> None:
-        """The run of this number is one of this room."""
+        """Note for the leases that the run of this number is one of this room."""
         if self.leases is not None:
             self.leases.book.note(number, room_id)
 
     def forget(self, room: Room) -> None:
-        """The room left the memory; what is in the ledger stays."""
+        """Drop the record of a room that leaves memory. The ledger keeps its rows."""
         self._records.pop(room.id, None)
 
     def number(self, room_id: str) -> int:
-        """A number that no run has had, for one of this room; raises LedgerError.
+        """A new number for a run of this room.
 
-        It always has one where a single server uses the ledger.
+        Raises LedgerError if servers share the ledger and no reserved number is left.
         """
         if self.numbers is None:
             number, self.next_number = self.next_number, self.next_number + 1
@@ -143,7 +148,7 @@ class RoomRuns:
         return number
 
     def add_results(self, results: list[ResultRow]) -> None:
-        """The ledger hears of these with the next news."""
+        """Keep results until the next write."""
         self._results += results
 
     def take_results(self) -> list[Write]:
@@ -151,7 +156,7 @@ class RoomRuns:
         return results
 
     def report(self, writes: list[Write], done: Done | None = None) -> None:
-        """Hand what has landed, and `writes`, to the ledger."""
+        """Hand the waiting results and `writes` to the ledger."""
         self.ledger.defer([*self.take_results(), *writes], done)
 
     def slept(self, room: Room) -> None:
@@ -170,16 +175,16 @@ class RoomRuns:
             record.clean = error is None
 
     def mark(self, room: Room, record: RoomRun, tick: int, *, awake: bool) -> Mark:
-        """How far a room has come, with a checkpoint to go on from.
+        """A mark of a room's progress, with a checkpoint from which it can be restored.
 
-        There is none of a room that a drop may still enter at a tick that is past.
+        The checkpoint is omitted while a late drop may still enter the room at a past tick.
         """
         if room.late:
             return Mark(record.number, tick, awake, self.now())
         return Mark(record.number, tick, awake, self.now(), room.checkpoint(), room.taken)
 
     def closing(self, room: Room, settled: Settled | None = None) -> list[Write]:
-        """The end of a room's run, with the results of what fell in it."""
+        """The writes that end a room's run, with the results of balls that were in flight."""
         number = self.of(room).number
         if settled is None:
             return [Close(number, room.world.tick, self.now())]
@@ -194,7 +199,7 @@ class RoomRuns:
         return BoardRow(origin.digest, origin.name, msgspec.json.encode(origin.to_dict()).decode())
 
     def room_row(self, room: Room, record: RoomRun) -> RoomRow:
-        """A run at its beginning."""
+        """The row of a run at its first tick."""
         return RoomRow(
             number=record.number,
             id=room.id,
@@ -211,17 +216,17 @@ class RoomRuns:
         )
 
     def basis_rows(self, room: Room) -> list[Write]:
-        """What the room is made of."""
+        """The rows of the room's board and draw."""
         draw = room.draw
         drawn = [] if draw is None else [DrawRow(draw.digest, draw.to_json().decode())]
         return [self.board_row(room), *drawn]
 
     def rows(self, room: Room, record: RoomRun) -> list[Write]:
-        """All that the ledger needs to know of a run before its first input."""
+        """All rows that the ledger must have before a run's first input."""
         return [*self.basis_rows(room), self.room_row(room, record)]
 
     def rows_with(self, room: Room, record: RoomRun, taken: Sequence[Pending]) -> list[Write]:
-        """`rows` of a run that begins later than at tick 0, with inputs its room has taken."""
+        """As `rows`, for a run that begins with inputs or after tick 0."""
         if not room.world.tick and not taken:
             return self.rows(room, record)
         record.marked = record.horizon = record.checkpoint_tick = room.world.tick

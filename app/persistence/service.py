@@ -1,7 +1,8 @@
-"""What the ledger knows of the rooms in memory: each drop before it is told, each room's progress.
+"""Writes to the ledger what happens in rooms: each drop before it is announced, and progress.
 
-How far a room may tick is written down ahead, half a second at a time. A room that is rebuilt goes
-on from there, so it never shows a tick, nor takes a drop for one, that was shown before the crash.
+The ledger has a mark of how far each room may tick, half a second ahead. A room that is rebuilt
+after a crash continues from its mark. So it repeats no tick that clients have seen before the
+crash, and no drop enters at such a tick.
 """
 
 import asyncio
@@ -24,19 +25,20 @@ from app.rooms.records import Close, Lease, LogLeaf, Mark, Parked, RoomRow, Void
 from app.rooms.room import Room
 from app.rooms.settling import Settled
 
-AHEAD: Final = 0.5  # s; what a rebuilt room may have to skip
-_RENEW: Final = 0.25  # s; how often the ledger hears of rooms that are awake
-_CHECKPOINT: Final = 10.0  # s of ticks; bounds what has to be replayed at the start
-_LONGEST_LEAD: Final = 0.5  # s that a drop may have to wait for its tick
+AHEAD: Final = 0.5  # s from a room's tick to its mark: the most that a rebuilt room skips
+_RENEW: Final = 0.25  # s between two marks of an awake room
+_CHECKPOINT: Final = 10.0  # s of ticks between two checkpoints: limits the replay after a crash
+_LONGEST_LEAD: Final = 0.5  # s, the longest that a drop waits for its tick
 _UNDERWAY: Final = 8
-"""Marks of one room that may wait for a slow ledger: two seconds of them. What is not told is told
-by the next one, so that nothing grows however long a commit takes."""
+"""Marks of one room that may wait for a slow ledger: two seconds of them. Further marks are left
+out, because the next one covers them, so that the queue stays short however long a commit takes."""
 
 
 class PersistenceService:
-    """Tells the ledger what happens in rooms, and when; for the event loop's thread.
+    """Decides what to write to the ledger, and when; for the event loop's thread.
 
-    `now` gives Unix time in seconds; `leases` are this server's where several share the ledger.
+    `now` returns Unix time in seconds; `leases` are this server's leases if several servers share
+    the ledger.
     """
 
     def __init__(
@@ -57,7 +59,7 @@ class PersistenceService:
 
     @property
     def lead(self) -> int:
-        """Ticks from the acceptance of a drop to its start, enough for it to be durable by then."""
+        """Ticks from planning a drop to its start: time enough for the ledger to commit it."""
         longest = math.ceil(_LONGEST_LEAD * self._tick_rate)
         return min(max(1, math.ceil(self.ledger.lag * self._tick_rate)), longest)
 
@@ -70,10 +72,10 @@ class PersistenceService:
         return self.runs.now()
 
     def lease_of(self, room_id: str) -> Lease | None:
-        """Under which a room is this server's; None without the room, or without other servers."""
+        """This server's lease of a room; None if it has none or no other server exists."""
         return None if self.leases is None else self.leases.book.of(room_id)
 
-    # Runs begin and end.
+    # The begin and end of runs.
 
     async def create(
         self,
@@ -82,10 +84,9 @@ class PersistenceService:
         taken: Sequence[Pending] = (),
         key: str | None = None,
     ) -> None:
-        """Enter a room that belongs to its creator, by a mark of that; raises LedgerError.
+        """Write a new room that belongs to `creator` (a mark); raises LedgerError.
 
-        taken: the inputs that it begins with, of one that was played elsewhere. key: of the
-        request that made it.
+        taken: the inputs of an imported room. key: the idempotency key of the request.
         """
         record = self.runs.of(room)
         record.owned = record.known = True
@@ -100,9 +101,9 @@ class PersistenceService:
     async def replace(
         self, old: Room, new: Room, settled: Settled | None, key: str | None = None
     ) -> None:
-        """End a room's run and begin its next, both or neither; raises LedgerError.
+        """End a room's run and begin its next in one transaction; raises LedgerError.
 
-        With the results of what fell in it, where each ball has one.
+        `settled` has the results of balls in flight, for rooms whose balls have results.
         """
         record = self.runs.of(old)
         now = self.now()
@@ -115,13 +116,13 @@ class PersistenceService:
         self.runs.begin(new.id, following)
 
     async def end(self, room: Room, settled: Settled | None) -> None:
-        """Close the room's run for good, as `replace` does; raises LedgerError."""
+        """Close the room's run for good; raises LedgerError. `settled` is as in `replace`."""
         self.runs.report([])
         await self.ledger.commit(*self.runs.closing(room, settled))
         self.runs.forget(room)
 
     def abandon(self, room: Room, why: str) -> None:
-        """The room failed: its run is over, and what has no result gets its stake back."""
+        """End the run of a room that failed. Drops without a result get their stake back."""
         record = self.runs.of(room)
         if record.known:
             void = Void(record.number, room.world.tick, why)
@@ -132,14 +133,14 @@ class PersistenceService:
         self.runs.note(room.number, room.id)
         self.runs.report([Close(room.number, room.tick, self.now())])
 
-    # Rooms leave the memory.
+    # Rooms that leave memory.
 
     def parkable(self, room: Room) -> bool:
-        """Whether the ledger knows all of a sleeping room, so that memory may forget it."""
+        """Whether a sleeping room may leave memory, because the ledger has all of it."""
         return self.runs.of(room).clean
 
     def park(self, room: Room) -> RoomRow | None:
-        """Forget a sleeping room; the row from which it is restored, if it has one."""
+        """Forget a sleeping room; returns the row to restore it from, if the ledger has one."""
         record = self.runs.of(room)
         self.runs.forget(room)
         return self.runs.restorable_row(room, record) if record.known else None
@@ -148,7 +149,7 @@ class PersistenceService:
         self.runs.of(room).used = self.now()
 
     def leave(self, awake: Iterable[Room]) -> None:
-        """The server stops: write down where the rooms stand that are awake, to go on there."""
+        """Write the awake rooms' exact ticks as the server stops, so that they skip nothing."""
         marks: list[Write] = []
         for room in awake:
             record = self.runs.of(room)
@@ -156,15 +157,16 @@ class PersistenceService:
                 marks.append(self.runs.mark(room, record, room.world.tick, awake=True))
         self.runs.report(marks)
 
-    # What happens in rooms.
+    # Events in rooms.
 
     def submit(
         self, room: Room, pending: Pending, leaf: LogLeaf | None = None
     ) -> Coroutine[None, None, None]:
-        """Have a planned input written down; what this returns ends when it is. Raises LedgerError.
+        """Queue a planned input; the returned coroutine ends when the input is durable.
 
-        So may what it returns: then all that the room has planned and that is not durable is
-        refused, the latest first. `leaf`: the receipt that goes into the log with the input.
+        Both raise LedgerError. If the coroutine does, all inputs that the room has planned and
+        that are not durable are refused, the latest first. `leaf`: the receipt that is logged with
+        the input.
         """
         record = self.runs.of(room)
         now = self.now()
@@ -184,16 +186,20 @@ class PersistenceService:
         return _noted(record, kept, tick, first=bool(rows))
 
     def taken_back(self, room: Room, number: int) -> None:
-        """The room has taken back all that the ledger has refused of its run `number`."""
-        self.ledger.mend(number)
+        """Let the ledger accept inputs of run `number` again.
+
+        Called when the room has taken back all inputs that the ledger refused.
+        """
+        self.ledger.reopen(number)
         if self.runs.find(room, number) is not None and not room.awake:
-            self.slept(room)  # what was refused may have told the ledger that it is awake
+            self.slept(room)  # a refused input's mark may have said that the room is awake
 
     def may_step(self, room: Room) -> bool:
-        """Whether the ledger has heard of the room's next tick; not asked for while it is lost.
+        """Whether the room may tick: whether a durable mark covers its next tick.
 
-        Unless servers share it: another one may take the room over from where it last heard. Nor
-        is it asked of a room that it does not know: what moves there has moved since it began.
+        A room that the ledger does not know needs no mark: it has had no input. While the ledger is
+        unavailable, a server that has it for itself lets rooms tick on without marks. If servers
+        share the ledger, the room waits, as another server may continue it from its last mark.
         """
         record = self.runs.of(room)
         if not record.known or room.world.tick < record.horizon:
@@ -201,7 +207,7 @@ class PersistenceService:
         return not self.ledger.up and self.leases is None
 
     def landed(self, room: Room, landed: messages.Landed) -> None:
-        """A ball has landed; the ledger hears of it with the next news."""
+        """Keep a ball's result; it is written with the next write."""
         result = room.format.result(self.runs.of(room).number, landed)
         if result is not None:
             self.runs.add_results([result])
@@ -210,13 +216,13 @@ class PersistenceService:
         self.runs.slept(room)
 
     def ticked(self, ticks: int, awake: Iterable[Room]) -> None:
-        """So many ticks have passed; now and then the ledger hears how far the rooms have come."""
+        """Count ticks, and every quarter of a second write a mark for each awake room."""
         self._since_renewal += ticks
         if self._since_renewal < _RENEW * self._tick_rate:
             return
         self._since_renewal = 0
         if not self.ledger.up:
-            return  # what has landed is kept; that more has not can wait
+            return  # results are kept in memory meanwhile, and marks can wait
         for room in awake:
             record = self.runs.of(room)
             if record.known and record.underway < _UNDERWAY:
@@ -226,7 +232,7 @@ class PersistenceService:
                 self.runs.report([self._mark(room, record, tick)], done)
 
     def _mark(self, room: Room, record: RoomRun, tick: int) -> Mark:
-        """How far the room may tick; now and then with a checkpoint."""
+        """A mark up to `tick`, with a checkpoint if one is due."""
         if room.world.tick - record.checkpoint_tick < _CHECKPOINT * self._tick_rate:
             return Mark(record.number, tick, True, self.now())
         record.checkpoint_tick = room.world.tick
@@ -244,11 +250,11 @@ class PersistenceService:
 
 
 async def _noted(record: RoomRun, kept: "asyncio.Future[None]", tick: int, *, first: bool) -> None:
-    """Wait until an input is kept, and note how far its room may then tick; raises LedgerError."""
+    """Wait until an input is durable, and then let its room tick further; raises LedgerError."""
     try:
         await kept
     except LedgerError:
         if first:
-            record.known = False  # the next drop brings its row
+            record.known = False  # the next input writes the run's row again
         raise
     record.horizon = max(record.horizon, tick)

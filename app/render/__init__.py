@@ -1,7 +1,7 @@
-"""Pictures with no browser: drops and rooms go in, the bytes of image files come out. No I/O.
+"""Draw drops and rooms without a browser and return the bytes of image files. No I/O.
 
-Imports the engine. Start with still.py: it uses parts/, which uses raster/. A name is loaded when
-it is first used: a server asks parts/view.py how large a picture would be, and never draws one.
+Imports the engine. Start with still.py: it uses parts/, which uses raster/. A name is imported when
+it is first used, because the server's own process only computes sizes and never draws.
 """
 
 from importlib import import_module
@@ -44,7 +44,7 @@ _MODULES: Final = {
 }
 
 
-if not TYPE_CHECKING:  # else every misspelt name would pass for one
+if not TYPE_CHECKING:  # otherwise type checkers would accept every misspelt name
 
     def __getattr__(name: str) -> Any:
         if name not in _MODULES:

@@ -1,7 +1,7 @@
-"""A drop as it falls: a GIF, WebP, APNG or MP4 of the ball with its trail, and the result.
+"""Animate a drop as GIF, WebP, APNG or MP4: the falling ball with its trail, then the result.
 
-Only the ball's surroundings change from frame to frame, so only they are painted and encoded. One
-frame is in memory at a time, however long the fall.
+Only the surroundings of the ball change from frame to frame, so only they are painted and encoded.
+One frame is in memory at a time, however long the fall.
 """
 
 import math
@@ -27,11 +27,11 @@ Pixels = npt.NDArray[np.uint8]
 Floats = npt.NDArray[np.float64]
 Box = tuple[int, int, int, int]
 Patch = tuple[int, int, Pixels]
-"""Left, top and the pixels (h, w, 3) that take the place of what was there."""
+"""Left, top and the pixels (h, w, 3) that replace the previous ones."""
 
-HOLD: Final = 2.0  # s that the result stays before the animation starts again
+HOLD: Final = 2.0  # s that the result stays before the animation repeats
 MOST_FPS: Final = 60
-LONGEST: Final = 60.0  # s of a fall that are shown; then follows the result
+LONGEST: Final = 60.0  # s of a fall that are shown before the result
 WEBP_QUALITY: Final = 85  # of 100: no visible blocks around the ball
 _SAMPLES: Final = 8  # frames from which the palette learns the moving ball's colours
 
@@ -39,22 +39,24 @@ _SAMPLES: Final = 8  # frames from which the palette learns the moving ball's co
 def drop_animation(
     d: Drop, fmt: str, width: int = DEFAULT_WIDTH, fps: int = 30, theme: str = "light"
 ) -> bytes:
-    """The drop as an animation in `fmt`, one of ANIMATIONS, at real speed and `fps` frames/s.
+    """Animate the drop in `fmt`, one of ANIMATIONS, at real speed and `fps` frames/s.
 
-    It ends with the picture of the whole drop, held for HOLD s. Raises InvalidValueError naming a
-    format, a width, an fps or a theme that is none; MissingPartError where a format needs a library
-    that is not installed.
+    The animation ends with the picture of the whole drop for HOLD s. Raises InvalidValueError if
+    the format, width, fps or theme is invalid; MissingPartError if the format needs a library that
+    is not installed.
     """
     if fmt not in ANIMATIONS:
         names = ", ".join(ANIMATIONS)
         raise InvalidValueError(f"format {fmt!r:.40} is not one of {names}", field="format")
     if not 1 <= fps <= MOST_FPS:
-        raise InvalidValueError(f"fps {fps} is not from 1 to {MOST_FPS}", field="fps")
+        raise InvalidValueError(
+            f"fps {fps} is not from 1 to {MOST_FPS} frames per second", field="fps"
+        )
     return ANIMATIONS[fmt](Film(d, width, fps, theme))
 
 
 class Film:
-    """The frames of a drop: the first one whole, then what changes, and the result at the end."""
+    """The frames of a drop: the first in full, then the changed patches, and the result."""
 
     def __init__(self, d: Drop, width: int, fps: int, theme: str) -> None:
         theme = at_place(theme, d.board.name)
@@ -64,7 +66,7 @@ class Film:
         board = board_canvas(d.board, self._view, theme)
         paint_caption(board, d, self._view, named(theme), falling=0.0)
         self._board = board.bytes()
-        del board  # its floats take four times as much, and the result's canvas has as many
+        del board  # its floats take four times the memory, and the result needs as much again
         self._look = balls.look_of(d.board.ball.radius * self._view.scale, theme)
         seconds = min(d.duration, LONGEST)
         self.times = np.arange(max(math.ceil(seconds * fps), 1)) / fps
@@ -75,7 +77,7 @@ class Film:
         return len(self.times) + 1
 
     def first(self) -> Pixels:
-        """The first frame, whole."""
+        """The complete first frame."""
         return self._begin()[0]
 
     def _begin(self) -> tuple[Pixels, Box]:
@@ -83,18 +85,18 @@ class Film:
         return frame, self._paint(frame, 0)
 
     def patches(self) -> Iterator[Patch]:
-        """What changes from frame to frame, after the first."""
+        """The changed part of each frame after the first; the last is the complete result."""
         frame, dirty = self._begin()
         for number in range(1, len(self.times)):
             _restore(frame, self._board, dirty)
             before, dirty = dirty, self._paint(frame, number)
             x0, y0, x1, y1 = _around(before, dirty)
-            x0, y0 = x0 & ~1, y0 & ~1  # as WebP has it
+            x0, y0 = x0 & ~1, y0 & ~1  # WebP requires even corners
             yield x0, y0, frame[y0:y1, x0:x1]
         yield 0, 0, self.result
 
     def samples(self) -> list[Pixels]:
-        """Pictures that have the colours of all frames."""
+        """Pictures that together contain the colours of all frames."""
         found = [self.result]
         for number in np.linspace(0, len(self.times) - 1, _SAMPLES).astype(int).tolist():
             frame = self._board.copy()
@@ -103,14 +105,14 @@ class Film:
         return found
 
     def stays(self, tick: int) -> list[int]:
-        """How long each frame stays, ms, in whole ticks that add up to real time."""
+        """How long each frame stays, in ms: multiples of `tick` ms that add up to real time."""
         step = self.times[1] if len(self.times) > 1 else 0.1
         ends = np.rint(np.append(self.times, self.times[-1] + step) * 1000.0 / tick)
         stays = np.maximum(np.diff(ends), 1.0) * tick
         return [*(int(stay) for stay in stays), round(HOLD * 1000.0)]
 
     def _paint(self, frame: Pixels, number: int) -> Box:
-        """Paint the ball of a frame with its trail; returns the box that holds them."""
+        """Paint the ball of a frame with its trail; returns their bounding box."""
         points, theta = self._points[number], self._thetas[number : number + 1]
         face = self._view.face
         balls.paint_trail(frame, points, self._look, face)
@@ -119,7 +121,7 @@ class Film:
 
 
 def _trails(d: Drop, view: View, times: Floats) -> tuple[Floats, Floats]:
-    """Where the ball is and was, px, shape (frames, points, 2), newest first; and its angles."""
+    """The trail of each frame in px, shape (frames, points, 2), newest first, and the angles."""
     behind = np.arange(balls.TRAIL_POINTS) * balls.TRAIL_STEP
     states = d.states(np.maximum(times[:, None] - behind, 0.0).ravel())
     points = np.stack([view.px(states["x"]), view.py(states["y"])], axis=-1)
@@ -130,7 +132,7 @@ def _trails(d: Drop, view: View, times: Floats) -> tuple[Floats, Floats]:
 
 
 def _box(points: Floats, reach: float, view: View) -> Box:
-    """Left, top, right and bottom of what lies within `reach` of the points, at least a pixel."""
+    """The part of the picture within `reach` px of the points, at least one pixel."""
     low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
     left, top = (min(max(int(low[i]), 0), size - 1) for i, size in enumerate(view.size))
     right, bottom = (min(max(math.ceil(high[i]), 1), size) for i, size in enumerate(view.size))
@@ -157,9 +159,9 @@ def _apng(film: Film) -> bytes:
 
 
 def _indexed(film: Film) -> tuple[Palette, Pixels, Iterator[Patch]]:
-    """One palette for all frames, the first frame's indices, and patches of indices.
+    """The palette of all frames, the first frame's indices, and patches of indices.
 
-    Nothing is dithered: what does not move does not flicker either.
+    There is no dithering, so that still parts do not flicker.
     """
     palette = Palette(film.samples())
     first = palette.index(film.first())
@@ -185,7 +187,7 @@ def _mp4(film: Film) -> bytes:
 
 
 def _frames(film: Film) -> Iterator[Pixels]:
-    """Whole frames; the result as often as makes HOLD s, which costs next to nothing."""
+    """Complete frames. The result is repeated for HOLD s, which takes hardly any bytes."""
     frame = film.first()
     yield frame
     for left, top, pixels in film.patches():
@@ -202,4 +204,3 @@ ANIMATIONS: Final[Mapping[str, Callable[[Film], bytes]]] = {
     "apng": _apng,
     "mp4": _mp4,
 }
-"""Formats of animations."""

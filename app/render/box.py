@@ -1,4 +1,4 @@
-"""A place that is no board, a box with balls in it: frames as the sandbox page shows it."""
+"""Frames of a box with balls in it, in the appearance of the sandbox page."""
 
 import functools
 import math
@@ -15,14 +15,14 @@ from app.render.theme import Theme, named
 from engine.multibody.bodies import ARENA_BODY
 from engine.multibody.static_geometry import Place
 
-_SAMPLE: Final = 12  # balls side by side in the picture that the palette is made from
+_SAMPLE: Final = 12  # balls side by side in the picture from which the palette is made
 
 
 class BoxStage(Layer):
-    """Frames of one place in one size and theme, for one thread at a time.
+    """Frames of one place in one size and theme. For one thread at a time.
 
-    `width` in px, 240 to 2048; the picture is as high as the place needs. radius: of a usual ball,
-    m. Raises InvalidValueError naming a size or a theme that is none.
+    `width` in px, 240 to 2048; the height follows from the place. radius: of a typical ball, in m.
+    Raises InvalidValueError if the size or theme is invalid.
     """
 
     def __init__(
@@ -39,7 +39,7 @@ class BoxStage(Layer):
         self.place = place
 
     def _crowded(self) -> Pixels:
-        """Balls of several sizes all over the place, every third of them asleep."""
+        """A frame with balls of several sizes everywhere, every third of them asleep."""
         x0, x1, y0, y1 = self.place.extent
         xs, ys = np.meshgrid(np.linspace(x0, x1, _SAMPLE), np.linspace(y0, y1, _SAMPLE))
         bodies = np.zeros(xs.size, ARENA_BODY)
@@ -52,7 +52,7 @@ class BoxStage(Layer):
 
 @functools.lru_cache(maxsize=3)  # in the largest size 12 MB each
 def place_pixels(place: Place, view: View, theme_name: str) -> npt.NDArray[np.uint8]:
-    """What never moves, shape (h, w, 3), 8 bits a channel; shared, so it cannot be written."""
+    """The fixed part of the picture, shape (h, w, 3); cached and shared, therefore read-only."""
     theme = named(theme_name)
     canvas = Canvas.blank(view.width, view.height, theme["board"])
     _ground(canvas, place, view, theme)
@@ -66,7 +66,7 @@ def place_pixels(place: Place, view: View, theme_name: str) -> npt.NDArray[np.ui
 
 
 def _ground(canvas: Canvas, place: Place, view: View, theme: Theme) -> None:
-    """Enamel with a grid of metres, so that speeds and sizes can be judged."""
+    """Enamel with a grid of metres, by which viewers can judge speeds and sizes."""
     top, bottom = (np.asarray(theme[name], dtype=np.float32) for name in ("board", "boardDeep"))
     fade = np.linspace(0.0, 1.0, view.height, dtype=np.float32)[:, None, None]
     canvas.pixels[:] = top + fade * (bottom - top)
@@ -82,7 +82,7 @@ def _ground(canvas: Canvas, place: Place, view: View, theme: Theme) -> None:
 
 
 def _walls(canvas: Canvas, place: Place, view: View, theme: Theme) -> None:
-    """Walls have no thickness: on the rim the rail lies outside, so that balls touch its edge."""
+    """Paint walls, which have no thickness: on the rim outside, so that balls touch their edge."""
     shape = theme.shapes["box"]
     least, most = shape["least"] * view.unit, shape["most"] * view.unit
     width = max(least, min(most, shape["metres"] * view.scale))
@@ -100,7 +100,7 @@ def _walls(canvas: Canvas, place: Place, view: View, theme: Theme) -> None:
 
 
 def _outwards(one: float, other: float, low: float, high: float) -> int:
-    """-1 or 1 for a wall along the lower or the upper rim, else 0."""
+    """-1 for a wall at the lower end of an axis, 1 at the upper end, 0 elsewhere."""
     if one != other or low == high:
         return 0
     return (one == high) - (one == low)

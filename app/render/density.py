@@ -1,4 +1,4 @@
-"""Where the balls of many drops spend their time, as light on the board."""
+"""Draw where the balls of many drops spend their time, as light on the board."""
 
 from collections.abc import Callable
 from dataclasses import asdict
@@ -23,15 +23,15 @@ Floats = npt.NDArray[np.float32]
 Steps = npt.NDArray[np.uint8]
 
 RAMP: Final = ("ballDark", "ball", "trayBar", "flash")
-"""Colours of the light, from faint to bright, by their names in the theme."""
+"""Names in the theme of the light's colours, from faint to bright."""
 
 STOPS: Final = (0.0, 0.45, 0.8, 1.0)
 CONTRAST: Final = 300.0
-"""How much brighter the brightest is than what is just seen: the scale is logarithmic."""
+"""Ratio of the brightest to the faintest visible time; the scale is logarithmic."""
 
-FULL: Final = 0.999  # part of the cells with any light that are not brighter than the brightest
+FULL: Final = 0.999  # quantile of the lit cells that gets full brightness
 STEPS: Final = 96  # of brightness
-OPAQUE: Final = 0.4  # brightness from which on the plate does not shine through
+OPAQUE: Final = 0.4  # brightness from which the light hides the plate
 
 _LEVELS: Final = (np.arange(STEPS + 1) / STEPS).astype(np.float32)
 
@@ -46,11 +46,11 @@ def density_picture(
     progress: Callable[[int], None] | None = None,
     workers: Workers | None = None,
 ) -> bytes:
-    """Where the balls of `seeds` spend their time, in `fmt`: `png`, `jpg` or `webp`.
+    """Draw where the balls of `seeds` spend their time, in `fmt`: `png`, `jpg` or `webp`.
 
-    Each pixel is a cell of the count; memory does not grow with the drops. `threads` and `progress`
-    as in `engine.drops.occupancy`; `workers` count consecutive seeds elsewhere. Raises
-    InvalidValueError and the engine's errors.
+    Each pixel is a cell of the grid; memory does not grow with the number of drops. `threads` and
+    `progress` as in `engine.occupancy`; `workers` compute consecutive seeds on other processes or
+    machines. Raises InvalidValueError and the engine's errors.
     """
     view = lay_out(board, width)
     named(theme)
@@ -79,15 +79,15 @@ def _pixels(found: Occupancy, view: View, theme_name: str) -> npt.NDArray[np.uin
 
 
 def _brightest(found: Occupancy) -> float:
-    """The time of a mean ball in a cell, s, from which on all is equally bright."""
+    """The time in s per drop in a cell that gets full brightness."""
     lit = found.seconds[found.counts > 0]
     return float(np.quantile(lit, FULL)) if len(lit) else 1.0
 
 
 def _light(found: Occupancy, brightest: float) -> Steps:
-    """0 for no time at all to STEPS for the brightest, logarithmic between.
+    """Brightness of each cell: 0 without any time, STEPS for the brightest, logarithmic between.
 
-    STEPS are few enough to be kept in a palette, too many to be told apart.
+    A palette can hold that many steps, and the eye cannot distinguish them.
     """
     light = np.empty(found.seconds.shape, np.uint8)
     for rows in bands(len(light)):
@@ -115,13 +115,13 @@ def _title(found: Occupancy) -> str:
 def _facts(found: Occupancy) -> list[str]:
     facts = [
         f"mean drop {found.duration / max(found.drops, 1):.3f} s",
-        f"looked at every {1e3 * found.step:g} ms",
+        f"sampled every {1e3 * found.step:g} ms",
     ]
     return [*facts, f"unsettled {found.unsettled:,}"] if found.unsettled else facts
 
 
 def _paint_scale(canvas: Canvas, view: View, theme: Theme, brightest: float) -> float:
-    """The bar of brightness at the right, with its ends named; its width in px."""
+    """Paint the scale of brightness at the right with labels; returns its width in px."""
     cell = (100.0 / view.scale) ** 2  # cm^2
     most = f"{1e3 * brightest / cell:.2g} ms per sq cm"
     size = max(11.0 * view.unit, 9.0)

@@ -1,4 +1,4 @@
-"""How many balls land in each bin, beside the board's counted odds."""
+"""Draw how many balls landed in each bin, compared with the board's recorded odds."""
 
 from typing import Final
 
@@ -21,8 +21,8 @@ Floats = npt.NDArray[np.float64]
 
 ASPECT: Final = 0.56  # height over width
 FACE: Final = 34.0  # px, height of the bins' faces below the columns
-SPREAD: Final = 2.0  # standard deviations of a bin's count that its expected mark spans
-LEAST_TEXT: Final = 7.0  # px: smaller shares are left out
+SPREAD: Final = 2.0  # half height of the band of expectation, in standard deviations
+LEAST_TEXT: Final = 7.0  # px; a share whose letters would be smaller is not written
 
 
 def histogram_picture(
@@ -33,16 +33,16 @@ def histogram_picture(
     theme: str = "light",
     unsettled: int = 0,
 ) -> bytes:
-    """How many balls landed in each bin, `counts` (bins,), as columns; `png`, `jpg` or `webp`.
+    """Draw `counts`, the balls in each bin, shape (bins,), as columns; `png`, `jpg` or `webp`.
 
-    `unsettled` balls did not land. On a preset whose odds are on record each column has a mark at
-    its bin's, and a band of two standard deviations around it. Raises InvalidValueError naming
-    what cannot be.
+    `unsettled` balls did not land. If the board's odds are on record, each column has a mark at the
+    expected share with a band of two standard deviations. Raises InvalidValueError if an argument
+    is invalid.
     """
     found = np.asarray(counts, np.int64)
     if found.shape != (board.bins.count,) or (found < 0).any():
         raise InvalidValueError(
-            f"counts {found.tolist()!r:.60} are not {board.bins.count} numbers from 0 on",
+            f"counts {found.tolist()!r:.60} must be {board.bins.count} numbers, each at least 0",
             field="counts",
         )
     view = lay_out(board, width)
@@ -50,13 +50,13 @@ def histogram_picture(
 
 
 def expected_of(board: Board) -> Floats | None:
-    """Odds of the bins from the own start, shape (bins,), as the page has them; None for none."""
+    """Recorded odds of the bins from the board's own start, shape (bins,), or None."""
     odds = odds_of_record(board)
     return np.array(odds[0].chances) if odds else None
 
 
 class _Chart:
-    """The picture while it is painted."""
+    """A histogram during painting."""
 
     def __init__(
         self,
@@ -79,14 +79,14 @@ class _Chart:
         total = max(int(self.counts.sum()), 1)
         shares = [*(self.counts / total), *([] if self.expected is None else self.expected)]
         top = (HEADER + 30.0) * view.unit
-        self.scale = (self.floor - top) / max(*shares, 1e-9)  # px for a share of 1
+        self.scale = (self.floor - top) / max(*shares, 1e-9)  # px per share of 1
         self.total = total
 
     def __len__(self) -> int:
         return len(self.counts)
 
     def painted(self) -> npt.NDArray[np.uint8]:
-        """Paint all of it; pixels (h, w, 3)."""
+        """Paint everything; returns pixels (h, w, 3)."""
         canvas, view, theme = self.canvas, self.view, self.theme
         room = paint_strip(canvas, view, theme)
         paint_words(canvas, view, theme, self._title(), self._facts(), room)
@@ -118,7 +118,7 @@ class _Chart:
             self._paint_share(number, words, size, top)
 
     def _paint_share(self, number: int, words: str, size: float, top: float) -> None:
-        """The share over its column; in it, where the expected mark lies above."""
+        """Write the share above its column, or inside if the expected mark is higher."""
         middle = 0.5 * sum(self._column(number))
         mark = self.floor - self.scale * self._mark(number)
         apart = 0.7 * size
@@ -136,7 +136,7 @@ class _Chart:
         return 0.0 if self.expected is None else float(self.expected[number])
 
     def _mark(self, number: int) -> float:
-        """The share at the upper end of what is painted for the expectation."""
+        """The share at the upper end of the band of expectation."""
         chance = self._chance(number)
         return chance + self._spread(chance)
 
@@ -169,7 +169,7 @@ class _Chart:
         self.canvas.text(*place, words, size, look.ink, upright=upright)
 
     def _paint_legend(self) -> None:
-        """What the marks are, in the upper left corner of the columns' field."""
+        """Explain the marks, in the upper left corner."""
         unit, theme = self.view.unit, self.theme
         left, level = 20.0 * unit, (HEADER + 16.0) * unit
         ends = (left, level - 5.0 * unit, left + 24.0 * unit, level + 5.0 * unit)

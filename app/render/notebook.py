@@ -1,4 +1,4 @@
-"""The engine's values as PNG files for notebooks: the entry point that pyproject.toml names."""
+"""Draw the engine's values as PNG for notebooks: an entry point in pyproject.toml."""
 
 from app.render.histogram import histogram_picture
 from app.render.parts.board import board_pixels
@@ -9,7 +9,7 @@ from engine import Board, Drop, DropBatch
 
 
 def png(value: Board | Drop | DropBatch) -> bytes:
-    """The board, the drop's path over it, or the batch's histogram, as the page draws them."""
+    """Draw the board, the drop's path, or the batch's histogram, in the page's appearance."""
     if isinstance(value, Board):
         return encode.still(board_pixels(value, lay_out(value, DEFAULT_WIDTH), "light"), "png")
     if isinstance(value, Drop):

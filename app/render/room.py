@@ -1,4 +1,4 @@
-"""A board in motion: frames of its balls, painted onto a layer that is made once."""
+"""Frames of a room: moving balls, painted onto a fixed layer that is drawn only once."""
 
 import math
 from collections.abc import Collection, Mapping, Sequence
@@ -26,10 +26,10 @@ _NO_TRAILS: Final[Mapping[int, Floats]] = {}
 
 
 class Layer:
-    """Frames of one place in one size and theme, all from one layer; for one thread at a time.
+    """Frames of one place in one size and theme, all from one layer. For one thread at a time.
 
-    bare: the layer without words, pixels (h, w, 3). radius: of a ball of which nothing else is
-    said, m. title: what stands in the strip above.
+    bare: the layer without words, pixels (h, w, 3). radius: of balls whose radius `frame` does not
+    get, in m. title: the words in the strip above.
     """
 
     def __init__(
@@ -53,12 +53,12 @@ class Layer:
         lit: Collection[int] = (),
         facts: Sequence[str] = (),
     ) -> Pixels:
-        """The balls where `bodies` says, as pixels (h, w, 3), RGB; the array is the caller's.
+        """Paint the balls of `bodies`; returns new RGB pixels (h, w, 3).
 
-        bodies: shape (n,), with fields id, x, y (m) and theta (rad), as `World.bodies` has them;
-        with radius (m) and asleep, if there are these, as `Arena.bodies` has them: who sleeps is
-        grey. trails: by ball, where it is and was, shape (m, 2), m, newest first. lit: bins just
-        hit. facts: what stands below the title, the most telling first.
+        bodies: shape (n,), with the fields id, x, y (m) and theta (rad) of `World.bodies`, and
+        optionally radius (m) and asleep of `Arena.bodies`; sleeping balls are grey. trails:
+        positions of a ball by its id, shape (m, 2), in m, newest first. lit: bins hit recently.
+        facts: the words below the title, the most important first.
         """
         if tuple(facts) != self._strip:
             self._write(tuple(facts))
@@ -79,7 +79,7 @@ class Layer:
         return pixels
 
     def _paint_sizes(self, pixels: Pixels, bodies: npt.NDArray[np.void]) -> None:
-        """Balls of many sizes, with the gloss of the largest; first those that sleep."""
+        """Paint balls of several sizes, with the gloss of the largest; sleeping balls first."""
         radii = np.maximum(bodies["radius"] * self.view.scale, balls.LEAST_RADIUS)
         for asleep in (True, False):
             chosen = (bodies["asleep"] != 0) == asleep
@@ -100,11 +100,11 @@ class Layer:
         balls.paint_balls(pixels, xs, ys, bodies["theta"], look, view.face, radii)
 
     def jpg(self, pixels: Pixels) -> bytes:
-        """A frame as JPEG, fast."""
+        """Encode a frame as JPEG, quickly."""
         return encode.live_jpg(pixels)
 
     def png(self, pixels: Pixels) -> bytes:
-        """A frame as PNG, fast, in a palette that all frames of this stage share."""
+        """Encode a frame as PNG, quickly, with the palette that all frames of this stage share."""
         return encode.live_png(pixels, self._palette)
 
     def _write(self, facts: tuple[str, ...]) -> None:
@@ -118,29 +118,29 @@ class Layer:
         self._strip = facts
 
     def _lit_bin(self, number: int) -> tuple[slice, slice, Pixels]:
-        """Where a bin with a light around it is on the layer, and what it looks like."""
+        """The rows, columns and pixels of a lit bin."""
         raise LookupError(f"there is no bin {number} to light")
 
     @cached_property
     def _palette(self) -> Palette:
-        """The colours of the layer, and of all that a frame can add to it."""
+        """The colours of the layer and of everything that a frame can add to it."""
         return Palette([self._layer, self._crowded()])
 
     def _crowded(self) -> Pixels:
-        """A frame with balls in many places."""
+        """A frame that contains all colours: balls in many places."""
         raise NotImplementedError
 
 
 def _stepped(radius: float) -> float:
-    """A radius in px rounded up to one of few, so that not every frame needs a gloss of its own."""
+    """Round a radius in px up to a power of sqrt(2), so that few different glosses are needed."""
     return float(2.0 ** (math.ceil(2.0 * math.log2(radius)) / 2.0))
 
 
 class Stage(Layer):
-    """Frames of one board in one size and theme, all from one layer; for one thread at a time.
+    """Frames of one board in one size and theme, all from one layer. For one thread at a time.
 
-    `width` in px, 240 to 2048. With a `height` the board fits into both. `title` stands in the
-    strip above the board. Raises InvalidValueError naming a size or a theme that is none.
+    `width` in px, 240 to 2048. With a `height` the board fits into both. `title` is written in the
+    strip above the board. Raises InvalidValueError if the size or theme is invalid.
     """
 
     def __init__(
@@ -158,7 +158,6 @@ class Stage(Layer):
         self._lit: dict[int, tuple[slice, slice, Pixels]] = {}
 
     def _lit_bin(self, number: int) -> tuple[slice, slice, Pixels]:
-        """Where a bin with a light around it is on the layer, and what it looks like."""
         if number not in self._lit:
             view, edges = self.view, self.board.bins.edges
             left = max(int(view.px(edges[number]) - 4.0 * view.unit), 0)
@@ -171,7 +170,7 @@ class Stage(Layer):
         return self._lit[number]
 
     def _crowded(self) -> Pixels:
-        """Balls with trails in many places, and all bins lit."""
+        """A frame with balls and trails in many places, and all bins lit."""
         view, board = self.view, self.board
         rows, columns = (np.linspace(0.04, 0.96, count) for count in (12, 16))
         x = view.left + np.repeat(columns[None], len(rows), axis=0) * view.width / view.scale
@@ -185,7 +184,7 @@ class Stage(Layer):
 
 
 def scattered(xs: Floats, ys: Floats) -> npt.NDArray[np.void]:
-    """Bodies at these places, m, each turned otherwise."""
+    """Bodies at these positions in m, each with a different angle."""
     bodies = np.zeros(xs.size, [("id", "i4"), ("x", "f8"), ("y", "f8"), ("theta", "f8")])
     bodies["id"], bodies["x"], bodies["y"] = np.arange(xs.size), xs, ys
     bodies["theta"] = 0.37 * np.arange(xs.size)

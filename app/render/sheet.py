@@ -1,4 +1,4 @@
-"""A contact sheet: the whole paths of many drops side by side, each with its seed and result."""
+"""Draw a contact sheet: the paths of many drops side by side, each with its seed and result."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -21,9 +21,9 @@ Pixels = npt.NDArray[np.uint8]
 MOST_DROPS: Final = 256
 MOST_PIXELS: Final = 1 << 25
 DEFAULT_WIDTH: Final = 1140  # px
-LEAST_TILE: Final = 96  # px across: the path in a smaller one cannot be followed
+LEAST_TILE: Final = 96  # px wide; in a smaller tile the path is illegible
 GAP: Final = 8  # px around each tile
-LABEL: Final = 20  # px, the strip with seed and result above a tile
+LABEL: Final = 20  # px, height of the strip with seed and result above a tile
 
 
 def contact_sheet(
@@ -35,18 +35,20 @@ def contact_sheet(
     columns: int | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> bytes:
-    """The drops of `seeds`, at most MOST_DROPS, in `fmt`: `png`, `jpg` or `webp`.
+    """Draw the drops of `seeds`, at most MOST_DROPS, in `fmt`: `png`, `jpg` or `webp`.
 
-    Row by row, `columns` in each, by default as many as there are rows, if they fit.
-    `progress` is called with the number of drops done. Raises InvalidValueError naming a size that
-    leaves no room, and the engine's errors.
+    Without `columns` there are as many columns as rows, if they fit. `progress` is called with the
+    number of drops done. Raises InvalidValueError if the tiles do not fit, and the engine's errors.
     """
     if not 1 <= len(seeds) <= MOST_DROPS:
-        raise InvalidValueError(f"{len(seeds)} drops are not from 1 to {MOST_DROPS}", field="drops")
+        raise InvalidValueError(
+            f"a sheet has 1 to {MOST_DROPS} drops, not {len(seeds)}", field="drops"
+        )
     chosen = _default_columns(len(seeds), width) if columns is None else columns
     if not 1 <= chosen <= len(seeds):
         raise InvalidValueError(
-            f"columns {chosen} is not from 1 to {len(seeds)}, the number of drops", field="columns"
+            f"columns {chosen} is not from 1 to {len(seeds)}, the number of drops",
+            field="columns",
         )
     across = (width - GAP) // chosen - GAP
     if width > MOST_WIDTH or across < LEAST_TILE:
@@ -73,15 +75,14 @@ def _blank(count: int, view: View, theme_name: str, width: int, columns: int) ->
     height = rows * (view.height + LABEL + GAP) + GAP
     if width * height > MOST_PIXELS:
         raise InvalidValueError(
-            f"{count} drops in {columns} columns make a sheet {width} px wide {height} px high; "
-            f"at most {MOST_PIXELS:,} px in all: take more columns or less width",
+            f"{count} drops in {columns} columns make a sheet of {width} x {height} px, more than "
+            f"{MOST_PIXELS:,} pixels in all: use more columns or a smaller width",
             field="columns",
         )
     return Canvas.blank(width, height, named(theme_name)["case"]).bytes()
 
 
 def _put(sheet: Pixels, d: Drop, number: int, view: View, theme_name: str, columns: int) -> None:
-    """One drop in its place on the sheet."""
     pitch_x, pitch_y = view.width + GAP, view.height + LABEL + GAP
     left = (sheet.shape[1] - columns * pitch_x + GAP) // 2
     x, y = left + number % columns * pitch_x, GAP + number // columns * pitch_y
@@ -91,7 +92,7 @@ def _put(sheet: Pixels, d: Drop, number: int, view: View, theme_name: str, colum
 
 
 def _label(d: Drop, width: int, theme: Theme) -> Pixels:
-    """The strip above a tile: the seed, and what it paid on a plate in that colour."""
+    """The strip above a tile: the seed, and the payout on a plate in its colour."""
     strip = Canvas.blank(width, LABEL, theme["case"])
     paid, fill, ink = result_of(d, theme)
     size = 12.0

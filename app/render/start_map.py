@@ -1,4 +1,4 @@
-"""The bin as a function of the start, strips of it zoomed by ten, one below the other."""
+"""Draw the bin as a function of the start: strips one below the other, each zoomed by ten."""
 
 import colorsys
 from collections.abc import Sequence
@@ -14,18 +14,18 @@ from engine import Board
 if TYPE_CHECKING:
     from engine.certified.start_map import Strip
 
-LABELS: Final = 96  # px, beside the strips
-STRIP: Final = 16  # px, the height of one
-GAP: Final = 2  # px, between two
-HEAD: Final = 34  # px, above the strips
-SPREAD: Final = 0.82  # of the circle of hues: the outermost bins are told apart
+LABELS: Final = 96  # px, width of the labels at the left
+STRIP: Final = 16  # px, height of a strip
+GAP: Final = 2  # px between two strips
+HEAD: Final = 34  # px, height of the title
+SPREAD: Final = 0.82  # of the circle of hues, so that the outermost bins differ
 GREY: Final[Colour] = (128, 128, 128)
 
 
 def map_picture(
     board: Board, strips: Sequence["Strip"], fmt: str = "png", theme: str = "light"
 ) -> bytes:
-    """The strips as a picture in `fmt`: `png`, `jpg` or `webp`; a pixel of theirs is one of it."""
+    """Draw the strips in `fmt`: `png`, `jpg` or `webp`. A start of a strip is one pixel wide."""
     look = named(theme)
     pixels = max(len(strip.bins) for strip in strips)
     height = HEAD + len(strips) * (STRIP + GAP)
@@ -43,8 +43,10 @@ def map_picture(
 
 
 def colour_of(number: int, bins: int, outside: Colour) -> Colour:
-    """Of a bin: a hue from left to right, every other one darker; white for a ball that stays,
-    grey for what is not decided, `outside` for what is no start."""
+    """The colour of a bin: hues from left to right, every other one darker.
+
+    White: the ball stays on the board. Grey: undecided. `outside`: not a start of the board.
+    """
     from engine.certified.start_map import OUTSIDE, UNDECIDED, UNSETTLED  # noqa: PLC0415
 
     plain = {UNSETTLED: (255, 255, 255), UNDECIDED: GREY, OUTSIDE: outside}

@@ -1,4 +1,4 @@
-"""A drop as one still picture: the board, the path over it, the contacts, and the result."""
+"""Draw a drop as a still picture: the board, the path, the contacts and the result."""
 
 import math
 from typing import Final
@@ -29,20 +29,20 @@ def drop_picture(
     theme: str = "light",
     at: float | None = None,
 ) -> bytes:
-    """The drop as a still picture in `fmt`: `png`, `jpg` or `webp`.
+    """Draw the drop in `fmt`: `png`, `jpg` or `webp`.
 
-    `width` in px, 240 to 2048; `theme` is the page's `light` or `dark`. With `at`, in s from the
-    start, the picture is of that moment: the ball where it is, its path and contacts so far. Raises
-    InvalidValueError naming what is none of these.
+    `width` in px, 240 to 2048; `theme` is `light` or `dark`. With `at`, in s after the start, the
+    picture shows that moment, with the path and contacts up to it. Raises InvalidValueError if an
+    argument is invalid.
     """
     if at is not None and not (math.isfinite(at) and at >= 0.0):
-        raise InvalidValueError(f"t {at!r} is not a number of seconds from 0 on", field="t")
+        raise InvalidValueError(f"t {at!r} must be a number of seconds, at least 0", field="t")
     placed = at_place(theme, d.board.name)
     return encode.still(drop_pixels(d, lay_out(d.board, width), placed, at), fmt)
 
 
 def drop_pixels(d: Drop, view: View, theme_name: str, at: float | None = None) -> Pixels:
-    """The picture of a drop, shape (h, w, 3); after the landing all moments are the same."""
+    """The pixels of a drop, shape (h, w, 3), at `at` s or, without it, at the end."""
     theme = named(theme_name)
     ended = at is None or at >= d.duration
     until = d.duration if at is None or ended else at
@@ -67,10 +67,10 @@ def drop_pixels(d: Drop, view: View, theme_name: str, at: float | None = None) -
 
 
 def _paint_balls(pixels: Pixels, d: Drop, view: View, theme_name: str, until: float) -> None:
-    """The ball at its start and where it is now."""
+    """Paint the ball at its start and at the time `until`."""
     states = d.states([0.0, until])
     look = balls.look_of(d.board.ball.radius * view.scale, theme_name)
-    # In front of the bins' faces, unlike in motion: where it came to its end is what is shown.
+    # Paint it in front of the bins' faces, unlike in animations, so that the end stays visible.
     lowest = pixels.shape[0]
     xs, ys = (np.asarray(view.px(states["x"])), np.asarray(view.py(states["y"])))
     balls.paint_balls(pixels, xs, ys, states["theta"], look, lowest)

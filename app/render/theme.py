@@ -1,4 +1,4 @@
-"""The game's look for pictures: the page's own `static/theme.json`, read once at import."""
+"""Colours and shapes of pictures, from the page's `static/theme.json`, read at import."""
 
 import json
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ from app.settings import static_directory
 from engine.json_text import JsonObject
 
 SCHEMES: Final = ("light", "dark")
-_PART: Final = " · "  # between the parts of a board's name, and of a theme's
+_PART: Final = " · "  # separates the parts of a board's name and of a theme's name
 
 Colour = tuple[int, int, int]
 """Red, green, blue, 0 to 255, sRGB."""
@@ -18,7 +18,7 @@ Colour = tuple[int, int, int]
 
 @dataclass(frozen=True, slots=True)
 class Payout:
-    """How a bin looks that pays `start` times the stake or more."""
+    """The colours of bins that pay at least `start` times the stake."""
 
     start: float
     fill: Colour
@@ -27,10 +27,11 @@ class Payout:
 
 @dataclass(frozen=True)
 class Theme:
-    """Colours by name, as the page has them, those of the bins, and the shapes of what is drawn.
+    """Colours by name, colours of payouts, and measures of shapes.
 
-    shapes: as in the file, numbers in parts of a radius unless it says otherwise. ground: what is
-    printed on the board, `rays` at home; grounds: how large everything is that may be printed.
+    shapes: as in the file; lengths are parts of a radius unless the file says otherwise. ground:
+    the name of the pattern printed on the board, by default `rays`. grounds: measures of all
+    patterns.
     """
 
     colours: Mapping[str, Colour]
@@ -43,13 +44,13 @@ class Theme:
         return self.colours[name]
 
     def payout(self, score: float) -> Payout:
-        """The colours of a bin that pays `score`: those of the last step not above it."""
+        """The colours of a bin that pays `score`: those of the last step up to it."""
         steps = [step for step in self.payouts if score >= step.start]
         return steps[-1] if steps else self.payouts[0]
 
 
 def parse(text: str) -> Colour:
-    """`#rrggbb` as a colour; raises ValueError naming anything else."""
+    """Parse a colour `#rrggbb`; raises ValueError for other text."""
     digits = text.removeprefix("#")
     if len(digits) != 6 or len(text) != 7:
         raise ValueError(f"colour {text!r} is not of the form #rrggbb")
@@ -76,21 +77,21 @@ def _load() -> dict[str, Theme]:
 
 
 THEMES: Final = _load()
-"""The page's themes `light` and `dark`, and both at each place: `light · Moon`."""
+"""The themes `light` and `dark`, and both for each place, such as `light · Moon`."""
 
 
 def named(name: str) -> Theme:
-    """The theme of a name in THEMES; InvalidValueError for another."""
+    """The theme called `name`; raises InvalidValueError if there is none."""
     if name not in THEMES:
         raise InvalidValueError(f"theme {name!r:.60} is not light or dark", field="theme")
     return THEMES[name]
 
 
 def at_place(scheme: str, board_name: str) -> str:
-    """The theme in which the page shows a board of that name.
+    """The name of the theme in which the page shows a board with this name.
 
-    That is `scheme` itself, but for boards of a place of its own, as `triangle-16 · Moon`. Raises
-    InvalidValueError for a scheme that is neither light nor dark.
+    It is `scheme` itself unless the board's name contains a place, such as `triangle-16 · Moon`.
+    Raises InvalidValueError unless the scheme is light or dark.
     """
     if scheme not in SCHEMES:
         raise InvalidValueError(f"theme {scheme!r:.60} is not light or dark", field="theme")

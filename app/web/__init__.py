@@ -1,10 +1,10 @@
 """HTTP and WebSocket: what the server answers, and to whom.
 
-routes      one module a subject; schemas their bodies, openapi the document of both
-edge        what holds for every request, before and around it
-page        the pages' files: languages, joined scripts, what links unfold to
-services    what the routes work with; limits and tokens say who may do how much
-problems    where an error becomes an answer
+routes      one module for each subject; schemas: their bodies; openapi: the document of both
+edge        checks and limits around every request and connection
+page        the pages' files: languages, bundled scripts, link previews
+services    the objects that the routes use; limits and tokens: what a client may do
+problems    turns errors into responses
 
 Imports everything below. Start with routes/common.py.
 """

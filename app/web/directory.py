@@ -1,4 +1,4 @@
-"""All open rooms, for who looks for one: those here, at other servers, and in the ledger alone."""
+"""The list of open rooms: on this server, on other servers, and those only in the ledger."""
 
 import contextlib
 from urllib.parse import quote
@@ -17,9 +17,9 @@ from app.web.shared import Others
 async def listed(
     server: Services, *, here: bool, only: str | None = None
 ) -> dict[str, RoomSummary]:
-    """The open rooms by id, or the `only` one.
+    """The open rooms by id; with `only` just the room of that id.
 
-    With `here` those that this server has, which others ask it for.
+    `here` leaves out other servers' rooms: the other servers ask for this list.
     """
 
     def wanted(room: Parked | LiveRoom) -> bool:
@@ -35,7 +35,7 @@ async def listed(
 
 
 async def _elsewhere(server: Services, others: Others, only: str | None) -> dict[str, RoomSummary]:
-    """Rooms that this server does not have; what cannot be asked for just now is missing."""
+    """Rooms that this server does not have; those of a server that does not answer are missing."""
     found: dict[str, RoomSummary] = {}
     with contextlib.suppress(LedgerError):
         for each in await server.rooms.shared.directory():
@@ -43,8 +43,8 @@ async def _elsewhere(server: Services, others: Others, only: str | None) -> dict
                 found[each.room.id] = _parked(each.room, awake=each.awake)
     query = "" if only is None else f"?id={quote(only, safe='')}"
     for listing in await others.ask_all(f"/api/v1/rooms{query}", "rooms"):
-        told = msgspec.convert(listing, list[RoomSummary])
-        found |= {room.id: room for room in told}
+        listed_there = msgspec.convert(listing, list[RoomSummary])
+        found |= {room.id: room for room in listed_there}
     return found
 
 

@@ -1,4 +1,4 @@
-"""A drop as it is asked for, over REST or a socket: read once, into what everybody inside uses."""
+"""Parses a requested drop, from REST or a WebSocket, into the `DropCommand` used inside."""
 
 from collections.abc import Callable
 
@@ -12,18 +12,18 @@ from engine.seeding import parse_seed
 
 
 def drop_command(form: DropMessage | RoomDropRequest, draw: Callable[[], int]) -> DropCommand:
-    """What is asked for; `draw` gives the seed where none is chosen.
+    """Parse a request for a drop; `draw` returns the seed if the request has none.
 
-    Raises SeedError, and InvalidValueError for the other values, among them a stake without a
-    session.
+    Raises SeedError for a bad seed, and InvalidValueError for any other bad value or for a stake
+    without a session.
     """
     seed = None if form.seed is None else parse_seed(form.seed)
     x, aim = parse_x(form.x), parse_aim(form.aim)
     stake, who = parse_stake(form.stake), parse_who(form.who)
     if stake and form.session is None:
         raise InvalidValueError(
-            f"stake {stake}: a stake needs a session, in which nobody can choose a start; with a "
-            "seed or x of one's own, and without a session, a drop is practice",
+            f"stake {stake}: only a drop of a session can have a stake, because nobody can choose "
+            "its start; give `session`, or leave out `stake` for a practice drop",
             field="stake",
         )
     return DropCommand(

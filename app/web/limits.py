@@ -1,4 +1,4 @@
-"""How often a client may do something, and how much it may have. Pure; time is brought along."""
+"""How often a client may do something, and how much it may have. Pure: time is an argument."""
 
 import functools
 from collections import Counter, OrderedDict
@@ -11,10 +11,10 @@ from app.errors import BudgetError, QuotaError, RateLimitError
 
 
 class Allowance(NamedTuple):
-    """What a client may do and what is left of it, as the headers `RateLimit` tell it.
+    """One limit of a client, as the `RateLimit` headers state it.
 
-    `quota` at once, all of it again after `window` seconds; `left` now, all of it in `reset` s.
-    (draft-ietf-httpapi-ratelimit-headers)
+    The client may use `quota` at once, and all of it again after `window` seconds. It has `left`
+    now, and will have all of it in `reset` seconds. (draft-ietf-httpapi-ratelimit-headers)
     """
 
     name: str
@@ -34,11 +34,11 @@ class Allowance(NamedTuple):
         return f'"{self.name}";r={self.left};t={self.reset}'
 
 
-_ALWAYS = 3  # things that each key may have, however few are left
+_ALWAYS = 3  # things that each key may have even when few are left
 
 
 class TokenBucket:
-    """Allows `rate` acts a second on average, and `burst` of them at once."""
+    """Allows `rate` actions a second on average, and `burst` of them at once."""
 
     __slots__ = ("_at", "_tokens", "burst", "rate")
 
@@ -56,13 +56,13 @@ class TokenBucket:
         return True
 
     def left(self, now: float) -> float:
-        """Tokens there are at time `now`; below 0 by what was charged beyond."""
+        """The tokens at time `now`; negative if more was charged than there was."""
         self._tokens = min(self.burst, self._tokens + max(0.0, now - self._at) * self.rate)
         self._at = now
         return self._tokens
 
     def allowance(self, name: str, now: float, unit: float = 1.0) -> Allowance:
-        """What there is at time `now`, counted in parts of a token: 1,000 a token if `unit` is."""
+        """The limit at time `now`, with `unit` parts to a token: 1,000 turns seconds into ms."""
         left = self.left(now)
         return Allowance(
             name=name,
@@ -73,7 +73,7 @@ class TokenBucket:
         )
 
     def charge(self, tokens: float) -> None:
-        """Take so many tokens whether there are as many or not; give some back with a negative."""
+        """Take `tokens` even if fewer are left; a negative number gives tokens back."""
         self._tokens = min(self.burst, self._tokens - tokens)
 
     def wait(self) -> float:
@@ -82,7 +82,10 @@ class TokenBucket:
 
 
 class KeyedBuckets:
-    """One bucket a key (a client's address); forgets the longest unseen beyond `size` keys."""
+    """One bucket for each key (a client's address).
+
+    It keeps at most `size` buckets and forgets the least recently used first.
+    """
 
     def __init__(self, rate: float, burst: float, size: int = 10_000) -> None:
         self.rate = rate
@@ -95,11 +98,10 @@ class KeyedBuckets:
         spend(self.bucket(key, now), now, what)
 
     def allowance(self, key: str, now: float, name: str) -> Allowance:
-        """What `key` may do, and what is left of it."""
         return self.bucket(key, now).allowance(name, now)
 
     def bucket(self, key: str, now: float) -> TokenBucket:
-        """The bucket of `key`, a full one where there is none yet."""
+        """The bucket of `key`; a new key gets a full one."""
         bucket = self._buckets.get(key)
         if bucket is None:
             bucket = self._buckets[key] = TokenBucket(self.rate, self.burst, now)
@@ -110,60 +112,63 @@ class KeyedBuckets:
 
 
 UNREAD_EVENTS = 256  # frames that may wait for one client
-UNREAD_BYTES = 1 << 20  # of them
-READING_GRACE = 5.0  # s for which a client may leave unread what it is sent
-LINGER = 5.0  # s that a client which was closed for slowness has to read why
+UNREAD_BYTES = 1 << 20  # bytes that may wait for one client
+READING_GRACE = 5.0  # s for which a client may leave frames unread
+LINGER = 5.0  # s in which a client closed for slowness can read the reason
 
 COMPUTE_RATE = 0.5
-"""s of a core that one address may have computed in each second, beyond what it may at once."""
+"""Seconds of a core that one address gains each second, up to COMPUTE_BURST."""
 
 COMPUTE_BURST = 30.0
-"""s of a core that one address may have computed at once: the dearest requests, one after another,
-or a class of thirty behind one address that opens a page of drops together."""
+"""Seconds of a core that one address may use at once. That is enough for the most expensive
+requests one after another, or for a class of thirty behind one address that opens a page of drops
+together."""
 
 
 class Budgets:
-    """How many seconds of a core each key (a client's address) may have computed, as they come.
+    """The seconds of a core that each key (a client's address) may use.
 
-    What a request takes is only known afterwards: its price is charged before, the difference
-    then. Who has overdrawn by one request waits until that is paid.
+    A request's cost is known only afterwards. Its estimated price is charged before, and the
+    difference after. A request may overdraw the budget; the key's next one must wait until the
+    budget is above zero again.
     """
 
     def __init__(self, rate: float, burst: float) -> None:
         self._buckets = KeyedBuckets(rate, burst)
 
     def charge(self, key: str, now: float, seconds: float, what: str) -> None:
-        """Charge a request's price; raises BudgetError that names it when nothing is left."""
+        """Charge a request's price, in s; raises BudgetError if nothing is left."""
         bucket = self._buckets.bucket(key, now)
         left = bucket.left(now)
         if left <= 0.0:
             raise BudgetError(
-                f"{what} takes about {seconds:.2g} s to compute, and this address has had "
-                f"{bucket.burst:g} s and {bucket.rate:g} more each second",
+                f"{what} takes about {seconds:.2g} s to compute, but this address has used up its "
+                f"budget of {bucket.burst:g} s, which refills by {bucket.rate:g} s each second; "
+                "try again later",
                 retry_after=(min(seconds, bucket.burst) - left) / bucket.rate,
             )
         bucket.charge(seconds)
 
     def allowance(self, key: str, now: float, name: str) -> Allowance:
-        """What `key` may have computed, in ms of a core, and what is left of it."""
+        """The budget of `key`, in ms of a core."""
         return self._buckets.bucket(key, now).allowance(name, now, 1000.0)
 
     def wait(self, key: str, now: float) -> float:
-        """How long until the key has something left, in s."""
+        """Seconds until the key's budget is above zero."""
         bucket = self._buckets.bucket(key, now)
         return max(0.0, -bucket.left(now)) / bucket.rate
 
     def settle(self, key: str, now: float, seconds: float) -> None:
-        """Charge what a request took beyond its price, in s; what it took less is given back."""
+        """Charge the `seconds` that a request took beyond its price; negative ones go back."""
         bucket = self._buckets.bucket(key, now)
-        bucket.left(now)  # a full bucket gains nothing while a request takes long
+        bucket.left(now)  # refill first: a full bucket must not gain from the request's duration
         bucket.charge(seconds)
 
 
 class Quota:
-    """How many things of a kind each key may have at a time; `is_open` says which still are.
+    """How many things of one kind each key may have open at a time; `is_open` says which still are.
 
-    What was there before the server started is nobody's: it counts for no key.
+    Things from before the server's start count for no key.
     """
 
     def __init__(self, most: int, what: str, is_open: Callable[[str], bool]) -> None:
@@ -177,12 +182,12 @@ class Quota:
     def place(
         self, key: str, left: int | None = None, held: int | None = None
     ) -> Iterator[Callable[[str], None]]:
-        """A place for one more, to be filled in the block by calling what it gives with its name.
+        """Reserve a place for one more thing; the block calls the yielded function with its name.
 
-        Where only `left` more are to be had, by all, one key may have a tenth of that, so that a
-        few keys do not take what is there from all others. `held` says how many it has, where
-        somebody else counts them. Raises QuotaError when `key` has as many
-        as it may, those in the making counted.
+        `left` is how many more all keys together may open. One key may have only a tenth of them,
+        so that a few keys cannot use up the rest. `held` is how many things `key` has, if the
+        caller counts them itself. Raises QuotaError if `key` has its share already; things that are
+        still being made count.
         """
         share = self.most if left is None else max(_ALWAYS, left // 10)
         self._check(key, min(self.most, share), held)
@@ -202,11 +207,13 @@ class Quota:
             self._held.pop(key, None)
         count = (len(held) if counted is None else counted) + self._coming[key]
         if count >= most:
-            raise QuotaError(f"{count} {self.what} are open already, of {most} at most now")
+            raise QuotaError(
+                f"{count} {self.what} are open already; at most {most} may be open now"
+            )
 
     def _add(self, key: str, thing: str) -> None:
         if key not in self._held:
-            for other in list(self._held):  # those who will not come back are forgotten
+            for other in list(self._held):  # forget keys whose things have all closed
                 self._held[other] = [old for old in self._held[other] if self._is_open(old)]
                 if not self._held[other]:
                     del self._held[other]
@@ -214,8 +221,10 @@ class Quota:
 
 
 def spend(bucket: TokenBucket, now: float, what: str) -> None:
-    """Spend one token; raises RateLimitError naming `what`, the rate and when to come back."""
+    """Spend one token; raises RateLimitError naming `what`, the rate and when to try again."""
     if not bucket.take(now):
+        wait = bucket.wait()
         raise RateLimitError(
-            f"more than {bucket.rate:g} {what} a second", retry_after=bucket.wait()
+            f"more than {bucket.rate:g} {what} a second; try again in {wait:.1f} s",
+            retry_after=wait,
         )

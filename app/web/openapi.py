@@ -1,4 +1,4 @@
-"""The OpenAPI document: what the interface is about, and the schemas that bodies are decoded by."""
+"""The OpenAPI document: an introduction, and the same schemas that decode the bodies."""
 
 from typing import Final
 
@@ -8,35 +8,35 @@ from fastapi.openapi.utils import get_openapi
 from app.web.routes.common import components, documented_failures
 
 DESCRIPTION: Final = """\
-A Plinko board whose physics is true. The same board and seed give the same path, to the last bit,
-here, in a live room, on the command line and on any other machine; a drop's `digest` says so.
+A Plinko board with exact physics. The same board and seed give the same path, to the last bit,
+here, in a live room, on the command line and on any other machine. Equal `digest`s prove it.
 
 Lengths are in metres (x right, y down), times in seconds, angles in radians. Seeds are integers
 0 <= seed < 2^64, written as decimal strings because JSON readers round large numbers. Errors are
-RFC 9457 problem details whose `detail` names the bad value. Live play is on the WebSocket
+RFC 9457 problem details whose `detail` names the bad value. Live play uses the WebSocket
 `/ws/rooms/{id}`.
 """
 
 TAGS: Final = [
     {"name": "boards", "description": "Boards by name or by content."},
-    {"name": "drops", "description": "Drops as values: computed, replayed, drawn, verified."},
-    {"name": "pictures", "description": "Drops and what many drops come to, drawn."},
-    {"name": "rooms", "description": "Live tables that any number of people watch."},
-    {"name": "sessions", "description": "Staked drops that nobody could choose, and their log."},
-    {"name": "health", "description": "For those who run the server."},
+    {"name": "drops", "description": "Drops outside of rooms: computed, replayed, verified."},
+    {"name": "pictures", "description": "Pictures of drops, and of the results of many drops."},
+    {"name": "rooms", "description": "Live rooms that any number of people can watch."},
+    {"name": "sessions", "description": "Fair sessions: staked drops that nobody can choose."},
+    {"name": "health", "description": "For the server's operator."},
 ]
 
 
 LIMITED: Final = {
-    "Retry-After": "Seconds after which trying again makes sense.",
+    "Retry-After": "Seconds to wait before the next try.",
     "RateLimit-Policy": "The limit: `q` at once, all of it again after `w` seconds.",
-    "RateLimit": "What is left of it: `r` now, all of it in `t` seconds.",
+    "RateLimit": "What is left of the limit: `r` now, all of it in `t` seconds.",
 }
-"""Headers of an answer that a limit was reached."""
+"""Headers of a response that refuses a request because of a limit."""
 
 
 def _add_common_answers(responses: dict[str, object], has_body: bool) -> None:
-    """What any request may get: a limit was reached; and any body: it is not JSON."""
+    """Add 429, which any request may get, and 415 for requests with a body."""
     text = {"schema": {"type": "string"}}
     limit = documented_failures(429)[429]
     limit["headers"] = {name: {"description": what, **text} for name, what in LIMITED.items()}
@@ -46,7 +46,7 @@ def _add_common_answers(responses: dict[str, object], has_body: bool) -> None:
 
 
 def document(app: FastAPI) -> dict[str, object]:
-    """The OpenAPI document, with the schemas that requests are really decoded by."""
+    """The OpenAPI document, made once."""
     if app.openapi_schema is None:
         made = get_openapi(
             title=app.title,
@@ -60,7 +60,7 @@ def document(app: FastAPI) -> dict[str, object]:
         for path in made["paths"].values():
             for operation in path.values():
                 _add_common_answers(operation["responses"], "requestBody" in operation)
-                # The framework's own 422 has another shape than what this server sends.
+                # This server's 422 is a problem document, not the framework's own shape.
                 refusal = operation["responses"].get("422")
                 if refusal and "HTTPValidationError" in str(refusal):
                     del operation["responses"]["422"]

@@ -1,4 +1,4 @@
-"""Errors as RFC 9457 problem details: the one place where an exception becomes an HTTP answer."""
+"""Errors as RFC 9457 problem details: the one place where an exception becomes a response."""
 
 import logging
 from collections.abc import Sequence
@@ -26,25 +26,25 @@ from engine.json_text import JsonObject
 MEDIA_TYPE = "application/problem+json"
 
 MOVED = "plinko-moved"
-"""The header of an answer that says: nothing was done, as the room is at another server.
+"""Header of a response: nothing was done, because another server has the room.
 
-Its value is that server's name in the ledger, where it is known.
+Its value is that server's name in the ledger, if it is known.
 """
 
 HOPS = "plinko-hops"
-"""The header of a request that another server has handed on."""
+"""Header of a request that another server has forwarded."""
 
 _TYPE = "urn:plinko:problem:"
 
-_CLIENT_GONE = 499  # nginx's number for it; it only ever shows in logs
+_CLIENT_GONE = 499  # nginx's status for it; only logs show it
 
-_PATH = "/:@!$&'()*+,;=~"  # what a path may hold as it is (RFC 3986, 3.3)
+_PATH = "/:@!$&'()*+,;=~"  # characters that a path need not escape (RFC 3986, 3.3)
 
 _log = logging.getLogger("plinko")
 
 
 def problem_of(error: Exception, path: str = "") -> Problem:
-    """The problem details of an error; a stranger's message stays inside."""
+    """The problem details of an error; the message of a foreign exception is not sent."""
     assigned = answer(error)
     return Problem(
         type=f"{_TYPE}{assigned.code}",
@@ -59,7 +59,7 @@ def problem_of(error: Exception, path: str = "") -> Problem:
 
 
 def _faults(error: Exception) -> tuple[FaultOf, ...]:
-    """What is wrong with a board, if it is more than `detail` and `field` say."""
+    """All faults of a board that has several; `detail` and `field` describe a single one."""
     found = error.faults if isinstance(error, BoardError) else ()
     return tuple(FaultOf(*fault) for fault in found) if len(found) > 1 else ()
 
@@ -79,13 +79,13 @@ def problem_response(error: Exception, path: str = "") -> Response:
 
 def _answer(request: Request, error: Exception) -> Response:
     if isinstance(error, LeaseLostError):
-        raise error  # no answer yet: `app.cluster.hand_on` has another server give one
+        raise error  # `app.cluster.hand_on` catches it and forwards the request
     request.app.state.services.metrics.errors.labels(answer(error).code).inc()
     return problem_response(error, request.url.path)
 
 
 def _about(request: Request) -> dict[str, object]:
-    """A request as the log shows it: its query may hold what is nobody's business."""
+    """What the log says of a request; not its query, which may be private."""
     request_id = getattr(request.state, "request_id", None)
     return {"method": request.method, "path": request.url.path, "request_id": request_id}
 
@@ -102,7 +102,7 @@ async def _unknown_error(request: Request, error: Exception) -> Response:
 
 
 async def _gone(request: Request, error: Exception) -> Response:
-    """A client that left before its request was whole: nobody's failure, and nobody hears of it."""
+    """The client left before its request was complete: no failure, and nobody to answer."""
     _log.info("client left", extra=_about(request))
     return Response(status_code=_CLIENT_GONE)
 
@@ -113,7 +113,7 @@ async def _bad_parameter(request: Request, error: Exception) -> Response:
 
 
 def _named(errors: Sequence[JsonObject]) -> InvalidValueError:
-    """The first of the framework's findings, with the bad value in its message."""
+    """The framework's first error, with the bad value in its message."""
     first = errors[0]
     field = str(first["loc"][-1])
     message = first["msg"][:1].lower() + first["msg"][1:]
@@ -121,7 +121,7 @@ def _named(errors: Sequence[JsonObject]) -> InvalidValueError:
 
 
 async def _http_error(request: Request, error: Exception) -> Response:
-    """What the framework says by itself: no such path, no such method."""
+    """An error that the framework raises itself: no such path, no such method."""
     assert isinstance(error, HTTPException)
     code = error.detail.lower().replace(" ", "-")
     problem = Problem(
@@ -137,7 +137,7 @@ async def _http_error(request: Request, error: Exception) -> Response:
 
 
 def install(app: FastAPI) -> None:
-    """Let every error of the application leave it as problem details."""
+    """Make every error of the application leave it as problem details."""
     app.add_exception_handler(AppError, _known_error)
     app.add_exception_handler(EngineError, _known_error)
     app.add_exception_handler(RequestValidationError, _bad_parameter)

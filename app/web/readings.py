@@ -1,4 +1,4 @@
-"""What the server's parts say about themselves when the metrics are asked for."""
+"""Metrics that are read from the server's parts when they are requested."""
 
 from collections.abc import Iterator
 
@@ -9,11 +9,10 @@ from engine import PHYSICS_VERSION
 
 
 def readings(server: Services) -> Iterator[Reading]:
-    """Every value that is read rather than counted along the way."""
     info = {"version": server.version, "physics_version": str(PHYSICS_VERSION)}
-    yield "plinko_info", "What runs here.", 1, info
+    yield "plinko_info", "The versions that run here.", 1, info
     unchanged = server.self_check.sound
-    yield "plinko_program_unchanged", "0 once its files differ from the start's.", unchanged, {}
+    yield "plinko_program_unchanged", "0 if its files have changed since start.", unchanged, {}
     yield from server.returns.readings()
     if server.others is not None:
         yield from standing_readings(server.others.standing())
@@ -31,16 +30,15 @@ def readings(server: Services) -> Iterator[Reading]:
 
 
 def standing_readings(stands: Standing) -> Iterator[Reading]:
-    """How this server stands among others."""
     process = {"process": stands.name}
     yield "plinko_cluster_leases_up", "1 while it sees the others.", stands.leases, process
     yield "plinko_cluster_members", "Servers that are alive.", len(stands.members), process
-    yield "plinko_cluster_rooms", "Rooms that are this server's.", stands.rooms, process
-    text = "Rooms taken from servers that were gone."
+    yield "plinko_cluster_rooms", "Rooms of this server.", stands.rooms, process
+    text = "Rooms taken over from failed servers."
     yield "plinko_cluster_taken_over_total", text, stands.taken_over, process
     text = "Rooms given to other servers."
     yield "plinko_cluster_handed_over_total", text, stands.handed_over, process
-    text = "Requests and connections passed to the server that has the room."
+    text = "Requests and connections forwarded to the server that has the room."
     yield "plinko_cluster_handed_on_total", text, stands.handed_on, process
 
 
@@ -49,11 +47,11 @@ def _clock(server: Services) -> Iterator[tuple[str, str, float]]:
     yield "ticker_asleep", "1 while nothing moves and no tick runs.", ticker.asleep
     yield "ticks_total", "Ticks run.", ticker.ticks
     yield "tick_overruns_total", "Times that more than one tick was due.", ticker.schedule.overruns
-    yield "ticks_skipped_total", "Ticks given up after a pause.", ticker.schedule.skipped
+    yield "ticks_skipped_total", "Ticks skipped after a pause.", ticker.schedule.skipped
     runner = server.rooms.runner
-    text = "Ticks of rooms given up because a pass had no time for them."
+    text = "Ticks of rooms skipped because a pass had no time for them."
     yield "room_ticks_skipped_total", text, runner.counts.skipped
-    text = "Ticks that rooms missed which had not ticked for a second before."
+    text = "Ticks missed by rooms that had not ticked for a second."
     yield "room_late_ticks_total", text, runner.counts.late
 
 
@@ -64,23 +62,23 @@ def _rooms(server: Services) -> Iterator[tuple[str, str, float]]:
     yield "rooms_awake", "Rooms in which something moves.", len(rooms.runner.awake)
     yield "balls", "Balls in flight.", sum(room.world.count for room in rooms.runner.awake)
     yield "drops_total", "Drops accepted in rooms.", rooms.runner.counts.accepted
-    yield "landings_total", "Balls in rooms whose drop has ended.", rooms.runner.counts.landed
-    yield "jobs", "Drops, pictures and checks computed or waiting.", server.workers.jobs
+    yield "landings_total", "Balls in rooms that have landed.", rooms.runner.counts.landed
+    yield "jobs", "Drops, pictures and checks being computed or waiting.", server.workers.jobs
 
 
 def _ledger(server: Services) -> Iterator[tuple[str, str, float]]:
     ledger = server.ledger
     yield "ledger_up", "1 while the ledger takes writes.", ledger.up
-    yield "ledger_commits_total", "Groups of writes made durable.", ledger.commits
-    yield "ledger_failures_total", "Groups of writes refused or given up.", ledger.failures
+    yield "ledger_commits_total", "Groups of writes committed.", ledger.commits
+    yield "ledger_failures_total", "Groups of writes that failed.", ledger.failures
     sound = server.integrity.finding != "damaged"
-    yield "ledger_sound", "0 when the ledger's database found itself damaged.", sound
+    yield "ledger_sound", "0 if the ledger's database found itself damaged.", sound
     recovery = server.rooms.persistence.recovery
-    yield "rooms_rebuilt", "Rooms that moved before the start and went on.", recovery.rebuilt
+    yield "rooms_rebuilt", "Moving rooms that were rebuilt after the start.", recovery.rebuilt
     waiting = len(server.rooms.rebuilding.waiting)
-    yield "rooms_rebuilding", "Rooms that moved before the start and are not back yet.", waiting
-    aside = len(recovery.set_aside)
-    yield "rooms_set_aside", "Rooms that cannot be had, as their record is damaged.", aside
+    yield "rooms_rebuilding", "Moving rooms that are still to be rebuilt.", waiting
+    damaged = len(recovery.set_aside)
+    yield "rooms_set_aside", "Rooms that cannot open because their record is damaged.", damaged
 
 
 def _traffic(server: Services) -> Iterator[tuple[str, str, float]]:
@@ -88,12 +86,12 @@ def _traffic(server: Services) -> Iterator[tuple[str, str, float]]:
     yield "clients", "Clients connected to rooms.", server.hub.total
     yield "frames_sent_total", "WebSocket messages sent.", traffic.frames
     yield "sent_bytes_total", "Bytes of those messages.", traffic.bytes
-    yield "frames_skipped_total", "Pictures that a newer one overtook unsent.", traffic.skipped
+    yield "frames_skipped_total", "Snapshots that a newer one replaced unsent.", traffic.skipped
     yield "clients_too_slow_total", "Clients closed because they did not read.", traffic.too_slow
 
 
 def _pictures(server: Services) -> Iterator[tuple[str, str, float]]:
     yield "pictures_total", "Pictures drawn on request.", server.pictures.drawn
-    yield "cameras", "Live picture streams drawn now.", server.cameras.running
+    yield "cameras", "Live picture streams being drawn.", server.cameras.running
     yield "viewers", "Viewers of live picture streams.", server.cameras.viewers
     yield "camera_frames_total", "Frames drawn for live streams.", server.cameras.drawn

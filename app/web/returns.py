@@ -1,4 +1,4 @@
-"""What tables paid back of what was staked, and what they should: as the metrics tell it."""
+"""Metrics of payouts: what boards paid back of the stakes, and what they should have paid."""
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -17,26 +17,29 @@ from engine.board.presets import risk_of
 from engine.payouts.record import odds_of_record
 
 OTHER: Final = "other"
-"""Stands for all boards that are no presets, of which nobody knows what they should return."""
+"""The label of all boards that are not presets: their expected return is not known."""
 
 
 @dataclass
 class Returns:
-    """All plays with a stake since the ledger began; `presets` gives them when they are needed."""
+    """The totals of all drops with a stake since the ledger began.
+
+    `presets` returns the presets; it is called once, at the first reading.
+    """
 
     ledger: Ledger | NullLedger
     presets: Callable[[], Iterable[Board]]
     found: tuple[Total, ...] = ()
 
     async def refresh(self) -> None:
-        """Ask the ledger; where it does not answer, what it said last stands."""
+        """Read the totals from the ledger; if it does not answer, keep the last ones."""
         try:
             self.found = tuple(await self.ledger.read(totals.read))
         except LedgerError:
-            return  # told by plinko_ledger_up
+            return  # plinko_ledger_up reports it
 
     def readings(self) -> Iterator[Reading]:
-        """Sums and returns, by board, risk, size of stake, and whether the players aimed."""
+        """Sums and returns by board, risk, size of stake, and whether the players aimed."""
         for total in self._merged():
             board = self._by_digest.get(total.board)
             labels = {
@@ -56,7 +59,7 @@ class Returns:
         return {board.digest: board for board in self.presets()}
 
     def _merged(self) -> list[Total]:
-        """With one total for all boards that are no presets, so that labels stay few."""
+        """The totals, with one for all boards that are not presets, so that labels stay few."""
         merged: dict[tuple[str, int, bool], Total] = {}
         for each in self.found:
             board = each.board if each.board in self._by_digest else OTHER
@@ -71,7 +74,7 @@ class Returns:
 
 
 def _judged(board: Board, total: Total, labels: dict[str, str]) -> Iterator[Reading]:
-    """What came back and what should, of a preset whose landings were counted."""
+    """A preset's actual and expected return; nothing if the record has no odds of it."""
     counted = odds_of_record(board)
     if not counted:
         return
@@ -84,6 +87,6 @@ def _judged(board: Board, total: Total, labels: dict[str, str]) -> Iterator[Read
         doubt=counted[0].doubt,
         sigma=counted[0].volatility,
     )
-    yield "plinko_return", "What came back of a unit staked.", found.actual, labels
-    yield "plinko_return_expected", "What should come back.", found.expected, labels
-    yield "plinko_return_tolerance", "How far both may differ.", found.tolerance, labels
+    yield "plinko_return", "Share of the stakes that was paid back.", found.actual, labels
+    yield "plinko_return_expected", "Share that should be paid back.", found.expected, labels
+    yield "plinko_return_tolerance", "How far the two may differ.", found.tolerance, labels

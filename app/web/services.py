@@ -1,4 +1,4 @@
-"""What the routes work with: made once at start-up, handed to each request."""
+"""The objects that the routes use: made once at start, available to each request."""
 
 import asyncio
 from collections.abc import Iterator
@@ -48,7 +48,7 @@ class Services:
     workers: Workers
     short: ShortDrops
     readers: Workers
-    """A process that reads long things of the ledger, and is never busy with anything else."""
+    """A process for long reads of the ledger only."""
     pictures: Pictures
     moments: Pictures  # single frames of rooms
     cameras: Cameras
@@ -57,7 +57,7 @@ class Services:
     budgets: Budgets
     logs: RoomLogs
     metrics: Metrics
-    others: Others | None = None  # servers that share the ledger, where there are any
+    others: Others | None = None  # the other servers of a cluster
     webhooks: "Webhooks | None" = None
     warm: bool = False
     ticking: "asyncio.Task[None] | None" = None
@@ -65,5 +65,5 @@ class Services:
 
     @property
     def ticker_runs(self) -> bool:
-        """Whether the ticker's task lives, asleep or not."""
+        """Whether the ticker's task is alive, asleep or not."""
         return self.ticking is not None and not self.ticking.done()

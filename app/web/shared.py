@@ -1,4 +1,4 @@
-"""What routes know of the other servers, where several share one ledger; see `app/cluster/`."""
+"""How routes see the other servers that share the ledger; `app/cluster/` implements it."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -6,10 +6,10 @@ from typing import Protocol
 
 @dataclass(frozen=True, slots=True)
 class Standing:
-    """How a server stands among the others.
+    """A server's place in its cluster.
 
-    `leases` is whether it sees who is alive, `rooms` how many rooms are this server's;
-    `taken_over` and `handed_over` count rooms since the start, `handed_on` requests.
+    `leases` is whether it can see which servers are alive, `rooms` the number of rooms it has.
+    Since the start, `taken_over` and `handed_over` count rooms, and `handed_on` requests.
     """
 
     name: str
@@ -26,33 +26,33 @@ class Peer(Protocol):
 
     @property
     def name(self) -> str:
-        """What people call it."""
+        """Its name for people."""
 
 
 class Others(Protocol):
-    """This server's end of what it shares with the others."""
+    """What this server can do with the others of its cluster."""
 
     name: str
 
     @property
     def joined(self) -> bool:
-        """Whether the others know that this server is there."""
+        """Whether the other servers know of this one."""
 
     @property
     def first(self) -> bool:
-        """Whether this server does what one of them does for all."""
+        """Whether this server does the work that one server does for all."""
 
     def standing(self) -> Standing:
-        """How it stands now."""
+        """This server's place now."""
 
     async def move(self, room_id: str, to: str) -> Peer:
-        """Give a room that is here to the server of this name; raises InvalidValueError."""
+        """Give a room of this server to the one named `to`; raises InvalidValueError."""
 
     async def ask_all(self, path: str, part: str) -> list[object]:
-        """What each of the others lists as `part` of its answer to a GET of this path.
+        """Send GET `path` to every other server, and return the list `part` of each response.
 
-        Nothing of one that does not answer.
+        A server that does not answer is left out.
         """
 
     async def leave(self) -> None:
-        """Give all rooms to the others."""
+        """Give all rooms of this server to the others."""

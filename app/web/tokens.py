@@ -16,7 +16,7 @@ _BYTES = 32
 class Tokens:
     """Signs and checks the tokens of rooms' creators. Nothing about a token is stored.
 
-    `kind` is what they are for, so that a token made for one thing opens no other.
+    `kind` is part of what is signed, so that a token for one kind of thing opens no other.
     """
 
     def __init__(self, secret: bytes, kind: str = "room") -> None:
@@ -24,29 +24,29 @@ class Tokens:
         self._kind = kind
 
     def of(self, room_id: str) -> str:
-        """The token of this id: HMAC-SHA256 over it, in base64 for URLs, 43 characters."""
+        """The token of this id: its HMAC-SHA256 in base64 for URLs, 43 characters."""
         purpose = f"plinko {self._kind} ".encode()
         signature = hmac.digest(self._secret, purpose + room_id.encode(), hashlib.sha256)
         return base64.urlsafe_b64encode(signature).rstrip(b"=").decode()
 
     def mark_of(self, address: str) -> str:
-        """A mark of whoever made something: it is the same for one address, and does not say it."""
+        """A creator's mark: the same for each use of one address, without revealing it."""
         return self.of(f"creator {address}")
 
     def check(self, room_id: str, authorization: str | None) -> None:
-        """Raise unless an Authorization header bears the token of this id; in constant time.
+        """Raise unless an Authorization header has the token of this id; in constant time.
 
-        NoTokenError when it bears none, TokenError when it is another's. The token shown is in
-        neither message.
+        Raises NoTokenError if it has none, TokenError if it has another token. Neither message
+        contains the token that was sent.
         """
         self.check_shown(room_id, bearer_of(authorization))
 
     def check_shown(self, room_id: str, shown: str | None) -> None:
-        """`check` of a token that came some other way, None for none."""
+        """Like `check`, for a token that did not come in a header; None if no token came."""
         if shown is None:
             raise NoTokenError(
-                f"{self._kind} {room_id!r} is changed with the token that its creator was given, "
-                "sent as `Authorization: Bearer TOKEN`",
+                f"{self._kind} {room_id!r} needs the token that its creator received, sent as "
+                "`Authorization: Bearer TOKEN`",
                 field="authorization",
             )
         if not hmac.compare_digest(shown.encode(), self.of(room_id).encode()):
@@ -56,10 +56,11 @@ class Tokens:
 
 
 class SessionTokens(Tokens):
-    """The tokens of players' sessions.
+    """The tokens of players' fair sessions.
 
-    One that the owner of a room has begun there has another token, which also gives the owner's
-    right to give names: a request has one header for tokens, and so need not show both.
+    A session that a room's owner begins in that room has a token of another kind. It also carries
+    the owner's right to name balls: a request has only one header for tokens, and could not send
+    both.
     """
 
     def __init__(self, secret: bytes) -> None:
@@ -67,11 +68,11 @@ class SessionTokens(Tokens):
         self._owners = Tokens(secret, "session of an owner")
 
     def of_owner(self, session_id: str) -> str:
-        """The token of a session that the room's owner has begun."""
+        """The token of a session begun by the room's owner."""
         return self._owners.of(session_id)
 
     def is_owners(self, session_id: str, authorization: str | None) -> bool:
-        """Whether an Authorization header bears that token; in constant time."""
+        """Whether an Authorization header has the token of `of_owner`; in constant time."""
         return self._is_owners(session_id, bearer_of(authorization))
 
     def _is_owners(self, session_id: str, shown: str | None) -> bool:
@@ -79,15 +80,15 @@ class SessionTokens(Tokens):
         return shown is not None and hmac.compare_digest(shown.encode(), wanted)
 
     def check_shown(self, room_id: str, shown: str | None) -> None:
-        """`check` of a token that came some other way; the owner's is one, too."""
+        """As in `Tokens`; the owner's token is valid too."""
         if not self._is_owners(room_id, shown):
             super().check_shown(room_id, shown)
 
 
 def check_bearer(authorization: str | None, token: str, whose: str) -> None:
-    """Raise NoTokenError or TokenError unless an Authorization header bears just this token.
+    """Raise NoTokenError or TokenError unless an Authorization header has this token.
 
-    In constant time; `whose` says whose token it is, for the message.
+    In constant time. `whose` goes into the message: 'of the operator'.
     """
     shown = bearer_of(authorization)
     if shown is None:
@@ -100,16 +101,16 @@ def check_bearer(authorization: str | None, token: str, whose: str) -> None:
 
 
 def bearer_of(authorization: str | None) -> str | None:
-    """The token that an Authorization header bears, if any."""
+    """The bearer token in an Authorization header, if it has one."""
     scheme, _, shown = (authorization or "").partition(" ")
     return shown.strip() or None if scheme.lower() == "bearer" else None
 
 
 def secret_of(given: str, file: Path | None) -> bytes:
-    """The server's secret: the one given, or the one in `file`, made there if need be.
+    """The server's secret: `given`, or the content of `file`, which is created if missing.
 
-    With neither it lives as long as the process. The file is for its owner's eyes alone. Raises
-    SettingError naming a file that cannot be read or made.
+    Without either, the secret is random and lives as long as the process. Only the file's owner may
+    read it. Raises SettingError if the file cannot be read or created, or is too short.
     """
     if given:
         return given.encode()
@@ -121,21 +122,21 @@ def secret_of(given: str, file: Path | None) -> bytes:
         found = file.read_bytes().strip()
     except OSError as error:
         raise SettingError(
-            f"the secret in {file}: {error.strerror or error}", field="data"
+            f"cannot read or create the secret in {file}: {error.strerror or error}", field="data"
         ) from error
     if len(found) < _BYTES:
         raise SettingError(
             f"the secret in {file} has {len(found)} characters, fewer than {_BYTES}; delete the "
-            "file to have a new one made, which ends the validity of all tokens",
+            "file, and the server creates a new one, with which no earlier token is valid",
             field="data",
         )
     return found
 
 
 def signing_key_of(file: Path | None) -> bytes:
-    """The 32 bytes that the server signs sessions with: as `secret_of` keeps its secret.
+    """The 32 bytes that the server signs sessions with, stored like the secret of `secret_of`.
 
-    Raises SettingError naming a file that is none.
+    Raises SettingError if the file is not a key.
     """
     digits = secret_of("", file)
     if file is None:
@@ -146,25 +147,25 @@ def signing_key_of(file: Path | None) -> bytes:
         key = b""
     if len(key) != _BYTES:
         raise SettingError(
-            f"the key in {file} is not {2 * _BYTES} hexadecimal digits; restore it, as what was "
-            "signed with it can be checked against no other",
+            f"the key in {file} is not {2 * _BYTES} hexadecimal digits; restore it from a backup, "
+            "because signatures made with it can be checked only against it",
             field="data",
         )
     return key
 
 
 def _make(file: Path) -> None:
-    """Write a new secret unless there is one; whole or not at all, whoever else tries it too."""
+    """Write a new secret unless there is one, atomically even if several processes try it."""
     if file.exists():
         return
-    # For its owner alone, and under a name that no other process has left behind.
+    # mkstemp: only the owner may read it, and the name is new.
     descriptor, draft = tempfile.mkstemp(prefix=f"{file.name}.", dir=file.parent)
     try:
         with os.fdopen(descriptor, "w") as out:
             out.write(secrets.token_hex(_BYTES) + "\n")
             out.flush()
             os.fsync(out.fileno())
-        # Unlike a rename, a link leaves the file alone that another was quicker to make.
+        # Unlike a rename, a link does not replace the file of a faster process.
         os.link(draft, file)
     except FileExistsError:
         return

@@ -1,5 +1,5 @@
-"""Tells other programs of drops and landings: each target hears of all of them, in order.
+"""Sends every drop and landing to other programs: to each target all of them, in order.
 
-What is to be told is written down with the drop or the result itself (`statements.webhook_store`),
-so a server that ends in between tells it after its next start. Start with sender.py.
+An event is committed together with its drop or result (`statements.webhook_store`). If the server
+ends before it has sent the event, it sends it after its next start. Start with sender.py.
 """

@@ -1,4 +1,4 @@
-"""What a webhook's target is sent of a drop or a landing, and how that is signed. Pure."""
+"""A webhook's events, and the signature of a request that carries them. Pure."""
 
 import base64
 import hashlib
@@ -17,14 +17,14 @@ _RESULT: Final = ("tick", "bin", "score", "payout", "t", "x_end", "digest", "uns
 
 
 def event_of(row: JsonObject, labels: Labels) -> dict[str, object]:
-    """One event, from what the ledger has of it; its `id` is the same however often it is told.
+    """One event, from its row in the ledger; sent again, it has the same `id`.
 
-    labels: of the board's bins, or nothing. In an event `seed` is decimal text, `tick` that of the
-    ball's start or of its end; lengths are in m, times in s, money is in minor units. `room` is the
-    room's id and `run` numbers its present life.
+    `labels` are those of the board's bins, or empty. In the event `seed` is decimal text, and
+    `tick` is the tick of the ball's start or landing. Lengths are in m, times in s, money in minor
+    units. `room` is the room's id, `run` the number of its run.
     """
     landed = row["event"] == LANDED
-    told: dict[str, Json] = {
+    event: dict[str, Json] = {
         "id": f"{row['room']}.{row['ball']}.{row['event']}",
         "type": row["event"],
         "room": row["room_id"],
@@ -32,26 +32,26 @@ def event_of(row: JsonObject, labels: Labels) -> dict[str, object]:
         "ball": row["ball"],
         "board": row["board"],
     }
-    told |= {name: row[name] for name in _ALWAYS}
-    told |= {name: row[name] for name in _OPTIONAL if row.get(name) is not None}
+    event |= {name: row[name] for name in _ALWAYS}
+    event |= {name: row[name] for name in _OPTIONAL if row.get(name) is not None}
     if row["practice"]:
-        told["practice"] = True
+        event["practice"] = True
     if landed:
-        told |= {name: row[f"result_{name}"] for name in _RESULT}
-        if labels and told["bin"] is not None and (label := labels[told["bin"]]) is not None:
-            told["label"] = label
-    return told
+        event |= {name: row[f"result_{name}"] for name in _RESULT}
+        if labels and event["bin"] is not None and (label := labels[event["bin"]]) is not None:
+            event["label"] = label
+    return event
 
 
 def body_of(events: Sequence[JsonObject]) -> bytes:
-    """The body of a request that tells of these."""
     return msgspec.json.encode({"events": events})
 
 
 def signed(key: bytes, message: str, timestamp: int, body: bytes) -> dict[str, str]:
-    """The headers by which a target knows who sent it this body, and when, in Unix time.
+    """The headers that prove to a target who sent this body, and when (Unix time).
 
-    As https://www.standardwebhooks.com has them, for which there are libraries in many languages.
+    They follow https://www.standardwebhooks.com, which has libraries in many languages. `message`
+    is the request's id.
     """
     whole = f"{message}.{timestamp}.".encode() + body
     code = base64.b64encode(hmac.digest(key, whole, hashlib.sha256)).decode()

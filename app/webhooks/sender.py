@@ -1,8 +1,9 @@
-"""Sends what targets have not heard, to each in order, until it says that it has.
+"""Sends a target the events that it has not confirmed, in order, until it answers 2xx.
 
-A request that is not answered with 2xx is sent again, later each time and for as long as it takes:
-a target hears of every event at least once. One that ended before the ledger knew that the target
-has heard is sent again after the next start, so that a target goes by the events' ids.
+A request without such an answer is sent again, after longer and longer pauses, without end. So a
+target receives every event at least once. If the server ends after a target has answered but before
+the ledger has recorded it, the event is sent again after the next start. A target recognizes
+repeated events by their ids.
 """
 
 import asyncio
@@ -21,11 +22,11 @@ from app.webhooks.events import body_of, event_of, signed
 from app.webhooks.targets import Target
 from engine.json_text import JsonObject
 
-MOST_BOARDS: Final = 64  # whose labels are remembered from one request to the next
+MOST_BOARDS: Final = 64  # boards whose labels are cached between requests
 MOST: Final = 100  # events in a request
-LOOK: Final = 0.2  # s between looks at what waits, where nothing did
+LOOK: Final = 0.2  # s between polls of the ledger while no events wait
 FIRST, LONGEST = 1.0, 60.0  # s between tries: doubled from the first to the longest
-PATIENCE: Final = 10.0  # s that a target has to answer
+PATIENCE: Final = 10.0  # s in which a target must answer
 
 _log = logging.getLogger("plinko")
 
@@ -33,8 +34,7 @@ _log = logging.getLogger("plinko")
 class Sender:
     """Sends to one target; for the event loop's thread.
 
-    `mine` says whether it is this server that sends, where several share the ledger. `late` is for
-    how many s the target has not taken what it was sent.
+    Where several servers share the ledger, only the one whose `mine` returns True sends.
     """
 
     def __init__(
@@ -60,7 +60,7 @@ class Sender:
 
     @property
     def late(self) -> float:
-        """Seconds since the first try that failed, 0 once one has succeeded."""
+        """Seconds since tries began to fail; 0 if the last one succeeded."""
         return 0.0 if self._failing_since is None else self._now() - self._failing_since
 
     async def run(self) -> None:
@@ -68,12 +68,10 @@ class Sender:
         while True:
             try:
                 waited = self._mine() and await self._send_waiting()
-            except LedgerError:  # which says so itself
+            except LedgerError:  # the ledger has logged it
                 waited = False
             except Exception:  # noqa: BLE001 - one target must not end the others
-                _log.exception(
-                    "webhook %s: what waits cannot be sent; it is tried again", self.target.name
-                )
+                _log.exception("webhook %s: cannot send events; trying again", self.target.name)
                 self._fail()
                 await self._sleep(LONGEST)
                 continue
@@ -81,7 +79,7 @@ class Sender:
                 await self._sleep(LOOK)
 
     async def _send_waiting(self) -> bool:
-        """Send what waits, if anything does: a request of it. Raises LedgerError."""
+        """Send one request with waiting events; False if no event waits. Raises LedgerError."""
         read = self._ledger.read
         rows = await read(webhook_store.waiting, target=self.target.url, most=MOST)
         if not rows:
@@ -95,18 +93,18 @@ class Sender:
         return True
 
     async def _deliver(self, rows: Sequence[JsonObject]) -> None:
-        """Return once the target has taken these."""
+        """Send these events in one request, again and again until the target confirms it."""
         body = body_of([event_of(row, self._labels[row["board"]]) for row in rows])
         message = f"{rows[0]['number']}-{rows[-1]['number']}"
         delay = FIRST
         while (fault := await self._try(message, body)) is not None:
             if self._failing_since is None:
-                _log.warning("webhook %s: %s; it is tried again", self.target.name, fault)
+                _log.warning("webhook %s: %s; trying again", self.target.name, fault)
             self._fail()
             await self._sleep(delay)
             delay = min(2.0 * delay, LONGEST)
         if self._failing_since is not None:
-            _log.warning("webhook %s takes events again", self.target.name)
+            _log.warning("webhook %s accepts events again", self.target.name)
             self._failing_since = None
 
     def _fail(self) -> None:
@@ -114,12 +112,12 @@ class Sender:
             self._failing_since = self._now()
 
     async def _try(self, message: str, body: bytes) -> str | None:
-        """Send one request; returns why the target has not taken it, None if it has."""
+        """Send one request; return None if the target confirms it, else the reason."""
         headers = signed(self.target.key, message, int(self._now()), body)
         try:
             async with (
                 asyncio.timeout(self._patience),
-                # Nothing of what it answers is read: it might not end.
+                # Stream, and do not read the answer's body: it might not end.
                 self._http.stream("POST", self.target.url, content=body, headers=headers) as answer,
             ):
                 return None if answer.is_success else f"it answered {answer.status_code}"

@@ -1,4 +1,4 @@
-"""Who hears of drops and landings: the operator's list, a JSON file that is read at the start."""
+"""The targets of webhooks: the operator's list, a JSON file that is read at the start."""
 
 import base64
 import binascii
@@ -12,13 +12,13 @@ import msgspec
 from app.errors import SettingError
 
 _PREFIX: Final = "whsec_"
-_LEAST, _MOST = 24, 64  # bytes of a secret, as https://www.standardwebhooks.com asks for
+_LEAST, _MOST = 24, 64  # bytes of a secret, by https://www.standardwebhooks.com
 
 
 class Target(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """An address that requests go to, and the secret that they are signed with.
+    """The address that requests go to, and the secret that signs them.
 
-    The secret is `whsec_` and 24 to 64 bytes in base 64.
+    The secret is `whsec_` and then 24 to 64 bytes in base64.
     """
 
     url: str
@@ -28,18 +28,18 @@ class Target(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def key(self) -> bytes:
         """The secret's bytes; raises ValueError."""
         if not self.secret.startswith(_PREFIX):
-            raise ValueError(f"a secret begins with {_PREFIX}")
+            raise ValueError(f"the secret must begin with {_PREFIX}")
         try:
             key = base64.b64decode(self.secret.removeprefix(_PREFIX), validate=True)
         except binascii.Error:
-            raise ValueError(f"after {_PREFIX} a secret is base 64") from None
+            raise ValueError(f"the secret must be base64 after {_PREFIX}") from None
         if not _LEAST <= len(key) <= _MOST:
-            raise ValueError(f"a secret has {_LEAST} to {_MOST} bytes, not {len(key)}")
+            raise ValueError(f"the secret must have {_LEAST} to {_MOST} bytes, not {len(key)}")
         return key
 
     @property
     def name(self) -> str:
-        """What logs and metrics call it: the rest of an address may be a secret too."""
+        """The name for logs and metrics: host and port, because the path may be secret."""
         parts = urlsplit(self.url)
         return parts.netloc.rpartition("@")[2]
 
@@ -48,7 +48,7 @@ class Target(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def read_targets(file: str) -> Sequence[Target]:
-    """The targets that a file lists, none without a file; raises SettingError."""
+    """The targets that `file` lists, or none if it is empty text; raises SettingError."""
     if not file:
         return ()
     try:
@@ -56,17 +56,17 @@ def read_targets(file: str) -> Sequence[Target]:
         for target in targets:
             _check(target)
         if len({target.url for target in targets}) < len(targets):
-            raise ValueError("an address is there twice")
+            raise ValueError("two targets have the same address")
     except (OSError, ValueError) as error:
         raise SettingError(f"webhooks={file!r}: {error}", field="webhooks") from error
     return targets
 
 
 def _check(target: Target) -> None:
-    """Raise ValueError unless requests can be sent and signed; no error tells a secret."""
+    """Raise ValueError if requests cannot be sent or signed; no message contains a secret."""
     parts = urlsplit(target.url)
     if parts.scheme not in ("http", "https") or not parts.hostname or parts.fragment:
-        raise ValueError("an address is one such as https://example.org/plinko")
+        raise ValueError("an address must be a URL such as https://example.org/plinko")
     try:
         assert target.key
     except ValueError as error:

@@ -125,7 +125,8 @@ def command(
     begin, end = blocks or (0, job.blocks)
     if end > job.blocks:
         raise click.UsageError(
-            f"--blocks {begin}:{end}: this batch has {job.blocks} blocks, numbered from 0"
+            f"--blocks {begin}:{end}: this batch has {common.counted(job.blocks, 'block')}, "
+            "numbered from 0"
         )
     run = Run(Tally(job), path=resume)
     if resume is not None and resume.exists():

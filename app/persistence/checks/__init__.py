@@ -1,4 +1,4 @@
-"""Whether the ledger is whole and true: the database at each start, every room's rows on demand.
+"""Checks the ledger for damage: the database at each start, every room's rows on demand.
 
-Imports the ledger, its statements and rebuild.py of the recovery. Start with audit.py.
+Imports the ledger, its statements and recovery/rebuild.py. Start with audit.py.
 """

@@ -1,6 +1,7 @@
-"""Is every room's record whole and true? Numbers, boards, results, payouts and checkpoints, anew.
+"""Audits every room run: recomputes its numbers, boards, results, payouts and checkpoints.
 
-Reads a ledger that no server uses; each run by itself, so that all that is wrong is found.
+Reads a ledger that no server is using. Each run is checked by itself, so damage in one does not
+hide damage in the next.
 """
 
 import math
@@ -22,13 +23,13 @@ from app.rooms.stakes import payout_of
 from engine import PHYSICS_VERSION, Board, drop
 
 _PAGE: Final = 1000  # rows read at once
-_NO_LIMIT: Final = BallLimits(1 << 62, 1 << 62)  # what a room once took, its replay takes
-_TICKS: Final = 1 << 30  # at once: nobody waits for anything else
+_NO_LIMIT: Final = BallLimits(1 << 62, 1 << 62)  # the limits may be lower now than during the run
+_TICKS: Final = 1 << 30  # replayed in one call: nothing else waits for this thread
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """Something that is wrong with a run of a room."""
+    """One fault of a run of a room."""
 
     session: int
     room: str
@@ -37,9 +38,10 @@ class Finding:
 
 @dataclass(slots=True)
 class Audit:
-    """What was looked at, and what was found.
+    """Counts of what was checked, and the findings.
 
-    other_physics: runs whose results this release cannot compute again, only their payouts.
+    other_physics: number of runs of another physics version. For these, this release can recompute
+    the payouts but not the results.
     """
 
     sessions: int = 0
@@ -50,9 +52,9 @@ class Audit:
     findings: list[Finding] = field(default_factory=list)
 
     def look(self, database: Database, number: int, *, replay: bool) -> None:
-        """Check the run of this number; with `replay` an open room is played from tick 0 on.
+        """Check run `number`; with `replay`, replay an open room from tick 0 too.
 
-        Raises SQLAlchemy's errors when a sound database cannot be read.
+        Raises SQLAlchemy's errors if the database cannot be read for a reason other than damage.
         """
         self.sessions += 1
         room = ""
@@ -61,19 +63,19 @@ class Audit:
                 row = store.run(connection, number)
                 room = row.id
                 self.other_physics += row.physics_version != PHYSICS_VERSION
-                for what in _Session(self, connection, row, replay).check():
+                for what in _RunCheck(self, connection, row, replay).check():
                     self.findings.append(Finding(number, room, what))
         except sa.exc.DatabaseError as error:
             if type(error) is not sa.exc.DatabaseError:
                 raise
-            what = f"the database's pages that hold it are damaged: {reason(error)}"
+            what = f"its pages in the database are damaged: {reason(error)}"
             self.findings.append(Finding(number, room, what))
-        except Exception as error:  # noqa: BLE001 - what stops this check stops no other's
+        except Exception as error:  # noqa: BLE001 - the other runs are still checked
             self.findings.append(Finding(number, room, str(error)))
 
 
-class _Session:
-    """One run under check."""
+class _RunCheck:
+    """The check of one run."""
 
     def __init__(self, audit: Audit, connection: Connection, row: RoomRow, replay: bool) -> None:
         self._audit = audit
@@ -84,13 +86,13 @@ class _Session:
         self._current = row.physics_version == PHYSICS_VERSION
 
     def check(self) -> Iterator[str]:
-        """All that is wrong; raises where no more can be said of it."""
+        """All faults; raises an error for a fault after which nothing more can be checked."""
         kept = store.basis(self._connection, self._row.board, self._row.draw)
         basis = basis_of(self._row, kept)
         count, tick = 0, 0
         for row, result in self._taken(0):
             if row.tick < tick:
-                yield f"input {row.number} is of tick {row.tick}, the one before of tick {tick}"
+                yield f"input {row.number} has tick {row.tick}, but the one before has tick {tick}"
             count, tick = count + 1, max(tick, row.tick)
             if isinstance(row, DropRow):
                 yield from self._check_drop(basis, row, result)
@@ -100,13 +102,13 @@ class _Session:
                     f"input {row.number}", row.number, self._inputs.entry(row, None, row.tick)
                 )
         if count < self._row.checkpoint_drops:
-            yield f"it has {count} inputs, its checkpoint took {self._row.checkpoint_drops}"
+            yield f"it has {count} inputs, but its checkpoint has {self._row.checkpoint_drops}"
         yield from self._check_orphans()
         if self._row.closed is None and self._current:
             yield from self._check_way_back(basis)
 
     def _taken(self, first: int) -> Iterator[tuple[TakenRow, ResultRow | None]]:
-        """Inputs from `first` on, each with its result; raises DamagedRoomError at a gap."""
+        """Inputs from number `first` on, each with its result; raises DamagedRoomError at a gap."""
         while True:
             name = self._inputs.name
             page = store.taken(self._connection, name, self._row.number, first, _PAGE)
@@ -119,17 +121,17 @@ class _Session:
         self._audit.drops += 1
         if result is None:
             if self._row.closed is None and not self._row.awake:
-                yield f"drop {row.ball} has no result, though nothing moves in the room"
+                yield f"drop {row.ball} has no result, but nothing moves in the room"
             return
         self._audit.results += 1
         wanted = _expected(basis, row, result, self._row.tick_rate, compute=self._current)
         for name, value in wanted.items():
             said = getattr(result, name)
             if said != value:
-                yield f"drop {row.ball}: the ledger says {name} {said!r}, it is {value!r}"
+                yield f"drop {row.ball}: the ledger has {name} {said!r}, correct is {value!r}"
 
     def _check_orphans(self) -> Iterator[str]:
-        """Results are of drops that are there; what is missing at the end shows here alone."""
+        """Results without a drop: the only trace of drops that are missing at the end."""
         result, dropped = tables.results.c, tables.drops.c
         joined = tables.results.outerjoin(
             tables.drops, (result.room == dropped.room) & (result.ball == dropped.ball)
@@ -141,10 +143,10 @@ class _Session:
             .order_by(result.ball)
         )
         for (ball,) in self._connection.execute(chosen):
-            yield f"there is a result of drop {ball}, but no such drop"
+            yield f"drop {ball} has a result but is missing"
 
     def _check_way_back(self, basis: Basis) -> Iterator[str]:
-        """The room can be had again as it was: from its checkpoint, and from its first tick."""
+        """Whether the room can be rebuilt from its checkpoint, and from its first tick."""
         resumed = self._replay(self._row, basis)
         yield from resumed.differences
         if not self._from_start or self._row.checkpoint is None:
@@ -152,7 +154,7 @@ class _Session:
         again = self._replay(replace(self._row, checkpoint=None, checkpoint_drops=0), basis)
         yield from again.differences
         if again.room.world.digest() != resumed.room.world.digest():
-            yield "its checkpoint is not what its inputs come to"
+            yield "its checkpoint differs from the replay of its inputs"
 
     def _replay(self, row: RoomRow, basis: Basis) -> Replay:
         replay = Replay(row, basis, limits=_NO_LIMIT)
@@ -167,8 +169,8 @@ class _Session:
 def _expected(
     basis: Basis, row: DropRow, result: ResultRow, tick_rate: int, *, compute: bool
 ) -> dict[str, object]:
-    """What a drop's result should say; computed again where this release can."""
-    if not result.digest:  # it could not be computed as it was promised, or was given up
+    """The correct values of a drop's result: all of them if `compute`, else only its payout."""
+    if not result.digest:  # it could not be computed, or was given up: its stake was returned
         return {"bin": None, "score": 1.0, "payout": row.stake}
     if not compute:
         return {"payout": payout_of(row.stake, result.score)}
@@ -188,9 +190,9 @@ def _expected(
 
 
 def landing_ticks(t: float, tick_rate: int) -> int:
-    """Ticks after which a drop of `t` seconds has ended, at `tick_rate` in Hz: those of a world.
+    """The first tick at which a world of `tick_rate` Hz finds that a drop of `t` s has ended.
 
-    A world looks at each whole multiple of its step, rounded as the product is.
+    A world compares `t` with the rounded product of the tick and its step, and so do the loops.
     """
     dt = 1.0 / tick_rate
     ticks = max(1, math.ceil(t / dt))

@@ -1,4 +1,4 @@
-"""A look at the ledger's whole database, beside all else, once at each start."""
+"""Checks the ledger's whole database in the background, once at each start."""
 
 import asyncio
 import logging
@@ -16,16 +16,16 @@ from app.persistence.ledger.writer import Ledger
 
 Finding = Literal["checking", "sound", "damaged", "unknown"]
 
-_MOST: Final = 10  # findings of SQLite that are told
+_MOST: Final = 10  # findings that SQLite reports at most
 
 _log = logging.getLogger("plinko")
 
 
 class Integrity:
-    """What the database says of itself: SQLite by its quick check, PostgreSQL by its checksums.
+    """The result of the database's own check: SQLite's quick check, or PostgreSQL's checksums.
 
-    It stops nothing. Rooms whose pages are damaged are set aside when they are read, the others
-    play; that something is wrong is told, so that somebody sees to it.
+    Damage is logged and reported to the operator, but stops nothing: only rooms whose pages are
+    damaged are set aside, when they are read.
     """
 
     def __init__(self, ledger: Ledger) -> None:
@@ -33,7 +33,7 @@ class Integrity:
         self._ledger = ledger
 
     async def look(self) -> None:
-        """Find out; for the event loop, which goes on meanwhile."""
+        """Check the database without blocking the event loop, and set `finding`."""
         database = self._ledger.database
         try:
             if database.in_memory:
@@ -51,7 +51,7 @@ class Integrity:
 
 
 async def _quick_check(file: Path) -> list[str]:
-    """What SQLite finds wrong with its file, over a connection of its own."""
+    """SQLite's findings about its file, over a private connection on another thread."""
     connection = sqlite3.connect(
         f"file:{urllib.parse.quote(str(file))}?mode=ro", uri=True, check_same_thread=False
     )
@@ -63,7 +63,7 @@ async def _quick_check(file: Path) -> list[str]:
 
 
 def check_pages(connection: sqlite3.Connection, pragma: str) -> list[str]:
-    """What SQLite's `quick_check` or `integrity_check` finds wrong; closes the connection."""
+    """The findings of SQLite's `quick_check` or `integrity_check`; closes the connection."""
     try:
         rows = connection.execute(f"PRAGMA {pragma}({_MOST})").fetchall()
     except sqlite3.DatabaseError as error:
@@ -76,9 +76,9 @@ def check_pages(connection: sqlite3.Connection, pragma: str) -> list[str]:
 
 
 def check_database(database: Database) -> list[str]:
-    """All that an opened database finds wrong with itself, however long it takes.
+    """The findings of a database's most thorough check, which may take long.
 
-    PostgreSQL: its checksums, and what the extension `amcheck` says where it is installed.
+    PostgreSQL: failed checksums, and the findings of the extension `amcheck` if it is installed.
     """
     if database.file is not None:
         return check_pages(sqlite3.connect(database.file), "integrity_check")
@@ -87,7 +87,7 @@ def check_database(database: Database) -> list[str]:
 
 
 def _amcheck(connection: Connection) -> list[str]:
-    """What `amcheck` finds wrong with the tables and their indexes; nothing where there is none."""
+    """The findings of `amcheck` about tables and indexes; [] if it is not installed."""
     installed = "SELECT 1 FROM pg_extension WHERE extname = 'amcheck'"
     if connection.execute(sa.text(installed)).scalar() is None:
         return []
@@ -110,10 +110,10 @@ def _amcheck(connection: Connection) -> list[str]:
 
 
 def checksum_failures(connection: Connection) -> list[str] | None:
-    """What PostgreSQL found wrong as it read its pages; None where it keeps no checksums."""
+    """The count of failed checksums, as findings; None if PostgreSQL keeps no checksums."""
     count = connection.execute(
         sa.text("SELECT checksum_failures FROM pg_stat_database WHERE datname = current_database()")
     ).scalar()
     if count is None:
         return None
-    return [f"{count} pages were read whose checksum is wrong"] if count else []
+    return [f"{count} pages with a wrong checksum were read"] if count else []

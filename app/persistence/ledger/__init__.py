@@ -1,13 +1,13 @@
-"""The database and who writes to it: one thread, one commit for all that waits.
+"""The database, and the one thread that writes to it: one commit for all jobs that wait.
 
-database       opening SQLite or PostgreSQL, and bringing its tables up to date; who may use it
-migrations     how its tables came to be, step by step, for Alembic
-writer         writes and reads as the event loop asks for them, and how long it waits
-commit_queue   what waits to be committed, and what becomes of it
-committer      the thread that commits it, one transaction for all that waits
-null_ledger    the same side of it for a server that keeps nothing
-fence          a number beside SQLite's file: nothing that was committed goes away unnoticed
-common_secrets what servers that share it sign with
+database       opens, locks and migrates SQLite or PostgreSQL
+migrations     the steps that make its tables, for Alembic
+writer         the event loop's interface: writes, reads, and time limits
+commit_queue   the jobs that wait for a commit, and the fate of each
+committer      the thread that commits them
+null_ledger    the same interface without a database
+fence          a count of commits next to SQLite's file, which detects lost commits
+common_secrets the secrets with which servers that share the ledger sign
 
 Imports the statements. Start with writer.py.
 """

@@ -1,17 +1,27 @@
-"""The jobs that wait for a commit, and the fate of each: decided once, in order. No I/O.
+"""The queue of jobs that wait for a commit. It decides the fate of each, once, in order. No I/O.
 
-Two threads share the queue: the event loop puts jobs in and may lose its patience, the ledger's
-thread takes them out and commits them. A job's fate is decided under the one lock:
+Two threads share the queue. The event loop puts jobs in, and refuses them if the ledger's thread
+takes too long. The ledger's thread takes them out and commits them. A job's fate changes only under
+the queue's lock:
 
-- OPEN: the job waits, or its statements are being run. The loop may still refuse it, and a
-  transaction with a refused job is rolled back.
+- OPEN: the job waits, or its statements are running. The event loop may still refuse it; then the
+  transaction is rolled back.
 - SENT: its COMMIT may reach the database. From here on only the database decides.
-- DONE: the database has it. REFUSED: the database never will.
+- DONE: the job is durable. REFUSED: it never will be.
 
-A failure refuses every open job at one stroke and shuts the gate: nothing is put in any more. The
-gate opens after a later commit has succeeded and the owners of the refused jobs were told. So of
-each line's jobs, which bear consecutive numbers, the database always has the first ones, and the
-next job that is put in follows the last one that is durable. docs/ledger.md has the proof.
+The inputs of a room run have consecutive numbers, and each is a job whose `line` is the run. The
+queue guarantees that the durable inputs of a run are always its first ones, and that the next input
+follows the last durable one:
+
+- A commit takes all waiting jobs, so no input becomes durable before an earlier one.
+- A failure refuses all open jobs in one step and shuts the gate: the queue accepts no new job. So
+  no input becomes durable after an earlier one was refused.
+- The fate of SENT jobs is decided before anything else is written.
+- The gate opens after a later commit has succeeded and the owners of the refused jobs have received
+  the refusal, the latest first, so that each room has taken back its numbers.
+
+If the database works but rejects a single job, only that job's line is refused and shut.
+docs/ledger.md has the whole proof.
 """
 
 import asyncio
@@ -31,7 +41,7 @@ Done = Callable[[LedgerError | None], None]
 
 
 class Fate(enum.Enum):
-    """What has become of a job, see above."""
+    """The state of a job, see above."""
 
     OPEN = enum.auto()
     SENT = enum.auto()
@@ -41,15 +51,15 @@ class Fate(enum.Enum):
 
 @dataclass(slots=True, eq=False)
 class Job:
-    """Writes to commit together, or something to read.
+    """Writes to commit in one transaction, or a read.
 
-    done: called on the event loop with the fate.
-    leases: of the rooms that are written; where one of them is another server's, it is refused.
-    line: the room run in which the writes are an input with a number; its jobs share a refusal.
-    task: of whoever asked; None where nobody waits for it there.
-    keep: never refused for a failure, but tried until the database has it.
-    asked: when it was put in, s of a monotonic clock.
-    number: how many were put in before it.
+    done: called on the event loop with None, or with the error that refused the job.
+    leases: those of the rooms that are written; the job is refused if this server has lost one.
+    line: the number of the room run of which this is an input; a rejected job's line is shut.
+    task: the caller's task; None if no task waits.
+    keep: the job is retried through all failures until it is durable, never refused.
+    asked: when it was put in, in s of a monotonic clock.
+    number: its place in the order in which jobs were put in, from 1.
     """
 
     writes: Sequence[Write] = ()
@@ -66,11 +76,11 @@ class Job:
 
 
 class RevokedError(Exception):
-    """Some of the jobs of a commit were refused before it was made: it must not be."""
+    """A job of the transaction was refused before its COMMIT, so it must be rolled back."""
 
 
 class LostError(Exception):
-    """Some rooms of a commit are another server's by now: it must not be made."""
+    """Another server has taken a room of the transaction, so it must be rolled back."""
 
     def __init__(self, leases: Sequence[Lease]) -> None:
         super().__init__(leases)
@@ -78,24 +88,24 @@ class LostError(Exception):
 
 
 class CommitQueue:
-    """Jobs between the event loop and the ledger's thread; see above for what it promises."""
+    """Jobs between the event loop and the ledger's thread; see above for its guarantees."""
 
     def __init__(self) -> None:
         self.failure: LedgerError | None = LedgerError("the ledger is not open")
-        self.silent = False  # the thread was given up on and has not come back yet
-        self.progress = 0  # times that the thread has come back with something
+        self.silent = False  # the thread took too long and has not come back yet
+        self.progress = 0  # how many times the thread has come back with a result
         self.closing = False
         self._changed = threading.Condition()
         self._waiting: deque[Job] = deque()
         self._reads: deque[Job] = deque()
-        self._taken: list[Job] = []  # in the thread's hands
+        self._taken: list[Job] = []  # jobs that the thread is working on
         self._put_in = 0
-        self._broken: dict[int, LedgerError] = {}  # lines of which not all is taken back
+        self._broken: dict[int, LedgerError] = {}  # lines that are shut, and why
 
     # The event loop's side.
 
     def put(self, job: Job) -> None:
-        """Have a job done; raises LedgerError where it would be refused."""
+        """Add a job; raises LedgerError if the gate or the job's line is shut."""
         with self._changed:
             if not job.keep:
                 self._check(job)
@@ -106,14 +116,14 @@ class CommitQueue:
 
     @property
     def awaited(self) -> bool:
-        """Whether there is a job that somebody waits for."""
+        """Whether a caller waits for a job."""
         with self._changed:
             undecided = (Fate.OPEN, Fate.SENT)
             return any(not job.keep and job.fate in undecided for job in self._all())
 
     @property
     def writes(self) -> bool:
-        """Whether there is something to write that is not durable yet."""
+        """Whether the queue has writes that are not durable yet."""
         with self._changed:
             return any(job.read is None for job in (*self._taken, *self._waiting))
 
@@ -123,27 +133,27 @@ class CommitQueue:
             return not (self._waiting or self._reads or self._taken or self.failure)
 
     def give_up(self, failure: LedgerError) -> list[Job]:
-        """Shut the gate and refuse all that is open, as the thread does not come back.
+        """Shut the gate and refuse all open jobs, because the thread does not come back.
 
-        Returns the refused jobs. What was sent waits for the database's word.
+        Returns the refused jobs. Sent jobs wait for the database's decision.
         """
         with self._changed:
             self.silent = True
             return self._shut(failure, self._all())
 
     def open(self, failure: LedgerError | None = None) -> None:
-        """Let jobs in, unless another failure than this one came after it."""
+        """Open the gate, unless a newer failure than this one has shut it."""
         with self._changed:
             if failure is None or self.failure is failure:
                 self.failure = None
 
-    def mend(self, line: int) -> None:
-        """Let jobs of this line in: what was refused of it is taken back."""
+    def reopen(self, line: int) -> None:
+        """Accept jobs of this line again; its room has taken back the refused inputs."""
         with self._changed:
             self._broken.pop(line, None)
 
     def close(self) -> None:
-        """Let no jobs in any more; the thread does those that are here and ends."""
+        """Accept no more jobs; the thread does those that are here, and ends."""
         with self._changed:
             self.closing = True
             self._changed.notify()
@@ -151,11 +161,11 @@ class CommitQueue:
     # The thread's side.
 
     def take(self, pause: Callable[[], float]) -> list[Job] | None:
-        """The next work: all writes that wait, else one read; None at the end. Blocks.
+        """Wait for the next work: all waiting writes, or one read. None: the queue is closed.
 
-        pause: seconds until a commit may start. Reads never keep writes waiting for more than one,
-        and see all that was put in before them, unless writes fail. While the gate is shut there
-        is always something to commit, be it nothing: a probe.
+        pause: returns the seconds until a commit may start. Writes wait for at most one read, and a
+        read sees all writes that were put in before it, unless writes fail. While the gate is shut,
+        the result may be an empty list, for a commit of a probe.
         """
         with self._changed:
             while True:
@@ -174,13 +184,13 @@ class CommitQueue:
                 return list(self._taken)
 
     def _writes_precede(self, read: Job) -> bool:
-        """Whether writes that were put in before a read will be made soon."""
+        """Whether writes that were put in before this read will be committed first."""
         if self.failure is not None or not self._waiting:
             return False
         return self._waiting[0].number < read.number
 
     def send(self, jobs: Sequence[Job]) -> None:
-        """The last word before a COMMIT; raises RevokedError when it must not be sent."""
+        """Mark the jobs as sent, just before COMMIT; raises RevokedError if one was refused."""
         with self._changed:
             if any(job.fate is Fate.REFUSED for job in jobs):
                 raise RevokedError
@@ -188,9 +198,10 @@ class CommitQueue:
                 job.fate = Fate.SENT
 
     def done(self, jobs: Sequence[Job]) -> LedgerError | None:
-        """These are durable, or read; returns the failure that writes have thereby outlived.
+        """Mark jobs as durable, or read.
 
-        A read may have been refused meanwhile; a write that was sent was not.
+        Returns the failure that ends with this successful commit, if any. A read may have been
+        refused meanwhile; a sent write cannot have been.
         """
         with self._changed:
             self._back(jobs)
@@ -201,14 +212,14 @@ class CommitQueue:
             return self.failure if wrote else None
 
     def revoked(self) -> None:
-        """The commit was not made, as some of its jobs were refused: the others wait again."""
+        """Put the jobs of a rolled-back commit that are still open back into the queue."""
         with self._changed:
             self._return(self._back())
 
     def failed(self, failure: LedgerError) -> list[Job]:
-        """The database does not have what was taken, nor takes the rest: refuse all.
+        """Refuse all jobs, as the commit failed without effect; returns the refused jobs.
 
-        Returns the refused jobs.
+        Kept jobs of the commit wait again.
         """
         with self._changed:
             taken = self._back()
@@ -219,12 +230,12 @@ class CommitQueue:
             return refused
 
     def doubted(self, failure: LedgerError) -> list[Job]:
-        """Nobody can say yet what became of the commit: refuse what waits; returns it."""
+        """Refuse the waiting jobs, as the outcome of a commit is unknown; returns them."""
         with self._changed:
             return self._shut(failure, self._waiting)
 
     def rejected(self, job: Job, failure: LedgerError) -> list[Job]:
-        """The database will never take this job: refuse it and those that number on from it."""
+        """Refuse a job that the database rejects, and the later jobs of its line."""
         with self._changed:
             self._back([job])
             if job.keep or job.line is None:
@@ -237,9 +248,9 @@ class CommitQueue:
             return refused
 
     def lost(self, leases: Sequence[Lease]) -> list[Job]:
-        """The commit was not made, as these rooms are another server's: refuse all that is theirs.
+        """Refuse all jobs of rooms that another server has taken, and return them.
 
-        What is kept for a failure too; returns it. The other jobs of the commit wait again.
+        Kept jobs of these rooms are refused too. The other jobs of the commit wait again.
         """
         with self._changed:
             gone, taken = set(leases), self._back()
@@ -249,13 +260,13 @@ class CommitQueue:
             return refused
 
     def abandon(self) -> int:
-        """Forget what waits, as the server stops and cannot write; returns how many jobs."""
+        """Drop the waiting jobs of a server that stops and cannot write; returns their number."""
         with self._changed:
             lost = len(self._waiting)
             self._waiting.clear()
             return lost
 
-    # Under the lock.
+    # The lock must be held.
 
     def _all(self) -> Iterable[Job]:
         return (*self._taken, *self._waiting, *self._reads)
@@ -263,14 +274,14 @@ class CommitQueue:
     def _check(self, job: Job) -> None:
         if self.closing:
             raise LedgerError("the server is stopping")
-        # While writes fail, what is there can still be read, unless the thread is away.
+        # While writes fail, reads may still work, unless the thread does not come back.
         if self.failure is not None and (job.read is None or self.silent):
             raise LedgerError(str(self.failure))
         if job.line in self._broken:
             raise LedgerError(str(self._broken[job.line]))
 
     def _back(self, jobs: Sequence[Job] | None = None) -> list[Job]:
-        """The thread has come back with these, or with all it had taken."""
+        """Note that the thread has come back with these jobs, or with all that it had taken."""
         self.progress += 1
         self.silent = False
         back = self._taken if jobs is None else list(jobs)
@@ -278,11 +289,11 @@ class CommitQueue:
         return back
 
     def _return(self, jobs: Sequence[Job]) -> None:
-        """What is open waits again, before what came later."""
+        """Put open jobs back at the head of the queue, in their order."""
         self._waiting.extendleft(job for job in reversed(jobs) if job.fate is Fate.OPEN)
 
     def _shut(self, failure: LedgerError, jobs: Iterable[Job]) -> list[Job]:
-        """Let nothing in, and refuse the open ones of `jobs`; returns those."""
+        """Shut the gate, and refuse and return the open ones of `jobs` that are not kept."""
         refused = _refuse(job for job in jobs if not job.keep)
         self._waiting = deque(job for job in self._waiting if job.fate is Fate.OPEN)
         self._reads = deque(job for job in self._reads if job.fate is Fate.OPEN)
@@ -292,7 +303,7 @@ class CommitQueue:
 
 
 def _refuse(jobs: Iterable[Job]) -> list[Job]:
-    """Refuse those whose fate is open; returns them."""
+    """Refuse and return the open jobs."""
     refused = [job for job in jobs if job.fate is Fate.OPEN]
     for job in refused:
         job.fate = Fate.REFUSED

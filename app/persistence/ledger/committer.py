@@ -1,8 +1,8 @@
-"""The ledger's thread: takes what waits, commits or reads it, and tries again when it cannot.
+"""The ledger's thread: takes jobs from the queue, commits or reads them, and retries on failure.
 
 A commit ends in one of three ways. It succeeds. It fails before its COMMIT was sent: then the
-database does not have it. Or its COMMIT was sent and no answer came: then nothing else is done, and
-nothing is said, until the database has told what became of it.
+database does not have it. Or its COMMIT was sent and no answer came: then the thread writes nothing
+else, and reports nothing about these jobs, until the database has answered whether it has them.
 """
 
 import logging
@@ -19,7 +19,7 @@ from app.persistence.ledger.database import Database, InDoubtError, reason
 from app.persistence.statements import lease_store, writing
 from app.rooms.records import Lease, LogLeaf
 
-_RETRY: Final = (0.25, 2.0)  # s between attempts while the database is lost: at first, and at most
+_RETRY: Final = (0.25, 2.0)  # s between attempts while the database fails: at first, and at most
 
 _log = logging.getLogger("plinko")
 
@@ -29,7 +29,7 @@ _REJECTIONS = (sa.exc.IntegrityError, sa.exc.DataError)
 
 @dataclass(frozen=True, slots=True)
 class Doubt:
-    """The jobs of a commit that was not answered, and what came instead of the answer."""
+    """The jobs of a commit that got no answer, and the error that came instead."""
 
     jobs: Sequence[Job]
     why: str
@@ -37,24 +37,25 @@ class Doubt:
 
 @dataclass(frozen=True, kw_only=True)
 class Answers:
-    """What is called with what came of jobs, by `call(function, *values)`, in order.
+    """Callbacks with the outcome of jobs; each is called by `call(function, *values)`, in order.
 
-    committed: jobs that are durable, and the seconds their commit took; refused: jobs that never
-    will be, and why; read: one job with its result, or why there is none; mended: the failure that
-    is over, all refused jobs told; lost: rooms that are another server's by now, and the jobs that
-    are refused for it.
+    committed: jobs that are durable, and how long their commit took, in s.
+    refused: jobs that will never be durable, and the error.
+    read: one job with its result, or the error.
+    recovered: the failure that is over; all refusals were reported before.
+    lost: leases that other servers have taken, the jobs refused for that, and the error.
     """
 
     call: Callable[..., None]
     committed: Callable[[Sequence[Job], float], None]
     refused: Callable[[Sequence[Job], LedgerError], None]
     read: Callable[[Sequence[Job], LedgerError | None], None]
-    mended: Callable[[LedgerError], None]
+    recovered: Callable[[LedgerError], None]
     lost: Callable[[Sequence[Lease], Sequence[Job], LeaseLostError], None]
 
 
 class Committer:
-    """Works off a queue over one database; every method but the constructor is the thread's.
+    """Commits and reads the jobs of a queue. All methods run on the ledger's thread.
 
     At most one commit starts in each `period` seconds of `clock`. `targets` are the addresses of
     webhooks.
@@ -88,7 +89,7 @@ class Committer:
         self._database.close()
 
     def turn(self) -> bool:
-        """Wait for work and do it; returns whether there will be more."""
+        """Wait for work and do it; returns False when the queue is closed and empty."""
         if self._doubt is not None:
             time.sleep(max(0.0, self.pause()))
             self._settle(self._doubt)
@@ -103,11 +104,11 @@ class Committer:
         return True
 
     def pause(self) -> float:
-        """Seconds until a commit may start; negative where one might have."""
+        """Seconds until a commit may start; negative if it may start now."""
         return self._next_commit - self._clock()
 
     def _write(self, jobs: Sequence[Job]) -> bool:
-        """Commit these; returns whether the others that were taken with them are still in hand."""
+        """Commit jobs; returns False if that has ended the work on all jobs of this turn."""
         began = self._clock()
         self._next_commit = began + self._period
         try:
@@ -121,25 +122,27 @@ class Committer:
         except InDoubtError as doubt:
             self._settle(Doubt(jobs, str(doubt)))
             return False
-        except Exception as error:  # noqa: BLE001 - whatever it is, the thread must go on
+        except Exception as error:  # noqa: BLE001 - the thread must survive every error
             if isinstance(error, _FAILURES) and not isinstance(error, _REJECTIONS):
-                self._suffer(error)
+                self._fail(error)
                 return False
-            self._sift(jobs, error)
+            self._isolate(jobs, error)
             return True
         self._committed(jobs, self._clock() - began)
         return True
 
     def _commit(self, jobs: Sequence[Job]) -> None:
         with self._database.batch() as connection:
-            # Before anything is written: what another server has written meanwhile is in the way.
+            # Check the leases before writing: rows that the room's new server has written since
+            # would make a write fail with another error.
             leases = [lease for job in jobs for lease in job.leases]
             if leases and (lost := lease_store.lost(connection, leases)):
                 raise LostError(lost)
             writes = [write for job in jobs for write in job.writes]
             if self._database.shared and any(isinstance(write, LogLeaf) for write in writes):
                 lease_store.wait_for_log(connection)
-            # A database that was lost must take a page again before it is trusted with a drop.
+            # After a failure, write a probe first: the database must accept a page again before it
+            # gets a drop.
             if not writes or self._queue.failure is not None:
                 writing.probe(connection)
             writing.apply(connection, writes, self._targets)
@@ -147,43 +150,43 @@ class Committer:
 
     def _committed(self, jobs: Sequence[Job], seconds: float) -> None:
         self._delay = _RETRY[0]
-        outlived = self._queue.done(jobs)
+        ended = self._queue.done(jobs)
         self._call(self._answers.committed, jobs, seconds)
-        if outlived is not None:
-            self._call(self._answers.mended, outlived)
+        if ended is not None:
+            self._call(self._answers.recovered, ended)
 
     def _settle(self, doubt: Doubt) -> None:
-        """Ask the database what became of a commit that was not answered."""
+        """Ask the database whether it has a commit that got no answer."""
         began = self._clock()
         try:
             there = self._database.has_batch()
-        except Exception as error:  # noqa: BLE001 - whatever it is, it is asked again
+        except Exception as error:  # noqa: BLE001 - the next turn asks again
             self._doubt = doubt
-            failure = LedgerError(f"the ledger does not say what it has: {reason(error)}")
-            self._suffered(failure, self._queue.doubted(failure))
+            failure = LedgerError(f"the ledger cannot be asked what it has: {reason(error)}")
+            self._report(failure, self._queue.doubted(failure))
             return
         self._doubt = None
         if there:
             self._committed(doubt.jobs, self._clock() - began)
         else:
-            self._suffer(LedgerError(doubt.why))
+            self._fail(LedgerError(doubt.why))
 
     def _lose(self, leases: Sequence[Lease]) -> None:
-        """These rooms are another server's; all else is as before."""
+        """Refuse the jobs of rooms that another server has taken."""
         rooms = ", ".join(sorted(repr(lease.room) for lease in leases))
         failure = LeaseLostError(f"another server has {rooms} now", field="room")
         self._call(self._answers.lost, leases, self._queue.lost(leases), failure)
 
-    def _sift(self, jobs: Sequence[Job], error: BaseException) -> None:
-        """The database is well, but one of these it will never take: the others one by one."""
+    def _isolate(self, jobs: Sequence[Job], error: BaseException) -> None:
+        """Find the job that the database rejects: commit the jobs one by one, and refuse it."""
         if len(jobs) > 1:
             for job in jobs:
                 if job.fate is Fate.OPEN and not self._write([job]):
                     return
             return
         (job,) = jobs
-        _log.error("the ledger refuses %r: %s", job.writes, reason(error))
-        failure = LedgerError(f"the ledger refuses it: {reason(error)}")
+        _log.error("the ledger rejects %r: %s", job.writes, reason(error))
+        failure = LedgerError(f"the ledger rejects this write: {reason(error)}")
         self._call(self._answers.refused, self._queue.rejected(job, failure), failure)
 
     def _read(self, job: Job) -> None:
@@ -193,28 +196,27 @@ class Committer:
             with self._database.transaction() as connection:
                 job.result = job.read(connection)
         except DamagedRoomError as error:
-            failure = error  # the database is well, and so are other rooms
-        except Exception as error:  # noqa: BLE001 - whoever asked is to hear of it
+            failure = error  # one room is damaged, the database works
+        except Exception as error:  # noqa: BLE001 - the caller gets it
             failure = LedgerError(f"the ledger cannot be read: {reason(error)}")
         self._queue.done([job])
         if job.fate is Fate.DONE:
             self._call(self._answers.read, [job], failure)
 
-    def _suffer(self, error: BaseException) -> None:
-        """The database has nothing of what was taken: refuse all that waits."""
+    def _fail(self, error: BaseException) -> None:
+        """Refuse all jobs after a commit that failed without effect."""
         known = self._queue.failure
         failure = LedgerError(f"the ledger cannot be written: {reason(error)}")
-        if known is not None and self._queue.silent:  # its line was cut, for a reason
+        if known is not None and self._queue.silent:
+            # The event loop has cut the connection after a time-out, which is the true reason.
             failure = LedgerError(str(known))
         first = known is None
-        self._suffered(failure, self._queue.failed(failure), first=first)
+        self._report(failure, self._queue.failed(failure), first=first)
         if self._queue.closing and (lost := self._queue.abandon()):
-            _log.error("%d writes are left to the next start to compute again", lost)
+            _log.error("%d writes are lost at the stop; the next start computes them again", lost)
 
-    def _suffered(
-        self, failure: LedgerError, refused: Sequence[Job], *, first: bool = True
-    ) -> None:
-        """Say so; the next attempt comes in a while."""
+    def _report(self, failure: LedgerError, refused: Sequence[Job], *, first: bool = True) -> None:
+        """Log the first failure, report the refusals, and delay the next attempt."""
         if first:
             _log.error("%s", failure)
         self._call(self._answers.refused, refused, failure)

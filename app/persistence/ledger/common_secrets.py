@@ -1,4 +1,4 @@
-"""What servers that share a ledger sign with: made by the first of them, and kept in the ledger."""
+"""The signing secrets of servers that share a ledger: the first server stores them in it."""
 
 import secrets
 from typing import Final
@@ -12,14 +12,17 @@ from app.persistence.statements import tables
 _BYTES: Final = 32
 
 TOKENS: Final = "tokens"
-"""What rooms' and sessions' tokens are signed with."""
+"""Name of the secret that signs the tokens of rooms and fair sessions."""
 
 STATEMENTS: Final = "statements"
-"""What receipts and sessions are signed with."""
+"""Name of the secret that signs receipts and fair sessions."""
 
 
 def common_secret(database: Database, name: str) -> bytes:
-    """The secret of this name, 32 bytes; opens the database. Raises SettingError."""
+    """The secret `name`, 32 bytes, created if it is missing; opens the database if need be.
+
+    Raises SettingError if the database cannot be opened or the stored secret is invalid.
+    """
     if not database.is_open:
         database.open()
     with database.transaction() as connection:

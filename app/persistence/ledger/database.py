@@ -1,4 +1,4 @@
-"""Opening the ledger's database: its address, who may use it, its tables brought up to date."""
+"""Opens the ledger's database: parses its address, locks it, and migrates its tables."""
 
 import contextlib
 import fcntl
@@ -22,26 +22,29 @@ from app.persistence.statements import writer_store
 
 HEAD = "0005"  # the last step of `migrations`
 
-_PATIENCE = 5  # s that a database may take to answer
+_ANSWER_SECONDS = 5  # how long the database may take to answer
 _LOCK = 0x706C696E6B6F  # 'plinko', the key of PostgreSQL's advisory lock
-_MAKING = _LOCK + 1  # of the lock under which tables are made
-_MAKING_PATIENCE = 60  # s
-_IDLE = 2  # s that a server may leave a transaction open; before, others take none of its rooms
-_LOCK_PATIENCE = 1  # s that the server before may take to let go of it
+_MIGRATION_LOCK = _LOCK + 1
+_MIGRATION_SECONDS = 60  # how long a migration, or the wait for another server's, may take
+# How long a transaction of a server that shares the ledger may stay idle. Until it ends, other
+# servers cannot take the rooms that it has written.
+_IDLE_SECONDS = 2
+_LOCK_SECONDS = 1  # how long to wait until the former server's lock is released
 _LOCK_NOT_AVAILABLE = "55P03"  # PostgreSQL's error code
 
 
 class InDoubtError(Exception):
-    """A COMMIT may have reached the database, and no answer came."""
+    """A COMMIT may have reached the database, but no answer came."""
 
 
 def address(url: str) -> URL:
-    """The address of a database; raises SettingError naming what is wrong, never a password."""
+    """Parse a database's address; raises SettingError, whose message contains no password."""
     try:
         parsed = make_url(url)
     except ArgumentError:
         raise SettingError(
-            "database_url is no address such as sqlite:///plinko.db or postgresql://user@host/name",
+            "database_url is not an address such as sqlite:///plinko.db or "
+            "postgresql://user@host/name",
             field="database_url",
         ) from None
     kind = parsed.get_backend_name()
@@ -57,11 +60,11 @@ def address(url: str) -> URL:
 
 
 class Database:
-    """One database and the one connection that the ledger's writer works over.
+    """The ledger's database, and its one connection for writing.
 
-    `shared`: with other servers that say so too, on PostgreSQL. Blocking, and for one thread at a
-    time. `connect` and `transaction` raise SQLAlchemy's errors, OSError, and LedgerError for a
-    database that is there but cannot be used.
+    All calls block, and only one thread may use the object at a time. `shared`: other servers use
+    the same database too (PostgreSQL only). Transactions raise SQLAlchemy's errors, OSError, and
+    LedgerError for a database that exists but cannot be used.
     """
 
     def __init__(self, url: str, *, shared: bool = False) -> None:
@@ -74,16 +77,16 @@ class Database:
             self._engine = _postgres(self.url, shared=shared)
         if shared and self._engine.dialect.name != "postgresql":
             raise SettingError(
-                f"servers cannot share {self.name}: a ledger that several use is on "
-                "PostgreSQL, and a server that has its ledger alone has no --name",
+                f"servers cannot share {self.name}: use a ledger on PostgreSQL, or omit --name "
+                "if only this server uses the ledger",
                 field="database_url",
             )
         self._connection: Connection | None = None
-        self._backend: writer_store.Backend | None = None  # PostgreSQL's process of the last one
-        self._socket: tuple[int, int] | None = None  # descriptor and inode of its line
-        self._writer = secrets.token_hex(16)  # this server's name in the table of writers
+        self._backend: writer_store.Backend | None = None  # PostgreSQL's process for the last one
+        self._socket: tuple[int, int] | None = None  # descriptor and inode of its socket
+        self._writer = secrets.token_hex(16)  # this server's name in the table `writers`
         self._epoch = 0
-        self._batch = 0  # the number of the last one that is known to be there
+        self._batch = 0  # number of the last batch that is known to be durable
         self._inode: tuple[int, int] | None = None
         self._lock: int | None = None
         self._fence: Fence | None = None
@@ -91,7 +94,7 @@ class Database:
 
     @property
     def in_memory(self) -> bool:
-        """Whether all of it is gone with the process."""
+        """Whether the database ends with the process."""
         return self.url.get_backend_name() == "sqlite" and self.url.database in (None, ":memory:")
 
     @property
@@ -102,25 +105,22 @@ class Database:
 
     @property
     def secret_file(self) -> Path | None:
-        """Where a server over this database keeps its secret; None but for SQLite's file."""
+        """The file with the server's secret, next to SQLite's file; None for other databases."""
         return None if self.file is None else self.file.with_name(f"{self.file.name}-secret")
 
     def open(self) -> None:
-        """Connect for the first time and bring the tables up to date.
-
-        Raises SettingError naming the database when that cannot be done.
-        """
+        """Lock the database, connect, and migrate the tables; raises SettingError."""
         try:
             if self.file is not None:
                 self.file.parent.mkdir(0o700, parents=True, exist_ok=True)
-                # As SQLite does: one file has one write-ahead log and one lock, whatever the links
-                # by which it is reached.
+                # Follow symbolic links as SQLite does, so that a database has one lock and one
+                # fence file, whichever link leads to it.
                 file = self.file.resolve()
                 _check_one_name(file)
                 self._lock = _lock_file(file)
                 self._fence = Fence(file)
                 self._fence.check_presence()
-                _own(file)
+                _make_private(file)
             connection = self._connected()
             if self._fence is not None:
                 self._fence.open(connection)
@@ -139,9 +139,9 @@ class Database:
 
     @contextlib.contextmanager
     def transaction(self) -> Iterator[Connection]:
-        """A transaction, committed at the end of the block, undone when the block raises.
+        """A transaction: committed at the end of the block, rolled back if the block raises.
 
-        After an error the connection is given up: what it was in the middle of is not known.
+        After an error the connection is closed, because its state is unknown.
         """
         try:
             if self._inode is not None and self.file is not None:
@@ -161,27 +161,28 @@ class Database:
 
     @contextlib.contextmanager
     def batch(self) -> Iterator[Connection]:
-        """A transaction with a number; after InDoubtError `has_batch` says whether it is there.
+        """A numbered transaction. After InDoubtError, `has_batch` finds out if it is durable.
 
-        Any other error means that it is not, and never will be: no COMMIT was sent.
+        After any other error it is not, and never will be, because no COMMIT was sent.
         """
-        whole = False
+        complete = False
         try:
             with self.transaction() as connection:
                 writer_store.count(connection, self._writer, self._epoch, self._batch + 1)
                 yield connection
-                whole = True
+                complete = True
         except Exception as error:
-            if whole:
+            if complete:
                 raise InDoubtError(reason(error)) from error
             raise
         self._batch += 1
 
     def has_batch(self) -> bool:
-        """Whether the batch in doubt is there, which is final: read over a new connection.
+        """Whether the batch in doubt is durable. The answer is final.
 
-        Its transaction has locked the writer's row before all else, so reading that row waits for
-        its end. With the epoch raised, nothing more can come over the former connection.
+        The batch's transaction locked the writer's row first, so reading that row over a new
+        connection waits until it has ended. Raising the epoch in the same transaction makes every
+        later write over the former connection fail.
         """
         self.disconnect()
         with self.transaction() as connection:
@@ -192,23 +193,30 @@ class Database:
         return there
 
     def cut(self) -> None:
-        """End the wait for an answer that does not come; for any thread. SQLite's waits all end."""
+        """Shut down the connection to PostgreSQL, so that a call waiting for it fails.
+
+        For any thread. SQLite needs none of this, because its waits are all limited.
+        """
         if self._socket is None:
             return
         descriptor, inode = self._socket
-        with contextlib.suppress(OSError), socket.socket(fileno=os.dup(descriptor)) as line:
-            if os.fstat(line.fileno()).st_ino == inode:  # else it was closed meanwhile
-                line.shutdown(socket.SHUT_RDWR)
+        with contextlib.suppress(OSError), socket.socket(fileno=os.dup(descriptor)) as connected:
+            # Another inode: the connection was closed, and its descriptor reused.
+            if os.fstat(connected.fileno()).st_ino == inode:
+                connected.shutdown(socket.SHUT_RDWR)
 
     def compact(self) -> None:
-        """Give the room of deleted rows back to the file system; PostgreSQL does so by itself."""
+        """Return the space of deleted rows to the file system; PostgreSQL vacuums by itself."""
         if self.file is not None:
             connection = self._connected().connection.driver_connection
             assert connection is not None
             connection.execute("VACUUM")
 
     def disconnect(self) -> None:
-        """Give up the connection; the next transaction makes a new one. Memory has only one."""
+        """Close the connection; the next transaction makes a new one.
+
+        A database in memory keeps its only connection, with which it would end.
+        """
         if self._connection is None or self.in_memory:
             return
         connection, self._connection = self._connection, None
@@ -218,7 +226,7 @@ class Database:
             connection.close()
 
     def close(self) -> None:
-        """Close the connection and let other servers have the database."""
+        """Close the connection, and release the locks for other servers."""
         if self._connection is not None:
             with contextlib.suppress(sa.exc.SQLAlchemyError):
                 self._connection.close()
@@ -243,25 +251,25 @@ class Database:
         return self._connection
 
     def _check_file(self, file: Path) -> None:
-        """Raise LedgerError when the file is no longer the one that is open.
+        """Raise LedgerError if the open file was replaced, OSError if it is missing.
 
-        SQLite would go on writing into a file that was deleted, and nothing of it would remain.
+        SQLite would continue to write into a deleted file, and all of that would be lost.
         """
         if _inode(file) != self._inode:
             raise LedgerError(f"{file} was replaced by another file; start the server again")
 
 
 def reason(error: BaseException) -> str:
-    """What a database's error says, without the statement and its values."""
+    """The message of a database's error, without the statement and its values."""
     if isinstance(error, sa.exc.DBAPIError) and error.orig is not None:
         error = error.orig
     return " ".join(str(error).split()) or type(error).__name__
 
 
 def migrate(connection: Connection) -> None:
-    """Bring the tables up to date; raises LedgerError when they are of a later release.
+    """Migrate the tables to `HEAD`; raises LedgerError if they are of a later release.
 
-    Servers that share the database do so one after another.
+    If servers share the database, one at a time does so.
     """
     if _revision(connection) == HEAD:
         return
@@ -269,18 +277,18 @@ def migrate(connection: Connection) -> None:
         _upgrade(connection)
         return
     with connection.begin():
-        connection.execute(sa.text(f"SET LOCAL statement_timeout = '{_MAKING_PATIENCE}s'"))
-        connection.execute(sa.text(f"SELECT pg_advisory_lock({_MAKING})"))
+        connection.execute(sa.text(f"SET LOCAL statement_timeout = '{_MIGRATION_SECONDS}s'"))
+        connection.execute(sa.text(f"SELECT pg_advisory_lock({_MIGRATION_LOCK})"))
     try:
         if _revision(connection) != HEAD:
             _upgrade(connection)
     finally:
         with connection.begin():
-            connection.execute(sa.text(f"SELECT pg_advisory_unlock({_MAKING})"))
+            connection.execute(sa.text(f"SELECT pg_advisory_unlock({_MIGRATION_LOCK})"))
 
 
 def _upgrade(connection: Connection) -> None:
-    # Imported when there is something to do: a start that finds its tables does without.
+    # Alembic is imported only for a migration, because importing it slows the start.
     from alembic import command  # noqa: PLC0415
     from alembic.config import Config  # noqa: PLC0415
     from alembic.util import CommandError  # noqa: PLC0415
@@ -291,19 +299,20 @@ def _upgrade(connection: Connection) -> None:
     try:
         with connection.begin():
             if connection.dialect.name == "postgresql":
-                # Nobody waits for these tables yet but servers that start, each as long.
-                standing = f"SET LOCAL idle_in_transaction_session_timeout = '{_MAKING_PATIENCE}s'"
-                connection.execute(sa.text(standing))
+                # The migration's Python code may leave the transaction idle for longer than usual.
+                # Only servers that start wait for it, each for as long.
+                limit = f"idle_in_transaction_session_timeout = '{_MIGRATION_SECONDS}s'"
+                connection.execute(sa.text(f"SET LOCAL {limit}"))
             command.upgrade(config, "head")
     except CommandError as error:
         raise LedgerError(
-            f"its tables are of step {_revision(connection)!r}, this release knows those up to "
-            f"{HEAD!r}: {error}"
+            f"its tables are at migration step {_revision(connection)!r}, but this release only "
+            f"knows the steps up to {HEAD!r}; use a later release: {error}"
         ) from error
 
 
 def _revision(connection: Connection) -> str | None:
-    """The step that the tables are at; None when there are none."""
+    """The migration step of the tables; None if there are no tables."""
     with connection.begin():
         if not sa.inspect(connection).has_table("alembic_version"):
             return None
@@ -314,14 +323,14 @@ def _revision(connection: Connection) -> str | None:
 
 
 def reader(url: str) -> Engine:
-    """Reads what servers have committed, from another process than theirs; it cannot write."""
+    """A read-only engine, for a process other than the server that writes."""
     parsed = address(url)
     if parsed.get_backend_name() != "sqlite":
         return _postgres(parsed, shared=False).execution_options(postgresql_readonly=True)
-    file = f"file:{quote(str(parsed.database))}?mode=rw"  # where there is none, none is made
+    file = f"file:{quote(str(parsed.database))}?mode=rw"  # "rw" does not create a missing file
 
     def connect() -> sqlite3.Connection:
-        connection = sqlite3.connect(file, timeout=_PATIENCE, uri=True)
+        connection = sqlite3.connect(file, timeout=_ANSWER_SECONDS, uri=True)
         connection.execute("PRAGMA query_only = ON")
         return connection
 
@@ -333,18 +342,19 @@ def _sqlite(url: URL) -> Engine:
     engine = sa.create_engine(
         url,
         poolclass=StaticPool if in_memory else NullPool,
-        connect_args={"check_same_thread": False, "timeout": _PATIENCE},
+        connect_args={"check_same_thread": False, "timeout": _ANSWER_SECONDS},
     )
 
     @event.listens_for(engine, "connect")
     def _prepare(connection: sqlite3.Connection, _: object) -> None:
-        # Python's own idea of when a transaction begins leaves the tables' making outside of it.
+        # Python's driver begins transactions implicitly, and leaves statements that create tables
+        # outside. Turn that off; `_begin` sends BEGIN.
         connection.isolation_level = None
         connection.execute("PRAGMA journal_mode = WAL")
-        # A commit returns once it is on the disk, not once it is on its way there.
+        # A commit returns only after its data is on the disk.
         connection.execute("PRAGMA synchronous = FULL")
         connection.execute("PRAGMA foreign_keys = ON")
-        # Rows are added at the tables' ends and hardly ever read: a few hundred pages are enough.
+        # 512 kB are enough: rows are appended to the tables, and rarely read.
         connection.execute("PRAGMA cache_size = -512")
 
     @event.listens_for(engine, "begin")
@@ -355,18 +365,18 @@ def _sqlite(url: URL) -> Engine:
 
 
 def _postgres(url: URL, *, shared: bool) -> Engine:
-    options = f"-c synchronous_commit=on -c statement_timeout={1000 * _PATIENCE}"
+    options = f"-c synchronous_commit=on -c statement_timeout={1000 * _ANSWER_SECONDS}"
     if shared:
-        # A server that freezes amid a transaction keeps the others from its rooms no longer.
-        options += f" -c idle_in_transaction_session_timeout={1000 * _IDLE}"
+        # End the transaction of a frozen server, so that others can take its rooms.
+        options += f" -c idle_in_transaction_session_timeout={1000 * _IDLE_SECONDS}"
     try:
         return sa.create_engine(
             url,
             poolclass=NullPool,
             connect_args={
-                "connect_timeout": _PATIENCE,
-                "keepalives_idle": 2 * _PATIENCE,
-                "tcp_user_timeout": 1000 * _PATIENCE,
+                "connect_timeout": _ANSWER_SECONDS,
+                "keepalives_idle": 2 * _ANSWER_SECONDS,
+                "tcp_user_timeout": 1000 * _ANSWER_SECONDS,
                 "options": options,
                 "application_name": "plinko",
             },
@@ -379,7 +389,7 @@ def _postgres(url: URL, *, shared: bool) -> Engine:
 
 
 def _socket_of(connection: Connection) -> tuple[int, int]:
-    """The descriptor of a connection to PostgreSQL, and the inode that it stands for."""
+    """The descriptor and inode of a PostgreSQL connection's socket."""
     driver = connection.connection.driver_connection
     assert driver is not None
     descriptor = driver.fileno()
@@ -387,15 +397,15 @@ def _socket_of(connection: Connection) -> tuple[int, int]:
 
 
 def _lock_database(connection: Connection, *, shared: bool) -> None:
-    """Take PostgreSQL's lock, which goes with the connection; raises LedgerError when taken.
+    """Take PostgreSQL's advisory lock for as long as the connection lasts.
 
-    Servers that share the database share the lock. Waits for a moment: the backend of a server
-    that has just ended gives it up when it notices.
+    Servers that share the database share the lock. Waits up to a second, because PostgreSQL may not
+    have noticed yet that the former server has ended; then raises LedgerError.
     """
     kind = "_shared" if shared else ""
     try:
         with connection.begin():
-            connection.execute(sa.text(f"SET LOCAL lock_timeout = '{_LOCK_PATIENCE}s'"))
+            connection.execute(sa.text(f"SET LOCAL lock_timeout = '{_LOCK_SECONDS}s'"))
             connection.execute(sa.text(f"SELECT pg_advisory_lock{kind}({_LOCK})"))
     except sa.exc.OperationalError as error:
         connection.close()
@@ -407,9 +417,10 @@ def _lock_database(connection: Connection, *, shared: bool) -> None:
 
 
 def _lock_file(file: Path) -> int:
-    """Take the lock beside SQLite's file, which goes with the process.
+    """Lock FILE-lock next to SQLite's file until the process ends; raises LedgerError.
 
-    Not a lock on the file itself: closing a descriptor of it would drop SQLite's own locks.
+    A lock on the database file itself would be wrong: closing its descriptor would release SQLite's
+    locks too.
     """
     descriptor = os.open(f"{file}-lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
     try:
@@ -417,25 +428,29 @@ def _lock_file(file: Path) -> int:
     except BlockingIOError:
         os.close(descriptor)
         raise LedgerError(
-            "another server uses it; give this one a --data directory or --database-url of its own"
+            "another server uses it; give this one a --data directory or --database-url that no "
+            "other server uses"
         ) from None
     return descriptor
 
 
-def _own(file: Path) -> None:
-    """Have SQLite's file be its owner's alone; the ones it makes beside it are like it."""
+def _make_private(file: Path) -> None:
+    """Create SQLite's file if it is missing, and let only its owner read and write it.
+
+    SQLite gives its further files the same mode.
+    """
     os.close(os.open(file, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600))
     for each in (file, Path(f"{file}-wal"), Path(f"{file}-shm")):
-        # Not there yet, or another's, who lets this user write.
+        # The file may be missing, or belong to another user that lets this one write.
         with contextlib.suppress(FileNotFoundError, PermissionError):
             each.chmod(0o600)
 
 
 def _check_one_name(file: Path) -> None:
-    """Raise LedgerError for a file that has another name, under which another server may use it.
+    """Raise LedgerError if the file has hard links.
 
-    Links to the file's name are followed. Behind a second name in a directory (a hard link) SQLite
-    would keep a write-ahead log of its own, and what is in the first one's would be lost.
+    Under another name of the file SQLite would use another write-ahead log, and commits in the
+    first log would be lost. Symbolic links are harmless, because they are followed.
     """
     names = file.stat().st_nlink if file.exists() else 1
     if names > 1:

@@ -1,4 +1,4 @@
-"""A ledger that keeps nothing, for rooms that need no database: every write counts as done."""
+"""A ledger that stores nothing, for rooms without a database: every write succeeds at once."""
 
 import asyncio
 from collections.abc import Callable, Coroutine, Sequence
@@ -12,7 +12,7 @@ T = TypeVar("T")
 
 
 class NullLedger:
-    """The side of `Ledger` that rooms use."""
+    """The null object for `Ledger`, with the methods that rooms use."""
 
     keeps = False
     lag = 0.0
@@ -23,26 +23,24 @@ class NullLedger:
         future.set_result(None)
         return future
 
-    def mend(self, line: int) -> None:
-        """Do nothing."""
+    def reopen(self, line: int) -> None:
+        pass
 
     def defer(self, writes: Sequence[Write], done: Done | None = None) -> None:
-        """Call `done` at once."""
         if done is not None:
             done(None)
 
     async def commit(self, *writes: Write) -> None:
-        """Do nothing."""
+        pass
 
     async def keep(self, *writes: Write) -> None:
-        """Do nothing."""
+        pass
 
     async def settled(self) -> None:
-        """Do nothing."""
+        pass
 
     async def decided(self, work: "Coroutine[None, None, T] | asyncio.Future[T]") -> T:
         return await asyncio.shield(work)
 
     async def read(self, read: Callable[..., object], *args: object, **values: object) -> NoReturn:
-        """Raise LedgerError: nothing was kept."""
         raise LedgerError("this server keeps no ledger")

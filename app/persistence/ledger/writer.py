@@ -1,11 +1,11 @@
-"""The ledger as the event loop sees it: writes handed to one thread, one commit for all that waits.
+"""The ledger's interface for the event loop: hands reads and writes to the ledger's thread.
 
-What the database has committed stays, and the caller hears which: a job is durable or refused when
-its caller is told. `commit_queue` decides which, at one stroke for all that hangs together. When a
-commit fails or does not come back, what was not sent is refused, later submissions too, and the
-thread tries by itself until the database takes writes again. What was sent waits for the database's
-word; whoever waits for that outside hears UndecidedError meanwhile (`decided`). Kept writes
-(results, how far rooms have come, ends of runs) are tried until they are there.
+The thread commits all waiting writes in one transaction. When a caller receives the outcome of a
+write, it is final: durable or refused (`commit_queue` decides). If a commit fails or takes too
+long, all writes that were not sent are refused, and so are new ones until the thread has succeeded
+with a commit again. Writes that were sent wait until the database has decided; `decided` raises
+UndecidedError meanwhile. Kept writes (results, marks of progress, ends of runs) are never refused:
+the thread retries them until they are durable.
 """
 
 import asyncio
@@ -28,11 +28,13 @@ from app.rooms.records import Lease, Write
 T = TypeVar("T")
 P = ParamSpec("P")
 
-_FORGET: Final = 0.9  # what a commit leaves of the longest latency before it
+_FORGET: Final = 0.9  # factor by which each commit lowers the remembered longest latency
 COMMIT_PATIENCE: Final = 2.0  # s that a commit may take before drops get 503
 
-_LOOKS: Final = 4  # at the thread within one patience; a process that was stopped counts as one
-_FAREWELL: Final = 10.0  # s to write what waits at the end; the next start computes it again
+_POLLS: Final = 4  # of the thread's progress within `patience`
+_CLOSE_SECONDS: Final = (
+    10.0  # for the last writes at a stop; the next start computes lost ones again
+)
 
 _UNSHARED: Final = Unshared()
 
@@ -40,40 +42,40 @@ _log = logging.getLogger("plinko")
 
 
 class _Waiter:
-    """Somebody waits for what a task comes to, or for the ledger to fail first."""
+    """A caller that waits for a task to end, or for the ledger to fail before that."""
 
-    def __init__(self, doing: "asyncio.Future[Any]") -> None:
-        self.doing = doing
-        self.told: asyncio.Future[None] = doing.get_loop().create_future()
-        doing.add_done_callback(self.tell)
+    def __init__(self, task: "asyncio.Future[Any]") -> None:
+        self.task = task
+        self.woken: asyncio.Future[None] = task.get_loop().create_future()
+        task.add_done_callback(self.wake)
 
-    def tell(self, _: object = None) -> None:
-        """It has come to an end, or the ledger has failed."""
-        if not self.told.done():
-            self.told.set_result(None)
+    def wake(self, _: object = None) -> None:
+        """Wake the caller: the task has ended, or the ledger has failed."""
+        if not self.woken.done():
+            self.woken.set_result(None)
 
 
 class Loop(Protocol):
-    """What the ledger needs of an event loop."""
+    """The part of an event loop that the ledger uses."""
 
     def call_soon_threadsafe(self, callback: Callable[..., object], *args: object) -> object:
-        """Call back in the loop's thread, in the order of these calls."""
+        """Call back on the loop's thread, in the order of these calls."""
 
     def call_later(self, delay: float, callback: Callable[[], None]) -> object:
-        """Call back so many seconds later."""
+        """Call back after `delay` seconds."""
 
     def is_closed(self) -> bool:
-        """Whether nothing will be called back any more."""
+        """Whether the loop will call nothing back any more."""
 
 
 class Ledger:
-    """All methods but `open` are for the event loop's thread; none of them blocks it.
+    """Except `open`, all methods are for the event loop's thread, and do not block it.
 
-    At most one commit starts in each `period` seconds of `clock`, so drops of one tick share one.
-    When the thread comes back with nothing for `patience` seconds, all that waits is refused.
-    `on_commit` hears how long each commit took, in s. `leases` says under which leases writes are
-    made, and hears of those that are lost before the callers whose writes are refused for it.
-    `targets` are the addresses that webhooks tell of drops and results.
+    At most one commit starts in each `period` seconds of `clock`, so that drops of one tick share
+    one. If the thread makes no progress for `patience` seconds, all open jobs are refused.
+    `on_commit` is called with the duration of each commit in s. `leases` stamps writes with leases,
+    and is called with lost ones before the callers whose writes are refused for that. `targets` are
+    the addresses of webhooks.
     """
 
     keeps = True
@@ -93,22 +95,22 @@ class Ledger:
         self.patience = patience
         self.commits = 0
         self.failures = 0
-        self.lag = 0.0  # s from submission to durability, the longest of late
+        self.lag = 0.0  # s from submission to durability: the longest of the recent commits
         self._on_commit = on_commit
         self._leases = leases
         self._clock = clock
         self._queue = CommitQueue()
         self._watched = False
-        self._seen = 0  # progress at the last look
-        self._silence = 0  # looks since then
+        self._seen = 0  # progress at the last poll
+        self._silence = 0  # number of polls without progress
         self._loop: Loop | None = None
         self._waiters: set[_Waiter] = set()
         answers = Answers(
             call=self._call,
             committed=self._committed,
             refused=self._refused,
-            read=_tell,
-            mended=self._mended,
+            read=_report,
+            recovered=self._recovered,
             lost=self._lost,
         )
         self.committer = Committer(
@@ -117,23 +119,23 @@ class Ledger:
         self._thread = threading.Thread(target=self.committer.run, name="ledger", daemon=True)
 
     def open(self) -> None:
-        """Open the database unless it is; blocks. Raises SettingError when it cannot be used."""
+        """Open the database if it is not open; blocks. Raises SettingError."""
         if not self.database.is_open:
             self.database.open()
 
     def start(self) -> None:
-        """Begin to take writes, in the running event loop."""
+        """Begin to accept writes, in the running event loop."""
         self.attach(asyncio.get_running_loop())
         self._thread.start()
 
     def attach(self, loop: Loop) -> None:
-        """Begin to take writes, for whoever gives `committer` its turns."""
+        """As `start`, but without the thread: the caller runs `committer`'s turns."""
         self._loop = loop
         self._queue.open()
 
     @property
     def problem(self) -> str | None:
-        """Why nothing can be written now; None while all is well."""
+        """Why nothing can be written now; None if writes work."""
         failure = self._queue.failure
         return None if failure is None else str(failure)
 
@@ -143,15 +145,15 @@ class Ledger:
 
     @property
     def idle(self) -> bool:
-        """Whether nothing waits for the committer."""
+        """Whether no job waits for the committer."""
         return self._queue.empty
 
     def submit(self, *writes: Write, line: int | None = None) -> "asyncio.Future[None]":
-        """Have `writes` made durable in one transaction; the future says when, or why they are not.
+        """Commit `writes` in one transaction; the future ends when they are durable or refused.
 
-        Of what is submitted for the same `line`, a room run's number, a refusal takes all that is
-        not durable yet, and the latest hears of it first; then `mend` lets more in. Raises
-        LedgerError when the ledger cannot be written now.
+        `line` is the number of the room run of which the writes are an input. If one input of a
+        run is refused, so are all later ones, and the latest caller receives the refusal first;
+        `reopen` lets the run continue. Raises LedgerError if the ledger cannot be written now.
         """
         future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         leases = [lease for lease, _ in self._leases.stamp(writes) if lease is not None]
@@ -159,52 +161,55 @@ class Ledger:
         self._put(Job(writes, _settle(future), tuple(leases), line, task=task))
         return future
 
-    def mend(self, line: int) -> None:
-        """Take writes of a line again: what was refused of it is taken back."""
-        self._queue.mend(line)
+    def reopen(self, line: int) -> None:
+        """Accept inputs of a run again, after its room has taken back the refused ones."""
+        self._queue.reopen(line)
 
     async def commit(self, *writes: Write) -> None:
-        """Return once `writes` are durable; raises LedgerError when they never will be."""
+        """Return when `writes` are durable; raises LedgerError if they are refused."""
         await self.submit(*writes)
 
     async def keep(self, *writes: Write) -> None:
-        """Return once `writes` are durable, however long that takes; raises LeaseLostError."""
+        """Return when `writes` are durable, however long that takes; raises LeaseLostError."""
         future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self.defer(writes, _settle(future))
         await future
 
     async def decided(self, work: "Coroutine[None, None, T] | asyncio.Future[T]") -> T:
-        """What comes of `work`, which goes on whoever waits for it.
+        """Await `work`, which continues even if the caller is cancelled.
 
-        Raises UndecidedError when the ledger fails while it is under way, unless what it wrote is
-        refused: then it raises that.
+        If the ledger fails meanwhile and has refused the writes of `work`, raises the refusal. If
+        their outcome is still unknown, raises UndecidedError.
         """
-        doing = asyncio.ensure_future(work)
-        waits = _Waiter(doing)
-        self._waiters.add(waits)
+        task = asyncio.ensure_future(work)
+        waiter = _Waiter(task)
+        self._waiters.add(waiter)
         try:
             if self.up:
-                await waits.told
-            else:  # what can be refused is refused at once
-                await asyncio.wait((waits.told,), timeout=self.patience)
+                await waiter.woken
+            else:  # the ledger has failed already, so only a refusal or a sent write can end this
+                await asyncio.wait((waiter.woken,), timeout=self.patience)
         finally:
-            self._waiters.discard(waits)
-            if not doing.done():
-                doing.add_done_callback(log_failure)
-        if doing.done():
-            return doing.result()
+            self._waiters.discard(waiter)
+            if not task.done():
+                task.add_done_callback(log_failure)
+        if task.done():
+            return task.result()
         raise UndecidedError(
-            "the ledger does not answer, and it is not known yet whether this was done; it is not "
+            "the ledger does not answer, so it is not known yet whether this was done; it is not "
             "lost: ask again with the same key",
             retry_after=self.patience,
-            outcome=doing,
+            outcome=task,
         )
 
     def defer(self, writes: Sequence[Write], done: Done | None = None) -> None:
-        """Have `writes` made durable some time; they outlast every failure but the process's."""
+        """Queue kept writes: they become durable, unless the process ends before.
+
+        `done` is called when the last of them is durable, or with its LeaseLostError.
+        """
         if not writes:
             return
-        # One room's loss takes nothing from the others.
+        # One job for each room, so that a lost lease refuses only that room's writes.
         for lease, part in self._leases.stamp(writes):
             own = done if part[-1] is writes[-1] else None
             self._put(Job(part, done=own, leases=() if lease is None else (lease,), keep=True))
@@ -212,68 +217,73 @@ class Ledger:
     async def read(
         self, read: Callable[Concatenate[Connection, P], T], *args: P.args, **values: P.kwargs
     ) -> T:
-        """What `read` finds after all that was submitted before; raises LedgerError."""
+        """The result of `read`, which sees all earlier writes; raises LedgerError."""
         future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         task = asyncio.current_task()
-        job = Job(read=lambda line: read(line, *args, **values), done=_settle(future), task=task)
+        job = Job(
+            read=lambda connection: read(connection, *args, **values),
+            done=_settle(future),
+            task=task,
+        )
         self._put(job)
         await future
         result: T = job.result
         return result
 
     async def settled(self) -> None:
-        """Return once all that was submitted is durable; raises LedgerError where it cannot be."""
+        """Return when all earlier writes are durable; raises LedgerError if the ledger fails."""
         if self._queue.writes:
             await self.commit()
 
     async def probe(self) -> None:
-        """Write something and take it out again; raises LedgerError when that fails."""
+        """Commit a test write, which leaves no row; raises LedgerError if that fails."""
         await self.commit()
 
     async def close(self) -> None:
-        """Write what waits, then let go of the database; one that hangs is left as it is."""
+        """Write all waiting jobs and close the database; gives up after ten seconds."""
         self._queue.close()
-        await asyncio.to_thread(self._thread.join, _FAREWELL)
+        await asyncio.to_thread(self._thread.join, _CLOSE_SECONDS)
         if self._thread.is_alive():
-            _log.error("the ledger %s does not come back; the server ends", self.database.name)
+            _log.error("the ledger %s does not answer; stopping without it", self.database.name)
 
     def _put(self, job: Job) -> None:
         job.asked = self._clock()
         self._queue.put(job)
         if not job.keep and not self._watched:
             self._seen, self._silence = self._queue.progress, 0
-            self._look_later()
+            self._poll_later()
 
-    # How long the thread may be away. Only looks are counted: a process that was stopped and goes
-    # on has looked once, and cannot say that the database was slow.
+    # The time limit for the thread. Polls without progress are counted, not seconds: a process that
+    # was stopped for a minute has polled once since, and must not conclude that the database is
+    # slow.
 
-    def _look_later(self) -> None:
+    def _poll_later(self) -> None:
         assert self._loop is not None
         self._watched = True
-        self._loop.call_later(self.patience / _LOOKS, self._look)
+        self._loop.call_later(self.patience / _POLLS, self._poll)
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         self._watched = False
         if not self._queue.awaited:
             return
         seen, self._seen = self._seen, self._queue.progress
         self._silence = self._silence + 1 if seen == self._seen else 0
-        if self._silence < _LOOKS:
-            self._look_later()
+        if self._silence < _POLLS:
+            self._poll_later()
         else:
             self._give_up()
 
     def _give_up(self) -> None:
-        """The thread hangs: refuse what waits, and all else until it is back."""
+        """The thread hangs: refuse all open jobs, and new ones until it comes back."""
         failure = LedgerError(f"the ledger has not answered for {self.patience:g} seconds")
         _log.error("%s", failure)
         self._refused(self._queue.give_up(failure), failure)
         self.database.cut()
 
-    # What the committer says, on the event loop.
+    # The committer's callbacks. They run on the event loop.
 
     def _call(self, function: Callable[..., None], *values: object) -> None:
-        """From the committer's thread."""
+        """Call a function on the event loop; for the committer's thread."""
         assert self._loop is not None
         if not self._loop.is_closed():
             self._loop.call_soon_threadsafe(function, *values)
@@ -285,42 +295,45 @@ class Ledger:
         for job in jobs:
             if not job.keep:
                 self.lag = max(now - job.asked, _FORGET * self.lag)
-        _tell(jobs, None)
+        _report(jobs, None)
 
     def _refused(self, jobs: Sequence[Job], failure: LedgerError) -> None:
-        """Tell the owners, the latest first: numbers are given back as they were given."""
+        """Report refusals, the latest job first, so that rooms take back numbers in that order.
+
+        Then wake all callers of `decided` whose writes were not refused: these are undecided.
+        """
         self.failures += 1
-        _tell(jobs[::-1], failure)
+        _report(jobs[::-1], failure)
         refused = {job.task for job in jobs}
-        self._waiters = {each for each in self._waiters if each.doing not in refused}
+        self._waiters = {each for each in self._waiters if each.task not in refused}
         if not self.up:
             for each in self._waiters:
-                each.tell()
+                each.wake()
 
     def _lost(self, leases: Sequence[Lease], jobs: Sequence[Job], failure: LeaseLostError) -> None:
-        """The rooms go before anybody hears of a refusal: whoever watched them hears of nothing."""
+        """Drop the rooms before reporting refusals, so that their clients see no refused drop."""
         self._leases.lost(leases)
-        _tell(jobs[::-1], failure)
+        _report(jobs[::-1], failure)
 
-    def _mended(self, failure: LedgerError) -> None:
+    def _recovered(self, failure: LedgerError) -> None:
         self._queue.open(failure)
         if self.up:
-            _log.warning("the ledger %s takes writes again", self.database.name)
+            _log.warning("the ledger %s accepts writes again", self.database.name)
 
 
-def _tell(jobs: Sequence[Job], failure: LedgerError | None) -> None:
-    """Let the owners hear; what one of them makes of it keeps nothing from the others."""
+def _report(jobs: Sequence[Job], failure: LedgerError | None) -> None:
+    """Call each job's `done`. An error in one of them does not stop the others."""
     for job in jobs:
         if job.done is None:
             continue
         try:
             job.done(failure)
         except Exception:  # noqa: BLE001
-            _log.exception("the owner of %r failed", job.writes)
+            _log.exception("handling the outcome of %r failed", job.writes)
 
 
 def _settle(future: "asyncio.Future[None]") -> Done:
-    """A `done` that settles a future whose owner may have gone away."""
+    """A `done` that settles a future, unless its owner has cancelled it."""
 
     def done(error: LedgerError | None) -> None:
         if future.done():

@@ -1,6 +1,6 @@
-"""How rooms come back from the ledger, and what becomes of one that cannot.
+"""Restores rooms from the ledger, ends runs that cannot continue, and sets damaged rooms aside.
 
-recovery.py finds and restores them, rebuild.py replays one (pure), rebuild_queue.py says which is
-next in the background, ending.py ends a run that cannot go on, salvage.py reads damaged pages.
-Imports the ledger and its statements. Start with recovery.py.
+recovery.py finds and restores rooms, rebuild.py replays one (pure), rebuild_queue.py orders the
+rebuilds in the background, ending.py ends a run that cannot continue, salvage.py reads a damaged
+list of rooms. Imports the ledger and its statements. Start with recovery.py.
 """

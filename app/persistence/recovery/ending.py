@@ -1,4 +1,4 @@
-"""How a run ends that cannot go on: what has no result and can get none gets its stake back."""
+"""Ends a run that cannot continue: drops that can get no result get their stake back."""
 
 from dataclasses import dataclass
 
@@ -9,12 +9,12 @@ from app.rooms.kinds import format_of
 from app.rooms.records import Close, ResultRow, RoomRow
 
 DROPPED = "its room was taken off the ledger"
-"""What a result says of a ball whose room whoever runs the server gave up."""
+"""The reason in the results of balls whose room the operator gave up."""
 
 
 @dataclass(frozen=True, slots=True)
 class Retired:
-    """A run that was ended: of which room, and what was given back."""
+    """A run that was ended: its number and room, and the drops and stakes that were returned."""
 
     session: int
     room: str
@@ -23,7 +23,7 @@ class Retired:
 
 
 def voided(connection: Connection, row: RoomRow, tick: int, why: str) -> list[ResultRow]:
-    """Results, at `tick`, for the drops of a run that have none."""
+    """Results at `tick` that return the stakes of a run's drops without a result."""
     inputs = format_of(row.mode)
     if not inputs.has_results:
         return []
@@ -32,10 +32,10 @@ def voided(connection: Connection, row: RoomRow, tick: int, why: str) -> list[Re
 
 
 def retire(connection: Connection, room_id: str, now: float) -> Retired | None:
-    """End the run of a room as it stands, damaged or not; None when there is no such room.
+    """End the run of a room as it is, damaged or not; None if there is no such room.
 
-    `now` is in Unix time. Nothing of it is replayed and no row is deleted: what has a result keeps
-    it, what has none gets its stake back.
+    `now` is Unix time. Nothing is replayed and no row is deleted: drops with a result keep it, and
+    the others get their stake back.
     """
     row = store.open_room(connection, room_id)
     if row is None:

@@ -1,4 +1,4 @@
-"""From the ledger's rows back to the room they came from, pure: inputs replayed at their ticks."""
+"""Rebuilds a room from the ledger's rows by replaying its inputs at their ticks. Pure."""
 
 from collections import deque
 from collections.abc import Iterable, Sequence
@@ -14,13 +14,13 @@ Taken = Sequence[tuple[TakenRow, ResultRow | None]]
 
 
 class Replay:
-    """A room on its way back, from its checkpoint to the last tick that its run may have shown.
+    """The replay of a room from its checkpoint to the last tick that clients may have seen.
 
-    Inputs after the checkpoint are handed in in order, in pages of any size. What lands on the way
-    is compared with the result that the ledger has, or is a result that it lacks. A room that
-    sleeps does not tick, so the last tick is only reached as long as something moves.
+    The caller hands in the inputs after the checkpoint in order, in pages of any size. Each landing
+    is compared with its result in the ledger, or is a new result if the ledger has none. A sleeping
+    room does not tick, so the replay ends before the last tick if nothing moves any more.
 
-    Raises RecordError for a checkpoint of another board, physics or tick rate.
+    Raises RecordError if the checkpoint has another board, physics version or tick rate.
     """
 
     def __init__(self, row: RoomRow, basis: Basis, *, limits: BallLimits) -> None:
@@ -29,32 +29,32 @@ class Replay:
             self.room.restore(row.checkpoint)
         if self.room.taken != row.checkpoint_drops:
             raise DamagedRoomError(
-                f"the checkpoint of run {row.number} took {self.room.taken} inputs, its row "
+                f"the checkpoint of run {row.number} has {self.room.taken} inputs, but its row "
                 f"says {row.checkpoint_drops}"
             )
         self.first_tick = self.room.world.tick
         self.differences: list[str] = []
         self._row = row
         self._inputs: deque[TakenRow] = deque()
-        self._recorded: dict[int, ResultRow] = {}  # by ball, as the ledger says
+        self._recorded: dict[int, ResultRow] = {}  # the ledger's results, by ball
         self._results: list[ResultRow] = []
 
     @property
     def next_input(self) -> int:
-        """Number of the first input that was not handed in."""
+        """The number of the first input that has not been handed in."""
         return self.room.taken + len(self._inputs)
 
     @property
     def oldest_in_flight(self) -> int:
-        """The first drop whose landing lies ahead, or the next input's number if none is."""
+        """The first drop in flight; the next input's number if there is none."""
         return min((ball.ball for ball in self.room.balls), default=self.room.taken)
 
     def expect(self, results: Iterable[ResultRow]) -> None:
-        """Hand in results to be compared with how balls land; earlier ones are left aside."""
+        """Hand in results to compare with; those from before the checkpoint are ignored."""
         self._recorded |= {each.ball: each for each in results if each.tick > self.first_tick}
 
     def take(self, taken: Taken) -> None:
-        """Hand in the next inputs; raises DamagedRoomError where one is missing."""
+        """Hand in the next inputs; raises DamagedRoomError if one is missing."""
         for row, result in taken:
             if row.number != self.next_input:
                 raise DamagedRoomError(
@@ -65,16 +65,16 @@ class Replay:
                 self.expect([result])
 
     def take_results(self) -> list[ResultRow]:
-        """What has landed since the last call and is not in the ledger."""
+        """Results since the last call that the ledger does not have."""
         results, self._results = self._results, []
         return results
 
     def run(self, ticks: int, *, to_end: bool) -> bool:
-        """Go on by at most so many ticks; True when it is there.
+        """Replay at most `ticks` ticks; returns whether the goal is reached.
 
-        There is the last input that was handed in, with `to_end` the run's last tick. Raises
-        DamagedRoomError for an input that cannot have been taken at its tick, what `Room.replay`
-        raises for one that cannot have been taken at all.
+        The goal is the last input that was handed in or, with `to_end`, the run's last tick.
+        Raises DamagedRoomError for an input that the room cannot have accepted at its tick, and
+        the errors of `Room.replay` for one that it cannot have accepted at all.
         """
         for _ in range(ticks):
             self._carry_out()
@@ -87,15 +87,16 @@ class Replay:
         return False
 
     def _miss(self) -> None:
-        """Note the results that should have come out by now."""
+        """Note the ledger's results that the replay should have reproduced by now."""
         over = self._row.closed is not None
         for result in self._recorded.values():
-            # What was given up when a run ended has a result that no replay gives.
+            # A drop that was given up when its run ended has a result without a digest, which no
+            # replay can give.
             if result.tick <= self.room.world.tick and (result.digest or not over):
-                self.differences.append(f"the ledger says {result}, the replay gives none")
+                self.differences.append(f"the ledger has {result}, but the replay gives none")
 
     def finish(self, ticks: int) -> bool:
-        """Let what moves land, in at most so many ticks; True when all of it has."""
+        """Replay at most `ticks` ticks; returns whether all balls have landed."""
         for _ in range(ticks):
             if not self.room.awake:
                 break
@@ -107,16 +108,15 @@ class Replay:
         while self._inputs and self._inputs[0].tick <= room.world.tick:
             row = self._inputs.popleft()
             if row.tick < room.world.tick:
-                raise self._misplaced(row, f"which was over at tick {room.world.tick}")
+                raise self._misplaced(row, f"but the input before it has tick {room.world.tick}")
             room.replay(room.format.entry(row, None, row.tick))
-        # A drop is planned some moments ahead of what its run may have shown, never more.
+        # A drop is planned at most a second after the last tick that clients may have seen. A later
+        # tick is damage, and replaying up to it could take for ever.
         if self._inputs and self._inputs[0].tick > self._row.tick + self._row.tick_rate:
-            raise self._misplaced(self._inputs[0], f"its run came to tick {self._row.tick}")
+            raise self._misplaced(self._inputs[0], f"but its run ended at tick {self._row.tick}")
 
     def _misplaced(self, row: TakenRow, why: str) -> DamagedRoomError:
-        return DamagedRoomError(
-            f"input {row.number} of run {row.room} is of tick {row.tick}, {why}"
-        )
+        return DamagedRoomError(f"input {row.number} of run {row.room} has tick {row.tick}, {why}")
 
     def _step(self) -> None:
         for event in self.room.step(watched=False):
@@ -129,17 +129,17 @@ class Replay:
             if known is None:
                 self._results.append(result)
             elif known != result:
-                self.differences.append(f"the ledger says {known}, the replay gives {result}")
+                self.differences.append(f"the ledger has {known}, but the replay gives {result}")
 
 
 def basis_of(row: RoomRow, kept: KeptBasis) -> Basis:
-    """What a run is made of, from what the ledger has; raises DamagedRoomError."""
+    """Parse a run's board or draw, and compare its digest; raises DamagedRoomError."""
     if kept.board is None:
         raise DamagedRoomError(f"its board {row.board} is missing")
     try:
         ground = ground_of(row.mode, kept.board)
     except (ValueError, TypeError, KeyError) as error:
-        raise DamagedRoomError(f"its board {row.board} is none: {error}") from error
+        raise DamagedRoomError(f"its board {row.board} is invalid: {error}") from error
     if ground.digest != row.board:
         raise DamagedRoomError(f"its board {row.board} has digest {ground.digest}")
     if row.draw is None:
@@ -149,16 +149,16 @@ def basis_of(row: RoomRow, kept: KeptBasis) -> Basis:
     try:
         draw = draw_of(ground, kept.draw)
     except (InvalidValueError, ValueError, TypeError, KeyError) as error:
-        raise DamagedRoomError(f"its draw {row.draw} is none: {error}") from error
+        raise DamagedRoomError(f"its draw {row.draw} is invalid: {error}") from error
     if draw.digest != row.draw:
         raise DamagedRoomError(f"its draw {row.draw} has digest {draw.digest}")
     return draw
 
 
 def rebuild(row: RoomRow, basis: Basis, taken: Taken, *, limits: BallLimits) -> Replay:
-    """The room of a run at its last tick, from its checkpoint and the inputs after it, at once.
+    """Replay a run to its last tick in one call, from its checkpoint and the inputs after it.
 
-    Inputs before the checkpoint among `taken` lend their results to be compared with the replay's.
+    `taken` may begin with inputs before the checkpoint: only their results are used.
     """
     replay = Replay(row, basis, limits=limits)
     before = [result for each, result in taken if each.number < replay.room.taken]

@@ -1,4 +1,4 @@
-"""Which room comes back from the ledger next: one that is asked for, else the rest, by and by."""
+"""The order in which rooms are rebuilt: those that clients wait for, then the rest, one by one."""
 
 import asyncio
 from collections import Counter, OrderedDict
@@ -10,27 +10,27 @@ from app.concurrency.single_flight import SingleFlight
 from app.errors import DamagedRoomError, LedgerError, RebuildingError
 from app.rooms.records import Parked
 
-_PATIENCE: Final = 10.0  # s that someone waits for a room before hearing that it takes longer
-_REST: Final = 0.02  # s of rest after each slice of a room that nobody waits for
-_RETRY: Final = 0.5  # s until the ledger is asked again that could not be read
+_WAIT_SECONDS: Final = 10.0  # how long a caller waits for a room before it gets an error
+_REST: Final = 0.02  # s of pause after each slice of a room that no caller waits for
+_RETRY: Final = 0.5  # s until the next attempt, after the ledger could not be read
 
 Turn = Callable[[], Awaitable[None]]
-"""Awaited between slices of a rebuild; returns when the next slice may be run."""
+"""Awaited between two slices of a rebuild; returns when the next slice may run."""
 
 
 class RebuildQueue:
-    """Rooms that moved when the last server ended; for the event loop's thread.
+    """Rooms that were awake when the last server ended; for the event loop's thread.
 
-    `rebuild` brings the room of this id back; it raises DamagedRoomError for one that is set aside,
-    LedgerError when the ledger cannot be read now. Those that are asked for are rebuilt at once,
-    and the others wait meanwhile, so that none of them holds up who came first.
+    `rebuild` restores the room with an id. It raises DamagedRoomError for a room that is set aside,
+    and LedgerError if the ledger cannot be read now. Rooms that callers wait for are rebuilt at
+    once, and the background rebuild pauses meanwhile, so that it does not delay them.
     """
 
     def __init__(
         self,
         rebuild: Callable[[str, Turn], Awaitable[None]],
         *,
-        patience: float = _PATIENCE,
+        patience: float = _WAIT_SECONDS,
         sleep: Callable[[float], Awaitable[None]] = asyncio.sleep,
     ) -> None:
         self._rebuild = rebuild
@@ -39,7 +39,7 @@ class RebuildQueue:
         self._waiting: OrderedDict[str, Parked] = OrderedDict()
         self._flights = SingleFlight[None]()
         self._asked: Counter[str] = Counter()
-        self._asking = Signal()  # `_asked` has changed
+        self._asking = Signal()  # sent when `_asked` changes
 
     @property
     def waiting(self) -> list[Parked]:
@@ -49,26 +49,26 @@ class RebuildQueue:
         return room_id in self._waiting
 
     def fill(self, rooms: Iterable[Parked]) -> None:
-        """These are to come back, in this order."""
+        """Add rooms to rebuild, in this order."""
         self._waiting.update((room.id, room) for room in rooms)
 
     async def run(self) -> None:
-        """Bring all of them back, one after another; ends all that it began when cancelled."""
+        """Rebuild all rooms, one after another; when cancelled, cancels all rebuilds."""
         try:
             while self._waiting:
                 try:
                     await self._bring(next(iter(self._waiting)))
                 except DamagedRoomError:
-                    continue  # it is set aside; a caller that needs it is told why
+                    continue  # it is set aside; a caller that needs it gets the reason
                 except LedgerError:
                     await self._sleep(_RETRY)
         finally:
             await self._flights.cancel()
 
     async def need(self, room_id: str) -> None:
-        """Return once the room is back, or never was to come.
+        """Return when the room is rebuilt; at once if it is not in this queue.
 
-        Raises DamagedRoomError, LedgerError, and RebuildingError when it takes too long to wait.
+        Raises DamagedRoomError, LedgerError, and RebuildingError after `patience` seconds.
         """
         if room_id not in self._waiting:
             return
@@ -82,7 +82,7 @@ class RebuildQueue:
             self._ask(room_id, -1)
 
     def _ask(self, room_id: str, change: int) -> None:
-        """So many more wait for this room."""
+        """Count callers that begin (+1) or stop (-1) to wait for this room."""
         self._asked[room_id] += change
         if not self._asked[room_id]:
             del self._asked[room_id]
@@ -104,14 +104,15 @@ class RebuildQueue:
     async def _turn(self, room_id: str) -> None:
         if room_id in self._asked:
             return
-        # What nobody waits for leaves half of the time to those who play.
+        # No caller waits for this room, so leave half of the time to the rooms in play.
         await self._sleep(_REST)
         while self._asked and room_id not in self._asked:
             await self._asking.wait()
 
 
 def rebuilding(room_id: str) -> RebuildingError:
-    """The answer to who asks for a room that is not back yet."""
+    """The error for a caller that needs a room which is not yet rebuilt."""
     return RebuildingError(
-        f"room {room_id!r} is being rebuilt from the ledger; it is not lost", field="room"
+        f"room {room_id!r} is being rebuilt from the ledger; it is not lost, try again soon",
+        field="room",
     )

@@ -1,9 +1,9 @@
-"""How rooms come back from the ledger: what sleeps when needed, what moved slice by slice.
+"""Restores rooms from the ledger: sleeping ones when needed, awake ones by a replay in slices.
 
-A room is replayed from its checkpoint in a thread, a few milliseconds at a time, and what is
-reached is kept: however often the server is killed on the way, the next one goes on from there.
-What the ledger has of one room may be damaged; then that room is set aside, untouched, and whoever
-asks for it is told so. The others play.
+A thread replays a room from its checkpoint in slices of some milliseconds. Checkpoints on the way
+are saved, so that a server killed during a replay does not have to begin again. A room whose
+record is damaged is set aside with its rows unchanged, and clients that ask for it get an error;
+all other rooms play.
 """
 
 import asyncio
@@ -30,18 +30,18 @@ from engine import PHYSICS_VERSION
 
 T = TypeVar("T")
 
-_LONGEST_FALL: Final = 3600.0  # s of simulation to finish a room that cannot go on
-_SLICE: Final = 0.02  # s of replay between two looks at what else there is to do
-_TICKS: Final = 4  # replayed between two looks at the clock
+_LONGEST_FALL: Final = 3600.0  # s of simulation after which the balls of an ending run are given up
+_SLICE: Final = 0.02  # s of replay before other work gets its turn
+_TICKS: Final = 4  # replayed before the clock is checked
 _PAGE: Final = 500  # inputs read at once; commits wait meanwhile
-_CHECKPOINT: Final = 10.0  # s of ticks replayed; what a kill during a rebuild may cost
+_CHECKPOINT: Final = 10.0  # s of ticks between checkpoints: the most that a kill makes replay again
 
 _log = logging.getLogger("plinko")
 
 
 @dataclass(frozen=True, slots=True)
 class Left:
-    """What the last server left: rooms that moved, sleeping rooms of nobody, and of creators."""
+    """The last server's rooms: awake ones, sleeping public ones by id, and sleeping owned ones."""
 
     moving: list[Parked]
     public: dict[str, RoomRow]
@@ -49,35 +49,35 @@ class Left:
 
 
 async def _at_once() -> None:
-    """The turn of a rebuild that yields to nobody."""
+    """The `Turn` of a rebuild that waits for no other."""
 
 
 class Recovery:
-    """Makes rooms again from the ledger's rows; for the event loop's thread.
+    """Restores rooms from the ledger's rows; for the event loop's thread.
 
-    set_aside: what is wrong with each room that cannot be had, by id.
+    set_aside: the fault of each room that is set aside, by id.
     """
 
     def __init__(self, runs: RoomRuns, *, tick_rate: int, limits: BallLimits) -> None:
-        self.rebuilt = 0  # rooms in which something moved
+        self.rebuilt = 0  # awake rooms that were rebuilt
         self.set_aside: dict[str, str] = {}
-        self._readable: set[str] | None = None  # rooms of a damaged list; None: all of them
+        self._readable: set[str] | None = None  # readable rooms of a damaged list; None if sound
         self._runs = runs
         self._ledger = runs.ledger
         self._tick_rate = tick_rate
         self._limits = limits
 
     async def survey(self, ground_now: Callable[[str], Ground | None]) -> Left:
-        """What there is to go on with; no room is rebuilt yet. Of a shared ledger, nothing.
+        """List the rooms to continue, without rebuilding any; of a shared ledger, none.
 
-        `ground_now` gives what a public room is over in this server, and None for other rooms. A
-        public room that cannot go on as it was counts as one that moved. Raises LedgerError when
-        the ledger cannot be read. Where only the list of rooms is damaged, the rows that can be
-        read are gone on with.
+        `ground_now` returns a public room's board or scene in this server, and None for other
+        rooms. A public room that cannot continue unchanged is listed as awake, so that its run is
+        ended soon. Raises LedgerError if the ledger cannot be read. If only the list of rooms is
+        damaged, its readable rows are used.
         """
         if self._runs.numbers is not None:
             await self._runs.numbers.fill()
-            return Left([], {}, [])  # each room is taken when it is needed
+            return Left([], {}, [])  # this server takes each room when it is needed
         try:
             self._runs.next_number = await self._read(store.last_number) + 1
             moving = await self._read(store.awake_rooms)
@@ -92,14 +92,14 @@ class Recovery:
         return Left(moving[::-1], public, owned)
 
     async def _salvage(self) -> tuple[list[Parked], dict[str, RoomRow], list[Parked]]:
-        """What can be read of a damaged list of rooms: moving, public and owned ones."""
+        """The readable rooms of a damaged list: awake, public and owned ones."""
         found = await salvage(self._ledger)
         rows = found.rows
         self._runs.next_number = found.next_number
         self._readable = {row.id for row in rows} if found.lost else None
         _log.error(
             "the ledger's list of rooms is damaged: %d open ones can be read, and %d runs not; "
-            "see `plinko ledger check`", len(rows), found.lost,
+            "stop the server and run `plinko ledger check`", len(rows), found.lost,
         )  # fmt: skip
         moving = [Parked.of(row, row.id) for row in rows if row.awake]
         public = {row.id: row for row in rows if not row.owned}
@@ -107,14 +107,14 @@ class Recovery:
         return moving, public, owned
 
     def check(self, room_id: str) -> None:
-        """Raise DamagedRoomError for a room that was set aside, or may be among those lost."""
+        """Raise DamagedRoomError for a room that is set aside or may be among the lost ones."""
         if room_id in self.set_aside:
             raise self._refusal(room_id, self.set_aside[room_id])
         if self._readable is not None and room_id not in self._readable:
             raise self._refusal(room_id, "the ledger's list of rooms is damaged")
 
     def restore(self, row: RoomRow, ground: Ground) -> Room:
-        """A sleeping public room from its row; raises DamagedRoomError when it is set aside."""
+        """A sleeping public room from its row; raises DamagedRoomError and sets it aside."""
         try:
             return self._enter(row, rebuild(row, ground, (), limits=self._limits))
         except Exception as error:
@@ -123,12 +123,12 @@ class Recovery:
     async def load(
         self, room_id: str, *, ground_now: Ground | None = None, turn: Turn = _at_once
     ) -> Room | None:
-        """A room that is in the ledger, as it was; one with an owner that cannot go on begins anew.
+        """Restore a room from the ledger. An owned room that cannot continue begins a new run.
 
-        None when the ledger knows no such open room, or the room of nobody could not go on.
-        `ground_now` is what a public room is over in this server; `turn` is awaited now and then.
-        Raises LedgerError when the ledger cannot be read, DamagedRoomError when the room is set
-        aside, LeaseLostError when another server has taken it meanwhile.
+        Returns None if the ledger has no such open room, or if a public room cannot continue.
+        `ground_now` is a public room's board or scene in this server; `turn` is awaited between
+        slices. Raises LedgerError if the ledger cannot be read, DamagedRoomError if the room is set
+        aside, LeaseLostError if another server has taken the room meanwhile.
         """
         try:
             found = await self._read(_session, find=store.open_room, room_id=room_id)
@@ -152,18 +152,18 @@ class Recovery:
             raise self._put_aside(room_id, error) from error
 
     async def _confirm(self, room_id: str) -> None:
-        """Raise LeaseLostError where another server has gone on with what was read meanwhile.
+        """Raise LeaseLostError if another server has taken the room while it was read.
 
-        A row of before beside inputs of after looks like damage, and is none.
+        An old row and newer inputs of that server would look like damage, but are not.
         """
         if self._runs.leases is not None:
             await self._runs.leases.confirm(room_id)
 
     async def closed(self, room_id: str) -> tuple[int, Room] | None:
-        """The last run of a room that was closed, by number, and the room as it ended.
+        """The number of a closed room's last run, and the room as it ended, to be read only.
 
-        None when the ledger knows none, or when its physics was another. Nothing goes on in it: it
-        is there to be read. Raises LedgerError, DamagedRoomError.
+        None if the ledger has no such run, or one of another physics version. Raises LedgerError,
+        DamagedRoomError.
         """
         found = await self._read(_session, find=store.closed_room, room_id=room_id)
         if found is None or found[0].physics_version != PHYSICS_VERSION:
@@ -174,9 +174,9 @@ class Recovery:
     # Damage.
 
     def _put_aside(self, room_id: str, error: Exception) -> DamagedRoomError:
-        """One room's fault must not keep the others closed. Its rows stay as they are."""
+        """Set a room aside, so that its fault does not stop the others. Its rows do not change."""
         self.set_aside[room_id] = str(error)
-        # Where damage was expected, it says all there is; elsewhere one wants to know where.
+        # A DamagedRoomError says what is wrong; any other error needs its traceback to be found.
         trace = None if isinstance(error, DamagedRoomError) else error
         _log.error("room is set aside: %s", error, extra={"room": room_id}, exc_info=trace)
         return self._refusal(room_id, str(error))
@@ -189,14 +189,14 @@ class Recovery:
     async def _read(self, read: Callable[..., T], **values: object) -> T:
         return await read_sound(self._ledger, read, **values)
 
-    # Rooms that go on.
+    # Rooms that continue.
 
     async def _replayed(
         self, row: RoomRow, kept: KeptBasis, turn: Turn, *, over: bool = False
     ) -> Replay:
-        """The room at its last tick; of a run that is `over` the ledger is told nothing more.
+        """Replay a room to its last tick; unless its run is `over`, save checkpoints on the way.
 
-        Raises DamagedRoomError where the ledger says otherwise.
+        Raises DamagedRoomError if a result differs from the ledger's.
         """
         basis = await asyncio.to_thread(basis_of, row, kept)
         replay = await asyncio.to_thread(Replay, row, basis, limits=self._limits)
@@ -219,7 +219,7 @@ class Recovery:
             page = await self._read(_page, row=row, replay=replay)
 
     def _keep(self, row: RoomRow, replay: Replay) -> None:
-        """Have the ledger know what is reached, so that it need not be replayed again."""
+        """Write the results and a checkpoint, so that this part need not be replayed again."""
         room = replay.room
         self._runs.add_results(replay.take_results())
         checkpoint = room.checkpoint()
@@ -246,45 +246,50 @@ class Recovery:
         if row.awake and not room.awake:
             self._runs.slept(room)
         elif room.world.tick > replay.first_tick:
-            # A life may be shorter than the time between two checkpoints.
+            # Save a checkpoint now: a server that often restarts may never reach the next one, and
+            # would replay the same ticks each time.
             tick = max(row.tick, room.world.tick)
             self._runs.report([self._runs.mark(room, record, tick, awake=True)])
         return room
 
-    # Rooms that cannot go on.
+    # Rooms that cannot continue.
 
     def _outdated(self, row: RoomRow, ground_now: Ground | None) -> str | None:
-        """Why a run cannot go on in this server, or None when it can."""
+        """Why a run cannot continue in this server; None if it can."""
         if row.physics_version != PHYSICS_VERSION:
-            return f"its physics was version {row.physics_version}, now it is {PHYSICS_VERSION}"
+            return f"its physics version is {row.physics_version}, the server's {PHYSICS_VERSION}"
         if row.tick_rate != self._tick_rate:
-            return f"it ran at {row.tick_rate} Hz, the server now at {self._tick_rate} Hz"
+            return f"its tick rate is {row.tick_rate} Hz, the server's {self._tick_rate} Hz"
         if not row.owned and ground_now is not None and row.board != ground_now.digest:
-            return "its board is another now"
+            return "its board has changed"
         return None
 
     async def _succeed(self, row: RoomRow, kept: KeptBasis, why: str, turn: Turn) -> Room | None:
-        """End a run that cannot go on, and begin the next where the room has an owner.
+        """End a run that cannot continue, and begin the next one if the room has an owner.
 
-        Unless it has a draw: whether its seeds still land in their bins is for its owner to find.
+        A room with a draw only ends: its seeds may land in other bins now, so its owner must make a
+        new draw.
         """
         writes = await self._end(row, kept, why, turn)
         if not row.owned or row.mode == DRAW:
-            _log.warning("room ends: %s", why, extra={"room": row.id})
+            _log.warning("room is closed: %s", why, extra={"room": row.id})
             self._runs.report(writes)
             return None
-        _log.warning("room starts anew: %s", why, extra={"room": row.id})
+        _log.warning("room begins a new run: %s", why, extra={"room": row.id})
         basis = await asyncio.to_thread(basis_of, row, kept)
         room = make_room(row.id, basis, row.mode, tick_rate=self._tick_rate, limits=self._limits)
         record = self._runs.of(room)
         record.owned, record.opened, record.known = True, row.opened, True
         record.creator = row.creator
-        # In one transaction, so that the room is never without a run.
+        # One transaction ends the old run and begins the new one, so the room always has one.
         self._runs.report([*writes, *self._runs.rows(room, record)])
         return room
 
     async def _end(self, row: RoomRow, kept: KeptBasis, why: str, turn: Turn) -> list[Write]:
-        """What ends a run: what is in flight lands first; what cannot, gets its stake back."""
+        """Let balls in flight land, and return the writes that end the run.
+
+        Balls that cannot land get their stake back.
+        """
         tick = row.tick
         if format_of(row.mode).has_results and row.awake and row.physics_version == PHYSICS_VERSION:
             replay = await self._replayed(row, kept, turn)
@@ -300,13 +305,14 @@ class Recovery:
         return [*unended, Close(row.number, tick, self._runs.now())]
 
 
-# What is read at once: each time the ledger is asked, a commit may come first.
+# Reads. Each function reads all that belongs together in one call, because the ledger may commit
+# between two calls.
 
 
 def _session(
     connection: Connection, find: Callable[..., RoomRow | None], room_id: str
 ) -> tuple[RoomRow, KeptBasis] | None:
-    """A room's run, and what it is made of."""
+    """A room's run with its board and draw."""
     row = find(connection, room_id=room_id)
     return None if row is None else (row, store.basis(connection, row.board, row.draw))
 
@@ -314,7 +320,7 @@ def _session(
 def _begun(
     connection: Connection, row: RoomRow, replay: Replay
 ) -> tuple[list[ResultRow], list[tuple[TakenRow, ResultRow | None]]]:
-    """How the balls have landed that are in flight at the checkpoint, and the inputs after it."""
+    """The results of balls in flight at the checkpoint, and the first inputs after it."""
     found: list[ResultRow] = []
     if format_of(row.mode).has_results:
         oldest, after = replay.oldest_in_flight, replay.first_tick
@@ -330,13 +336,13 @@ def _page(
 
 
 def _compare(replay: Replay) -> None:
-    """Raise DamagedRoomError when a result is not reproduced."""
+    """Raise DamagedRoomError if the replay differs from the ledger."""
     if replay.differences:
-        raise DamagedRoomError(f"a result is not reproduced: {replay.differences[0]}")
+        raise DamagedRoomError(f"the replay gives another result: {replay.differences[0]}")
 
 
 def _slice(run: Callable[[int], bool]) -> bool:
-    """Run for a moment; whether it is through."""
+    """Call `run` for the length of a slice; returns whether it has finished."""
     end = time.perf_counter() + _SLICE
     while not run(_TICKS):
         if time.perf_counter() >= end:

@@ -1,4 +1,4 @@
-"""Reading a ledger of which some pages may be damaged, and what can be had of its list of rooms."""
+"""Reads a ledger with damaged pages, and saves the readable part of its list of rooms."""
 
 import contextlib
 from collections.abc import Callable
@@ -17,14 +17,15 @@ from app.rooms.records import RoomRow
 T = TypeVar("T")
 
 _UNREADABLE: Final = 1_000_000
-"""By how much runs are numbered on from the highest that can be read, where some cannot."""
+"""New runs get numbers this far above the highest readable one, as lost runs may be higher."""
 
 
 @dataclass(frozen=True, slots=True)
 class Salvaged:
-    """What is left of a damaged list of rooms: open runs, the longest unused first.
+    """The readable part of a damaged list of rooms: open runs, the longest unused first.
 
-    `lost` runs cannot be read, open or closed; new ones are numbered from `next_number` on.
+    `lost` is the number of unreadable runs, open or closed. New runs get numbers from
+    `next_number` on.
     """
 
     rows: list[RoomRow]
@@ -33,15 +34,15 @@ class Salvaged:
 
 
 async def read_sound(ledger: Ledger | NullLedger, read: Callable[..., T], **values: object) -> T:
-    """What `read` finds, where the pages that hold it are whole; else raises DamagedRoomError.
+    """Call `read`; raises DamagedRoomError if it meets damaged pages.
 
-    Raises LedgerError when the ledger cannot be read at all.
+    Raises LedgerError if the ledger cannot be read at all.
     """
     return await ledger.read(_sound, read, **values)
 
 
 async def salvage(ledger: Ledger | NullLedger) -> Salvaged:
-    """Every open run that can be read by itself; raises LedgerError."""
+    """Read every open run one by one, and count those that are lost; raises LedgerError."""
     highest = 0
     for read in (store.last_number, store.last_number_of_drops, store.last_number_of_inputs):
         with contextlib.suppress(DamagedRoomError):
@@ -63,7 +64,7 @@ def _sound(connection: Connection, read: Callable[..., T], /, **values: object) 
     try:
         return read(connection, **values)
     except sa.exc.DatabaseError as error:
-        # Its subclasses are what happens to a sound database, too.
+        # Only DatabaseError itself means damage: its subclasses also occur in a sound database.
         if type(error) is not sa.exc.DatabaseError:
             raise
-        raise DamagedRoomError("the database's pages that hold it are damaged") from error
+        raise DamagedRoomError("its pages in the database are damaged") from error

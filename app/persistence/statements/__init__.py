@@ -1,6 +1,7 @@
-"""The ledger's tables, and what is asked of them over a connection that somebody else opened.
+"""The ledger's tables and all statements over them. The caller opens the connection.
 
-tables has them, for SQLAlchemy Core; store reads and prunes, writing takes in what is handed in, in
-its order; fair_store (players' sessions), halt_store, lease_store, plays and totals are each of a
-part of them. Imports nothing of the rest. Start with tables.py, then store.py.
+`tables` declares them for SQLAlchemy Core; `store` reads and prunes; `writing` applies writes in
+order. The other modules each have the statements of one part: fair sessions, halts, leases, queues,
+webhooks, writers, a player's history (`plays`) and sums (`totals`). Imports nothing from the rest
+of the package. Start with tables.py, then store.py.
 """

@@ -1,7 +1,7 @@
-"""Statements of players' sessions: their rows, and the log of receipts as it grows and is proven.
+"""Statements of fair sessions: their rows, and the Merkle log of receipts with its proofs.
 
-A receipt gets its place where it is committed: one transaction has the drop, its receipt and the
-log's new nodes, or none of them. So the log has no gaps, whatever else was refused meanwhile.
+A receipt gets its place in the log in the transaction that commits its drop: the ledger gets the
+drop, the receipt and the log's new nodes, or none of them. So refused drops leave no gap.
 """
 
 from collections.abc import Callable, Iterable
@@ -17,14 +17,14 @@ from app.rooms.canonical import canonical
 from app.rooms.records import FairEnd, FairOpening, FairSessionRow, LogLeaf, ReceiptRow, ResultRow
 from engine import merkle
 
-_AT_ONCE: Final = 400  # nodes of one SELECT, below what SQLite takes
+_AT_ONCE: Final = 400  # nodes in one SELECT: SQLite limits the number of parameters
 
 Nodes = dict[merkle.Node, bytes]
 
 
 @dataclass(frozen=True, slots=True)
 class Exported:
-    """All that an export is made of, as of one moment: `nodes` are those its proofs ask for."""
+    """The data of an export, as of one moment. `nodes` are those that its proofs need."""
 
     session: FairSessionRow
     board: str
@@ -57,7 +57,7 @@ def _change(connection: Connection, session: str, **values: str | None) -> None:
 
 
 def session(connection: Connection, session_id: str) -> tuple[FairSessionRow, int, float] | None:
-    """A session, how many drops it has had, and when the last thing happened in it, Unix time."""
+    """A session, its number of drops, and the time of its last drop or of its start (Unix, s)."""
     chosen = select(tables.fair_sessions).where(tables.fair_sessions.c.id == session_id)
     found = connection.execute(chosen).mappings().first()
     if found is None:
@@ -84,7 +84,7 @@ def size(connection: Connection) -> int:
 
 
 def add_leaves(connection: Connection, leaves: list[LogLeaf]) -> None:
-    """Give each leaf its place, sign it there, and write both down."""
+    """Append leaves: set each leaf's index, root and signature, and write it with its nodes."""
     grown = size(connection)
     known = nodes(connection, _frontier(grown))
 
@@ -118,13 +118,13 @@ def _row(leaf: LogLeaf) -> dict[str, object]:
 
 
 def _frontier(count: int) -> list[merkle.Node]:
-    """The complete subtrees that the log of so many leaves is made of."""
+    """The complete subtrees that make up a log of `count` leaves."""
     levels = range(count.bit_length())
     return [(level, (count >> level) - 1) for level in levels if count >> level & 1]
 
 
 def nodes(connection: Connection, wanted: Iterable[merkle.Node]) -> Nodes:
-    """The hashes of these complete subtrees."""
+    """The hashes of complete subtrees."""
     node, found = tables.log_nodes.c, Nodes()
     asked = list(wanted)
     for begin in range(0, len(asked), _AT_ONCE):
@@ -136,7 +136,7 @@ def nodes(connection: Connection, wanted: Iterable[merkle.Node]) -> Nodes:
 
 
 def asked_by(prove: Callable[[merkle.Lookup], object]) -> set[merkle.Node]:
-    """The complete subtrees that making a proof asks for."""
+    """The complete subtrees that a proof needs, found by a trial run of `prove`."""
     asked: set[merkle.Node] = set()
 
     def note(level: int, number: int) -> bytes:
@@ -148,7 +148,7 @@ def asked_by(prove: Callable[[merkle.Lookup], object]) -> set[merkle.Node]:
 
 
 def exported(connection: Connection, session_id: str) -> Exported | None:
-    """A session with its drops, and what proves that they are in the log as it stands."""
+    """A session with its drops, and the nodes for proofs that the current log contains them."""
     found = session(connection, session_id)
     if found is None:
         return None
@@ -170,7 +170,7 @@ def exported(connection: Connection, session_id: str) -> Exported | None:
 
 
 def grown(connection: Connection, since: int) -> tuple[int, Nodes]:
-    """The log's size, and what its root and the proof that it only grew `since` ask for."""
+    """The log's size, and the nodes for its root and its consistency proof from size `since`."""
     count = size(connection)
 
     def proofs(lookup: merkle.Lookup) -> None:

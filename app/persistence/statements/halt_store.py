@@ -1,4 +1,4 @@
-"""Statements of halted rooms: which take nothing new, and since when."""
+"""Statements of halted rooms, which accept no new drops."""
 
 from dataclasses import asdict
 
@@ -9,17 +9,16 @@ from app.rooms.records import Halt, Release
 
 
 def halts(connection: Connection) -> dict[str, float]:
-    """The halted rooms by id, each with the Unix time, in s, since when it is."""
+    """The halted rooms: the Unix time of each halt in s, by the room's id."""
     return {row.room: row.since for row in connection.execute(select(tables.halts))}
 
 
 def halt(connection: Connection, rows: list[Halt]) -> None:
-    """Halt rooms, each since the time that its row says."""
     release(connection, [Release(row.room) for row in rows])
     connection.execute(insert(tables.halts), [asdict(row) for row in rows])
 
 
 def release(connection: Connection, rows: list[Release]) -> None:
-    """Let rooms go on; others are left alone."""
+    """End halts; rooms that are not halted are ignored."""
     rooms = [row.room for row in rows]
     connection.execute(delete(tables.halts).where(tables.halts.c.room.in_(rooms)))

@@ -1,8 +1,8 @@
-"""Statements of leases: which server has a room, and that a write still comes from that server.
+"""Statements of room leases: take and release them, and check them before a write.
 
-Who takes a room waits for every transaction that has looked at its lease, and every one that looks
-later finds another number. So what the former holder wrote is all there when the next one reads,
-and nothing comes after it.
+A transaction that writes to a room first checks its lease and locks that row for sharing. Taking
+the room updates the row, so it waits for all such transactions, and later ones find another number.
+So the new holder reads everything that the former one has written, and nothing is added after it.
 """
 
 from collections.abc import Iterable
@@ -14,28 +14,28 @@ from sqlalchemy import Connection, func, select, update
 from app.persistence.statements import tables
 from app.rooms.records import Lease, LeaseRow
 
-_AT_ONCE: Final = 400  # rooms of one SELECT, below what SQLite takes
-_LOCK_PATIENCE: Final = 100  # ms for which a take may wait for the former holder's transaction
+_AT_ONCE: Final = 400  # rooms in one SELECT: SQLite limits the number of parameters
+_LOCK_MS: Final = 100  # how long taking a room waits for the former holder's transaction
 _LOCK_NOT_AVAILABLE: Final = "55P03"  # PostgreSQL's error code
 
-_RUNS: Final = "sessions"  # the counter of runs' numbers
-_LOG: Final = "log"  # a row by which servers add to the log of receipts one after another
+_RUNS: Final = "sessions"  # the counter of run numbers
+_LOG: Final = "log"  # the row that servers lock before they append to the log of receipts
 
 
 def take(
     connection: Connection, room: str, holder: str, address: str, now: float, after: int | None
 ) -> int | None:
-    """Have a room from now on, whoever had it; returns the lease's number.
+    """Take a room's lease from its former holder; returns the new lease's number.
 
-    With `after` only if that is still its number, 0 for none: 0 where it is another by now. None
-    while the former holder's transaction lasts. Nothing else may be in the connection's
-    transaction: it could hold up the other server's.
+    With `after`, takes the lease only if its number is still `after` (0: no lease yet), and returns
+    0 if it is not. Returns None if a transaction of the former holder is still running. The
+    connection's transaction must contain nothing else, whose locks could block that transaction.
     """
     values = {"holder": holder, "address": address, "taken": now}
     try:
         with connection.begin_nested():
             if connection.dialect.name == "postgresql":
-                connection.execute(sa.text(f"SET LOCAL lock_timeout = {_LOCK_PATIENCE}"))
+                connection.execute(sa.text(f"SET LOCAL lock_timeout = {_LOCK_MS}"))
             taking = _taking(connection, room, after, values)
             return connection.execute(taking).scalar() or 0
     except sa.exc.OperationalError as error:
@@ -60,9 +60,9 @@ def _taking(
 
 
 def release(connection: Connection, lease: Lease, holder: str, address: str, now: float) -> None:
-    """Pass a room on to `holder`, "" for nobody, unless it is another's already.
+    """Give a room to `holder` ("": no server), unless another server has taken it already.
 
-    Nothing is written under this lease again.
+    Either way, later writes under `lease` are refused.
     """
     row = tables.leases
     connection.execute(
@@ -73,7 +73,10 @@ def release(connection: Connection, lease: Lease, holder: str, address: str, now
 
 
 def lost(connection: Connection, leases: Iterable[Lease]) -> list[Lease]:
-    """Those of `leases` that are not as they were; the others stay so for this transaction."""
+    """Those of `leases` that the ledger no longer has.
+
+    Locks the others for sharing until the transaction ends.
+    """
     row, asked = tables.leases.c, sorted(set(leases))
     found: set[tuple[str, int]] = set()
     for begin in range(0, len(asked), _AT_ONCE):
@@ -89,32 +92,32 @@ def lost(connection: Connection, leases: Iterable[Lease]) -> list[Lease]:
 
 
 def holder_of(connection: Connection, room: str) -> LeaseRow | None:
-    """Who has a room; None where nobody ever had it."""
+    """A room's lease; None if the room never had one."""
     found = connection.execute(select(tables.leases).where(tables.leases.c.room == room))
     row = found.mappings().first()
     return None if row is None else LeaseRow(**row)
 
 
 def standing(connection: Connection, room: str) -> tuple[bool, LeaseRow | None]:
-    """Whether there is an open room of this id, and who has it."""
+    """Whether there is an open room of this id, and its lease."""
     row = tables.rooms.c
     found = connection.execute(select(row.number).where(row.id == room, row.closed.is_(None)))
     return found.first() is not None, holder_of(connection, room)
 
 
 def listing(connection: Connection) -> list[LeaseRow]:
-    """Every room that some server has, by id."""
+    """The leases of all rooms that a server has, ordered by room."""
     chosen = (
         select(tables.leases).where(tables.leases.c.holder != "").order_by(tables.leases.c.room)
     )
     return [LeaseRow(**row) for row in connection.execute(chosen).mappings()]
 
 
-# What servers number together.
+# Counters and locks that servers share.
 
 
 def reserve(connection: Connection, count: int) -> int:
-    """The first of `count` numbers of runs that no server has had."""
+    """Reserve `count` consecutive run numbers for this server; returns the first."""
     highest = connection.scalar(select(func.max(tables.rooms.c.number))) or 0
     following = max(_counted(connection, _RUNS), int(highest) + 1)
     row = tables.counters
@@ -124,12 +127,12 @@ def reserve(connection: Connection, count: int) -> int:
 
 
 def wait_for_log(connection: Connection) -> None:
-    """Have the log of receipts for this transaction alone, until it ends."""
+    """Lock the log of receipts until the transaction ends."""
     _counted(connection, _LOG)
 
 
 def _counted(connection: Connection, name: str) -> int:
-    """A counter, which is this transaction's alone from now on."""
+    """Lock a counter until the transaction ends, and read it; creates it with 1."""
     row = tables.counters
     chosen = select(row.c.next).where(row.c.name == name).with_for_update()
     found = connection.execute(chosen).scalar()

@@ -1,4 +1,4 @@
-"""What the ledger has of one player's drops, or of a room's, the last one first."""
+"""The history of a player's drops, or of a room's, latest first."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,11 +11,11 @@ from app.persistence.statements import tables
 
 @dataclass(frozen=True, slots=True)
 class Play:
-    """A drop with all that is kept of it; `place` is its room run and its number there.
+    """A drop with its result and receipt; `place` is its room run and its number there.
 
-    seed is decimal; x and aim in m, where the player chose one; stake and payout in minor units.
-    time: when its session's receipt was signed, Unix time in ms. What follows `digest` is None
-    while it falls.
+    seed is decimal; x and aim in m, if the player chose one; stake and payout in minor units. time:
+    when its session's receipt was signed, Unix time in ms. `digest` and all fields after it are
+    None while the ball is falling.
     """
 
     place: tuple[int, int]
@@ -45,9 +45,10 @@ class Play:
 def plays(
     connection: Connection, *, of: str | int, before: tuple[int, int] | None, limit: int
 ) -> list[Play]:
-    """Drops with this mark, or of this run of a room, from the one on that comes before this place.
+    """At most `limit` drops of a player's mark or of a room run, latest first.
 
-    The last first: runs of rooms in the order in which they began, in each its drops in theirs.
+    `of` is the mark or the run's number. `before` is a place: only drops before it are listed. The
+    order is that of the runs' numbers, and within a run that of its drops.
     """
     drop, room, board = tables.drops.c, tables.rooms.c, tables.boards.c
     result, receipt = tables.results.c, tables.receipts.c

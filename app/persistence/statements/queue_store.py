@@ -1,4 +1,4 @@
-"""Statements of what waits to be dropped into rooms: one row a run, with all of it as JSON."""
+"""Statements of rooms' queues of drops: one row for each run, with the whole queue as JSON."""
 
 from dataclasses import asdict
 
@@ -11,14 +11,14 @@ from app.rooms.records import QueueRow
 
 
 def queue(connection: Connection, room: int) -> Queue:
-    """What waits in the run of this number."""
+    """The queue of the run number `room`."""
     chosen = select(tables.queues.c.data).where(tables.queues.c.room == room)
     text = connection.scalar(chosen)
     return EMPTY if text is None else msgspec.json.decode(text, type=Queue)
 
 
 def waiting(connection: Connection) -> list[str]:
-    """The ids of the open rooms in which something waits and is not paused."""
+    """The ids of open rooms with a queue that is neither empty nor paused."""
     chosen = (
         select(tables.rooms.c.id, tables.queues.c.data)
         .join(tables.rooms, tables.rooms.c.number == tables.queues.c.room)
@@ -31,7 +31,7 @@ def waiting(connection: Connection) -> list[str]:
 
 
 def put(connection: Connection, rows: list[QueueRow]) -> None:
-    """What waits now, in place of what did."""
+    """Write queues, and replace their runs' former ones."""
     adding = tables.adding(connection, tables.queues)
     adding = adding.on_conflict_do_update(
         index_elements=["room"], set_={"data": adding.excluded.data}

@@ -1,4 +1,4 @@
-"""The ledger's statements that read, and what prunes it, over a SQLAlchemy connection."""
+"""The statements that read rooms, inputs and results, and those that prune the ledger."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -23,10 +23,10 @@ from app.rooms.records import (
 
 
 def prune(connection: Connection, before: float, *, keep: bool = False) -> Pruned:
-    """Delete the runs that were closed before this Unix time, in s, and all that was in them.
+    """Delete the runs that were closed before this Unix time, in s, with all their rows.
 
-    But for those with drops of players' sessions: an export has them. With `keep` nothing is
-    deleted, only counted.
+    Runs with drops of fair sessions stay, because exports contain these drops. With `keep`, rows
+    are only counted.
     """
     rooms = tables.rooms
     staked = select(tables.receipts.c.room)
@@ -36,7 +36,7 @@ def prune(connection: Connection, before: float, *, keep: bool = False) -> Prune
         .scalar_subquery()
     )
     counts = []
-    # In an order in which no row is left that points to one that is gone.
+    # In this order no foreign key ever refers to a deleted row.
     for table, column in (
         (tables.results, tables.results.c.room),
         (tables.webhooks, tables.webhooks.c.room),
@@ -49,7 +49,7 @@ def prune(connection: Connection, before: float, *, keep: bool = False) -> Prune
         counts.append(int(found or 0))
         if not keep:
             connection.execute(delete(table).where(column.in_(over)))
-    if not keep:  # no server runs, so that nobody has a room that is not there any more
+    if not keep:  # no server is running, so leases of deleted rooms are unused
         gone = tables.leases.c.room.not_in(select(rooms.c.id))
         connection.execute(delete(tables.leases).where(gone))
     _, _, drops, _, inputs, runs = counts
@@ -57,7 +57,7 @@ def prune(connection: Connection, before: float, *, keep: bool = False) -> Prune
 
 
 def public_rooms(connection: Connection) -> list[RoomRow]:
-    """The open runs of rooms that belong to nobody."""
+    """The open runs of rooms without an owner."""
     chosen = select(tables.rooms).where(
         tables.rooms.c.owned.is_(False), tables.rooms.c.closed.is_(None)
     )
@@ -65,7 +65,7 @@ def public_rooms(connection: Connection) -> list[RoomRow]:
 
 
 def open_room(connection: Connection, room_id: str) -> RoomRow | None:
-    """The run that goes on in the room `room_id`, if it was not closed."""
+    """The open run of the room `room_id`."""
     found = _rooms(
         connection,
         select(tables.rooms).where(tables.rooms.c.id == room_id, tables.rooms.c.closed.is_(None)),
@@ -74,7 +74,7 @@ def open_room(connection: Connection, room_id: str) -> RoomRow | None:
 
 
 def begun_by(connection: Connection, key: str) -> str | None:
-    """The id of the open room whose run was begun by the request with this key."""
+    """The id of the open room whose run began with a request with this idempotency key."""
     row = tables.rooms.c
     chosen = select(row.id).where(row.key == key, row.closed.is_(None))
     found: str | None = connection.execute(chosen).scalar()
@@ -82,7 +82,7 @@ def begun_by(connection: Connection, key: str) -> str | None:
 
 
 def closed_room(connection: Connection, room_id: str) -> RoomRow | None:
-    """The last run of the room `room_id` that was closed."""
+    """The last closed run of the room `room_id`."""
     chosen = select(tables.rooms).where(
         tables.rooms.c.id == room_id, tables.rooms.c.closed.is_not(None)
     )
@@ -96,12 +96,12 @@ def parked_rooms(connection: Connection) -> list[Parked]:
 
 
 def awake_rooms(connection: Connection) -> list[Parked]:
-    """The runs in which something moved when last heard of, the longest unused first."""
+    """The open runs in which something moved at the last mark, the longest unused first."""
     return _parked(connection, awake=True)
 
 
 def directory(connection: Connection) -> list[Listed]:
-    """All open runs: those in which nothing moves, then the others."""
+    """All open runs, sleeping ones first."""
     return [
         Listed(Parked(*row), awake)
         for awake in (False, True)
@@ -110,7 +110,7 @@ def directory(connection: Connection) -> list[Listed]:
 
 
 def unused_rooms(connection: Connection, before: float, limit: int) -> list[Parked]:
-    """So many of the sleeping rooms with owners that were last used before this Unix time, in s."""
+    """At most `limit` sleeping rooms with owners that were last used before a Unix time, in s."""
     used = tables.rooms.c.used < before
     chosen = _choose_parked(awake=False).where(tables.rooms.c.owned, used).limit(limit)
     return [Parked(*row) for row in connection.execute(chosen)]
@@ -143,7 +143,7 @@ def _choose_parked(*, awake: bool) -> Select[Any]:
 
 
 def count_owned(connection: Connection, creator: str | None = None) -> int:
-    """How many open rooms have owners; with a `creator`, those that bear this mark."""
+    """The number of open rooms with owners, of all or with this creator's mark."""
     room = tables.rooms.c
     chosen = select(func.count()).where(room.closed.is_(None), room.owned)
     if creator is not None:
@@ -152,12 +152,12 @@ def count_owned(connection: Connection, creator: str | None = None) -> int:
 
 
 def last_number(connection: Connection) -> int:
-    """The highest number that a run ever got, or 0."""
+    """The highest number of a run, or 0."""
     return int(connection.scalar(select(func.max(tables.rooms.c.number))) or 0)
 
 
 def open_run(connection: Connection, number: int) -> RoomRow | None:
-    """The run of this number, if there is one that was not closed."""
+    """The run of this number if it is open."""
     room = tables.rooms.c
     chosen = select(tables.rooms).where(room.number == number, room.closed.is_(None))
     found = _rooms(connection, chosen)
@@ -181,7 +181,7 @@ def board(connection: Connection, digest: str) -> str | None:
 
 
 def basis(connection: Connection, board_digest: str, draw_digest: str | None) -> KeptBasis:
-    """What a run is made of that has this board, and this draw if any."""
+    """A board and, if any, a draw, each as JSON."""
     draw = select(tables.draws.c.json).where(tables.draws.c.digest == draw_digest)
     return KeptBasis(board(connection, board_digest), connection.scalar(draw))
 
@@ -189,9 +189,9 @@ def basis(connection: Connection, board_digest: str, draw_digest: str | None) ->
 def drops(
     connection: Connection, room: int, first: int, limit: int | None = None
 ) -> list[tuple[DropRow, ResultRow | None]]:
-    """Drops of a run from ball number `first` on, in order, each with its result if it ended.
+    """Drops of a run from ball number `first` on, in order, each with its result if it has one.
 
-    Raises DamagedRoomError when a number is missing, or a seed is none.
+    Raises DamagedRoomError if a number is missing or a seed is invalid.
     """
     drop, result = tables.drops.c, tables.results.c
     joined = tables.drops.outerjoin(
@@ -216,7 +216,7 @@ def drops(
 def keyed(
     connection: Connection, room: int, key: str
 ) -> tuple[DropRow, ReceiptRow | None, ResultRow | None] | InputRow | None:
-    """The last input of a room run that bears this key: a drop with its receipt and its result."""
+    """A run's last input with this idempotency key; a drop has its receipt and result with it."""
     inputs, chosen = tables.inputs, tables.drops
     found = connection.execute(
         select(inputs)
@@ -249,7 +249,7 @@ def results(connection: Connection, room: int, first: int, after: int) -> list[R
 
 
 def run_numbers(connection: Connection, room_ids: Sequence[str] = ()) -> list[int]:
-    """All runs there ever were, or those of these rooms, in order."""
+    """The numbers of all runs, or of those of these rooms, in order."""
     number, chosen = tables.rooms.c.number, select(tables.rooms.c.number)
     if room_ids:
         chosen = chosen.where(tables.rooms.c.id.in_(room_ids))
@@ -279,7 +279,7 @@ def unended_drops(connection: Connection, room: int) -> list[OpenDrop]:
 def inputs(
     connection: Connection, room: int, first: int, limit: int | None = None
 ) -> list[InputRow]:
-    """Inputs of a run from `first` on, in order; raises DamagedRoomError for a gap."""
+    """Inputs of a run from number `first` on, in order; raises DamagedRoomError for a gap."""
     row = tables.inputs.c
     chosen = (
         select(tables.inputs)
@@ -297,7 +297,7 @@ def inputs(
 def taken(
     connection: Connection, name: str, room: int, first: int, limit: int | None = None
 ) -> list[tuple[TakenRow, ResultRow | None]]:
-    """The `drops` or `inputs` of a run, whichever `name` says, each with its result if any."""
+    """As `drops` or `inputs`, which `name` selects; inputs have no result."""
     if name == tables.drops.name:
         return [*drops(connection, room, first, limit)]
     return [(row, None) for row in inputs(connection, room, first, limit)]
@@ -309,10 +309,10 @@ def _rooms(connection: Connection, chosen: Select[Any]) -> list[RoomRow]:
 
 def _drop(room: int, ball: int, tick: int, seed: str, *rest: Any) -> DropRow:
     if not seed.isdecimal():
-        raise DamagedRoomError(f"drop {ball} of run {room} has the seed {shorten(seed)}, no number")
+        raise DamagedRoomError(f"drop {ball} of run {room} has an invalid seed {shorten(seed)}")
     return DropRow(room, ball, tick, int(seed), *rest)
 
 
 def result_of(fields: Sequence[Any]) -> ResultRow | None:
-    """The result in these columns of an outer join, if there is one."""
+    """The result in these columns of an outer join; None if they are NULL."""
     return None if fields[0] is None else ResultRow(*fields)

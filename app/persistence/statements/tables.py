@@ -1,4 +1,4 @@
-"""The ledger's tables. A change here needs a step in `migrations/versions` as well."""
+"""The ledger's tables. Each change here also needs a step in `ledger/migrations/versions`."""
 
 from sqlalchemy import (
     BigInteger,
@@ -27,17 +27,17 @@ metadata = MetaData()
 
 
 class Id(TypeDecorator[str]):
-    """What clients name rooms and sessions by.
+    """The id of a room or fair session, as clients send it.
 
-    PostgreSQL's text cannot hold a NUL: it fails as if the database were lost. An id has none, so
-    what is asked for by one is looked up under a character that no id has either.
+    A client may send a NUL, which PostgreSQL's text cannot contain: the statement would fail as if
+    the database were lost. It is replaced by U+FFFD. No id contains either, so the lookup finds
+    nothing, as it should.
     """
 
     impl = String(64)
     cache_ok = True
 
     def process_bind_param(self, value: str | None, dialect: Dialect) -> str | None:
-        """The id as a database can look it up."""
         return None if value is None else value.replace("\0", "\ufffd")
 
 
@@ -57,12 +57,12 @@ draws = Table(
     Column("json", Text, nullable=False),
 )
 
-# One row for each run of a room: `id` is what the world calls it, and it gets a new row when
-# it is reset or given another board, so that a row's log is that of one world from tick 0 on.
+# One row for each run of a room. A room that is reset or gets another board gets a new row with the
+# same `id`, so that a row's log is that of one world from tick 0 on.
 rooms = Table(
     "rooms",
     metadata,
-    # 64 bits in PostgreSQL; SQLite numbers rows by itself only where the type is INTEGER.
+    # 64 bits in PostgreSQL; SQLite assigns numbers only if the type is INTEGER.
     Column("number", BigInteger().with_variant(Integer, "sqlite"), primary_key=True),
     Column("id", Id, nullable=False),
     Column("board", String(64), ForeignKey("boards.digest"), nullable=False),
@@ -73,16 +73,16 @@ rooms = Table(
     Column("opened", Double, nullable=False),  # Unix time, s
     Column("used", Double, nullable=False),  # Unix time, s
     Column("closed", Double),  # Unix time, s
-    # Whether something moved or waited to move when the ledger last heard.
+    # Whether something moved, or was about to, at the last mark.
     Column("awake", Boolean, nullable=False),
-    # No tick after this one was shown to anyone; a rebuilt room goes on from here.
+    # No client has seen a later tick; a rebuilt room continues from here.
     Column("tick", BigInteger, nullable=False),
-    # A world to start the replay from, and how many drops it has taken; NULL: an empty one.
+    # The world from which a replay starts, and its number of inputs. NULL: an empty world.
     Column("checkpoint", LargeBinary),
     Column("checkpoint_drops", BigInteger, nullable=False),
-    # Who made it, as a mark that says no more; where several servers share the ledger.
+    # A mark that only tells creators apart; used if several servers share the ledger.
     Column("creator", String(64)),
-    Column("key", String(64)),  # of the request that began this run, by which it may be asked again
+    Column("key", String(64)),  # the idempotency key of the request that began this run
     Column("draw", String(64)),  # digest of its draw, if it has one
     Index("rooms_key", "key", unique=True,
           sqlite_where=text("key IS NOT NULL AND closed IS NULL"),
@@ -101,16 +101,16 @@ drops = Table(
     Column("room", BigInteger, ForeignKey("rooms.number"), primary_key=True, autoincrement=False),
     Column("ball", BigInteger, primary_key=True, autoincrement=False),
     Column("tick", BigInteger, nullable=False),
-    # Decimal: a seed may need 64 bits without a sign, which no database's integer has.
+    # Decimal, because no database has an unsigned integer of 64 bits, which a seed may need.
     Column("seed", String(20), nullable=False),
-    Column("x", Double),  # m, where the player chose it
+    Column("x", Double),  # m, if the player chose the start
     Column("stake", BigInteger, nullable=False),  # minor units
     Column("who", String(64)),
-    Column("aim", Double),  # m, where the player chose the middle of what the seed draws
-    Column("practice", Boolean, nullable=False),  # chosen seed or x
-    # By which it may be asked for again; a client may use one again, and the last counts.
+    Column("aim", Double),  # m, if the player chose the middle of the seed's range
+    Column("practice", Boolean, nullable=False),  # whether the player chose the seed or x
+    # The request's idempotency key. If a client uses a key again, its last drop counts.
     Column("key", String(64)),
-    # For those who watch; no digest covers them.
+    # Shown to spectators; no digest covers these.
     Column("name", Text),
     Column("colour", String(7)),
     CheckConstraint("stake >= 0", name="drops_stake"),
@@ -120,7 +120,7 @@ drops = Table(
           postgresql_where=text("who IS NOT NULL")),
 )  # fmt: skip
 
-# What rooms were told whose balls touch each other, drops included: such a room follows from it.
+# All inputs of rooms whose balls touch each other, including drops: a replay needs nothing else.
 inputs = Table(
     "inputs",
     metadata,
@@ -129,8 +129,7 @@ inputs = Table(
     Column("tick", BigInteger, nullable=False),
     Column("data", Text, nullable=False),  # JSON
     Column("who", String(64)),
-    # By which it may be asked for again; a client may use one again, and the last counts.
-    Column("key", String(64)),
+    Column("key", String(64)),  # as in `drops`
     Index("inputs_key", "room", "key", sqlite_where=text("key IS NOT NULL"),
           postgresql_where=text("key IS NOT NULL")),
 )  # fmt: skip
@@ -152,7 +151,7 @@ results = Table(
     CheckConstraint("payout >= 0", name="results_payout"),
 )
 
-# A player's session: both secrets, and what was signed of it, as JSON. Hexadecimal throughout.
+# Fair sessions: both secrets and the signatures in hexadecimal, the signed statements as JSON.
 fair_sessions = Table(
     "fair_sessions",
     metadata,
@@ -164,12 +163,12 @@ fair_sessions = Table(
     Column("statement", Text, nullable=False),
     Column("signature", String(128), nullable=False),
     Column("opened", Double, nullable=False),  # Unix time, s
-    Column("end", Text),  # NULL while it goes on
+    Column("end", Text),  # JSON; NULL until the session ends
     Column("end_signature", String(128)),
 )
 
-# The log of all receipts, numbered without gaps; a row is never changed, and none goes away with
-# the room it is of.
+# The log of all receipts, numbered without gaps. Rows never change, and stay when their room is
+# deleted.
 receipts = Table(
     "receipts",
     metadata,
@@ -194,7 +193,7 @@ log_nodes = Table(
     Column("hash", String(64), nullable=False),
 )
 
-# What was staked and paid in all, by board and power of ten of the stake: `totals` says of what.
+# Sums of stakes and payouts by board and the stake's power of ten; see totals.py.
 totals = Table(
     "totals",
     metadata,
@@ -207,7 +206,7 @@ totals = Table(
     Column("paid", BigInteger, nullable=False),  # minor units
 )
 
-# Rooms that take nothing new, by id; `*` for all of them.
+# Rooms that accept no new drops, by id; `*` for all rooms.
 halts = Table(
     "halts",
     metadata,
@@ -215,7 +214,7 @@ halts = Table(
     Column("since", Double, nullable=False),  # Unix time, s
 )
 
-# What targets of webhooks have not heard yet: that a ball was accepted, or has landed.
+# Webhook events that are not yet delivered: a ball was accepted, or has landed.
 webhooks = Table(
     "webhooks",
     metadata,
@@ -227,10 +226,10 @@ webhooks = Table(
     ForeignKeyConstraint(["room", "ball"], ["drops.room", "drops.ball"]),
     Index("webhooks_target", "target", "number"),
     Index("webhooks_ball", "room", "ball"),
-    sqlite_autoincrement=True,  # else the number of the last one would be given again
+    sqlite_autoincrement=True,  # without it SQLite may reuse the number of a deleted row
 )
 
-# What waits to be dropped in a run of a room, as JSON: its items, and whether they are paused.
+# A run's queue of drops as JSON: its items, and whether it is paused.
 queues = Table(
     "queues",
     metadata,
@@ -238,19 +237,20 @@ queues = Table(
     Column("data", Text, nullable=False),
 )
 
-# Which server has a room, where several share the ledger. `number` grows with every change of
-# hands and is what a write must still find here; a `holder` of "" is nobody.
+# Leases: which server has a room, if several share the ledger. `number` is the fencing number: it
+# grows with every lease, and a write must find the number of its lease here. A `holder` of "" means
+# that no server has the room.
 leases = Table(
     "holds",
     metadata,
     Column("room", Id, primary_key=True),
     Column("number", BigInteger, nullable=False),
     Column("holder", Text, nullable=False),
-    Column("address", Text, nullable=False),  # where the other servers reach it
+    Column("address", Text, nullable=False),  # where other servers reach the holder
     Column("taken", Double, nullable=False),  # Unix time, s
 )
 
-# What servers number together: the next number that none of them has, and rows to lock by.
+# Counters that servers share, each with its next free number; some rows serve only as locks.
 counters = Table(
     "counters",
     metadata,
@@ -258,8 +258,8 @@ counters = Table(
     Column("next", BigInteger, nullable=False),
 )
 
-# Who writes to the ledger: the number of its last batch, and how often it has connected anew after
-# a commit that was not answered.
+# Servers that write to the ledger: the number of the last batch, and the number of reconnections
+# after a commit without an answer.
 writers = Table(
     "writers",
     metadata,
@@ -268,7 +268,7 @@ writers = Table(
     Column("epoch", BigInteger, nullable=False),
 )
 
-# What servers that share the ledger sign with, in hexadecimal.
+# The signing secrets of servers that share the ledger, in hexadecimal.
 secrets = Table(
     "secrets",
     metadata,
@@ -276,7 +276,7 @@ secrets = Table(
     Column("value", Text, nullable=False),
 )
 
-# Written and emptied again to find out whether the ledger takes a page's worth of data now.
+# A row is written and deleted again to test whether the ledger accepts a page of data.
 probes = Table(
     "probes",
     metadata,
@@ -286,7 +286,7 @@ probes = Table(
 
 
 def adding(connection: Connection, table: Table) -> postgresql.Insert | sqlite.Insert:
-    """An insert into a table that can say what becomes of rows that are there already."""
+    """An insert of the connection's dialect, with its `on_conflict_…` methods."""
     if connection.dialect.name == "postgresql":
         return postgresql.insert(table)
     return sqlite.insert(table)

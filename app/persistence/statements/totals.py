@@ -1,7 +1,7 @@
-"""What was staked and paid since the ledger began, by board and size of stake: kept as it happens.
+"""Running sums of all stakes and payouts since the ledger began, by board and size of the stake.
 
-A result is counted in the transaction that writes it first, so that each is counted once, whatever
-is written again after a crash; and it stays counted when its room is pruned.
+Each result is counted once, in the transaction that first writes it, even if it is written again
+after a crash. It stays counted when its room is pruned.
 """
 
 from collections.abc import Iterator, Sequence
@@ -13,17 +13,18 @@ from sqlalchemy import Connection, Row, select, tuple_
 
 from app.persistence.statements import tables
 
-_AT_ONCE: Final = 400  # results of one SELECT, below what SQLite takes
+_AT_ONCE: Final = 400  # results in one SELECT: SQLite limits the number of parameters
 
 Key = tuple[str, int, bool]
 
 
 @dataclass(slots=True)
 class Total:
-    """Drops with a stake that ended in a bin: of one board, with stakes from `stake` to ten times.
+    """Sums over the drops of a board with stakes from `stake` to ten times `stake` (exclusive).
 
-    Without those of rooms with a draw, whose odds are others. aimed: whether the player chose the
-    middle of the starts. staked, paid: minor units, in all; squares: sum of the stakes' squares.
+    Only drops that ended in a bin count, and none of rooms with a draw, whose odds differ. aimed:
+    whether the player chose the middle of the starts. staked, paid: in minor units; squares: sum of
+    the stakes' squares.
     """
 
     board: str
@@ -36,13 +37,13 @@ class Total:
 
 
 def band(stake: int) -> int:
-    """The power of ten that a stake above 0 begins with, such as 100 of 250."""
+    """The largest power of ten that is at most a stake above 0: 100 for 250."""
     power: int = 10 ** (len(str(stake)) - 1)
     return power
 
 
 def count(connection: Connection, results: Sequence[Row[Any]]) -> None:
-    """Count results, by room and ball, that were not in the ledger before."""
+    """Add new results, given as rows of room and ball, to the sums."""
     found: dict[Key, Total] = {}
     for begin in range(0, len(results), _AT_ONCE):
         for row in _staked(connection, results[begin : begin + _AT_ONCE]):
@@ -75,7 +76,7 @@ def _staked(connection: Connection, results: Sequence[Row[Any]]) -> Iterator[Any
         )
         .where(tuple_(result.room, result.ball).in_(keys))
         .where(drop.stake > 0, result.bin.is_not(None))
-        .where(tables.rooms.c.draw.is_(None))  # where a draw has odds of its own
+        .where(tables.rooms.c.draw.is_(None))  # a draw's odds are not the board's
     )
     yield from connection.execute(chosen)
 

@@ -1,7 +1,7 @@
-"""Statements of events that targets of webhooks have not heard yet, a row for each.
+"""Statements of webhook events that are not yet delivered, a row for each event and target.
 
-They are written in the transaction of the drop or the result that they tell of: neither is there
-without the other. A higher number of the same room is of a later event.
+An event is written in the transaction of its drop or result, so neither exists without the other.
+Within a room, a higher number means a later event.
 """
 
 from collections.abc import Sequence
@@ -18,16 +18,16 @@ ACCEPTED: Final = "accepted"
 LANDED: Final = "landed"
 
 Ball = tuple[int, int]
-"""The number of a room's run, and of a ball in it."""
+"""The number of a room run, and of a ball in it."""
 
 Labels = Sequence[str | None]
-"""What the bins of a board are called, None for one without a label; empty where none has one."""
+"""The labels of a board's bins, None for a bin without one; empty if no bin has one."""
 
 
 def tell(
     connection: Connection, targets: Sequence[str], accepted: Sequence[Ball], landed: Sequence[Ball]
 ) -> None:
-    """Have each target told of these."""
+    """Queue events of these balls for each target."""
     events = [(ACCEPTED, ball) for ball in accepted] + [(LANDED, ball) for ball in landed]
     rows = [
         {"target": target, "room": room, "ball": ball, "event": event}
@@ -39,10 +39,10 @@ def tell(
 
 
 def waiting(connection: Connection, target: str, most: int) -> list[JsonObject]:
-    """The oldest events that this target has not heard, at most `most` of them, in order.
+    """The oldest `most` events that are not yet delivered to a target, in order.
 
-    Each has the columns of `webhooks`, `drops` and, after `result_`, those of `results` if it is a
-    landing; the room's id as `room_id` and the digest of its `board`.
+    Each has the columns of `webhooks` and `drops`, the room's id as `room_id`, and the digest of
+    its `board`. A landing also has the columns of `results`, prefixed with `result_`.
     """
     hook, room = tables.webhooks.c, tables.rooms.c
     drop, result = tables.drops.c, tables.results.c
@@ -71,13 +71,13 @@ def waiting(connection: Connection, target: str, most: int) -> list[JsonObject]:
 
 
 def labels(connection: Connection, board: str) -> Labels:
-    """What the bins of the board with this digest are called."""
+    """The bins' labels of the board with this digest."""
     form = select(tables.boards.c.json).where(tables.boards.c.digest == board)
     bins = msgspec.json.decode(connection.execute(form).scalar_one())["bins"]
     return tuple(label and label["text"] for label in bins.get("labels", ()))
 
 
 def heard(connection: Connection, rows: list[Heard]) -> None:
-    """Forget what its target has heard."""
+    """Delete delivered events."""
     numbers = [number for row in rows for number in row.numbers]
     connection.execute(delete(tables.webhooks).where(tables.webhooks.c.number.in_(numbers)))

@@ -1,8 +1,8 @@
-"""Statements by which a writer finds out whether a commit is there that was not answered.
+"""Statements with which a server finds out whether a commit without an answer is durable.
 
-Each server that writes has a row with the number of its last batch and an epoch. A batch changes
-the row before anything else, and its COMMIT is sent after all statements were answered. So the row
-is locked for as long as the batch may still come true, and shows afterwards whether it has.
+Each server has a row with the number of its last batch and an epoch. A batch changes this row
+first, and its COMMIT is sent after all statements were answered. So the row is locked for as long
+as the batch may still commit, and shows afterwards whether it did.
 """
 
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ class Backend:
 
 
 def enter(connection: Connection, name: str, *, alone: bool) -> None:
-    """Add a writer; one that is `alone` has no others beside it."""
+    """Add a writer; with `alone`, first delete all others, left by former servers."""
     if alone:
         connection.execute(delete(tables.writers))
     connection.execute(insert(tables.writers).values(name=name, batch=0, epoch=0))
@@ -39,17 +39,17 @@ _COUNT: Final = (
 
 
 def count(connection: Connection, name: str, epoch: int, batch: int) -> None:
-    """Begin this batch; raises LedgerError over a connection of an earlier epoch."""
+    """Begin a batch; raises LedgerError on a connection of an earlier epoch."""
     values = {"mine": name, "since": epoch, "number": batch}
     if connection.execute(_COUNT, values).rowcount != 1:
-        raise LedgerError("this connection was given up: the ledger's writer has another one")
+        raise LedgerError("the ledger's writer has replaced this connection with another one")
 
 
 def renew(connection: Connection, name: str) -> tuple[int, int]:
-    """The number of the last batch that is there, and the epoch from now on.
+    """Raise the epoch; returns the number of the last durable batch, and the new epoch.
 
-    Waits for the end of a transaction of the former connection. SQLite's ended with its connection,
-    so that nothing has to be written: its disk may be full.
+    Waits for the end of the former connection's transaction. In SQLite that has ended with its
+    connection, so the epoch stays: nothing need be written, as the disk may be full.
     """
     row = tables.writers
     found = connection.execute(select(row).where(row.c.name == name).with_for_update()).one()
@@ -60,7 +60,7 @@ def renew(connection: Connection, name: str) -> tuple[int, int]:
 
 
 def succeed(connection: Connection, former: Backend | None) -> Backend:
-    """End the process of the former connection, should it still be there; returns this one's."""
+    """End PostgreSQL's process for the former connection; returns that of this connection."""
     activity = "FROM pg_stat_activity WHERE pid ="
     with connection.begin():
         if former is not None:

@@ -1,7 +1,7 @@
-"""The ledger's statements that write: values go in over a SQLAlchemy connection, in their order.
+"""The statements that write: applies values to the database in their order.
 
-Servers that share a ledger lock its rows in one order, so that none of them waits in a circle:
-their rooms' leases, the log of receipts, boards, what is a room's alone, sums over all rooms.
+Servers that share a ledger lock its rows in one order, so that they cannot deadlock: leases of
+rooms, the log of receipts, boards and draws, rows of one room, sums over all rooms.
 """
 
 import functools
@@ -45,24 +45,24 @@ from app.rooms.records import (
     Write,
 )
 
-_PROBE: Final = b"\0" * 8192  # more than a page, so that a ledger that cannot grow refuses it
+_PROBE: Final = b"\0" * 8192  # more than a page, so that a database that cannot grow refuses it
 
 _MARKED: Final = {"tick": "bigint", "awake": "boolean", "used": "float8"}
 _CHECKED: Final = _MARKED | {"checkpoint": "bytea", "checkpoint_drops": "bigint"}
 
 _CONTENTS: Final = {BoardRow: tables.boards, DrawRow: tables.draws}
-"""What is kept by its content's digest, once."""
+"""Rows that are stored once, under the digest of their content."""
 
 Ended = Sequence[Row[Any]]
-"""Results that were not in the ledger before, by room and ball."""
+"""Room and ball of each result that was not in the ledger before."""
 
 
 def apply(connection: Connection, writes: Sequence[Write], targets: Sequence[str] = ()) -> None:
-    """Carry out `writes` in their order; runs of one kind go to the database together.
+    """Apply `writes` in order; consecutive ones of a kind share a statement.
 
-    targets: of webhooks, which hear of drops and of results.
+    targets: webhooks for which events of drops and results are queued.
     """
-    # Boards and draws point to nothing, so they may come first.
+    # Boards and draws refer to no other rows, so they can be first.
     for kind, table in _CONTENTS.items():
         rows = [asdict(write) for write in writes if isinstance(write, kind)]
         if rows:
@@ -86,7 +86,7 @@ def _write(connection: Connection, writes: Iterable[Write]) -> Ended:
 
 
 def probe(connection: Connection) -> None:
-    """Write a page's worth and take it out again, in one transaction."""
+    """Write and delete more than a page of data, to test whether the database can grow."""
     connection.execute(insert(tables.probes).values(number=1, filler=_PROBE))
     connection.execute(delete(tables.probes))
 
@@ -106,7 +106,7 @@ def _add_inputs(connection: Connection, rows: list[InputRow]) -> None:
 
 
 def _add_results(connection: Connection, rows: list[ResultRow]) -> Ended:
-    # A result that is written again is the same: it follows from the drop.
+    # A result may be written again, after a rebuild. It follows from the drop, so it is the same.
     result = tables.results.c
     adding = tables.adding(connection, tables.results).on_conflict_do_nothing()
     new = adding.returning(result.room, result.ball)
@@ -114,13 +114,13 @@ def _add_results(connection: Connection, rows: list[ResultRow]) -> Ended:
 
 
 def _mark(connection: Connection, rows: list[Mark]) -> None:
-    """Note how far runs have come that go on; one that was closed meanwhile stays as it ended."""
+    """Update the progress of open runs; runs that were closed meanwhile do not change."""
     for far, run in groupby(rows, key=lambda row: row.checkpoint is not None):
         _mark_all(connection, list(run), _CHECKED if far else _MARKED)
 
 
 def _mark_all(connection: Connection, rows: list[Mark], types: dict[str, str]) -> None:
-    """Bring these columns up to date: over a network in one statement, however many rooms."""
+    """Update these columns: on PostgreSQL in one statement, whatever the number of rooms."""
     if connection.dialect.name == "postgresql":
         latest = list({row.room: row for row in rows}.values())
         lists = {name: [getattr(row, name) for row in latest] for name in types}

@@ -1,4 +1,4 @@
-"""What pictures are made of: the board, balls, paths, captions, and where they lie.
+"""Parts of pictures: the layout, the board, balls, paths and captions.
 
 Imports raster and the engine. Start with view.py.
 """

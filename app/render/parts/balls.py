@@ -1,4 +1,4 @@
-"""Balls as the page draws them: shadow, body with a band that turns, gloss, and a trail behind."""
+"""Paint balls in the page's appearance: shadow, body with a turning band, gloss, and a trail."""
 
 import functools
 import math
@@ -14,16 +14,16 @@ from app.render.theme import Theme, named
 Floats = npt.NDArray[np.float64]
 Pixels = npt.NDArray[np.uint8]
 
-LEAST_RADIUS = 2.0  # px: a smaller ball is drawn as large as this, or nobody finds it
+LEAST_RADIUS = 2.0  # px; a smaller ball is drawn in this size, so that viewers can find it
 
 TRAIL_POINTS = 8
 TRAIL_STEP = 1 / 55
-"""s between the points of a trail."""
+"""s between two points of a trail."""
 
 
 @dataclass(frozen=True)
 class Look:
-    """A ball of one size in one theme's colours, ready to be painted often; lengths in px."""
+    """The appearance of balls of one size in one theme; lengths in px."""
 
     radius: float
     paint: compiled.BallPaint
@@ -33,7 +33,7 @@ class Look:
 
 @functools.lru_cache(maxsize=16)
 def look_of(radius: float, theme_name: str, *, asleep: bool = False) -> Look:
-    """The red ball with a radius in px; grey when it sleeps."""
+    """The appearance of a ball with a radius in px: red, or grey if it sleeps."""
     theme = named(theme_name)
     shape, trail = theme.shapes["ball"], theme.shapes["trail"]
     radius = max(radius, LEAST_RADIUS)
@@ -53,19 +53,19 @@ def look_of(radius: float, theme_name: str, *, asleep: bool = False) -> Look:
 
 
 def _gloss(radius: float, theme: Theme, asleep: bool) -> Floats:
-    """The light on a ball, which does not turn with it: colour and opacity, shape (n, n, 4)."""
+    """The gloss, which does not turn with the ball: colour and opacity, shape (n, n, 4)."""
     shape = theme.shapes["ball"]
     lights = {"light": theme["ballLight"], "dark": theme["ballDark"]}
     if asleep:
         lights = {"light": (255, 255, 255), "dark": theme["otherDark"]}
     stops = [(stop["at"], *lights[stop["colour"]], stop["alpha"]) for stop in shape["gloss"]]
-    size = min(2 * max(round(2.0 * radius), 8) + 1, 257)  # two samples a pixel
+    size = min(2 * max(round(2.0 * radius), 8) + 1, 257)  # two samples per pixel
     axis = np.linspace(-1.0, 1.0, size)
     return Gradient(shape["highlight"], stops).over(axis[None, :], axis[:, None])
 
 
 def paint_trail(pixels: Pixels, points: Floats, look: Look, lowest: int) -> None:
-    """The ribbon behind a ball through `points` (n, 2), px, newest first."""
+    """Paint the ribbon behind a ball through `points` (n, 2), px, newest first."""
     rows = _rows(points[:, 1], look.trail_width, len(pixels))
     compiled.paint_trail(
         pixels[rows], points - (0.0, rows.start), look.trail_width, lowest - rows.start,
@@ -82,9 +82,10 @@ def paint_balls(
     lowest: int,
     radii: Floats | None = None,
 ) -> None:
-    """Balls at (xs, ys), px, turned by `thetas`, rad, each shape (n,); `radii` if they differ, px.
+    """Paint balls at (xs, ys) in px, turned by `thetas` in rad, each shape (n,).
 
-    Rows from `lowest` on stay as they are: a ball sinks behind the bins' faces.
+    `radii` in px if they differ. Rows from `lowest` on do not change: there a ball is hidden behind
+    the bins' faces.
     """
     if radii is None:
         radii = np.full(len(xs), look.radius)
@@ -96,8 +97,11 @@ def paint_balls(
 
 
 def _rows(ys: Floats, reach: float, height: int) -> slice:
-    """Rows that may change by what lies around `ys`: kernels are given no more of a picture, since
-    it is copied for them. To subtract the first of them from a y is exact."""
+    """The rows within `reach` px of `ys`.
+
+    A kernel gets only these rows, because its argument is copied. Subtracting a whole row number
+    from a y is exact, so the painted pixels are the same.
+    """
     first = min(max(float(ys.min()) - reach - 2.0, 0.0), float(height))
     last = min(max(float(ys.max()) + reach + 2.0, first), float(height))
     return slice(int(first), math.ceil(last))

@@ -1,4 +1,4 @@
-"""Paints what never moves: plate, rays, pegs, bins, rails. Cached: every frame starts from it."""
+"""Paint the fixed board: plate, rays, pegs, bins, rails. It is cached, as every frame needs it."""
 
 import functools
 import itertools
@@ -19,7 +19,7 @@ from engine.board.parts import Wall
 
 Point = tuple[float, float]
 
-LEAST_LABEL = 4.0  # px: smaller letters are dirt
+LEAST_LABEL = 4.0  # px; smaller letters are illegible and not written
 
 
 @functools.lru_cache(maxsize=3)  # in the largest size 12 MB each
@@ -32,12 +32,12 @@ def _painted(board: Board, view: View, theme_name: str) -> npt.NDArray[np.uint8]
 
 
 def forget() -> None:
-    """Forget the boards that were painted, as if none had been yet; for measurements."""
+    """Clear the cache of painted boards, for measurements."""
     _painted.cache_clear()
 
 
 def plate_canvas(board: Board, view: View, theme_name: str) -> Canvas:
-    """A canvas with the plate and the hopper, to be painted on before the furniture."""
+    """A canvas with the plate and the hopper, but without pegs, bins and rails."""
     theme = named(theme_name)
     canvas = Canvas.blank(view.width, view.height, theme["shoulder"])
     _plate(canvas, board, view, theme)
@@ -46,7 +46,7 @@ def plate_canvas(board: Board, view: View, theme_name: str) -> Canvas:
 
 
 def paint_furniture(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
-    """What stands on the plate: pegs, bins and rails."""
+    """Paint pegs, bins and rails."""
     paint_pegs(canvas, board, view, theme)
     for number in range(board.bins.count):
         paint_bin(canvas, board, view, theme, number)
@@ -54,19 +54,19 @@ def paint_furniture(canvas: Canvas, board: Board, view: View, theme: Theme) -> N
 
 
 def board_pixels(board: Board, view: View, theme_name: str) -> npt.NDArray[np.uint8]:
-    """The board, shape (h, w, 3), 8 bits a channel; shared, so it cannot be written."""
+    """The board, shape (h, w, 3); cached and shared, therefore read-only."""
     return _painted(board, view, theme_name)
 
 
 def board_canvas(board: Board, view: View, theme_name: str) -> Canvas:
-    """A fresh canvas with the board on it."""
+    """A new canvas with the board on it."""
     return Canvas(_painted(board, view, theme_name).astype(np.float32))
 
 
 def paint_bin(
     canvas: Canvas, board: Board, view: View, theme: Theme, number: int, lit: bool = False
 ) -> None:
-    """One bin with its label or multiplier; `lit` when a ball is in it."""
+    """Paint one bin with its label or multiplier; `lit` after a landing."""
     bins = board.bins
     fill, ink = look_of(board, number, theme)
     x0, x1 = view.px(bins.edges[number]), view.px(bins.edges[number + 1])
@@ -97,9 +97,9 @@ def _write(canvas: Canvas, middle: Point, letters: Lettering, ink: Colour) -> No
 
 @functools.lru_cache(maxsize=4)
 def _label_size(board: Board, view: View) -> tuple[float, bool]:
-    """Size in px of the multipliers, the same for all bins, and whether they stand upright.
+    """The size in px of all multipliers, and whether they are upright.
 
-    They do where bins are too narrow for letters one can read.
+    They are upright if the bins are too narrow for legible letters across.
     """
     edges = board.bins.edges
     width = 0.84 * view.scale * min(b - a for a, b in itertools.pairwise(edges))
@@ -112,7 +112,7 @@ def _label_size(board: Board, view: View) -> tuple[float, bool]:
 
 
 def _plate(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
-    """Enamel between the walls, darker shoulders outside; over both what is printed there."""
+    """Paint enamel between the walls, darker shoulders outside, and the printed pattern on both."""
     width, height = view.width, view.height
     field = polygon_coverage([_field(board, view)], width, height)
     fade = np.linspace(0.0, 1.0, height, dtype=np.float32)[:, None, None]
@@ -124,7 +124,7 @@ def _plate(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
         canvas.blend(0, 0, field, enamel)
         canvas.blend(0, 0, field * rays, theme["ray"], 0.6)
         return
-    below = round(view.header)  # the strip with words hides what is above
+    below = round(view.header)  # the strip with words will cover the rows above
     place = ground.Place(view.px(board.drop.x), view.unit, theme)
     ground.paint_surroundings(Canvas(canvas.pixels[below:]), place)
     canvas.blend(0, 0, field, enamel)
@@ -132,7 +132,7 @@ def _plate(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
 
 
 def _field(board: Board, view: View) -> list[Point]:
-    """The outline of the part between the side walls, the whole picture where there are none."""
+    """The outline of the area between the side walls, or of the picture if there are none."""
     width, height = float(view.width), float(view.height)
     sides = {side: _side(board, view, side) for side in (-1, 1)}
     left = sides[-1] or [(0.0, 0.0), (0.0, height)]
@@ -143,7 +143,7 @@ def _field(board: Board, view: View) -> list[Point]:
 
 
 def _side(board: Board, view: View, side: int) -> list[Point]:
-    """Pixels from top to bottom along the walls at one side, -1 left or 1 right."""
+    """The points in px, from top to bottom, along the walls of a side: -1 left, 1 right."""
     points: list[Point] = []
     for wall, at in zip(board.walls, sides_of(board), strict=True):
         if at == side:
@@ -154,7 +154,7 @@ def _side(board: Board, view: View, side: int) -> list[Point]:
 
 
 def _near_picture(start: Point, end: Point, view: View) -> list[Point]:
-    """The ends of what lies within a picture's height of the picture: Pillow counts in integers."""
+    """Clip a wall to within one picture's height of the picture, as Pillow needs small integers."""
     low, high = -float(view.height), 2.0 * view.height
     if max(start[1], end[1]) < low or min(start[1], end[1]) > high:
         return []
@@ -167,7 +167,7 @@ def _near_picture(start: Point, end: Point, view: View) -> list[Point]:
 
 
 def _rays(board: Board, view: View, count: int) -> list[list[Point]]:
-    """The printed sunburst: every other one of `count` wedges out of where balls start."""
+    """The printed sunburst: every other one of `count` wedges around the start of balls."""
     x, y = view.px(board.drop.x), view.start
     reach = float(view.width + view.height)
 
@@ -179,7 +179,7 @@ def _rays(board: Board, view: View, count: int) -> list[list[Point]]:
 
 
 def _hopper(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
-    """The slide along which a ball may start, or the numbered slots."""
+    """Paint the slide along which a ball may start, or the numbered slots."""
     radius = max(board.ball.radius * view.scale, 5.0 * view.unit)
     if not board.slots:
         x0, x1 = (view.px(board.drop.x + side * board.drop.span) for side in (-1, 1))
@@ -195,7 +195,8 @@ def _hopper(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
 
 
 def _rails(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
-    """Walls have no thickness: at a side the rail lies outside, so that balls touch its edge."""
+    """Paint walls as rails. A wall has no thickness: a side's rail lies outside the playing field,
+    so that balls touch its edge."""
     shape = theme.shapes["rail"]
     width = max(shape["least"] * view.unit, shape["metres"] * view.scale)
     shade = [length * view.unit for length in shape["shade"]]
@@ -211,5 +212,5 @@ def _rails(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
 
 
 def _rail(view: View, wall: Wall, away: float) -> tuple[float, float, float, float]:
-    # A wall may be drawn far longer than the picture: clipping keeps the painted box small.
+    # A wall may be far longer than the picture; the canvas clips it.
     return view.px(wall.x1) + away, view.py(wall.y1), view.px(wall.x2) + away, view.py(wall.y2)

@@ -1,4 +1,4 @@
-"""The strip above the board: what was dropped, where from, and how it ended."""
+"""Write the strip above the board: the drop's seed, start and result."""
 
 from typing import Final
 
@@ -8,13 +8,13 @@ from app.render.raster.canvas import Canvas, text_width
 from app.render.theme import Theme
 from engine import Drop
 
-SMALLEST: Final = 9.0  # px, of letters one can read
+SMALLEST: Final = 9.0  # px, of legible letters
 
 
 def paint_caption(
     canvas: Canvas, d: Drop, view: View, theme: Theme, falling: float | None = None
 ) -> None:
-    """Paint the strip; without the result while the ball still falls, since `falling` s."""
+    """Paint the strip. While the ball falls, `falling` is the time since the start in s."""
     room = paint_strip(canvas, view, theme)
     if falling is None:
         room -= _paint_result(canvas, d, view, theme) + 16.0 * view.unit
@@ -22,7 +22,7 @@ def paint_caption(
 
 
 def paint_strip(canvas: Canvas, view: View, theme: Theme) -> float:
-    """The empty strip; returns the width in px that words have in it."""
+    """Paint the empty strip; returns the width in px for words."""
     canvas.box((0.0, 0.0, float(view.width), view.header), 0.0, theme["case"])
     edge = (0.0, view.header - 2.0 * view.unit, float(view.width), view.header)
     canvas.box(edge, 0.0, theme["caseEdge"])
@@ -32,7 +32,7 @@ def paint_strip(canvas: Canvas, view: View, theme: Theme) -> float:
 def paint_words(
     canvas: Canvas, view: View, theme: Theme, title: str, facts: list[str], room: float
 ) -> None:
-    """A title and facts below it, the most telling first: what does not fit is left out."""
+    """Write a title, and below it as many of the facts as fit, the most important first."""
     height, margin = view.header, 16.0 * view.unit
     if title:
         size = min(20.0 * view.unit, room / text_width(title, 100.0) * 100.0)
@@ -51,8 +51,8 @@ def _title(d: Drop) -> str:
 def _facts(d: Drop, falling: float | None) -> list[str]:
     start = f"start x = {d.x_start:.4f} m"
     if falling is not None:
-        so_far = int((d.impacts["t"] <= falling).sum())
-        return [start, f"t = {falling:.3f} s", f"{so_far} impacts so far"] if falling else [start]
+        done = int((d.impacts["t"] <= falling).sum())
+        return [start, f"t = {falling:.3f} s", f"{done} impacts"] if falling else [start]
     return [
         start,
         f"{len(d.impacts)} impacts in {d.duration:.3f} s",
@@ -61,7 +61,7 @@ def _facts(d: Drop, falling: float | None) -> list[str]:
 
 
 def _paint_result(canvas: Canvas, d: Drop, view: View, theme: Theme) -> float:
-    """The score on a plate at the right; its width in px."""
+    """Paint the score on a plate at the right; returns its width in px."""
     words, fill, ink = result_of(d, theme)
     size = min(24.0 * view.unit, 0.4 * view.width / text_width(words, 100.0) * 100.0)
     wide = text_width(words, size) + 24.0 * view.unit

@@ -1,7 +1,7 @@
-"""Grounds of places as the page paints them (static/js/paint/ground.js): craters, dunes, panes …
+"""Paint the backdrops of places, such as craters and dunes, as static/js/paint/ground.js does.
 
-How large and where everything is stands in `static/theme.json`, for both. Most things here repeat
-or reach across the picture, so that their coverage is a formula of a pixel's centre (x, y).
+`static/theme.json` has all sizes and positions, for both. Most patterns repeat or reach across the
+picture; their coverage is therefore a formula of a pixel's centre (x, y).
 """
 
 import math
@@ -23,7 +23,7 @@ Coverage = npt.NDArray[np.floating[Any]]
 
 @dataclass(frozen=True)
 class Place:
-    """What a ground is painted by: where balls start, px, the picture's unit, and the colours."""
+    """Arguments of all backdrops: x of the balls' start in px, the picture's unit, the theme."""
 
     x: float
     unit: float
@@ -31,16 +31,16 @@ class Place:
 
     @property
     def step(self) -> float:
-        """Of a row of things the i-th has i times this of its own, without the whole."""
+        """The i-th element of a pattern varies by the fractional part of i times this."""
         step: float = self.theme.grounds["step"]
         return step
 
     def plate(self, ground: str) -> Json:
-        """Measures of what is printed on the plate."""
+        """Measures of the pattern on the plate."""
         return self.theme.grounds[ground]["plate"]
 
     def around(self, ground: str) -> Json:
-        """Measures of what lies around it."""
+        """Measures of the pattern around the plate."""
         return self.theme.grounds[ground]["around"]
 
 
@@ -48,17 +48,17 @@ Paint = Callable[[Canvas, Place], None]
 
 
 def paint_plate(canvas: Canvas, place: Place) -> None:
-    """What is printed on the plate of a theme with a ground of its own."""
+    """Paint the pattern on the plate; the theme's `ground` must not be `rays`."""
     _PLATES[place.theme.ground](canvas, place)
 
 
 def paint_surroundings(canvas: Canvas, place: Place) -> None:
-    """What lies around it."""
+    """Paint the pattern around the plate; the theme's `ground` must not be `rays`."""
     _SURROUNDINGS[place.theme.ground](canvas, place)
 
 
 def _scatter(count: int) -> Iterator[tuple[float, float, int]]:
-    """Places spread evenly over a unit square: steps of Roberts' R2 sequence."""
+    """Points spread evenly over the unit square: Roberts' R2 sequence."""
     for i in range(count):
         yield (0.5 + i * 0.7548776662) % 1.0, (0.5 + i * 0.569840291) % 1.0, i
 
@@ -73,12 +73,12 @@ def _rows(canvas: Canvas, first: int = 0, end: int | None = None) -> Array:
 
 
 def _stroke(distance: Coverage, width: float) -> Array:
-    """Coverage by a line of pixels whose centres lie so far from its middle, px."""
+    """Coverage by a line, for pixels at a `distance` in px from its middle."""
     return covered(0.5 * width - distance)
 
 
 def _sky(canvas: Canvas, place: Place) -> None:
-    """Stars, and worlds far away, lit from the upper left."""
+    """Paint stars, and planets lit from the upper left."""
     sky = place.around(place.theme.ground)
     width, height = canvas.width, canvas.height
     for x, y, i in _scatter(sky["stars"]):
@@ -98,14 +98,14 @@ def _craters(canvas: Canvas, place: Place) -> None:
     rim = plate["rim"]
     for x, y, i in _scatter(plate["count"]):
         radius = canvas.width * (plate["least"] + plate["more"] * ((i * place.step) % 1.0) ** 2)
-        cx, cy, aside = x * canvas.width, y * canvas.height, rim["shift"] * radius
-        canvas.disc(cx + aside, cy + aside, rim["size"] * radius, theme["ray"], rim["alpha"])
+        cx, cy, shift = x * canvas.width, y * canvas.height, rim["shift"] * radius
+        canvas.disc(cx + shift, cy + shift, rim["size"] * radius, theme["ray"], rim["alpha"])
         canvas.disc(cx, cy, radius, theme["boardDeep"], plate["alpha"])
 
 
 def _between(canvas: Canvas, upper: Coverage, lower: Coverage | None, name: str, alpha: float,
              theme: Theme) -> None:  # fmt: skip
-    """Fill what lies between two curves, y in px for each column; without a lower one all below."""
+    """Fill the area between two curves, given as y in px per column; None: down to the end."""
     top = max(int(upper.min()) - 1, 0)
     end = canvas.height if lower is None else min(int(lower.max()) + 2, canvas.height)
     if top >= end:
@@ -174,13 +174,13 @@ def _panes(canvas: Canvas, place: Place) -> None:
 
 
 def _off(u: Array, side: float) -> Array:
-    """How far u is from the next multiple of `side`."""
+    """Distance of u from the nearest multiple of `side`."""
     off: Array = abs((u + np.float32(0.5 * side)) % np.float32(side) - np.float32(0.5 * side))
     return off
 
 
 def _beams(canvas: Canvas, place: Place, name: str, alpha: float) -> None:
-    """Light that falls aslant; no two beams touch."""
+    """Paint slanted beams of light, which must not touch each other."""
     beams = place.theme.grounds["panes"]["beams"]
     steep = math.hypot(1.0, beams["slant"])
     u = (_columns(canvas) + np.float32(beams["slant"]) * _rows(canvas)) / np.float32(steep)
@@ -200,7 +200,7 @@ def _plates(canvas: Canvas, place: Place) -> None:
     count = math.ceil((canvas.height / unit - 1.0) / plate["every"])
     marks = 1.0 + plate["every"] * np.arange(count)
     strength = plate["alphas"][0] + plate["alphas"][1] * ((marks * place.step) % 1.0)
-    # A row's share of each line, from half a unit above its mark to half a unit below.
+    # A line covers half a unit above and below its mark; `share` is a row's part of all lines.
     row = np.arange(canvas.height)[:, None]
     begin, end = unit * (marks - 0.5), unit * (marks + 0.5)
     share = np.clip(np.minimum(row + 1.0, end) - np.maximum(row, begin), 0.0, None) @ strength
@@ -218,11 +218,11 @@ def _plates(canvas: Canvas, place: Place) -> None:
 
 
 def _hazard(canvas: Canvas, place: Place) -> None:
-    """Stripes at 45 degrees, each as wide as what is between two."""
+    """Paint stripes at 45 degrees, as wide as the gaps between them."""
     stripe = place.around("plates")["stripe"] * canvas.width
     v = (_columns(canvas) + _rows(canvas)) % np.float32(2.0 * stripe)
     depth = 0.5 * stripe - abs(v - 0.5 * stripe)
-    depth = np.maximum(depth, v - 2.0 * stripe)  # the next one is as near as that
+    depth = np.maximum(depth, v - 2.0 * stripe)  # distance to the next stripe
     canvas.blend(0, 0, covered(depth / math.sqrt(2.0)), place.theme["shoulderRay"])
 
 
@@ -240,7 +240,7 @@ def _court(canvas: Canvas, place: Place) -> None:
 
 
 def _bounces(canvas: Canvas, place: Place) -> None:
-    """The way of a ball that bounces off to either side: dashed arcs, each lower than the last."""
+    """Paint the path of a ball bouncing away to each side: dashed arcs of decreasing height."""
     around, width, height = place.around("court"), canvas.width, canvas.height
     line = max(2.0 * place.unit, around["line"] * width)
     for side in (-1, 1):
@@ -255,7 +255,7 @@ def _bounces(canvas: Canvas, place: Place) -> None:
 
 def _arc(canvas: Canvas, middle: tuple[float, float], axes: tuple[float, float], line: float,
          dash: float, theme: Theme) -> None:  # fmt: skip
-    """The upper half of an ellipse, dashed from its left end on."""
+    """Paint the upper half of an ellipse, dashed from its left end."""
     (cx, cy), (a, b) = middle, axes
     left, right = max(int(cx - a - line), 0), min(int(cx + a + line) + 1, canvas.width)
     top, end = max(int(cy - b - line), 0), min(math.ceil(cy), canvas.height)

@@ -1,4 +1,4 @@
-"""A drop's path, the ball along it as a stroboscope shows it, and its contacts."""
+"""Paint a drop's path, copies of the ball along it, and its contacts."""
 
 import math
 from typing import Final
@@ -17,17 +17,17 @@ Floats = npt.NDArray[np.float64]
 Pixels = npt.NDArray[np.uint8]
 
 STRIDE: Final = 2.0  # px between samples of the path where the ball is fastest
-MAX_SAMPLES: Final = 20_000  # of one path: a ball that rolls for minutes gets longer chords
-FAINTEST: Final = 0.45  # opacity of the path at its start; it grows to 1 at its end
-WIDER: Final = 0.2  # px by which the path is painted wider than measured: soft edges look thin
-GHOSTS: Final = 24  # of the ball along its path, at equal time intervals
-GHOST: Final = 0.55  # opacity of one
+MAX_SAMPLES: Final = 20_000  # of one path; a ball that rolls for minutes gets longer chords
+FAINTEST: Final = 0.45  # opacity of the path at its start; it grows to 1 at the end
+WIDER: Final = 0.2  # px added to the path's width, because soft edges look thin
+GHOSTS: Final = 24  # copies of the ball along its path, at equal time intervals
+GHOST: Final = 0.55  # opacity of a copy
 
 
 def sample_times(d: Drop, view: View, until: float) -> Floats:
-    """Times in s up to `until` at which the path is sampled: closely spaced, and at impacts."""
+    """Times in s up to `until` at which to sample the path: closely spaced, and all impacts."""
     impacts = d.impacts[d.impacts["t"] <= until]
-    # Speeds after impacts, and that of the longest possible fall between two of them.
+    # A bound of the speed: the highest after an impact, plus the gain in the longest flight.
     times = np.concatenate([[0.0], impacts["t"], [until]])
     fall = d.board.gravity * np.diff(times).max()
     fastest = float(np.hypot(impacts["vx"], impacts["vy"]).max(initial=0.0)) + fall
@@ -40,14 +40,14 @@ def points_at(d: Drop, view: View, times: Floats) -> Floats:
     """The centre of the ball in px at `times`, shape (n, 2)."""
     states = d.states(times)
     points = np.column_stack([view.px(states["x"]), view.py(states["y"])])
-    # A ball that left the board may be anywhere: pixels are counted in integers.
+    # A ball that left the board may be anywhere, and pixel indices are integers.
     size = np.array([view.width, view.height], dtype=np.float64)
     nearby: Floats = np.clip(points, -size, 2.0 * size)
     return nearby
 
 
 def paint_path(pixels: Pixels, d: Drop, view: View, theme: Theme, until: float) -> None:
-    """The path up to `until` s, dark-edged so that it stands out on pegs, fresher at its end."""
+    """Paint the path up to `until` s, with dark edges for contrast, and more opaque at its end."""
     times = sample_times(d, view, until)
     points = points_at(d, view, times)
     fresh = FAINTEST + (1.0 - FAINTEST) * times[1:] / max(until, 1e-9)
@@ -60,7 +60,7 @@ def paint_path(pixels: Pixels, d: Drop, view: View, theme: Theme, until: float) 
 
 
 class Strokes:
-    """Lines and discs that are painted together, each over those before it; px."""
+    """Lines and discs in px, painted together by one kernel call, each over the previous ones."""
 
     def __init__(self) -> None:
         self._strokes: list[tuple[float, ...]] = []
@@ -73,23 +73,22 @@ class Strokes:
         colour: Colour,
         alpha: float = 1.0,
     ) -> None:
-        """A straight line x1, y1, x2, y2 with round ends."""
+        """Add a straight line x1, y1, x2, y2 with round ends."""
         self._strokes.append((*ends, 0.5 * width, alpha))
         self._colours.append(colour)
 
     def disc(self, x: float, y: float, radius: float, colour: Colour, alpha: float = 1.0) -> None:
-        """A filled circle."""
+        """Add a filled circle."""
         self.line((x, y, x, y), 2.0 * radius, colour, alpha)
 
     def paint(self, pixels: Pixels) -> None:
-        """Paint them."""
         if self._strokes:
             strokes, colours = (np.array(a, np.float64) for a in (self._strokes, self._colours))
             compiled.paint_strokes(pixels, strokes, colours)
 
 
 def paint_ghosts(pixels: Pixels, d: Drop, view: View, theme: Theme, until: float) -> None:
-    """The ball at equal time intervals, as a stroboscope shows it: far apart where it is fast."""
+    """Paint the ball at equal time intervals, like a stroboscope: far apart where it is fast."""
     count = max(round(GHOSTS * until / d.duration), 1) if d.duration > 0.0 else 1
     radius = max(d.board.ball.radius * view.scale, LEAST_RADIUS)
     strokes = Strokes()
@@ -97,7 +96,7 @@ def paint_ghosts(pixels: Pixels, d: Drop, view: View, theme: Theme, until: float
         x, y = _at(view, float(state["x"]), float(state["y"]))
         theta = float(state["theta"])
         dx, dy = 0.5 * radius * math.cos(theta), 0.5 * radius * math.sin(theta)
-        # Flat, so that it is not taken for the ball.
+        # Without gloss, so that nobody mistakes it for the ball.
         strokes.disc(x, y, radius, theme["ball"], GHOST)
         ends = (x - dx, y - dy, x + dx, y + dy)
         strokes.line(ends, 0.3 * radius, theme["ballBand"], 0.7 * GHOST)
@@ -105,7 +104,7 @@ def paint_ghosts(pixels: Pixels, d: Drop, view: View, theme: Theme, until: float
 
 
 def paint_contacts(pixels: Pixels, d: Drop, view: View, theme: Theme, until: float) -> None:
-    """A spark where the ball touched something up to `until` s: larger the harder it left it."""
+    """Paint a spark at each contact up to `until` s; its size grows with the speed afterwards."""
     strokes = Strokes()
     for impact in d.impacts[d.impacts["t"] <= until]:
         if impact["kind"] == KIND_LANDING:
@@ -119,13 +118,13 @@ def paint_contacts(pixels: Pixels, d: Drop, view: View, theme: Theme, until: flo
 
 
 def _at(view: View, x: float, y: float) -> tuple[float, float]:
-    """A place in px, no farther off than whole numbers reach: a ball may have left the board."""
+    """A position in px, clipped because a ball may have left the board: pixels are integers."""
     far = 4.0 * max(view.width, view.height)
     return min(max(view.px(x), -far), far), min(max(view.py(y), -far), far)
 
 
 def _touching_point(board: Board, impact: np.void) -> tuple[float, float]:
-    """Where the ball met the surface at an impact, m: one radius from its centre towards it."""
+    """The contact point of an impact in m: one radius from the ball's centre to the surface."""
     x, y = float(impact["x"]), float(impact["y"])
     nearest = _surface_point(board, impact, x, y)
     dx, dy = nearest[0] - x, nearest[1] - y
@@ -135,7 +134,7 @@ def _touching_point(board: Board, impact: np.void) -> tuple[float, float]:
 
 
 def _surface_point(board: Board, impact: np.void, x: float, y: float) -> tuple[float, float]:
-    """The point towards which the touched surface lies: a peg's centre, a wall's nearest point."""
+    """The point in whose direction the surface lies: a peg's centre, or a wall's nearest point."""
     kind, index = int(impact["kind"]), int(impact["index"])
     # Contact events name a peg by its index and wall w as -1 - w; a wall's impact as w.
     wall_index = index if kind == KIND_WALL else -1 - index

@@ -1,4 +1,4 @@
-"""Pegs: their shadows, their light, and the marks of what they are made of, as on the page."""
+"""Paint pegs in the page's appearance: shadow, light, and the marks of their material."""
 
 import numpy as np
 
@@ -13,7 +13,6 @@ Peg = tuple[float, float, float]
 
 
 def paint_pegs(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
-    """All pegs of a board."""
     shadow = theme.shapes["peg"]["shadow"]
     places = [(view.px(p.x), view.py(p.y), max(p.radius * view.scale, 0.5)) for p in board.pegs]
     for x, y, radius in places:
@@ -25,21 +24,20 @@ def paint_pegs(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
 
 
 def paint_peg(canvas: Canvas, peg: Peg, theme: Theme, lit: Gradient) -> None:
-    """One peg, in its own light, without its shadow."""
+    """Paint one peg with its marks, without its shadow."""
     canvas.ball(*peg, lit)
     for mark in theme.shapes["peg"].get("mark", ()):
         _paint_mark(canvas, peg, mark, theme)
 
 
 def light_of(theme: Theme) -> Gradient:
-    """The light on a theme's pegs."""
     shape = theme.shapes["peg"]
     stops = [(stop["at"], *theme[stop["colour"]], 1.0) for stop in shape["shade"]]
     return Gradient(shape["highlight"], stops)
 
 
 def _paint_mark(canvas: Canvas, peg: Peg, mark: JsonObject, theme: Theme) -> None:
-    """One shape over a peg; its measures are parts of the peg's radius."""
+    """Paint one mark on a peg; its measures are parts of the peg's radius."""
     x, y, radius = peg
     colour, alpha, at = theme[mark["colour"]], mark["alpha"], mark["at"]
     if mark["shape"] == "disc":
@@ -55,7 +53,7 @@ def _paint_mark(canvas: Canvas, peg: Peg, mark: JsonObject, theme: Theme) -> Non
 
 
 def _depth(dx: Array, dy: Array, radius: float, mark: JsonObject) -> Array:
-    """Coverage by a ring about a peg's middle, or by a stripe across it."""
+    """Coverage by a ring around a peg's centre, or by a stripe across the peg."""
     away, at = np.hypot(dx, dy), mark["at"]
     if mark["shape"] == "ring":
         return covered(0.5 * at[1] * radius - abs(away - at[0] * radius))

@@ -1,7 +1,7 @@
-"""How labels are written in the bins of a picture: across or upright, in lines, cut if need be.
+"""Fit labels into the bins of a picture: across or upright, in several lines, cut if necessary.
 
-The font has the letters of English alone. Letters with marks are written without them; a label with
-other letters is told by its colour, and its bin has the multiplier in it.
+The font has only English letters. Accents are omitted. A label in another script is replaced by its
+bin's multiplier, and only its colour is shown.
 """
 
 import functools
@@ -16,16 +16,16 @@ from app.render.theme import Colour, Payout, Theme
 from engine import Board, Drop, Label
 
 LEAST, MOST = 9.0, 22.0
-"""px at full size, of letters."""
+"""Sizes of letters in px, at full size of the picture."""
 
 LINES = 3
 LINE_HEIGHT = 1.15
-"""Of the letters' size."""
+"""In units of the letters' size."""
 
 
 @dataclass(frozen=True, slots=True)
 class Lettering:
-    """The lines that are written in a bin, in letters of `size` px; upright: read from below."""
+    """The lines to write in a bin, in letters of `size` px. Upright lines are read upwards."""
 
     lines: tuple[str, ...]
     size: float
@@ -34,7 +34,10 @@ class Lettering:
 
 @functools.lru_cache(maxsize=4)
 def lettering(board: Board, view: View) -> tuple[Lettering, ...]:
-    """Of each bin of a board that has labels: the way around in which the smallest is largest."""
+    """The lettering of each bin of a board with labels.
+
+    All labels have the same direction: the one in which the smallest letters are larger.
+    """
     bins = board.bins
     words = [
         (label and writable(label.text)) or tight(pays)
@@ -53,7 +56,7 @@ def lettering(board: Board, view: View) -> tuple[Lettering, ...]:
 
 
 def _fitted(words: str, room: tuple[float, float], unit: float, upright: bool) -> Lettering:
-    """The words in a room of so many px along and across their lines, as large as they fit."""
+    """Fit the words as large as possible into `room`: px along and across their lines."""
     sized = [(_size(lines, room), lines) for lines in _broken(words)]
     size, lines = max(sized, key=lambda each: each[0])
     least = min(LEAST * unit, room[1] / LINE_HEIGHT)
@@ -68,7 +71,7 @@ def _size(lines: tuple[str, ...], room: tuple[float, float]) -> float:
 
 
 def _broken(words: str) -> Iterator[tuple[str, ...]]:
-    """All ways to break a text between its words into at most `LINES` lines."""
+    """Yield all ways to break a text between words into at most `LINES` lines."""
     each = words.split()
     for count in range(LINES):
         for breaks in itertools.combinations(range(1, len(each)), count):
@@ -77,14 +80,14 @@ def _broken(words: str) -> Iterator[tuple[str, ...]]:
 
 
 def writable(text: str) -> str | None:
-    """The text as the font can write it, without the marks on its letters; None if it cannot."""
+    """The text without accents, or None if the font lacks a letter."""
     parts = unicodedata.normalize("NFKD", text.replace("ß", "ss"))
     plain = "".join(part for part in parts if not unicodedata.category(part).startswith("M"))
     return plain if can_write(plain) else None
 
 
 def _cut(word: str, most: float) -> str:
-    """The word, cut at its end if it is wider than `most` letters' heights."""
+    """Cut the end of a word that is wider than `most` times the letters' size."""
     if text_width(word, 100.0) <= 100.0 * most:
         return word
     while len(word) > 1 and text_width(f"{word}…", 100.0) > 100.0 * most:
@@ -93,14 +96,14 @@ def _cut(word: str, most: float) -> str:
 
 
 def look_of(board: Board, number: int, theme: Theme) -> tuple[Colour, Colour]:
-    """A bin's fill and the ink on it: its label's colour, or else that of what it pays."""
+    """A bin's fill and ink: from its label's colour if there is one, or from its payout."""
     bins = board.bins
     label = bins.labels[number] if bins.labels else None
     return _own(label, theme.payout(bins.multipliers[number]))
 
 
 def result_of(d: Drop, theme: Theme) -> tuple[str, Colour, Colour]:
-    """What a drop came to in words, the fill of the plate that says so, and the ink on it."""
+    """A drop's result in words, and the fill and ink of the plate with these words."""
     if d.bin is None:
         look = theme.payout(d.score)
         return "unsettled", look.fill, look.ink
@@ -116,7 +119,7 @@ def _own(label: Label | None, payout: Payout) -> tuple[Colour, Colour]:
 
 
 def _ink_on(fill: tuple[int, ...]) -> Colour:
-    """Black or white, whichever can be read better: WCAG's relative luminance decides."""
+    """Black or white, whichever has more contrast by WCAG's relative luminance."""
     red, green, blue = (
         part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4
         for part in (each / 255.0 for each in fill)
@@ -125,6 +128,6 @@ def _ink_on(fill: tuple[int, ...]) -> Colour:
 
 
 def tight(value: float) -> str:
-    """A multiplier as short as it can be read: 110, 1.5, .5."""
+    """A multiplier in short form: 110, 1.5, .5."""
     text = f"{value:.4f}".rstrip("0").rstrip(".")
     return text.removeprefix("0") if text.startswith("0.") else text

@@ -1,7 +1,7 @@
-"""Which walls are a board's sides. The page has the same in static/js/model/board.js.
+"""Find the walls that are a board's sides, as static/js/model/board.js does for the page.
 
-A wall has no thickness. The rail of one at a side lies outside of it, so that balls touch its edge;
-a wall inside has balls on both sides, and its rail lies on it.
+A wall has no thickness. The rail of a side wall is painted outside, so that balls touch its edge.
+An inner wall has balls on both sides, and its rail is centred on it.
 """
 
 import functools
@@ -14,9 +14,9 @@ Point = tuple[float, float]
 
 @functools.lru_cache(maxsize=4)
 def sides_of(board: Board) -> tuple[int, ...]:
-    """For each wall -1 at the left side, 1 at the right one, 0 inside.
+    """For each wall: -1 at the left side, 1 at the right side, 0 inside.
 
-    A side leads down to an outer end of the bins, or past it, through walls that share their ends.
+    A side is a chain of walls with common ends that leads down to an outer end of the bins.
     """
     found = [0] * len(board.walls)
     for chain in _chains(board):
@@ -31,7 +31,7 @@ def sides_of(board: Board) -> tuple[int, ...]:
 
 
 def _end_reached(board: Board, number: int) -> int:
-    """The outer end of the bins, -1 or 1, that a wall leads down to, within a ball's radius."""
+    """The outer end of the bins (-1 or 1) that a wall reaches within a ball's radius; else 0."""
     wall, bins, near = board.walls[number], board.bins, board.ball.radius
     top, bottom = sorted(((wall.y1, wall.x1), (wall.y2, wall.x2)))
     if not top[0] <= bins.y <= bottom[0] + near:
@@ -42,7 +42,7 @@ def _end_reached(board: Board, number: int) -> int:
 
 
 def _chains(board: Board) -> Iterator[list[int]]:
-    """The walls, by their numbers, that hang together."""
+    """Yield the chains of walls that share ends, as lists of wall numbers."""
     meeting: dict[Point, list[int]] = {}
     for number, wall in enumerate(board.walls):
         for end in ((wall.x1, wall.y1), (wall.x2, wall.y2)):
@@ -51,7 +51,7 @@ def _chains(board: Board) -> Iterator[list[int]]:
     while left:
         chain = [next(iter(left))]
         del left[chain[0]]
-        for number in chain:  # which grows
+        for number in chain:  # the loop appends to the list it iterates over
             wall = board.walls[number]
             for end in ((wall.x1, wall.y1), (wall.x2, wall.y2)):
                 for other in meeting[end]:

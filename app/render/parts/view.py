@@ -1,4 +1,4 @@
-"""Where a board lies on a picture of a given width: metres to pixels, as on the page."""
+"""Lay out a board on a picture of a given width: the map from metres to pixels, as on the page."""
 
 from dataclasses import dataclass, replace
 from typing import Final, TypeVar
@@ -15,23 +15,23 @@ Number = TypeVar("Number", float, npt.NDArray[np.float64])
 
 LEAST_WIDTH, MOST_WIDTH = 240, 2048
 LEAST_HEIGHT = 180
-"""px: in a smaller picture labels cannot be read; a larger one costs memory, not looks."""
+"""px. In a smaller picture labels are illegible; a larger one only takes memory."""
 
 PIXELS_PER_METRE: Final = 100
-"""Scale at which the sizes below are given: that of the reference game's canvas."""
+"""Scale of the reference game's canvas, for which the sizes below are given."""
 
 REFERENCE_WIDTH: Final = 7.6  # m, of that canvas
 REFERENCE_HEIGHT: Final = 5.7
-LEAST_UNIT: Final = 0.6  # of lines and letters in a narrow picture: smaller ones do not print
+LEAST_UNIT: Final = 0.6  # lower bound of `View.unit`: thinner lines and letters are illegible
 
-SIDE_PAD: Final = 0.08  # m, beside the outermost part of the board
-HEADER: Final = 60.0  # px, the caption above the board
-HEADROOM: Final = 34.0  # px from the caption to where balls start, if no ball is larger
+SIDE_PAD: Final = 0.08  # m of margin at each side of the board
+HEADER: Final = 60.0  # px, height of the caption above the board
+HEADROOM: Final = 34.0  # px from the caption to the balls' start, or more for a larger ball
 LEAST_HEADROOM: Final = 16.0  # the same without a caption
-BIN_LEAST, BIN_MOST = 34.0, 84.0  # px, height of the bins; with labels in them twice as high
+BIN_LEAST, BIN_MOST = 34.0, 84.0  # px, height of the bins; bins with labels are twice as high
 MAX_ASPECT: Final = 2.5
-"""Height of the playing field over the picture's width, at most; a taller board is drawn smaller,
-so that a picture's memory is bounded by its width whatever the board."""
+"""Upper bound of the playing field's height over the picture's width. A taller board is drawn
+smaller, so that the width bounds a picture's memory for any board."""
 
 
 @dataclass(frozen=True)
@@ -41,43 +41,42 @@ class View:
     width: int  # px
     height: int  # px
     scale: float  # px per m
-    unit: float  # px in the picture of what is 1 px at PIXELS_PER_METRE on a preset
-    left: float  # m, at pixel 0
-    drop_y: float  # m
-    start: float  # px, where balls start
+    unit: float  # factor for sizes in px that are given at PIXELS_PER_METRE, such as HEADER
+    left: float  # m, the x of pixel 0
+    drop_y: float  # m, the y of the balls' start
+    start: float  # px, the row of the balls' start
     bin_top: float  # px
     bin_height: float  # px
     header: float  # px, height of the strip with words above the board
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height in px."""
         return self.width, self.height
 
     @property
     def face(self) -> int:
-        """First row of the bins' faces, px: balls sink behind them."""
+        """First row of the bins' faces, which hide balls."""
         return max(round(self.bin_top + 2.0), 0)
 
     def px(self, x: Number) -> Number:
-        """Metres to pixels, across."""
+        """The pixel at the horizontal position `x` in m."""
         return (x - self.left) * self.scale
 
     def py(self, y: Number) -> Number:
-        """Metres to pixels, down."""
+        """The pixel at the vertical position `y` in m."""
         return (y - self.drop_y) * self.scale + self.start
 
     def cut(self, x: int, y: int, width: int, height: int) -> "View":
-        """The view of a part of the picture, its corner at (x, y); px."""
+        """The view of a part of the picture whose upper left corner is (x, y), in px."""
         left, start, bin_top = self.left + x / self.scale, self.start - y, self.bin_top - y
         return replace(self, left=left, start=start, bin_top=bin_top, width=width, height=height)
 
 
 def lay_out(board: Board, width: int, height: int | None = None) -> View:
-    """The view of `board` on a picture `width` pixels wide and as high as the board needs.
+    """Lay out `board` on a picture `width` px wide; the height follows from the board.
 
-    With a `height` the board is drawn as large as fits into both. Raises InvalidValueError that
-    names a size out of range.
+    With a `height` the board is as large as fits into both. Raises InvalidValueError if a size is
+    out of range.
     """
     check_size("width", width)
     if height is not None:
@@ -86,7 +85,7 @@ def lay_out(board: Board, width: int, height: int | None = None) -> View:
 
 
 def check_size(name: str, value: int) -> None:
-    """Raise InvalidValueError for a `width` or `height` in px that no picture can have."""
+    """Raise InvalidValueError if a `width` or `height` in px is out of range."""
     least = LEAST_WIDTH if name == "width" else LEAST_HEIGHT
     if not least <= value <= MOST_WIDTH:
         raise InvalidValueError(
@@ -96,7 +95,7 @@ def check_size(name: str, value: int) -> None:
 
 
 def fit(board: Board, width: int, height: int | None, header: float) -> View:
-    """As `lay_out`, for any size, with a strip of `header` px (at full size) above the board."""
+    """Like `lay_out`, for any size, with a strip of `header` px (at full size) above the board."""
     left, right = _sides(board)
     fall = board.bins.y - board.drop.y
     scale = min(width / (right - left), MAX_ASPECT * width / fall)
@@ -104,7 +103,7 @@ def fit(board: Board, width: int, height: int | None, header: float) -> View:
         return _at_scale(board, width, None, header, scale)
     low, high = 0.0, scale
     if _at_scale(board, width, None, header, high, height).height > height:
-        for _ in range(40):  # halving: the height grows with the scale, in no handy formula
+        for _ in range(40):  # bisection, as the height grows monotonically with the scale
             middle = 0.5 * (low + high)
             tall = _at_scale(board, width, None, header, middle, height).height > height
             low, high = (low, middle) if tall else (middle, high)
@@ -120,7 +119,7 @@ def _at_scale(
     scale: float,
     room: int | None = None,
 ) -> View:
-    """The view at `scale` px a metre; what a given `height` has to spare lies around the board."""
+    """The view at `scale` px per m. A greater `height` than needed adds space above and below."""
     left, right = _sides(board)
     left -= 0.5 * (width / scale - (right - left))
     size = width if room is None else min(width, room * REFERENCE_WIDTH / REFERENCE_HEIGHT)
@@ -148,7 +147,7 @@ def _at_scale(
 
 
 def _sides(board: Board) -> tuple[float, float]:
-    """Left and right end of what is shown, in metres."""
+    """The left and right end of the picture in m."""
     zone, radius = board.drop, board.ball.radius
     xs = [board.bins.edges[0], board.bins.edges[-1]]
     xs += [zone.x - zone.span - radius, zone.x + zone.span + radius]
@@ -158,7 +157,7 @@ def _sides(board: Board) -> tuple[float, float]:
 
 
 def lay_out_place(place: Place, width: int, theme: Theme) -> View:
-    """The view of a place on a picture `width` px wide, with a strip for words above it."""
+    """Lay out a place on a picture `width` px wide, with a strip for words above it."""
     x0, x1, y0, y1 = place.extent
     unit = max(width / (REFERENCE_WIDTH * PIXELS_PER_METRE), LEAST_UNIT)
     pad, header = theme.shapes["box"]["pad"] * unit, HEADER * unit
@@ -172,7 +171,7 @@ def lay_out_place(place: Place, width: int, theme: Theme) -> View:
         left=0.5 * (x0 + x1 - width / scale),
         drop_y=y0,
         start=header + pad,
-        bin_top=height - 2.0,  # there are no bins whose faces hide a ball
+        bin_top=height - 2.0,  # below the place, because it has no bins that hide balls
         bin_height=2.0,
         header=header,
     )

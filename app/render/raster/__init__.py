@@ -1,5 +1,5 @@
-"""Pixels and the bytes of image files: painting with coverage, palettes, GIF, PNG.
+"""Painting of pixels, palettes, and the bytes of image files.
 
-Imports the theme, and of the engine what runs kernels. Start with canvas.py; pixels.py has the
-kernels, whose machine code make.py writes.
+Imports the theme, and the part of the engine that runs kernels. Start with canvas.py. pixels.py has
+the kernels; make.py writes their machine code.
 """

@@ -1,8 +1,8 @@
-"""Anti-aliased painting on an array of pixels: every shape is a coverage from 0 to 1, blended once.
+"""Anti-aliased painting on an array of pixels: each shape is blended once by its coverage, 0 to 1.
 
-Discs, lines and boxes have closed-form distances to their edge, so that their coverage needs no
-supersampling and they can lie anywhere between pixels. Pixel (i, j) has its centre at
-(j + 0.5, i + 0.5).
+The distance to the edge of a disc, line or box has a closed form. Its coverage therefore needs no
+supersampling, and its position is not bound to whole pixels. The centre of the pixel in row i and
+column j is (j + 0.5, i + 0.5).
 """
 
 import functools
@@ -17,9 +17,9 @@ from app.render.theme import Colour
 
 Array = npt.NDArray[np.float32]
 
-SUPERSAMPLING = 4  # of polygons, which have no handy distance: 17 levels of grey along an edge
+SUPERSAMPLING = 4  # per axis, for polygons only: 17 levels of coverage along an edge
 
-BAND = 128  # rows done at a time, so that what is made on the way is small beside the picture
+BAND = 128  # rows per step, so that temporary arrays are small compared with the picture
 
 
 class Canvas:
@@ -35,11 +35,10 @@ class Canvas:
 
     @classmethod
     def blank(cls, width: int, height: int, colour: Colour) -> "Canvas":
-        """A canvas of one colour."""
         return cls(np.full((height, width, 3), colour, dtype=np.float32))
 
     def bytes(self) -> npt.NDArray[np.uint8]:
-        """The picture in RGB, 8 bits a channel, shape (height, width, 3)."""
+        """The picture as RGB with 8 bits per channel, shape (height, width, 3)."""
         out = np.empty(self.pixels.shape, np.uint8)
         for rows in bands(self.height):
             out[rows] = np.rint(self.pixels[rows])
@@ -48,7 +47,10 @@ class Canvas:
     def blend(
         self, left: int, top: int, coverage: Array, colour: Colour | Array, alpha: float = 1.0
     ) -> None:
-        """Paint `colour`, one or one a pixel, as `coverage` (h, w) with its corner there says."""
+        """Mix `colour` into the pixels by `coverage` (h, w), whose upper left corner is given.
+
+        `colour` is one colour, or an array of one per pixel.
+        """
         height, width = coverage.shape
         x0, y0 = max(left, 0), max(top, 0)
         x1, y1 = min(left + width, self.width), min(top + height, self.height)
@@ -68,14 +70,14 @@ class Canvas:
             part += (alpha * strength)[..., None] * (new - part)
 
     def disc(self, x: float, y: float, radius: float, colour: Colour, alpha: float = 1.0) -> None:
-        """A filled circle; px."""
+        """Paint a filled circle; px."""
         patch = self.patch(x - radius, y - radius, x + radius, y + radius)
         if patch is not None:
             left, top, xs, ys = patch
             self.blend(left, top, covered(radius - np.hypot(xs - x, ys - y)), colour, alpha)
 
     def ball(self, x: float, y: float, radius: float, light: "Gradient") -> None:
-        """A disc in the colours of a gradient."""
+        """Paint a disc in the colours of a gradient; px."""
         patch = self.patch(x - radius, y - radius, x + radius, y + radius)
         if patch is None:
             return
@@ -91,7 +93,7 @@ class Canvas:
         colour: Colour,
         alpha: float = 1.0,
     ) -> None:
-        """A straight line x1, y1, x2, y2 with round ends; px."""
+        """Paint a straight line x1, y1, x2, y2 with round ends; px."""
         x1, y1, x2, y2 = ends
         half = 0.5 * width
         box = (min(x1, x2) - half, min(y1, y2) - half, max(x1, x2) + half, max(y1, y2) + half)
@@ -108,7 +110,7 @@ class Canvas:
         colour: Colour,
         alpha: float = 1.0,
     ) -> None:
-        """A rectangle left, top, right, bottom with rounded corners; px."""
+        """Paint a rectangle left, top, right, bottom with rounded corners; px."""
         x0, y0, x1, y1 = corners
         patch = self.patch(x0, y0, x1, y1)
         if patch is None:
@@ -118,7 +120,7 @@ class Canvas:
             across = covered(np.minimum(xs - x0, x1 - xs))
             self.blend(left, top, across * covered(np.minimum(ys - y0, y1 - ys)), colour, alpha)
             return
-        # Signed distance to a rectangle shrunk by the corners' radius, less that radius.
+        # The signed distance to the rectangle shrunk by the radius; the edge is at `radius`.
         dx = abs(xs - 0.5 * (x0 + x1)) - (0.5 * (x1 - x0) - radius)
         dy = abs(ys - 0.5 * (y0 + y1)) - (0.5 * (y1 - y0) - radius)
         outside = np.hypot(np.maximum(dx, 0.0), np.maximum(dy, 0.0))
@@ -136,7 +138,7 @@ class Canvas:
         anchor: str = "mm",
         upright: bool = False,
     ) -> None:
-        """Words at (x, y), `anchor` as in Pillow; `upright` turns them to read from below."""
+        """Write words at (x, y), with `anchor` as in Pillow; `upright` words are read upwards."""
         mask, dx, dy = _text_mask(words, size, anchor)
         if upright:
             mask, dx, dy = np.rot90(mask), dy, -(dx + mask.shape[1])
@@ -145,8 +147,8 @@ class Canvas:
     def patch(
         self, x0: float, y0: float, x1: float, y1: float
     ) -> tuple[int, int, Array, Array] | None:
-        """Left, top, and pixel centres (1, w) and (h, 1) of the part of a box in the picture."""
-        # Clipped as floats: a far-off shape must not overflow an integer.
+        """Clip a box to the picture: left, top, and pixel centres (1, w) and (h, 1); or None."""
+        # Clip before converting to int: a shape far outside must not overflow.
         left, right = max(x0 - 1.0, 0.0), min(x1 + 2.0, float(self.width))
         top, bottom = max(y0 - 1.0, 0.0), min(y1 + 2.0, float(self.height))
         if not (left < right and top < bottom):
@@ -157,7 +159,7 @@ class Canvas:
 
 
 def bands(height: int) -> Iterator[slice]:
-    """The rows of a picture, BAND at a time."""
+    """Yield the rows of a picture, BAND at a time."""
     for top in range(0, height, BAND):
         yield slice(top, min(top + BAND, height))
 
@@ -174,7 +176,7 @@ def polygon_coverage(
     polygons: Sequence[Sequence[tuple[float, float]]], width: int, height: int
 ) -> Array:
     """Coverage (height, width) of the union of polygons in px."""
-    # Whole numbers, as Pillow draws them, so that an edge is the same in every band it crosses.
+    # Pillow draws integers. Rounding here makes an edge the same in every band that it crosses.
     fine = [np.trunc(np.array(points) * SUPERSAMPLING).astype(np.int64) for points in polygons]
     coverage = np.empty((height, width), np.float32)
     for rows in bands(height):
@@ -188,7 +190,7 @@ def polygon_coverage(
 
 
 def _filled(clip: Array) -> slice:
-    """The columns from the first to the last that are not empty."""
+    """The columns from the first to the last one that has any coverage."""
     found = np.flatnonzero(clip.any(axis=0))
     return slice(int(found[0]), int(found[-1]) + 1) if len(found) else slice(0, 0)
 
@@ -204,10 +206,10 @@ def covered(depth: npt.NDArray[np.floating[Any]]) -> Array:
 
 
 class Gradient:
-    """Colours over a unit disc, between a small circle of light in it and its rim.
+    """Colours over the unit disc, between a small circle of light inside and the rim.
 
-    highlight: x, y and radius of that circle. stops: rows of place (0 at the circle, 1 at the rim),
-    red, green, blue (0 to 255) and opacity.
+    highlight: x, y and radius of the small circle. stops: rows of position (0 at the small circle,
+    1 at the rim), red, green, blue (0 to 255) and opacity.
     """
 
     def __init__(self, highlight: Mapping[str, float], stops: Sequence[tuple[float, ...]]) -> None:
@@ -218,14 +220,14 @@ class Gradient:
     def over(self, x: Any, y: Any) -> npt.NDArray[np.float64]:
         """Red, green, blue and opacity at points of the disc, shape (…, 4).
 
-        A point's place s between the circles solves |p - (1 - s) h| = (1 - s) r + s.
+        The position s of a point p between the circles solves |p - (1 - s) h| = (1 - s) r + s.
         """
         (hx, hy), hr = self._centre, self._radius
         qx, qy = x - hx, y - hy
         a = hx * hx + hy * hy - (1.0 - hr) ** 2
         b = qx * hx + qy * hy - hr * (1.0 - hr)
         c = qx * qx + qy * qy - hr * hr
-        # a < 0: the highlight lies within the rim, so one root is the place.
+        # a < 0, because the small circle lies inside the rim; this root is the one wanted.
         place = np.clip((-b - np.sqrt(np.maximum(b * b - a * c, 0.0))) / a, 0.0, 1.0)
         at = self._stops[:, 0]
         return np.stack(
@@ -245,7 +247,7 @@ def text_width(words: str, size: float) -> float:
 
 @functools.cache
 def _missing() -> bytes:
-    """What the font draws in place of a letter that it lacks."""
+    """The glyph that the font draws instead of a missing letter."""
     return bytes(_font(20).getmask("\uffff"))
 
 
@@ -256,7 +258,7 @@ def can_write(words: str) -> bool:
 
 
 def _text_mask(words: str, size: float, anchor: str) -> tuple[Array, int, int]:
-    """Coverage of words, and where its corner lies from the anchor."""
+    """Coverage of words, and the offset of its upper left corner from the anchor."""
     font = _font(max(1, round(size)))
     probe = ImageDraw.Draw(Image.new("L", (1, 1)))
     left, top, right, bottom = map(round, probe.textbbox((0, 0), words, font=font, anchor=anchor))

@@ -1,4 +1,4 @@
-"""From pixels to the bytes of a still picture: PNG, JPEG or WebP."""
+"""Encode pixels as a still picture: PNG, JPEG or WebP."""
 
 import io
 from collections.abc import Callable, Mapping
@@ -14,14 +14,14 @@ from app.render.raster.png import FAST, SMALL, png
 
 Pixels = npt.NDArray[np.uint8]
 
-QUALITY: Final = 90  # of 100, of JPEG and WebP
-LIVE_QUALITY: Final = 80  # of a JPEG that is seen for a thirtieth of a second
+QUALITY: Final = 90  # of 100, for JPEG and WebP
+LIVE_QUALITY: Final = 80  # of 100, for a JPEG that is visible for a thirtieth of a second
 
 
 def still(pixels: Pixels, fmt: str) -> bytes:
-    """Pixels (h, w, 3) as a picture to keep; `fmt` is one of STILLS, else InvalidValueError.
+    """Encode pixels (h, w, 3) in small size; raises InvalidValueError if `fmt` is not in STILLS.
 
-    A PNG has a palette of the picture's own, which is a third of the bytes.
+    A PNG gets a palette made for it, which takes a third of the bytes of full colour.
     """
     if fmt not in STILLS:
         names = ", ".join(STILLS)
@@ -30,12 +30,12 @@ def still(pixels: Pixels, fmt: str) -> bytes:
 
 
 def live_jpg(pixels: Pixels) -> bytes:
-    """Pixels as a JPEG made for speed."""
+    """Encode pixels as JPEG, quickly."""
     return _pillow(pixels, "JPEG", quality=LIVE_QUALITY)
 
 
 def live_png(pixels: Pixels, palette: Palette) -> bytes:
-    """Pixels as a PNG made for speed, in a palette made beforehand."""
+    """Encode pixels as PNG, quickly, with an existing palette."""
     return png(palette.index(pixels), FAST, palette.colours)
 
 
@@ -45,7 +45,7 @@ def _png(pixels: Pixels) -> bytes:
 
 
 def _jpg(pixels: Pixels) -> bytes:
-    # Full colour resolution: halved, it frays red balls on a green plate.
+    # Full colour resolution: half of it would fray the edges of red balls on a green plate.
     return _pillow(pixels, "JPEG", quality=QUALITY, subsampling=0, optimize=True)
 
 
@@ -64,8 +64,6 @@ STILLS: Final[Mapping[str, Callable[[Pixels], bytes]]] = {
     "jpg": _jpg,
     "webp": _webp,
 }
-"""Formats of still pictures."""
-
 MEDIA_TYPES: Final[Mapping[str, str]] = {
     "png": "image/png",
     "jpg": "image/jpeg",

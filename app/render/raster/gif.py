@@ -1,4 +1,4 @@
-"""GIF bytes, written frame by frame: one palette, and of each frame only what changes."""
+"""Write animated GIF: one palette for all frames, and only the changed part of each frame."""
 
 import struct
 from collections.abc import Iterable, Sequence
@@ -12,16 +12,16 @@ from app.render.raster.palette import UNCHANGED
 Pixels = npt.NDArray[np.uint8]
 
 _LOOP_FOR_EVER = b"!\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00"
-_KEEP = 1  # disposal: the next frame is painted over this one
+_KEEP = 1  # disposal method: the next frame is painted over this one
 
 
 def gif(
     first: Pixels, patches: Iterable[tuple[int, int, Pixels]], stays: Sequence[int], palette: Pixels
 ) -> bytes:
-    """Indices (h, w) and what changes in them, as an animation that repeats for ever.
+    """Encode indices (h, w) and patches that change them as an animation that repeats for ever.
 
-    Each patch is left, top and indices (h, w), where UNCHANGED lets the frame before show. stays:
-    how long each frame is shown, ms, one more than there are patches. palette has shape (n, 3).
+    A patch is left, top and indices (h, w); at UNCHANGED the previous frame stays visible. stays:
+    durations of the first frame and of each patch, in ms. palette: shape (n, 3).
     """
     height, width = first.shape
     colours = np.zeros((256, 3), np.uint8)

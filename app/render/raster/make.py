@@ -1,4 +1,4 @@
-"""Writes pixels.wasm, the machine code of pixels.py: python -m app.render.raster.make"""
+"""Write pixels.wasm, the machine code of pixels.py: python -m app.render.raster.make"""
 
 from pathlib import Path
 from typing import Final
@@ -13,7 +13,7 @@ ARTIFACT: Final = KERNELS.with_suffix(".wasm")
 
 
 def play() -> None:
-    """Call each kernel that Python calls, once."""
+    """Call each kernel that Python calls once, so that it is compiled."""
     picture, colours = np.zeros((2, 2, 3), np.uint8), np.zeros((1, 3), np.uint8)
     colour, gloss = np.zeros(3), np.zeros((2, 2, 4))
     paint = pixels.BallPaint(colour, colour, 0.5, colour, 0.1, 0.1, 0.5, gloss)
@@ -27,7 +27,7 @@ def play() -> None:
 
 
 def made() -> bytes:
-    """The artifact, made now."""
+    """Compile the artifact and return its bytes."""
     return made_by(
         "from app.render.raster.make import KERNELS, play; "
         "from engine.artifact.rehearsal import compiled_beside; "

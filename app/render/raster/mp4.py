@@ -1,4 +1,4 @@
-"""A film as MP4: H.264 by PyAV, the optional extra `video`, in a form that all browsers play."""
+"""Encode a film as MP4 that all browsers play: H.264 by PyAV, of the optional extra `video`."""
 
 from collections.abc import Iterator
 from fractions import Fraction
@@ -14,22 +14,22 @@ from app.errors import MissingPartError
 
 Pixels = npt.NDArray[np.uint8]
 
-_BT709: Final = 1  # of ITU-T H.273: what players take high resolution for
+_BT709: Final = 1  # ITU-T H.273's code of the colour space that players assume for high resolution
 _CODING: Final = {"crf": "24", "preset": "veryfast", "x264-params": "mbtree=0"}
-"""No visible blocks around the ball. Macroblock-tree rate control would take 0.6 of the bytes for
-the same noise, but x264 165's is not the same from run to run, on one thread too (4 of 36 films
-differed by a few bytes; without it 0 of 138)."""
+"""With this crf there are no visible blocks around the ball. Macroblock-tree rate control would
+need 0.6 times the bytes for the same noise, but that of x264 165 is not reproducible even on one
+thread: 4 of 36 films differed by a few bytes, and without it 0 of 138."""
 
 _LARGE: Final = 1 << 20  # pixels
 _OF_LARGE: Final = {"tune": "zerolatency"}
-"""Twice the bytes; but otherwise dozens of frames are kept, with 6 bytes and more a pixel."""
+"""Twice the bytes. Otherwise x264 keeps dozens of frames, with 6 bytes or more per pixel."""
 
 
 def mp4(frames: Iterator[Pixels], fps: int) -> bytes:
-    """Frames (h, w, 3), `fps` a second, as a file.
+    """Encode frames (h, w, 3) at `fps` frames/s.
 
-    Half the pixels of H.264 have a colour of their own, so sides are even: an odd one has its last
-    row or column twice. Raises MissingPartError where PyAV is not installed.
+    H.264 halves the colours' resolution and so needs even sides: of an odd side the last row or
+    column is repeated. Raises MissingPartError if PyAV is not installed.
     """
     if find_spec("av") is None:
         raise MissingPartError(
@@ -38,8 +38,8 @@ def mp4(frames: Iterator[Pixels], fps: int) -> bytes:
         )
     import av  # noqa: PLC0415 - it may not be installed
 
-    # The index comes first, so that a browser plays before it has all; for that the library reads
-    # the file again.
+    # `faststart` puts the index first, so that a browser plays before it has the whole file. For
+    # that the library reads the file again; a file in memory would not do.
     with TemporaryDirectory(prefix="plinko-") as directory:
         path = Path(directory, "film.mp4")
         with av.open(path, "w", options={"movflags": "+faststart"}) as container:
@@ -64,7 +64,7 @@ def _stream(container: Any, first: Pixels, fps: int) -> Any:
     stream.height, stream.width = height, width
     stream.pix_fmt = "yuv420p"
     context = stream.codec_context
-    context.thread_count = 1  # as many threads, as many versions of the same film
+    context.thread_count = 1  # the bytes depend on the number of threads
     context.colorspace = context.color_primaries = context.color_trc = _BT709
     return stream
 

@@ -1,7 +1,8 @@
-"""One palette for a whole picture or animation: frequent colours exactly, the rest by median cut.
+"""Make one palette for a picture or animation: frequent colours exactly, others by median cut.
 
-Nine tenths of a picture are plates, gradients and bins in some hundred colours. They are kept as
-they are, so that gradients have no bands and need no dithering; what is left serves the edges.
+Plates, gradients and bins cover nine tenths of a picture with about a hundred colours. The palette
+contains them exactly, so that gradients have no bands and need no dithering. Its other entries
+serve the edges.
 """
 
 from collections.abc import Sequence
@@ -15,19 +16,19 @@ from app.render.raster import pixels as compiled
 
 Pixels = npt.NDArray[np.uint8]
 
-EXACT: Final = 96  # colours kept as they are
-MOST: Final = 255  # colours in all; the last index says 'unchanged' in an animation
-UNCHANGED: Final = 255
-_WEIGHT: Final = 8  # pixels of a colour, beyond which it counts no more
-_ALIKE: Final = 3  # bits of a channel in which colours that count as one differ
-_ROUNDS: Final = 3  # of moving colours to the mean of what they stand for
-_MEMORY: Final = 1 << 15  # colours remembered
+EXACT: Final = 96  # colours that the palette contains exactly
+MOST: Final = 255  # colours in all
+UNCHANGED: Final = 255  # the index that means 'as in the previous frame' in an animation
+_WEIGHT: Final = 8  # greatest weight of a colour, in pixels
+_ALIKE: Final = 3  # low bits of a channel that are ignored when grouping colours
+_ROUNDS: Final = 3  # of k-means after the median cut
+_MEMORY: Final = 1 << 15  # size of the table of pixels' colours and their indices
 
 
 class Palette:
-    """The colours of some pictures, at most MOST, and the way from pixels to indices.
+    """At most MOST colours for some pictures, and the conversion of pixels to indices.
 
-    For one thread at a time: it remembers the indices it has found.
+    For one thread at a time, because it caches the indices it has found.
     """
 
     def __init__(self, pictures: Sequence[Pixels]) -> None:
@@ -39,14 +40,14 @@ class Palette:
         self._keys, self._values = _memory()
 
     def index(self, pixels: Pixels) -> Pixels:
-        """Index of the nearest colour to each pixel of (h, w, 3), shape (h, w)."""
+        """The index of the nearest colour to each pixel (h, w, 3), shape (h, w)."""
         out = np.empty(pixels.shape[:2], np.uint8)
         compiled.index_pixels(pixels, self.colours, self._keys, self._values, out)
         return out
 
 
 def _by_green(colours: Pixels) -> Pixels:
-    """In the order in which `index_pixels` takes them."""
+    """Sort the colours by green, as `index_pixels` requires."""
     return colours[np.argsort(colours[:, 1], kind="stable")]
 
 
@@ -55,8 +56,8 @@ def _memory() -> tuple[npt.NDArray[np.int32], Pixels]:
 
 
 def _cut(colours: Pixels, counts: npt.NDArray[np.int64]) -> Pixels:
-    """The MOST - EXACT colours that stand for these (n, 3): median cut, then means of clusters."""
-    # How often a colour occurs counts up to a point: a ball is small, and looked at.
+    """Represent these colours (n, 3) by MOST - EXACT colours: median cut, then k-means."""
+    # A colour's weight is bounded: a ball has few pixels, but viewers look at it.
     colours, weights = _grouped(colours, np.minimum(counts, _WEIGHT))
     line = Image.fromarray(np.repeat(colours, np.minimum(weights, _WEIGHT), axis=0)[None])
     quantized = line.quantize(MOST - EXACT, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
@@ -73,7 +74,7 @@ def _cut(colours: Pixels, counts: npt.NDArray[np.int64]) -> Pixels:
 def _grouped(
     colours: Pixels, weights: npt.NDArray[np.int64]
 ) -> tuple[Pixels, npt.NDArray[np.int64]]:
-    """Means of colours that hardly differ, and their weights together: far fewer."""
+    """Replace groups of similar colours by their means, with the sums of their weights."""
     _, group = np.unique(_keys(colours >> np.uint8(_ALIKE)), return_inverse=True)
     means, total = _means(group, colours, weights, int(group.max()) + 1)
     return means, total.astype(np.int64)
@@ -89,9 +90,9 @@ def _means(
 
 
 def _keys(pixels: Pixels) -> npt.NDArray[np.uint32]:
-    """One number for each colour, shape (n,)."""
+    """Each pixel's colour as one number 0xRRGGBB, shape (n,)."""
     channels = np.zeros((*pixels.shape[:-1], 4), np.uint8)
-    for channel in range(3):  # one by one takes a quarter of the time
+    for channel in range(3):  # four times as fast as one assignment for all channels
         channels[..., channel] = pixels[..., 2 - channel]
     return channels.view("<u4").reshape(-1)
 
@@ -103,7 +104,7 @@ def _channels(keys: npt.NDArray[np.uint32]) -> Pixels:
 def _counted(
     pictures: Sequence[Pixels],
 ) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.int64]]:
-    """All colours, ascending, and how many pixels have each."""
+    """All colours in ascending order, and the number of pixels of each."""
     found = np.concatenate([_keys(picture) for picture in pictures])
     keys, counts = np.unique(found, return_counts=True)
     return keys, counts

@@ -1,7 +1,7 @@
-"""PNG and APNG bytes, written for speed: one filter for all rows instead of a search for the best.
+"""Write PNG and APNG quickly, with the same filter for all rows.
 
-Pillow tries every filter on every row, which costs four times as much as the compression itself
-and on these pictures saves nothing.
+Pillow tries every filter on every row. This takes four times as long as the compression itself, and
+does not make these pictures smaller.
 """
 
 import struct
@@ -19,14 +19,14 @@ Pixels = npt.NDArray[np.uint8]
 _SIGNATURE: Final = b"\x89PNG\r\n\x1a\n"
 _FILTER_NONE, _FILTER_UP = 0, 2
 _TRUECOLOUR, _INDEXED = 2, 3
-_KEEP, _OVER = 0, 1  # an animation's frame stays, and the next is painted over it
+_KEEP, _OVER = 0, 1  # a frame stays visible, and the next one is painted over it
 
 FAST, SMALL = 1, 6
-"""zlib levels: for a picture seen once, and for one that is kept."""
+"""zlib levels: for a picture that is shown once, and for one that is stored."""
 
 
 def png(pixels: Pixels, level: int = SMALL, palette: Pixels | None = None) -> bytes:
-    """RGB pixels (h, w, 3), or indices (h, w) into a palette (n, 3), as a PNG file."""
+    """Encode RGB pixels (h, w, 3), or indices (h, w) into a palette (n, 3), as PNG."""
     return b"".join(
         [
             _SIGNATURE,
@@ -43,10 +43,10 @@ def apng(
     stays: Sequence[int],
     palette: Pixels,
 ) -> bytes:
-    """Indices (h, w) and what changes in them, as an animated PNG that repeats for ever.
+    """Encode indices (h, w) and patches that change them as an animated PNG, repeated for ever.
 
-    Each patch is left, top and indices (h, w), where UNCHANGED lets the frame before show. stays:
-    how long each frame is shown, ms, one more than there are patches. palette has shape (n, 3).
+    A patch is left, top and indices (h, w); at UNCHANGED the previous frame stays visible. stays:
+    durations of the first frame and of each patch, in ms. palette: shape (n, 3).
     """
     colours = np.zeros((UNCHANGED + 1, 3), np.uint8)
     colours[: len(palette)] = palette
@@ -71,14 +71,14 @@ def _header(pixels: Pixels, palette: Pixels | None) -> bytes:
 
 
 def _control(number: int, left: int, top: int, pixels: Pixels, stay: int) -> bytes:
-    """fcTL: where a frame lies and how long it stays; it is painted over what was there."""
+    """An fcTL chunk: a frame's position and duration; it is painted over the previous frame."""
     height, width = pixels.shape[:2]
     fields = (number, width, height, left, top, stay, 1000, _KEEP, _OVER)
     return _chunk(b"fcTL", struct.pack(">IIIIIHHBB", *fields))
 
 
 def _packed(pixels: Pixels, level: int) -> bytes:
-    """Rows with their filter bytes, compressed. Indices are no quantities: they get no filter."""
+    """Compress the rows with their filter bytes. A filter would not help for indices."""
     height = pixels.shape[0]
     flat = pixels.reshape(height, -1)
     rows = np.empty((height, flat.shape[1] + 1), np.uint8)

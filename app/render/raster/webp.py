@@ -1,7 +1,7 @@
-"""Animated WebP bytes: each change of the picture is a WebP picture of its own, in one container.
+"""Write animated WebP (RFC 9649): a container with one WebP picture for each changed part.
 
-Pillow's encoder looks for what has changed in every whole frame, which takes most of its time; here
-it is known. (The format: RFC 9649.)
+Pillow's own encoder takes most of its time to find the changes between full frames. Here the caller
+knows them.
 """
 
 import io
@@ -16,9 +16,9 @@ from PIL import Image
 Pixels = npt.NDArray[np.uint8]
 
 _ANIMATED: Final = 0x02
-_KEEP_AND_REPLACE: Final = 0x02  # a frame stays, and takes the place of what was there
+_KEEP_AND_REPLACE: Final = 0x02  # a frame stays, and replaces the pixels below without blending
 _FOR_EVER: Final = 0
-_METHOD: Final = 3  # of 6: how long the encoder looks for fewer bytes
+_METHOD: Final = 3  # of 6: more takes longer and gives fewer bytes
 _HEAD: Final = 12  # bytes of a file before its first chunk
 
 
@@ -28,10 +28,10 @@ def animated(
     stays: Sequence[int],
     quality: int,
 ) -> bytes:
-    """A picture (h, w, 3) and what changes in it, as an animation that repeats for ever.
+    """Encode a picture (h, w, 3) and patches that change it as an animation that repeats for ever.
 
-    Each patch is left, top, both even, and pixels (h, w, 3). stays: how long each frame is shown,
-    ms, one more than there are patches. quality: of 100.
+    A patch is left and top, both even, and pixels (h, w, 3). stays: durations of the first frame
+    and of each patch, in ms. quality: of 100.
     """
     height, width = first.shape[:2]
     parts = [

@@ -1,4 +1,4 @@
-"""What stands before the application: connections, heads, hosts and proxies, and their limits.
+"""Checks and limits in front of the application: connections, heads, hosts and proxies.
 
-Imports app.errors and app.web.problems. Start with guarded.py; hosts.py says who may be asked for.
+Imports app.errors and app.web.problems. Start with connection.py, then guarded.py.
 """

@@ -1,4 +1,4 @@
-"""Clients by their address: whom a limit counts as one, and which of them are proxies. Pure."""
+"""Clients by address: which addresses count as one client, and which are proxies. Pure."""
 
 import functools
 import ipaddress
@@ -7,17 +7,17 @@ from collections.abc import Iterable
 
 from app.errors import AppError, BusyError, ConnectionLimitError, SettingError, shorten
 
-_ALWAYS = 3  # connections that each client may have, however few are left
-_SITE = 64  # bits of an IPv6 address: what one subscriber has, who may use any address in it
+_ALWAYS = 3  # connections that each client may have even when few are left
+_SITE = 64  # bits of an IPv6 network: one subscriber may use any address in it
 
 
 @functools.lru_cache(maxsize=1024)
 def one_client(host: str) -> str:
-    """By what a client is told from others: its IPv4 address, or its IPv6 network of 64 bits."""
+    """The key of a client: its IPv4 address, or its IPv6 network of 64 bits."""
     try:
         address = ipaddress.ip_address(host)
     except ValueError:
-        return host  # of a socket that is no internet address
+        return host  # not an internet address: a Unix socket's
     if isinstance(address, ipaddress.IPv4Address):
         return host
     if address.ipv4_mapped is not None:
@@ -26,9 +26,9 @@ def one_client(host: str) -> str:
 
 
 class Proxies:
-    """The proxies that are believed when they say for whom they ask; addresses or networks.
+    """The trusted proxies, as addresses or networks: the server believes their X-Forwarded-For.
 
-    Raises SettingError naming what is neither.
+    Raises SettingError for a text that is neither.
     """
 
     def __init__(self, trusted: Iterable[str]) -> None:
@@ -51,11 +51,10 @@ class Proxies:
 
 
 class Connections:
-    """How many connections each client has open, and how many it may have.
+    """Counts open connections and limits them: `most` for one client, `total` for all together.
 
-    `most` of one client, `total` of all. When few are left, a client may have a tenth of those, so
-    that a few do not take what is there from all others. A trusted proxy speaks for many: it has
-    part in the total alone.
+    When few are left, one client may have only a tenth of those, so that a few clients cannot use
+    up the rest. A trusted proxy speaks for many clients, so only the total limits it.
     """
 
     def __init__(self, most: int, proxies: Proxies, total: int = 1_000_000) -> None:
@@ -66,7 +65,7 @@ class Connections:
         self._open: Counter[str] = Counter()
 
     def enter(self, host: str) -> bool:
-        """Count one more of this address; False, and it is not counted, when it has too many."""
+        """Count one more connection of this address; False if it has too many already."""
         if self.refusal(host) is not None:
             return False
         self._open[one_client(host)] += 1
@@ -74,18 +73,22 @@ class Connections:
         return True
 
     def refusal(self, host: str) -> AppError | None:
-        """Why this address cannot have one more; None when it can."""
+        """Why this address cannot have one more connection; None if it can."""
         if self._count >= self.total:
-            return BusyError(f"{self._count} connections are open already, as many as may be")
+            return BusyError(
+                f"all {self._count} connections of the server are in use; try again later"
+            )
         if host in self._proxies:
             return None
         has = self._open.get(one_client(host), 0)
         if has >= min(self.most, max(_ALWAYS, (self.total - self._count) // 10)):
-            return ConnectionLimitError(f"this address has {has} connections open already")
+            return ConnectionLimitError(
+                f"this address has {has} connections open already; close one first"
+            )
         return None
 
     def leave(self, host: str) -> None:
-        """One that was counted has ended."""
+        """A connection that was counted has ended."""
         key = one_client(host)
         self._count -= 1
         self._open[key] -= 1

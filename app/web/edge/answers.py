@@ -1,4 +1,4 @@
-"""What every answer says of its request: an id, and what is left of its client's limits."""
+"""Adds to every response the request's id and what is left of the client's limits."""
 
 import re
 import secrets
@@ -15,11 +15,12 @@ _ID = re.compile(r"[A-Za-z0-9._~-]{1,64}")
 
 
 class AnswerHeaders:
-    """Adds `X-Request-Id` to every answer, and `RateLimit` where a limit was counted against.
+    """Adds `X-Request-Id` to every response, and `RateLimit` if a limit applied to the request.
 
-    `Location` and `Link` of a server below a path (`--root-path`) begin with that path; the server
-    that hands a request on puts it there, and not the one that answers. A client or a proxy may
-    choose the id, so that its log and the server's name one request alike.
+    A client or a proxy may choose the id, so that its log and the server's have the same one.
+
+    On a server below a path (`--root-path`), `Location` and `Link` get that path in front. If one
+    server forwards the request to another, only the first one adds it.
     """
 
     def __init__(self, app: ASGIApp, root_path: str = "") -> None:
@@ -27,7 +28,6 @@ class AnswerHeaders:
         self._root_path = root_path
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on and add the headers to its answer."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
@@ -47,16 +47,16 @@ class AnswerHeaders:
                 if HOPS not in asked and headers.get("link", "").startswith("</"):
                     headers["link"] = f"<{self._root_path}{headers['link'][1:]}"
                 if allowances:
-                    told = allowances.values()
-                    headers["ratelimit-policy"] = ", ".join(each.policy for each in told)
-                    headers["ratelimit"] = ", ".join(each.rest for each in told)
+                    limits = allowances.values()
+                    headers["ratelimit-policy"] = ", ".join(each.policy for each in limits)
+                    headers["ratelimit"] = ", ".join(each.rest for each in limits)
             await send(message)
 
         await self.app(scope, receive, send_with_headers)
 
 
 def note(scope: Scope, allowance: Allowance) -> None:
-    """Have the answer say what is left of a limit; the last word of each limit counts."""
+    """Have the response report a limit; of several reports of one limit the last counts."""
     found = scope.get("state", {}).get("allowances")
     if found is not None:
         found[allowance.name] = allowance

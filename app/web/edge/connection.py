@@ -1,9 +1,9 @@
-"""A client's connection, between its socket and uvicorn's protocols.
+"""One client's connection, a layer between its socket and uvicorn's protocols.
 
-It is counted while it is open, read in turns with all others, and cut off when its client reads
-nothing of what it is sent. It is the socket's protocol, and to uvicorn's protocol it is the socket:
-HTTP's at first, and a WebSocket's once that has taken over. It uses what asyncio documents and
-nothing of uvicorn's insides.
+It counts the connection while it is open, takes turns with all others in parsing, and cuts off a
+client that does not read. For asyncio it is the protocol of the socket; for uvicorn's protocol it
+is the transport: first for HTTP, and after an upgrade for the WebSocket. It uses only documented
+parts of asyncio and nothing internal to uvicorn.
 """
 
 import asyncio
@@ -27,11 +27,14 @@ _log = logging.getLogger("plinko")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Edge:
-    """What one connection may take, and those that are open.
+    """The limits of a connection, and what all connections share.
 
-    `head_bytes` of a request's line and headers; seconds for a head, for a body or the answer to a
-    WebSocket's handshake after it, and without reading anything of an answer; WebSocket frames a
-    second, twice that and a message in fragments at once. `refused` hears the code of each refusal.
+    head_bytes: of the request line and headers
+    head_seconds: until a head is complete
+    body_seconds: from the head until the body is complete, or a WebSocket's handshake answered
+    unread_seconds: in which a client must read something of what it is sent
+    frame_rate: WebSocket frames a second; a burst may have twice that and one fragmented message
+    refused: called with the code of each refusal
     """
 
     head_bytes: int
@@ -45,7 +48,7 @@ class Edge:
 
 
 def refusal(error: Exception) -> bytes:
-    """An error as a whole HTTP response that ends its connection."""
+    """An error as the bytes of an HTTP response that closes its connection."""
     made = problem_response(error)
     made.headers.update(SECURITY_HEADERS)
     made.headers["connection"] = "close"
@@ -55,22 +58,22 @@ def refusal(error: Exception) -> bytes:
 
 
 class Connection(asyncio.BufferedProtocol):
-    """One client's connection; `protocol` is uvicorn's, which has its event loop."""
+    """One client's connection; `protocol` is uvicorn's, and has the event loop as `loop`."""
 
     def __init__(self, protocol: Any, edge: Edge) -> None:
         self._protocol = protocol
         self._edge = edge
-        self._read = bytearray()  # and not parsed yet
-        self._wanted = True  # the protocol takes more
-        self._reading = True  # the socket is read
+        self._read = bytearray()  # received but not parsed yet
+        self._wanted = True  # the protocol has not paused reading
+        self._reading = True  # the socket has not been paused
         self._queued = False
         self._written = 0  # bytes
-        self._taken = -1  # of these the system had taken at the last look
+        self._taken = -1  # bytes that the kernel had accepted at the last `_watch`
 
-    # The socket's protocol.
+    # As asyncio's protocol.
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Pass it on, unless this client has connections enough."""
+        """Pass it on, unless this client has too many connections."""
         self._transport = transport
         self.close, self.abort = transport.close, transport.abort
         self.is_closing = transport.is_closing
@@ -102,14 +105,14 @@ class Connection(asyncio.BufferedProtocol):
         return self._edge.intake.buffer
 
     def buffer_updated(self, nbytes: int) -> None:
-        """Parse what was read if there is time in this turn."""
+        """Parse the bytes at once if this turn of the event loop has time left."""
         self._read += self._edge.intake.buffer[:nbytes]
         self._queue()
         self._edge.intake.work()
         self._continue()
 
     def eof_received(self) -> None:
-        """The client sends no more: nobody answers those who hang up."""
+        """The client sends no more. Returning None closes the connection without an answer."""
         if self._counted:
             self._protocol.eof_received()
 
@@ -119,12 +122,12 @@ class Connection(asyncio.BufferedProtocol):
     def resume_writing(self) -> None:
         self._protocol.resume_writing()
 
-    # A source of the intake.
+    # As a source of the intake.
 
     def parse(self) -> int:
-        """Have the protocol parse up to the end of the first head in what was read.
+        """Have the protocol parse the received bytes, at most to the end of the first head.
 
-        So a request that comes with others waits here, unparsed, for the answer to the one before.
+        A pipelined request therefore waits here, unparsed, for the answer to the one before.
         """
         self._queued = False
         if self._transport.is_closing() or not self._wanted:
@@ -134,14 +137,14 @@ class Connection(asyncio.BufferedProtocol):
         del self._read[: len(piece)]
         try:
             self._protocol.data_received(piece)
-        except Exception:  # noqa: BLE001 - as an event loop does: one connection ends, not all
+        except Exception:  # noqa: BLE001 - like an event loop: end one connection, not all
             _log.exception("connection failed")
             self._transport.abort()
         self._continue()
         return len(piece)
 
     def _continue(self) -> None:
-        """Wait for a turn, or read on, or neither while the protocol wants no more."""
+        """Queue for parsing, or read on; do neither while the protocol has paused reading."""
         if self._transport.is_closing():
             return
         self._queue()
@@ -155,15 +158,14 @@ class Connection(asyncio.BufferedProtocol):
             self._queued = True
             self._edge.intake.put(self._client, self)
 
-    # The protocol's transport.
+    # As uvicorn's transport.
 
     def write(self, data: bytes) -> None:
-        """Send it as soon as the client reads."""
         self._written += len(data)
         self._transport.write(data)
 
     def get_extra_info(self, name: str, default: Any = None) -> Any:
-        """What is known of the connection, and how a WebSocket's frames are sent past this."""
+        """As a transport's; `PAST` gives the writer that bypasses uvicorn for WebSocket frames."""
         return self._past if name == PAST else self._transport.get_extra_info(name, default)
 
     def pause_reading(self) -> None:
@@ -177,10 +179,10 @@ class Connection(asyncio.BufferedProtocol):
     def set_protocol(self, protocol: Any) -> None:
         self._protocol = protocol
 
-    # Whoever does not read.
+    # Clients that do not read.
 
     def _watch(self) -> None:
-        """Cut off a client that has read nothing of what waits for it since the last look."""
+        """Cut off a client that has bytes waiting and has read none of them since the last call."""
         waiting = self._transport.get_write_buffer_size()
         taken = self._written + self._past.written - waiting
         if waiting and taken == self._taken:
@@ -191,5 +193,5 @@ class Connection(asyncio.BufferedProtocol):
 
 
 def connection(kind: type[Any], edge: Edge) -> Callable[..., Connection]:
-    """What uvicorn makes a connection with, whose protocol is first of this kind."""
+    """A factory of connections for uvicorn, with `kind` as their first protocol."""
     return lambda **options: Connection(kind(**options), edge)

@@ -1,4 +1,4 @@
-"""Requests that end before they were answered, by a stop or a failure, are answered here."""
+"""Answers requests that a stop or a failure would leave without an answer."""
 
 import asyncio
 import logging
@@ -12,12 +12,12 @@ _log = logging.getLogger("plinko")
 
 
 class Ending:
-    """An ASGI application around the framework: a request that it leaves unanswered is answered.
+    """An ASGI application around the framework that answers what the framework does not.
 
-    uvicorn cancels those that the grace of a stop was too short for: they get 503, and what fails
-    outside of the framework's own care 500; uvicorn would answer both in plain text. A failure that
-    the framework has answered ends here, as the framework has logged it. A request whose answer has
-    begun is cut off.
+    When the server stops, uvicorn cancels the requests that take longer than the grace period: they
+    get 503. A failure outside the framework's own error handling gets 500. uvicorn would answer
+    both in plain text. If the answer has already begun, the connection is cut off instead. If it is
+    complete, the framework has logged the failure, and it ends here.
     """
 
     def __init__(self, app: ASGIApp) -> None:

@@ -1,8 +1,7 @@
-"""The one module that knows uvicorn's HTTP connection from inside: the limits that it lacks.
+"""Limits on HTTP heads and bodies, which uvicorn lacks. Only this module uses its HTTP internals.
 
-uvicorn's parser in C takes heads without end and waits for them for ever. `GuardedProtocol` counts
-what comes and looks at a clock: a head has a size and a time, and a body has a time. `choose.py`
-tries it out at start-up.
+uvicorn's parser in C accepts heads of any size and waits for them without end. `GuardedProtocol`
+limits the size of a head and the time in which a head and a body must arrive.
 """
 
 import asyncio
@@ -18,16 +17,15 @@ _MOST_FIELDS = 100  # headers of one request; browsers send some twenty
 
 
 class GuardedProtocol(HttpToolsProtocol):
-    """uvicorn's HTTP connection with limits; made by `guarded`."""
+    """uvicorn's HTTP protocol with limits; `guarded` makes subclasses with an `edge`."""
 
     edge: ClassVar[Edge]
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Begin to wait for a head."""
         super().connection_made(transport)
         self._in_head, self._in_body = True, False
-        self._head = 0  # bytes of it that were parsed
-        self._raw = 0  # and that came, as far as no request began in their midst
+        self._head = 0  # bytes of the head that were parsed
+        self._raw = 0  # bytes received for this head, in pieces that hold nothing else
         self._fields = 0
         self._refusal: AppError | None = None
         self._unanswered: deque[RequestResponseCycle] = deque()
@@ -37,13 +35,13 @@ class GuardedProtocol(HttpToolsProtocol):
         self._expect(self.edge.head_seconds, "head")
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Have no request write an answer any more: uvicorn tells only the last that came."""
+        """Stop all unanswered requests; uvicorn itself stops only the last one."""
         self._stop_watching()
         self._give_up()
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
-        """Take what came, and refuse a head that has become too large without an end."""
+        """Parse the bytes, and refuse a head that is too large before it is complete."""
         if self.transport.is_closing():
             return
         if self._deadline is None and not self._in_body:
@@ -56,15 +54,15 @@ class GuardedProtocol(HttpToolsProtocol):
                 self._refuse(self._too_large())
 
     def handle_websocket_upgrade(self) -> None:
-        """From here on it is a WebSocket, whose protocol has its own limits."""
+        """Stop the timer: the WebSocket's protocol has its own limits."""
         self._stop_watching()
         super().handle_websocket_upgrade()
 
     def send_400_response(self, msg: str) -> None:
-        """Refuse what could not be parsed, in this server's own words."""
-        self._refuse(self._refusal or HeadError("what was received is no HTTP request"))
+        """Refuse a request that could not be parsed, with a problem document."""
+        self._refuse(self._refusal or HeadError("the received bytes are not an HTTP request"))
 
-    # What the parser tells.
+    # Called by the parser.
 
     def on_message_begin(self) -> None:
         super().on_message_begin()
@@ -77,13 +75,12 @@ class GuardedProtocol(HttpToolsProtocol):
         super().on_url(url)
 
     def on_header(self, name: bytes, value: bytes) -> None:
-        """One whole header, with its colon and line end."""
-        self._head += len(name) + len(value) + 4
+        self._head += len(name) + len(value) + 4  # colon, space, line end
         self._fields += 1
         super().on_header(name, value)
 
     def on_headers_complete(self) -> None:
-        """The head is whole. Raises its refusal, which the parser hands to `send_400_response`."""
+        """The head is complete. If it is refused, raise: uvicorn then calls `send_400_response`."""
         self._in_head = False
         self._refusal = self._why_not()
         if self._refusal is not None:
@@ -92,26 +89,27 @@ class GuardedProtocol(HttpToolsProtocol):
         self._expect(self.edge.body_seconds, "body")
         cycle = self.cycle
         super().on_headers_complete()
-        if self.cycle is not cycle:  # else it is going to be a WebSocket
+        if self.cycle is not cycle:  # an upgrade to a WebSocket makes no cycle
             self._unanswered.append(self.cycle)
-            # After an upgrade to anything else, which is ignored, the parser reads nothing more.
+            # uvicorn ignores an upgrade to anything else, but the parser stops there for good:
+            # close the connection after the answer.
             self.cycle.keep_alive &= not self.parser.should_upgrade()
 
     def on_message_complete(self) -> None:
-        """The request is whole; for its answer the client may wait."""
+        """The request is complete; the answer has no deadline here."""
         self._in_body = False
         self._deadline = None
         super().on_message_complete()
 
     def on_response_complete(self) -> None:
-        """The first of the requests that wait has its answer."""
+        """The oldest unanswered request has its answer."""
         self._unanswered.popleft()
         super().on_response_complete()
 
-    # Clocks.
+    # Deadlines.
 
     def _expect(self, seconds: float, what: str) -> None:
-        """Have the head or the body arrive by then. One timer serves many requests."""
+        """Set the deadline of a head or a body. One timer serves many requests."""
         self._deadline, self._late = self.loop.time() + seconds, what
         if self._timer is not None and self._timer.when() > self._deadline:
             self._timer.cancel()
@@ -128,11 +126,13 @@ class GuardedProtocol(HttpToolsProtocol):
         elif self._late == "head" and self._unanswered:
             self._expect(self.edge.head_seconds, "head")
         elif self._late == "head" and not self._raw and not self._head:
-            self.transport.close()  # who has said nothing is told nothing
+            self.transport.close()  # the client sent nothing, so it gets no answer
         else:
             edge = self.edge
             seconds = edge.head_seconds if self._late == "head" else edge.body_seconds
-            self._refuse(TooLateError(f"the {self._late} was not whole after {seconds:g} seconds"))
+            self._refuse(
+                TooLateError(f"the {self._late} was not complete after {seconds:g} seconds")
+            )
 
     def _stop_watching(self) -> None:
         self._deadline = None
@@ -143,25 +143,30 @@ class GuardedProtocol(HttpToolsProtocol):
     # Refusals.
 
     def _why_not(self) -> AppError | None:
-        """Why the request whose head is whole is refused; None if it is not."""
+        """Why to refuse the request whose head is complete; None to accept it."""
         if self._head > self.edge.head_bytes or self._fields > _MOST_FIELDS:
             return self._too_large()
         if not self.parser.should_upgrade():
             return None
         headers = dict(self.headers)
         if b"transfer-encoding" in headers or headers.get(b"content-length", b"").strip(b"0"):
-            return HeadError("a request to upgrade has no body")  # the parser would not read it
+            # The parser would not read the body.
+            return HeadError("a request to upgrade must have no body")
         if self._unanswered:
-            return HeadError("a request to upgrade waits for the answers to earlier ones")
+            return HeadError("a request to upgrade must wait for the answers to earlier requests")
         return None
 
     def _too_large(self) -> HeadTooLargeError:
         return HeadTooLargeError(
-            f"a head of more than {self.edge.head_bytes} bytes or {_MOST_FIELDS} headers"
+            f"the head has more than {self.edge.head_bytes} bytes or {_MOST_FIELDS} headers"
         )
 
     def _refuse(self, error: AppError) -> None:
-        """Say why, and close; close only, where the client would take it for another's answer."""
+        """Answer with the error, and close.
+
+        Only close if an earlier request has no answer yet, or this one's answer has begun: the
+        client would take the error for that answer, or for part of it.
+        """
         if self.transport.is_closing():
             return
         self.edge.refused(answer(error).code)
@@ -169,12 +174,12 @@ class GuardedProtocol(HttpToolsProtocol):
         earlier = [cycle for cycle in self._unanswered if cycle is not own]
         if not earlier and not (own and own.response_started):
             self.transport.write(refusal(error))
-        self._give_up()  # an answer that comes now would follow the refusal
+        self._give_up()  # so that no answer follows the refusal
         self._deadline = None
         self.transport.close()
 
     def _give_up(self) -> None:
-        """Let the requests that wait know that their client is gone."""
+        """Tell the unanswered requests that their client has disconnected."""
         for cycle in self._unanswered:
             cycle.disconnected = True
             cycle.message_event.set()
@@ -182,5 +187,5 @@ class GuardedProtocol(HttpToolsProtocol):
 
 
 def guarded(edge: Edge) -> type[GuardedProtocol]:
-    """The kind of connection that `uvicorn.Config(http=…)` takes, with these limits."""
+    """The class for `uvicorn.Config(http=…)`, with these limits."""
     return type("GuardedProtocol", (GuardedProtocol,), {"edge": edge})

@@ -4,9 +4,9 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 
 class HeadAsGet:
-    """Asks the application for what GET would give, and sends nothing of it but its head.
+    """Has the application answer as to GET, and sends only the head.
 
-    An answer without end, as a live stream's, ends with its head.
+    After the head the application receives `http.disconnect`, which ends a live stream.
     """
 
     def __init__(self, app: ASGIApp) -> None:

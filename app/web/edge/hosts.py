@@ -1,7 +1,8 @@
-"""For which hosts the server answers: a foreign name in a request is DNS rebinding. Pure.
+"""Checks the Host header against the server's own names, to stop DNS rebinding. Pure.
 
-A page of another site can have its own name resolve to this machine; its scripts then ask this
-server, and the browser takes that for the page's own site. Only the name tells them apart.
+Another site can make its own name resolve to this machine. Its scripts can then send requests to
+this server, and the browser believes that they go to the site itself. Only the name in the Host
+header shows the difference.
 """
 
 import ipaddress
@@ -16,9 +17,9 @@ _HEADER = re.compile(r"(?P<host>\[[^\[\]]*\]|[^:\[\]]*)(:(?P<port>\d{0,5}))?")
 
 
 def host_of(header: str) -> str | None:
-    """The host in a Host header or an origin's authority, in lower case; None when it is none.
+    """The host in a Host header or an origin's authority, in lower case; None if it is invalid.
 
-    An IPv6 address comes without its brackets, a name without the dot that may end it.
+    An IPv6 address is returned without brackets, a name without a final dot.
     """
     found = _HEADER.fullmatch(header.strip().lower())
     if found is None:
@@ -31,18 +32,20 @@ def host_of(header: str) -> str | None:
 
 
 class Hosts:
-    """The hosts that may be asked for.
+    """The hosts that this server answers for.
 
-    Those are `localhost` and the addresses of this machine's loopback; the address that the server
-    listens on, or any address when it listens on all; and the names that it was told: `name`,
-    `*.domain` for every name below one, `*` for anything.
+    They are `localhost` and the loopback addresses; the address that the server listens on, or any
+    address if it listens on all; and the names in the settings: `name`, `*.domain` for every name
+    below a domain, `*` for anything. A server that listens on all addresses also answers for its
+    `machine` name.
     """
 
     def __init__(self, listening: str, named: Iterable[str], machine: str = "") -> None:
         self._everywhere = listening in ("0.0.0.0", "::", "")
         names = {_LOCAL, listening.lower()}
         if self._everywhere and machine:
-            # A name without a dot is nobody's in the DNS, one in .local is of this network.
+            # No other site can own these: the public DNS has no name without a dot, and .local
+            # names are resolved in the local network.
             short = machine.lower().partition(".")[0]
             names |= {short, f"{short}.local"}
         given = [each.lower() for each in named]
@@ -53,7 +56,7 @@ class Hosts:
     def check(self, header: str | None) -> None:
         """Raise HostError unless a request with this Host header is for this server.
 
-        A request without one comes from no browser.
+        A request without the header is accepted: browsers always send it.
         """
         if header is None or self._anything:
             return
@@ -61,7 +64,7 @@ class Hosts:
         if host is None or not self._knows(host):
             raise HostError(
                 f"host {shorten(header, 100)} is not a name of this server; the setting `hosts` "
-                "(--hosts) adds one",
+                "(--hosts) can add it",
                 field="host",
             )
 

@@ -1,10 +1,10 @@
-"""How much of what clients send is parsed in one turn of the event loop, and whose.
+"""Limits how many received bytes are parsed in one turn of the event loop, clients in turn.
 
-Cheap bytes cost the server most: 170 empty WebSocket frames, 170 chunks of one byte or 50 short
-requests fit into a kibibyte, and take a millisecond or two to parse. The event loop would read
-256 KiB of each connection at a time, and every room would stand still meanwhile. So a connection is
-read in pieces, some pieces are parsed in a turn, clients in turn, and what else is due comes in
-between. What must wait stays in the kernel, whose buffers slow down whoever fills them.
+Small messages cost the server most: a kibibyte holds 170 empty WebSocket frames, 170 chunks of one
+byte or 50 short requests, and takes a millisecond or two to parse. asyncio would read 256 KiB of
+each connection at a time, and every room would stand still meanwhile. So the server reads each
+connection in small pieces and parses only a few pieces in a turn; other tasks run in between. The
+remaining bytes stay in the kernel, whose full buffers slow the sender down.
 """
 
 import asyncio
@@ -14,44 +14,44 @@ from typing import Final, Protocol
 from app.concurrency.fair_queue import FairQueue
 
 _PIECE: Final = 1024
-"""Bytes that are read of a connection at a time."""
+"""Bytes that are read from a connection at a time."""
 
 _TURN: Final = 2048
-"""Bytes that are parsed in one turn of the event loop, of all connections together."""
+"""Bytes that are parsed in one turn of the event loop, for all connections together."""
 
 _LEAST: Final = 512
-"""Bytes that a piece counts as at least: a short request or message takes half a millisecond to
-carry out, however short it is."""
+"""A piece counts as at least this many bytes: even a short request or message takes half a
+millisecond to handle."""
 
 
 class Source(Protocol):
-    """A connection of which something was read."""
+    """A connection with received bytes."""
 
     def parse(self) -> int:
-        """Parse a piece, and return its bytes; put the connection back if that was not all."""
+        """Parse a piece and return its length; if more is left, put the connection back."""
 
 
 class Intake:
-    """Parses what was read, so much in a turn of the event loop.
+    """Parses the received bytes of all connections, a limited number in each turn.
 
-    `soon` calls a function in the next turn. Into `buffer` all connections read: one after the
-    other, and each takes what it has read at once.
+    `soon` calls a function in the next turn. All connections read into the one `buffer`; each
+    copies its bytes out before the next one reads.
     """
 
     def __init__(self, soon: Callable[[Callable[[], None]], object] | None = None) -> None:
         self.buffer = memoryview(bytearray(_PIECE))
         self._soon = soon or (lambda next_: asyncio.get_running_loop().call_soon(next_))
         self._queue: FairQueue[Source] = FairQueue()
-        self._left = _TURN  # bytes, in this turn
-        self._turning = False  # the next turn is asked for
+        self._left = _TURN  # bytes left in this turn
+        self._turning = False  # the next turn has been requested
 
     def put(self, client: str, source: Source) -> None:
-        """Let a connection wait for its turn."""
+        """Queue a connection."""
         self._queue.put(client, source)
         self._turn()
 
     def work(self) -> None:
-        """Parse what waits, as far as this turn goes."""
+        """Parse queued connections until this turn's bytes are used up."""
         while self._left > 0 and (source := self._queue.take()) is not None:
             self._left -= max(source.parse(), _LEAST)
         if self._left < _TURN:

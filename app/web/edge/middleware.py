@@ -1,4 +1,4 @@
-"""What holds for every request, as plain ASGI: host, origin, body limit, security headers."""
+"""ASGI middleware for every request: host, origin, body limit, security headers."""
 
 import asyncio
 import logging
@@ -13,43 +13,46 @@ from app.web.edge.addresses import Proxies
 from app.web.edge.hosts import Hosts
 from app.web.problems import problem_response
 
-# Nothing from elsewhere, nothing inline: a board's name or a room's id that finds its way into the
-# page stays text.
-_OWN_ALONE = (
+# Only the server's own files, and no inline scripts: a board's name or a room's id that is written
+# into a page cannot become code.
+_OWN_ONLY = (
     "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; "
     "img-src 'self' data: blob:; "
     "font-src 'self'; connect-src 'self'; manifest-src 'self'; media-src 'self'; "
     "form-action 'none'; "
 )
 SECURITY_HEADERS = {
-    "content-security-policy": f"{_OWN_ALONE}base-uri 'none'; frame-ancestors 'none'",
+    "content-security-policy": f"{_OWN_ONLY}base-uri 'none'; frame-ancestors 'none'",
     "x-content-type-options": "nosniff",
     "x-frame-options": "DENY",
     "referrer-policy": "same-origin",
     "cross-origin-opener-policy": "same-origin",
 }
 _FRAMED = "frame-ancestors *"
-EMBEDDED = {"content-security-policy": f"{_OWN_ALONE}base-uri 'self'; {_FRAMED}"}
-"""Headers of the one page that other sites may show in a frame."""
+EMBEDDED = {"content-security-policy": f"{_OWN_ONLY}base-uri 'self'; {_FRAMED}"}
+"""Headers of the only page that other sites may show in a frame."""
 
 _AUTHORITY = re.compile(r"[^\s/?#@\\]+")
 
 _SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
 
-# After a 413, what the client still sends is read and thrown away up to these bounds, so that one
-# that sends its whole body before it listens gets to see the answer instead of a broken pipe.
+# After a 413 the server reads and discards the rest of the body, up to these bounds. A client that
+# sends its whole body before it reads then gets the answer instead of a broken pipe.
 _DISCARD_BYTES = 32 << 20
 _DISCARD_SECONDS = 5.0
 
 _FORWARDERS_NAMED = 8
 
-MAX_BODY = 1 << 20  # bytes of a request
+MAX_BODY = 1 << 20  # bytes of a request's body
 
 _log = logging.getLogger("plinko")
 
 
 def check_origin(headers: Mapping[str, str], allowed: Iterable[str]) -> None:
-    """Raise OriginError when a page of another site asks; no Origin header means no page."""
+    """Raise OriginError if a page of another site sent the request.
+
+    A request without an Origin header does not come from a page.
+    """
     origin = headers.get("origin")
     if origin is None or origin in allowed:
         return
@@ -58,16 +61,16 @@ def check_origin(headers: Mapping[str, str], allowed: Iterable[str]) -> None:
 
 
 def _authority(origin: str) -> str | None:
-    """Host and port of an origin as a browser writes it; None for what is none, as `null`."""
+    """Host and port of an origin as browsers write it; None if it is invalid, such as `null`."""
     scheme, separator, authority = origin.lower().partition("://")
     whole = separator and scheme in ("http", "https") and _AUTHORITY.fullmatch(authority)
     return authority if whole else None
 
 
 class HostCheck:
-    """Refuses requests under names that are not this server's, with 421: see edge/hosts.py.
+    """Refuses a request for a host that is not this server, with 421: see edge/hosts.py.
 
-    And under two, with 400: whatever stands before the server may have believed the other one.
+    A request with two Host lines gets 400: a proxy may have trusted the other one.
     """
 
     def __init__(self, app: ASGIApp, hosts: Hosts) -> None:
@@ -79,7 +82,7 @@ class HostCheck:
             named = Headers(scope=scope).getlist("host")
             try:
                 if len(named) > 1:
-                    raise HeadError(f"{len(named)} Host lines, and not one", field="host")
+                    raise HeadError(f"{len(named)} Host lines, instead of one", field="host")
                 self.hosts.check(named[0] if named else None)
             except (HeadError, HostError) as error:
                 await _refuse(scope, receive, send, error)
@@ -88,9 +91,9 @@ class HostCheck:
 
 
 class OriginCheck:
-    """Refuses WebSocket handshakes and unsafe requests that another site's page makes.
+    """Refuses WebSocket handshakes and unsafe requests from other sites' pages.
 
-    Without it any page that a player happens to open could play, or fill a server on loopback.
+    Otherwise any page that a player opens could drop balls here, or overload a server on loopback.
     """
 
     def __init__(self, app: ASGIApp, allowed: tuple[str, ...]) -> None:
@@ -121,9 +124,9 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, error: AppError) -
 
 
 class ForwardedCheck:
-    """Warns of a proxy that is not trusted: all its clients count as one.
+    """Logs a warning about a proxy that is not trusted: all its clients count as one.
 
-    Anybody can send the header, so a few addresses are named, each once.
+    Anybody can send the header, so the log names only a few addresses, each once.
     """
 
     def __init__(self, app: ASGIApp, proxies: Proxies) -> None:
@@ -143,20 +146,19 @@ class ForwardedCheck:
         if "x-forwarded-for" in Headers(scope=scope):
             self._named.add(host)
             _log.warning(
-                "X-Forwarded-For from %s is ignored: if that is a proxy of yours, name it in "
-                "--trusted-proxies; until then all its clients share the limits of one",
+                "X-Forwarded-For from %s is ignored: if this is your proxy, name it in "
+                "--trusted-proxies; until then all its clients share the limits of one client",
                 host,
             )
 
 
 class SecurityHeaders:
-    """Adds the security headers to every HTTP response, of a WebSocket's handshake too."""
+    """Adds the security headers to every HTTP response, also to a refused WebSocket handshake."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on and add the headers to its answer."""
         if scope["type"] == "lifespan":
             await self.app(scope, receive, send)
             return
@@ -167,24 +169,24 @@ class SecurityHeaders:
                 for name, value in SECURITY_HEADERS.items():
                     headers.setdefault(name, value)
                 if _FRAMED in headers["content-security-policy"]:
-                    del headers["x-frame-options"]  # which knows no word for it
+                    del headers["x-frame-options"]  # it has no value that allows all sites
             await send(message)
 
         await self.app(scope, receive, send_with_headers)
 
 
 class WeakWhenCompressed:
-    """Gives a compressed answer a weak ETag: its bytes are not those of the plain one.
+    """Makes the ETag of a compressed response weak.
 
-    A strong one would name both (RFC 9110, 8.8.1), and a cache could join parts of the two. An
-    answer that nothing has changed has the tag as the client has it.
+    Its bytes differ from those of the uncompressed one. If both had the same strong tag, a cache
+    could join parts of the two (RFC 9110, 8.8.1). A 304 gets the tag in the form that the client
+    sent.
     """
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on and weaken the tag of its answer."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
@@ -209,7 +211,7 @@ class _BodyOverflowError(Exception):
 
 
 class BodyLimit:
-    """Answers 413 as soon as a body is known to be over the limit, without keeping any of it."""
+    """Answers 413 as soon as a body is known to be over the limit; keeps nothing of the body."""
 
     def __init__(self, app: ASGIApp, max_body: int) -> None:
         self.app = app
@@ -251,13 +253,13 @@ class BodyLimit:
         self, scope: Scope, receive: Receive, send: Send, headers: Headers, size: str
     ) -> None:
         error = TooLargeError(
-            f"a body of {size} is over the limit of {self.max_body} bytes", field="body"
+            f"the body has {size}; the limit is {self.max_body} bytes", field="body"
         )
         response = problem_response(error, scope["path"])
         response.headers["connection"] = "close"
         start = {"status": response.status_code, "headers": response.raw_headers}
         await send({"type": "http.response.start", **start})
-        # The whole answer leaves now; only its formal end waits for the rest of the body.
+        # Send the whole answer now; only its formal end waits for the rest of the request's body.
         await send({"type": "http.response.body", "body": response.body, "more_body": True})
         if "expect" not in headers:
             await _discard(receive)
@@ -265,7 +267,7 @@ class BodyLimit:
 
 
 async def _discard(receive: Receive) -> None:
-    """Throw away what still comes in, within bounds of size and time."""
+    """Read and discard the rest of the body, within bounds of size and time."""
     size = 0
     try:
         async with asyncio.timeout(_DISCARD_SECONDS):
@@ -275,4 +277,4 @@ async def _discard(receive: Receive) -> None:
                 if message["type"] == "http.disconnect" or not message.get("more_body", False):
                     return
     except TimeoutError:
-        return  # the answer was sent long ago; closing now is all that is left
+        return  # the answer has been sent already

@@ -1,8 +1,9 @@
-"""A WebSocket's limits before its messages reach the application.
+"""Limits on a WebSocket's frames and handshake, before its messages reach the application.
 
-The library answers each ping, keeps each fragment and reads on for as long as a client sends, and
-uvicorn answers no handshake that the library cannot read. `GuardedSocket` limits frames of every
-kind, sends no pongs to a client that does not read, and answers every handshake, in time.
+The websockets library answers every ping, stores every fragment and reads as long as a client
+sends; and uvicorn does not answer a handshake that the library cannot parse. `GuardedSocket` limits
+frames of every kind, sends no pongs to a client that does not read, and answers every handshake
+within a time limit.
 """
 
 import asyncio
@@ -16,22 +17,23 @@ from app.errors import BusyError, HeadError, HeadTooLargeError, MessageFloodErro
 from app.web.edge.connection import Edge, refusal
 from app.web.limits import TokenBucket
 
-_MOST_FRAGMENTS = 64  # of one message; browsers send messages of this size whole
+_MOST_FRAGMENTS = 64  # of one message; browsers send messages of this size in one frame
 
 _LINGER = 1.0
-"""s in which a client can read why its connection ends: the system of one that is cut off while it
-sends throws away what it was told last."""
+"""Seconds between the close frame and the end of the connection, in which the client can read the
+reason. If the connection ended at once while the client is sending, the client's system would
+discard the close frame."""
 
-_PONG = bytes([0x80 | Opcode.PONG])  # how it begins on the wire
+_PONG = bytes([0x80 | Opcode.PONG])  # the first byte of a pong frame
 
 
 class GuardedSocket(WebSocketsSansIOProtocol):
-    """uvicorn's WebSocket with limits; made by `guarded_socket`."""
+    """uvicorn's WebSocket protocol with limits; `guarded_socket` makes subclasses of it."""
 
     edge: ClassVar[Edge]
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Begin to wait for the answer to the handshake, whose head has come."""
+        """Start the time limit of the handshake; its head has arrived already."""
         super().connection_made(transport)
         rate = self.edge.frame_rate
         self._frames = TokenBucket(rate, 2 * rate + _MOST_FRAGMENTS, self.loop.time())
@@ -42,18 +44,18 @@ class GuardedSocket(WebSocketsSansIOProtocol):
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
-        """Take what came, and answer a handshake that the library could not read."""
+        """Parse the bytes, and answer a handshake that the library could not parse."""
         super().data_received(data)
         unread = self.conn.handshake_exc
         if unread is None or self.handshake_complete:
             return
         if isinstance(unread, HeaderLineTooLong | RequestLineTooLong):
-            self._refuse(HeadTooLargeError(f"a WebSocket's handshake with a long line: {unread}"))
+            self._refuse(HeadTooLargeError(f"a line of the handshake is too long: {unread}"))
         else:
-            self._refuse(HeadError(f"no handshake of a WebSocket: {unread.__cause__ or unread}"))
+            self._refuse(HeadError(f"not a WebSocket handshake: {unread.__cause__ or unread}"))
 
     def handle_events(self) -> None:
-        """Take the frames that came, unless they are too many."""
+        """Handle the received frames, unless there are too many."""
         count = len(self.conn.events)
         if self._frames.left(self.loop.time()) < count:
             self._end(MessageFloodError(f"more than {self._frames.rate:g} frames a second"))
@@ -62,31 +64,31 @@ class GuardedSocket(WebSocketsSansIOProtocol):
         super().handle_events()
 
     def handle_cont(self, event: Frame) -> None:
-        """Keep a fragment, unless there are too many."""
+        """Store a fragment, unless there are too many."""
         if len(self.frames) < _MOST_FRAGMENTS:
             super().handle_cont(event)
         elif not self.close_sent:
             self._end(MessageFloodError(f"a message of more than {_MOST_FRAGMENTS} fragments"))
 
     def handle_ping(self) -> None:
-        """Answer if the client reads: it need not have a pong to each (RFC 6455, 5.5.3)."""
+        """Send the pong only if the client reads; not every ping needs one (RFC 6455, 5.5.3)."""
         output = self.conn.data_to_send()
         if not self.writable.is_set():
             output = [each for each in output if not each.startswith(_PONG)]
         self.transport.write(b"".join(output))
 
     def handle_parser_exception(self) -> None:
-        """Close with what the library says of it; what still comes is thrown away."""
+        """Close with the library's code and reason; the library discards all further bytes."""
         if not self.close_sent and (said := self.conn.close_sent) is not None:
             self._part(said.code, said.reason)
 
     def send_500_response(self) -> None:
-        """Answer a handshake at which the application failed, in this server's own words."""
+        """Answer a handshake on which the application failed, with a problem document."""
         if not (self.initial_response or self.handshake_complete):
             self._refuse(RuntimeError())
 
     def shutdown(self) -> None:
-        """Tell the client that the server stops, unless its connection is ending already."""
+        """Close because the server stops, unless the connection is closing already."""
         if self.transport.is_closing():
             return
         if self.handshake_complete:
@@ -107,7 +109,7 @@ class GuardedSocket(WebSocketsSansIOProtocol):
         self.transport.close()
 
     def _end(self, error: MessageFloodError) -> None:
-        """Close with a reason, and read nothing more."""
+        """Send a close frame with the error, and read nothing more."""
         self.edge.refused(answer(error).code)
         code, reason = answer(error).close, str(error)
         self.conn.fail(code, reason)
@@ -116,7 +118,7 @@ class GuardedSocket(WebSocketsSansIOProtocol):
         self.transport.pause_reading()
 
     def _part(self, code: int, reason: str) -> None:
-        """Send the close frame that is written already, and drop the connection a little later."""
+        """Send the library's pending close frame, and abort the connection after `_LINGER`."""
         self.queue.put_nowait({"type": "websocket.disconnect", "code": code, "reason": reason})
         self.transport.write(b"".join(self.conn.data_to_send()))
         self.close_sent = True
@@ -124,5 +126,5 @@ class GuardedSocket(WebSocketsSansIOProtocol):
 
 
 def guarded_socket(base: type[WebSocketsSansIOProtocol], edge: Edge) -> type[Any]:
-    """The kind of WebSocket that `uvicorn.Config(ws=…)` takes: `base` with these limits."""
+    """The class for `uvicorn.Config(ws=…)`: `base` with these limits."""
     return type("GuardedSocket", (GuardedSocket, base), {"edge": edge})

@@ -1,4 +1,4 @@
-"""The pages as they are served: in a language, each as one script and one sheet; and their links.
+"""The pages as they are served: bundled, in each language, with previews for links.
 
-Imports nothing of the rest. Start with release.py.
+Imports no other package of the server. Start with release.py.
 """

@@ -1,8 +1,8 @@
-"""The languages of the pages: their texts, which of them a client reads, and HTML filled with them.
+"""The pages' languages: reads their texts, chooses one for a client, and fills it into HTML.
 
-Texts are JSON by keys, js/texts/<language>.json, one file for a language. HTML names them in
-braces: `{{word.drop}}`, or `{{keys.aim|<kbd>Shift</kbd>}}` where an element stands at the text's
-`{}`.
+Each language has one file js/texts/<language>.json, an object from keys to texts. HTML names a key
+in braces: `{{word.drop}}`. In `{{keys.aim|<kbd>Shift</kbd>}}` the element replaces the `{}` in the
+text.
 """
 
 import html
@@ -11,41 +11,40 @@ import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-ENGLISH = "en"  # what everything is written in first, and who reads none of the others gets
+ENGLISH = "en"  # the source of all translations, and the default
 
 _QUOTED = re.compile(r'"([\w.-]+)"')
 _PLACE = re.compile(r"\{\{([\w.-]+)\}\}")
 _AROUND = re.compile(r"\{\{([\w.-]+)\|(.*?)\}\}", re.S)  # an element within a text
 
-Texts = Mapping[
-    str, str | Mapping[str, str]
-]  # by keys; by plural categories where there are several
+Texts = Mapping[str, str | Mapping[str, str]]
+"""Texts by key; a text with a number is an object from plural categories to texts."""
 
 
 def path_of(language: str) -> str:
-    """Where a language's texts lie below static/."""
+    """The file of a language's texts, relative to static/."""
     return f"js/texts/{language}.json"
 
 
 def languages_of(static: Path) -> dict[str, Texts]:
-    """The texts of all languages that are there, English first."""
+    """The texts of all languages in `static`, English first."""
     names = sorted(path.stem for path in static.glob("js/texts/??.json"))
     names.sort(key=lambda name: name != ENGLISH)
     return {name: json.loads((static / path_of(name)).read_text("utf-8")) for name in names}
 
 
 def used_in(code: str) -> set[str]:
-    """What may be keys of texts that the code uses: all in quotes that has their form."""
+    """The keys that the code may use: every quoted string that has the form of a key."""
     return set(_QUOTED.findall(code))
 
 
 def filled(page: str, texts: Texts) -> str:
-    """A page's HTML with a language's texts. Raises ValueError for a key that has no text."""
+    """A page's HTML with a language's texts. Raises ValueError for a key without a text."""
 
     def text(key: str) -> str:
         found = texts.get(key)
         if not isinstance(found, str):
-            raise ValueError(f"the page asks for the text {key!r}, which the language has not")
+            raise ValueError(f"the page uses the text {key!r}, which the language does not have")
         return html.escape(found)
 
     page = _PLACE.sub(lambda place: text(place[1]), page)
@@ -53,18 +52,18 @@ def filled(page: str, texts: Texts) -> str:
 
 
 def chosen(cookie: str | None, accepted: str, languages: Iterable[str]) -> str:
-    """The language of an answer: the one that a visitor chose, or else accepts before all others.
+    """The language for a visitor: the one in the cookie, or the best of the accepted ones.
 
     `accepted` is the header Accept-Language (RFC 9110, 12.5.4); de-AT finds de (RFC 4647, 3.4).
     """
-    there = list(languages)
+    available = list(languages)
     ranked = [cookie or "", *_by_weight(accepted)]
-    found = (name for tag in ranked if (name := tag.partition("-")[0].lower()) in there)
+    found = (name for tag in ranked if (name := tag.partition("-")[0].lower()) in available)
     return next(found, ENGLISH)
 
 
 def _by_weight(accepted: str) -> list[str]:
-    """Languages of the header, the most wanted first; none that is unwanted."""
+    """The header's languages by falling weight, without those of weight 0."""
     tags: list[tuple[float, str]] = []
     for part in accepted.split(","):
         tag, _, weight = part.partition(";")

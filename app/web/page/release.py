@@ -1,11 +1,13 @@
-"""A page with its modules as one script and its styles as one sheet: a slow line waits only twice.
+"""Bundles each page: all its modules as one script and its styles as one sheet, in each language.
 
-What all pages share stands once, in parts/<name>.part: a page says `{{> head title=map.title}}`,
-and the part has `{{$title}}` where the page's own text goes.
+A page on a slow connection then waits for two files only.
 
-Nothing is translated or renamed: each module becomes a function that gives its exports, in an order
-in which what it imports is there. Comments and blanks are left out. The texts are those of one
-language: see languages.py.
+HTML that all pages share is in parts/<name>.part. A page includes it with
+`{{> head title=map.title}}`, and the part has `{{$title}}` where the page's text goes.
+
+The bundle does not transpile or rename anything. Each module becomes a function that returns its
+exports, after the modules that it imports. Comments and blanks are removed, and the English texts
+are replaced by those of one language (languages.py).
 """
 
 import json
@@ -29,22 +31,23 @@ _DATA = re.compile(r'^import (?P<name>\w+) from "(?P<path>[^"]+)" with \{ type: 
 _LEFT = re.compile(r"^(?:import|export)\b.*$", re.M)
 _BESIDE = re.compile(r'new URL\("([^"]+)", import\.meta\.url\)')
 _SHEET = re.compile(r'    <link rel="stylesheet" href="(css/[^"]+)">\n')
-# The colours are here: nothing waits for the script that sets them, as css/base.css has it.
+# css/base.css hides the page until a script has set the colours. The bundled sheet has the colours,
+# so it shows the page at once.
 _SHOWN = 'html:not([style*="--page"]) body {\n  visibility: visible;\n}\n'
 _PART = re.compile(r"^ *\{\{> (\w+)((?: \w+=[\w.-]+)*)\}\}\n", re.M)
 _SCRIPT = re.compile(r'<script type="module" src="(js/[^"]+)">')
 
 
 def script(static: Path, entry: str) -> str:
-    """The module at `entry` (a path below `static`) and all that it imports, as one module.
+    """The module at `entry` (a path below `static`) and all its imports, as one module.
 
-    Raises ValueError for a module that imports or exports in a form that no page of ours uses.
+    Raises ValueError for a form of import or export that the bundler does not know.
     """
     return "".join(_modules(static, entry).values())
 
 
 def _modules(static: Path, entry: str) -> dict[str, str]:
-    """Each module as a function that was called, by its path, what others use before them."""
+    """The bundled code of each module by path, imported modules before those that import them."""
     modules: dict[str, str] = {}
     _add(static, entry, posixpath.dirname(entry), modules)
     return modules
@@ -52,7 +55,7 @@ def _modules(static: Path, entry: str) -> dict[str, str]:
 
 def _add(static: Path, path: str, home: str, modules: dict[str, str]) -> None:
     text = (static / path).read_text(encoding="utf-8")
-    modules[path] = ""  # its place, should it be met again on the way
+    modules[path] = ""  # marks it as visited, for an import in a circle
     exports = _EXPORT.findall(text)
 
     def beside(named: str) -> str:
@@ -81,7 +84,9 @@ def _add(static: Path, path: str, home: str, modules: dict[str, str]) -> None:
     text = _EXPORT.sub("", text)
     strange = _LEFT.search(text)
     if strange:
-        raise ValueError(f"{path} has {strange[0]!r}, which is no import or export by name")
+        raise ValueError(
+            f"{path} has {strange[0]!r}, which the bundler does not know: import and export by name"
+        )
     text = _BESIDE.sub(
         lambda found: f'new URL("{posixpath.relpath(beside(found[1]), home)}", import.meta.url)',
         text,
@@ -101,11 +106,11 @@ def _name(path: str) -> str:
 
 
 def sheet(static: Path, styles: list[str]) -> str:
-    """The colours of theme.json and then these sheets, as one."""
+    """One style sheet: the colours of theme.json, then these sheets."""
     theme = json.loads((static / "theme.json").read_text(encoding="utf-8"))
     unless_light = _colours(theme["dark"], ':root:not([data-scheme="light"])')
     dark = f"@media (prefers-color-scheme: dark) {{\n{unless_light}}}\n"
-    dark += _colours(theme["dark"], ':root[data-scheme="dark"]')  # as page.py says of who chose it
+    dark += _colours(theme["dark"], ':root[data-scheme="dark"]')  # set for visitors who chose it
     texts = [(static / style).read_text(encoding="utf-8") for style in styles]
     whole = "".join([_colours(theme["light"], ":root"), dark, *texts, _SHOWN])
     return str(cssmin(whole))
@@ -121,7 +126,7 @@ def _kebab(name: str) -> str:
 
 
 def assembled(static: Path, page: str, text: str) -> str:
-    """The HTML of `page` with all shared parts in their places; links to itself are marked."""
+    """The HTML of `page` with its shared parts; a link to the page itself is `aria-current`."""
 
     def part(found: "re.Match[str]") -> str:
         given = dict(each.split("=") for each in found[2].split())
@@ -137,10 +142,7 @@ def assembled(static: Path, page: str, text: str) -> str:
 def parts(
     static: Path, page: str, text: str, languages: Mapping[str, Texts]
 ) -> tuple[dict[str, str], dict[str, str]]:
-    """The HTML of `page` in each language, with one sheet and one script.
-
-    Sheet and scripts come by their paths below `static`.
-    """
+    """The HTML of `page` by language, and its sheet and scripts by their paths below `static`."""
     name = page.removesuffix(".html")
     text = assembled(static, page, text)
     made: dict[str, str] = {}
@@ -164,7 +166,7 @@ def parts(
 
 
 def _with_texts(modules: dict[str, str], texts: Texts) -> str:
-    """A page's modules as one, with these texts in the place of all English ones."""
+    """A page's modules as one script, with these texts instead of the English ones."""
     english = path_of(ENGLISH)
     if english in modules:
         modules = modules | {english: _constant(english, json.dumps(texts, ensure_ascii=False))}

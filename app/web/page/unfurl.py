@@ -1,6 +1,6 @@
-"""What other sites show of a link to a drop: title, text and picture, by the Open Graph protocol.
+"""The preview that other sites show of a link to a drop: Open Graph title, text and picture.
 
-Source: https://ogp.me. Nothing is looked up: a link that no drop answers to has a picture missing.
+Source: https://ogp.me. The drop is not looked up: if it does not exist, the picture is missing.
 """
 
 import html
@@ -11,16 +11,16 @@ from urllib.parse import quote, urlencode
 _BOARD = re.compile("[a-z0-9-]{1,64}")  # a preset's name or a digest
 _SEED = re.compile("[0-9]{1,20}")
 _CHOICES = ("x", "aim", "solver", "dt", "substeps")  # the rest of a drop's address
-_MOST = 32  # characters of one of them
-_WIDTH = 1200  # pixels, which large cards are drawn with
-_MOMENT = "1.5"  # s: the picture's, in which a ball of most boards is on its way
+_MOST = 32  # characters of one of these values
+_WIDTH = 1200  # pixels, the width of a large card
+_MOMENT = "1.5"  # s after the start; on most boards the ball is still falling
 
 
 def card(query: Mapping[str, str], base: str) -> str:
-    """`<meta>` elements for the replay at the address `query`; `base`: the site's own, with a `/`.
+    """`<meta>` elements for the replay of `query`; `base` is the site's address, with a final `/`.
 
-    The title says which drop it is and the text not where it lands. Without a seed and a board that
-    an address may name (one in a link's fragment never comes here) there is no picture.
+    The title names the drop, but nothing says where it lands. There is no picture if the query has
+    no valid seed and board. (A board in a link's fragment is never sent to the server.)
     """
     board, seed = query.get("board", ""), query.get("seed", "")
     about = {"og:type": "website", "og:site_name": "Plinko"}

@@ -1,4 +1,5 @@
-"""The HTTP and WebSocket interface, one module a subject.
+"""The HTTP and WebSocket interface, one module for each subject.
 
-Routes carry out; others decide. They import everything in app.web and below. Start with common.py.
+Routes parse requests and write responses; the decisions are made in the packages below. They may
+import everything in app.web and below. Start with common.py.
 """

@@ -1,4 +1,4 @@
-"""`/docs`: the HTTP interface to read and to try out, by Swagger UI, served from the package."""
+"""`/docs`: Swagger UI for the HTTP interface, served from an installed package."""
 
 import importlib.resources
 from typing import Final
@@ -38,27 +38,26 @@ SwaggerUIBundle({
 """
 
 _PARTS: Final = {"swagger-ui.css": "text/css", "swagger-ui-bundle.js": "text/javascript"}
-"""Files of the package `fastapi-swagger`, of which nothing else is used."""
+"""The only files that the server uses of the package `fastapi-swagger`."""
 
 _HEADERS: Final = {"cache-control": "public, max-age=86400"}
 
 
 @router.get("/docs")
 async def docs() -> Response:
-    """The page."""
     return Response(_PAGE, media_type="text/html")
 
 
 @router.get("/docs/start.js")
 async def start() -> Response:
-    """What starts it: the security policy allows no script within the page."""
+    """The script that starts Swagger UI; the security policy forbids inline scripts."""
     return Response(_START, headers=_HEADERS, media_type="text/javascript")
 
 
 @router.get("/docs/{name}")
 def part(name: str) -> Response:
-    """A file of Swagger UI. FastAPI reads it on another thread."""
+    """A file of Swagger UI. Not async, so that FastAPI reads the file on another thread."""
     if name not in _PARTS:
-        raise NotFoundError(f"the docs have no file {name!r}", field="name")
+        raise NotFoundError(f"/docs has no file {name!r}", field="name")
     file = importlib.resources.files("fastapi_swagger") / "resources" / name
     return Response(file.read_bytes(), headers=_HEADERS, media_type=_PARTS[name])

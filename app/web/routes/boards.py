@@ -24,7 +24,7 @@ from engine.payouts.record import odds_of_record
 
 router = APIRouter(prefix="/api/v1/boards", tags=["boards"])
 
-Digest = Annotated[str | None, Query(description="The board of this digest alone.")]
+Digest = Annotated[str | None, Query(description="List only the board with this digest.")]
 
 _EXAMPLE = {
     "name": "three bins",
@@ -43,7 +43,7 @@ _EXAMPLE = {
 async def list_boards(server: Server, digest: Digest = None) -> Response:
     """Every preset with its payout table, then the registered boards.
 
-    With `digest` the list has that board, or none if the server does not know it.
+    With `digest` the list has only that board, or is empty if the server does not know it.
     """
     boards = [*server.boards.presets(), *server.boards.registered()]
     if digest is not None:
@@ -53,7 +53,7 @@ async def list_boards(server: Server, digest: Digest = None) -> Response:
 
 @router.get("/{board}", summary="Get a board", responses=documented(BoardView, 304, 404))
 async def get_board(board: str, request: Request, server: Server) -> Response:
-    """The whole board of a preset's name or of a digest; ETag is its digest."""
+    """The whole board with this preset's name or digest. The ETag is its digest."""
     found = server.boards.find(board)
     if is_current(request, found.digest):
         return not_modified(found.digest)
@@ -64,16 +64,17 @@ async def get_board(board: str, request: Request, server: Server) -> Response:
     "",
     summary="Register a board",
     responses={
-        **documented(BoardView, 400, 413, 422, 503, description="It was known already"),
+        **documented(BoardView, 400, 413, 422, 503, description="The board was known already"),
         **documented(BoardView, status=201, description="Registered"),
     },
     openapi_extra=body_of(BoardForm, _EXAMPLE),
 )
 async def register_board(request: Request, server: Server) -> Response:
-    """Check a board and keep it under its digest.
+    """Check a board and store it under its digest.
 
-    The same content has the same digest, so registering again changes nothing. The server keeps a
-    bounded number of boards; the longest unused is forgotten and can be registered again.
+    The same content has the same digest, so registering a board again changes nothing. The server
+    stores a limited number of boards. It forgets the least recently used one first; you can
+    register that one again.
     """
     board, view = await board_task(request, await json_body(request), tasks.board_and_view)
     new = server.boards.register(board)
@@ -84,20 +85,20 @@ async def register_board(request: Request, server: Server) -> Response:
 @router.post(
     "/check",
     summary="Check a board",
-    responses=documented(BoardView, 400, 413, 422, 503, description="It can be played"),
+    responses=documented(BoardView, 400, 413, 422, 503, description="The board can be played"),
     openapi_extra=body_of(BoardForm, _EXAMPLE),
 )
 async def check_board(request: Request) -> Response:
-    """Check a board without keeping it; the reply has its digest and every default filled in."""
+    """Check a board without storing it. The response has its digest and all defaults filled in."""
     return reply(await board_task(request, await json_body(request), tasks.board_view))
 
 
 @router.get("/{board}/odds", summary="Get a board's odds", responses=documented(BoardOdds, 404))
 async def get_odds(board: str, server: Server) -> Response:
-    """Return, hit rate, volatility and awards of a preset, by aim, as its landings were counted.
+    """A preset's return, hit rate, volatility and awards for each aim, from counted landings.
 
-    On a mirrored board aims of one side stand for both. Of boards that are no presets nothing was
-    counted: `plinko payouts` does.
+    On a symmetric board the list has the aims of one side, which hold for both. For a board that is
+    not a preset the list is empty; `plinko payouts` counts its landings.
     """
     found = server.boards.find(board)
     aims = [msgspec.convert(each.to_dict(), Odds) for each in odds_of_record(found)]

@@ -1,4 +1,4 @@
-"""What the routes share: their services, request bodies, replies, and how both are documented."""
+"""Functions that all routes use: services, request bodies, computing, responses, OpenAPI."""
 
 import asyncio
 import functools
@@ -37,47 +37,46 @@ from engine.seeding import parse_seed
 T = TypeVar("T")
 Ts = TypeVarTuple("Ts")
 
-MAX_SURFACES = 5000  # pegs and walls of a board that a client sends; bounds the work
+MAX_SURFACES = 5000  # pegs and walls of a board in a request; bounds the work
 SHORTEST_SUBSTEP = 1e-4  # s, of a stepped drop; bounds the work
 
-_INLINE_BODY = 1 << 12  # bytes; a body up to this is read in less than a millisecond
+_INLINE_BODY = 1 << 12  # bytes; a body up to this size is decoded in less than a millisecond
 _CACHE_SECONDS = 86_400
 
 _FAILURES = {
     304: "Not modified: the caller's copy is current",
     400: "Not JSON",
-    401: "A room's token is missing",
-    403: "Not the token of this room, or a room that nobody may change",
-    404: "No such thing",
-    409: "The room takes nothing now, or did this before",
+    401: "The token is missing",
+    403: "Not the token of this room, or the room has no owner",
+    404: "Not found",
+    409: "The room accepts nothing now, or the request was carried out before",
     413: "The body is too large",
-    415: "The body is not JSON, by its Content-Type",
+    415: "The Content-Type of the body is not JSON",
     422: "A bad value; `detail` and `field` name it",
-    429: "A limit was reached; `Retry-After` says when to come back",
-    501: "This server was installed without what it takes",
-    503: "The server is busy; `Retry-After` says when to come back",
+    429: "A limit was reached; `Retry-After` says when to try again",
+    501: "The server was installed without the package that this needs",
+    503: "The server is busy; `Retry-After` says when to try again",
 }
 
 
 def services(connection: HTTPConnection) -> Services:
-    """The server's parts, from wherever a route needs them."""
     found: Services = connection.app.state.services
     return found
 
 
-async def _asked_for(connection: HTTPConnection) -> Services:
-    """`services`, for routes; a plain function would be called on another thread, each time."""
+async def _services(connection: HTTPConnection) -> Services:
+    """`services` as a dependency. FastAPI would call a function that is not async on a thread."""
     return services(connection)
 
 
-Server = Annotated[Services, Depends(_asked_for)]
+Server = Annotated[Services, Depends(_services)]
 
 
 async def read(request: Request, kind: type[T], empty: T | None = None) -> T:
-    """The request's JSON body as `kind`; `empty` stands for no body at all.
+    """The request's JSON body as `kind`, or `empty` if there is no body.
 
-    Raises MediaTypeError and what `decode` raises. A large body is checked by a worker, and so what
-    `compute` raises.
+    Raises MediaTypeError and the errors of `decode`. A worker checks a large body, so it also
+    raises those of `compute`.
     """
     body = await json_body(request)
     if not body and empty is not None:
@@ -89,7 +88,7 @@ async def read(request: Request, kind: type[T], empty: T | None = None) -> T:
 
 
 async def json_body(request: Request) -> bytes:
-    """The request's body, not yet read as JSON; raises MediaTypeError if it says it is not."""
+    """The request's body as bytes; raises MediaTypeError if its Content-Type is not JSON."""
     body = await request.body()
     if body:
         _check_media_type(request.headers.get("content-type"))
@@ -97,7 +96,6 @@ async def json_body(request: Request) -> bytes:
 
 
 def _check_media_type(given: str | None) -> None:
-    """Raise MediaTypeError for a body that says it is something else than JSON."""
     if given is None:
         return
     kind = given.partition(";")[0].strip().lower()
@@ -105,7 +103,7 @@ def _check_media_type(given: str | None) -> None:
         kind.startswith("application/") and kind.endswith("+json")
     ):
         raise MediaTypeError(
-            f"the body's Content-Type is {shorten(kind)}: send application/json",
+            f"the body's Content-Type is {shorten(kind)}; send application/json",
             field="content-type",
         )
 
@@ -113,10 +111,11 @@ def _check_media_type(given: str | None) -> None:
 async def compute(
     request: Request, price: Price, task: Callable[[*Ts], T], *values: *Ts, quick: bool = False
 ) -> T:
-    """What `task(*values)` returns, done in a worker and charged to the client's address.
+    """The result of `task(*values)`, computed by a worker and charged to the client's address.
 
-    `quick`: before what takes longer. Raises CostError for a price over its limit, BudgetError,
-    BusyError, GoneError when the client leaves meanwhile, which ends the work, and what it raises.
+    A `quick` task goes before longer ones. If the client leaves, the work is cancelled. Raises
+    CostError for a price over its limit, BudgetError, BusyError, GoneError if the client has left,
+    and the errors of the task.
     """
     server, address = services(request), address_of(request)
     try:
@@ -134,7 +133,7 @@ async def charged(
     *values: *Ts,
     quick: bool = False,
 ) -> T:
-    """`compute` for whoever is at this address, as long as it is not cancelled."""
+    """Like `compute`, for any address; it does not watch whether the client leaves."""
     price.check()
     began = time.monotonic()
     server.budgets.charge(address, began, price.seconds, price.what)
@@ -156,10 +155,10 @@ async def charged(
 def short_drop(
     request: Request, board: Board, price: Price, task: Callable[[*Ts], T], *values: *Ts
 ) -> T | None:
-    """What `task(*values)` returns, a short drop on a preset, done here and charged as `compute`.
+    """The result of `task(*values)`, a short drop on a preset, computed on this thread.
 
-    None if it is for a worker: this preset is not ready yet, or the drop takes more than its price
-    says. Raises BudgetError, and what `work` raises.
+    It is charged as in `compute`. Returns None if a worker must compute it: the preset's board is
+    not ready here, or the drop takes more than its price. Raises BudgetError and the task's errors.
     """
     server, address = services(request), address_of(request)
     if not server.short.is_ready(board):
@@ -180,9 +179,9 @@ def short_drop(
 
 
 async def attended(request: Request, work: Coroutine[None, None, T]) -> T:
-    """The result of `work`, which is cancelled when the client leaves: GoneError is raised then.
+    """The result of `work`. If the client leaves, cancel `work` and raise GoneError.
 
-    For a request whose body has been read, or that has none.
+    The request's body must have been read, because this consumes its further messages.
     """
     doing, leaving = asyncio.create_task(work), asyncio.create_task(left(request.receive))
     try:
@@ -197,24 +196,24 @@ async def attended(request: Request, work: Coroutine[None, None, T]) -> T:
 
 
 async def left(receive: Receive) -> None:
-    """Return when the client is gone."""
+    """Return when the client has disconnected."""
     while (await receive())["type"] != "http.disconnect":
         pass
 
 
 def reply(value: object, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
-    """A JSON response; `value` is a Struct, a dict or bytes already encoded."""
+    """A JSON response; `value` is a Struct, a dict, or JSON that is encoded already."""
     body = value if isinstance(value, bytes) else msgspec.json.encode(value)
     return Response(body, status, headers, "application/json")
 
 
 def optional_seed(value: object) -> int | None:
-    """A seed or None for one to be drawn; raises SeedError."""
+    """The parsed seed, or None if the request has no seed; raises SeedError."""
     return None if value is None else parse_seed(value)
 
 
 def limit_drops(request: Request, server: Services) -> None:
-    """Raise RateLimitError when this address drops into rooms too often."""
+    """Count a drop into a room; raises RateLimitError if this address drops too often."""
     address, now = address_of(request), time.monotonic()
     try:
         server.room_drops.take(address, now, "drops")
@@ -223,29 +222,28 @@ def limit_drops(request: Request, server: Services) -> None:
 
 
 def charge_drops(request: Request, server: Services, drops: int) -> None:
-    """Have this address wait for as many drops more, whether it has them left or not."""
+    """Charge this address for `drops` drops, even if it has fewer left: it then has to wait."""
     address, now = address_of(request), time.monotonic()
     server.room_drops.bucket(address, now).charge(drops)
     note(request.scope, server.room_drops.allowance(address, now, "drops"))
 
 
 def next_page(request: Request, **place: object) -> dict[str, str]:
-    """The header `Link` of a page that others follow: its own address from another place on."""
+    """The header `Link` to the next page: this request's address with `place` in its query."""
     query = urllib.parse.urlencode({**request.query_params, **place})
     path = urllib.parse.quote(request.scope["path"])
     return {"link": f'<{path}?{query}>; rel="next"'}
 
 
 def address_of(connection: HTTPConnection) -> str:
-    """The client's address or network, by which it is told from others."""
+    """The client's address or network, as limits count it."""
     return one_client(connection.client.host) if connection.client else ""
 
 
 async def resolve_board(request: Request, board: msgspec.Raw) -> Board:
-    """The board that a body names, as JSON: a preset's name, a digest, or a whole object.
+    """The board for this JSON: a preset's name, a digest, or a whole board as an object.
 
-    Raises UnknownBoardError, or BoardError for an object that cannot be played, and what
-    `compute` raises: an object is checked by a worker.
+    Raises UnknownBoardError for a name or digest, and the errors of `board_task` for an object.
     """
     text = bytes(board)
     if text.startswith(b"{"):
@@ -259,10 +257,10 @@ async def resolve_board(request: Request, board: msgspec.Raw) -> Board:
 
 
 def chosen_solver(name: str, dt: float | None, substeps: int | None) -> Solver:
-    """The solver of a request; what is None was not given.
+    """The solver of a request; None means that the parameter was not given.
 
-    Raises InvalidValueError for a parameter of the stepped solver beside another, as it would not
-    do what it says; ParameterError, and what `check_step` raises.
+    Raises InvalidValueError if a parameter of the stepped solver is given for another solver, which
+    would ignore it; ParameterError; and the errors of `check_step`.
     """
     for field, value in (("dt", dt), ("substeps", substeps)):
         if value is not None and name != "stepped":
@@ -277,59 +275,59 @@ def chosen_solver(name: str, dt: float | None, substeps: int | None) -> Solver:
 
 
 def check_step(solver: object, dt: object, substeps: object) -> None:
-    """Raise InvalidValueError for steps so short that the drop would keep a thread for minutes.
+    """Raise InvalidValueError for steps so short that a drop would take minutes.
 
-    Anything else about the values is the engine's to judge.
+    The engine checks everything else about the values.
     """
     if solver != "stepped" or not isinstance(dt, int | float) or not isinstance(substeps, int):
         return
     if 0.0 < dt < SHORTEST_SUBSTEP * substeps:
         raise InvalidValueError(
             f"dt {dt!r} in {substeps} substeps makes steps shorter than {SHORTEST_SUBSTEP:g} s; "
-            "compute it with the command line",
+            "use longer steps, or compute the drop with `plinko drop`",
             field="dt",
         )
 
 
 def check_count(count: int, command: str, field: str = "drops") -> None:
-    """Raise InvalidValueError for more than a request may have; `command` has no such limit."""
+    """Raise InvalidValueError for a count over a request's limit; `command` has no such limit."""
     if not 1 <= count <= prices.MAX_DROPS:
         raise InvalidValueError(
-            f"{field} {count} is not from 1 to {prices.MAX_DROPS}; {command} takes more",
+            f"{field} {count} is not from 1 to {prices.MAX_DROPS}; `{command}` takes more",
             field=field,
         )
 
 
 async def checked_board(request: Request, text: bytes) -> Board:
-    """A board from its JSON, checked by a worker; raises what `board_task` raises."""
+    """A board from its JSON, checked by a worker; raises the errors of `board_task`."""
     return await board_task(request, text, tasks.board_of)
 
 
 async def board_task(request: Request, text: bytes, task: Callable[[bytes], T]) -> T:
-    """What a worker makes of a board's JSON, which it reads and checks.
+    """The result of `task` on a board's JSON, which a worker parses and checks.
 
-    Raises TooLargeError when it has more pegs and walls than the server takes, BoardError when it
-    cannot be played, JsonSyntaxError, JsonValueError and InvalidValueError for what is no JSON
-    object, and what `compute` raises.
+    Raises TooLargeError for more pegs and walls than the server accepts; BoardError if the board
+    cannot be played; JsonSyntaxError, JsonValueError and InvalidValueError if the text is not a
+    JSON object; and the errors of `compute`.
     """
     surfaces = _surfaces(text)
     if surfaces > MAX_SURFACES:
         raise TooLargeError(
-            f"a board of {surfaces} pegs and walls is over the limit of {MAX_SURFACES}",
+            f"the board has {surfaces} pegs and walls; the limit is {MAX_SURFACES}",
             field="board",
         )
     return await compute(request, prices.check(surfaces), task, text, quick=True)
 
 
 class _Form(msgspec.Struct):
-    """A board as far as its price asks: how many pegs and walls there are, none of them read."""
+    """The parts of a board that its price depends on, not yet parsed."""
 
     pegs: msgspec.Raw = msgspec.Raw(b"[]")
     walls: msgspec.Raw = msgspec.Raw(b"[]")
 
 
 def _surfaces(text: bytes) -> int:
-    """How many pegs and walls a board has; 0 for what is no board, which the worker refuses."""
+    """The number of pegs and walls; 0 if this is not a board, which the worker then refuses."""
     try:
         form = msgspec.json.decode(text, type=_Form)
         lists = (part for part in (form.pegs, form.walls) if bytes(part).startswith(b"["))
@@ -339,31 +337,31 @@ def _surfaces(text: bytes) -> int:
 
 
 def cache_headers(etag: str) -> dict[str, str]:
-    """Headers of what never changes under this server's physics.
+    """Headers of a response that never changes with this physics version.
 
-    Not `immutable`: a release with another physics gives other bits at the same address, so
-    a cache asks again after a day, and the ETag makes that cheap.
+    It is not `immutable`: a release with another physics gives other bits at the same address. So
+    a cache asks again after a day; the ETag makes that cheap.
     """
     return {"etag": f'"{etag}"', "cache-control": f"public, max-age={_CACHE_SECONDS}"}
 
 
 def is_current(request: Request, etag: str) -> bool:
-    """Whether the caller's If-None-Match holds this ETag already (weak comparison, RFC 9110)."""
+    """Whether the request's If-None-Match has this ETag (weak comparison, RFC 9110)."""
     asked = request.headers.get("if-none-match", "")
     tags = {tag.strip().removeprefix("W/") for tag in asked.split(",")}
     return "*" in tags or f'"{etag}"' in tags
 
 
 def not_modified(etag: str) -> Response:
-    """304 with the headers that the full reply would have."""
+    """304 with the headers that the full response would have."""
     return Response(status_code=304, headers=cache_headers(etag))
 
 
 _REFERENCE = "#/components/schemas/{name}"
-_BODIES: dict[str, type[msgspec.Struct]] = {}  # those that some route has documented
+_BODIES: dict[str, type[msgspec.Struct]] = {}  # all bodies that routes have documented, by name
 
 Responses = dict[int | str, dict[str, Any]]
-"""As FastAPI takes them: by status."""
+"""FastAPI's form of `responses`, by status."""
 
 
 def documented(
@@ -373,7 +371,7 @@ def documented(
     description: str = "Success",
     media_type: str = "application/json",
 ) -> Responses:
-    """OpenAPI's `responses` of a route: what it replies, and how it fails."""
+    """OpenAPI's `responses` of a route: its success and its failures."""
     schema = _reference(success) if success else {"type": "string", "format": "binary"}
     responses: Responses = {
         status: {"description": description, "content": {media_type: {"schema": schema}}}
@@ -382,7 +380,7 @@ def documented(
 
 
 def documented_failures(*failures: int) -> Responses:
-    """OpenAPI's `responses` for the ways in which a route fails."""
+    """OpenAPI's `responses` for a route's failures."""
     problem = {"application/problem+json": {"schema": _reference(Problem)}}
     responses: Responses = {}
     for failure in failures:
@@ -400,12 +398,12 @@ def body_of(
 
 
 def either(*kinds: type[msgspec.Struct]) -> dict[str, object]:
-    """The schema of a body that is one of several."""
+    """The schema of a body that is one of several kinds."""
     return {"anyOf": [_reference(kind) for kind in kinds]}
 
 
 def components() -> JsonObject:
-    """The JSON Schemas of all that routes take and reply, by name, for OpenAPI's components."""
+    """The JSON Schemas of all bodies that routes have documented, by name."""
     kinds = [kind for _, kind in sorted(_BODIES.items())]
     return msgspec.json.schema_components(kinds, ref_template=_REFERENCE)[1]
 

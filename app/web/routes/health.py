@@ -1,4 +1,4 @@
-"""For those who run the server: does it answer, can it take drops, how does it do."""
+"""Routes for the server's operator: health, readiness, integrity, metrics."""
 
 import functools
 from typing import Annotated, Literal
@@ -19,7 +19,7 @@ from engine import PHYSICS_VERSION
 
 
 class TickerHealth(msgspec.Struct, frozen=True):
-    """The ticker's counts since the start."""
+    """The ticker's counts since the server started."""
 
     asleep: bool
     ticks: int
@@ -32,19 +32,19 @@ Sha256 = Annotated[str, Meta(pattern="^[0-9a-f]{64}$", description="SHA-256, in 
 
 
 class IntegrityView(msgspec.Struct, frozen=True):
-    """Digests of the program's files and of its settings, which `plinko integrity` reproduces."""
+    """Digests of the program's files and settings, which `plinko integrity` reproduces."""
 
     code: Sha256
     kernels: Sha256
     configuration: Sha256
-    whole: Annotated[Sha256, Meta(description="Of the three others.")]
+    whole: Annotated[Sha256, Meta(description="Over the three other digests.")]
     at: Annotated[float, Meta(description="When the files were read: Unix time, in s.")]
     at_start: Annotated[Sha256, Meta(description="`whole` when the server started.")]
-    unchanged: Annotated[bool, Meta(description="Whether both are the same.")]
+    unchanged: Annotated[bool, Meta(description="Whether `whole` equals `at_start`.")]
 
 
 class Health(msgspec.Struct, frozen=True):
-    """That the process answers, and its clock's counts."""
+    """Proof that the process answers, with the ticker's counts."""
 
     status: str
     version: str
@@ -53,24 +53,26 @@ class Health(msgspec.Struct, frozen=True):
 
 
 class RoomsBack(msgspec.Struct, frozen=True):
-    """Rooms from before the start: how many are not back yet, and which were set aside."""
+    """Rooms from before the start: how many are still being rebuilt, and which are damaged."""
 
     rebuilding: int
-    set_aside: Annotated[list[str], Meta(description="Their record is damaged; the first 100.")]
+    set_aside: Annotated[
+        list[str], Meta(description="Rooms whose record is damaged; at most the first 100.")
+    ]
 
 
 class Readiness(msgspec.Struct, frozen=True):
-    """Whether the server can take drops; each check by itself, and what of it is still going on."""
+    """Whether the server can accept drops, by each check, and the state of its recovery."""
 
     ready: bool
     checks: dict[str, bool]
     rooms: RoomsBack
     integrity: Annotated[
         Literal["checking", "sound", "damaged", "unknown"],
-        Meta(description="What the look at the ledger's database at the start has found."),
+        Meta(description="Result of the check of the ledger's database that runs at the start."),
     ]
     cluster: Annotated[
-        ClusterView | None, Meta(description="Among which servers it is; null for one alone.")
+        ClusterView | None, Meta(description="Its cluster; null for a single server.")
     ] = None
 
 
@@ -81,7 +83,7 @@ _NAMED = 100  # rooms that readiness names
 
 @router.get("/healthz", summary="Is it alive", responses=documented(Health))
 async def healthz(server: Server) -> Response:
-    """The process answers; with the ticker's counts, which stand still while nothing moves."""
+    """The process answers. The ticker's counts do not grow while nothing moves."""
     ticker = server.rooms.ticker
     counts = TickerHealth(
         asleep=ticker.asleep,
@@ -102,12 +104,13 @@ async def healthz(server: Server) -> Response:
     },
 )
 async def readyz(server: Server) -> Response:
-    """200 when the physics is compiled, the ticker runs, work and drops are taken; else 503.
+    """200 if the physics is compiled, the ticker runs, and ledger and workers work; else 503.
 
-    Ledger and workers are tried: a page's worth is written, and a process computes something.
+    To check ledger and workers, the server writes a database page and has a worker process compute
+    something.
 
-    `rooms` tells how the last server's rooms come back. One that is not back yet, or is set aside,
-    keeps nobody from playing in the others, so it makes the server no less ready.
+    `rooms` reports the rebuilding of rooms from before the start. A room that is not ready yet, or
+    is damaged, does not affect the other rooms, so it does not make the server unready.
     """
     checks = {
         "ledger": await _writable(server),
@@ -130,9 +133,9 @@ async def readyz(server: Server) -> Response:
     "/api/v1/integrity", summary="Is it what was installed", responses=documented(IntegrityView)
 )
 async def integrity(server: Server) -> Response:
-    """Digests of code, kernels and configuration as they are now, beside those of the start.
+    """Digests of code, kernels and configuration, as they are now and as they were at the start.
 
-    `plinko integrity` gives the same ones offline, of the same release with the same settings.
+    `plinko integrity` computes the same digests offline for the same release and settings.
     """
     found = await server.self_check.look()
     return reply(IntegrityView(**found.to_dict()), headers={"cache-control": "no-store"})
@@ -140,18 +143,18 @@ async def integrity(server: Server) -> Response:
 
 @router.get("/asyncapi.json", include_in_schema=False)
 async def asyncapi_document(server: Server) -> Response:
-    """The WebSocket's messages, as an AsyncAPI document."""
+    """The WebSocket's messages as an AsyncAPI document."""
     return reply(_asyncapi(server.version))
 
 
 @functools.cache
 def _asyncapi(version: str) -> bytes:
-    """Made once: it takes longer than most requests."""
+    """Made once, because it takes longer than most requests."""
     return msgspec.json.encode(asyncapi.document(version))
 
 
 def _may_read(request: Request, server: Server) -> None:
-    """Raise NoTokenError or TokenError unless the request may read the metrics."""
+    """Check the metrics' token, if the settings have one; raises NoTokenError or TokenError."""
     token = server.settings.metrics_token
     if token:
         check_bearer(request.headers.get("authorization"), token, "of the metrics")
@@ -167,7 +170,7 @@ def _may_read(request: Request, server: Server) -> None:
     dependencies=[Depends(_may_read)],
 )
 async def metrics(request: Request, server: Server) -> Response:
-    """Counts and times for Prometheus; docs/server.md says what each means."""
+    """Counts and times for Prometheus; docs/server.md explains each."""
     await server.returns.refresh()
     body, media_type = server.metrics.exposition(request.headers.get("accept", ""))
     return Response(body, media_type=media_type, headers={"cache-control": "no-store"})
@@ -181,7 +184,7 @@ def _cluster(server: Services) -> ClusterView | None:
 
 
 async def _writable(server: Services) -> bool:
-    """Whether the ledger takes a page's worth of data now."""
+    """Whether the ledger can write a database page now."""
     try:
         await server.ledger.probe()
     except LedgerError:

@@ -1,4 +1,4 @@
-"""The page and its files, as they lie in static/; and what to say of paths that nobody serves."""
+"""Serves the pages and files in static/, and answers paths that no other route serves."""
 
 import asyncio
 import hashlib
@@ -26,12 +26,12 @@ PROOFS = find_spec("flint") is not None  # whether drops can be proven in this p
 _READING = frozenset({"GET", "HEAD"})
 _METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
 
-# Where all files stand once more, for good: v-<digest of all of them>/<path>.
+# Every file has a second address that never changes its content: v-<digest of all files>/<path>.
 _ADDRESS = re.compile("v-([0-9a-f]{16})/(.+)")
 _FOR_GOOD = "public, max-age=31536000, immutable"
-_EMBED = {"embed/replay": "embed.html"}  # what other sites may show in a frame, and nothing else
-_LANGUAGE = "language"  # the cookie in which a page keeps the one that was chosen
-_SCHEME = "scheme"  # and that of light or dark, so that the first picture is in these colours
+_EMBED = {"embed/replay": "embed.html"}  # the only page that other sites may show in a frame
+_LANGUAGE = "language"  # the cookie with the language that the visitor chose
+_SCHEME = "scheme"  # the cookie with light or dark, so that the page begins in these colours
 _SCHEMES = frozenset({"light", "dark"})
 _KINDS = {".js": "text/javascript", ".css": "text/css"}
 _LOST = "404.html"
@@ -41,11 +41,11 @@ _OWN_PARTS = re.compile('(href|src)="((?:css|js)/)')
 
 @dataclass(frozen=True, slots=True)
 class Release:
-    """The files as they are now."""
+    """The files as they are now, with the bundles made from them."""
 
     digest: str  # of every file's path and contents, 16 hex digits
-    pages: dict[str, dict[str, str]]  # by names and languages: HTML with one sheet and one script
-    made: dict[str, str]  # both, by paths at which no file is
+    pages: dict[str, dict[str, str]]  # HTML by name and language, with one sheet and one script
+    made: dict[str, str]  # the sheets and scripts, by paths at which there is no file
 
     @classmethod
     def of(cls, directory: Path) -> "Release":
@@ -60,14 +60,14 @@ class Release:
 
 
 class Page(StaticFiles):
-    """Static files. A page is asked about each time, so that a new release shows at once.
+    """Static files, with bundled pages (see release.py).
 
-    What a page is made of it takes from under v-<release>/, where files never change: a browser
-    asks for them once. Its modules come as one script and its styles as one sheet: see release.py.
+    A browser asks for a page each time, so that a new release shows at once. The page takes its
+    sheet and script from v-<release>/, where files never change, so a browser loads them once.
     """
 
     def __init__(self, directory: Path, *, proofs: bool = PROOFS) -> None:
-        """`proofs`: whether this server can prove drops; links to proofs are hidden otherwise."""
+        """`proofs`: whether this server can prove drops; if not, pages hide the links to proofs."""
         super().__init__(directory=directory, html=True)
         self._proofs = proofs
         self._files = directory
@@ -75,7 +75,7 @@ class Page(StaticFiles):
         self._making = Lock()
 
     def prepare(self) -> "Release":
-        """What all pages are made of, made once: a tenth of a second that no start waits for."""
+        """Bundle all pages, once. It takes 0.1 s, so it happens at the first request."""
         with self._making:
             if self._release is None:
                 self._release = Release.of(self._files)
@@ -88,7 +88,7 @@ class Page(StaticFiles):
         scope: Scope,
         status_code: int = 200,
     ) -> Response:
-        """The file; a page with its parts as those of this release."""
+        """The file; for a page its bundled HTML."""
         if not str(full_path).endswith(".html"):
             return super().file_response(full_path, stat_result, scope, status_code)
         return self._page(Path(full_path).name, scope, status_code)
@@ -96,26 +96,26 @@ class Page(StaticFiles):
     def _page(self, name: str, scope: Scope, status_code: int) -> Response:
         release = self.prepare()
         request = Request(scope)
-        said = release.pages[name]
+        by_language = release.pages[name]
         accepted = request.headers.get("accept-language", "")
-        text = said[chosen(request.cookies.get(_LANGUAGE), accepted, said)]
+        text = by_language[chosen(request.cookies.get(_LANGUAGE), accepted, by_language)]
         scheme = request.cookies.get(_SCHEME)
-        if scheme in _SCHEMES:  # else the system's, as the sheet has it
+        if scheme in _SCHEMES:  # otherwise the sheet follows the system's scheme
             text = text.replace("<html ", f'<html data-scheme="{scheme}" ', 1)
         if not self._proofs:
             text = text.replace("<html ", '<html data-proofs="none" ', 1)
         text = _OWN_PARTS.sub(rf'\1="v-{release.digest}/\2', text)
-        if name == _LOST:  # shown at an address of any depth: its links start at the root
+        if name == _LOST:  # it is shown at any path, so its links must start at the root
             text = _OWN_LINKS.sub(rf'\1="{scope.get("root_path", "")}/', text)
         if name == "replay.html":
             about = card(request.query_params, str(request.base_url))
             text = text.replace("  </head>", f"{about}  </head>")
-        response = self._told(text, scope, "text/html", status_code)
+        response = self._made(text, scope, "text/html", status_code)
         response.headers.add_vary_header("accept-language, cookie")
         return response
 
-    def _told(self, text: str, scope: Scope, kind: str, status_code: int = 200) -> Response:
-        """A text that is no file, or nothing where the client has it already."""
+    def _made(self, text: str, scope: Scope, kind: str, status_code: int = 200) -> Response:
+        """A response with a text that is not a file; 304 if the client has it already."""
         etag = hashlib.sha256(text.encode()).hexdigest()[:32]
         response = Response(text, status_code, {"etag": f'"{etag}"'}, kind)
         if self.is_not_modified(response.headers, Headers(scope=scope)):
@@ -123,10 +123,10 @@ class Page(StaticFiles):
         return response
 
     async def get_response(self, path: str, scope: Scope) -> Response:
-        """The file, with a cache header; raises HTTPException 404, or 405 naming what is allowed.
+        """The file, with a cache header; raises HTTPException 404, or 405 with allowed methods.
 
-        As the last of the application's routes this one sees all that no other took, requests with
-        another route's wrong method among them.
+        This is the last of the application's routes. It sees every request that no other route
+        matched, also one with the wrong method for another route: that must be 405, not 404.
         """
         if scope["method"] not in _READING:
             allowed = _methods_of_others(scope)
@@ -144,7 +144,7 @@ class Page(StaticFiles):
         path = embedded or path
         try:
             if path in release.made:
-                response = self._told(release.made[path], scope, _KINDS[Path(path).suffix])
+                response = self._made(release.made[path], scope, _KINDS[Path(path).suffix])
             else:
                 response = await super().get_response(path, scope)
                 if response.status_code == 404:
@@ -158,7 +158,8 @@ class Page(StaticFiles):
             if not allowed:
                 raise
             raise HTTPException(405, headers={"allow": ", ".join(sorted(allowed))}) from error
-        # Another release's file is given as it is now: a page and its server may be of two.
+        # During an upgrade a page may ask for another release's file. It gets this release's file,
+        # which must not be cached under that address.
         for_good = of_release is not None and of_release[1] == release.digest
         response.headers.setdefault("cache-control", _FOR_GOOD if for_good else "no-cache")
         if embedded:
@@ -167,12 +168,12 @@ class Page(StaticFiles):
 
 
 def _reads_pages(path: str, scope: Scope) -> bool:
-    """Whether a person asks in a browser; a program gets a problem document instead of a page."""
+    """Whether the client is a browser; a program gets a problem document instead of a page."""
     return not path.startswith("api/") and "text/html" in Headers(scope=scope).get("accept", "")
 
 
 def _digest_of(directory: Path) -> str:
-    """Of every file's path and contents, 16 hex digits."""
+    """A digest of every file's path and contents, 16 hex digits."""
     digest = hashlib.sha256()
     for path in sorted(path for path in directory.rglob("*") if path.is_file()):
         contents = path.read_bytes()
@@ -182,7 +183,7 @@ def _digest_of(directory: Path) -> str:
 
 
 def _methods_of_others(scope: Scope) -> set[str]:
-    """By which methods another route would take this path."""
+    """The methods with which another route would match this path."""
     others = [route for route in scope["app"].routes if not isinstance(route, Mount)]
     allowed = {
         method

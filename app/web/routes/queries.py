@@ -1,7 +1,4 @@
-"""What all query parameters have in common: they are listed, come once, and numbers are plain.
-
-A parameter that the route does not list, or that comes twice, is refused like an unlisted field.
-"""
+"""Strict query parameters: unknown or repeated ones are refused, and numbers must be plain."""
 
 import re
 from collections.abc import Callable, Collection
@@ -18,7 +15,7 @@ from app.errors import InvalidValueError, shorten
 
 
 def _spelt(pattern: str, wanted: str) -> Callable[[object], object]:
-    """A check of how a number is written: Python alone would also read `1_0` and ` 10`."""
+    """A check of a number's text: Python alone would also accept `1_0` and ` 10`."""
     form = re.compile(pattern, re.ASCII)
 
     def check(text: object) -> object:
@@ -33,23 +30,23 @@ Number = Annotated[
     float,
     Field(allow_inf_nan=False),
     BeforeValidator(
-        _spelt(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", "a decimal number, as 0.5 or 1e-3")
+        _spelt(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", "a decimal number, such as 0.5 or 1e-3")
     ),
 ]
 """A query parameter that is a number."""
 
 Whole = Annotated[
     int,
-    Field(lt=1 << 63),  # what a ledger can hold
+    Field(lt=1 << 63),  # the largest integer of the ledger's database
     BeforeValidator(_spelt(r"[+-]?\d+", "a whole number in digits")),
 ]
 """A query parameter that is a whole number."""
 
 
 async def listed_queries(request: Request) -> None:
-    """Raise InvalidValueError for a parameter that the request's route does not have, or twice.
+    """Raise InvalidValueError for a parameter that is repeated or unknown to the request's route.
 
-    A misspelt `solver` would else be a drop of another solver than was asked for.
+    Otherwise a misspelt `solver` would give a drop of the default solver.
     """
     if not request.query_params:
         return
@@ -59,18 +56,19 @@ async def listed_queries(request: Request) -> None:
 
 
 def _names(asked: Dependant) -> list[str]:
-    """The query parameters of a route and of what it depends on."""
+    """The query parameters of a route and of its dependencies."""
     names = [each.alias for each in asked.query_params]
     return names + [name for each in asked.dependencies for name in _names(each)]
 
 
 def check_queries(given: QueryParams, known: Collection[str]) -> None:
-    """Raise InvalidValueError naming the first parameter that is not known or comes twice."""
+    """Raise InvalidValueError naming the first parameter that is unknown or repeated."""
     for name in given:
         if name not in known:
             what = ", ".join(known) or "none"
             raise InvalidValueError(
-                f"{shorten(name)} is no query parameter here; there is: {what}", field=name
+                f"{shorten(name)} is not a query parameter here; the parameters are: {what}",
+                field=name,
             )
         values = given.getlist(name)
         if len(values) > 1:

@@ -1,4 +1,4 @@
-"""The bodies of requests and replies: what is decoded, encoded, and told by OpenAPI.
+"""The bodies of requests and responses, as they are decoded, encoded and described in OpenAPI.
 
 Imports the protocol, the rooms' limits and the engine. Start with fields.py; body.py decodes.
 """

@@ -1,7 +1,7 @@
-"""The JSON form of a board as OpenAPI describes it: each field with its unit, range and default.
+"""The JSON form of a board for OpenAPI: each field with its unit, range and default.
 
-Only described here: boards are read by `engine.board.json_form`, which names what is wrong. A test
-holds every preset, every default and every range to this.
+These types only describe it: `engine.board.json_form` reads boards and names what is wrong. A test
+checks every preset, default and range against this description.
 """
 
 from typing import Annotated
@@ -23,21 +23,23 @@ Radius = Annotated[
     float, Meta(ge=values.MIN_RADIUS, le=values.MAX_RADIUS, description="In metres.")
 ]
 Restitution = Annotated[
-    float, Meta(ge=0.0, le=1.0, description="Speed after a head-on impact over speed before it.")
+    float,
+    Meta(ge=0.0, le=1.0, description="Speed after a head-on impact, divided by speed before it."),
 ]
 Friction = Annotated[
     float, Meta(ge=0.0, le=values.MAX_FRICTION, description="Coulomb's coefficient.")
 ]
 Distance = Annotated[float, Meta(ge=0.0, le=_MOST, description="In metres.")]
 Size = Annotated[
-    float, Meta(ge=values.MIN_RADIUS, le=2 * _MOST, description="Of the picture, in metres.")
+    float,
+    Meta(ge=values.MIN_RADIUS, le=2 * _MOST, description="Of the board's picture, in metres."),
 ]
 
 Multiplier = Annotated[float, Meta(ge=0.0, le=values.MAX_MULTIPLIER)]
 
 
 class BallForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The ball: a disc. In an impact the greater restitution of the two counts."""
+    """The ball: a disc. An impact uses the greater restitution of the two bodies."""
 
     radius: Radius = _BALL.radius
     density: Annotated[
@@ -65,26 +67,26 @@ class WallForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class MaterialForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What pegs or walls are made of."""
+    """The material of pegs or walls."""
 
     restitution: Restitution = _SURFACE.restitution
     friction: Friction = _SURFACE.friction
 
 
 class LabelForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What a bin is called: the prize that a ball in it wins."""
+    """A bin's label: the prize that a ball in it wins."""
 
     text: Annotated[
         str,
         Meta(
             min_length=1,
             max_length=values.MAX_LABEL,
-            description="Letters, marks, figures, signs and single spaces; kept in NFC.",
+            description="Letters, marks, digits, symbols and single spaces; stored in NFC.",
         ),
     ]
     colour: Annotated[
         Annotated[str, Meta(pattern=values.COLOUR)] | None,
-        Meta(description="#rrggbb; the colour of what the bin pays if left out."),
+        Meta(description="#rrggbb; default: the colour of the bin's multiplier."),
     ] = None
 
 
@@ -93,24 +95,24 @@ class BinsForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     y: Annotated[
         Annotated[float, Meta(ge=-_MOST, le=_MOST)] | UnsetType,
-        Meta(description="In metres; the board's `height` if left out."),
+        Meta(description="In metres; default: the board's `height`."),
     ] = UNSET
     edges: Annotated[
         Annotated[list[Coordinate], Meta(min_length=2, max_length=values.MAX_BINS + 1)] | UnsetType,
-        Meta(description="Rising, in metres; they share the `width` equally if left out."),
+        Meta(description="Rising, in metres; default: bins of equal width across the `width`."),
     ] = UNSET
     multipliers: Annotated[
         Annotated[list[Multiplier], Meta(max_length=values.MAX_BINS)] | UnsetType,
-        Meta(description="One a bin, times the stake; 1 each if left out."),
+        Meta(description="One for each bin: the payout for a stake of 1. Default: 1 each."),
     ] = UNSET
     labels: Annotated[
         list[LabelForm | None],
-        Meta(max_length=values.MAX_BINS, description="One a bin or null; none if left out."),
+        Meta(max_length=values.MAX_BINS, description="One or null for each bin; default: none."),
     ] = []
 
 
 class DropForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Where a ball starts, at rest: at `y`, and at `x` plus an offset that the seed decides."""
+    """Where a ball starts, at rest: at `y`, and at `x` plus an offset drawn from the seed."""
 
     x: Coordinate = _ZONE.x
     y: Coordinate = _ZONE.y
@@ -119,16 +121,17 @@ class DropForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     )
     slots: Annotated[
         list[Coordinate],
-        Meta(max_length=values.MAX_SLOTS, description="The only places to aim at, m."),
+        Meta(max_length=values.MAX_SLOTS, description="If given, the only places to aim at, m."),
     ] = []
     reach: Annotated[
-        Distance, Meta(description="How far from `x` a ball may start, m, if farther.")
+        Distance,
+        Meta(description="How far from `x` a ball may start, m, if that is more than `jitter`."),
     ] = _ZONE.reach
     aim: Annotated[Distance, Meta(description="How far from `x` a player may aim, m.")] = _ZONE.aim
 
 
 class BoardForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A board: all that decides where a ball goes, besides its seed. x to the right, y down."""
+    """A board: everything but the seed that decides a ball's path. x points right, y down."""
 
     name: Annotated[
         str, Meta(min_length=1, max_length=values.MAX_NAME, description="Printable characters.")
@@ -147,8 +150,8 @@ class BoardForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     walls: Annotated[
         Annotated[list[WallForm], Meta(max_length=values.MAX_WALLS)] | UnsetType,
         Meta(
-            description="If left out, the outer edges of the bins are walls from above the start "
-            "down; an empty list is a board without."
+            description="Default: two walls at the outer edges of the bins, from above the start "
+            "down. An empty list: no walls."
         ),
     ] = UNSET
     wall_material: MaterialForm = msgspec.field(default_factory=MaterialForm)

@@ -1,4 +1,4 @@
-"""Bodies of the routes of boards."""
+"""Bodies of the routes for boards."""
 
 from typing import Annotated, Literal
 
@@ -9,17 +9,17 @@ from app.web.schemas.fields import Digest, WholeBoard
 
 
 class BoardSummary(msgspec.Struct, frozen=True):
-    """A board in a list."""
+    """A board's entry in a list."""
 
     name: str
     digest: Digest
     preset: bool
     bins: int
     pegs: int
-    rows: Annotated[int | None, Meta(description="Rows of pegs, of a triangle preset.")]
+    rows: Annotated[int | None, Meta(description="Rows of pegs; only of a triangle preset.")]
     risk: Annotated[
         Literal["low", "medium", "high"] | None,
-        Meta(description="Which payout table, of a triangle preset."),
+        Meta(description="The payout table; only of a triangle preset."),
     ]
     multipliers: list[float]
 
@@ -31,35 +31,41 @@ class BoardList(msgspec.Struct, frozen=True):
 
 
 class Award(msgspec.Struct, frozen=True):
-    """A multiplier and how often it comes."""
+    """A multiplier and its chance."""
 
     multiplier: float
     chance: float
 
 
 class Odds(msgspec.Struct, frozen=True, rename={"returned": "return"}):
-    """What a stake of 1 comes back as, from one aim, by the seeds 0, 1, 2 …"""
+    """The payouts of a stake of 1 from one aim, counted over the seeds 0, 1, 2 …"""
 
     aim: Annotated[float | None, Meta(description="m; null for the board's own start.")]
     drops: int
     returned: float
-    doubt: Annotated[float, Meta(description="Half the interval of 95 % of the return.")]
-    hit_rate: Annotated[float, Meta(description="How often at least the stake comes back.")]
-    volatility: Annotated[float, Meta(description="Standard deviation of what comes back.")]
-    unsettled: Annotated[int, Meta(description="Drops without a bin, the stake given back.")]
+    doubt: Annotated[
+        float, Meta(description="Half the width of the return's 95 % confidence interval.")
+    ]
+    hit_rate: Annotated[
+        float, Meta(description="Share of drops that pay back at least their stake.")
+    ]
+    volatility: Annotated[float, Meta(description="Standard deviation of the payout.")]
+    unsettled: Annotated[
+        int, Meta(description="Drops that ended in no bin; they pay back their stake.")
+    ]
     chances: Annotated[list[float], Meta(description="Of each bin.")]
     awards: Annotated[list[Award], Meta(description="The highest first.")]
 
 
 class BoardOdds(msgspec.Struct, frozen=True):
-    """Odds of a board, from its own start first; none where they were never counted."""
+    """A board's odds, its own start first; empty for a board whose odds were never counted."""
 
     board_digest: Digest
     aims: list[Odds]
 
 
 class BoardView(msgspec.Struct, frozen=True):
-    """A whole board under its digest."""
+    """A whole board with its digest."""
 
     name: str
     digest: Digest

@@ -1,4 +1,4 @@
-"""A request's bytes as a body, or the error that says best what is wrong with them."""
+"""Decodes a request's body, with an error that names the field that is wrong."""
 
 import re
 from typing import TypeVar
@@ -14,16 +14,16 @@ T = TypeVar("T")
 def decode(body: bytes, kind: type[T]) -> T:
     """A JSON body as `kind`.
 
-    Raises JsonSyntaxError, JsonValueError and what `shaped` raises.
+    Raises JsonSyntaxError, JsonValueError and the errors of `shaped`.
     """
-    json_text.parse(body)
+    json_text.parse(body)  # stricter than msgspec: it refuses duplicate keys
     return shaped(body, kind)
 
 
 def shaped(body: bytes, kind: type[T]) -> T:
-    """JSON that `json_text.parse` has read, or will read, as `kind`.
+    """A JSON body as `kind`, for a caller that has it checked by `json_text.parse` elsewhere.
 
-    Raises InvalidValueError for a wrong shape, MalformedError for what is not JSON.
+    Raises InvalidValueError for a wrong shape, MalformedError for text that is not JSON.
     """
     try:
         return msgspec.json.decode(body, type=kind)
@@ -38,7 +38,7 @@ _NAME = re.compile(r"(?:unknown|required) field `(?P<name>[^`]*)`")
 
 
 def _field(message: str) -> str:
-    """Which field a decoder's message is about; `body` if it is the whole."""
+    """The field that a message of msgspec is about; `body` if it is the whole body."""
     place, name = _PLACE.search(message), _NAME.search(message)
     parts = [place["path"] if place else "", name["name"] if name else ""]
     return ".".join(filter(None, parts)) or "body"

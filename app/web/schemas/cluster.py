@@ -1,4 +1,4 @@
-"""Bodies of what is of several servers over one ledger."""
+"""Bodies of the routes for a cluster of servers."""
 
 from typing import Annotated
 
@@ -7,22 +7,22 @@ from msgspec import Meta
 
 
 class MoveRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Which server is to have a room."""
+    """The server that a room is to move to."""
 
     to: Annotated[str, Meta(description="The server's `--name`.")]
 
 
 class MoveView(msgspec.Struct, frozen=True):
-    """A room and the server that it was given to."""
+    """A room and the server that now has it."""
 
     room: str
     server: str
 
 
 class ClusterView(msgspec.Struct, frozen=True):
-    """How a server stands among the others."""
+    """A server's view of its cluster."""
 
     name: str
     leases: Annotated[bool, Meta(description="Whether it sees the other servers.")]
-    servers: Annotated[list[str], Meta(description="Those that are alive, by name.")]
-    rooms: Annotated[int, Meta(description="Rooms that are this server's.")]
+    servers: Annotated[list[str], Meta(description="The names of the servers that are alive.")]
+    rooms: Annotated[int, Meta(description="Number of rooms that this server has.")]

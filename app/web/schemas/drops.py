@@ -1,4 +1,4 @@
-"""Bodies of the routes that compute drops: one, its frames, its verdict, and many."""
+"""Bodies of the routes that compute drops: one drop, its frames, its verification, many drops."""
 
 from typing import Annotated
 
@@ -18,10 +18,10 @@ from app.web.schemas.fields import (
 from engine.json_text import Json
 
 Dt = Annotated[
-    float | None, Meta(description="Step in seconds, of the stepped solver alone; 1/60.")
+    float | None, Meta(description="Step in seconds; only for the stepped solver. Default: 1/60.")
 ]
 Substeps = Annotated[
-    int | None, Meta(description="Substeps a step, of the stepped solver alone; 4.")
+    int | None, Meta(description="Substeps per step; only for the stepped solver. Default: 4.")
 ]
 
 
@@ -35,66 +35,74 @@ class DropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     solver: Solver = "exact"
     dt: Dt = None
     substeps: Substeps = None
-    certainty: Annotated[bool, Meta(description="Say also how sure the bin is.")] = False
-    certified: Annotated[bool, Meta(description="Prove the bin as well.")] = False
+    certainty: Annotated[
+        bool, Meta(description="Also estimate the error of `x_end` and whether the bin is certain.")
+    ] = False
+    certified: Annotated[bool, Meta(description="Also prove the bin.")] = False
 
 
 class Enclosed(msgspec.Struct, frozen=True):
-    """A real number that is proven to lie between two float64."""
+    """A real number that is proven to lie between two float64 values."""
 
     low: float
     high: float
-    text: Annotated[str, Meta(description="Its first digits and the bound of their error.")]
+    text: Annotated[str, Meta(description="Its first digits and a bound on their error.")]
 
 
 EventRow = Annotated[tuple[float, ...], Meta(min_length=6, max_length=6)]
 
 
 class Proven(msgspec.Struct, frozen=True):
-    """What is proven of a drop about the board's numbers as they stand: a theorem."""
+    """What is proven of a drop, taking the board's numbers as exact."""
 
-    certified: Annotated[bool, Meta(description="False when arithmetic did not decide it.")]
+    certified: Annotated[bool, Meta(description="False if the precision did not suffice.")]
     x: Annotated[str, Meta(description="The start in metres, exactly.")]
     bin: int | None
-    unsettled: Annotated[str | None, Meta(description="Why it does not land, proven too.")]
-    undecided: Annotated[str | None, Meta(description="The comparison that was left open.")]
+    unsettled: Annotated[
+        str | None, Meta(description="Why the ball does not land; this is proven too.")
+    ]
+    undecided: Annotated[str | None, Meta(description="The comparison that was not decided.")]
     x_end: Enclosed | None
     duration: Enclosed | None
     impacts: int
-    bits: Annotated[int, Meta(description="Of precision that decided it.")]
-    comparisons: Annotated[int, Meta(description="That were proven.")]
-    ties: Annotated[list[str], Meta(description="Simultaneous by symmetry.")]
+    bits: Annotated[int, Meta(description="Precision of the arithmetic that decided the drop.")]
+    comparisons: Annotated[int, Meta(description="Number of proven comparisons.")]
+    ties: Annotated[list[str], Meta(description="Events that symmetry makes simultaneous.")]
     double_bin: Annotated[int | None, Meta(description="The bin in double precision.")]
-    agrees: Annotated[bool | None, Meta(description="Whether that is the proven one.")]
+    agrees: Annotated[bool | None, Meta(description="Whether `double_bin` is the proven bin.")]
     events: Annotated[
         list[EventRow],
-        Meta(description="[kind, index, t, x, y, error]: enclosed within error, in s and m."),
+        Meta(
+            description="[kind, index, t, x, y, error]: the true t, x and y are within `error` of "
+            "these, in s and m."
+        ),
     ]
 
 
 class DropRecord(msgspec.Struct, frozen=True):
-    """A whole drop; feed it to `POST verify` as it is. The fields of `plinko drop --json`."""
+    """A whole drop, as `plinko drop --json` prints it. `POST verify` accepts it unchanged."""
 
     board: BoardRef
     board_digest: Digest
     seed: Annotated[str | None, Meta(description="The seed, as a decimal string.")]
     solver: Solver
     physics_version: PhysicsVersion
-    bin: Annotated[int | None, Meta(description="Bin landed in; null when it never settles.")]
-    score: Annotated[float, Meta(description="The bin's multiplier; 1 when it never settles.")]
+    bin: Annotated[int | None, Meta(description="The bin; null if the ball never lands.")]
+    score: Annotated[float, Meta(description="The bin's multiplier; 1 if the ball never lands.")]
     duration: Annotated[float, Meta(description="Seconds from start to landing.")]
-    x_end: Annotated[float, Meta(description="Where it crossed into the bin, in metres.")]
+    x_end: Annotated[float, Meta(description="Where the ball entered the bin, in metres.")]
     impacts: Annotated[
         list[Annotated[tuple[float, ...], Meta(min_length=8, max_length=8)]],
         Meta(description="[t, x, y, vx, vy, omega, kind, index] right after each impact."),
     ]
     digest: Digest
     label: Annotated[
-        str | None, Meta(description="The prize: the text of the bin's label, only if it has one.")
+        str | None, Meta(description="The prize: the text of the bin's label, if it has one.")
     ] = None
-    x: Annotated[float | None, Meta(description="Only when the start was explicit.")] = None
+    x: Annotated[float | None, Meta(description="Only if the start was explicit.")] = None
     aim: Annotated[
-        float | None, Meta(description="Middle of what the seed draws, m; only when it was chosen.")
+        float | None,
+        Meta(description="Middle of the starts that seeds draw, m; only if it was chosen."),
     ] = None
     dt: Annotated[float | None, Meta(description="Only with the stepped solver.")] = None
     substeps: Annotated[int | None, Meta(description="Only with the stepped solver.")] = None
@@ -103,7 +111,7 @@ class DropRecord(msgspec.Struct, frozen=True):
     ] = None
     amplification: Annotated[
         float | None,
-        Meta(description="|dx_end / dx_start|; only on request. Null when it never settles."),
+        Meta(description="|dx_end / dx_start|; only on request. Null if the ball never lands."),
     ] = None
     x_error: Annotated[
         float | None, Meta(description="Estimated error of x_end in metres; only on request.")
@@ -111,8 +119,8 @@ class DropRecord(msgspec.Struct, frozen=True):
     certain: Annotated[
         bool | None,
         Meta(
-            description="Whether the bin stands if the start moves by half a unit in the last "
-            "place; only on request."
+            description="Whether the bin stays the same if the start moves by half a unit in the "
+            "last place; only on request."
         ),
     ] = None
     certificate: Annotated[
@@ -123,16 +131,20 @@ class DropRecord(msgspec.Struct, frozen=True):
 class MapTile(msgspec.Struct, frozen=True):
     """A row of pixels of the map of starts."""
 
-    x: Annotated[str, Meta(description="The start that is zoomed in on, m, exactly.")]
+    x: Annotated[str, Meta(description="The start at the centre of the zoom, m, exactly.")]
     width: Annotated[str, Meta(description="Of the whole strip, m, exactly.")]
-    level: Annotated[int, Meta(description="Zooms by ten.")]
-    first: Annotated[int, Meta(description="The strip's pixel that comes first here.")]
+    level: Annotated[int, Meta(description="Number of zooms by ten.")]
+    first: Annotated[int, Meta(description="Index in the strip of this row's first pixel.")]
     bins: Annotated[
-        list[int], Meta(description="From left to right; -1 stays, -2 undecided, -3 no start.")
+        list[int],
+        Meta(
+            description="The bin of each pixel, from left to right; -1: the ball never lands, "
+            "-2: undecided, -3: no valid start."
+        ),
     ]
     proofs: int
     whole: Annotated[
-        int, Meta(description="Pixels proven for every start in them, not for the middle alone.")
+        int, Meta(description="Pixels proven for every start in them, not only for the middle.")
     ]
 
 
@@ -140,7 +152,7 @@ State = Annotated[tuple[float, ...], Meta(min_length=7, max_length=7)]
 
 
 class Frames(msgspec.Struct, frozen=True):
-    """The states of a ball at a steady rate, and at the landing."""
+    """The states of a ball at `fps` frames a second, and at the landing."""
 
     board_digest: Digest
     digest: Digest
@@ -150,12 +162,12 @@ class Frames(msgspec.Struct, frozen=True):
     frames: list[State]
     before: Annotated[
         list[State],
-        Meta(description="The state right before each impact of the record, in its order."),
+        Meta(description="The state right before each impact of the record, in the same order."),
     ]
 
 
 class Verdict(msgspec.Struct, frozen=True):
-    """Whether a record's drop was reproduced, and the first field that differs if not."""
+    """Whether the drop of a record was reproduced; if not, the first field that differs."""
 
     ok: bool
     field: str | None
@@ -171,7 +183,7 @@ class SimulationRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True)
     seed: Annotated[
         Json,
         Meta(
-            description="Of the first drop; then one more each.",
+            description="Of the first drop; each next drop has the next seed.",
             extra_json_schema={"anyOf": [{"type": "string"}, {"type": "integer"}]},
         ),
     ] = "0"
@@ -181,7 +193,7 @@ class SimulationRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True)
 
 
 class SeedsRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A bin for which seeds are looked for."""
+    """A bin to find seeds for."""
 
     board: BoardIn
     bin: Annotated[int, Meta(description="Its number from the left, from 0.")]
@@ -189,27 +201,31 @@ class SeedsRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     after: Annotated[
         Json,
         Meta(
-            description="Begin with the seed after this one; from 0 on if left out.",
+            description="Begin with the seed after this one; default: begin with 0.",
             extra_json_schema={
                 "anyOf": [{"type": "string"}, {"type": "integer"}, {"type": "null"}]
             },
         ),
     ] = None
-    drops: Annotated[int, Meta(description="Seeds to drop at most.")] = 10_000
-    aim: Annotated[float | None, Meta(description="Middle of what the seeds draw, m.")] = None
+    drops: Annotated[int, Meta(description="Number of seeds to try at most.")] = 10_000
+    aim: Annotated[float | None, Meta(description="Middle of the starts that seeds draw, m.")] = (
+        None
+    )
 
 
 class SeedsFound(msgspec.Struct, frozen=True):
-    """The next seeds that land in a bin."""
+    """The next seeds whose balls land in a bin."""
 
     board_digest: Digest
     bin: int
-    seeds: Annotated[list[str], Meta(description="In rising order, none left out up to `last`.")]
-    last: Annotated[str, Meta(description="Last seed that was looked at: `after`, to go on.")]
+    seeds: Annotated[
+        list[str], Meta(description="In rising order; complete from the first seed to `last`.")
+    ]
+    last: Annotated[str, Meta(description="The last seed tried; send it as `after` to continue.")]
 
 
 class Simulation(msgspec.Struct, frozen=True):
-    """What came of many drops: the fields of `plinko simulate --json`, but for its times."""
+    """The results of many drops: the fields of `plinko simulate --json` without its times."""
 
     board_digest: Digest
     drops: int

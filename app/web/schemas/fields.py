@@ -1,7 +1,7 @@
-"""What several bodies have in common: boards, seeds, starts and digests, with what OpenAPI says.
+"""Fields that several bodies share: boards, seeds, starts and digests, with their descriptions.
 
-Values with a parser of their own (seeds, boards, starts) stay `Json` or `Raw` here, so that the
-parser that knows what is wrong names it; what they may be is said in the description.
+Seeds, boards and starts have parsers with better error messages than msgspec's. They are therefore
+`Json` or `Raw` here; the description and the JSON schema say which values are valid.
 """
 
 from typing import Annotated, Literal
@@ -21,7 +21,7 @@ _A_BOARD = Meta(
     extra_json_schema={"anyOf": [{"type": "string"}, _BOARD_FORM]},
 )
 BoardRef = Annotated[Json, _A_BOARD]
-# A worker reads it: five thousand pegs would keep the event loop for 3 ms.
+# Raw, because a worker parses it: a board of 5,000 pegs would block the event loop for 3 ms.
 BoardIn = Annotated[msgspec.Raw, _A_BOARD]
 OptionalBoard = Annotated[
     msgspec.Raw,
@@ -38,7 +38,7 @@ WholeBoard = Annotated[Json, Meta(extra_json_schema=_BOARD_FORM)]
 SeedIn = Annotated[
     Json,
     Meta(
-        description="0 <= seed < 2^64, as a decimal string or an integer; without it the server "
+        description="0 <= seed < 2^64, as a decimal string or an integer; default: the server "
         "draws one.",
         examples=["42"],
         extra_json_schema={"anyOf": [{"type": "string"}, {"type": "integer"}, {"type": "null"}]},
@@ -47,7 +47,7 @@ SeedIn = Annotated[
 AimIn = Annotated[
     Json,
     Meta(
-        description="Middle of the starts that seeds draw, in metres; without it the board's own.",
+        description="Middle of the starts that seeds draw, in metres; default: the board's own.",
         examples=[0.01],
         extra_json_schema={"anyOf": [{"type": "number"}, {"type": "null"}]},
     ),
@@ -55,8 +55,8 @@ AimIn = Annotated[
 NameIn = Annotated[
     Json,
     Meta(
-        description="Whose ball it is, for those who watch; with the room's token where it has an "
-        "owner.",
+        description="The name shown at the ball. In a room with an owner it needs the room's "
+        "token.",
         examples=["Ada"],
         extra_json_schema={
             "anyOf": [{"type": "string", "minLength": 1, "maxLength": MAX_NAME}, {"type": "null"}]
@@ -66,8 +66,7 @@ NameIn = Annotated[
 ColourIn = Annotated[
     Json,
     Meta(
-        description="The ball's colour, for those who watch; with the room's token where it has "
-        "an owner.",
+        description="The ball's colour. In a room with an owner it needs the room's token.",
         examples=["#e91e63"],
         extra_json_schema={
             "anyOf": [{"type": "string", "pattern": "^#[0-9a-f]{6}$"}, {"type": "null"}]
@@ -77,7 +76,7 @@ ColourIn = Annotated[
 StartIn = Annotated[
     Json,
     Meta(
-        description="Explicit start in metres; without it the seed decides.",
+        description="Explicit start in metres; default: drawn from the seed.",
         examples=[0.1],
         extra_json_schema={"anyOf": [{"type": "number"}, {"type": "null"}]},
     ),
@@ -89,7 +88,7 @@ Digest = Annotated[
 PhysicsVersion = Annotated[
     Json,
     Meta(
-        description="Digests are comparable only under the same one.",
+        description="Digests are comparable only if they have the same physics version.",
         extra_json_schema={"anyOf": [{"type": "integer"}, {"type": "string"}]},
     ),
 ]

@@ -7,9 +7,9 @@ from msgspec import Meta
 
 
 class FaultOf(msgspec.Struct, frozen=True):
-    """One of several things that are wrong with a board."""
+    """One of several faults of a board."""
 
-    field: Annotated[str, Meta(description="Where it is in the board's JSON.")]
+    field: Annotated[str, Meta(description="The bad value's place in the board's JSON.")]
     detail: str
 
 
@@ -20,11 +20,11 @@ class Problem(msgspec.Struct, frozen=True, omit_defaults=True):
     title: str
     status: int
     detail: str
-    code: Annotated[str, Meta(description="Stable slug of the kind of error.")]
-    field: Annotated[str | None, Meta(description="Where the bad value is, if in one place.")] = (
-        None
-    )
+    code: Annotated[str, Meta(description="The kind of error, a stable short name.")]
+    field: Annotated[
+        str | None, Meta(description="The bad value's place, if it is a single value.")
+    ] = None
     instance: str | None = None
     faults: Annotated[
-        tuple[FaultOf, ...], Meta(description="Of a board with several faults: all of them.")
+        tuple[FaultOf, ...], Meta(description="All faults of a board that has several.")
     ] = ()

@@ -1,4 +1,4 @@
-"""Bodies of the routes of what waits to be dropped into a room."""
+"""Bodies of the routes for a room's queue of balls."""
 
 from typing import Annotated
 
@@ -10,7 +10,7 @@ from app.web.schemas.fields import ColourIn, NameIn
 
 
 class QueueRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Balls for somebody."""
+    """Balls to queue, all with the same name and colour."""
 
     n: Annotated[int, Meta(ge=1, le=MOST_BALLS, description="How many balls.")]
     name: NameIn = None
@@ -21,24 +21,24 @@ class QueueRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class QueueChange(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What is to be different about a queue."""
+    """A change of a queue."""
 
     paused: bool
 
 
 class QueuedItem(msgspec.Struct, frozen=True, omit_defaults=True):
-    """Balls that wait, for somebody."""
+    """An item of the queue: balls with the same name and colour."""
 
-    number: Annotated[int, Meta(description="Its own, for as long as the room is not begun anew.")]
+    number: Annotated[int, Meta(description="Identifies the item until the room is reset.")]
     n: Annotated[int, Meta(description="How many balls it had at first.")]
-    left: Annotated[int, Meta(description="How many of them wait.")]
+    left: Annotated[int, Meta(description="How many of them still wait.")]
     every: float
     name: str | None = None
     colour: str | None = None
 
 
 class QueueView(msgspec.Struct, frozen=True):
-    """What waits to be dropped into a room."""
+    """The balls that wait to be dropped into a room."""
 
     room: str
     paused: bool

@@ -1,4 +1,4 @@
-"""Bodies of the routes of rooms and scenes."""
+"""Bodies of the routes for rooms and scenes."""
 
 import functools
 from typing import Annotated, Literal
@@ -29,13 +29,13 @@ from engine.json_text import Json, JsonObject
 
 
 class DrawForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Exact odds for a board's bins, and by which seeds a ball falls into each: `find_draw`."""
+    """Exact odds for a board's bins, and the seeds that lead into each; `find_draw` makes it."""
 
     weights: Annotated[
         Json,
         Meta(
-            description="One for each bin, left to right: a ball falls into it with the chance of "
-            "its weight among their sum.",
+            description="One for each bin, left to right: the chance of a bin is its weight "
+            "divided by the sum of all weights.",
             examples=[[0, 0, 0, 1, 9999, 0, 0, 0, 0]],
             extra_json_schema={
                 "type": "array",
@@ -46,8 +46,8 @@ class DrawForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     seeds: Annotated[
         Json,
         Meta(
-            description="For each bin with a weight, seeds whose balls land there; for each other "
-            f"bin an empty list. {MAX_SEEDS:,} in all at most.",
+            description="For each bin with a weight, seeds whose balls land there; for any other "
+            f"bin an empty list. At most {MAX_SEEDS:,} in all.",
             extra_json_schema={
                 "type": "array",
                 "items": {
@@ -60,7 +60,7 @@ class DrawForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class DrawView(msgspec.Struct, frozen=True):
-    """A room's draw. Its digest is SHA-256 of this as canonical JSON (RFC 8785)."""
+    """A room's draw. Its digest is the SHA-256 of this object as canonical JSON (RFC 8785)."""
 
     kind: Literal["plinko draw"]
     version: Literal[1]
@@ -76,11 +76,12 @@ class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     mode: Annotated[
         Literal["independent", "interacting", "draw"],
         Meta(
-            description="Whether balls pass through each other or knock each other; `draw`: the "
-            "former, with bins that are drawn by the odds of `draw`."
+            description="`independent`: balls pass through each other. `interacting`: they touch "
+            "each other. `draw`: they pass through each other, and each ball's bin is drawn with "
+            "the odds in `draw`."
         ),
     ] = "independent"
-    draw: Annotated[DrawForm | None, Meta(description="With the mode `draw`.")] = None
+    draw: Annotated[DrawForm | None, Meta(description="Only with the mode `draw`.")] = None
     scene: Annotated[
         Json,
         Meta(
@@ -94,8 +95,8 @@ class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     story: Annotated[
         StoryForm | None,
         Meta(
-            description="Instead of a scene: one that was played elsewhere, with all that was done "
-            "to it. The room goes on from there, to the last bit."
+            description="Instead of a scene: a box that was played elsewhere, with all its inputs. "
+            "The room continues from its state, to the last bit."
         ),
     ] = None
 
@@ -106,7 +107,7 @@ class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class SceneView(msgspec.Struct, frozen=True):
-    """A scene by name, the room in which everybody may play it, and what it is made with."""
+    """A scene: its name, its public room, and its parameters."""
 
     name: str
     room: str
@@ -114,7 +115,7 @@ class SceneView(msgspec.Struct, frozen=True):
 
 
 class SceneList(msgspec.Struct, frozen=True):
-    """The scenes; the ranges of what can be set, with units; the presets by name."""
+    """The scenes; the ranges of their parameters, with units; the presets by name."""
 
     scenes: list[SceneView]
     ranges: JsonObject
@@ -122,13 +123,13 @@ class SceneList(msgspec.Struct, frozen=True):
 
 
 class RoomChange(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What is to be different in a room; it begins anew with it."""
+    """A change of a room; the room is reset with it."""
 
     board: BoardIn
 
 
 class RoomSummary(msgspec.Struct, frozen=True):
-    """A room in a list."""
+    """A room's entry in a list."""
 
     id: str
     board_name: str
@@ -139,19 +140,21 @@ class RoomSummary(msgspec.Struct, frozen=True):
     balls: Annotated[int, Meta(description="Balls in flight.")]
     clients: int
     drops: Annotated[
-        int, Meta(description="Drops accepted so far; where balls touch each other, inputs.")
+        int, Meta(description="Drops accepted until now; inputs, in a room of touching balls.")
     ]
 
 
 class RoomList(msgspec.Struct, frozen=True):
-    """Open rooms. Every preset's name is also a room, opened when first asked for."""
+    """Open rooms. Every preset's name is also a room, which opens at the first request for it."""
 
     rooms: list[RoomSummary]
-    next: Annotated[str | None, Meta(description="`after` of the next page; null on the last.")]
+    next: Annotated[
+        str | None, Meta(description="Send it as `after` for the next page; null on the last.")
+    ]
 
 
 class RoomView(msgspec.Struct, frozen=True):
-    """A room with its balls in flight and what came of the others."""
+    """A room with its balls in flight and its statistics."""
 
     id: str
     board_name: str
@@ -163,22 +166,23 @@ class RoomView(msgspec.Struct, frozen=True):
     awake: bool
     clients: int
     owned: Annotated[
-        bool, Meta(description="Whether its creator, by its token, may change, reset or close it.")
+        bool, Meta(description="Whether it has an owner; the owner may change, reset or close it.")
     ]
     extent: Extent
     balls: Annotated[list[BallStart], Meta(description="The drops in flight.")]
     stats: Stats
     scene: Annotated[
-        JsonObject | None, Meta(description="As it was opened; null for a room with a board.")
+        JsonObject | None,
+        Meta(description="The scene as it was opened; null for a room with a board."),
     ]
     draw: Annotated[
         DrawOdds | None,
-        Meta(description="By which odds its bins are drawn; null where the seeds alone decide."),
+        Meta(description="The odds with which bins are drawn; null if only the seeds decide."),
     ]
 
 
 class RoomOpened(RoomView, frozen=True):
-    """A room of one's own. The token is shown this once and cannot be had again."""
+    """A new room with its owner's token, which no later response contains."""
 
     token: Annotated[
         str, Meta(description="Send it as `Authorization: Bearer TOKEN` to change the room.")
@@ -186,7 +190,7 @@ class RoomOpened(RoomView, frozen=True):
 
 
 class LoggedResult(msgspec.Struct, frozen=True):
-    """How a drop in a room ended."""
+    """The result of a drop in a room."""
 
     tick: int
     bin: int | None
@@ -204,16 +208,16 @@ class LoggedDrop(msgspec.Struct, frozen=True):
     ball: int
     tick: Annotated[int, Meta(description="The room's tick at which it starts.")]
     seed: Seed
-    x: Annotated[float | None, Meta(description="Explicit start; null: the seed decides.")]
+    x: Annotated[float | None, Meta(description="Explicit start; null: drawn from the seed.")]
     stake: Annotated[int, Meta(description="In minor units.")]
     who: str | None
-    result: Annotated[LoggedResult | None, Meta(description="Null while it is in flight.")]
+    result: Annotated[LoggedResult | None, Meta(description="Null while the ball is in flight.")]
     aim: Annotated[
         float | msgspec.UnsetType,
-        Meta(description="Middle of what the seed draws, m; only where it was chosen."),
+        Meta(description="Middle of the starts that seeds draw, m; only if it was chosen."),
     ] = msgspec.UNSET
     name: Annotated[
-        str | msgspec.UnsetType, Meta(description="Whose ball it was; no digest covers it.")
+        str | msgspec.UnsetType, Meta(description="Shown at the ball; no digest covers it.")
     ] = msgspec.UNSET
     colour: Annotated[
         str | msgspec.UnsetType, Meta(description="Of the ball, #rrggbb; no digest covers it.")
@@ -221,15 +225,15 @@ class LoggedDrop(msgspec.Struct, frozen=True):
 
 
 class LoggedInput(msgspec.Struct, frozen=True):
-    """A message that changed a room in which balls touch each other."""
+    """A message that changed a room of touching balls."""
 
-    tick: Annotated[int, Meta(description="The room's tick at which it was carried out.")]
+    tick: Annotated[int, Meta(description="The room's tick at which it took effect.")]
     who: str | None
     input: Annotated[JsonObject, Meta(description="Its `type` and fields.")]
 
 
 class RoomLog(msgspec.Struct, frozen=True):
-    """All that a room was told, and what came of it: enough to replay it to the last bit."""
+    """All inputs of a room and their results: enough to replay the room to the last bit."""
 
     kind: str
     version: int
@@ -241,34 +245,36 @@ class RoomLog(msgspec.Struct, frozen=True):
     physics_version: PhysicsVersion
     tick: Annotated[int, Meta(description="The tick at which the log ends.")]
     world_digest: Annotated[
-        str, Meta(description="SHA-256 of the whole state at that tick, balls in flight included.")
+        str, Meta(description="SHA-256 of the whole state at `tick`, including balls in flight.")
     ]
     digest: Annotated[
         str | None,
-        Meta(description="SHA-256 over the world's digest and each drop's; null of a part."),
+        Meta(description="SHA-256 of the world's digest and each drop's; null for part of a log."),
     ]
     board: BoardRef | msgspec.UnsetType = msgspec.UNSET  # not in a scene
     scene: Annotated[
         JsonObject | msgspec.UnsetType | None, Meta(description="A scene's parameters.")
     ] = msgspec.UNSET
     drops: Annotated[
-        list[LoggedDrop] | msgspec.UnsetType, Meta(description="Where balls pass each other.")
+        list[LoggedDrop] | msgspec.UnsetType,
+        Meta(description="In a room whose balls pass through each other."),
     ] = msgspec.UNSET
     inputs: Annotated[
         list[LoggedInput] | msgspec.UnsetType,
-        Meta(description="Where balls touch each other: the messages that changed the room."),
+        Meta(description="In a room of touching balls: the messages that changed it."),
     ] = msgspec.UNSET
     first: Annotated[
-        int | msgspec.UnsetType, Meta(description="Of a part: the number of its first entry.")
+        int | msgspec.UnsetType,
+        Meta(description="In part of a log: the number of its first entry."),
     ] = msgspec.UNSET
     next: Annotated[
         int | msgspec.UnsetType | None,
-        Meta(description="Of a part: `first` of the following one; null on the last."),
+        Meta(description="In part of a log: `first` of the next part; null in the last."),
     ] = msgspec.UNSET
 
 
 class RoomDropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A ball for a room."""
+    """A drop requested in a room."""
 
     seed: SeedIn = None
     x: StartIn = None
@@ -285,7 +291,7 @@ class RoomDropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     who: Annotated[
         Json,
         Meta(
-            description="A mark of the player's own, kept with the drop.",
+            description="Any text that identifies the player; stored with the drop.",
             extra_json_schema={
                 "anyOf": [
                     {"type": "string", "minLength": 1, "maxLength": MAX_WHO},
@@ -296,14 +302,17 @@ class RoomDropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     ] = None
     session: Annotated[
         str | None,
-        Meta(description="The session whose next drop this is; show its token. No seed, no x."),
+        Meta(
+            description="The session whose next drop this is. It needs the session's token, and "
+            "no `seed` or `x`."
+        ),
     ] = None
     name: NameIn = None
     colour: ColourIn = None
 
 
 class RoomDrop(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A ball accepted in a room; how it ends once it is waited for."""
+    """A drop accepted in a room, with its result if the request waited for it."""
 
     room: str
     ball: int
@@ -314,10 +323,10 @@ class RoomDrop(msgspec.Struct, frozen=True, omit_defaults=True):
         Json, Meta(description="The `landed` event, with `wait=1`.", extra_json_schema={})
     ] = None
     practice: Annotated[
-        bool, Meta(description="Whether its seed or x was chosen: there where it was.")
+        bool, Meta(description="Whether the player chose seed or x; only present if so.")
     ] = False
     receipt: Annotated[
-        SignedReceipt | None, Meta(description="Of a drop of a session: its place in the log.")
+        SignedReceipt | None, Meta(description="Only of a drop of a session: its place in the log.")
     ] = None
     name: str | None = None
     colour: str | None = None

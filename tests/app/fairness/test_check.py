@@ -391,4 +391,4 @@ def test_a_player_over_rest_names_the_replies_that_they_kept(
     assert "not proven:" in capsys.readouterr().out
     dropped.write_text("{}")
     assert main(["verify", str(file), *heard]) == 2
-    assert "a reply that was heard is" in capsys.readouterr().err
+    assert "the kept reply must be" in capsys.readouterr().err

@@ -368,7 +368,7 @@ async def test_an_unknown_room_says_so_and_closes_for_good(server: Running) -> N
 @pytest.mark.parametrize(
     ("query", "named"),
     [
-        ("?steam=segments", "'steam' is no query parameter here; there is: stream"),
+        ("?steam=segments", "'steam' is not a query parameter here; the parameters are: stream"),
         ("?stream=segments&stream=snapshots", "stream is given 2 times"),
         ("?stream=films", "stream 'films' is not one of: snapshots, segments"),
     ],

@@ -84,6 +84,6 @@ async def test_a_damaged_draw_is_named(url: str) -> None:
     assert isinstance(found, Draw)
     assert found.digest == OVER.digest
     lighter = OVER.to_json().decode().replace('"weights":[2,1]', '"weights":[1,1]')
-    for damaged, what in ((None, "missing"), ("{}", "is none"), (lighter, "has digest")):
+    for damaged, what in ((None, "missing"), ("{}", "is invalid"), (lighter, "has digest")):
         with pytest.raises(DamagedRoomError, match=f"its draw {OVER.digest} .*{what}"):
             basis_of(row, KeptBasis(kept.board, damaged))

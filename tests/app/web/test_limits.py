@@ -62,7 +62,7 @@ def test_a_quota_counts_what_is_open_and_what_is_in_the_making() -> None:
     with quota.place("me") as take:
         take("a")
     with quota.place("me") as take:
-        said = "2 rooms are open already, of 2 at most now"
+        said = "2 rooms are open already; at most 2 may be open now"
         with pytest.raises(QuotaError, match=said), quota.place("me"):
             raise AssertionError("there was a place")
         with quota.place("you") as other:
@@ -111,7 +111,7 @@ def test_a_budget_is_spent_by_prices_and_comes_back_with_time() -> None:
     budgets = Budgets(rate=0.5, burst=10.0)
     budgets.charge("a", 0.0, 8.0, "pixels")
     budgets.charge("a", 0.0, 8.0, "pixels")  # who has something left may overdraw it once
-    with pytest.raises(BudgetError, match=r"takes about 8 s .* 10 s and 0\.5 more") as refused:
+    with pytest.raises(BudgetError, match=r"takes about 8 s .* 10 s, .* 0\.5 s each") as refused:
         budgets.charge("a", 0.0, 8.0, "pixels")
     assert refused.value.retry_after == pytest.approx(28.0)
     budgets.charge("b", 0.0, 8.0, "pixels")

@@ -76,7 +76,7 @@ def test_head_of_a_stream_without_end_ends(http: httpx.Client, server: Running) 
         (f"{DROP}?solver=exact&substeps=4", "substeps", "belongs to the solver 'stepped'"),
         (f"{DROP}.png?widht=300", "widht", "width, theme"),
         (f"{DROP}/frames?fps=60&FPS=1", "FPS", "fps"),
-        ("/api/v1/boards?limit=3", "limit", "there is: digest"),
+        ("/api/v1/boards?limit=3", "limit", "the parameters are: digest"),
         ("/api/v1/rooms?page=2", "page", "id, mode, after, limit"),
         ("/api/v1/rooms/main/log?from=3", "from", "first, limit"),
         ("/api/v1/scenes?scene=sandbox", "scene", "none"),

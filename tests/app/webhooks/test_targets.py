@@ -30,10 +30,10 @@ def test_no_file_is_no_target() -> None:
 @pytest.mark.parametrize(
     ("target", "why"),
     [
-        ({"url": "ftp://example.org", "secret": SECRET}, "an address is one such as"),
-        ({"url": "http:///hook", "secret": SECRET}, "an address is one such as"),
-        ({"url": "http://example.org", "secret": "short"}, "begins with whsec_"),
-        ({"url": "http://example.org", "secret": "whsec_?"}, "base 64"),
+        ({"url": "ftp://example.org", "secret": SECRET}, "an address must be a URL such as"),
+        ({"url": "http:///hook", "secret": SECRET}, "an address must be a URL such as"),
+        ({"url": "http://example.org", "secret": "short"}, "must begin with whsec_"),
+        ({"url": "http://example.org", "secret": "whsec_?"}, "base64"),
         ({"url": "http://example.org", "secret": "whsec_YWJj"}, "24 to 64 bytes, not 3"),
         ({"url": "http://example.org"}, "missing required field `secret`"),
         ({"url": "http://example.org", "secret": SECRET, "rooms": []}, "unknown field `rooms`"),
@@ -49,7 +49,7 @@ def test_a_target_that_cannot_be_used_is_refused_with_the_reason(
 
 def test_an_address_is_listed_once(tmp_path: Path) -> None:
     target = {"url": "http://example.org", "secret": SECRET}
-    with pytest.raises(SettingError, match="twice"):
+    with pytest.raises(SettingError, match="two targets have the same address"):
         read_targets(listed(tmp_path, target, target))
 
 

@@ -1,1 +1,1 @@
-"""How the ledger's tables came to be; run by `app.persistence.ledger.database.migrate`."""
+"""The steps that make the ledger's tables; run by `app.persistence.ledger.database.migrate`."""

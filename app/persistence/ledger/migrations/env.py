@@ -1,4 +1,4 @@
-"""What Alembic runs: the steps over the connection that the database's `migrate` hands it."""
+"""Alembic's entry point: runs the steps over the connection from `database.migrate`."""
 
 from alembic import context
 

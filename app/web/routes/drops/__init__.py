@@ -1,4 +1,4 @@
-"""What is computed of a board and seeds, rooms or not: drops, pictures, many at once, proofs.
+"""Routes for drops outside of rooms: single drops, many drops, pictures, proofs.
 
-Imports common.py beside it. Start with drops.py.
+Imports routes/common.py. Start with drops.py.
 """

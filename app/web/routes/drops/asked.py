@@ -1,4 +1,4 @@
-"""The drop that an address asks for: what of the path and the query decides it, checked."""
+"""The drop that a URL names: parses its path and query into an `Ask`."""
 
 from typing import Annotated
 
@@ -10,16 +10,20 @@ from app.web.routes.queries import Number, Whole
 from engine.drops.start import start_of
 from engine.seeding import parse_seed
 
-X = Annotated[Number | None, Query(description="Explicit start in metres; else the seed decides.")]
+X = Annotated[
+    Number | None, Query(description="Explicit start in metres; default: drawn from the seed.")
+]
 Aim = Annotated[
-    Number | None, Query(description="Middle of what the seed draws, m; else x of the board.")
+    Number | None,
+    Query(description="Middle of the starts that seeds draw, m; default: the board's own."),
 ]
 SolverName = Annotated[str, Query(description="`exact` or `stepped`.")]
 Dt = Annotated[
-    Number | None, Query(description="Step in seconds, of the stepped solver alone; 1/60.")
+    Number | None,
+    Query(description="Step in seconds; only for the stepped solver. Default: 1/60."),
 ]
 Substeps = Annotated[
-    Whole | None, Query(description="Substeps a step, of the stepped solver alone; 4.")
+    Whole | None, Query(description="Substeps per step; only for the stepped solver. Default: 4.")
 ]
 
 
@@ -33,10 +37,10 @@ async def asked(
     dt: Dt = None,
     substeps: Substeps = None,
 ) -> Ask:
-    """The drop of a request; raises the errors of what cannot be found or computed."""
+    """The drop of a request; raises the errors of unknown boards and invalid values."""
     how = chosen_solver(solver, dt, substeps)
     found, number = server.boards.find(board), parse_seed(seed)
-    start_of(found, number, x, aim)  # what cannot start has no name either
+    start_of(found, number, x, aim)  # raises for an invalid start, before a cache could answer 304
     return Ask(found, number, x, how, aim)
 
 

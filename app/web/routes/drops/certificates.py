@@ -1,4 +1,4 @@
-"""Which proofs may be asked for."""
+"""Checks whether a requested proof is possible here."""
 
 from functools import cache
 from importlib.util import find_spec
@@ -14,19 +14,19 @@ def _is_installed() -> bool:
 
 
 def require_certifier() -> None:
-    """Raise MissingPartError unless proofs can be made here."""
+    """Raise MissingPartError if the packages for proofs are not installed."""
     if not _is_installed():
         raise MissingPartError(
-            "this server makes no proofs: pip install 'plinko-server[certify]' adds them",
+            "this server cannot prove drops; `pip install 'plinko-server[certify]'` adds proofs",
             field="certified",
         )
 
 
 def check_certified(ask: Ask) -> None:
-    """Raise the errors of a drop of which no proof can be asked for."""
+    """Raise MissingPartError or InvalidValueError if this drop cannot be proven here."""
     require_certifier()
     if not isinstance(ask.solver, Exact):
         raise InvalidValueError(
-            f"certified true belongs to the exact solver, not to {ask.solver.name!r}",
+            f"certified true needs the solver 'exact', not {ask.solver.name!r}",
             field="certified",
         )

@@ -1,4 +1,4 @@
-"""Drops: compute one, replay it by its address, as a record, as frames; verify."""
+"""Drops: compute a drop, replay it by its URL as a record or as frames, verify a record."""
 
 import secrets
 from collections.abc import Callable, Coroutine
@@ -38,8 +38,11 @@ from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS
 
 router = APIRouter(prefix="/api/v1", tags=["drops"])
 
-Certainty = Annotated[bool, Query(description="Say also how sure the bin is (exact solver).")]
-Certified = Annotated[bool, Query(description="Prove the bin as well (exact solver).")]
+Certainty = Annotated[
+    bool,
+    Query(description="Also estimate the error and whether the bin is certain (exact solver)."),
+]
+Certified = Annotated[bool, Query(description="Also prove the bin (exact solver).")]
 Fps = Annotated[Number, Query(gt=0, le=1000, description="Frames a second.")]
 
 
@@ -50,9 +53,9 @@ Fps = Annotated[Number, Query(gt=0, le=1000, description="Frames a second.")]
     openapi_extra=body_of(DropRequest, {"board": "triangle-16", "seed": "42"}),
 )
 async def compute_drop(request: Request, server: Server) -> Response:
-    """Drop a ball and reply with the whole record: start, every impact, bin, score and digest.
+    """Drop a ball and return its record: start, every impact, bin, score and digest.
 
-    Without a seed the server draws one; the record names it, so the drop can be replayed.
+    If no seed is given, the server draws one. The record has it, so the drop can be replayed.
     """
     body = await read(request, DropRequest)
     solver = chosen_solver(body.solver, body.dt, body.substeps)
@@ -74,9 +77,9 @@ async def compute_drop(request: Request, server: Server) -> Response:
     responses=documented(Frames, 304, 404, 422, 503),
 )
 async def sample_drop(request: Request, ask: Asked, fps: Fps = 60.0) -> Response:
-    """The ball's state at times 0, 1/fps, 2/fps … and at the landing; and right before each impact.
+    """The ball's state at times 0, 1/fps, 2/fps …, at the landing, and right before each impact.
 
-    The record has the state right after each impact: the two differ by what the impact gave.
+    The record has the state right after each impact; the difference is the effect of the impact.
     """
     etag = f"{ask.name}.frames.{fps!r}"
     if is_current(request, etag):
@@ -89,7 +92,7 @@ async def sample_drop(request: Request, ask: Asked, fps: Fps = 60.0) -> Response
 async def get_drop(
     request: Request, ask: Asked, certainty: Certainty = False, certified: Certified = False
 ) -> Response:
-    """The record of a drop, decided by its address alone, and so cacheable; ETag is its digest."""
+    """The record of a drop. The address decides it, so it can be cached; its digest is the ETag."""
     digest, record = await _record(request, ask, certainty, certified)
     if is_current(request, digest):
         return not_modified(digest)
@@ -97,8 +100,10 @@ async def get_drop(
 
 
 class _PlainRoute(APIRoute):
-    """The route of `get_drop`. An address without a query is read here: to find that none of the
-    options is given takes the framework as long as the drop takes."""
+    """The route of `get_drop`, with a short cut for addresses without a query.
+
+    The framework takes as long to find that no option is given as the drop takes to compute.
+    """
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[None, None, Response]]:
         with_options = super().get_route_handler()
@@ -133,9 +138,9 @@ router.add_api_route(
     },
 )
 async def verify_record(request: Request, server: Server) -> Response:
-    """Compute the drop of a record, or all of a room's log, again: is every bit reproduced?
+    """Recompute the drop of a record, or all of a room's log, and compare every bit.
 
-    A record that does not hold is no error: `ok` is false and `field` the first that differs.
+    If something differs, that is not an error: `ok` is false, and `field` is the first difference.
     """
     record = await read(request, dict[str, object])
     if is_log(record):

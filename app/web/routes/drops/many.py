@@ -1,4 +1,4 @@
-"""Many drops at once, in numbers: where they land, and the seeds that land in a bin."""
+"""Many drops at once: count where they land, and find the seeds that land in a bin."""
 
 from fastapi import APIRouter, Request, Response
 
@@ -33,8 +33,7 @@ router = APIRouter(prefix="/api/v1", tags=["drops"])
 async def simulate(request: Request, server: Server) -> Response:
     """Drop balls with the seeds `seed`, `seed` + 1, … and count where they land.
 
-    Up to 10,000; for more there is `plinko simulate`, whose numbers are
-    the same.
+    At most 10,000 drops. `plinko simulate` has no limit and gives the same numbers.
     """
     body = await read(request, SimulationRequest)
     check_count(body.drops, "plinko simulate")
@@ -54,17 +53,17 @@ async def simulate(request: Request, server: Server) -> Response:
     openapi_extra=body_of(SeedsRequest, {"board": "triangle-16", "bin": 8, "count": 3}),
 )
 async def find_seeds(request: Request, server: Server) -> Response:
-    """List the next seeds whose balls land in `bin`, in rising order, none left out.
+    """List the next seeds whose balls land in `bin`, in rising order and without gaps.
 
-    At most `drops` seeds are dropped, up to 10,000. Where fewer than `count` of them land in the
-    bin, go on with `after` set to `last` of the reply. `plinko seeds` has no such limit.
+    The server tries at most `drops` seeds, up to 10,000. If fewer than `count` of them land in the
+    bin, continue with `after` set to the response's `last`. `plinko seeds` has no such limit.
     """
     body = await read(request, SeedsRequest)
     check_count(body.drops, "plinko seeds")
     check_count(body.count, "plinko seeds", "count")
     first = 0 if body.after is None else parse_seed(body.after) + 1
     if first == SEED_LIMIT:
-        raise InvalidValueError(f"after {body.after} is the last seed", field="after")
+        raise InvalidValueError(f"after {body.after} is the last seed there is", field="after")
     board = await resolve_board(request, body.board)
     check_bin(board, body.bin)
     aim = None if body.aim is None else aim_of(board, body.aim)

@@ -1,4 +1,4 @@
-"""The map of a board's starts, each pixel proven at a bounded cost: tiles as JSON, a picture."""
+"""The map from a board's starts to bins, every pixel proven: as JSON tiles and as a picture."""
 
 from collections.abc import Callable
 from fractions import Fraction
@@ -31,13 +31,13 @@ from engine import PHYSICS_VERSION
 router = APIRouter(prefix="/api/v1", tags=["drops"])
 
 STRIP_PIXELS = 160
-"""Of a whole strip, of which tiles are parts."""
+"""Of a whole strip; a tile is part of a strip."""
 
 MOST_PIXELS = 32
-"""Of a tile: a second of one thread, or less."""
+"""Of a tile, which then takes at most a second of one thread."""
 
-X = Annotated[str, Query(max_length=400, description="Zoom in on this start in metres, exact.")]
-Level = Annotated[Whole, Query(ge=0, le=40, description="Zooms by ten.")]
+X = Annotated[str, Query(max_length=400, description="Zoom in on this exact start, in metres.")]
+Level = Annotated[Whole, Query(ge=0, le=40, description="Number of zooms by ten.")]
 
 
 @router.get(
@@ -54,9 +54,9 @@ async def get_map_tile(
     first: Annotated[Whole, Query(ge=0, lt=STRIP_PIXELS, description="Pixel of the strip.")] = 0,
     count: Annotated[Whole, Query(ge=1, le=MOST_PIXELS, description="How many.")] = MOST_PIXELS,
 ) -> Response:
-    """Which bin the starts about x lead to: pixels of a strip of 160, zoomed 10^level times.
+    """The bins that the starts around x lead to: pixels of a strip of 160, zoomed 10^level times.
 
-    -1 is a ball that stays on the board, -2 what is not decided, -3 what is no start.
+    -1: the ball stays on the board, -2: not decided, -3: not a valid start.
     """
     require_certifier()
     found, middle = server.boards.find(board), _start(x)
@@ -65,7 +65,7 @@ async def get_map_tile(
         return not_modified(etag)
     asked = (found, middle, level, STRIP_PIXELS, first, count)
     tile, in_time = await compute(request, prices.proofs(count), proofs.tile, *asked)
-    # Only what another try would not change is kept by caches.
+    # A tile that ran out of time has undecided pixels, which another try may decide: not cached.
     return reply(tile, headers=cache_headers(etag) if in_time else None)
 
 
@@ -81,11 +81,11 @@ def _map(fmt: str) -> Callable[..., object]:
         request: Request,
         server: Server,
         x: X = "0",
-        levels: Annotated[Whole, Query(ge=1, le=41, description="Strips.")] = 8,
-        pixels: Annotated[Whole, Query(ge=1, le=512, description="Of a strip.")] = 64,
+        levels: Annotated[Whole, Query(ge=1, le=41, description="Number of strips.")] = 8,
+        pixels: Annotated[Whole, Query(ge=1, le=512, description="Pixels of each strip.")] = 64,
         theme: ThemeName = "light",
     ) -> Response:
-        """The bin as a function of the start, strip below strip, each a tenth of the one above."""
+        """The bin as a function of the start, in strips; each zooms tenfold into the one above."""
         require_certifier()
         price = prices.proofs(levels * pixels)
         found, middle = server.boards.find(board), _start(x)

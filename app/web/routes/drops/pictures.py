@@ -1,4 +1,4 @@
-"""Drops as pictures: stills, moments, animations, and many drops in one; an address a format."""
+"""Pictures of drops: stills, animations, and pictures of many drops, each format with a route."""
 
 import math
 from collections.abc import Callable, Coroutine
@@ -41,23 +41,23 @@ Width = Annotated[
 ThemeName = Annotated[Literal["light", "dark"], Query(description="One of the page's themes.")]
 Moment = Annotated[
     Number | None,
-    Query(description="Seconds from the start: the picture of that moment, not of the whole drop."),
+    Query(description="Seconds after the start: show this moment instead of the whole drop."),
 ]
 Fps = Annotated[Whole, Query(ge=1, le=MOST_FPS, description="Frames a second.")]
 
 STILLS = {"png": "image/png", "jpg": "image/jpeg"}
-"""Format and media type of still pictures. A drop's `.webp` is an animation."""
+"""Media types of still pictures by format. A drop's `.webp` is an animation."""
 
 MANY = {**STILLS, "webp": "image/webp"}
-"""The same of pictures of many drops."""
+"""Media types of pictures of many drops by format."""
 
 DEFAULT_DROPS = 10_000
-LONGEST = 60.0  # s of a fall that an animation shows
-_MOST_SHEET = 1 << 23  # pixels of a sheet of many drops, about
+LONGEST = 60.0  # s of a fall that an animation shows at most
+_MOST_SHEET = 1 << 23  # pixels, about, of the largest sheet of drops
 
 ANIMATIONS = {"gif": "image/gif", "webp": "image/webp", "apng": "image/apng"}
 VIDEOS = {"mp4": "video/mp4"}
-"""Where there is the library for them."""
+"""Videos need a library that may not be installed."""
 
 
 async def picture_reply(
@@ -67,9 +67,10 @@ async def picture_reply(
     make: Callable[[], Coroutine[None, None, bytes]],
     media_type: str,
 ) -> Response:
-    """The picture called `name`, or 304; `make` has it drawn if nobody asked for it lately.
+    """The picture called `name`, or 304; `make` draws it if it is not cached.
 
-    `name` says all that decides the picture but how it is drawn. Raises what `make` raises.
+    `name` must contain everything that decides the picture, except the drawing code, which this
+    function adds. Raises the errors of `make`.
     """
     etag = f"{name}.{look()}"
     if is_current(request, etag):
@@ -81,12 +82,12 @@ async def picture_reply(
 def drawn_by_worker(
     request: Request, server: Services, price: Price, draw: Callable[[*Ts], bytes], *values: *Ts
 ) -> Callable[[], Coroutine[None, None, bytes]]:
-    """What has a worker draw a picture, charged to the client that asks first."""
+    """A function that has a worker draw a picture, charged to the client of this request."""
     return lambda: charged(server, address_of(request), price, draw, *values)
 
 
 def pixels_of(board: Board, width: int) -> int:
-    """Pixels of a board's picture."""
+    """The number of pixels of a board's picture."""
     view = lay_out(board, width)
     return view.width * view.height
 
@@ -101,7 +102,7 @@ def add_routes(
     *failures: int,
     description: str = "The picture",
 ) -> None:
-    """One GET route a format, `path` and `name` followed by it; and how each may fail besides."""
+    """Add a GET route for each format, which ends `path` and `name`; `failures` are extra ones."""
     for fmt, media_type in formats.items():
         routes.add_api_route(
             f"{path}.{fmt}",
@@ -124,7 +125,7 @@ def _still(fmt: str) -> Callable[..., object]:
         theme: ThemeName = "light",
         t: Moment = None,
     ) -> Response:
-        """The whole path of the ball over the board with its contacts and its end; or a moment."""
+        """The ball's whole path over the board with contacts and end, or one moment of it."""
         name = f"{ask.name}.{fmt}.{width}.{theme}.{t!r}"
         price = prices.still(pixels_of(ask.board, width))
         make = drawn_by_worker(request, server, price, tasks.still, ask, fmt, width, theme, t)
@@ -145,7 +146,7 @@ def _animation(fmt: str) -> Callable[..., object]:
         """The ball as it falls, at real speed, then the whole drop for two seconds."""
 
         async def make() -> bytes:
-            """The drop's duration is part of the price."""
+            """Compute the duration first: the price of the animation depends on it."""
             price = prices.one_drop(ask.board, ask.solver)
             address = address_of(request)
             seconds = await charged(server, address, price, tasks.duration, ask, quick=True)
@@ -161,7 +162,7 @@ def _animation(fmt: str) -> Callable[..., object]:
 
 
 def _name_of(many: Many) -> str:
-    """All that decides what the drops do."""
+    """A name with everything that decides these drops."""
     return f"{many.board.digest}.{PHYSICS_VERSION}.{many.drops}.{many.first}"
 
 
@@ -169,9 +170,9 @@ async def _many(
     board: str,
     server: Server,
     drops: Annotated[Whole | None, Query(description="How many; at most 10,000.")] = None,
-    seed: Annotated[str, Query(description="Of the first drop; then one more each.")] = "0",
+    seed: Annotated[str, Query(description="Of the first drop; each next one adds 1.")] = "0",
 ) -> Many:
-    """The drops of a request; raises the errors of what cannot be."""
+    """The drops of a request; raises the errors of unknown boards and invalid values."""
     count = min(DEFAULT_DROPS, prices.MAX_DROPS) if drops is None else drops
     check_count(count, "plinko render")
     first = parse_seed(seed)
@@ -185,7 +186,7 @@ ManyAsked = Annotated[Many, Depends(_many)]
 def _of_many(
     what: str, draw: Callable[[Many, str, int, str], bytes], about: str
 ) -> Callable[[str], Callable[..., object]]:
-    """For each format the endpoint of a picture of many drops, called `what`."""
+    """A function that makes the endpoint of a picture of many drops for a format."""
 
     def endpoint(fmt: str) -> Callable[..., object]:
         async def get_picture(
@@ -213,14 +214,14 @@ def _sheet(fmt: str) -> Callable[..., object]:
         request: Request,
         server: Server,
         drops: Annotated[Whole, Query(ge=1, le=256, description="How many.")] = 25,
-        seed: Annotated[str, Query(description="Of the first drop; then one more each.")] = "0",
+        seed: Annotated[str, Query(description="Of the first drop; each next one adds 1.")] = "0",
         columns: Annotated[
-            Whole | None, Query(description="By default as many as rows, if they fit.")
+            Whole | None, Query(description="Default: as many as rows, if they fit.")
         ] = None,
         width: Annotated[Whole, Query(ge=1, le=MOST_WIDTH, description="Width in pixels.")] = 1140,
         theme: ThemeName = "light",
     ) -> Response:
-        """The whole paths of many drops side by side, each with its seed and what it paid."""
+        """The whole paths of many drops side by side, each with its seed and its result."""
         first = parse_seed(seed)
         parse_seed(first + drops - 1)
         many = Many(server.boards.find(board), drops, first)
@@ -236,10 +237,10 @@ def _sheet(fmt: str) -> Callable[..., object]:
 density = _of_many(
     "density",
     tasks.density,
-    "Where the balls of many drops spend their time, as light on the board.",
+    "How much time the balls of many drops spend at each place, as light on the board.",
 )
 histogram = _of_many(
-    "histogram", tasks.histogram, "How many balls land in each bin, beside what is expected."
+    "histogram", tasks.histogram, "How many balls land in each bin, next to the expected numbers."
 )
 
 add_routes(router, "/drops/{board}/{seed}", STILLS, _still, "A drop", "get_drop")

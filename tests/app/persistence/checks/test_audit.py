@@ -35,37 +35,37 @@ FINDINGS: dict[str, tuple[str, str, str]] = {
     "the last row missing": (
         f"DELETE FROM drops WHERE room = {_OWN} AND ball = 2",
         "own",
-        "it has 2 inputs, its checkpoint took 3",
+        "it has 2 inputs, but its checkpoint has 3",
     ),
     "a result of nothing": (
         f"UPDATE results SET ball = 9 WHERE room = {_OWN} AND ball = 1",
         "own",
-        "there is a result of drop 9, but no such drop",
+        "drop 9 has a result but is missing",
     ),
     "no result": (
         f"DELETE FROM results WHERE room = {_OWN} AND ball = 2",
         "own",
-        "drop 2 has no result, though nothing moves",
+        "drop 2 has no result, but nothing moves",
     ),
     "another seed": (
         f"UPDATE drops SET seed = '77' WHERE room = {_OWN} AND ball = 0",
         "own",
-        "drop 0: the ledger says digest",
+        "drop 0: the ledger has digest",
     ),
     "a payout": (
         f"UPDATE results SET payout = payout + 1 WHERE room = {_OWN} AND ball = 1",
         "own",
-        "drop 1: the ledger says payout",
+        "drop 1: the ledger has payout",
     ),
     "a tick": (
         f"UPDATE results SET tick = tick + 1 WHERE room = {_OWN} AND ball = 1",
         "own",
-        "drop 1: the ledger says tick",
+        "drop 1: the ledger has tick",
     ),
     "an order": (
         f"UPDATE drops SET tick = 0 WHERE room = {_OWN} AND ball = 2",
         "own",
-        "input 2 is of tick 0, the one before of tick",
+        "input 2 has tick 0, but the one before has tick",
     ),
     "a board": (
         "UPDATE boards SET json = '{}' WHERE digest = (SELECT board FROM rooms WHERE owned)",
@@ -165,7 +165,7 @@ def test_a_checkpoint_that_is_another_is_found_by_playing_again(
     code, said = check(capsys, url, "--replay")
     assert code == 1
     assert [each["what"] for each in said["findings"]] == [
-        "its checkpoint is not what its inputs come to"
+        "its checkpoint differs from the replay of its inputs"
     ]
 
 
@@ -189,7 +189,7 @@ def test_damaged_pages_are_told_and_the_rest_is_read(
     assert main(["ledger", "check", "--database-url", f"sqlite:///{file}"]) == 1
     said = capsys.readouterr().out
     assert "the database: " in said
-    assert re.search(r"interacting-triangle-8, run \d: the database's pages that hold", said)
+    assert re.search(r"interacting-triangle-8, run \d: its pages in the database are", said)
     assert "damaged: 3 room runs, 4 drops, 3 results, 0 inputs" in said
 
 

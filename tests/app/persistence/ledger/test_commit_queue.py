@@ -242,7 +242,7 @@ def test_an_owner_that_fails_keeps_its_news_from_nobody(empty: Path, tmp_path: P
 async def test_a_database_that_hangs_keeps_no_server_from_ending(
     empty: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("app.persistence.ledger.writer._FAREWELL", 0.01)
+    monkeypatch.setattr("app.persistence.ledger.writer._CLOSE_SECONDS", 0.01)
     shutil.copy(empty, tmp_path / "plinko.db")
     database = Steps(f"sqlite:///{tmp_path / 'plinko.db'}")
     ledger = Ledger(database, period=0.0, patience=PATIENCE)

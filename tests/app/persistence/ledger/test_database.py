@@ -93,7 +93,7 @@ def test_tables_of_a_later_release_are_refused(url: str) -> None:
     with database.transaction() as connection:
         connection.execute(sa.text("UPDATE alembic_version SET version_num = '9999'"))
     database.close()
-    with pytest.raises(SettingError, match=f"step '9999', this release knows those up to '{HEAD}'"):
+    with pytest.raises(SettingError, match=f"step '9999', but .* knows the steps up to '{HEAD}'"):
         database.open()
 
 
@@ -125,7 +125,7 @@ def test_sqlite_waits_for_the_disk(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("url", "said"),
     [
-        ("plinko.db", "is no address such as sqlite:///plinko.db"),
+        ("plinko.db", "is not an address such as sqlite:///plinko.db"),
         ("mysql://u:hidden@h/d", "neither sqlite:///FILE"),
         ("sqlite:///x.db?mode=ro", "neither sqlite:///FILE"),
     ],

@@ -76,7 +76,7 @@ def test_a_log_that_was_cut_taken_away_or_harmed_is_noticed(
 ) -> None:
     harm(log_of(killed))
     for _ in range(2):
-        with pytest.raises(SettingError, match=r"lost what was written last.*tells of commit 4"):
+        with pytest.raises(SettingError, match=r"lost its last commits.*has commit 4"):
             Database(url_of(killed)).open()
     killed.with_name("plinko.db-fence").unlink()
     assert [holds(killed, 1), holds(killed, 4)] == [True, False], "on demand it goes on"
@@ -98,7 +98,7 @@ def test_a_first_life_whose_log_is_gone_is_no_empty_start(tmp_path: Path) -> Non
 
 def test_a_file_that_is_gone_is_no_empty_start(killed: Path) -> None:
     killed.unlink()
-    with pytest.raises(SettingError, match=r"no such file, but plinko\.db-fence beside it"):
+    with pytest.raises(SettingError, match=r"no such file, but plinko\.db-fence next to it"):
         Database(url_of(killed)).open()
     assert not killed.exists()
 
@@ -117,7 +117,7 @@ def test_a_missing_fence_is_made_and_an_invalid_one_named(
     assert holds(killed, 4)
     assert (fence.read_text(), fence.stat().st_mode & 0o777) == ("0000000004\n", 0o600)
     fence.write_text("four\n")
-    with pytest.raises(SettingError, match=r"plinko\.db-fence holds 'four\\n' where a number"):
+    with pytest.raises(SettingError, match=r"plinko\.db-fence contains 'four\\n' instead of"):
         Database(url_of(killed)).open()
 
 

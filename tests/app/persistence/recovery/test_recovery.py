@@ -98,7 +98,7 @@ async def test_drops_that_another_physics_cannot_land_are_refunded(
         for row, result in drops:
             assert result is not None
             assert (result.payout, result.bin) == (row.stake, None)
-            assert "physics was version" in str(result.unsettled)
+            assert "physics version is" in str(result.unsettled)
 
 
 async def test_drops_of_another_tick_rate_land_before_a_fresh_start(url: str) -> None:

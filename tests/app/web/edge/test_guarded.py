@@ -77,7 +77,7 @@ def test_a_head_that_comes_byte_by_byte_is_given_up_in_time() -> None:
         server.loop.pass_(0.6)
     found = problem(line)
     assert (found["status"], found["code"]) == (408, "too-late")
-    assert "head was not whole after 10 seconds" in found["detail"]
+    assert "head was not complete after 10 seconds" in found["detail"]
 
 
 def test_a_body_that_stalls_is_given_up_in_time() -> None:
@@ -90,7 +90,7 @@ def test_a_body_that_stalls_is_given_up_in_time() -> None:
         server.loop.pass_(3.4)
     found = problem(line)
     assert (found["status"], found["code"]) == (408, "too-late")
-    assert "body was not whole after 30 seconds" in found["detail"]
+    assert "body was not complete after 30 seconds" in found["detail"]
 
 
 def test_line_ends_between_requests_keep_nobody_connected() -> None:
@@ -229,4 +229,4 @@ def test_an_upgrade_to_something_else_with_a_body_is_refused() -> None:
     server = Server()
     line = server.dial()
     server.feed(line, POST.replace(b"\r\n\r\n", b"\r\n" + H2C + b"\r\n") + b"x" * 10)
-    assert problem(line)["detail"] == "a request to upgrade has no body"
+    assert problem(line)["detail"] == "a request to upgrade must have no body"

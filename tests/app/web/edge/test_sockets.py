@@ -110,8 +110,8 @@ def test_a_message_over_the_limit_is_refused_before_it_is_whole() -> None:
         (b"Content-Length: 5\r\n\r\nhello", 400, "no body"),
         (b"Content-Length: 5\r\n\r\n", 400, "no body"),
         (b"Transfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 400, "no body"),
-        (b"Cookie: " + b"c" * 9000 + b"\r\n\r\n", 431, "long line"),
-        (b"Content-Length: 00\r\n\r\n", 400, "no handshake"),
+        (b"Cookie: " + b"c" * 9000 + b"\r\n\r\n", 431, "a line of the handshake is too long"),
+        (b"Content-Length: 00\r\n\r\n", 400, "not a WebSocket handshake"),
         (b"Content-Length: 0\r\n\r\n", 101, ""),
     ],
 )

@@ -42,7 +42,7 @@ def test_texts_are_escaped_and_elements_within_them_are_kept() -> None:
 
 
 def test_a_text_that_is_not_there_is_named() -> None:
-    with pytest.raises(ValueError, match=r"asks for the text 'no\.such'"):
+    with pytest.raises(ValueError, match=r"uses the text 'no\.such'"):
         filled("<p>{{no.such}}</p>", {"such": "", "no.such": {"other": ""}})
 
 

@@ -1,1 +1,1 @@
-"""One file a step. A step that was released is never changed: the next one mends it."""
+"""One file for each step. A released step never changes; a later step fixes its faults."""

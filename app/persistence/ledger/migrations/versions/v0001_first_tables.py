@@ -1,4 +1,4 @@
-"""All tables, as the first release has them."""
+"""Create all tables of the first release."""
 
 import sqlalchemy as sa
 from alembic import op
@@ -10,7 +10,7 @@ depends_on = None
 
 
 def upgrade() -> None:
-    """Make the tables. Written out here: what `tables` says will go on changing."""
+    """Create the tables. They are written out here, because `statements.tables` will change."""
     op.create_table(
         "boards",
         sa.Column("digest", sa.String(length=64), nullable=False),

@@ -1,4 +1,4 @@
-"""What targets of webhooks have not heard yet."""
+"""Add the table of webhook events that are not yet delivered."""
 
 import sqlalchemy as sa
 from alembic import op

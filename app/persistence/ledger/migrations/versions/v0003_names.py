@@ -1,4 +1,4 @@
-"""Drops may carry a name and a colour."""
+"""Add a name and a colour to drops."""
 
 import sqlalchemy as sa
 from alembic import op
@@ -10,6 +10,6 @@ depends_on = None
 
 
 def upgrade() -> None:
-    """Add the columns, which are empty in the drops that there are."""
+    """Add the columns; existing drops have neither."""
     op.add_column("drops", sa.Column("name", sa.Text(), nullable=True))
     op.add_column("drops", sa.Column("colour", sa.String(length=7), nullable=True))

@@ -1,4 +1,4 @@
-"""What waits to be dropped into rooms."""
+"""Add the table of rooms' queues."""
 
 import sqlalchemy as sa
 from alembic import op

@@ -1,4 +1,4 @@
-"""Rooms whose bins are drawn by exact odds."""
+"""Add draws, for rooms whose bins are drawn with exact odds."""
 
 import sqlalchemy as sa
 from alembic import op
@@ -10,7 +10,7 @@ depends_on = None
 
 
 def upgrade() -> None:
-    """Add a table of draws, and say of each room which one it has: none that is there has one."""
+    """Add a table of draws, and each room's draw; existing rooms have none."""
     op.create_table(
         "draws",
         sa.Column("digest", sa.String(length=64), nullable=False),
