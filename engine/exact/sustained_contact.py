@@ -167,7 +167,7 @@ def _next_cause(
     At equal times the order of the tests decides: touch, landing, leaving, passing to another part
     of the wall, change of mode. Each later search ends at the time found before, so a later cause
     must come strictly earlier. `fresh` means that the mode has changed at this same time. It does
-    not change again before time has passed: rounding at the friction limit could else change it
+    not change again before time has passed, because rounding at the friction limit could change it
     for ever.
     """
     h = step_length(series, board.radius, board.travel)
