@@ -107,6 +107,8 @@ def _first_touch_of_others(
     best = horizon
     hit = -1
     hit_side = 0.0
+    # In a step the ball moves at most `travel`, so the cell at the middle of its chord lists all
+    # surfaces that it can touch.
     x, y = position(board, series, item, state[body.X], state[body.Y], horizon)
     cell = cell_of(board, 0.5 * (state[body.X] + x), 0.5 * (state[body.Y] + y))
     for k in range(board.starts[cell], board.starts[cell + 1]):
@@ -167,7 +169,7 @@ def _next_cause(
     At equal times the order of the tests decides: touch, landing, leaving, passing to another part
     of the wall, change of mode. Each later search ends at the time found before, so a later cause
     must come strictly earlier. `fresh` means that the mode has changed at this same time. It does
-    not change again before time has passed: rounding at the friction limit could else change it
+    not change again before time has passed, because rounding at the friction limit could change it
     for ever.
     """
     h = step_length(series, board.radius, board.travel)
@@ -227,6 +229,8 @@ def follow_contact(
     """
     fresh = False
     while True:
+        # Not if `fresh`: that is not among the columns of `initial`, so the bits of a drop that is
+        # continued here would differ.
         if log.counts[event_log.EVENTS] >= event_limit and not fresh:
             return OUT_OF_EVENTS, item, side, skip, slip_sign, beside
         if not state[body.T] <= max_time:

@@ -55,8 +55,8 @@ def meet(
 ) -> tuple[int, int, float, int, int]:
     """A ball that touches a meets b. Changes `state` in place and logs the events.
 
-    Returns what the ball does next, a surface and its side, the other surface if the ball still
-    touches it, else NONE, and the number of roots of the slip (see `follow_contact`).
+    Returns what the ball does next, a surface and its side, the other surface (NONE if the ball no
+    longer touches it), and the order of the slip's root (see `follow_contact`).
     """
     last = b
     sticks = False

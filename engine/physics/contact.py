@@ -151,8 +151,8 @@ def choose_mode(
 ) -> tuple[int, float]:
     """The mode at the start of a stretch, and the sign of the slip, 0 without slip.
 
-    `rolls`: whether the event before has made the slip zero. What rounding leaves of it would else
-    decide between rolling and sliding.
+    `rolls`: whether the event before has made the slip zero. Without this, a rounding error of the
+    slip would decide between rolling and sliding.
     """
     if friction == 0.0:
         return FRICTIONLESS, 0.0

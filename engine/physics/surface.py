@@ -39,7 +39,7 @@ def touch(
     the ball at the exact distance.
 
     `radius` is the ball's, `side` (1 or -1) its side of a line; lengths in m. The centre moves only
-    by rounding errors, which would else add up over many bounces on one surface.
+    by rounding errors; otherwise these would add up over many bounces on one surface.
     """
     dx = x - items[item, X]
     dy = y - items[item, Y]

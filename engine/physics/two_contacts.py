@@ -74,10 +74,10 @@ def rest_in_notch(
     by: float,
     friction_b: float,
 ) -> tuple[int, float]:
-    """What a ball at rest on two surfaces does, and the brake of its spin for SPINS, else 0.
+    """What a ball at rest on two surfaces does, and for SPINS the brake of its spin, 0 otherwise.
 
     The brake is mu_a N_a + mu_b N_b in m/s^2; |omega|' = -2 brake / R. If both contacts could open,
-    b does without spin; with spin, the one does whose normal force would have to pull.
+    contact b opens without spin; with spin, the one whose normal force would have to pull.
     """
     if gravity * ay >= 0.0 and gravity * by >= 0.0:
         return FALLS, 0.0  # pressed onto neither surface, so there is no friction
