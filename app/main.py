@@ -205,7 +205,7 @@ def _services(settings: Settings) -> Services:
     readers = Workers(1, MOST_READERS)
     database = Database(settings.ledger_url, shared=bool(settings.name))
     budgets = Budgets(COMPUTE_RATE, COMPUTE_BURST)
-    cameras = Cameras(MAX_CAMERAS, MAX_VIEWERS, purse=budgets)
+    cameras = Cameras(MAX_CAMERAS, MAX_VIEWERS, budget=budgets)
     shares = _Shares(settings) if settings.name else None
     targets = read_targets(settings.webhooks)
     ledger = Ledger(

@@ -12,7 +12,7 @@ RANGE = Path("/proc/sys/net/ipv4/ip_local_port_range")
 
 
 @pytest.mark.skipif(not RANGE.exists(), reason="the system does not say which it gives away")
-def test_no_outgoing_connection_gets_a_port_that_was_given_to_a_test() -> None:
+def test_no_outgoing_connection_gets_a_port_given_to_a_test() -> None:
     first, _ = map(int, RANGE.read_text().split())
     assert free_port() < first
 

@@ -1,6 +1,6 @@
-"""The `plinko` command: one file per subcommand, each imported only when it is asked for.
+"""The `plinko` command: one file per subcommand, imported only when that subcommand runs.
 
-drops/ computes, boards/ is about boards, server/ runs one or asks something of one. Imports
+drops/ computes, boards/ lists and makes boards, server/ runs a server or talks to one. Imports
 everything. Start with drops/drop.py; common.py has the options that several subcommands share.
 """
 
@@ -44,7 +44,7 @@ GROUPS = {
         "conformance": "server.conformance",
     },
 }
-"""Subcommands as the help lists them, and the module in `app.cli` that has each as `command`."""
+"""Subcommands in the order of the help. Each module in `app.cli` defines one as `command`."""
 
 COMMANDS = {name: module for group in GROUPS.values() for name, module in group.items()}
 
@@ -54,21 +54,18 @@ EXIT_BROKEN_PIPE = 141  # 128 + SIGPIPE
 
 
 class _LazyGroup(click.Group):
-    """A group that imports a subcommand when it is named, so that one pays for what one runs."""
+    """A group that imports only the subcommand it runs, because imports dominate the start."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names in the order of COMMANDS."""
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import the subcommand, or return None for an unknown name."""
         if cmd_name not in COMMANDS:
             return None
         command: click.Command = importlib.import_module(f"app.cli.{COMMANDS[cmd_name]}").command
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the subcommands in their groups."""
         width = max(map(len, COMMANDS))
         for title, names in GROUPS.items():
             found = ((name, self.get_command(ctx, name)) for name in names)
@@ -81,12 +78,12 @@ class _LazyGroup(click.Group):
                 formatter.write_dl(rows)
 
     def invoke(self, ctx: click.Context) -> object:
-        """Run the subcommand; a reader that went away (`plinko … | head`) is no error of ours."""
+        """Run the subcommand. A closed pipe (`plinko … | head`) ends it without a message."""
         try:
             result: object = super().invoke(ctx)
             sys.stdout.flush()
         except BrokenPipeError:
-            # What is still buffered has nowhere to go, and flushing it at exit would warn.
+            # At exit Python flushes stdout again and would warn about the closed pipe.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return EXIT_BROKEN_PIPE
         return result
@@ -100,7 +97,7 @@ class _LazyGroup(click.Group):
 @click.version_option(package_name="plinko-server", message="%(version)s")
 @click.pass_context
 def plinko(ctx: click.Context) -> None:
-    """A Plinko whose physics is true: seeded drops that replay bit for bit.
+    """Plinko with true physics: seeded drops that replay bit for bit.
 
     BOARD is a preset's name (see `plinko boards`) or the path of a board's JSON file.
     """
@@ -109,12 +106,12 @@ def plinko(ctx: click.Context) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line and return its exit code; errors are one line on stderr.
+    """Run the command line and return its exit code; an error is one line on stderr.
 
-    Without arguments it is a process of its own, whose arguments and environment it uses.
+    Without `arguments` it reads those of the process.
     """
-    # Python would end with a look for garbage through all that is left: with numba, a quarter of a
-    # second.
+    # At exit Python collects garbage among all remaining objects. With numba loaded this takes a
+    # quarter of a second; frozen objects are skipped.
     atexit.register(gc.freeze)
     try:
         result = plinko.main(arguments, prog_name="plinko", standalone_mode=False)
@@ -125,7 +122,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         return _fail(_os_message(error))
     except Exception as error:
-        # Any other error is a bug of ours and keeps its traceback.
+        # Any other error is a bug in Plinko and keeps its traceback.
         if not _is_input_error(error):
             raise
         return _fail(str(error))

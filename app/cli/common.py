@@ -1,4 +1,4 @@
-"""What the subcommands share: the BOARD argument, the options of a drop, and how they are read."""
+"""Arguments and options that several subcommands share, and functions that read and print them."""
 
 import gc
 import json
@@ -22,14 +22,14 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 Options = dict[str, Any]
-"""Keyword arguments of `engine.drops.drop` and `engine.drop_many` that choose the solver."""
+"""The solver, as keyword arguments of `engine.drop` and `engine.drop_many`."""
 
 
 @contextmanager
 def garbage_waits() -> Iterator[None]:
-    """Look for no garbage meanwhile: what the start of a program makes stays.
+    """Collect no garbage during imports: the objects they create stay anyway.
 
-    Also a decorator. The engine's compiler does the same for itself, but to import it is the start.
+    Also works as a decorator. The engine's compiler does the same, but only after its own import.
     """
     collects = gc.isenabled()
     gc.disable()
@@ -46,38 +46,38 @@ def board_argument(command: Command) -> Command:
 
 
 def start_options(command: Command) -> Command:
-    """Add --seed, --x and --aim, which say where a drop starts: a string and two floats."""
-    # A string, so that the engine's own parser names what is wrong with a seed.
+    """Add --seed (a string), --x and --aim (floats), which choose the start of a drop."""
+    # A string, so that the engine's parser reports an invalid seed.
     with_seed = click.option("--seed", help="An integer from 0 to 2^64 - 1.")
     return with_seed(x_option(aim_option(command)))
 
 
 def read_start(seed: str | None, x: float | None) -> int | None:
-    """The seed of a drop, or None where only --x says where it starts.
+    """The seed of a drop, or None if only --x is given.
 
-    Raises UsageError when neither is given, SeedError for a seed that is none.
+    Raises UsageError if neither is given, SeedError if the seed is invalid.
     """
     if seed is None and x is None:
-        raise click.UsageError("a drop needs a start: --seed N or --x X")
+        raise click.UsageError("a drop needs a start: give --seed N or --x X")
     return None if seed is None else read_seed(seed)
 
 
 def x_option(command: Command) -> Command:
     """Add --x, an explicit start."""
     return click.option(
-        "--x", type=float, help="Start here (metres) instead of where the seed says."
+        "--x", type=float, help="Start here (metres) instead of drawing the start by the seed."
     )(command)
 
 
 def aim_option(command: Command) -> Command:
-    """Add --aim, the middle of the starts that seeds draw."""
-    return click.option("--aim", type=float, help="The seed draws the start about here (metres).")(
+    """Add --aim, the middle of the range from which a seed draws the start."""
+    return click.option("--aim", type=float, help="The seed draws the start near here (metres).")(
         command
     )
 
 
 def _seconds(ctx: click.Context, param: click.Parameter, value: str | None) -> float | None:
-    """A duration in seconds, as a decimal or a fraction; its range is the engine's to check."""
+    """Parse seconds as a decimal or a fraction; the engine checks the range."""
     if value is None:
         return None
     numerator, _, denominator = value.partition("/")
@@ -94,15 +94,19 @@ def _seconds(ctx: click.Context, param: click.Parameter, value: str | None) -> f
 def solver_options(command: Command) -> Command:
     """Add --solver, --dt, --substeps and --correction; read them with `read_solver`."""
     for option in (
-        click.option("--correction", type=float, help="Of an overlap, per substep. [0.6]"),
-        click.option("--substeps", type=int, help="Substeps of a step. [4]"),
-        click.option("--dt", callback=_seconds, metavar="S", help="Step in s, as 1/240. [1/60]"),
+        click.option(
+            "--correction", type=float, help="Share of an overlap removed per substep. [0.6]"
+        ),
+        click.option("--substeps", type=int, help="Substeps per step. [4]"),
+        click.option(
+            "--dt", callback=_seconds, metavar="S", help="Seconds per step, such as 1/240. [1/60]"
+        ),
         click.option(
             "--solver",
             type=click.Choice(["exact", "stepped"]),
             default="exact",
             show_default=True,
-            help="Event-driven, or with a fixed time step.",
+            help="exact: from impact to impact; stepped: with a fixed time step.",
         ),
     ):
         command = option(command)
@@ -110,22 +114,24 @@ def solver_options(command: Command) -> Command:
 
 
 def cluster_option(command: Command) -> Command:
-    """Add --cluster, which says where it is computed; open it with `workers`."""
+    """Add --cluster, which says where to compute; open it with `workers`."""
     return click.option(
         "--cluster",
         metavar="WHERE",
-        help="Workers elsewhere: local[:N] processes, or a Dask scheduler's tcp://host:8786.",
+        help="Compute in local[:N] processes, or on the Dask cluster at tcp://host:8786.",
     )(command)
 
 
 def workers_options(command: Command) -> Command:
     """Add --threads and --cluster."""
-    threads = click.option("--threads", type=click.IntRange(min=1), help="Default: every core.")
+    threads = click.option(
+        "--threads", type=click.IntRange(min=1), help="Threads to compute with. [one per core]"
+    )
     return threads(cluster_option(command))
 
 
 def workers(cluster: str | None, threads: int | None) -> "AbstractContextManager[Workers]":
-    """The workers that --cluster and --threads ask for; see `workers_at` for errors."""
+    """Open the workers of --cluster and --threads; see `workers_at` for errors."""
     from engine.batches.workers import workers_at
 
     return workers_at(cluster, threads)
@@ -133,9 +139,10 @@ def workers(cluster: str | None, threads: int | None) -> "AbstractContextManager
 
 @contextmanager
 def progress(length: int, label: str, done: int = 0) -> Iterator[Callable[[int], None] | None]:
-    """A bar on stderr with rate and time left, where somebody sees it, and else nothing.
+    """Show a bar with rate and time left on stderr, or yield None if stderr is not a terminal.
 
-    What is told to it is how many are done, of which `done` were before.
+    Call the yielded function with the number done in all. `done` of them are from an earlier run
+    and do not count for the rate.
     """
     if not sys.stderr.isatty():
         yield None
@@ -144,34 +151,33 @@ def progress(length: int, label: str, done: int = 0) -> Iterator[Callable[[int],
     with click.progressbar(length=length, label=label, show_eta=False, file=sys.stderr) as bar:
         bar.update(done)
 
-        def told(now: int) -> None:
+        def report(now: int) -> None:
             rate = (now - done) / max(time.monotonic() - began, 1e-9)
             left = timedelta(seconds=min(round((length - now) / max(rate, 1e-9)), 10**13))
             bar.label = f"{label}, {rate:,.0f}/s, {left} left"
             bar.update(now - bar.pos)
 
-        yield told
+        yield report
 
 
 def read_solver(
     solver: str, dt: float | None, substeps: int | None, correction: float | None
 ) -> Options:
-    """The solver that the options ask for, as keyword arguments; what is unset keeps its default.
+    """The solver's options as keyword arguments, without the unset ones.
 
-    Raises UsageError for a parameter of the stepped solver beside the exact one.
+    Raises UsageError if a parameter of the stepped solver is given with the exact one.
     """
     given = {"dt": dt, "substeps": substeps, "correction": correction}
     options: Options = {name: value for name, value in given.items() if value is not None}
     if solver == "exact":
         for name, value in options.items():
             raise click.UsageError(
-                f"--{name} {value:g} belongs to --solver stepped: exact has no time step"
+                f"--{name} {value:g} needs --solver stepped: the exact solver has no time step"
             )
     return {"solver": solver} | options
 
 
 def describe_solver(solver: "Solver") -> str:
-    """A solver with its parameters, for people."""
     parameters = [f"{name} {value:.6g}" for name, value in solver.fields().items()]
     return ", ".join([solver.name, *parameters])
 
@@ -179,7 +185,7 @@ def describe_solver(solver: "Solver") -> str:
 def load_board(name: str) -> "Board":
     """The preset called `name`, or the board in the JSON file at that path.
 
-    Raises UsageError when it is neither, BoardError when the file is no board that can be played.
+    Raises UsageError if it is neither, BoardError if the file is not a playable board.
     """
     from engine import Board, BoardError, preset_names
 
@@ -202,7 +208,7 @@ def counted(count: int, one: str) -> str:
 
 
 def need_certifier() -> None:
-    """Raise UsageError unless python-flint is installed, which the certified solver uses."""
+    """Raise UsageError unless python-flint, which the certified solver uses, is installed."""
     _need("flint", "proofs need python-flint, which is not installed", "certify")
 
 
@@ -217,14 +223,13 @@ def _need(module: str, message: str, extra: str) -> None:
 
 
 def read_seed(text: str) -> int:
-    """`text` as a seed; raises SeedError naming it."""
     from engine.seeding import parse_seed
 
     return parse_seed(text)
 
 
 def print_json(value: object) -> None:
-    """Print one object on one line; floats in shortest round-trip form, never NaN or infinity."""
+    """Print `value` as one line of JSON. Raises ValueError for NaN and infinity."""
     click.echo(json.dumps(value, ensure_ascii=False, allow_nan=False))
 
 

@@ -1,6 +1,7 @@
-"""Several servers over one ledger: who is alive, who has which room, and how a request gets there.
+"""Several servers over one ledger: which are alive, which has each room, and forwarding to it.
 
-PostgreSQL says who has a room, under a number that fences everybody else, and who is alive. Begin
-with `membership`, which decides and does no I/O; `alive` says who is there, `take_over` brings
-rooms here, `start` gives them away, `hand_on` brings requests to the server that has their room.
+PostgreSQL stores both: the servers' heartbeats, and each room's lease with its fencing number.
+Begin with `membership`, which decides and does no I/O. `alive` sends and reads heartbeats,
+`take_over` fetches rooms of failed servers, `start` hands rooms over, and `hand_on` forwards
+requests to the server that has their room.
 """

@@ -1,7 +1,7 @@
-"""Says that this server is alive, sees which others are, and ends what depends on one that is not.
+"""Heartbeats: reports this server as alive, and finds out which other servers are.
 
-Beats go by themselves, on a thread of their own: neither a ledger that takes its time nor a loop
-that has much to do may cost this server its rooms, as giving them to others makes more to do.
+Heartbeats have their own thread and connection, so that a slow ledger or a busy event loop does
+not cost this server its rooms: moving them to other servers would only add to the load.
 """
 
 import asyncio
@@ -18,21 +18,21 @@ from app.concurrency.signal import Signal
 from app.persistence.lease_book import LeaseBook
 from app.rooms.records import LeaseRow
 
-_PATIENCE: Final = 5.0
-"""s that a start and an end wait for PostgreSQL; a server that has started is not ready then."""
+_JOIN_SECONDS: Final = 5.0
+"""How long start and shutdown wait for PostgreSQL. A server that starts without it is not ready."""
 
-_STANDS_STILL: Final = 10.0
-"""s after which a loop that has not come round counts as standing still, and others may take its
-rooms: longer than a busy machine holds it up."""
+_STALLED_SECONDS: Final = 10.0
+"""An event loop that has not handled a heartbeat for this long counts as stalled: heartbeats stop,
+so that other servers take its rooms. Longer than the pauses of a busy machine."""
 
 _log = logging.getLogger("plinko")
 
 
 class Alive:
-    """For the event loop's thread. `name` is what people call this server.
+    """For the event loop's thread. `name` is this server's name for people.
 
-    `looked` is sent each time it looked who is alive, and when that could not be seen. `leaving`
-    is whether this server gives its rooms away. `database` is PostgreSQL's address.
+    `looked` is sent after each heartbeat, successful or not. `leaving` is true while this server
+    hands its rooms over. `database` is PostgreSQL's address.
     """
 
     def __init__(self, database: str, book: LeaseBook, name: str) -> None:
@@ -42,20 +42,21 @@ class Alive:
         self.looked = Signal()
         self._database = database
         self._book = book
-        self._came_round = 0.0  # when the loop last took in who is alive, s of the monotonic clock
-        self._depending: dict[asyncio.Timeout, str] = {}  # on the server of this name
+        # When the event loop last handled a heartbeat, in s of the monotonic clock.
+        self._came_round = 0.0
+        self._depending: dict[asyncio.Timeout, str] = {}  # each with the holder it depends on
 
     @property
     def me(self) -> Member:
-        """This server, as the others see it."""
+        """This server as the others see it."""
         return Member(self._book.holder, self.name, self._book.address, self.leaving)
 
     def claim(self, room_id: str, row: LeaseRow | None) -> int:
-        """The number of the lease that this server's is to follow; raises LeaseLostError."""
+        """The number of the lease that this server's lease replaces; raises LeaseLostError."""
         return self.view.claim(room_id, row, self.me)
 
     async def run(self) -> None:
-        """Beat until cancelled, whatever becomes of PostgreSQL."""
+        """Send heartbeats until cancelled, also through failures of PostgreSQL."""
         self._came_round = time.monotonic()
         tell, over = asyncio.get_running_loop().call_soon_threadsafe, threading.Event()
         thread = threading.Thread(target=self._beat, args=(tell, over), name="beats", daemon=True)
@@ -72,21 +73,22 @@ class Alive:
             try:
                 with Beats.connected(self._database) as beats:
                     while not over.is_set():
-                        if time.monotonic() < self._came_round + _STANDS_STILL:
+                        if time.monotonic() < self._came_round + _STALLED_SECONDS:
                             me = self.me
                             tell(self.look, me, beats.beat(me))
                         beats.until_told()
             except FAILURES as error:
                 tell(self.failed, error)
-            # A connection that lasted is made again at once: without one the lease is shorter.
+            # Reconnect at once if the connection lasted a while: others consider a server without
+            # a connection failed after LATE instead of LEASE.
             over.wait(began + BEAT - time.monotonic())
 
     def look(self, me: Member, found: Iterable[Seen]) -> None:
-        """Take in who was found at the beat of `me`."""
+        """Update the view with the servers that the heartbeat of `me` found."""
         self._came_round = time.monotonic()
         if late := self.view.look(me, found):
             _log.warning(
-                "this server was late: it said %.1f s ago that it is alive, and after %g s others "
+                "this server was late: its last heartbeat was %.1f s ago, and after %g s others "
                 "may take its rooms",
                 late,
                 LEASE,
@@ -98,16 +100,18 @@ class Alive:
         self.looked.send()
 
     def failed(self, error: Exception) -> None:
-        """Note that PostgreSQL does not say who is alive; all stays as it was known."""
+        """Note that a heartbeat failed. The members known until now stay."""
         self._came_round = time.monotonic()
         if self.view.up:
-            _log.warning("servers do not see each other: rooms stay where they are: %s", error)
+            _log.warning(
+                "heartbeats fail; until they succeed no server takes over rooms: %s", error
+            )
         self.view.failed()
         self.looked.send()
 
     @contextlib.asynccontextmanager
     async def while_there(self, member: Member) -> AsyncIterator[None]:
-        """Raise TimeoutError in the block once another server is gone."""
+        """Raise TimeoutError in the block when `member` has failed."""
         async with asyncio.timeout(None) as limit:
             self._depending[limit] = member.holder
             try:
@@ -116,8 +120,8 @@ class Alive:
                 self._depending.pop(limit, None)
 
     async def until_known(self) -> None:
-        """Return once the others know how this server is, or it is clear that this takes long."""
+        """Return when the others know this server's current state, or after five seconds."""
         with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(_PATIENCE):
+            async with asyncio.timeout(_JOIN_SECONDS):
                 while self.me != self.view.members.get(self.me.holder):
                     await self.looked.wait()

@@ -1,8 +1,8 @@
-"""A table of PostgreSQL in which each server says that it is alive, over a connection of its own.
+"""The PostgreSQL table of heartbeats, which each server writes over its own connection.
 
-Ages are taken by the database's clock, so that no two machines need agree on the time. A server
-that leaves notifies the others, and one whose process has ended has no connection any more. All of
-it blocks: it is for a thread of its own.
+The database's clock measures ages, so machines need not agree on the time. A server that leaves
+notifies the others. A server whose process has ended no longer has a connection, which the others
+see. All calls block, so they run on their own thread.
 """
 
 import contextlib
@@ -15,12 +15,12 @@ from app.cluster.membership import BEAT, LEASE, Member, Seen
 
 _CONNECT: Final = 3  # s
 _FORGOTTEN: Final = "interval '1 minute'"
-_LOCK: Final = 0x706C696E6B70  # under which the table is made
+_LOCK: Final = 0x706C696E6B70  # the advisory lock for creating the table
 
 FAILURES: Final = (psycopg.Error, OSError, TimeoutError)
-"""What any of this raises while PostgreSQL is away."""
+"""The errors that all calls here raise while PostgreSQL is unavailable."""
 
-# Nothing in it is worth keeping, so it has no write-ahead log; a crash of PostgreSQL empties it.
+# Unlogged: the table is not worth a write-ahead log, and a crash of PostgreSQL may empty it.
 _MAKE: Final = f"""
 SELECT pg_advisory_xact_lock({_LOCK});
 CREATE UNLOGGED TABLE IF NOT EXISTS members (
@@ -42,11 +42,11 @@ SELECT holder, name, address, leaving,
 FROM members LEFT JOIN pg_stat_activity AS activity USING (pid)
 WHERE beat > clock_timestamp() - {_FORGOTTEN}
 """
-"""Says that a server is alive, and finds all as they were just before."""
+"""Writes a server's heartbeat, and selects all servers as they were just before it."""
 
 
 class Beats:
-    """A connection to the table. All of it raises FAILURES, after which the connection is over."""
+    """A connection to the table. After a call has raised one of FAILURES, it is unusable."""
 
     def __init__(self, connection: psycopg.Connection[tuple[Any, ...]]) -> None:
         self._connection = connection
@@ -54,14 +54,14 @@ class Beats:
     @classmethod
     @contextlib.contextmanager
     def connected(cls, database: str) -> Iterator["Beats"]:
-        """A connection in the block to the table, which is made where there is none."""
+        """Connect for the block, and create the table if it is missing."""
         connecting = psycopg.connect(
             database,
             autocommit=True,
             connect_timeout=_CONNECT,
             tcp_user_timeout=1000 * _CONNECT,
             application_name="plinko beats",
-            # A server that is seen to be alive may be so a moment longer than it is.
+            # No wait for the disk: a heartbeat need not survive a crash of PostgreSQL.
             options=f"-c synchronous_commit=off -c statement_timeout={LEASE:g}s",
         )
         with contextlib.closing(connecting) as connection:
@@ -69,14 +69,15 @@ class Beats:
             yield cls(connection)
 
     def beat(self, me: Member) -> list[Seen]:
-        """Say that `me` is alive; returns who was found, `me` as it was at its last beat."""
+        """Write a heartbeat of `me`; returns all servers, `me` as of its previous heartbeat."""
         said = self._connection.execute(_BEAT, (me.holder, me.name, me.address, me.leaving))
         found = [Seen(Member(*row[:4]), age=row[4], connected=row[5]) for row in said]
-        if me.leaving and me not in [each.member for each in found]:  # only once: it hears it too
+        # `found` has the previous state of `me`, so only its first heartbeat as leaving notifies.
+        if me.leaving and me not in [each.member for each in found]:
             self._connection.execute("NOTIFY members")
         return found
 
     def until_told(self) -> None:
-        """Wait for the next beat, for less time where a server says that it leaves."""
+        """Wait until the next heartbeat is due, or until a server notifies that it leaves."""
         for _ in self._connection.notifies(timeout=BEAT, stop_after=1):
             pass

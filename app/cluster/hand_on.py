@@ -1,8 +1,9 @@
-"""Brings each request to the server that has its room; for the client there is one server.
+"""Forwards each request to the server that has its room, so that any server serves every client.
 
-A request is answered here. Where its room is at another server nothing was done, the error names
-that server, and the request is handed on to it; where the room is on its way between servers, it is
-tried again. A request is handed on once: the server that it came to is the one to try again.
+The middleware first calls the app of this server. If the room is at another server, the app does
+nothing and raises LeaseLostError, which names that server, and the middleware forwards the request
+there. While a room moves between servers, it tries again after a pause. A request is forwarded only
+once: the server that received it from the client is the one that tries again.
 """
 
 import asyncio
@@ -30,31 +31,32 @@ from app.web.problems import HOPS, MOVED, problem_response
 _SOCKETS: Final = "/ws/rooms/"
 
 _PAUSES: Final = (0.05, 0.1, 0.2, *[0.4] * 19)
-"""s after which a request is tried again, each time: at first as long as a room is on its way
-mostly, and later so seldom that those who wait do not hold it up."""
+"""Seconds before each further attempt. The first pauses are as long as most moves of a room take;
+the later ones are long, so that many waiting requests do not slow the move down."""
 
-_CLOSE_SECONDS: Final = 1.0  # for it to hear that the client has left
+_CLOSE_SECONDS: Final = 1.0  # for the closing handshake with the other server
 
 _OF_ONE_HOP: Final = frozenset(
     b"connection keep-alive proxy-connection te trailer transfer-encoding upgrade".split()
 )
-"""Headers that are for the next hop alone (RFC 9110, 7.6.1)."""
+"""Headers for the next hop only (RFC 9110, 7.6.1)."""
 
 _NOT_PASSED: Final = _OF_ONE_HOP | frozenset(
     b"content-length expect origin x-forwarded-for x-forwarded-proto".split()
 )
-"""Nor are those that are made again, and the origin, which was found good here."""
+"""Headers that are not forwarded: in addition those that are computed again for the new request,
+and the origin, which this server has checked."""
 
 _SAFE: Final = ("GET", "HEAD", "OPTIONS")  # methods of requests that may be sent twice
 
 _UNKNOWN: Final = (
-    "the server that had the room ended before it answered; whether it did what was asked is seen "
-    "in the room"
+    "the server that had the room ended before it answered, so the request may or may not have "
+    "taken effect; look at the room before you repeat it"
 )
 
 
 class HandOn:
-    """`app` answers here. `fetch` has a room in memory, or raises which server has it instead."""
+    """`app` answers here. `fetch` loads a room, or raises LeaseLostError with its server."""
 
     def __init__(
         self, app: ASGIApp, alive: Alive, peers: Peers, fetch: Callable[[str], Awaitable[None]]
@@ -65,7 +67,7 @@ class HandOn:
         self._fetch = fetch
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer a request, here or there."""
+        """Answer a request here or forward it (ASGI)."""
         if scope["type"] == "http":
             await self._request(scope, receive, send)
         elif scope["type"] == "websocket" and scope["path"].startswith(_SOCKETS):
@@ -95,12 +97,12 @@ class HandOn:
             except LeaseLostError:
                 raise
             except AppError:
-                pass  # the app tells the client
+                pass  # the app reports it to the client
             await self.app(scope, receive, send)
 
         pauses = () if HOPS in client.headers else _PAUSES
         if await self._bring(here, lambda member: self._talk(member, client), pauses=pauses):
-            await self.app(scope, receive, send)  # it tells the client to come again
+            await self.app(scope, receive, send)  # it tells the client to reconnect
 
     async def _bring(
         self,
@@ -109,7 +111,10 @@ class HandOn:
         *,
         pauses: Sequence[float],
     ) -> LeaseLostError | None:
-        """Answer here or, trying again after each pause, there; why not, if it could not be."""
+        """Answer here or there, and try again after each pause.
+
+        Returns None, or the last LeaseLostError if no attempt succeeded.
+        """
         for pause in (*pauses, None):
             try:
                 await here()
@@ -127,7 +132,10 @@ class HandOn:
     async def _ask(
         self, member: Member, scope: Scope, body: bytes, receive: Receive, send: Send
     ) -> bool:
-        """Have `member` answer; False where nothing was done, or may be done again."""
+        """Forward a request to `member`; False if the request may be sent again.
+
+        It may be if the other server has done nothing, or if the method is safe.
+        """
         self._peers.handed_on += 1
         asking = self._peers.http.stream(
             scope["method"],
@@ -148,7 +156,7 @@ class HandOn:
                 return True
         except (httpx.HTTPError, TimeoutError) as error:
             if answer is not None:
-                raise  # an answer that breaks off there breaks off here
+                raise  # part of the response was sent, so it must break off here too
             never_sent = isinstance(error, httpx.ConnectError | httpx.ConnectTimeout)
             if never_sent or scope["method"] in _SAFE:
                 return False
@@ -156,7 +164,7 @@ class HandOn:
         return True
 
     async def _talk(self, member: Member, client: WebSocket) -> bool:
-        """Have `member` talk to a client until one of them ends; False if it does not answer."""
+        """Connect a client with `member` until one side ends; False if `member` refuses."""
         self._peers.handed_on += 1
         at, host = urlsplit(member.address), client.headers.get("host", "localhost")
         scheme = at.scheme.replace("http", "ws")
@@ -175,7 +183,7 @@ class HandOn:
             max_size=None,
             proxy=None,
             ping_interval=None,
-            # As long as it lives: a busy server would be asked again and again, and be busier.
+            # No limit while that server is alive: repeated attempts would add to its load.
             open_timeout=None,
             close_timeout=_CLOSE_SECONDS,
         )
@@ -185,7 +193,7 @@ class HandOn:
         except (OSError, InvalidHandshake, ConnectionClosed, TimeoutError):
             return False
         async with room:
-            end = RESTART, "the room is brought to another server"
+            end = RESTART, "the room is moving to another server; reconnect"
             with contextlib.suppress(RuntimeError, WebSocketDisconnect):
                 await client.accept()
                 with contextlib.suppress(TimeoutError):
@@ -197,7 +205,7 @@ class HandOn:
 
 
 def _again(body: bytes, receive: Receive) -> Receive:
-    """What gives a body that was read once more, and then what comes after it."""
+    """A `receive` that returns the body, already read, again, and then further messages."""
     whole: list[Message] = [{"type": "http.request", "body": body, "more_body": False}]
 
     async def receive_again() -> Message:
@@ -213,7 +221,7 @@ def _target(scope: Scope) -> bytes:
 
 
 def _headers(scope: Scope) -> list[tuple[bytes, bytes]]:
-    """The client's headers, who it is, and that its request was handed on."""
+    """The forwarded request's headers: the client's, its address and scheme, and HOPS."""
     kept = [
         (name, value)
         for name, value in scope["headers"]

@@ -1,6 +1,6 @@
-"""Which servers are alive, and which of them may have a room. Decided here, without I/O.
+"""Decides which servers are alive, and which of them may have a room. No I/O.
 
-Times are seconds of a monotonic clock, and come in as arguments.
+Ages are in seconds and come in as arguments.
 """
 
 import hashlib
@@ -14,23 +14,24 @@ from app.errors import LeaseLostError
 from app.rooms.records import LeaseRow
 
 LEASE: Final = 2.0
-"""s for which a server counts as alive after it last said so. Shorter, and a server that stutters
-loses its rooms; longer, and the balls of one that has ended hang in the air for longer."""
+"""Seconds after its last heartbeat for which a server counts as alive. If this is too short, a
+server that stutters loses its rooms; the longer it is, the longer the balls of a failed server
+stand still."""
 
 BEAT: Final = 0.4
-"""s between two times that a server says so: four may be lost."""
+"""Seconds between two heartbeats of a server: four in a row may be lost."""
 
 LATE: Final = 2 * BEAT
-"""s that a server without a connection to PostgreSQL counts as alive. Where its process has ended
-the system closes its connections at once; the rest of the lease is for one that stands still, or is
-cut off, of which nothing else can be known."""
+"""Seconds after its last heartbeat for which a server without a connection to PostgreSQL counts as
+alive. When a process ends, its system closes its connections at once, so its rooms need not wait
+for LEASE. A server that is frozen or cut off keeps its connection, and only LEASE detects it."""
 
 
 class Member(msgspec.Struct, frozen=True):
     """A server as the others know it.
 
-    `holder` is its name in the ledger, which is new at each start; `name` is what people call it;
-    `leaving` once it hands its rooms over.
+    `holder` is its name in the ledger, which is new at each start; `name` is its name for people;
+    `leaving` is true while it hands its rooms over.
     """
 
     holder: str
@@ -41,7 +42,7 @@ class Member(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """A server in the table of members: `age` in s since it last said that it is alive."""
+    """A server in the heartbeat table: `age` is the time since its last heartbeat in s."""
 
     member: Member
     age: float
@@ -49,33 +50,33 @@ class Seen:
 
     @property
     def alive(self) -> bool:
-        """Whether its lease has not run out."""
+        """Whether the last heartbeat is recent enough."""
         return self.age < (LEASE if self.connected else LATE)
 
 
 class View:
-    """What a server knows of the others.
+    """The servers that this server considers alive.
 
-    That somebody is gone is only believed once the table has been seen for a whole lease over one
-    connection and without a gap: after a restart of PostgreSQL, or where this server itself was
-    late, those who live need time to say so. It is the database's clock that tells.
+    It considers a server failed only after it has read the table without a gap for a whole LEASE:
+    after a restart of PostgreSQL, or when this server itself was late, live servers need that time
+    to write a heartbeat. The database's clock measures it.
     """
 
     def __init__(self) -> None:
         self.members: dict[str, Member] = {}
         self.up = False
-        self._watched = 0.0  # s for which the table has been seen
+        self._watched = 0.0  # s for which the table has been read without a gap
 
     @property
     def sure(self) -> bool:
-        """Whether a server that is not among the members is gone."""
+        """Whether a server that is missing from the members has failed."""
         return self._watched >= LEASE
 
     def look(self, me: Member, found: Iterable[Seen]) -> float:
-        """Take in who was found at a beat, the others as they are, `me` as it was at its last one.
+        """Take in the servers found by a heartbeat, with `me` as of its previous heartbeat.
 
-        Returns how many s ago that was where this server was so late that others take it for gone;
-        else 0.
+        Returns 0, or the seconds since that previous heartbeat if the others may have considered
+        this server failed.
         """
         seen = {each.member.holder: each for each in found}
         since = seen[me.holder].age if me.holder in seen else LEASE
@@ -88,7 +89,7 @@ class View:
         return since if late else 0.0
 
     def failed(self) -> None:
-        """The table could not be read: all stays as it was known."""
+        """Note that the table could not be read. The members stay."""
         self.up = False
 
     def is_gone(self, holder: str) -> bool:
@@ -96,10 +97,10 @@ class View:
         return holder not in self.members and self.sure
 
     def claim(self, room_id: str, row: LeaseRow | None, me: Member) -> int:
-        """The number of the lease that `me`'s is to follow; raises LeaseLostError.
+        """The number of the lease that the lease of `me` replaces; raises LeaseLostError.
 
-        The error names the server to ask instead, if that is known. A server that leaves takes
-        nothing more: a client that asks it for a free room need not wait until it is gone.
+        The error names the server that has the room. A server that leaves takes no more rooms: for
+        a free room, the error names the server that should take it.
         """
         holder = "" if row is None else row.holder
         if holder in ("", me.holder) or self.is_gone(holder):
@@ -110,23 +111,23 @@ class View:
         raise LeaseLostError(f"room {room_id!r} is at another server", field="room", holder=holder)
 
     def named(self, name: str) -> Member | None:
-        """The server that people call so, or by its name in the ledger; never one that leaves."""
+        """The server whose name or holder this is; None also for one that leaves."""
         for member in self.members.values():
             if name in (member.name, member.holder) and not member.leaving:
                 return member
         return None
 
     def others(self, holder: str) -> list[Member]:
-        """Servers that can be given rooms, but for this one."""
+        """The servers other than `holder` that can take rooms."""
         return [
             each for each in self.members.values() if each.holder != holder and not each.leaving
         ]
 
 
 def order(room_id: str, members: Iterable[Member]) -> list[Member]:
-    """Servers in the order in which they are to have a room: by rendezvous hashing.
+    """The servers in the order in which they should take a room, by rendezvous hashing.
 
-    Each room has an order of its own, so that the rooms of one that is gone spread over all.
+    Each room has a different order, so the rooms of a failed server spread over all others.
     Source: Thaler and Ravishankar, IEEE/ACM Trans. Networking 6, 1 (1998).
     """
 
@@ -137,9 +138,9 @@ def order(room_id: str, members: Iterable[Member]) -> list[Member]:
 
 
 def orphans(rows: Iterable[LeaseRow], awake: Iterable[str], view: View) -> set[str]:
-    """The rooms whose server is gone.
+    """The rooms whose server has failed, and awake rooms that have no server.
 
-    rows: who has which room; awake: rooms in which something moves, whoever has them.
+    rows: each room's lease; awake: all rooms in which something moves.
     """
     if not view.sure:
         return set()

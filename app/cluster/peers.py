@@ -1,4 +1,4 @@
-"""Connections to the other servers: requests handed on, rooms offered, lists asked for."""
+"""HTTP connections to the other servers: forwarded requests, offered rooms, and queries."""
 
 import asyncio
 import contextlib
@@ -12,16 +12,17 @@ from app.web.problems import HOPS
 
 _CONNECT: Final = 1.0  # s
 _ANSWER: Final = 2.0
-"""s for an answer to this server itself: a list, or a room that is back at the other server before
-its clients are sent there."""
+"""Seconds to wait for the answer to this server's own request: for a list, or until the other
+server has restored a room, so that clients find it there."""
 
 
 class Peers:
-    """For the event loop's thread. `handed_on` counts requests and WebSockets."""
+    """For the event loop's thread. `handed_on` counts forwarded requests and WebSockets."""
 
     def __init__(self, transport: httpx.AsyncBaseTransport | None = None) -> None:
         self.handed_on = 0
-        # Shorter than a server keeps a silent connection: it must not end as a request is sent.
+        # Shorter than a server keeps an idle connection open, so that the server does not close a
+        # connection just as a request is sent on it.
         limits = httpx.Limits(max_connections=None, keepalive_expiry=2.0)
         timeout = httpx.Timeout(None, connect=_CONNECT)
         self.http = httpx.AsyncClient(
@@ -29,11 +30,11 @@ class Peers:
         )
 
     async def have_taken(self, member: Member, room_id: str) -> None:
-        """Have another server take a room that was given to it; if it does not, it will later."""
+        """Ask another server to take the room handed over to it; without this it does so later."""
         await self._get(member, f"/api/v1/rooms/{quote(room_id, safe='')}")
 
     async def ask(self, member: Member, path: str, part: str) -> list[object]:
-        """What another server lists as `part` of its answer to a GET, on the first page."""
+        """The list `part` in another server's answer to a GET (its first page); [] on failure."""
         answer = await self._get(member, path)
         listed: list[object] = [] if answer is None or answer.is_error else answer.json()[part]
         return listed

@@ -1,4 +1,7 @@
-"""Puts this server's end of the cluster together; imported where one is asked for."""
+"""This server's part of the cluster: joining, leaving, and handing rooms over.
+
+Imported only if the settings ask for a cluster.
+"""
 
 import asyncio
 import contextlib
@@ -24,20 +27,20 @@ from app.settings import Settings
 from app.web.shared import Standing
 
 _AT_ONCE: Final = 4
-"""Rooms that are handed over at a time: no more than a server brings back at a time. Each stands
-still until the other server has it."""
+"""Rooms that are handed over at the same time: as many as a server restores at the same time. Each
+room stands still until the other server has it."""
 
 _log = logging.getLogger("plinko")
 
 
 def member(settings: Settings, book: LeaseBook) -> Alive:
-    """This server among the others; raises SettingError."""
+    """This server's heartbeat, not yet running; raises SettingError."""
     database = address(settings.ledger_url).set(drivername="postgresql")
     return Alive(database.render_as_string(hide_password=False), book, settings.name)
 
 
 class Cluster:
-    """What `app.main` starts and stops, and what routes know of the other servers."""
+    """The cluster as `app.main` starts and stops it, and as routes see it."""
 
     def __init__(
         self, settings: Settings, alive: Alive, rooms: SharedRooms, ledger: Ledger
@@ -52,12 +55,12 @@ class Cluster:
         self._handed_over = 0  # rooms
 
     def surround(self, app: Starlette) -> None:
-        """Have each request brought to the server that has its room."""
+        """Add the middleware that forwards requests to the server that has their room."""
         fetch = self._rooms.arriving.fetch
         app.add_middleware(HandOn, alive=self._alive, peers=self._peers, fetch=fetch)
 
     def listens(self, listener: socket.socket) -> None:
-        """It listens here: unless it was told another address, the others reach it there."""
+        """Publish this socket's address to the other servers, unless the settings give one."""
         port = listener.getsockname()[1]
         here = address_of(listener).rstrip("/")
         everywhere = self._host in ("0.0.0.0", "::", "")
@@ -65,52 +68,53 @@ class Cluster:
         self._book.address = self._book.address or found
 
     async def run(self) -> None:
-        """Be one of the servers until cancelled."""
+        """Send heartbeats and take over rooms until cancelled."""
         async with self._peers.http, asyncio.TaskGroup() as tasks:
             tasks.create_task(self._alive.run())
             tasks.create_task(self._take_over.run())
 
     async def until_joined(self) -> None:
-        """Return once the others know of this server, or it is clear that this takes long."""
+        """Return when the others know of this server, or after five seconds."""
         await self._alive.until_known()
 
-    # What routes ask.
+    # For the routes.
 
     @property
     def joined(self) -> bool:
-        """Whether the others know that this server is there."""
+        """Whether the others know of this server."""
         return self._book.holder in self._alive.view.members
 
     @property
     def first(self) -> bool:
-        """Whether this server does what one of them does for all: the first by its holder."""
+        """Whether this server does the work that only one server does: the first by holder."""
         return self._book.holder == min(self._alive.view.members, default=None)
 
     def standing(self) -> Standing:
-        """How this server stands among the others."""
+        """The members as this server knows them, and its counts of rooms and requests."""
         view = self._alive.view
         names = sorted(each.name for each in view.members.values())
         counts = (self._take_over.count, self._handed_over, self._peers.handed_on)
         return Standing(self.name, view.up, names, len(self._book.rooms), *counts)
 
     async def ask_all(self, path: str, part: str) -> list[object]:
-        """What each of the others lists as `part` of its answer to a GET of this path."""
+        """The list `part` in each other server's answer to a GET of `path`."""
         others = [each for each in self._alive.view.members.values() if each != self._alive.me]
         return list(await asyncio.gather(*(self._peers.ask(each, path, part) for each in others)))
 
     async def move(self, room_id: str, to: str) -> Member:
-        """Give a room that is here to the server of this name; raises InvalidValueError."""
+        """Hand a room of this server over to the server named `to`; raises InvalidValueError."""
         view = self._alive.view
         target = view.named(to)
         if target is None:
             names = ", ".join(sorted(each.name for each in view.members.values()))
-            raise InvalidValueError(f"to={shorten(to)} is no server: there are {names}", field="to")
+            text = f"to={shorten(to)} is not the name of a server; choose one of {names}"
+            raise InvalidValueError(text, field="to")
         if target.holder != self._book.holder:
             await self._give(room_id, target)
         return target
 
     async def leave(self) -> None:
-        """Give all rooms to the others, each from the very tick at which it is; then be gone."""
+        """Hand all rooms over to the others. Each room continues from its current tick."""
         self._alive.leaving = True
         await self._alive.until_known()
         turns, others = asyncio.Semaphore(_AT_ONCE), self._alive.view.others(self._book.holder)

@@ -1,4 +1,4 @@
-"""Takes over rooms whose server is gone, and gives up those that another server has taken."""
+"""Takes over the rooms of failed servers, and gives up rooms that another server has taken."""
 
 import asyncio
 import logging
@@ -16,13 +16,13 @@ from app.persistence.statements import store
 from app.rooms.records import Lease, LeaseRow
 
 _SWEEP: Final = 2.0
-"""s between two searches for rooms that nobody has though something moves in them."""
+"""Seconds between two searches for rooms in which something moves but that no server has."""
 
 _log = logging.getLogger("plinko")
 
 
 class TakeOver:
-    """For the event loop's thread. `count` is of rooms whose server was gone."""
+    """For the event loop's thread. `count` is the number of rooms taken from failed servers."""
 
     def __init__(
         self,
@@ -39,13 +39,13 @@ class TakeOver:
         self._ledger = ledger
         self._clock = clock
         self._swept = -_SWEEP
-        self._seen: set[str] = set()  # servers that were alive at the last look
+        self._seen: set[str] = set()  # holders of the servers that were alive at the last call
         self._taking: set[str] = set()
-        self._orphaned: set[str] = set()  # rooms that the last sweep found to be nobody's
-        self._lost: set[str] = set()  # those of them that a server had which is gone
+        self._orphaned: set[str] = set()  # rooms without a live server in the last sweep
+        self._lost: set[str] = set()  # those of them that a failed server had
 
     async def run(self) -> None:
-        """Look after rooms until cancelled: at each beat, and at once where a server leaves."""
+        """After each heartbeat, take the rooms that are due, until cancelled."""
         async with asyncio.TaskGroup() as tasks:
             while True:
                 await self._alive.looked.wait()
@@ -53,35 +53,36 @@ class TakeOver:
                     for room_id in await self.look():
                         tasks.create_task(self.take(room_id))
                 except LedgerError as error:
-                    _log.info("who has which room cannot be seen: %s", error)
-                except Exception:  # noqa: BLE001 - the others look after its rooms meanwhile
-                    _log.exception("the cluster cannot be looked after")
+                    _log.info("cannot read which server has which room: %s", error)
+                except Exception:  # noqa: BLE001 - the next heartbeat tries again
+                    _log.exception("looking for rooms to take over failed")
 
     async def look(self) -> set[str]:
-        """Look at all rooms, unless nothing has happened since; returns those to be taken."""
+        """Check all rooms if a server has left or a sweep is due; returns the rooms to take."""
         now, seen, self._seen = self._clock(), self._seen, set(self._alive.view.members)
         if not seen - self._seen and now - self._swept < _SWEEP:
             return set()
         self._swept = now
         held = [self._book.of(room_id) for room_id in self._book.rooms]
-        # In this order: a room is leased before it is in the ledger.
+        # Read the awake rooms before the leases. A new room gets its lease before its ledger row,
+        # so each awake room that was read has a lease in the later listing.
         awake = {MAIN, *(room.id for room in await self._ledger.read(store.awake_rooms))}
         rows = await self._rooms.leases.listing()
         self._give_up([each for each in held if each is not None], rows)
-        # Rooms that were passed on to this server, which was not asked for them since, are its own.
+        # Rooms that were handed over to this server, but that no client has asked it for yet.
         given = {each.room for each in rows if each.holder == self._book.holder} & awake
         due = self._inherited(rows, awake) | (given - {*self._book.rooms})
         return due - self._taking
 
     def _give_up(self, held: Sequence[Lease], rows: Sequence[LeaseRow]) -> None:
-        """Put rooms away whose lease was this server's and is not any more: it was frozen, say."""
+        """Close rooms whose lease this server has lost, for example because it was frozen."""
         numbers = {row.room: row.number for row in rows}
         for lease in held:
             if numbers.get(lease.room) != lease.number and self._book.of(lease.room) == lease:
                 self._rooms.leaving.put_away(lease.room)
 
     def _inherited(self, rows: Sequence[LeaseRow], awake: Collection[str]) -> set[str]:
-        """Rooms whose server is gone and which this server should take.
+        """Rooms whose server has failed and that this server should take.
 
         After the first sweep only the first server in the room's order takes a room. If the next
         sweep finds that no server has it, any server may: the first may be unable to rebuild it.
@@ -93,13 +94,13 @@ class TakeOver:
         return mine | (self._orphaned & before)
 
     async def take(self, room_id: str) -> None:
-        """Have a room here from now on, if that can be."""
+        """Try to bring a room here. A failure is only logged: the next sweep tries again."""
         lost = room_id in self._lost
         self._taking.add(room_id)
         try:
             await self._rooms.arriving.fetch(room_id)
-        except Exception as error:  # noqa: BLE001 - one room keeps nothing from the others
-            _log.info("put off: %s", error)
+        except Exception as error:  # noqa: BLE001 - one room's failure must not stop the others
+            _log.info("room not taken over yet: %s", error)
             return
         finally:
             self._taking.discard(room_id)

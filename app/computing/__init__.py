@@ -1,4 +1,4 @@
-"""Work in processes of its own, so that the ticker never waits for it; bounded in time and memory.
+"""Worker processes that compute for requests, with bounded time and memory, so that ticks go on.
 
-Imports the engine, and render when a picture is asked for. Start with pool.py.
+Imports the engine, and render for the first picture. Start with pool.py.
 """

@@ -1,4 +1,4 @@
-"""A worker process from within: reads work from a socket, does it, sends back the outcome."""
+"""The main loop of a worker process: read work from a socket, do it, send back the outcome."""
 
 import contextlib
 import pickle
@@ -14,18 +14,18 @@ from app.computing.packing import BEGUN, REPLY, REQUEST
 from app.errors import CostError
 
 MEMORY: Final = 256 << 20
-"""Bytes that a worker may take beyond what it was started with."""
+"""Bytes that a worker may allocate beyond those it started with."""
 
 KEPT: Final = 32 << 20
-"""Bytes beyond that, with which a worker ends when its work is done: what a large picture took is
-not all given back otherwise, and another worker is there within milliseconds."""
+"""Bytes beyond those at its start. A worker that has more after its work ends: a large picture
+leaves memory that is not all returned to the system, and a new worker takes only milliseconds."""
 
-_GRACE: Final = 1.0  # s after its real time at which the system ends a worker nobody waits for
+_GRACE: Final = 1.0  # s after the real-time limit at which the system kills an abandoned worker
 
 
 def serve(line: socket.socket) -> None:
-    """Do what comes over the line until it is closed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which ends this
+    """Do the work that arrives on the socket `line` until it is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which ends its workers
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
@@ -39,7 +39,7 @@ def serve(line: socket.socket) -> None:
             if len(work) < size:
                 return
             line.sendall(BEGUN)
-            # Its end is the system's business: no kernel looks at a clock.
+            # The system's timers end work that takes too long: no kernel looks at a clock.
             signal.setitimer(signal.ITIMER_PROF, core)
             signal.setitimer(signal.ITIMER_REAL, real + _GRACE)
             began = time.process_time()
@@ -52,17 +52,18 @@ def serve(line: socket.socket) -> None:
 
 
 def _outcome(work: bytes) -> tuple[bytes, bool]:
-    """The pickled value or error, and whether the memory was not enough."""
+    """The pickled value or error, and whether the work ran out of memory."""
     try:
         return _pickled(pickle.loads(work)(), None), False
     except MemoryError:
-        return _pickled(None, CostError("it takes more memory than a request may")), True
-    except Exception as raised:  # noqa: BLE001 - it is raised again where it was asked for
+        why = f"this takes more memory than the {MEMORY >> 20} MB that a request may use"
+        return _pickled(None, CostError(why)), True
+    except Exception as raised:  # noqa: BLE001 - the server raises it again for the caller
         error = raised
     try:
         return _pickled(None, error), False
-    except (TypeError, AttributeError, pickle.PicklingError) as why:
-        return _pickled(None, RuntimeError(f"{error!r}: {why}")), False
+    except (TypeError, AttributeError, pickle.PicklingError) as failed:
+        return _pickled(None, RuntimeError(f"{error!r}: {failed}")), False
 
 
 def _pickled(value: object, error: Exception | None) -> bytes:
@@ -70,7 +71,7 @@ def _pickled(value: object, error: Exception | None) -> bytes:
 
 
 def _data() -> int:
-    """Bytes of memory that this process has to itself; 0 where the system does not tell."""
+    """Bytes of private data of this process; 0 if the system does not report it."""
     statistics = Path("/proc/self/status")
     if not statistics.exists():
         return 0
@@ -79,7 +80,7 @@ def _data() -> int:
 
 
 def _limit_memory(begun_with: int) -> None:
-    """Let what takes too much fail by itself, where the system can tell how much that is."""
+    """Make allocations beyond MEMORY fail with MemoryError, if the system reports the start."""
     if begun_with:
         limit = begun_with + MEMORY
         resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))

@@ -1,8 +1,8 @@
-"""What the server and a worker say to each other: one request, `BEGUN`, one reply.
+"""The bytes between the server and a worker: one request, `BEGUN`, one reply.
 
-A request is `REQUEST` and the packed work; a reply is `REPLY` and the pickled outcome, which is a
-pair: the value, or None; and None, or the error. A board is packed once, and unpacked once in each
-worker: one of five thousand pegs takes 1.6 ms to pack, for which no room would tick.
+A request is `REQUEST` and the packed work. A reply is `REPLY` and the pickled outcome, a pair
+(value or None, error or None). A board is packed only once, and unpacked once in each worker:
+packing one with five thousand pegs takes 1.6 ms, during which no room would tick.
 """
 
 import functools
@@ -15,20 +15,20 @@ from typing import Any, Final
 from engine import Board
 
 REQUEST: Final = struct.Struct("!Qdd")
-"""Bytes of the packed work, the s of a core and the s of real time that it may take."""
+"""Number of bytes of the packed work; its limits in s of a core and in s of real time."""
 
 BEGUN: Final = b"\x01"
-"""The worker has the whole request and begins. Before this byte nothing was done for it."""
+"""The worker has received the whole request and begins. Before this byte it has done nothing."""
 
 REPLY: Final = struct.Struct("!Qd?")
-"""Bytes of the pickled outcome, s of a core that it took, whether the worker ends now."""
+"""Number of bytes of the pickled outcome; s of a core it took; whether the worker ends now."""
 
 _KEPT: Final = 8
-"""Boards. Of the largest each takes 0.8 MB: its bytes, and the board, which is kept alive."""
+"""Boards cached in packed form. The largest take 0.8 MB each: the bytes, and the board itself."""
 
 
 def packed(work: Callable[[], Any]) -> bytes:
-    """`work`, a function of a module with picklable values, as `pickle.loads` reads it."""
+    """Pickle `work`, a module's function with picklable arguments."""
     buffer = io.BytesIO()
     _Pickler(buffer, pickle.HIGHEST_PROTOCOL).dump(work)
     return buffer.getvalue()
@@ -36,7 +36,7 @@ def packed(work: Callable[[], Any]) -> bytes:
 
 class _Pickler(pickle.Pickler):
     def reducer_override(self, value: Any) -> Any:
-        """Boards as bytes, everything else as it is."""
+        # A board is replaced by its cached bytes; everything else is pickled as usual.
         return (_unpacked, (_board(value),)) if isinstance(value, Board) else NotImplemented
 
 
@@ -47,6 +47,6 @@ def _board(board: Board) -> bytes:
 
 @functools.lru_cache(maxsize=_KEPT)
 def _unpacked(data: bytes) -> Board:
-    """The same board each time: what is derived from it is kept with it."""
+    # One object per board: the engine caches its arrays and kernels with the object.
     found: Board = pickle.loads(data)
     return found

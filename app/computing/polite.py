@@ -1,11 +1,11 @@
-"""What the fork server does to itself first: all that it loads and makes leaves others their time.
+"""Lower the priority of the fork server, and so of all workers it creates, on import.
 
-Imported there alone, for what the import does.
+Only the fork server imports this.
 """
 
 import os
 from typing import Final
 
-_POLITE: Final = 10  # where there are fewer cores than work, the event loop has its time first
+_POLITE: Final = 10  # niceness: on a busy machine the event loop gets its time first
 
 os.nice(_POLITE)

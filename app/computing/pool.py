@@ -1,4 +1,4 @@
-"""The workers: a bounded queue before a few processes, quick things first, an end to everything."""
+"""The pool of workers: a bounded queue for a few processes, quick jobs first, with deadlines."""
 
 import asyncio
 import contextlib
@@ -14,13 +14,13 @@ from app.errors import AppError, BusyError, EndedError
 
 T = TypeVar("T")
 
-DEADLINE: Final = 10.0  # s of a core that one thing may compute
+DEADLINE: Final = 10.0  # s of a core that one job may take
 
-MAX_JOBS: Final = 64  # that wait for the processes, before more are refused with 503
+MAX_JOBS: Final = 64  # jobs that may wait; more are refused with 503
 
 PATIENCE: Final = 6.0
-"""Times the s that something may compute after which it is ended whatever it has computed: where
-others keep the machine busy, a worker, being polite, may wait for long."""
+"""A job's limit of real time, as a multiple of its limit of core time. On a busy machine a worker
+with its low priority may wait long for a core."""
 
 
 @dataclass(slots=True, eq=False)
@@ -30,10 +30,10 @@ class _Job:
 
 
 class Workers:
-    """Processes that compute what is asked for; for the event loop's thread.
+    """Processes that compute for requests; used from the event loop's thread only.
 
-    They are started when there is work for them. What takes long never holds all of them, so that
-    what is quick never waits for it, unless there is only one.
+    They are started on demand. Long jobs never occupy all of them, so that a quick job never waits
+    for a long one, unless there is only one process.
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class Workers:
     ) -> None:
         self.processes = processes
         self.max_jobs = max_jobs
-        self.seconds = 0.0  # computed until now, of one core
+        self.seconds = 0.0  # computed until now, in s of a core
         self._patience = patience
         self._start = start
         self._waiting: list[_Job] = []
@@ -58,26 +58,26 @@ class Workers:
 
     @property
     def jobs(self) -> int:
-        """Running or waiting."""
+        """Number of jobs that run or wait."""
         return len(self._waiting) + len(self._running)
 
     @property
     def full(self) -> bool:
-        """Whether more work would be refused."""
+        """Whether another job would be refused."""
         return self.jobs >= self.max_jobs + self.processes
 
     @property
     def pids(self) -> list[int]:
-        """Of the processes that compute something now."""
+        """Process ids of the workers that compute now."""
         return [worker.pid for worker in self._working]
 
     def prepare(self) -> None:
-        """Begin to load what the processes need."""
+        """Begin to load the code of the workers, in the fork server."""
         if not self._closed:
             prepare()
 
     async def compute(self) -> bool:
-        """Whether a process starts and computes something now: tried, once for all who ask."""
+        """Whether a worker can start and compute now. Concurrent callers share one trial."""
         return await self._trial.do("compute", self._try)
 
     async def _try(self) -> bool:
@@ -89,12 +89,11 @@ class Workers:
     async def run(
         self, work: Callable[[], T], *, quick: bool = False, deadline: float = DEADLINE
     ) -> T:
-        """The result of `work()`, a function of a module, done in a process.
+        """Run `work`, a module's function, in a worker and return its result.
 
-        Raises what it raises; BusyError when too much waits; DeadlineError when it computes for
-        more than `deadline` s of a core, however long it had to wait for one, or is not done in
-        `patience` times as long; EndedError when the process ended. A caller that is cancelled
-        ends the work.
+        Raises what `work` raises; BusyError if too many jobs wait; DeadlineError if it takes more
+        than `deadline` s of a core, or `patience` times as long in real time; EndedError if the
+        worker ended. Cancelling the caller kills the worker.
         """
         done = await self.measured(work, quick=quick, deadline=deadline)
         if done.error is not None:
@@ -104,20 +103,20 @@ class Workers:
     async def measured(
         self, work: Callable[[], object], *, quick: bool = False, deadline: float = DEADLINE
     ) -> Done:
-        """`run`, with what it took; an error of the work's own is in the result."""
+        """Like `run`, but return the time it took too; an error that `work` raised is in `Done`."""
         if self.full or self._closed:
-            raise BusyError(f"{self.jobs} jobs are computed or wait already")
+            raise BusyError(f"the server already has {self.jobs} jobs; try again later")
         async with self._turn(quick):
             message = packed(work)
-            while self._idle:  # one of them may have ended since its last work
+            while self._idle:  # an idle worker may have ended since its last job
                 if done := await self._by(self._idle.pop(), message, deadline):
                     return done
             if done := await self._by(await self._start(), message, deadline):
                 return done
-            raise EndedError("the process that was to compute it ended")
+            raise EndedError("the process that should compute this ended; try again")
 
     def close(self) -> None:
-        """Refuse what waits and end what runs."""
+        """Refuse the jobs that wait and kill those that run."""
         self._closed = True
         for job in self._waiting:
             job.turn.set()
@@ -128,7 +127,7 @@ class Workers:
 
     @contextlib.asynccontextmanager
     async def _turn(self, quick: bool) -> AsyncIterator[None]:
-        """Wait until a process may begin this job, and keep its place until it is done."""
+        """Wait for the job's turn, and occupy its place until the caller is done."""
         job = _Job(quick)
         self._waiting.append(job)
         self._admit()
@@ -142,7 +141,7 @@ class Workers:
             self._admit()
 
     def _admit(self) -> None:
-        """Let jobs begin, quick ones first, while there are processes for them."""
+        """Start waiting jobs, quick ones first, while processes are free."""
         for job in sorted(self._waiting, key=lambda job: not job.quick):
             long = sum(not other.quick for other in self._running)
             free = len(self._running) < self.processes
@@ -152,7 +151,7 @@ class Workers:
                 job.turn.set()
 
     async def _by(self, worker: WorkerProcess, work: bytes, seconds: float) -> Done | None:
-        """What this worker makes of it; it is idle afterwards, or ended if anything went wrong."""
+        """Have this worker do the job; then keep it as idle, or end it if anything went wrong."""
         done = None
         self._working.append(worker)
         try:

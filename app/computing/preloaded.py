@@ -1,14 +1,14 @@
-"""What all workers need: loaded once, by the fork server that imports this and makes them.
+"""Imports and kernels of all workers, loaded once by the fork server when it imports this module.
 
-Every worker is a fork of it that shares its memory, so that one more costs little, and one that had
-to be ended is replaced within milliseconds.
+Every worker is a fork that shares this memory. Another worker therefore costs little, and a killed
+one is replaced within milliseconds.
 """
 
 import gc
 from typing import Final
 
-from app.computing import packing  # noqa: F401 - every worker reads its work by it
-from app.render import (  # noqa: F401 - to have their modules, Pillow and its fonts here
+from app.computing import packing  # noqa: F401 - every worker unpacks its work with it
+from app.render import (  # noqa: F401 - loads their modules, Pillow and its fonts
     BoxStage,
     Stage,
     contact_sheet,
@@ -22,7 +22,7 @@ from engine.jit import native
 
 
 def warm_up() -> None:
-    """Load the kernels of each kind of work, so that no request waits for them."""
+    """Run each kind of work once, which loads its kernels, so that no request waits for them."""
     smooth = Board.from_json(_SMOOTH)
     for board in (Board.preset("triangle-8"), smooth):
         drop(board, seed=0).to_dict(certainty=True)
@@ -45,9 +45,9 @@ _SMOOTH: Final = {
     "bins": {"y": 2.0, "edges": [-1.5, 0.0, 1.5], "multipliers": [1.0, 2.0]},
     "drop": {"x": 0.0, "y": 0.0, "jitter": 0.5},
 }
-"""A board without drag and friction, whose drops go by kernels of their own."""
+"""A board without drag and friction: its drops use other kernels than those of the presets."""
 
-native.forbid()  # it has no limits, and requests have
+native.forbid()  # native code cannot be limited, and work for requests must be
 warm_up()
 gc.collect()
-gc.freeze()  # what is there now stays shared: a collection would write to all of it
+gc.freeze()  # a collection would write to these objects, and so copy their shared memory

@@ -1,8 +1,8 @@
-"""What a request will take, counted before it is taken. Pure.
+"""Estimate what a request will cost before it is computed, and refuse it if that is too much. Pure.
 
-A price is an amount of the work that a request's cost grows with: events, substeps, pixels times
-frames. One over its limit is refused; what is taken is charged in s of a core, first by estimate,
-then by what it took.
+A price counts the unit of work that dominates a request, such as events, substeps, or pixels times
+frames. A request over the limit is refused. Otherwise the client's budget is charged the estimate
+in s of a core, and corrected by the measured time afterwards.
 """
 
 import math
@@ -14,35 +14,35 @@ from engine import Board
 from engine.parameters import Solver, Stepped
 
 PIXEL_FRAMES: Final = 3e8
-"""Pixels times frames of an animation: some 8 s. One of 760 pixels and 30 frames/s of a preset's
-drop has 1e8; the page asks for no larger ones."""
+"""Pixels times frames of an animation: about 8 s. A preset's drop, 760 pixels wide at 30 frames/s,
+has 1e8; the page requests no larger ones."""
 
 MOVING_PIXELS: Final = 4.2e6
-"""Of an animation's picture: 2,048 x 2,048. Each takes 50 bytes and more while it is made, and a
-worker has 256 MB."""
+"""Pixels of an animation's frame: 2,048 x 2,048. A pixel takes 50 bytes or more during drawing,
+and a worker has 256 MB."""
 
 SUBSTEPS: Final = 1e6
-"""Of one stepped drop: 88 bytes each are kept of its path."""
+"""Substeps of one stepped drop. Its path takes 88 bytes per substep."""
 
 DROP_SUBSTEPS: Final = 3e8
-"""Of many stepped drops together, whose paths are not kept: some 10 s."""
+"""Substeps of many stepped drops together, without their paths: about 10 s."""
 
 MAX_DROPS: Final = 10_000
-"""Of one request; the command line takes more."""
+"""Drops of one request; the command line takes more."""
 
 DROP_EVENTS: Final = 1e7
-"""Of many exact drops, by estimate; a board on which they have more runs into its deadline."""
+"""Estimated events of many exact drops. On a board with longer drops, the deadline ends them."""
 
 BALL_SUBSTEPS: Final = 1.3e7
-"""Of a box that is told again: 15 minutes of 60 balls in 4 substeps, some 9 s."""
+"""Balls times substeps of a replayed box: 15 minutes of 60 balls in 4 substeps, about 9 s."""
 
 PROOFS: Final = 512.0
-"""Bins that are proven for one request."""
+"""Proven bins of one request."""
 
 _EVENTS_A_DROP: Final = 60.0  # on the presets; the estimate for any board
-_BOUNCES: Final = 5.0  # by which pegs make a fall longer than one past them, on the presets
+_BOUNCES: Final = 5.0  # how much longer a fall takes with pegs than without, on the presets
 
-# Of a core, measured: s for one of what is counted.
+# Measured s of a core for one unit of each kind.
 _EVENT: Final = 2e-6
 _SUBSTEP: Final = 5e-8
 _KEPT_SUBSTEP: Final = 4e-7
@@ -52,19 +52,19 @@ _PIXEL_FRAME: Final = 2.7e-8
 _SURFACE: Final = 2e-4
 _PROOF: Final = 0.04
 _BYTE: Final = 6e-8  # of JSON
-_ONCE: Final = 1e-3  # what any request takes that a worker does
+_ONCE: Final = 1e-3  # fixed cost of any job for a worker
 _PRESET_DROP: Final = 2e-4  # with its record: 60 to 120 us
 
 UNSETTLED: Final = 2.0
 """s of a core for a room in which balls fall so long that their ends are not computed at once."""
 
 SHORT: Final = 5e-4
-"""s of a core below which the server's own process computes a drop; see `ShortDrops`."""
+"""s of a core. The server's own process computes cheaper drops; see `ShortDrops`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Price:
-    """An amount of `what` is counted in, of `limit` at most, and the s of a core it may take."""
+    """An amount of work in the unit `what`, its limit, and its estimate in s of a core."""
 
     what: str
     amount: float
@@ -73,7 +73,7 @@ class Price:
     field: str = ""
 
     def check(self) -> "Price":
-        """The price; raises CostError that names it and the limit when it is over."""
+        """Return the price; raises CostError if it is over the limit."""
         if not self.amount <= self.limit:
             raise CostError(
                 f"this takes {self.amount:.3g} {self.what}, and one request may take "
@@ -84,7 +84,7 @@ class Price:
 
 
 def fall_time(board: Board) -> float:
-    """How long a ball falls that touches nothing, in s, about: no drop ends sooner."""
+    """Roughly the s that a ball takes to fall without touching a peg: no drop ends sooner."""
     height = max(board.bins.y - board.drop.y, 0.0)
     if board.gravity <= 0.0:
         return math.inf
@@ -92,12 +92,12 @@ def fall_time(board: Board) -> float:
 
 
 def substeps_of(board: Board, solver: Stepped) -> float:
-    """About how many substeps a stepped drop takes."""
+    """Estimate the substeps of a stepped drop."""
     return _BOUNCES * fall_time(board) / solver.h
 
 
 def one_drop(board: Board, solver: Solver) -> Price:
-    """A single drop, its path kept. On a preset it is known how few events it has."""
+    """One drop with its path. On a preset, drops are known to have few events."""
     if isinstance(solver, Stepped):
         return stepped_drop(substeps_of(board, solver))
     seconds = _PRESET_DROP if board.preset_name else _ONCE
@@ -105,22 +105,21 @@ def one_drop(board: Board, solver: Solver) -> Price:
 
 
 def verification() -> Price:
-    """A record that is computed again, whatever its board: as an exact drop."""
+    """Recompute a drop's record: costs as much as an exact drop."""
     return Price("events", _EVENTS_A_DROP, DROP_EVENTS, _ONCE)
 
 
 def proofs(count: int) -> Price:
-    """Bins that are proven; where one proof holds for many pixels of a map, it takes less."""
+    """Prove `count` bins. A map may take less, as one proof can cover many pixels."""
     return Price("proofs", float(count), PROOFS, _ONCE + _PROOF * count, "pixels")
 
 
 def stepped_drop(substeps: float) -> Price:
-    """A stepped drop of so many substeps."""
     return Price("substeps", substeps, SUBSTEPS, _ONCE + _KEPT_SUBSTEP * substeps, "dt")
 
 
 def many_drops(board: Board, drops: int, solver: Solver) -> Price:
-    """Drops of which only the outcomes are kept."""
+    """Many drops without their paths."""
     if isinstance(solver, Stepped):
         amount = drops * substeps_of(board, solver)
         return Price("drops x substeps", amount, DROP_SUBSTEPS, _ONCE + _SUBSTEP * amount, "drops")
@@ -129,13 +128,12 @@ def many_drops(board: Board, drops: int, solver: Solver) -> Price:
 
 
 def still(pixels: int, drops: int = 1) -> Price:
-    """A picture of so many pixels, of one drop or of many."""
+    """A picture of one drop or of many."""
     seconds = _ONCE + _PIXEL * pixels + _EVENT * _EVENTS_A_DROP * drops
     return Price("pixels", float(pixels), math.inf, seconds)
 
 
 def animation(pixels: int, frames: int) -> Price:
-    """A picture that moves."""
     amount = float(pixels) * frames
     seconds = _ONCE + _PIXEL_FRAME * amount
     if pixels > MOVING_PIXELS:
@@ -144,16 +142,16 @@ def animation(pixels: int, frames: int) -> Price:
 
 
 def check(surfaces: int) -> Price:
-    """A board that is looked at whether it can be played."""
+    """Check whether a board of `surfaces` pegs and walls can be played."""
     return Price("pegs and walls", float(surfaces), math.inf, _ONCE + _SURFACE * surfaces, "board")
 
 
 def json(size: int) -> Price:
-    """A body of so many bytes that is read strictly."""
+    """Parse a body of `size` bytes as strict JSON."""
     return Price("bytes", float(size), math.inf, _ONCE + _BYTE * size, "body")
 
 
 def story(ball_substeps: float) -> Price:
-    """A box of balls that touch, told again from its beginning."""
+    """Replay a box of touching balls from its beginning."""
     seconds = _ONCE + _BALL_SUBSTEP * ball_substeps
     return Price("balls x substeps", ball_substeps, BALL_SUBSTEPS, seconds, "story")

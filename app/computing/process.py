@@ -1,7 +1,7 @@
-"""One worker process as the server sees it: started, handed work, killed.
+"""The server's side of one worker process: start it, send it work, kill it.
 
-Work is handed over in two phases. A worker that ends before it has answered BEGUN has done nothing,
-so another may be handed the same work. After that the work is not repeated.
+Work is sent in two phases. A worker that ends before it has answered BEGUN has done nothing, so
+the same work may go to another worker. After BEGUN the work is never repeated.
 """
 
 import asyncio
@@ -23,19 +23,19 @@ from app.errors import DeadlineError, EndedError
 
 PRELOADED: Final = ["app.computing.polite", "app.computing.preloaded"]
 
-_AT_ONCE: Final = 1 << 18  # bytes read in one go
+_AT_ONCE: Final = 1 << 18  # bytes per read
 
 _context = multiprocessing.get_context("forkserver")
 
 _fork_server = ThreadPoolExecutor(1, "fork-server")
-"""The only thread that waits for the fork server, which has much to load at first and is polite
-later. One thread, because an exit code can be read only once, and `multiprocessing` reads those of
-all its processes whenever it starts another."""
+"""The only thread that waits for the fork server, which is slow: it loads much at first and has a
+low priority. It is one thread because an exit code can be read only once, and `multiprocessing`
+reads those of all its processes whenever it starts another."""
 
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """A worker's reply: a value, or the error that the work raised; and the s it computed."""
+    """A worker's reply: the value, or the error that the work raised; and the s of a core."""
 
     value: Any
     error: Exception | None
@@ -43,13 +43,13 @@ class Done:
 
 
 def prepare() -> None:
-    """Begin to load what workers need, in a process of its own; returns at once."""
+    """Start the fork server, which loads the workers' code; returns at once."""
     _context.set_forkserver_preload(PRELOADED)
     forkserver.ensure_running()
 
 
 async def start() -> "WorkerProcess":
-    """A new worker; raises EndedError when the system has no process for it."""
+    """Start a worker; raises EndedError if the system cannot start a process."""
     starting = asyncio.get_running_loop().run_in_executor(_fork_server, WorkerProcess)
     try:
         return await asyncio.shield(starting)
@@ -57,7 +57,7 @@ async def start() -> "WorkerProcess":
         starting.add_done_callback(_unwanted)
         raise
     except (EOFError, OSError) as error:
-        raise EndedError("no process could be started for it") from error
+        raise EndedError("the server could not start a process to compute this") from error
 
 
 def _unwanted(starting: "asyncio.Future[WorkerProcess]") -> None:
@@ -66,7 +66,7 @@ def _unwanted(starting: "asyncio.Future[WorkerProcess]") -> None:
 
 
 class WorkerProcess:
-    """A process that does one thing at a time. Made in a thread, used by the event loop's."""
+    """A process that does one job at a time. Constructed in a thread, used by the event loop."""
 
     def __init__(self) -> None:
         prepare()
@@ -81,19 +81,18 @@ class WorkerProcess:
             raise
         finally:
             theirs.close()
-        self.ends = False  # by itself, after its last reply
+        self.ends = False  # whether the process ends by itself after its last reply
 
     @property
     def pid(self) -> int:
-        """Its number."""
         assert self._process.pid is not None
         return self._process.pid
 
     async def do(self, work: bytes, seconds: float, real: float) -> Done | None:
-        """What came of packed work; None when the process had ended and has done nothing for it.
+        """Send packed work and return the reply, or None if the process ended before it began.
 
-        Raises DeadlineError when it computes for more than `seconds`, or takes longer than `real`
-        s; EndedError when the process ended after it had begun. It is of no use then.
+        Raises DeadlineError if the work takes more than `seconds` s of a core or `real` s of real
+        time; EndedError if the process ended after it had begun. The worker is then unusable.
         """
         begun = False
         try:
@@ -110,11 +109,11 @@ class WorkerProcess:
                 return None
             if await self._exit_code() == -signal.SIGPROF:
                 raise _too_long(seconds) from gone
-            raise EndedError("the process that computed it ended") from gone
+            raise EndedError("the process that computed this ended") from gone
         return Done(value, error, spent)
 
     def kill(self) -> None:
-        """End the process at once, whatever it does; `do` notices."""
+        """Kill the process at once; a running `do` then raises."""
         with contextlib.suppress(ProcessLookupError):
             if self._handle is None:
                 os.kill(self.pid, signal.SIGKILL)
@@ -122,7 +121,7 @@ class WorkerProcess:
                 signal.pidfd_send_signal(self._handle, signal.SIGKILL)
 
     def end(self) -> None:
-        """Kill it and let go of it, which nobody uses any more."""
+        """Kill the process and release its socket and handle."""
         self.kill()
         self._line.close()
         if self._handle is not None:
@@ -139,21 +138,21 @@ class WorkerProcess:
         return bytes(found)
 
     async def _exit_code(self) -> int | None:
-        """Of the process, which has closed its end of the line."""
-        self.kill()  # it has ended; or lives on without its line, and the thread would wait for it
+        # The process has closed its socket. If it still runs, joining it would block the thread.
+        self.kill()
         await asyncio.get_running_loop().run_in_executor(_fork_server, self._process.join)
         return self._process.exitcode
 
 
 def _handle(pid: int) -> int | None:
-    """What stands for this process, where its number may later be another's; Linux has that."""
+    """A pidfd, which never refers to a later process with the same pid; None where unavailable."""
     try:
         return os.pidfd_open(pid) if sys.platform == "linux" else None
     except ProcessLookupError:
         raise
-    except OSError:  # before Linux 5.3, or in a sandbox without it
+    except OSError:  # before Linux 5.3, or in a sandbox that forbids it
         return None
 
 
 def _too_long(seconds: float) -> DeadlineError:
-    return DeadlineError(f"it takes longer than the {seconds:g} s that a request may compute")
+    return DeadlineError(f"this takes longer than the {seconds:g} s that a request may compute")

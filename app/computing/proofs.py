@@ -1,6 +1,6 @@
-"""Proofs that workers are asked for: of one drop, and of the pixels of a map of starts.
+"""Proofs as jobs for workers: of one drop, and of the pixels of a map of starts.
 
-The certified solver is loaded when the first is asked for: it may not be installed.
+The certified solver is imported by the first proof, because it may not be installed.
 """
 
 import time
@@ -16,25 +16,24 @@ if TYPE_CHECKING:
     from engine.certified.certify import Effort
 
 MAX_SECONDS: Final = 8.0
-"""s of a core for one proof or many, after which the rest is left undecided, well before
-`pool.DEADLINE`."""
+"""s of a core for all proofs of a job. The rest stays undecided, well before `pool.DEADLINE`."""
 
 
 def effort() -> "Effort":
-    """How far the server and the command line go for one proof: they give the same answers."""
+    """The limit of one proof, common to server and command line, so that their answers agree."""
     from engine.certified.certify import Effort  # noqa: PLC0415
 
     return Effort(seconds=MAX_SECONDS, clock=time.process_time)
 
 
 def record(ask: Ask, certainty: bool) -> tuple[str, bytes]:
-    """A drop's digest, and its record as JSON with what is proven of it."""
+    """A drop's digest, and its record with the certificate as JSON."""
     found = ask.drop().to_dict(certainty=certainty)
     return found["digest"], msgspec.json.encode(found | {"certificate": certificate(ask)})
 
 
 def certificate(ask: Ask) -> dict[str, object]:
-    """What can be proven of a drop, as JSON values with the enclosed events."""
+    """Prove as much of a drop as possible; the certificate with enclosed events, as JSON values."""
     from engine.certified.certify import certify  # noqa: PLC0415
 
     found = certify(ask.board, ask.seed, x=ask.x, aim=ask.aim, effort=effort())
@@ -42,7 +41,7 @@ def certificate(ask: Ask) -> dict[str, object]:
 
 
 class _Patience:
-    """Whether there is time left for another proof."""
+    """Returns whether there is time left for another proof."""
 
     def __init__(self) -> None:
         self._until = time.process_time() + MAX_SECONDS
@@ -54,7 +53,7 @@ class _Patience:
 def tile(
     board: Board, x: Fraction, level: int, pixels: int, first: int, count: int
 ) -> tuple[bytes, bool]:
-    """Some pixels of a strip of the map as JSON, and whether there was time for all of them."""
+    """Pixels `first` to `first + count` of a strip as JSON, and whether the time sufficed."""
     from engine.certified.start_map import strip_at  # noqa: PLC0415
 
     patience = _Patience()
@@ -63,7 +62,7 @@ def tile(
 
 
 def picture(board: Board, x: Fraction, levels: int, pixels: int, fmt: str, theme: str) -> bytes:
-    """The strips of the map, one below the other; grey where the time was not enough."""
+    """Draw the strips of the map one below the other; pixels without time for a proof are grey."""
     from app.render.start_map import map_picture  # noqa: PLC0415
     from engine.certified.start_map import strip_at  # noqa: PLC0415
 

@@ -1,7 +1,7 @@
-"""Drops that take less than to be handed to a worker: the server's own process computes them.
+"""Compute cheap drops on the event loop: faster than handing them to a worker.
 
-The event loop waits for one meanwhile, and so does a tick. Few begin in a turn of the loop
-(`app.web.edge.intake`), and what one may compute has a limit.
+The event loop, and with it every tick, waits for such a drop. Therefore its effort is limited, and
+`app.web.edge.intake` lets few requests begin in each iteration of the loop.
 """
 
 import asyncio
@@ -16,21 +16,21 @@ from engine.errors import EngineError
 from engine.jit.limits import at_most
 
 EFFORT: Final = 4_000_000
-"""Instructions of WebAssembly that a drop may take here, some 0.6 ms: 40 times what it mostly does
-on a preset."""
+"""WebAssembly instructions that a drop may take here, about 0.6 ms: 40 times the usual number on a
+preset."""
 
 
 class ShortDrops:
-    """Drops on presets, for the event loop's thread; effort: of one, where calls are limited."""
+    """Drops on presets, in the event loop's thread; `effort` limits each, in instructions."""
 
     def __init__(self, effort: int = EFFORT) -> None:
         self._effort = effort
         self._preparing: dict[str, asyncio.Future[None]] = {}
 
     def is_ready(self, preset: Board) -> bool:
-        """Whether a drop on this preset takes no longer than any other; else it soon will be.
+        """Whether the board's arrays are ready, so that a drop takes no longer than usual.
 
-        What drops on a board need takes some ms to make. A thread does it, once.
+        Making them takes some ms. The first call for a board has a thread do it.
         """
         made = self._preparing.get(preset.digest)
         if made is None:
@@ -40,9 +40,9 @@ class ShortDrops:
         return made.done()
 
     def measured(self, work: Callable[[], object]) -> Done:
-        """What came of `work`, which computes a drop on a ready preset, and how long it took.
+        """Run `work`, which computes a drop on a ready preset.
 
-        Its error is an EffortError where the drop takes more than it may here.
+        The error of the result is an EffortError if the drop exceeds the effort.
         """
         value: object = None
         error: Exception | None = None

@@ -1,7 +1,7 @@
-"""What workers are asked for: functions of a module, values in, bytes and small values out.
+"""The jobs of workers: functions that take values and return bytes and small values.
 
-What is large leaves a worker as the bytes that are sent: to take it apart once more would keep the
-event loop.
+A large result leaves the worker as the bytes of the response, because converting it again would
+block the event loop.
 """
 
 import time
@@ -29,17 +29,17 @@ from engine.payouts.solve import solve_payouts
 from engine.seeding import SEED_LIMIT
 
 MAX_SECONDS: Final = 9.0
-"""s of a core for many drops, after which it is said how many were done; `pool.DEADLINE` ends the
-rest."""
+"""s of a core for many drops. The error at this limit says how many were done; any other job runs
+until `pool.DEADLINE`."""
 
 MAX_FRAMES: Final = 100_000  # rows of one reply, about 10 MB of JSON
 
-_CHUNK: Final = 100  # drops between two looks at the clock: a few ms on any preset
+_CHUNK: Final = 100  # drops between two checks of the time: a few ms on any preset
 
 
 @dataclass(frozen=True, slots=True)
 class Ask:
-    """Everything that decides a drop."""
+    """All inputs of a drop."""
 
     board: Board
     seed: int
@@ -49,14 +49,17 @@ class Ask:
 
     @property
     def name(self) -> str:
-        """What the drop is called before it is computed: no two drops have the same name."""
+        """A unique name of the drop, known before the drop is computed."""
         how = self.solver.encoded().hex()
         return f"{PHYSICS_VERSION}.{self.board.digest}.{self.seed}.{self.x!r}.{self.aim!r}.{how}"
 
     def drop(self) -> Drop:
-        """Compute it; raises ParameterError for a bad start, CostError for too long a path."""
+        """Compute the drop.
+
+        Raises ParameterError if the start is invalid, CostError if the path is too long.
+        """
         if isinstance(self.solver, Stepped):
-            # Followed once without keeping the path, which may be more than there is memory for.
+            # Compute it first without its path, which might not fit into memory.
             starts = None if self.x is None else [self.x]
             how: JsonObject = {"solver": "stepped", "threads": 1, **self.solver.fields()}
             found = drop_many(self.board, [self.seed], xs=starts, aim=self.aim, **how)
@@ -66,7 +69,7 @@ class Ask:
 
 @dataclass(frozen=True, slots=True)
 class Many:
-    """Drops of a board with the exact solver: as many seeds from `first` on."""
+    """`drops` drops of a board with the exact solver, with consecutive seeds from `first` on."""
 
     board: Board
     drops: int
@@ -74,12 +77,11 @@ class Many:
 
     @property
     def seeds(self) -> range:
-        """All of them."""
         return range(self.first, self.first + self.drops)
 
 
 def duration(ask: Ask) -> float:
-    """How long a drop lasts, s."""
+    """Duration of a drop in s."""
     return ask.drop().duration
 
 
@@ -90,21 +92,24 @@ def record(ask: Ask, certainty: bool) -> tuple[str, bytes]:
 
 
 def verdict(claimed: dict[str, object]) -> bytes:
-    """As JSON whether every bit of a drop's record is reproduced."""
+    """Whether every bit of a drop's record is reproduced, as JSON."""
     found = verify(claimed)
     names = ("ok", "field", "expected", "actual")
     return msgspec.json.encode({name: getattr(found, name) for name in names})
 
 
 def log_verdict(log: dict[str, object]) -> bytes:
-    """As JSON whether a room's log is reproduced; raises InvalidValueError when that takes long."""
+    """Whether a room's log is reproduced, as JSON.
+
+    Raises InvalidValueError if this takes longer than MAX_SECONDS.
+    """
     started = time.process_time()
 
     def check(tick: int) -> None:
         if time.process_time() - started > MAX_SECONDS:
             raise InvalidValueError(
                 f"the log takes too long: {tick} ticks were replayed after {MAX_SECONDS:g} s; "
-                "plinko verify takes its time",
+                "use plinko verify, which has no limit",
                 field="tick",
             )
 
@@ -114,16 +119,16 @@ def log_verdict(log: dict[str, object]) -> bytes:
 
 
 def check_json(text: bytes) -> None:
-    """Raise JsonSyntaxError or JsonValueError for a body that is not strict JSON."""
+    """Raise JsonSyntaxError or JsonValueError if the body is not strict JSON."""
     json_text.parse(text)
 
 
 def board_of(text: bytes) -> Board:
-    """A board from its JSON.
+    """Parse a board.
 
-    Raises BoardError when it cannot be played, JsonSyntaxError, JsonValueError, and
-    InvalidValueError for what is no JSON object. It is read here: the event loop would wait for
-    five thousand pegs that a thread of its own process reads, and for their pickling.
+    Raises BoardError if it cannot be played, JsonSyntaxError, JsonValueError, and
+    InvalidValueError if it is not a JSON object. A worker parses it because a thread of the server
+    would hold the GIL: with five thousand pegs the event loop would wait.
     """
     form = json_text.parse(text)
     if not isinstance(form, dict):
@@ -132,19 +137,19 @@ def board_of(text: bytes) -> Board:
 
 
 def board_view(text: bytes) -> bytes:
-    """A board's name, digest and whole form as JSON; raises what `board_of` raises."""
+    """A board's name, digest and complete form as JSON; raises like `board_of`."""
     return board_and_view(text)[1]
 
 
 def board_and_view(text: bytes) -> tuple[Board, bytes]:
-    """A board with its `board_view`; raises what `board_of` raises."""
+    """A board with its `board_view`; raises like `board_of`."""
     board = board_of(text)
     view = {"name": board.name, "digest": board.digest, "board": board.to_dict()}
     return board, msgspec.json.encode(view)
 
 
 def frames(ask: Ask, fps: float) -> bytes:
-    """The states at `fps` and at the landing as JSON; raises InvalidValueError for too many."""
+    """The states at `fps` and at the landing as JSON; raises InvalidValueError if too many."""
     done = ask.drop()
     count = int(done.duration * fps) + 1
     if count > MAX_FRAMES:
@@ -173,8 +178,8 @@ def frames(ask: Ask, fps: float) -> bytes:
 def _before(done: Drop) -> npt.NDArray[np.void]:
     """The state right before each impact, shape (n,), dtype STATE, in the impacts' order.
 
-    That is the state at the last instant before it that has a float64, or, of two impacts at one
-    instant, what the first made of it for the second.
+    That is the state at the last float64 before its time. Of two impacts at the same time, the
+    second one has the state after the first.
     """
     impacts = done.impacts
     rows = done.states(np.nextafter(impacts["t"], 0.0))
@@ -186,7 +191,7 @@ def _before(done: Drop) -> npt.NDArray[np.void]:
 
 
 class Patience:
-    """Called with the drops done so far; raises InvalidValueError after so many `seconds`."""
+    """Called with the drops done until now; raises InvalidValueError after `seconds` of a core."""
 
     def __init__(self, drops: int, seconds: float) -> None:
         self._drops = drops
@@ -194,11 +199,10 @@ class Patience:
         self._started = time.process_time()
 
     def __call__(self, done: int) -> None:
-        """So many are done."""
         if done < self._drops and time.process_time() - self._started > self._seconds:
             raise InvalidValueError(
                 f"drops {self._drops} take too long on this board: {done} were done after "
-                f"{self._seconds:g} s; the command line takes its time",
+                f"{self._seconds:g} s; use the command line, which has no limit",
                 field="drops",
             )
 
@@ -206,7 +210,7 @@ class Patience:
 def tally(
     board: Board, first: int, drops: int, solver: Solver, seconds: float = MAX_SECONDS
 ) -> JsonObject:
-    """The summary of many drops; raises InvalidValueError when they take longer than `seconds`."""
+    """The summary of many drops; raises InvalidValueError if they take longer than `seconds`."""
     found = Tally(Job(board, solver, first, drops))
     patience = Patience(drops, seconds)
     for number in range(found.job.blocks):
@@ -223,9 +227,9 @@ def seeds_in(
     aim: float | None,
     seconds: float = MAX_SECONDS,
 ) -> JsonObject:
-    """Seeds from `first` on that land in a bin, the next `count` among at most so many `drops`.
+    """Find the next `count` seeds from `first` on that land in a bin, with at most `drops` drops.
 
-    Raises InvalidValueError when they take longer than `seconds`.
+    Raises InvalidValueError if they take longer than `seconds`.
     """
     search, patience = Search(board, bin_, first, aim, 1), Patience(drops, seconds)
     found: list[int] = []
@@ -245,7 +249,7 @@ def seeds_in(
 
 
 def _block(job: Job, number: int, patience: Patience) -> Block:
-    """A block, with a look at the clock after every few drops."""
+    """Compute a block, checking the time after each chunk of drops."""
     seeds = job.seeds(number)
     parts: list[DropBatch] = []
     for begin in range(0, len(seeds), _CHUNK):
@@ -256,29 +260,29 @@ def _block(job: Job, number: int, patience: Patience) -> Block:
 
 
 def payouts(board: Board, returned: float, risk: str, drops: int) -> JsonObject:
-    """A solved payout table by at most so many drops from each aim."""
+    """Solve a payout table with at most `drops` drops from each aim."""
     return solve_payouts(board, returned=returned, risk=risk, drops=drops, threads=1).to_dict()
 
 
-# Pillow is loaded when the first picture is asked for, where it was not before.
+# The first picture imports Pillow where the fork server has not done so.
 
 
 def still(ask: Ask, fmt: str, width: int, theme: str, at: float | None) -> bytes:
-    """A drop as a picture."""
+    """Draw a drop: its path, or the moment `at` s after the start."""
     from app.render import drop_picture  # noqa: PLC0415
 
     return drop_picture(ask.drop(), fmt, width, theme, at)
 
 
 def animation(ask: Ask, fmt: str, width: int, fps: int, theme: str) -> bytes:
-    """A drop as it falls."""
+    """Draw a drop as an animation."""
     from app.render import drop_animation  # noqa: PLC0415
 
     return drop_animation(ask.drop(), fmt, width, fps, theme)
 
 
 def density(many: Many, fmt: str, width: int, theme: str, seconds: float = MAX_SECONDS) -> bytes:
-    """Where the balls of many drops are, as a picture."""
+    """Draw where the balls of many drops spend their time."""
     from app.render import density_picture  # noqa: PLC0415
 
     patience = Patience(many.drops, seconds)
@@ -286,7 +290,7 @@ def density(many: Many, fmt: str, width: int, theme: str, seconds: float = MAX_S
 
 
 def histogram(many: Many, fmt: str, width: int, theme: str) -> bytes:
-    """How many balls land in each bin, as a picture."""
+    """Draw how many balls land in each bin."""
     from app.render import histogram_picture  # noqa: PLC0415
 
     found = tally(many.board, many.first, many.drops, Exact())
@@ -302,7 +306,7 @@ def sheet(
     columns: int | None,
     seconds: float = MAX_SECONDS,
 ) -> bytes:
-    """The whole paths of many drops side by side, as a picture."""
+    """Draw the paths of many drops side by side."""
     from app.render import contact_sheet  # noqa: PLC0415
 
     patience = Patience(many.drops, seconds)

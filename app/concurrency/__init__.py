@@ -1,5 +1,5 @@
-"""What tasks of one event loop need of each other: do something once for all, wake all who wait,
-go on when the caller has gone.
+"""How tasks of one event loop share work: single flight, signals, fair queues, and work that
+outlives its caller.
 
-Imports nothing of the server but its errors. Start with single_flight.py.
+Imports nothing of the server except its errors. Start with single_flight.py.
 """

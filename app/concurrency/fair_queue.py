@@ -1,4 +1,4 @@
-"""Whose turn it is where many clients wait: the first of each client, clients in turn."""
+"""A queue that serves clients round robin, so that no client delays the others for long."""
 
 import asyncio
 import contextlib
@@ -10,21 +10,21 @@ T = TypeVar("T")
 
 
 class FairQueue(Generic[T]):
-    """A client that waits a hundred times delays each of the others by one of these. Pure."""
+    """A client with a hundred entries delays every other client by only one of them. Pure."""
 
     def __init__(self) -> None:
         self._clients: deque[str] = deque()
         self._waiting: dict[str, deque[T]] = {}
 
     def put(self, client: str, waiting: T) -> None:
-        """Let one more of this client wait."""
+        """Append an entry to this client's own queue."""
         if client not in self._waiting:
             self._waiting[client] = deque()
             self._clients.append(client)
         self._waiting[client].append(waiting)
 
     def take(self) -> T | None:
-        """The one whose turn it is, or None; its client's next one comes after all others'."""
+        """Remove and return the next entry, or None. Its client then queues behind all others."""
         if not self._clients:
             return None
         client = self._clients.popleft()
@@ -38,7 +38,7 @@ class FairQueue(Generic[T]):
 
 
 class FairLock:
-    """One turn at a time, clients in turn; for the event loop's thread."""
+    """A lock that waiting clients get round robin. For the event loop's thread."""
 
     def __init__(self) -> None:
         self._held = False
@@ -46,14 +46,14 @@ class FairLock:
 
     @contextlib.asynccontextmanager
     async def turn(self, client: str) -> AsyncIterator[None]:
-        """Wait for a turn of this client, and have it until the block ends."""
+        """Acquire the lock on behalf of this client, and release it when the block ends."""
         if self._held:
             waiting: asyncio.Future[None] = asyncio.get_running_loop().create_future()
             self._queue.put(client, waiting)
             try:
                 await waiting
             except asyncio.CancelledError:
-                if not waiting.cancelled():  # the turn had come
+                if not waiting.cancelled():  # it got the lock just before it was cancelled
                     self._pass_on()
                 raise
         self._held = True
@@ -63,7 +63,7 @@ class FairLock:
             self._pass_on()
 
     def _pass_on(self) -> None:
-        """Give the turn to the next one that still waits."""
+        """Give the lock to the next task that still waits, or free it."""
         while (waiting := self._queue.take()) is not None:
             if not waiting.done():
                 waiting.set_result(None)

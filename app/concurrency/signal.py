@@ -4,7 +4,7 @@ import asyncio
 
 
 class Signal:
-    """For the event loop's thread. Unlike an Event it is never set, so nobody has to clear it."""
+    """For the event loop's thread. Unlike an Event, it never stays set and needs no clearing."""
 
     def __init__(self) -> None:
         self._next = asyncio.Event()
@@ -15,5 +15,5 @@ class Signal:
         sent.set()
 
     async def wait(self) -> None:
-        """Return when the signal is sent next."""
+        """Return when the signal is next sent."""
         await self._next.wait()

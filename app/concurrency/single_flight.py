@@ -1,4 +1,4 @@
-"""Work that is done once for all callers that ask for it while it lasts."""
+"""Single flight: callers that ask for the same work while it runs share one run."""
 
 import asyncio
 from collections.abc import Callable, Coroutine
@@ -10,7 +10,7 @@ T = TypeVar("T")
 
 @dataclass(slots=True, eq=False)
 class _Flight(Generic[T]):
-    """Work that goes on, and how many callers wait for it."""
+    """Running work, and the number of callers that wait for it."""
 
     task: asyncio.Task[T]
     callers: int = 0
@@ -19,8 +19,8 @@ class _Flight(Generic[T]):
 class SingleFlight(Generic[T]):
     """For the event loop's thread.
 
-    A caller that is cancelled takes the result from nobody else. With `abandons` the work is
-    cancelled when its last caller is; without, it goes on to its end.
+    Cancelling one caller does not affect the others. When the last caller is cancelled, the work
+    is cancelled too if `abandons` is set; otherwise it runs until it is done.
     """
 
     def __init__(self, *, abandons: bool = False) -> None:
@@ -28,7 +28,7 @@ class SingleFlight(Generic[T]):
         self._flights: dict[str, _Flight[T]] = {}
 
     async def do(self, key: str, work: Callable[[], Coroutine[None, None, T]]) -> T:
-        """The result of this key's work that goes on, or of `work`; raises what it raises."""
+        """Join the work that runs under this key, or start `work`; returns or raises its result."""
         flight = self._flights.get(key)
         if flight is None:
             flight = self._begin(key, work)
@@ -39,10 +39,10 @@ class SingleFlight(Generic[T]):
             flight.callers -= 1
             if self._abandons and not flight.callers and not flight.task.done():
                 flight.task.cancel()
-                self._end(key, flight)  # who asks from now on begins again
+                self._end(key, flight)  # later callers start the work again
 
     async def cancel(self) -> None:
-        """Cancel all that goes on, and wait until it has ended."""
+        """Cancel all running work, and wait until it has ended."""
         tasks = [flight.task for flight in self._flights.values()]
         for task in tasks:
             task.cancel()
@@ -54,7 +54,9 @@ class SingleFlight(Generic[T]):
         def ended(task: asyncio.Task[T]) -> None:
             self._end(key, flight)
             if not task.cancelled():
-                task.exception()  # every caller was told, or has left
+                # Each caller has received the error or has left. Marking it as retrieved keeps
+                # asyncio from logging it again.
+                task.exception()
 
         flight.task.add_done_callback(ended)
         return flight

@@ -1,4 +1,4 @@
-"""Work that goes on when whoever asked for it has gone away."""
+"""Work that continues when its caller is cancelled, for example because a client disconnected."""
 
 import asyncio
 import logging
@@ -13,24 +13,25 @@ _log = logging.getLogger("plinko")
 
 
 async def to_the_end(work: Coroutine[None, None, T]) -> T:
-    """What comes of `work`, which is not cancelled with the one who waits for it.
+    """Await `work`; if the caller is cancelled, `work` still runs until it is done.
 
-    What the ledger is told and what memory then holds must not come apart in between.
+    Work that writes to the ledger and then updates memory must not stop between the two, or they
+    would differ.
     """
-    doing = asyncio.ensure_future(work)
+    running = asyncio.ensure_future(work)
     try:
-        return await asyncio.shield(doing)
+        return await asyncio.shield(running)
     except asyncio.CancelledError:
-        doing.add_done_callback(log_failure)
+        running.add_done_callback(log_failure)
         raise
 
 
 def log_failure(done: "asyncio.Future[T]") -> None:
-    """Log that work failed which nobody waits for any more.
+    """Log the failure of work whose caller has left.
 
-    Not where its room has gone to another server: that is logged once for the room.
+    A LeaseLostError is not logged here: it is logged once for its room.
     """
     if done.cancelled() or (error := done.exception()) is None:
         return
     if not isinstance(error, LeaseLostError):
-        _log.warning("what nobody waits for any more failed: %s", error)
+        _log.warning("work failed after its caller had left: %s", error)

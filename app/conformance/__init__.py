@@ -1,4 +1,4 @@
-"""What a test laboratory asks of the program itself: its digests, and tests of its generator.
+"""Evidence for a test laboratory: digests of the program, and tests of its random starts.
 
 May import the server's settings and fair drops, and the engine. Start with inventory.py.
 """

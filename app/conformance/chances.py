@@ -1,4 +1,4 @@
-"""Statistics by which chance is told from its failure: of cells, of sums, and of many at once."""
+"""Statistical tests of randomness: of counts in cells, of sums, and of many tests together."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What was tested, its statistic, and the chance `p` of one as far out, either way."""
+    """A test's name, its statistic, and the probability `p` of a deviation at least as large."""
 
     name: str
     statistic: float
@@ -18,15 +18,15 @@ class Outcome:
 
 
 def normal(name: str, deviate: float) -> Outcome:
-    """Of a statistic that is normal with mean 0 and deviation 1 when all is well."""
+    """Test a statistic that is normal with mean 0 and deviation 1 for a good generator."""
     return Outcome(name, deviate, erfc(abs(deviate) / sqrt(2.0)))
 
 
 def chi_square(name: str, counts: npt.NDArray[np.int64]) -> Outcome:
-    """Of cells that are equally likely, any shape; both too uneven and too even are far out.
+    """Test that all cells, of any shape, are equally likely. Both too uneven and too even fail.
 
-    The chi-square law by Wilson and Hilferty's cube root (PNAS 17, 684, 1931), whose error is far
-    below the level asked for from some dozens of cells on.
+    The chi-square distribution is approximated by Wilson and Hilferty's cube root (PNAS 17, 684,
+    1931), whose error from some dozens of cells on is far below the level of the tests.
     """
     expected = counts.sum() / counts.size
     statistic = float(((counts - expected) ** 2).sum() / expected)
@@ -34,7 +34,7 @@ def chi_square(name: str, counts: npt.NDArray[np.int64]) -> Outcome:
 
 
 def even_odds(name: str, hits: npt.NDArray[np.int64], tries: int) -> Outcome:
-    """Of independent counts, shape (n,), each of `tries` throws of a fair coin."""
+    """Test that independent counts, shape (n,), each have `tries` tosses of a fair coin."""
     statistic = float(((hits - tries / 2.0) ** 2).sum() / (tries / 4.0))
     return _of_chi_square(name, statistic, hits.size)
 
@@ -46,7 +46,7 @@ def _of_chi_square(name: str, statistic: float, freedom: int) -> Outcome:
 
 
 def rejected(outcomes: Iterable[Outcome], level: float) -> list[Outcome]:
-    """The tests that fail when all together may fail with chance `level` at most by accident.
+    """The tests that fail. A good generator fails any of them with probability `level` at most.
 
     Holm's step-down method (Scandinavian J. of Statistics 6, 65, 1979).
     """

@@ -1,7 +1,8 @@
-"""Tests of the generator that staked drops start by, over as many drops as one asks for.
+"""Statistical tests of the generator that draws the starts of staked drops.
 
-The drops are those of sessions: HMAC-SHA256 of both secrets gives a drop's seed, SplitMix64 of it
-the start. The secrets follow from their session's number here, so that a run can be repeated.
+The drops are drawn like those of fair sessions: HMAC-SHA256 of both secrets gives a drop's seed,
+and SplitMix64 of the seed gives the start. Here the secrets are made from the session's number, so
+that a run can be repeated.
 """
 
 import hashlib
@@ -21,15 +22,15 @@ from engine import Board
 from engine.seeding import start_xs
 
 LEVEL: Final = 0.01
-"""Chance that a good generator fails any of the tests: they hold collectively at 99 %."""
+"""Probability that a good generator fails any of the tests: 99 % confidence for all together."""
 
 DROPS_PER_SESSION: Final = 1000
 SESSIONS_AT_ONCE: Final = 64  # an even number: sessions are compared in pairs
 LEAST_DROPS: Final = DROPS_PER_SESSION * SESSIONS_AT_ONCE
 
-_CELLS: Final = 4096  # of the range of starts; a power of two: as wide as bits say
-_SIDE: Final = 64  # cells each way, of pairs
-_ODD_CELLS: Final = 1000  # no power of two: shows a bias of the scaling to [-jitter, jitter)
+_CELLS: Final = 4096  # of the range of starts; a power of two: a cell is given by leading bits
+_SIDE: Final = 64  # cells in each direction, for pairs of starts
+_ODD_CELLS: Final = 1000  # not a power of two: shows a bias of the scaling to [-jitter, jitter)
 _BYTES: Final = 256
 
 Words = npt.NDArray[np.uint64]
@@ -37,7 +38,7 @@ Counts = npt.NDArray[np.int64]
 
 
 def session_seeds(session: int, board: Board) -> Words:
-    """The seeds of the drops of test session number `session`, shape (DROPS_PER_SESSION,)."""
+    """The seeds of the drops of session number `session`, shape (DROPS_PER_SESSION,)."""
     server = hashlib.sha256(b"plinko conformance server %d" % session).digest()
     client = hashlib.sha256(b"plinko conformance client %d" % session).digest()
     digest = bytes.fromhex(board.digest)
@@ -47,7 +48,7 @@ def session_seeds(session: int, board: Board) -> Words:
 
 @dataclass(slots=True)
 class Tally:
-    """What the tests count, added up a block of sessions at a time."""
+    """The counts of the tests, summed block by block of sessions."""
 
     board: Board
     drops: int = 0
@@ -56,13 +57,13 @@ class Tally:
     scaled: Counts = field(default_factory=lambda: np.zeros(_ODD_CELLS, np.int64))
     drop_pairs: Counts = field(default_factory=lambda: np.zeros(_SIDE * _SIDE, np.int64))
     session_pairs: Counts = field(default_factory=lambda: np.zeros(_SIDE * _SIDE, np.int64))
-    product: float = 0.0  # sum of products of neighbours, each in [-1, 1)
-    neighbours: int = 0
-    changes: int = 0  # of side, from one drop to the next
-    outside: int = 0  # starts that are not in [-jitter, jitter)
+    product: float = 0.0  # sum of the products of consecutive starts, each in [-1, 1)
+    neighbours: int = 0  # pairs of consecutive starts
+    changes: int = 0  # of side, between consecutive drops
+    outside: int = 0  # starts outside [-jitter, jitter)
 
     def add(self, seeds: Words) -> None:
-        """Count the drops of some sessions, shape (sessions, drops), an even number of each."""
+        """Count the seeds of some sessions, shape (sessions, drops), both even."""
         self.drops += seeds.size
         for place, column in enumerate(seeds.reshape(-1, 1).view(np.uint8).T):
             self.bytes[place] += np.bincount(column, minlength=_BYTES)
@@ -78,19 +79,19 @@ class Tally:
 
     @property
     def bits(self) -> Counts:
-        """How often each bit of the seeds is set, shape (64,), as the counts of bytes say."""
+        """How often each bit of the seeds is set, shape (64,), from the counts of bytes."""
         values = np.arange(_BYTES)
         return np.concatenate([self.bytes @ (values >> bit & 1) for bit in range(8)])
 
     def _scale(self, seeds: Words) -> None:
-        """Count the starts as this board has them: by the calls that drops are made with."""
+        """Count the starts on this board, computed by the same function as in drops."""
         jitter = self.board.drop.jitter
         starts = start_xs(seeds, self.board.drop.x, jitter) - self.board.drop.x
         self.outside += int(np.count_nonzero((starts < -jitter) | (starts >= jitter)))
         self.scaled += _cells(starts / jitter, _ODD_CELLS)
 
     def outcomes(self) -> list[Outcome]:
-        """Each test, once something was counted."""
+        """Evaluate each test; needs at least one block."""
         steps = self.neighbours
         return [
             chances.even_odds("each bit of the seeds is set half the time", self.bits, self.drops),
@@ -110,7 +111,7 @@ class Tally:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What the tests found over so many drops on one board."""
+    """The outcomes of all tests over `drops` drops on one board."""
 
     board: str
     board_digest: str
@@ -121,16 +122,15 @@ class Report:
 
     @property
     def failed(self) -> list[Outcome]:
-        """The tests that fail, with all of them held to LEVEL together."""
+        """The tests that fail, at LEVEL for all of them together."""
         return chances.rejected(self.outcomes, self.level)
 
     @property
     def good(self) -> bool:
-        """Whether no test fails, and every start lies where the board says."""
+        """Whether no test fails and no start lies outside the board's range."""
         return not self.failed and not self.outside
 
     def to_dict(self) -> dict[str, object]:
-        """The JSON form."""
         tests = [asdict(each) for each in self.outcomes]
         return {
             "board": self.board,
@@ -152,13 +152,14 @@ def check_generator(
 ) -> Report:
     """Test `drops` drops on `board`, rounded up to whole blocks of sessions.
 
-    seeds_of: the seeds of a session's drops, by its number. progress: told the drops of each block.
-    Raises InvalidValueError for a board whose start has no jitter, on which nothing is drawn.
+    seeds_of: gives the seeds of the session with this number. progress: called with the number of
+    drops after each block. Raises InvalidValueError if the board has no jitter, and so no random
+    starts.
     """
     if not board.drop.jitter > 0.0:
         raise InvalidValueError(
-            f"board {board.name!r} draws no start: its jitter is {board.drop.jitter:g} m, not "
-            "more than 0",
+            f"board {board.name!r} has no random starts to test: its jitter is "
+            f"{board.drop.jitter:g} m, and must be more than 0",
             field="board",
         )
     tally = Tally(board)
@@ -174,7 +175,7 @@ def check_generator(
 
 
 def _cells(values: npt.NDArray[np.float64], count: int) -> Counts:
-    """How many of `values` lie in each of `count` equal cells of [-1, 1), the outer ones beyond."""
+    """Count `values` in `count` equal cells of [-1, 1); values outside count in the end cells."""
     place = np.clip((values + 1.0) * (count / 2), 0, count - 1).astype(np.int64)
     return np.bincount(place.ravel(), minlength=count)
 

@@ -1,7 +1,8 @@
-"""The program as installed, and how it is set up, as digests that anybody can reproduce offline.
+"""Digests of the installed program and its configuration, which anybody can reproduce offline.
 
-Each file is a line `sha256  name`, as `sha256sum` writes it, in the order of the names' bytes; the
-digest of a group of files is SHA-256 of these lines. docs/conformance.md says what is in a group.
+Each file gives a line `sha256  name`, in the format of `sha256sum` and in the order of the names'
+bytes. The digest of a group of files is SHA-256 of its lines. docs/conformance.md describes the
+groups.
 """
 
 import hashlib
@@ -18,20 +19,20 @@ from app.rooms.canonical import canonical
 from app.settings import Settings, static_directory
 
 KERNELS: Final = (".wasm", ".so")
-"""End the names of kernels that come compiled; whatever else is compiled, is so from the code."""
+"""Endings of the names of kernels, which are shipped as compiled files."""
 
 _UNTOLD: Final = frozenset({"data", "database_url", "host", "port", "relays"})
-"""Settings that say where the server is and keeps its ledger, not how it plays. Secrets aside."""
+"""Settings, except secrets, of addresses and of the ledger's place. They do not change the game."""
 
 _LINE: Final = re.compile("(?P<digest>[0-9a-f]{64})  (?P<name>.+)")
 
 Files = dict[str, str]
-"""SHA-256 of each file, in hexadecimal, by its name, such as `engine/seeding.py`."""
+"""SHA-256 of each file in hexadecimal, keyed by its name, such as `engine/seeding.py`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Digests:
-    """SHA-256, in hexadecimal, of each group; `whole` is of the other three, one a line."""
+    """SHA-256 of each group, in hexadecimal."""
 
     code: str
     kernels: str
@@ -39,11 +40,10 @@ class Digests:
 
     @property
     def whole(self) -> str:
-        """One digest of all."""
+        """SHA-256 of the other three, one per line."""
         return _sha256(f"{self.code}\n{self.kernels}\n{self.configuration}\n".encode())
 
     def to_dict(self) -> dict[str, str]:
-        """The JSON form."""
         return {
             "code": self.code,
             "kernels": self.kernels,
@@ -53,16 +53,16 @@ class Digests:
 
 
 def installed() -> dict[str, Path]:
-    """Where the program's files are: of the packages `app` and `engine`, and the pages `static`."""
+    """The directories of the program: the packages `app` and `engine`, and the pages `static`."""
     (server,), (physics,) = app.__path__, engine.__path__
     return {"app": Path(server), "engine": Path(physics), "static": static_directory()}
 
 
 def files_of(roots: Mapping[str, Path]) -> Files:
-    """The digest of each file below each of `roots`, which are directories by name.
+    """The digest of each file below the directories `roots`, which are keyed by name.
 
-    But for what Python and its compiler write themselves: folders called `__pycache__`. The pages
-    are no part of `app`, even where they are installed inside it.
+    Folders called `__pycache__` do not count, because Python writes them itself. The pages are not
+    part of `app`, even if they are installed inside it.
     """
     found = {}
     for name, root in roots.items():
@@ -75,18 +75,18 @@ def files_of(roots: Mapping[str, Path]) -> Files:
 
 
 def listed(files: Files) -> str:
-    """The lines that a digest is of, as `sha256sum` writes them."""
+    """The lines from which a group's digest is computed, in the format of `sha256sum`."""
     return "".join(f"{files[name]}  {name}\n" for name in sorted(files, key=str.encode))
 
 
 def from_list(text: str) -> Files:
-    """What `listed` gave, read again; raises InvalidValueError naming a line that is none of it."""
+    """Parse the output of `listed`; raises InvalidValueError naming the first invalid line."""
     found = {}
     for number, line in enumerate(text.splitlines(), 1):
         match = _LINE.fullmatch(line)
         if match is None:
             raise InvalidValueError(
-                f"line {number}, {shorten(line)}, is not a SHA-256, two blanks and a file's name",
+                f"line {number}, {shorten(line)}, must be a SHA-256, two spaces and a file's name",
                 field="list",
             )
         found[match["name"]] = match["digest"]
@@ -94,7 +94,7 @@ def from_list(text: str) -> Files:
 
 
 def first_difference(files: Files, expected: Files) -> str | None:
-    """The first file, by name, that is not as expected, and what is wrong; None where all are."""
+    """Say what is wrong with the first file, by name, that differs; None if all agree."""
     for name in sorted({*files, *expected}, key=str.encode):
         if name not in expected:
             return f"{name} is not in the list"
@@ -106,25 +106,25 @@ def first_difference(files: Files, expected: Files) -> str | None:
 
 
 def configuration_of(settings: Settings) -> dict[str, object]:
-    """Every setting that may change how the server plays, by name; no secret is in it.
+    """Every setting that may change the game, by name, without secrets.
 
-    The board of the room `main`, where it is a file, counts by its content.
+    If the board of the room `main` is a file, its digest stands for its name.
     """
-    told = {
+    shown = {
         entry.name: getattr(settings, entry.name)
         for entry in fields(settings)
         if not entry.metadata["secret"] and entry.name not in _UNTOLD
     }
     board = Path(settings.board)
     if board.is_file():
-        told["board"] = _sha256(board.read_bytes())
+        shown["board"] = _sha256(board.read_bytes())
     return {
-        name: list(value) if isinstance(value, tuple) else value for name, value in told.items()
+        name: list(value) if isinstance(value, tuple) else value for name, value in shown.items()
     }
 
 
 def digests_of(files: Files, configuration: Mapping[str, object]) -> Digests:
-    """The digests of these files, kernels apart, and of the configuration's canonical JSON."""
+    """The digests of the code, of the kernels, and of the configuration's canonical JSON."""
     return Digests(
         code=_listed_digest(files, (name for name in files if not name.endswith(KERNELS))),
         kernels=_listed_digest(files, (name for name in files if name.endswith(KERNELS))),
@@ -133,7 +133,7 @@ def digests_of(files: Files, configuration: Mapping[str, object]) -> Digests:
 
 
 def digests(settings: Settings) -> Digests:
-    """Of the program as it is installed now, set up like this; reads every file."""
+    """The digests of the installed program with these settings; reads every file."""
     return digests_of(files_of(installed()), configuration_of(settings))
 
 

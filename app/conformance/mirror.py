@@ -1,6 +1,6 @@
-"""Whether a ball that starts at -x ends where the one from x does, seen in the mirror: bit for bit.
+"""Test that physics favours no side: balls from x and -x must end as mirror images, bit for bit.
 
-A board that is its own mirror image has no side that physics or rounding may favour.
+The board must be its own mirror image. Then neither physics nor rounding may favour a side.
 """
 
 from dataclasses import dataclass
@@ -15,20 +15,19 @@ from engine.payouts.landings import is_mirrored
 
 @dataclass(frozen=True, slots=True)
 class Mirror:
-    """How many pairs of drops were compared, and the starts, in m, of those that differ."""
+    """The number of pairs of drops compared, and the starts in m of those that differ."""
 
     pairs: int
     unlike: tuple[float, ...]
 
     def to_dict(self) -> dict[str, object]:
-        """The JSON form."""
         return {"pairs": self.pairs, "unlike": list(self.unlike)}
 
 
 def check_mirror(board: Board, pairs: int) -> Mirror:
-    """Drop from the starts of the seeds 0 … pairs - 1, and from their mirror images.
+    """Compare drops of the seeds 0 to pairs - 1 with drops from the mirrored starts.
 
-    Raises InvalidValueError for a board that is not its own mirror image about x = 0.
+    Raises InvalidValueError if the board is not its own mirror image about x = 0.
     """
     if not is_mirrored(board):
         raise InvalidValueError(
@@ -48,10 +47,10 @@ def check_mirror(board: Board, pairs: int) -> Mirror:
 
 
 def _bits(values: npt.NDArray[np.float64]) -> npt.NDArray[np.uint64]:
-    """Doubles bit for bit, but for a zero's sign."""
+    """The bits of float64 values; adding 0.0 makes -0.0 equal to 0.0."""
     return (values + 0.0).view(np.uint64)
 
 
 def _seen_in_the_mirror(drops: DropBatch) -> npt.NDArray[np.int32]:
-    """The bins counted from the other side; -1, of a ball that did not land, stays."""
+    """The bins counted from the other side; -1 (the ball did not land) stays."""
     return np.where(drops.bin < 0, drops.bin, drops.board.bins.count - 1 - drops.bin)

@@ -1,4 +1,4 @@
-"""The server looks at its own files: at its start, once a day, and when somebody asks."""
+"""The server checks that its files are unchanged: at its start, once a day, and on request."""
 
 import asyncio
 import logging
@@ -11,14 +11,14 @@ from app.conformance.inventory import Digests
 from engine.json_text import Json
 
 DAY: Final = 86400.0  # s
-_FRESH: Final = 1.0  # s for which who asks gets what the last one got: reading takes work
+_FRESH: Final = 1.0  # s for which a finding is reused, because reading all files is expensive
 
 _log = logging.getLogger("plinko")
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What the files were at the start and are now; `at` in Unix time, in s."""
+    """The digests at the start and now; `at` is the Unix time in s."""
 
     started_with: Digests
     found: Digests
@@ -30,7 +30,6 @@ class Finding:
         return self.found == self.started_with
 
     def to_dict(self) -> dict[str, Json]:
-        """The JSON form."""
         return {
             **self.found.to_dict(),
             "at": self.at,
@@ -40,7 +39,7 @@ class Finding:
 
 
 class SelfCheck:
-    """For the event loop. `look` reads all files, in a thread; `now` gives Unix time in s."""
+    """Checks on the event loop. `look` reads all files, in a thread; `now` gives Unix time in s."""
 
     def __init__(
         self,
@@ -57,11 +56,11 @@ class SelfCheck:
 
     @property
     def sound(self) -> bool:
-        """Whether the last look found what there was at the start."""
+        """Whether the last check found the digests of the start."""
         return self.last is None or self.last.same
 
     async def run(self) -> None:
-        """Look at the start, and once a day; ends when it is cancelled."""
+        """Check now and then once a day, until cancelled."""
         while True:
             try:
                 found = await self.look()
@@ -71,7 +70,7 @@ class SelfCheck:
             await self._sleep(DAY)
 
     async def look(self) -> Finding:
-        """What the files are now; raises OSError where one cannot be read."""
+        """Check the files now; raises OSError if one cannot be read."""
         async with self._turn:
             last = self.last
             if last is not None and 0.0 <= self._now() - last.at < _FRESH:
@@ -81,7 +80,7 @@ class SelfCheck:
             self.last = Finding(first, found, self._now())
             if not self.last.same and (last is None or last.same):
                 _log.error(
-                    "the program's files are no longer those it was started with: %s, not %s",
+                    "the program's files have changed since the start: %s, not %s",
                     found.whole,
                     first.whole,
                 )

@@ -1,4 +1,4 @@
-"""Pictures made while the server runs: the cache, the film of a room and its thread.
+"""Pictures made on request: a cache of pictures, and live pictures of rooms.
 
 Imports render and rooms. Start with film.py.
 """

@@ -1,4 +1,4 @@
-"""Pictures that were asked for: drawn once, shared by all who ask, kept a while."""
+"""A cache of pictures: concurrent requests for one picture share a single drawing."""
 
 import functools
 import hashlib
@@ -9,26 +9,24 @@ from pathlib import Path
 from app.concurrency.single_flight import SingleFlight
 from app.settings import static_directory
 
-PICTURE_BYTES = 1 << 25  # of pictures that are kept for whoever asks again
+PICTURE_BYTES = 1 << 25  # size of the cache
 
 
 class Pictures:
-    """Pictures by name, the longest unused making way when they take too many bytes.
-
-    For the event loop's thread only; the drawing is done elsewhere.
-    """
+    """Pictures by name, in an LRU cache bounded in bytes. For the event loop's thread only."""
 
     def __init__(self, max_bytes: int) -> None:
         self.max_bytes = max_bytes
-        self.size = 0  # bytes kept
+        self.size = 0  # bytes cached
         self.drawn = 0
         self._kept: OrderedDict[str, bytes] = OrderedDict()
         self._drawing = SingleFlight[bytes](abandons=True)
 
     async def get(self, name: str, make: Callable[[], Coroutine[None, None, bytes]]) -> bytes:
-        """The picture of this name, which says all that decides it; `make()` has it drawn.
+        """The picture called `name`, from the cache or by `make()`.
 
-        Raises what `make` raises. It is cancelled when all are gone who wait for it.
+        The name must determine the picture completely. Raises what `make` raises; `make` is
+        cancelled when all callers that wait for it are.
         """
         if name in self._kept:
             self._kept.move_to_end(name)
@@ -52,7 +50,7 @@ class Pictures:
 
 @functools.cache
 def look() -> str:
-    """Eight hex digits that change whenever pictures may look otherwise: part of their ETags."""
+    """A fingerprint of the drawing code and colours, in eight hex digits: part of ETags."""
     sources = sorted((Path(__file__).parents[1] / "render").rglob("*.py"))
     stamp = hashlib.sha256((static_directory() / "theme.json").read_bytes())
     for path in sources:

@@ -1,8 +1,8 @@
-"""Live pictures of rooms: a camera films a room while somebody watches, once for all who do.
+"""Live pictures of rooms: one camera films a room for all its viewers.
 
-A camera draws when the room has moved and a viewer is ready for a frame: nothing is drawn of a room
-that sleeps, for viewers that do not read, or for nobody. All cameras share one process, and who
-watches pays for it: where nobody has any time left to spend, frames come as fast as it comes in.
+A camera draws a frame when the room has moved and a viewer is ready for it. It draws nothing while
+the room sleeps or no viewer reads. All cameras share one worker process. The viewers' addresses pay
+for its time; once their budgets are spent, frames come only as fast as the budgets refill.
 """
 
 import asyncio
@@ -26,17 +26,17 @@ from app.rooms.room import Room
 
 BOUNDARY = "plinko-frame"
 PART_HEAD = f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\n\r\n".encode()
-"""What comes before each frame of a stream."""
+"""Bytes before each frame of a stream."""
 
-TRAIL_SECONDS = 0.16  # that a ball's trail lasts, as on the page
-LIT_SECONDS = 0.6  # that a bin stays lit
+TRAIL_SECONDS = 0.16  # length of a ball's trail, as on the page
+LIT_SECONDS = 0.6  # how long a bin stays lit after a landing
 
 
 @dataclass(frozen=True, slots=True)
 class Shot:
     """What a camera films: a room, in one size, theme and rate.
 
-    Raises InvalidValueError that names a width or theme that no picture can have.
+    Raises InvalidValueError if the width or theme is invalid.
     """
 
     room: str
@@ -49,14 +49,14 @@ class Shot:
         named(self.theme)
 
 
-class Purse(Protocol):
-    """What each address may have computed, in s of a core."""
+class Budget(Protocol):
+    """The computing time that each address may use, in s of a core."""
 
     def settle(self, key: str, now: float, seconds: float) -> None:
-        """Charge what was computed."""
+        """Charge the address `key` for `seconds` that were computed."""
 
     def wait(self, key: str, now: float) -> float:
-        """How long until the address has something left, in s."""
+        """Seconds until the address `key` has budget again."""
 
 
 class Camera:
@@ -68,16 +68,16 @@ class Camera:
         shot: Shot,
         workers: Workers,
         clock: Callable[[], float],
-        purse: Purse | None,
+        budget: Budget | None,
     ) -> None:
         self.room = room
         self.shot = shot
         self.viewers: Counter[str] = Counter()  # by address
         self.frames = 0  # drawn
-        self.part = b""  # the last frame, as a part of the stream
+        self.part = b""  # the newest frame, as a part of the stream
         self._workers = workers
         self._clock = clock
-        self._purse = purse
+        self._budget = budget
         self._failure: Exception | None = None
         self._stopped = False
         self._moved = asyncio.Event()
@@ -90,17 +90,16 @@ class Camera:
         self._hits: dict[int, float] = {}
 
     def ticked(self) -> None:
-        """Time has passed: film the room if it has moved."""
+        """Called after each tick: note whether the room has moved."""
         moment = moment_of(self.room)
         if moment != self._moment:
             self._moment = moment
             self._moved.set()
 
     async def newest(self, seen: int) -> tuple[int, bytes]:
-        """The number of the newest frame and the frame, once there is one after number `seen`.
+        """Wait for a frame after number `seen`, and return the newest with its number.
 
-        An empty frame says that there will be no more, because the server stops.
-        Raises what drawing failed with.
+        An empty frame is the last: the server stops. Raises the error with which drawing failed.
         """
         while self.frames <= seen:
             if self._stopped:
@@ -112,15 +111,15 @@ class Camera:
         return self.frames, self.part
 
     def stop(self) -> None:
-        """Let the viewers go."""
+        """End the viewers' streams."""
         self._stopped = True
         self._drawn.send()
 
     async def run(self) -> None:
-        """Film until cancelled; a failure ends it and goes to the viewers."""
+        """Film until cancelled; a failure ends the camera and is raised to its viewers."""
         try:
             await self._run()
-        except Exception as error:  # noqa: BLE001 - whoever waits for a frame gets it
+        except Exception as error:  # noqa: BLE001 - `newest` raises it to the viewers
             self._failure = error
             self._drawn.send()
 
@@ -136,7 +135,7 @@ class Camera:
             await asyncio.sleep(max(due - self._clock(), self._until_paid(), 0.0))
 
     async def _next_move(self) -> None:
-        """Wait until the room has moved, or a light goes out."""
+        """Wait until the room has moved or the light on a bin goes out."""
         fade = min(self._hits.values(), default=None)
         if fade is None:
             await self._moved.wait()
@@ -152,7 +151,7 @@ class Camera:
         try:
             done = await self._workers.measured(work)
         except BusyError:
-            self._moved.set()  # the frame is given up; the next try comes in its turn
+            self._moved.set()  # skip this frame; `_run` tries again when the next one is due
             self._wanted.set()
             return
         self._charge(done.seconds)
@@ -163,22 +162,22 @@ class Camera:
         self._drawn.send()
 
     def _charge(self, seconds: float) -> None:
-        """Have those who watch pay for a frame, each the same."""
-        if self._purse is None:
+        """Charge each viewer the same share of a frame."""
+        if self._budget is None:
             return
         now, share = self._clock(), seconds / max(self.viewers.total(), 1)
         for address, count in self.viewers.items():
-            self._purse.settle(address, now, share * count)
+            self._budget.settle(address, now, share * count)
 
     def _until_paid(self) -> float:
-        """Seconds until somebody who watches can pay for the next frame."""
-        if self._purse is None:
+        """Seconds until a viewer can pay for the next frame."""
+        if self._budget is None:
             return 0.0
         now = self._clock()
-        return min((self._purse.wait(address, now) for address in self.viewers), default=0.0)
+        return min((self._budget.wait(address, now) for address in self.viewers), default=0.0)
 
     def _still(self) -> Still:
-        """The room with what came before: trails behind the balls, light on bins just hit."""
+        """The room now, with trails behind the balls and light on the bins hit recently."""
         now, still = self._clock(), still_of(self.room)
         while self._past and self._past[0][0] < now - TRAIL_SECONDS:
             self._past.popleft()
@@ -190,14 +189,14 @@ class Camera:
         self._histogram = counts
         self._hits = {n: at for n, at in self._hits.items() if at > now - LIT_SECONDS}
         if self.room.box is not None:
-            return still  # where balls lie in heaps, trails would hide them
+            return still  # in a box with piles of balls, trails would hide the balls
         return still.lively(_trails(self._past), tuple(self._hits))
 
 
 def _trails(
     past: deque[tuple[float, npt.NDArray[np.void]]],
 ) -> dict[int, npt.NDArray[np.float64]]:
-    """By ball, where it is and was, newest first."""
+    """Positions of each ball, the newest first, by the ball's id."""
     places: dict[int, list[tuple[float, float]]] = {}
     for _, bodies in reversed(past):
         for number, x, y in zip(
@@ -208,20 +207,20 @@ def _trails(
 
 
 def _part(picture: bytes) -> bytes:
-    """A frame as a part of a multipart stream, with the head of the part that will follow it.
+    """A frame as a part of a multipart stream, followed by the head of the next part.
 
-    Browsers show a part when they have read the head of the next, so that head goes ahead. It can
-    have no length, for that is not known yet.
+    Browsers show a part once they have read the head of the next, so the next head is sent at
+    once. It has no Content-Length, because the length of the next frame is not yet known.
     """
     return b"".join([picture, b"\r\n", PART_HEAD])
 
 
-MAX_CAMERAS = 8  # that film at once; those of one room and appearance are one
-MAX_VIEWERS = 200  # of all cameras
+MAX_CAMERAS = 8  # at the same time; viewers of the same `Shot` share one
+MAX_VIEWERS = 200  # of all cameras together
 
 
 class Cameras:
-    """The cameras that film now; a watcher of the ticker. For the event loop's thread only."""
+    """All cameras; the ticker calls them after each tick. For the event loop's thread only."""
 
     def __init__(
         self,
@@ -229,39 +228,40 @@ class Cameras:
         max_viewers: int,
         *,
         clock: Callable[[], float] = time.monotonic,
-        purse: Purse | None = None,
+        budget: Budget | None = None,
     ) -> None:
         self.max_cameras = max_cameras
         self.max_viewers = max_viewers
-        self.frames = 0  # drawn by cameras that film no more
+        self.frames = 0  # drawn by cameras that have ended
         self._clock = clock
-        self._purse = purse
+        self._budget = budget
         self._workers = Workers(1, max_cameras)
         self._cameras: dict[Shot, tuple[Camera, asyncio.Task[None]]] = {}
 
     @property
     def running(self) -> int:
-        """How many film now."""
+        """Number of cameras."""
         return len(self._cameras)
 
     @property
     def viewers(self) -> int:
-        """How many watch, over all cameras."""
+        """Number of viewers of all cameras."""
         return sum(camera.viewers.total() for camera, _ in self._cameras.values())
 
     @property
     def drawn(self) -> int:
-        """Frames drawn so far, by all cameras there ever were."""
+        """Frames drawn since the start, by all cameras including those that have ended."""
         return self.frames + sum(camera.frames for camera, _ in self._cameras.values())
 
     def films(self, room_id: str) -> bool:
-        """Whether somebody watches pictures of this room."""
+        """Whether this room has a camera."""
         return any(shot.room == room_id for shot in self._cameras)
 
     async def open(self, room: Room, shot: Shot, address: str = "") -> tuple[Camera, int, bytes]:
-        """A camera for one more viewer at this address, with its newest frame; `leave` it then.
+        """Add a viewer at this address; return its camera with the newest frame and its number.
 
-        Raises BusyError when too many cameras film already, and RoomFullError when too many watch.
+        The caller must `leave` the camera. Raises BusyError if there are too many cameras,
+        RoomFullError if there are too many viewers.
         """
         camera = self._join(room, shot, address)
         try:
@@ -272,18 +272,21 @@ class Cameras:
 
     def _join(self, room: Room, shot: Shot, address: str) -> Camera:
         if self.viewers >= self.max_viewers:
-            raise RoomFullError(f"{self.max_viewers} watch live pictures already")
+            raise RoomFullError(f"live pictures already have {self.max_viewers} viewers, the limit")
         if shot not in self._cameras:
             if len(self._cameras) >= self.max_cameras:
-                raise BusyError(f"{self.max_cameras} cameras film already")
-            camera = Camera(room, shot, self._workers, self._clock, self._purse)
+                raise BusyError(
+                    f"live pictures already have {self.max_cameras} cameras, the limit; request "
+                    "the size, theme and rate of another viewer, or try again later"
+                )
+            camera = Camera(room, shot, self._workers, self._clock, self._budget)
             self._cameras[shot] = camera, asyncio.create_task(camera.run())
         camera, _ = self._cameras[shot]
         camera.viewers[address] += 1
         return camera
 
     def leave(self, camera: Camera, address: str = "") -> None:
-        """A viewer at this address goes; the last one stops the camera."""
+        """Remove a viewer at this address; the camera ends with its last viewer."""
         camera.viewers -= Counter([address])
         if not camera.viewers:
             _, task = self._cameras.pop(camera.shot)
@@ -291,18 +294,17 @@ class Cameras:
             self.frames += camera.frames
 
     def woke(self) -> None:
-        """The ticker left its sleep."""
+        """The ticker continues after a sleep: nothing to do."""
 
     def ticked(self, late: float, duration: float) -> None:
-        """A tick is over."""
         for camera, _ in self._cameras.values():
             camera.ticked()
 
     def slept(self) -> None:
-        """Nothing moves any more."""
+        """The ticker sleeps, because nothing moves: nothing to do."""
 
     def close(self) -> None:
-        """Stop all cameras and end the streams; none is opened afterwards."""
+        """End all cameras and their streams; no camera can be opened afterwards."""
         self.max_cameras = 0
         for camera, task in self._cameras.values():
             camera.stop()

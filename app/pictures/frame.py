@@ -1,7 +1,7 @@
-"""One frame of a room: what is taken of it on the event loop, and how a worker draws it.
+"""One frame of a room: the event loop copies the room's state, and a worker draws it.
 
-A worker has no rooms. What moves is sent to it with each frame; what does not as bytes that it
-unpacks only for a picture of another place or size than the last ones.
+A worker has no rooms. Each frame brings it the moving balls, and the fixed scenery as bytes. The
+worker unpacks these only if it has not cached the stage of that scenery, size and theme.
 """
 
 import functools
@@ -21,15 +21,15 @@ from engine import Board
 if TYPE_CHECKING:
     from app.render import BoxStage, Stage
 
-_STAGES: Final = 3  # kept by a worker: in the largest size 12 MB each
+_STAGES: Final = 3  # cached by a worker; 12 MB each in the largest size
 
 
 @dataclass(frozen=True, slots=True)
 class Scenery:
-    """What does not move in a room, and the words above it.
+    """The fixed part of a room, and the title above it.
 
-    digest: of what stands there; a room of a scene may be begun anew over another. packed: the
-    board, or the box where there is none.
+    digest: of the board or scene, which may change when a room restarts. packed: the pickled board,
+    or the box of a room without a board.
     """
 
     digest: str
@@ -37,7 +37,6 @@ class Scenery:
     packed: bytes = field(compare=False, repr=False)
 
     def unpack(self) -> Board | Box:
-        """What stands there; of bytes that this server has packed."""
         found: Board | Box = pickle.loads(self.packed)
         return found
 
@@ -53,12 +52,12 @@ class Still:
     lit: tuple[int, ...] = ()
 
     def lively(self, trails: dict[int, npt.NDArray[np.float64]], lit: tuple[int, ...]) -> "Still":
-        """The same with trails behind the balls, by ball, and light on these bins."""
+        """A copy with trails, by the ball's id, and with light on these bins."""
         return replace(self, trails=trails, lit=lit)
 
 
 def still_of(room: Room) -> Still:
-    """A room as it is."""
+    """Copy the state of a room that a frame needs."""
     bodies, box = room.world.bodies, room.box
     if box is not None:
         asleep = int((bodies["asleep"] != 0).sum())
@@ -71,12 +70,12 @@ def still_of(room: Room) -> Still:
 
 
 def moment_of(room: Room) -> str:
-    """What is another whenever the room looks otherwise."""
+    """A string that changes whenever the appearance of the room may have changed."""
     return f"{room.id}.{room.world.tick}.{room.taken}"
 
 
 def pixels_of(room: Room, width: int) -> int:
-    """Pixels of a frame."""
+    """Number of pixels of a frame."""
     box = room.box
     if box is not None:
         view = lay_out_place(box.place, width, named("light"))
@@ -87,7 +86,7 @@ def pixels_of(room: Room, width: int) -> int:
 
 
 def draw(still: Still, fmt: str, width: int, theme: str) -> bytes:
-    """A frame as `png` or `jpg`; raises InvalidValueError naming what cannot be. For a worker."""
+    """Draw a frame as `png` or `jpg`, in a worker; raises InvalidValueError for invalid values."""
     stage = stage_of(still.scenery, width, theme)
     pixels = stage.frame(still.bodies, trails=still.trails, lit=still.lit, facts=still.facts)
     return stage.png(pixels) if fmt == "png" else stage.jpg(pixels)
@@ -95,7 +94,7 @@ def draw(still: Still, fmt: str, width: int, theme: str) -> bytes:
 
 @functools.lru_cache(maxsize=_STAGES)
 def stage_of(scenery: Scenery, width: int, theme: str) -> "Stage | BoxStage":
-    """Where frames are painted; raises InvalidValueError."""
+    """The painted scenery on which frames are drawn; raises InvalidValueError."""
     from app.render import BoxStage, Stage  # noqa: PLC0415
 
     place = scenery.unpack()

@@ -1,6 +1,7 @@
-"""Processes that pass on what happens in a room to those who watch it: relays, over a bus.
+"""Relays: processes that forward a room's events, received over a bus, to its spectators.
 
-By seeds every spectator is sent the same few messages, so the room's own process sends them once,
-to a channel of a bus (`bus`, Redis in `redis_bus`), and any number of relays send them on. Begin
-with `replica`, a relay's side of one room; the room's side is `feed`, `served` what a relay serves.
+All spectators of the stream `seeds` receive the same few messages. So the room's server publishes
+each of them once to a channel of a bus (`bus`; Redis in `redis_bus`), and any number of relays
+forward them. Begin with `replica`, a relay's side of one room; `feed` is the server's side, and
+`served` is the relay's application.
 """

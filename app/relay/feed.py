@@ -1,7 +1,7 @@
-"""A room's side: whatever its spectators by seeds are sent goes to the bus as well, once.
+"""The server's side of relays: publishes a room's stream `seeds` on the bus, once for all relays.
 
-A feed is one more client of the room, whose connection is the bus. It is there while relays wish
-for it, and greeted anew when one of them has somebody to greet.
+A feed is one more client of the room, whose connection is the bus. It exists while relays ask for
+it. When a relay has a new spectator and asks for a hello, the room sends the feed another hello.
 """
 
 import asyncio
@@ -23,21 +23,21 @@ from app.relay.bus import Bus, Carried
 from app.relay.letter import END, WISHES, Letter, channel_of, kind_of, payload_of, wish, wished
 
 KEPT: Final = 3.0
-"""s for which a feed goes on after the last wish; relays wish once a second."""
+"""Seconds for which a feed continues after a relay's last request; relays ask once a second."""
 
 TOGETHER: Final = 0.05
-"""s for which those who wish for a hello wait for others, to be greeted with one."""
+"""Seconds by which a requested hello is delayed, so that one hello answers several requests."""
 
 _log = logging.getLogger("plinko")
 
 
 class Feed:
-    """The letters of one room; what the room's hub writes to."""
+    """Publishes one room's messages; the room's hub uses it as a client's connection."""
 
     def __init__(self, bus: Bus, room_id: str, rooms: Rooms, clock: Callable[[], float]) -> None:
         self.wished = clock()
-        self.greets = False  # soon
-        self.client: Client | None = None  # while it watches the room
+        self.greets = False  # whether a hello is scheduled
+        self.client: Client | None = None  # set while it watches the room
         self._bus = bus
         self._channel = channel_of(room_id)
         self._room_id = room_id
@@ -47,23 +47,23 @@ class Feed:
         self._number = 0
 
     def write(self, wire: bytes) -> bool:
-        """Send what a client would be sent."""
+        """Publish a message that the hub has framed for clients."""
         payload = payload_of(wire)
         self._send(kind_of(payload), payload)
         return True
 
     async def send(self, message: WireMessage) -> None:
-        """`write`, for who waits; nobody does here."""
+        """As `write`: the interface of a connection allows waiting, but the bus needs none."""
         self.write(message.wire)
 
     def end(self) -> None:
-        """There will be no more: whoever watches must ask the room itself why."""
+        """Publish that this feed ends; relays then connect their spectators with the server."""
         self._send(END, b"")
 
     def _send(self, kind: int, payload: bytes) -> None:
         self._number += 1
         tick, tick_time = 0, 0.0
-        with contextlib.suppress(AppError):  # a room that was closed has no time
+        with contextlib.suppress(AppError):  # a closed room has no tick
             live = self._rooms.find(self._room_id)
             tick, tick_time = live.room.world.tick, live.tick_time
         letter = Letter(kind, self._name, self._number, tick, tick_time, self._clock(), payload)
@@ -71,11 +71,12 @@ class Feed:
 
 
 async def feed_relays(bus: Carried | None, rooms: Rooms, client_ids: Iterator[int]) -> None:
-    """Feed relays over a bus, and carry it, until this is cancelled; nothing without a bus."""
+    """Run the bus and the feeds until cancelled; returns at once if there is no bus."""
     if bus is None:
         return
 
-    # Where several servers hear the wishes, the one that has the room is the one to grant them.
+    # With several servers, all of them receive a relay's request, and only the server that has
+    # the room answers it.
     def holds(room_id: str) -> bool:
         return rooms.shared.alone or rooms.is_open(room_id)
 
@@ -87,9 +88,10 @@ async def feed_relays(bus: Carried | None, rooms: Rooms, client_ids: Iterator[in
 
 
 class Feeds:
-    """The feeds of all rooms that relays wish for.
+    """The feeds of all rooms that relays ask for.
 
-    `holds` says which rooms are this process's; `kept` is how long a feed lasts after a wish, s.
+    `holds` returns whether this server has a room; `kept` is the time in s for which a feed
+    continues after the last request.
     """
 
     def __init__(
@@ -114,11 +116,11 @@ class Feeds:
 
     @property
     def count(self) -> int:
-        """Rooms that are fed to relays now."""
+        """The number of rooms with a feed."""
         return len(self._feeds)
 
     def close(self) -> None:
-        """Feed nobody any more."""
+        """Stop all feeds."""
         self._bus.unsubscribe(WISHES)
         for task in self._tasks:
             task.cancel()
@@ -127,7 +129,7 @@ class Feeds:
         try:
             room_id, hello = wished(data)
         except MalformedError as error:
-            _log.warning("a wish on the bus is none", extra={"error": str(error)})
+            _log.warning("ignored an invalid request on the bus", extra={"error": str(error)})
             return
         if not self._holds(room_id):
             return
@@ -148,7 +150,7 @@ class Feeds:
         task.add_done_callback(self._tasks.discard)
 
     async def _run(self, room_id: str, feed: Feed) -> None:
-        """Feed a room until nobody wishes for it, or it ends."""
+        """Feed a room until no relay asks for it any more, or the room ends."""
         try:
             live = await self._rooms.seek(room_id)
             if live.room.stream_of(SEEDS) == SEEDS:
@@ -156,7 +158,8 @@ class Feeds:
             else:
                 feed.end()
         except LeaseLostError:
-            # The server that has it by now is to greet all who watch, before they miss anything.
+            # The room has moved to another server. Ask that server, in the relays' name, to send
+            # all spectators a hello before they miss a message.
             self._bus.publish(WISHES, wish(room_id, hello=True))
         except AppError:
             feed.end()
@@ -164,7 +167,7 @@ class Feeds:
             del self._feeds[room_id]
 
     async def _watch(self, live: LiveRoom, feed: Feed) -> None:
-        # Nothing ever waits for the bus, so its mailbox is never used.
+        # `write` always succeeds, so the mailbox for a slow client is never used.
         client = Client(self._new_client(), feed, Mailbox(1, 1), self._kept, stream=SEEDS)
         self._rooms.enter(live, client)
         feed.client = client
@@ -173,7 +176,7 @@ class Feeds:
             while (left := feed.wished + self._kept - self._clock()) > 0 and not writing.done():
                 await asyncio.wait([writing], timeout=left)
             if writing.done():
-                writing.result()  # why the room sent everyone away
+                writing.result()  # raises the error with which the room closed its clients
         finally:
             feed.client = None
             self._rooms.exit(live, client)
@@ -182,10 +185,10 @@ class Feeds:
                 await writing
 
     def _greet(self, room_id: str, feed: Feed) -> None:
-        """Begin anew for all who wait: in order with what happened before."""
+        """Publish a hello, after the events that happened before it."""
         feed.greets = False
         if feed.client is None:
-            return  # it is about to be greeted as everyone who comes
+            return  # it is about to enter the room, which greets it like any client
         with contextlib.suppress(AppError):
             live = self._rooms.find(room_id)
             live.audience.release()

@@ -1,4 +1,4 @@
-"""A line of one's own to the room's process, for who does more than watch: all is passed on."""
+"""Proxies a client's WebSocket to the room's server, for clients that do more than watch."""
 
 import asyncio
 import contextlib
@@ -10,12 +10,12 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
 from app.errors import SettingError
 
-RESTART = 1012  # RFC 6455: come back later
-_WITHOUT_A_WORD = (None, 1005, 1006)  # not to be sent
+RESTART = 1012  # "service restart" (IANA's registry of close codes): reconnect later
+_NO_CODE = (None, 1005, 1006)  # a connection that ended without a close code; not to be sent
 
 
 def address(rooms: str, room_id: str, query: str) -> str:
-    """Where a room's WebSocket is, from its server's address; SettingError for what is none."""
+    """The URL of a room's WebSocket, from its server's address; raises SettingError."""
     parts = urlsplit(rooms)
     scheme = {"http": "ws", "https": "wss"}.get(parts.scheme)
     if scheme is None or not parts.hostname:
@@ -25,7 +25,7 @@ def address(rooms: str, room_id: str, query: str) -> str:
 
 
 async def talk(socket: WebSocket, url: str, first: str | None) -> None:
-    """Pass everything on, both ways, from `first` on, until one side ends; then end the other."""
+    """Send `first` to the room, proxy both ways until one side closes, then close the other."""
     client = socket.client
     headers = {"X-Forwarded-For": client.host} if client else {}
     try:
@@ -37,19 +37,19 @@ async def talk(socket: WebSocket, url: str, first: str | None) -> None:
             await both_ways(socket, room)
             code, reason = end_of(room)
     except (OSError, InvalidHandshake, ConnectionClosed, TimeoutError) as error:
-        code, reason = RESTART, f"the room's process does not answer: {type(error).__name__}"
+        code, reason = RESTART, f"the room's server does not answer: {type(error).__name__}"
     with contextlib.suppress(RuntimeError, WebSocketDisconnect):
         await socket.close(code, reason)
 
 
 def end_of(room: ClientConnection) -> tuple[int, str]:
-    """The code and the reason with which to end a client, as the room's process has ended."""
+    """Close code and reason for the client, taken from the closed connection to the room."""
     code = room.close_code
-    return RESTART if code in _WITHOUT_A_WORD else code, room.close_reason or ""
+    return RESTART if code in _NO_CODE else code, room.close_reason or ""
 
 
 async def both_ways(socket: WebSocket, room: ClientConnection) -> None:
-    """Pass everything on, both ways, until one side ends."""
+    """Forward messages in both directions until one side closes."""
     tasks = [asyncio.create_task(_down(room, socket)), asyncio.create_task(_up(socket, room))]
     try:
         await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)

@@ -1,4 +1,4 @@
-"""A bus over Redis, where its client is installed."""
+"""Imports the bus over Redis only when one is used, because its client is an optional package."""
 
 from importlib import import_module
 from typing import Any
@@ -8,7 +8,7 @@ from app.relay.bus import Carried
 
 
 def redis_at(url: str) -> Carried:
-    """The bus at an address; raises MissingPartError without the client, SettingError."""
+    """The bus at `url`; raises MissingPartError if the client is not installed, SettingError."""
     try:
         module: Any = import_module("app.relay.redis_bus")
     except ModuleNotFoundError as error:

@@ -1,4 +1,4 @@
-"""The bus over Redis: publish and subscribe, connected anew whenever the connection is lost."""
+"""The bus over Redis's publish and subscribe. It reconnects whenever the connection is lost."""
 
 import asyncio
 import logging
@@ -12,52 +12,51 @@ from app.errors import SettingError
 from app.relay.bus import Heard
 
 _ALWAYS: Final = "plinko:nothing"
-"""A channel that nobody writes to: one that listens to nothing at all is no listener to Redis."""
+"""A channel without messages: Redis's client can only read while it has a subscription."""
 
 _QUEUE: Final = 10_000
-"""Messages that may wait for Redis; beyond that they are lost, and listeners begin anew."""
+"""Messages that may wait for Redis. Beyond that the oldest are lost, and relays need a hello."""
 
 _TOGETHER: Final = 256
-"""Messages that go to Redis in one round trip."""
+"""The most messages sent to Redis in one round trip."""
 
 _AGAIN: Final = 0.25
-"""s between two attempts to connect."""
+"""Seconds between two attempts to connect."""
 
 _log = logging.getLogger("plinko")
 
 
 class RedisBus:
-    """One process's end of the bus; `run` carries, until it is cancelled."""
+    """One process's end of the bus; it works while `run` is running."""
 
     def __init__(self, url: str) -> None:
         try:
             self._redis = Redis.from_url(url, socket_keepalive=True)
         except ValueError as error:
-            raise SettingError(f"relays={url!r} is no address of a Redis: {error}") from None
+            text = f"relays={url!r} is not an address such as redis://127.0.0.1:6379: {error}"
+            raise SettingError(text) from None
         self._listeners: dict[str, Heard] = {}
         self._queue: deque[tuple[str, bytes]] = deque(maxlen=_QUEUE)
         self._filled = asyncio.Event()
         self._changed = asyncio.Event()
         self.up = False
-        """Whether Redis answered when it was last asked."""
+        """Whether the last call to Redis succeeded."""
 
     def publish(self, channel: str, message: bytes) -> None:
-        """Send a message as soon as Redis takes it."""
+        """Queue a message; `run` sends it."""
         self._queue.append((channel, message))
         self._filled.set()
 
     def subscribe(self, channel: str, heard: Heard) -> None:
-        """Listen to a channel."""
         self._listeners[channel] = heard
         self._changed.set()
 
     def unsubscribe(self, channel: str) -> None:
-        """Listen no more."""
         self._listeners.pop(channel, None)
         self._changed.set()
 
     async def run(self) -> None:
-        """Send and listen."""
+        """Send and receive until cancelled."""
         try:
             async with asyncio.TaskGroup() as tasks:
                 tasks.create_task(self._again(self._write))
@@ -66,13 +65,13 @@ class RedisBus:
             await self._redis.aclose()
 
     async def _again(self, work: Any) -> None:
-        """Do this for ever, also when the connection is lost."""
+        """Repeat `work` for ever, also after the connection was lost."""
         while True:
             try:
                 await work()
             except (RedisError, OSError) as error:
                 if self.up:
-                    _log.warning("the bus is lost: %s", error)
+                    _log.warning("the connection to Redis is lost, reconnecting: %s", error)
                 self.up = False
             await asyncio.sleep(_AGAIN)
 
@@ -89,7 +88,7 @@ class RedisBus:
                 self.up = True
 
     async def _listen(self) -> None:
-        """Hear what comes, on the channels that are listened to as they change."""
+        """Receive messages, and follow changes of the subscribed channels."""
         async with self._redis.pubsub(ignore_subscribe_messages=True) as pubsub:
             await pubsub.subscribe(_ALWAYS)
             try:
@@ -100,7 +99,7 @@ class RedisBus:
                 raise lost.exceptions[0] from None
 
     async def _settle(self, pubsub: Any) -> None:
-        """Listen to what is to be listened to, and to nothing else, whenever that changes."""
+        """Subscribe and unsubscribe at Redis whenever the set of listeners changes."""
         there: set[str] = set()
         while True:
             self._changed.clear()

@@ -1,8 +1,9 @@
-"""A relay's side of one room: who watches it here, and what of the letters each of them is sent.
+"""A relay's side of one room: its spectators here, and which letters each of them is sent.
 
-It knows nothing of the room but the latest letters. Who comes waits for a hello, which the room's
-process sends for all who came in the same moment; then the letters go on to them as they are. Where
-one is missing, everyone begins anew with the next hello. Decides; the hub sends.
+A replica knows nothing of the room except the latest letters. A new spectator waits for a hello;
+the server sends one hello for all spectators that join at about the same time. From then on the
+spectator is sent each letter's payload unchanged. If a letter is missing, all spectators are sent
+the next hello. The replica decides, and the hub sends.
 """
 
 from collections import deque
@@ -19,21 +20,23 @@ from app.protocol.wire import WireMessage
 from app.relay.letter import END, HELLO, Letter, decode
 
 PATIENCE: Final = 3.0
-"""s that somebody waits for a hello; then the room's own process is asked for more than letters."""
+"""Seconds that a spectator waits for a hello before it is connected with the room's server."""
 
 QUIET: Final = 5.0
-"""s without a letter after which a hello is wished for, to hear whether anybody is there."""
+"""Seconds without a letter after which the relay asks for a hello, to find out whether the room's
+server still answers."""
 
 GONE: Final = 10.0
-"""s without a letter after which nobody is."""
+"""Seconds without a letter after which the relay connects all spectators with the room's server."""
 
 _SAMPLES: Final = 64
-"""Letters of which the quickest says how far the two clocks are apart."""
+"""Number of latest letters from which the difference of the two clocks is estimated: the letter
+with the shortest delay gives the best estimate."""
 
 
 @dataclass(slots=True)
 class Watcher:
-    """Who watches here. `hand_over` is called when the room itself must be asked."""
+    """A spectator. `hand_over` is called when its client must be connected with the server."""
 
     client: Client
     since: float
@@ -41,9 +44,10 @@ class Watcher:
 
 
 class Replica:
-    """One room as a relay hears of it.
+    """One room on a relay.
 
-    `wish` asks for letters, with a hello or without; `clock` is this process's, in s.
+    `wish` asks the server for letters, with a hello (true) or without; `clock` is this process's
+    monotonic clock, in s.
     """
 
     def __init__(
@@ -55,38 +59,37 @@ class Replica:
         self._clock = clock
         self._waiting: dict[int, Watcher] = {}
         self._greeted: dict[int, Watcher] = {}
-        self._last: Letter | None = None  # None: the next hello is for everyone
-        self._clocked: Letter | None = None  # the latest, in order or not
+        self._last: Letter | None = None  # None: a letter is missing, the next hello is for all
+        self._clocked: Letter | None = None  # the latest letter, even after a missing one
         self._run = ""
         self._heard = clock()
         self._offsets: deque[float] = deque(maxlen=_SAMPLES)
 
     @property
     def count(self) -> int:
-        """Those who watch here, greeted or not."""
+        """The number of spectators here, also those that wait for a hello."""
         return len(self._waiting) + len(self._greeted)
 
     def join(self, client: Client, hand_over: Callable[[], None]) -> None:
-        """Let a client watch, from the next hello on; raises RoomFullError."""
+        """Add a client, which is sent everything from the next hello on; raises RoomFullError."""
         if self.count >= self._hub.max_clients:
             raise RoomFullError(
                 f"room {self.room_id!r} already has {self._hub.max_clients} clients here"
             )
         if not self.count:
-            self._last = None  # what was heard while nobody watched says nothing
+            self._last = None  # the relay was not subscribed, so letters may be missing
         first = not self._waiting
         self._waiting[client.id] = Watcher(client, self._clock(), hand_over)
         if first:
             self._wish(True)
 
     def leave(self, client: Client) -> None:
-        """Forget a client."""
         if self._greeted.pop(client.id, None) is not None:
             self._hub.leave(self.room_id, client)
         self._waiting.pop(client.id, None)
 
     def take(self, data: bytes) -> None:
-        """Hear a letter; raises MalformedError for what is none."""
+        """Handle a letter from the bus; raises MalformedError."""
         letter = decode(data)
         self._heard = self._clock()
         self._offsets.append(self._heard - letter.now)
@@ -102,7 +105,10 @@ class Replica:
             self._hub.publish(self.room_id, SEEDS, letter.payload, None)
 
     def tend(self) -> None:
-        """Once a second while somebody watches: go on wishing, and see who has waited too long."""
+        """Renew the request for letters, and hand over spectators that have waited too long.
+
+        Called once a second while the replica has spectators.
+        """
         now = self._clock()
         quiet = now - self._heard
         self._wish(bool(self._waiting) or self._last is None or quiet > QUIET)
@@ -110,7 +116,7 @@ class Replica:
         self._hand_over([*tired, *(self._greeted.values() if quiet > GONE else ())])
 
     def pong(self, t: float) -> Pong | None:
-        """The answer to a ping, on this process's clock; None before anything was heard."""
+        """The answer to a ping, on this process's clock; None before the first letter."""
         last = self._clocked
         if last is None:
             return None
@@ -141,5 +147,5 @@ class Replica:
 
 
 def _follows(before: Letter, letter: Letter) -> bool:
-    """Whether no letter is missing between the two."""
+    """Whether no letter is missing between these two."""
     return before.feed == letter.feed and before.number + 1 == letter.number

@@ -1,4 +1,4 @@
-"""Runs a relay: its socket, uvicorn over it, and the line that says where it is."""
+"""Runs a relay: opens its socket, starts uvicorn on it, and prints its address."""
 
 import gc
 import logging
@@ -18,10 +18,10 @@ _log = logging.getLogger("plinko")
 
 
 class RelayServer(uvicorn.Server):
-    """uvicorn's server, which says where it is once it can be used."""
+    """uvicorn's server, which prints its address when it is ready."""
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Start, then leave what lives for good out of every later garbage collection."""
+        """Start, then exempt all long-lived objects from later garbage collections."""
         await super().startup(sockets)
         gc.collect()
         gc.freeze()
@@ -30,13 +30,14 @@ class RelayServer(uvicorn.Server):
 
 
 def run(settings: Settings, redis: str, rooms: str) -> None:
-    """Serve until SIGINT or SIGTERM; raises SettingError when it cannot listen."""
+    """Serve until SIGINT or SIGTERM; raises SettingError if it cannot listen."""
     logs.configure(settings.log_level, settings.log_format)
     for line in not_settings(os.environ):
         _log.warning(line)
     app = create_relay(settings, redis_at(redis), rooms)
     total = raise_files()
-    # A relay stands behind a proxy, whose address all its clients have.
+    # A relay stands behind a proxy, so all clients connect from the proxy's address. Trust every
+    # proxy, and let one address open as many connections as all together.
     connections = Connections(total, Proxies(("0.0.0.0/0", "::/0")), total)
     config = config_over(app, settings, connections, app.state.refused)
     with listen(settings) as listener:

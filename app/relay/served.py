@@ -1,4 +1,4 @@
-"""The application of a relay: rooms' WebSockets, its health, and its metrics."""
+"""A relay's application: the rooms' WebSockets, its health, and its metrics."""
 
 import asyncio
 import contextlib
@@ -23,7 +23,7 @@ from app.web.tokens import check_bearer
 
 
 def create_relay(settings: Settings, bus: Carried, rooms: str) -> Starlette:
-    """The application; SettingError where `rooms` is no address of a server."""
+    """The application; raises SettingError if `rooms` is not a server's address."""
     here = Spectators(bus, rooms, settings)
     metrics = Metrics()
     metrics.read_from(lambda: _readings(here))

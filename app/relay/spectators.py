@@ -1,4 +1,4 @@
-"""All who watch over a relay, by their rooms, and how each of them is served."""
+"""Serves a relay's clients: spectators from the bus, all others through the room's server."""
 
 import asyncio
 import contextlib
@@ -24,7 +24,10 @@ from engine.errors import EngineError
 
 
 class Spectators:
-    """Everybody who watches here. `rooms` is where the rooms' own processes are."""
+    """All clients of a relay, and its replicas. `rooms` is the address of the rooms' server.
+
+    `lines` counts the clients that are connected with that server (`app.relay.line`).
+    """
 
     def __init__(
         self,
@@ -33,7 +36,7 @@ class Spectators:
         settings: Settings,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        line.address(rooms, "main", "")  # is one
+        line.address(rooms, "main", "")  # raises SettingError if `rooms` is invalid
         self.hub = Hub(settings.max_clients)
         self.settings = settings
         self.clock = clock
@@ -45,11 +48,14 @@ class Spectators:
 
     @property
     def replicas(self) -> int:
-        """Rooms that somebody watches here."""
+        """The number of rooms with spectators here."""
         return len(self._replicas)
 
     async def serve(self, socket: WebSocket, room_id: str) -> None:
-        """Serve a client until it leaves: by letters if it only watches, else by a line."""
+        """Serve a client until it leaves.
+
+        A client that only watches is served from the bus; any other is connected with the server.
+        """
         await socket.accept()
         query = socket.url.query
         first = None
@@ -70,7 +76,6 @@ class Spectators:
             self.lines -= 1
 
     def next_client(self, socket: WebSocket) -> Client:
-        """One who watches by seeds."""
         return Client(
             next(self._numbers),
             connection_of(socket),
@@ -82,7 +87,7 @@ class Spectators:
         )
 
     def join(self, room_id: str, client: Client, hand_over: Callable[[], None]) -> Replica:
-        """Let a client watch a room; raises RoomFullError."""
+        """Add a spectator to a room's replica, created if need be; raises RoomFullError."""
         replica = self._replicas.get(room_id)
         if replica is None:
             channel = channel_of(room_id)
@@ -95,7 +100,7 @@ class Spectators:
         return replica
 
     def leave(self, room_id: str, client: Client) -> None:
-        """A client watches no more."""
+        """Remove a spectator, and the replica with its last one."""
         replica = self._replicas[room_id]
         replica.leave(client)
         if not replica.count:
@@ -106,7 +111,7 @@ class Spectators:
         self._bus.publish(WISHES, wish(room_id, hello=hello))
 
     async def tend(self) -> None:
-        """Go on wishing for the rooms that are watched, for ever."""
+        """Call every replica's `tend` once a second, for ever."""
         while True:
             for replica in list(self._replicas.values()):
                 replica.tend()
@@ -114,7 +119,7 @@ class Spectators:
 
 
 class Spectator:
-    """One who watches here, until they say more than `ping`."""
+    """A client that is served from the bus until it sends a message other than `ping`."""
 
     def __init__(self, all_here: Spectators, socket: WebSocket, room_id: str) -> None:
         settings = all_here.settings
@@ -129,9 +134,10 @@ class Spectator:
         self._replica: Replica | None = None
 
     async def watch(self) -> str | None:
-        """Serve until the room itself must be asked; the message that it is to be asked first.
+        """Serve the client until it must be connected with the room's server.
 
-        Raises WebSocketDisconnect when the client leaves, and why it must.
+        Returns the message to send to that server first, if any. Raises WebSocketDisconnect when
+        the client leaves, or the AppError for which it must be closed.
         """
         self._replica = self._here.join(self._room_id, self._client, self._handed_over.set)
         reading = asyncio.create_task(self._read())
@@ -152,7 +158,7 @@ class Spectator:
         return said if isinstance(said, str) else None
 
     async def _read(self) -> str:
-        """Answer pings; the first message that is something else."""
+        """Answer pings; returns the first message that is not a ping."""
         while True:
             message = await self._socket.receive()
             if message["type"] == "websocket.disconnect":
@@ -161,28 +167,28 @@ class Spectator:
                 raise MessageFloodError(f"more than {self._messages.rate:g} messages a second")
             said = message.get("text")
             if said is None:
-                raise MalformedError("a binary frame is no message; send JSON in a text frame")
+                raise MalformedError("a binary frame is not a message; send JSON in a text frame")
             ping = _ping_of(said)
             if ping is None:
                 return str(said)
-            # Before the first hello nobody knows what time it is there, and nobody needs to.
+            # Before the first letter the server's tick is unknown, and the client does not need it.
             pong = self._replica and self._replica.pong(ping.t)
             if pong:
                 self._client.post(WireMessage.of_text(messages.encode_event(pong)))
 
 
 def _only_watches(socket: WebSocket) -> bool:
-    """Whether a client says that it asks for nothing, and can be shown what letters tell.
+    """Whether the client has declared with its query that it only watches the stream `seeds`.
 
-    Everyone else has a line from the start: the hello that comes with one later would surprise who
-    has asked for something meanwhile.
+    Every other client is connected with the server from the start. Connecting it later would send
+    it a second hello, which it would not expect after its own requests.
     """
     asked = socket.query_params
     return asked.get("stream") == messages.SEEDS and asked.get("watch") == "true"
 
 
 def _ping_of(said: str) -> client_messages.PingMessage | None:
-    """The ping that a message is, if it is one."""
+    """The message as a ping; None if it is anything else."""
     with contextlib.suppress(AppError, EngineError):
         asked = client_messages.decode_message(said)
         return asked if isinstance(asked, client_messages.PingMessage) else None
@@ -190,7 +196,7 @@ def _ping_of(said: str) -> client_messages.PingMessage | None:
 
 
 async def _close(socket: WebSocket, error: AppError, linger: float) -> None:
-    """Tell why, and close; a client that does not read gets `linger` seconds to find it."""
+    """Send the error, and close. A client too slow to read it is cut off after `linger` s."""
     if isinstance(error, SlowClientError):
         sever(socket.scope, linger)
     event = messages.Error(code=answer(error).code, detail=told(error))

@@ -1,8 +1,9 @@
 """Ball arithmetic: a real number as a midpoint and a radius, and comparisons that are proven.
 
-Each operation of python-flint's `arb` returns a ball that encloses every result that its arguments
-allow, at `flint.ctx.prec` bits. A comparison of two balls is true only if it holds for all numbers
-in them, so what is neither true nor false is not known yet: more bits may tell.
+Each operation of python-flint's `arb` computes with `flint.ctx.prec` bits and returns a ball that
+encloses the result for all numbers in its arguments. A comparison of two balls is true only if it
+holds for all numbers in them. If neither x > 0 nor x <= 0 is true, the sign is unknown at this
+precision; with more bits the balls shrink.
 """
 
 from collections.abc import Callable, Iterator
@@ -15,11 +16,11 @@ ZERO = arb(0)
 ONE = arb(1)
 
 _PRECISION = RLock()
-"""python-flint's precision belongs to the whole process: one proof runs at a time."""
+"""python-flint has one precision for the whole process, so only one proof runs at a time."""
 
 
 class UndecidedError(Exception):
-    """A comparison that the enclosures leave open. `what` says which; more bits may decide it."""
+    """The enclosures do not decide the comparison that `what` names; more bits may."""
 
     def __init__(self, what: str) -> None:
         super().__init__(what)
@@ -28,7 +29,7 @@ class UndecidedError(Exception):
 
 @contextmanager
 def precision(bits: int) -> Iterator[None]:
-    """Compute with `bits` bits meanwhile; other threads wait."""
+    """Compute with `bits` bits within the context; other threads wait for it."""
     with _PRECISION:
         before = ctx.prec
         ctx.prec = bits
@@ -39,10 +40,9 @@ def precision(bits: int) -> Iterator[None]:
 
 
 class Proof:
-    """The comparisons that one drop was decided by: how many, and the ties among them.
+    """The comparisons that decide one drop: their number, and the ties among them.
 
-    `most` is how many may be asked for, `patience` whether there is time for one more;
-    UndecidedError beyond them.
+    A comparison beyond `most`, or after `patience` has returned False, raises UndecidedError.
     """
 
     def __init__(self, most: int = 1_000_000, patience: Callable[[], bool] = lambda: True) -> None:
@@ -52,7 +52,7 @@ class Proof:
         self._patience = patience
 
     def count(self) -> None:
-        """One comparison more, whose outcome is proven by whoever asks."""
+        """Count a comparison that the caller has proven."""
         self.comparisons += 1
         if self.comparisons > self._most:
             raise UndecidedError(f"more than {self._most} comparisons")
@@ -60,7 +60,7 @@ class Proof:
             raise UndecidedError(f"what follows the first {self.comparisons} comparisons")
 
     def is_positive(self, x: arb, what: str) -> bool:
-        """Whether x > 0; UndecidedError, naming `what` was asked, if its ball does not tell."""
+        """Whether x > 0. Raises UndecidedError(what) if the ball contains numbers of both kinds."""
         self.count()
         if x > 0:
             return True
@@ -69,12 +69,12 @@ class Proof:
         raise UndecidedError(what)
 
     def require(self, holds: bool, what: str) -> None:
-        """Count a comparison that came out true; UndecidedError if it did not."""
+        """Count a comparison. Raises UndecidedError(what) unless it is proven true."""
         self.count()
         if not holds:
             raise UndecidedError(what)
 
 
 def upper(x: arb) -> float:
-    """A float64 that is at least x, for screens that have a margin."""
+    """A float64 that is at least x; larger than need be, as the screen has a margin."""
     return float(x.upper()) * (1.0 + 1e-15) if x > 0 else float(x.upper()) * (1.0 - 1e-15)

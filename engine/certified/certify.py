@@ -1,4 +1,4 @@
-"""The bin of a drop as a theorem: precision is doubled until every comparison is decided."""
+"""Proves the bin of a drop: doubles the precision until every comparison is decided."""
 
 import re
 from collections.abc import Callable
@@ -22,23 +22,23 @@ from engine.parameters import Exact
 from engine.seeding import parse_seed
 
 FIRST_BITS = 160
-"""Of precision, at first: what most drops of the presets need."""
+"""Precision of the first attempt: enough for most drops of the presets."""
 
 MOST_BITS = 12_288
-"""Where a drop is given up: FIRST_BITS doubled six times, 3,700 digits."""
+"""Precision of the last attempt: FIRST_BITS doubled six times, 3,700 digits."""
 
 MOST_COMPARISONS = 1_000_000
 """In one drop at one precision. A drop of the presets takes a thousand; only a ball that bounces or
-rolls almost for ever takes so many."""
+rolls almost for ever reaches the limit."""
 
 MOST_DIGITS = 400
-"""Of a start given as text: enough for a map of 1e-300 m."""
+"""Longest start that is accepted as text: enough for a map 1e-300 m wide."""
 
 _DECIMAL = r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"
 _EXACT = re.compile(f"{_DECIMAL}(/{_DECIMAL})?", re.ASCII)  # Decimal alone reads `1_0` and ` 10`
 
 DIGITS = 25
-"""Digits shown of a number that is enclosed more sharply than that."""
+"""Most digits that are shown of a number, however sharp its enclosure."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,7 @@ class Enclosure:
 
     @classmethod
     def of(cls, x: arb) -> "Enclosure":
-        """The ball x, rounded outwards."""
+        """The ball x, with both bounds rounded outwards."""
         return cls(_down(x), -_down(-x), x.str(DIGITS))
 
     def to_dict(self) -> dict[str, Any]:
@@ -60,7 +60,7 @@ class Enclosure:
 
 
 def _down(x: arb) -> float:
-    """A float64 that is at most x, and next to it."""
+    """The largest float64 that is at most the lower bound of x, or the one before."""
     low = x.lower()
     near = float(low)
     return near if arb(near) <= low else nextafter(near, -inf)
@@ -68,12 +68,12 @@ def _down(x: arb) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """What was proven of a drop. The board's float64 values count as exact.
+    """What was proven about a drop. The board's float64 values are taken as exact numbers.
 
-    bin: None unless the ball is proven to land. unsettled: why it does not land, proven too.
-    undecided: which comparison was left open at the last precision; then nothing is proven. ties:
-    what happened at the same instant by symmetry, and was decided by the surfaces' numbers.
-    agrees: whether the double-precision bin is the same; None if there is none to compare with.
+    bin: None unless the ball is proven to land. unsettled: the proven reason why it does not land.
+    undecided: the comparison that was open at the last precision; if set, nothing is proven. ties:
+    impacts that symmetry makes simultaneous, which the surfaces' numbers put in order. agrees:
+    whether the double-precision bin is the proven one; None if nothing is proven.
     """
 
     board: Board
@@ -94,7 +94,7 @@ class Certificate:
 
     @property
     def decided(self) -> bool:
-        """Whether the proof gave a bin, or showed that the ball does not land."""
+        """Whether a bin is proven, or that the ball does not land."""
         return self.undecided is None
 
     def to_dict(self) -> dict[str, Any]:
@@ -116,20 +116,20 @@ class Certificate:
         }
 
     def event_rows(self) -> list[tuple[float, ...]]:
-        """Each event's kind, index, t, x, y and a bound of the error of these three, in s and m."""
+        """Rows kind, index, t, x, y and a bound of the error of the last three, in s and m."""
         events = self.path.events if self.path is not None else []
         return [(e.kind, e.index, *_rounded(e.state.t, e.state.x, e.state.y)) for e in events]
 
 
 def _rounded(*balls: arb) -> tuple[float, ...]:
-    """The balls' middles as float64, and a bound of how far any number in one is from that."""
+    """The balls' middles as float64, then the largest distance of a number in a ball from its."""
     middles = [float(ball) for ball in balls]
     errors = [abs(ball - arb(middle)).upper() for ball, middle in zip(balls, middles, strict=True)]
     return *middles, max(nextafter(float(error), inf) for error in errors)
 
 
 Start = float | int | str | Fraction
-"""An explicit start in m; text and fractions are taken exactly, to any number of digits."""
+"""An explicit start in m; text and fractions are exact, with as many digits as they have."""
 
 
 def _stopped_clock() -> float:
@@ -137,9 +137,9 @@ def _stopped_clock() -> float:
 
 
 class Effort(NamedTuple):
-    """How far to go: bits of precision, first and at most, comparisons at each of them, and time.
+    """Limits of a proof: first and last precision, comparisons at each precision, and time.
 
-    `seconds` are those of `clock`; without a clock time does not count.
+    `clock` measures the `seconds`; the default clock stands still, so that time has no limit.
     """
 
     first_bits: int = FIRST_BITS
@@ -153,7 +153,7 @@ FULL = Effort()
 
 
 class Outcome(NamedTuple):
-    """What came of a proof: the path, or what was left undecided at the last precision."""
+    """The result of a proof: the path, or the comparison that the last precision left open."""
 
     path: Path | None
     proof: Proof
@@ -171,10 +171,8 @@ def certify(
 ) -> Certificate:
     """Prove the bin of the ball that starts where `seed` says, or at an exact `x` in m.
 
-    `aim`, in m, is the middle of the starts that seeds draw; without it, the board's own.
-
-    `board` may be a preset's name. Precision is doubled until every comparison is decided, as far
-    as `effort` says. Raises BoardError, SeedError or ParameterError that name the bad value.
+    `aim`, in m, is the middle of the starts that seeds draw; by default the board's. `board` may be
+    a preset's name. Raises BoardError, SeedError or ParameterError that names the bad value.
     """
     board = Board.named(board)
     number = None if seed is None else parse_seed(seed)
@@ -186,19 +184,24 @@ def certify(
 
 
 def exact_start(x: Start) -> Fraction:
-    """The number that is meant, in m; ParameterError unless it is finite and of a sane size."""
+    """x as an exact number of m. Raises ParameterError if it is not finite or too long."""
     try:
         return _exact(x) if isinstance(x, str) else Fraction(x)
     except (ArithmeticError, ValueError):
         shown = repr(x) if len(repr(x)) <= 40 else repr(x)[:37] + "..."
         raise ParameterError(
-            f"x {shown} is no finite number of {MOST_DIGITS} digits at most, such as 0.125 or 1/3",
+            f"x {shown} is not a finite number with at most {MOST_DIGITS} digits;"
+            " write it like 0.125 or 1/3",
             field="x",
         ) from None
 
 
 def _exact(text: str) -> Fraction:
-    """A decimal, or a fraction of two; ValueError for what would fill the memory with digits."""
+    """A decimal, or a fraction of two.
+
+    Raises ValueError for an exponent beyond MOST_DIGITS too: the integer that `1e999999999` stands
+    for would fill the memory.
+    """
     if len(text) > MOST_DIGITS or _EXACT.fullmatch(text) is None:
         raise ValueError(text)
     parts = [Decimal(part) for part in text.split("/", 1)]
@@ -210,7 +213,7 @@ def _exact(text: str) -> Fraction:
 def certify_start(
     board: Board, seed: int | None, x: Fraction, effort: Effort = FULL
 ) -> Certificate:
-    """`certify` of a seed and a start that have been read."""
+    """`certify` of a parsed seed and start."""
     path, proof, bits, undecided = prove(board, x, effort=effort)
     nearest = float(x)
     double_bin = make_drop(board, None, nearest, Exact()).bin
@@ -238,7 +241,10 @@ def certify_start(
 def prove(
     board: Board, x: Fraction, radius: Fraction = Fraction(0), effort: Effort = FULL
 ) -> Outcome:
-    """Follow the ball from all starts within `radius` of x, in m, at ever more bits."""
+    """Follow the balls from all starts within `radius` of x, in m; double the bits until decided.
+
+    A path that reaches MAX_EVENTS is undecided at once: more bits would not shorten it.
+    """
     bits, clock = effort.first_bits, effort.clock
     until = clock() + effort.seconds
     while True:
@@ -256,10 +262,10 @@ def prove(
             return Outcome(None, proof, bits, REASONS[EVENT_LIMIT])
         except UndecidedError as error:
             if clock() >= until:
-                why = f"{error.what}: not within {effort.seconds:g} s, at {bits} bits by then"
+                why = f"{error.what}: undecided after {effort.seconds:g} s, at {bits} bits"
                 return Outcome(None, proof, bits, why)
             if 2 * bits > effort.most_bits:
-                return Outcome(None, proof, bits, f"{error.what}: not with {bits} bits")
+                return Outcome(None, proof, bits, f"{error.what}: undecided at {bits} bits")
         bits *= 2
 
 

@@ -1,8 +1,9 @@
-"""The first time at which a distance falls through zero, with proof that there is none before.
+"""Encloses the first time at which a distance falls through zero, and proves that it is the first.
 
-From a time s where the distance is positive, a parabola that lies below it (`least_bend`) is
-positive up to some time: there the search goes on. Once the distance falls everywhere around the
-root, that root is the first, and interval Newton encloses it.
+Where the distance is positive at a time s, so is, for a while, a parabola below it (`least_bend`).
+The distance has no root before the parabola's, and the search goes on from there. As soon as the
+distance is proven to fall over a whole interval at whose end it is negative, that interval has one
+root, which is the first of all; an interval Newton step encloses it.
 """
 
 from typing import Protocol
@@ -14,26 +15,30 @@ from engine.certified.balls import Proof, UndecidedError
 _MAX_STEPS = 400
 _MAX_POLISH = 40
 _SHARES = (1.0 - 2.0**-20, 0.9, 0.5, 0.1, 0.01)
-"""Of a step towards the root, tried in turn: rounding may carry it too far."""
+"""Shares of a step to the parabola's root, tried in turn: rounding may put a whole step past it."""
 
 
 class Distance(Protocol):
-    """A function of time with bounds of its second derivative."""
+    """A function of time with bounds of its second derivative; m and s."""
 
     def terms(self, s: arb) -> tuple[arb, arb, arb]:
-        """Value, slope and second derivative (if `least_bend` needs it) at s."""
+        """Value, slope and second derivative at s; the last is 0 if the bounds do not need it."""
 
     def least_bend(self, bend: arb, h: arb) -> arb:
-        """m such that the value at s + d is at least value + slope d + m d^2 / 2, d <= h."""
+        """m such that the value at s + d is at least value + slope d + m d^2 / 2 for 0 <= d <= h.
+
+        `bend` is the second derivative at s.
+        """
 
     def most_bend(self, bend: arb, h: arb) -> arb:
-        """At least the second derivative between s and s + h."""
+        """An upper bound of the second derivative between s and s + h."""
 
 
 def first_root(distance: Distance, start: float, end: float, proof: Proof, what: str) -> arb | None:
     """Enclosure of the first time in (start, end] at which `distance` falls through zero, or None.
 
-    Raises UndecidedError, naming `what`, unless it is positive at the start and all is proven.
+    Raises UndecidedError, naming the surface `what`, if the distance is not proven positive at the
+    start, or a later comparison stays open.
     """
     s, last = arb(start), arb(end)  # float64 is too coarse for the two roots of a graze
     for _ in range(_MAX_STEPS):
@@ -66,7 +71,7 @@ def _earlier(a: arb, b: arb) -> arb:
 
 
 def _root_free_until(s: arb, to: arb, value: arb, slope: arb, m: arb) -> arb:
-    """A time, at most `to`, until which the parabola is positive, with proof; s if none is."""
+    """A time, at most `to`, until which the parabola is proven positive; s if there is no such."""
     for share in _SHARES:
         following = (s + share * (to - s)).mid()
         if _stays_positive(value, slope, m, following - s):
@@ -75,7 +80,7 @@ def _root_free_until(s: arb, to: arb, value: arb, slope: arb, m: arb) -> arb:
 
 
 def _parabola_root(value: arb, slope: arb, m: arb) -> arb:
-    """About the first positive root of value + slope d + m d^2 / 2, infinite if there is none."""
+    """An estimate of the first positive root of value + slope d + m d^2 / 2; inf without a root."""
     square = (slope * slope - 2 * m * value).mid()
     if square < 0:
         return arb.pos_inf()
@@ -84,7 +89,7 @@ def _parabola_root(value: arb, slope: arb, m: arb) -> arb:
 
 
 def _stays_positive(value: arb, slope: arb, m: arb, h: arb) -> bool:
-    """Whether value + slope d + m d^2 / 2 > 0 for all d from 0 to h, with proof; value > 0."""
+    """Whether value + slope d + m d^2 / 2 is proven positive for 0 <= d <= h; value > 0."""
     if slope >= 0 and m >= 0:
         return True
     at_end = value + h * (slope + m * h / 2)
@@ -96,21 +101,25 @@ def _stays_positive(value: arb, slope: arb, m: arb, h: arb) -> bool:
 
 
 def _falls(distance: Distance, slope: arb, bend: arb, h: arb) -> bool:
-    """Whether the distance falls for all of h from where it has this slope and bend."""
+    """Whether the distance is proven to fall for all of h, from a slope and second derivative."""
     return bool(slope < 0) and bool(slope + distance.most_bend(bend, h) * h < 0)
 
 
 def _root_within(
     distance: Distance, low: arb, guess: arb, high: arb, proof: Proof, what: str
 ) -> arb:
-    """The only root between two times of different signs, between which the distance falls."""
+    """The only root in an interval in which the distance falls, from positive to negative."""
     root = _polished(distance, guess, what)
     proof.require(bool(root > low) and bool(root <= high), f"when {what} is hit")
     return root
 
 
 def _polished(distance: Distance, guess: arb, what: str) -> arb:
-    """Newton's steps from a guess, then one of interval Newton, which proves the enclosure."""
+    """Newton steps from a guess, then one interval Newton step, which proves the enclosure.
+
+    If t - value / slope, with the slope over all of the trial interval, lies inside that interval,
+    it contains a root, and the only one. The trial is widened until that holds.
+    """
     t = guess
     enough = arb(2) ** (-ctx.prec // 2)
     for _ in range(_MAX_POLISH):

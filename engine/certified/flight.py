@@ -1,12 +1,12 @@
-"""Free flight in ball arithmetic, and how far the ball is from a circle or a line meanwhile.
+"""Free flight in ball arithmetic, and the distance from the ball to a circle or a line.
 
 dv/dt = g - k v, so with a = g - k v at the start and phi, psi as in `engine/physics/flight.py`
 
     v(s) = v + a phi(s)        r(s) = r + v s + a psi(s)
 
-A time s is a ball too. Its states are expanded about the middle m of it, by the identities
-phi(m + d) = phi(m) + e^(-km) phi(d) and psi(m + d) = psi(m) + phi(m) d + e^(-km) psi(d), so that
-the width of s counts once: with the velocity.
+A time s may be a ball with a width. The state is then expanded about its middle m, by the
+identities phi(m + d) = phi(m) + e^(-km) phi(d) and psi(m + d) = psi(m) + phi(m) d + e^(-km) psi(d).
+So the width of s enters only once, times the velocity; in r + v s + a psi(s) it would enter twice.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from flint import arb, ctx
 
-from engine.certified.balls import ONE, ZERO
+from engine.certified.balls import ONE, ZERO, UndecidedError
 from engine.certified.scene import Scene
 from engine.certified.screen import Course
 from engine.certified.surfaces import Circle, Face
@@ -23,7 +23,7 @@ from engine.certified.surfaces import Circle, Face
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """A ball at a moment: s, m, m/s and rad/s, each an enclosure."""
+    """Enclosures of a ball's time, position, velocity and spin: s, m, m/s and rad/s."""
 
     t: arb
     x: arb
@@ -34,7 +34,7 @@ class State:
 
 
 class Moment(NamedTuple):
-    """Place and velocity some time into a flight, and what is left of the acceleration there."""
+    """Position and velocity at a time of a flight, and e^(-ks), which scales the acceleration."""
 
     x: arb
     y: arb
@@ -44,7 +44,7 @@ class Moment(NamedTuple):
 
 
 class Flight:
-    """The motion from `start` on until something is hit."""
+    """The free motion from `start` on."""
 
     def __init__(self, scene: Scene, start: State) -> None:
         self.start = start
@@ -62,7 +62,7 @@ class Flight:
         """e^(-ks), phi(s) and psi(s) at an exact time s."""
         if not self.has_drag:
             return ONE, s, s * s / 2
-        # Both subtractions cancel where ks is small: that many bits more.
+        # Both subtractions cancel for small ks, and lose 2 log2(1 / ks) bits: compute with more.
         bits = ctx.prec
         ctx.prec = bits + 8 + max(0, -2 * frexp(float(self.k * s))[1])
         lost = -((-self.k * s).expm1())
@@ -72,7 +72,7 @@ class Flight:
         return 1 - lost, +phi, +psi
 
     def moment(self, s: arb) -> Moment:
-        """The ball at time s."""
+        """Position and velocity at time s."""
         middle = s.mid()
         start = self.start
         decay, phi, psi = self.basis(middle)
@@ -82,12 +82,21 @@ class Flight:
         if s.is_exact():
             return Moment(x, y, vx, vy, decay)
         d = s - middle
-        # For k|d| < 1/2, which `time_ball` sees to, |psi(d)| < d^2.
-        bend = decay * arb(0, (d * d).abs_upper())
-        gain = decay * d - self.k * bend
+        gain, bend = self.beyond(decay, d)
         x = x + vx * d + self.ax * bend
         y = y + vy * d + self.ay * bend
         return Moment(x, y, vx + self.ax * gain, vy + self.ay * gain, decay - self.k * gain)
+
+    def beyond(self, decay: arb, d: arb) -> tuple[arb, arb]:
+        """e^(-km) phi(d) and e^(-km) psi(d), with `decay` e^(-km) at the middle m of a time.
+
+        |psi(d)| < d^2 holds for k|d| < 1/2. A root's enclosure is far narrower; a wider time is
+        undecided.
+        """
+        if not 2 * self.k * abs(d) < 1:
+            raise UndecidedError("where the ball is at a time that is enclosed too widely")
+        bend = decay * arb(0, (d * d).abs_upper())
+        return decay * d - self.k * bend, bend
 
     def at(self, s: arb) -> State:
         """The whole state at time s."""
@@ -96,9 +105,10 @@ class Flight:
 
 
 class CircleDistance:
-    """f(s) = |q(s)|^2 - D^2 of a flight, q from the circle's centre; its derivatives and bounds.
+    """f(s) = |q(s)|^2 - D^2 in m^2, with q from the circle's centre, its derivatives and bounds.
 
-    f' = 2 q.v, f'' = 2 (|v|^2 + q.a), f''' = 6 v.a - 2 k q.a.
+    f' = 2 q.v, f'' = 2 (|v|^2 + q.a), f''' = 6 v.a - 2 k q.a. `low3` is a lower bound of f''' until
+    `end`, `size3` an upper bound of |f'''|.
     """
 
     def __init__(self, flight: Flight, circle: Circle, end: float) -> None:
@@ -128,30 +138,30 @@ class CircleDistance:
         )
 
     def least_bend(self, bend: arb, h: arb) -> arb:
-        """m such that f(s + d) >= f + f' d + m d^2 / 2 for d up to h, f'' = `bend` at s."""
+        """m such that f(s + d) >= f + f' d + m d^2 / 2 for d up to h; f'' is `bend` at s."""
         return bend + self.low3 * h / 3
 
     def most_bend(self, bend: arb, h: arb) -> arb:
-        """At least f'' between s and s + h."""
+        """An upper bound of f'' between s and s + h."""
         return bend + self.size3 * h
 
 
 class ReboundDistance:
-    """g(s) = f(s) / s where f(0) = 0: the ball has just left the circle, the root is divided out.
+    """g(s) = f(s) / s for a ball that leaves the circle at s = 0, where f has a root.
 
     With w = v + a psi / s: q = q0 + s w and g = 2 q0.w + s |w|^2. g is the mean of f' over [0, s],
-    so g'' is within a third of the bounds of f'''.
+    so a third of the bounds of f''' are bounds of g''.
     """
 
     def __init__(self, flight: Flight, circle: Circle, off: arb, end: float) -> None:
-        """`off` is the speed off the circle at the start, which is sharper than its parts."""
+        """`off` is v.n at the start, known more sharply than from v and n."""
         self.flight, self.twice = flight, 2 * circle.reach
         of_f = CircleDistance(flight, circle, end)
         self.rate, self.qa = circle.reach * off, of_f.qa
         self.low2, self.size2 = of_f.low3 / 3, of_f.size3 / 3
 
     def terms(self, s: arb) -> tuple[arb, arb, arb]:
-        """g, g' and nothing at s."""
+        """g and g' at s, and 0, as the bounds do not need g''."""
         flight = self.flight
         start = flight.start
         if s.is_zero():
@@ -177,14 +187,14 @@ class ReboundDistance:
 
 
 class LineDistance:
-    """h(s) = h + h' s + h'' psi(s), in m, to a line; its second derivative keeps its sign."""
+    """The distance h(s) = h + h' s + h'' psi(s) to a line, in m; h'' keeps its sign."""
 
     def __init__(self, flight: Flight, gap: arb, rate: arb, pull: arb) -> None:
         self.flight, self.gap, self.rate, self.pull = flight, gap, rate, pull
 
     @classmethod
     def of_face(cls, flight: Flight, face: Face) -> "LineDistance":
-        """To the line on which a ball's centre is that touches the face."""
+        """The distance to the line on which the centre of a ball lies that touches the face."""
         start, nx, ny = flight.start, face.nx, face.ny
         gap = (start.x - face.x) * nx + (start.y - face.y) * ny - face.reach
         rate = start.vx * nx + start.vy * ny
@@ -192,11 +202,11 @@ class LineDistance:
 
     @classmethod
     def to_bins(cls, flight: Flight, bins_y: arb) -> "LineDistance":
-        """To the line where drops end."""
+        """The distance to the bins' line, where drops end."""
         return cls(flight, bins_y - flight.start.y, -flight.start.vy, -flight.ay)
 
     def turned(self) -> "LineDistance":
-        """To the same line from its other side."""
+        """The distance to the same line from its other side."""
         return LineDistance(self.flight, -self.gap, -self.rate, -self.pull)
 
     def terms(self, s: arb) -> tuple[arb, arb, arb]:
@@ -206,7 +216,7 @@ class LineDistance:
         return value, self.rate + self.pull * phi, self.pull * decay
 
     def least_bend(self, bend: arb, h: arb) -> arb:
-        """As of CircleDistance: h'' only shrinks."""
+        """As of CircleDistance: |h''| only shrinks."""
         return _below_zero(bend)
 
     def most_bend(self, bend: arb, h: arb) -> arb:
@@ -215,8 +225,8 @@ class LineDistance:
 
 
 class LineRebound:
-    """h(s) / s where h(0) = 0: rate + pull psi(s) / s, whose second derivative is pull times what
-    lies between -k / 3 and 0."""
+    """h(s) / s for h(0) = 0: rate + pull psi(s) / s, whose second derivative is `pull` times a
+    number between -k / 3 and 0."""
 
     def __init__(self, line: LineDistance) -> None:
         self.line = line
@@ -224,7 +234,7 @@ class LineRebound:
         self.low2, self.high2 = _below_zero(bend), _above_zero(bend)
 
     def terms(self, s: arb) -> tuple[arb, arb, arb]:
-        """The quotient, its derivative and nothing at s."""
+        """The quotient and its derivative at s, and 0, as the bounds do not need the second one."""
         line = self.line
         if s.is_zero():
             return line.rate, line.pull / 2, ZERO
@@ -232,7 +242,7 @@ class LineRebound:
         return line.rate + line.pull * c, line.pull * cd, ZERO
 
     def approach(self, s: arb) -> arb:
-        """v.n at the root s, where h' = s times the derivative of the quotient."""
+        """v.n at the root s: there h' is s times the derivative of the quotient."""
         return s * self.terms(s)[1]
 
     def least_bend(self, bend: arb, h: arb) -> arb:
@@ -245,19 +255,18 @@ class LineRebound:
 
 
 def wide_basis(flight: Flight, s: arb) -> tuple[arb, arb, arb]:
-    """`Flight.basis` at a time that may be a ball."""
+    """`Flight.basis` at a time that may have a width."""
     middle = s.mid()
     decay, phi, psi = flight.basis(middle)
     if s.is_exact():
         return decay, phi, psi
     d = s - middle
-    bend = decay * arb(0, (d * d).abs_upper())
-    gain = decay * d - flight.k * bend
+    gain, bend = flight.beyond(decay, d)
     return decay - flight.k * gain, phi + gain, psi + phi * d + bend
 
 
 def _quotient(flight: Flight, s: arb) -> tuple[arb, arb]:
-    """psi(s) / s, whose derivative is between 0 and 1/2, and that, whose own is at least -k / 3."""
+    """c = psi(s) / s and its derivative; 0 <= c' <= 1/2 and c'' >= -k / 3."""
     if not flight.has_drag:
         return s / 2, ONE / 2
     middle = s.mid()

@@ -1,4 +1,4 @@
-"""What an impact does, in ball arithmetic: the law of `engine/physics/impulse.py`."""
+"""An impact in ball arithmetic, by the law of `engine/physics/impulse.py`."""
 
 from typing import NamedTuple
 
@@ -9,8 +9,7 @@ from engine.certified.surfaces import Pair
 
 
 class Rebound(NamedTuple):
-    """Right after an impact: speed off the surface and along its tangent, spin, and whether
-    friction stopped the slip."""
+    """The velocity and spin right after an impact, and whether friction stopped the slip."""
 
     off: arb  # m/s, along the normal
     along: arb  # m/s, along (-n_y, n_x)
@@ -21,7 +20,8 @@ class Rebound(NamedTuple):
 def bounce(approach: arb, along: arb, omega: arb, pair: Pair, radius: arb, proof: Proof) -> Rebound:
     """The velocity (m/s) and spin (rad/s) after an impact at `approach` = v.n < 0.
 
-    j_n = -(1 + e) v.n; the impulse -slip / 3 that would stop the slip is limited to mu j_n.
+    The normal impulse per unit mass is j_n = -(1 + e) v.n. The tangential one is -slip / 3, which
+    stops the slip of a homogeneous disc, but at most mu j_n.
     """
     off = -pair.restitution * approach
     if pair.friction.is_zero():

@@ -1,4 +1,4 @@
-"""Many drops, of which those are certified whose double-precision bin is not certain."""
+"""Measures how many double-precision bins are right, by proving those that are not certain."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -15,9 +15,9 @@ from engine.seeding import parse_seed
 class Share:
     """How many double-precision bins were right.
 
-    certain: those that the tangent estimate calls certain, and which are not proven unless all
-    are. proven: those that are, of which `right` agree and `wrong` do not; `undecided`: those on
-    which arithmetic has not decided.
+    certain: drops that the tangent estimate calls certain; by default they are not proven. right,
+    wrong: proven drops whose double-precision bin agrees with the proof, or does not. undecided:
+    drops whose proof reached its limits.
     """
 
     drops: int = 0
@@ -26,16 +26,16 @@ class Share:
     wrong: int = 0
     undecided: int = 0
     certain_but_wrong: int = 0
-    """Of the wrong ones, those that were called certain; looked for only where all are proven."""
+    """Wrong drops that were called certain; always 0 unless all drops are proven."""
 
     @property
     def proven(self) -> int:
-        """Drops whose bin is a theorem."""
+        """Number of proven drops."""
         return self.right + self.wrong
 
     @property
     def share_right(self) -> float:
-        """Of all drops: those that double precision gets right, where it is known or estimated."""
+        """Share of drops whose double-precision bin is right: proven, or called certain."""
         return 1.0 - (self.wrong + self.undecided) / self.drops
 
     def to_dict(self) -> dict[str, Any]:
@@ -58,10 +58,10 @@ def certify_many(
     effort: Effort = FULL,
     progress: Callable[[int], None] | None = None,
 ) -> Share:
-    """Count how often the double-precision bin of `seeds` is the proven one.
+    """Count the `seeds` whose double-precision bin is the proven one.
 
-    Those that `Drop.certain` vouches for are proven only if `everything` is asked for. `progress`
-    is called with the number of drops done after each.
+    Drops that are `Drop.certain` are proven only if `everything` is true. `progress` is called
+    after each drop with the number of drops done.
     """
     share = Share()
     for seed in seeds:

@@ -1,4 +1,4 @@
-"""What a flight hits first, and when: proven by excluding everything else up to then."""
+"""Proves which surface a flight hits first, and when, by excluding all others until then."""
 
 from typing import NamedTuple
 
@@ -17,38 +17,38 @@ from engine.certified.reach import NEVER, rebound_reach
 from engine.certified.scene import Scene
 from engine.certified.surfaces import Circle, Face, Surface
 
-# How a surface was left that the ball touches at the start of a flight: how many derivatives of
-# its distance are zero there, the distance itself included; or the ball is past it for good.
+# How the ball left a surface that it touches at the start of a flight: the order of the root that
+# the distance to the surface has there.
 BOUNCED = 1
-LIFTED = 2  # no speed off the surface, but no force onto it
-ROLLED_OFF = 3  # nor any force: the normal force has just vanished
-PAST = 0
+LIFTED = 2  # with no speed off the surface, and no force onto it
+ROLLED_OFF = 3  # with neither speed nor force: the normal force has just become zero
+PAST = 0  # not an order: the ball has passed the surface and cannot hit it again
 
 
 class Touch(NamedTuple):
-    """How a surface was left that a ball touches, and its speed off it in m/s."""
+    """How the ball left a surface, and its speed off it in m/s."""
 
     how: int
     off: arb
 
 
 TIGHT = 1e-12
-"""m, m/s and m/s^2. An enclosure that is no wider is a number, as far as float64 goes."""
+"""m, m/s and m/s^2. An enclosure that is at most this wide can stand for a float64 number."""
 
 Touched = dict[Surface, Touch]
-"""The surfaces that are touched when a flight starts."""
+"""The surfaces that the ball touches when a flight starts."""
 
 
 class Hit(NamedTuple):
-    """The end of a flight: when, and what is hit: the bins' line if nothing is.
+    """The end of a flight: its time and the surfaces hit; without any, it is the bins' line.
 
-    There is more than one surface if symmetry makes the times equal; they are in the order in
-    which they count.
+    There are several surfaces if symmetry makes their times equal. They are in order of rank, in
+    which the impacts are applied.
     """
 
     time: arb
     surfaces: tuple[Surface, ...]
-    approach: arb | None  # the first one's v.n, where it is known better than by its parts
+    approach: arb | None  # v.n at the first surface, if known more sharply than from v and n
 
 
 class _Root(NamedTuple):
@@ -58,14 +58,18 @@ class _Root(NamedTuple):
 
 
 def next_impact(scene: Scene, flight: Flight, touched: Touched, proof: Proof) -> Hit | None:
-    """What the ball hits first after the start of `flight`, where it touches `touched`.
+    """The first impact of `flight`, at whose start the ball touches the surfaces `touched`.
 
-    None if it leaves the board for good.
+    None if the ball leaves the board for good.
+
+    Window by window: the screen names the surfaces that the ball may touch, each with a time before
+    which it does not. They are searched in order of these times, until the earliest root found is
+    proven to be before all times that are left.
     """
     start = 0.0
     left = next(iter(touched)) if len(touched) == 1 else None
-    # A ball that slides along a face only grazes the ends of its wall: the distance to them has a
-    # double root where it passes them.
+    # A ball that slides along a face passes the ends of its wall tangentially. The distance to an
+    # end has a double root there, which no precision would decide, and which is not an impact.
     grazed = [end for face in slid_along(flight, touched) for end in face.ends]
     while True:
         reaches = scene.screen.reaches(flight.course, start, left)
@@ -92,7 +96,8 @@ def next_impact(scene: Scene, flight: Flight, touched: Touched, proof: Proof) ->
 
 
 def slid_along(flight: Flight, touched: Touched) -> list[Face]:
-    """Faces that the ball, with neither speed nor pull off them, goes on touching in its flight."""
+    """Faces that the ball touches throughout its flight: it has neither speed nor acceleration off
+    them."""
     return [
         surface
         for surface, touch in touched.items()
@@ -103,14 +108,17 @@ def slid_along(flight: Flight, touched: Touched) -> list[Face]:
 
 
 def _is_asked(surface: Surface, touched: Touched, start: float) -> bool:
-    """Whether a surface is searched as any other, and not as one that has just been left."""
+    """Whether to search for a surface in the usual way, not as one that the ball has just left.
+
+    A face that the ball left without a speed is never searched: its distance never falls.
+    """
     if surface not in touched:
         return True
     return start > 0.0 and (touched[surface].how == BOUNCED or isinstance(surface, Circle))
 
 
 def _again(flight: Flight, touched: Touched, end: float, proof: Proof) -> list[_Root]:
-    """When the surfaces are hit again that the ball touches at the start."""
+    """The times at which the ball hits again the surfaces that it touches at the start."""
     roots = []
     for surface, touch in touched.items():
         if touch.how == BOUNCED:
@@ -131,7 +139,10 @@ def _again(flight: Flight, touched: Touched, end: float, proof: Proof) -> list[_
 
 
 def _rebound(flight: Flight, surface: Surface, off: arb, end: float, proof: Proof) -> _Root | None:
-    """When a surface is hit again off which the ball bounced, by its distance over the time."""
+    """When the ball hits again a surface that it bounced off.
+
+    The distance has a root at the start, so the search is for a root of distance over time.
+    """
     if isinstance(surface, Circle):
         start = _circle_rebound_reach(flight, surface, off, end)
         if start == NEVER:
@@ -147,10 +158,11 @@ def _rebound(flight: Flight, surface: Surface, off: arb, end: float, proof: Proo
 
 
 def _circle_rebound_reach(flight: Flight, circle: Circle, off: arb, end: float) -> float:
-    """A time until which a circle off which the ball bounced is not hit again, or NEVER.
+    """A time until which the ball does not hit again the circle that it bounced off, or NEVER.
 
-    A parabola in double precision that is below f(s) / s = 2 D off + (|v|^2 + q.a) s + …, each
-    part lowered by a millionth of what it is made of; 0, which says nothing, of a wide enclosure.
+    It is the root of a parabola in double precision below f(s) / s = 2 D off + (|v|^2 + q.a) s + …
+    Each coefficient is lowered by a millionth of its terms, far more than rounding. Returns 0,
+    which excludes nothing, if the flight's enclosure is too wide for float64.
     """
     x, y, vx, vy, ax, ay = flight.course.state.tolist()
     speed = float(off)
@@ -168,9 +180,10 @@ def _circle_rebound_reach(flight: Flight, circle: Circle, off: arb, end: float) 
 def _circle_again(
     flight: Flight, circle: Circle, order: int, end: float, proof: Proof
 ) -> arb | None:
-    """When a circle is hit again that the ball left without a speed.
+    """When the ball hits again a circle that it left without a speed.
 
-    f(s) / s^order is positive at the start, and for some time.
+    f has a root of this order at the start; f(s) / s^order is positive there and for a while. The
+    search starts at a time until which a bound of the next derivative proves that.
     """
     name = circle.name
     distance = CircleDistance(flight, circle, end)
@@ -193,7 +206,8 @@ def _circle_again(
 
 
 def _least_fourth(flight: Flight, circle: Circle, end: float) -> arb:
-    """Lower bound of f'''' = 6 a.a - 8 k v.a + 2 k^2 q.a up to `end` for a ball on the circle."""
+    """Lower bound of f'''' = 6 a.a - 8 k v.a + 2 k^2 q.a until `end`, for a ball that starts on the
+    circle."""
     pull, horizon = flight.aa.sqrt(), arb(end)
     speed = flight.vv.sqrt() + pull * horizon
     far = circle.reach + speed * horizon
@@ -201,13 +215,13 @@ def _least_fourth(flight: Flight, circle: Circle, end: float) -> arb:
 
 
 def _entry(flight: Flight, surface: Surface, start: float, end: float, proof: Proof) -> arb | None:
-    """When a surface is first entered in (start, end], or None."""
+    """When the ball first enters a surface in (start, end], or None."""
     if isinstance(surface, Circle):
         distance = CircleDistance(flight, surface, end)
         return first_root(distance, start, end, proof, surface.name)
     line = LineDistance.of_face(flight, surface)
     if start == 0.0 and line.gap.contains(0):
-        # The ball touches the wall's endless line; if its foot is off the wall, that is no contact.
+        # The ball touches the infinite line of the face: no contact if its foot is off the wall.
         proof.require(not _may_be_on(flight, surface, ZERO), f"whether {surface.name} is touched")
     root = _line_entry(line, start, end, proof, surface.name)
     return _on_face(flight, surface, root, proof)
@@ -216,9 +230,9 @@ def _entry(flight: Flight, surface: Surface, start: float, end: float, proof: Pr
 def _line_entry(
     line: LineDistance, start: float, end: float, proof: Proof, what: str
 ) -> arb | None:
-    """When a line is crossed from its own side; a ball behind it has to come out first.
+    """When the ball crosses a line from its front. From behind it has to come out first.
 
-    The second derivative keeps its sign, so there is one such crossing at most.
+    The second derivative keeps its sign, so there is at most one such crossing.
     """
     side = f"which side of {what} the ball is on"
     if proof.is_positive(line.terms(arb(start))[0], side):
@@ -235,7 +249,7 @@ def _line_entry(
 
 
 def _on_face(flight: Flight, face: Face, root: arb | None, proof: Proof) -> arb | None:
-    """The time, if the ball's foot is between the wall's ends then; else the face is not hit."""
+    """`root` if the ball's foot is between the wall's ends then, else None."""
     if root is None:
         return None
     at = flight.moment(root)
@@ -246,14 +260,18 @@ def _on_face(flight: Flight, face: Face, root: arb | None, proof: Proof) -> arb 
 
 
 def _may_be_on(flight: Flight, face: Face, time: arb) -> bool:
-    """Whether the ball's foot may be between the wall's ends."""
+    """Whether the ball's foot may be between the wall's ends; False only with proof."""
     at = flight.moment(time)
     along = face.along(at.x, at.y)
     return not (along < 0 or along > face.length)
 
 
 def _first(flight: Flight, roots: list[_Root], proof: Proof) -> Hit:
-    """The earliest; those that are simultaneous by symmetry in the order of their ranks."""
+    """The earliest of the roots; those that symmetry makes simultaneous, in order of rank.
+
+    No precision tells two equal times apart. Equality is proven by mirror symmetry only; without
+    it, overlapping times are undecided.
+    """
     roots.sort(key=lambda root: float(root.time))
     first = roots[0]
     tied = [first]
@@ -277,7 +295,7 @@ def _name(root: _Root) -> str:
 
 
 def _are_mirrored(flight: Flight, a: Surface | None, b: Surface | None) -> bool:
-    """Whether two circles mirror each other in the upright line along which the ball moves."""
+    """Whether two circles mirror each other in the vertical line along which the ball moves."""
     if not (isinstance(a, Circle) and isinstance(b, Circle)) or not flight.start.vx.is_zero():
         return False
     x = flight.start.x

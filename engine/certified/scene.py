@@ -1,7 +1,8 @@
-"""A board as exact numbers: circles and wall faces grown by the ball's radius; it is a point.
+"""A board as exact numbers: circles and wall faces grown by the ball's radius R.
 
-A peg is a circle of radius r + R. A wall is the stadium about its segment: two faces at distance R
-and a circle of radius R about each end. The board's float64 values are taken as they stand.
+The ball's centre moves among them as a point. A peg of radius r is a circle of radius r + R. A wall
+is a stadium: two faces at distance R from its segment and a circle of radius R about each end. The
+board's float64 values are taken as exact.
 """
 
 from collections.abc import Sequence
@@ -17,10 +18,10 @@ from engine.constants import KIND_PEG, KIND_WALL
 
 
 class Scene:
-    """All of a board that decides where a ball goes, at the precision that was set."""
+    """Everything on a board that decides where a ball goes, at the current precision."""
 
     def __init__(self, board: BoardFields, others: Sequence[Circle] = ()) -> None:
-        """`others`: circles besides those of the board, whose numbers need not be float64."""
+        """`others`: circles in addition to the board's; their numbers need not be float64."""
         self.gravity, self.drag = arb(board.gravity), arb(board.drag)
         self.radius = arb(board.ball.radius)
         self.start_y, self.bins_y = arb(board.drop.y), arb(board.bins.y)
@@ -28,7 +29,7 @@ class Scene:
         self.circles: list[Circle] = []
         self.faces: list[Face] = []
         self.lines_at: dict[Circle, list[tuple[Face, int]]] = {}
-        """The faces that end in a circle, and which end of them it is, 0 or 1."""
+        """The faces that end in a circle, each with the number of that end, 0 or 1."""
         peg = _pair(board.ball.material, board.peg_material)
         wall = _pair(board.ball.material, board.wall_material)
         for index, p in enumerate(board.pegs):
@@ -65,12 +66,12 @@ class Scene:
 
 
 def _pair(ball: Material, other: Material) -> Pair:
-    """The pair rules: the larger restitution, the geometric mean of the frictions."""
+    """The larger restitution, and the geometric mean of the frictions."""
     friction = (arb(ball.friction) * arb(other.friction)).sqrt()
     return Pair(arb(max(ball.restitution, other.restitution)), friction)
 
 
 @lru_cache(maxsize=16)
 def scene_of(board: BoardFields, bits: int) -> Scene:
-    """The board at a precision of `bits`, which must be the one that is set."""
+    """The board at a precision of `bits`, which must be the current one."""
     return Scene(board)

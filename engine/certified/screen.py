@@ -1,6 +1,7 @@
-"""A board's surfaces in double precision: which of them a ball may come to, and from when on.
+"""Screens a board's surfaces in double precision: which a ball may touch, and not before when.
 
-What float64 rounds off is far below the margins here, so nothing that is touched is left out.
+The margins here are far above float64's rounding, so the screen never omits a surface that the
+ball touches. What remains is decided in ball arithmetic.
 """
 
 from math import nextafter
@@ -20,7 +21,7 @@ Array = npt.NDArray[np.float64]
 
 class Course(NamedTuple):
     """A flight in double precision: x, y, v_x, v_y, a_x, a_y at its start, in m and s, the drag in
-    1/s, and how far place, velocity and acceleration may be off."""
+    1/s, and bounds of the errors of position, velocity and acceleration."""
 
     state: Array
     drag: float
@@ -28,7 +29,7 @@ class Course(NamedTuple):
 
     @classmethod
     def of(cls, parts: tuple[arb, ...], drag: arb) -> "Course":
-        """Of enclosures of the six."""
+        """The course whose six numbers have these enclosures."""
         x, y, vx, vy, ax, ay = [float(part.rad()) for part in parts]
         widths = x + y, vx + vy, ax + ay
         errors = np.array([nextafter(1.000001 * width, NEVER) for width in widths])
@@ -36,15 +37,15 @@ class Course(NamedTuple):
 
 
 class Reaches(NamedTuple):
-    """The surfaces that may be touched up to `end`, by the time before which they are not; None is
-    the bins' line. `end` is NEVER if the ball leaves the board."""
+    """The surfaces that the ball may touch up to `end`, each after a time before which it does not;
+    None is the bins' line. `end` is NEVER if the ball leaves the board. Sorted by time, in s."""
 
     found: list[tuple[float, Surface | None]]
     end: float
 
 
 class Screen:
-    """Places of all surfaces as float64."""
+    """The positions of all surfaces of a board as float64."""
 
     def __init__(self, circles: list[Circle], faces: list[Face], board: BoardFields) -> None:
         self._surfaces: list[Surface | None] = [*circles, *faces, None]
@@ -64,9 +65,11 @@ class Screen:
         self._found = np.empty(count, np.int64), np.empty(count)
 
     def reaches(self, course: Course, start: float, left: Surface | None) -> Reaches:
-        """What may be touched next from `start` s of a flight on, in the window that begins there;
-        or, from later than 0 on, in the first where there is something. `left` is not looked for
-        at the very start."""
+        """The surfaces that the ball may touch in the window that begins `start` s into a flight.
+
+        If `start` is not 0, empty windows are skipped. The window at 0 leaves out the surface
+        `left`, which the ball has just left: the caller searches that one itself.
+        """
         numbers, times = self._found
         number = -1 if left is None else self._numbers[left]
         count, end = first_reaches(
@@ -79,7 +82,7 @@ class Screen:
         return Reaches([(time, self._surfaces[number]) for time, number in found], end)
 
     def near(self, a: tuple[float, float], b: tuple[float, float], bulge: float) -> list[Surface]:
-        """The surfaces that a path may touch which stays within `bulge` of the chord a b."""
+        """The surfaces that a path within `bulge` m of the chord from a to b may touch."""
         return [s for i in self._near(a, b, bulge) if (s := self._surfaces[i]) is not None]
 
     def _near(self, a: tuple[float, float], b: tuple[float, float], bulge: float) -> list[int]:
@@ -99,7 +102,7 @@ class Screen:
 
 
 def _between(face: Face) -> tuple[float, float]:
-    """To where and from where the face goes along (-n_y, n_x)."""
+    """Where the face ends and where it begins along (-n_y, n_x), in m from its first point."""
     length = float(face.length)
     ahead = float(face.ny * -face.tx + face.nx * face.ty) < 0.0
     return (length, 0.0) if not ahead else (0.0, -length)

@@ -1,10 +1,10 @@
-"""All starts of an interval at once: one exact path in their middle, and how fast others part.
+"""Follows all starts of an interval at once: the path of their middle, and a derivative.
 
-Boxes about a ball's state grow by more than the states in them part, since a box cannot turn with
-them (the wrapping effect; Lohner, in Computer Arithmetic and Self-Validating Numerical Methods,
-1990). By the mean value theorem the state of the start x + d is that of x, and d times the
-derivative with respect to the start somewhere between: a point, and a line through it. Both are
-enclosed at each event, the derivative over all states, and the box is cut with what they say.
+A box around the states of many balls grows faster than the states spread, because a box cannot
+turn with them (the wrapping effect; Lohner, in Computer Arithmetic and Self-Validating Numerical
+Methods, 1990). By the mean value theorem the state of the start x + d is that of x plus d times the
+derivative with respect to the start at some point between. At each event, both are enclosed, the
+derivative over all states, and the box is intersected with their sum.
 """
 
 from operator import attrgetter
@@ -28,17 +28,17 @@ Vector = tuple[arb, arb]
 _parts = attrgetter("t", "x", "y", "vx", "vy", "omega")
 
 STARTS: Vector = ZERO, -ONE
-"""The normal of the line on which balls start, and of that on which they land."""
+"""The normal of the line on which balls start, and of the line on which they land."""
 
 
 Change = tuple[arb, arb, arb, arb]
-"""Of the time of an event, of the way and of the two parts of the velocity there."""
+"""Changes of an event's time, of the way along the surface, and of the speeds off and along it."""
 
 
 class Frame(NamedTuple):
     """The normal n of a surface where a ball touches it, and the ball's speeds v.n and v.t.
 
-    Where the ball is a way p further along, n is turned by curvature p towards t = (-n_y, n_x).
+    A way p further along the surface, n has turned by curvature p towards t = (-n_y, n_x).
     """
 
     normal: Vector
@@ -48,35 +48,35 @@ class Frame(NamedTuple):
 
     @classmethod
     def of(cls, normal: Vector, curvature: arb, state: State) -> "Frame":
-        """Of a ball with this state."""
+        """The frame of a ball with this state."""
         (nx, ny), vx, vy = normal, state.vx, state.vy
         return cls(normal, curvature, vx * nx + vy * ny, vy * nx - vx * ny)
 
     @property
     def tangent(self) -> Vector:
-        """t."""
         return -self.normal[1], self.normal[0]
 
     def parts(self, x: arb, y: arb) -> Vector:
-        """Of a vector: along the normal and along the tangent."""
+        """The components of a vector along the normal and along the tangent."""
         nx, ny = self.normal
         return nx * x + ny * y, nx * y - ny * x
 
     def turned(self, way: arb, off: arb, along: arb) -> Vector:
-        """The velocity's change along n and t, from those of the way and of both speeds."""
+        """The change of the velocity along n and t, from the changes of the way and both speeds."""
         turn = self.curvature * way
         return off - turn * self.along, along + turn * self.off
 
     def of_speeds(self, way: arb, off: arb, along: arb) -> Vector:
-        """The changes of both speeds from those of the way and of the velocity along n and t."""
+        """The changes of both speeds, from those of the way and of the velocity along n and t."""
         turn = self.curvature * way
         return off + turn * self.along, along - turn * self.off
 
 
 class SpreadTracer(Tracer):
-    """All balls that start within an interval, as long as one thing happens to them at a time.
+    """Follows all balls that start within an interval.
 
-    Where they touch two surfaces at once, the box alone goes on.
+    From the first event that the derivative does not cover (two surfaces at once, a lift without a
+    speed) only the box goes on, and `_middle` is None.
     """
 
     def __init__(self, scene: Scene, x: arb, proof: Proof) -> None:
@@ -110,10 +110,10 @@ class SpreadTracer(Tracer):
         return self._hit(hit.surfaces[0], hit.approach)
 
     def _part(self, flight: Flight, hit: Hit) -> None:
-        """What becomes of the derivatives in a flight: the sum of what becomes of each part.
+        """Carry the derivatives through a flight, as the sum of the images of each of them.
 
-        So what nearly cancels, as in a ball that bounces to rest, does so in numbers that are
-        known, not in the derivatives.
+        The images are computed first and then multiplied by the derivatives, which are wide. So
+        terms that nearly cancel, as in a ball that bounces to rest, cancel between sharp numbers.
         """
         surface = hit.surfaces[0] if hit.surfaces else None
         normal = surface.normal(self.state.x, self.state.y) if surface else STARTS
@@ -173,7 +173,7 @@ class SpreadTracer(Tracer):
         return after
 
     def _cut(self) -> None:
-        """The box without what the mean value theorem rules out."""
+        """Intersect the box with the enclosure that the mean value theorem gives."""
         if self._middle is None:
             return
         (nx, ny), part = self._frame.normal, self._parting
@@ -186,17 +186,22 @@ class SpreadTracer(Tracer):
 
 
 def trace_all(board: Board, x: arb, bits: int, proof: Proof) -> Path:
-    """`trace` of an interval of starts; what is proven holds for each of them."""
+    """`trace` of an interval of starts; the result is proven for each of them."""
     return SpreadTracer(scene_of(board, bits), x, proof).run()
 
 
 class _Moved:
-    """What a flight does to changes at its start, where each ball comes to its end at its time."""
+    """Maps changes at a flight's start to changes at its end, which each ball reaches at its own
+    time."""
 
     def __init__(
         self, flight: Flight, time: arb, before: Frame, after: Frame, *, again: bool
     ) -> None:
-        """`again`: it ends on the surface that was left."""
+        """`again`: the flight ends on the surface on which it started.
+
+        The gap to that surface then changes only by its curvature, which is sharper than the
+        difference of two normals.
+        """
         self.before, self.after = before, after
         self.decay, self.phi, psi = wide_basis(flight, time)
         self.pull = after.parts(flight.ax * self.decay, flight.ay * self.decay)
@@ -207,7 +212,8 @@ class _Moved:
             self.bend = before.curvature * (way[0] * tx + way[1] * ty)
 
     def columns(self) -> tuple[Change, Change, Change]:
-        """What becomes of a way along the first surface, of speed off it, and of speed along it."""
+        """The images of a unit of way along the first surface, of speed off it and of speed along
+        it."""
         ahead, off = self.before.tangent, self.before.normal
         by_off, by_along = self.before.turned(ONE, ZERO, ZERO)
         (ox, oy), (ax, ay) = off, ahead
@@ -222,8 +228,7 @@ class _Moved:
         )
 
     def _image(self, gap: arb, way: arb, velocity: Vector) -> Change:
-        """What becomes of a change of the place, in parts off and along the last surface, and of
-        the velocity."""
+        """The image of a change of position, given off and along the last surface, and velocity."""
         after = self.after
         faster_off, faster_along = after.parts(*velocity)
         later = -(gap + faster_off * self.phi) / after.off
@@ -236,13 +241,13 @@ class _Moved:
 def _through_bounce(
     parting: Parting, frame: Frame, before: State, surface: Surface, after: Rebound, radius: arb
 ) -> Parting:
-    """After an impact: the law of `impulse.bounce`, differentiated."""
+    """The derivatives after an impact: the law of `impulse.bounce`, differentiated."""
     pair = surface.pair
     push = ZERO
     if after.sticks:
         push = -(parting.along - radius * parting.omega) / 3
     elif not pair.friction.is_zero():
-        # The impulse is as large as the friction limit, and against the slip, whose sign is proven.
+        # The impulse is at the friction limit, and against the slip, whose sign is proven.
         slips_ahead = bool(frame.along - before.omega * radius > 0)
         push = (1 if slips_ahead else -1) * pair.friction * (1 + pair.restitution) * parting.off
     return parting._replace(

@@ -1,7 +1,7 @@
-"""The bin as a function of the start, pixel by pixel, each of them proven.
+"""Proves the bin as a function of the start, pixel by pixel.
 
-A pixel stands for an interval of starts. Where one proof holds for a whole stretch of them (the
-start as a wide ball), it is the proof of all its pixels; elsewhere each pixel's middle is proven.
+A pixel stands for an interval of starts. One proof with a wide ball as start may hold for a whole
+run of pixels, and proves them all. Elsewhere the middle of each pixel is proven.
 """
 
 import itertools
@@ -21,22 +21,22 @@ from engine.exact.outcome import LANDED
 UNSETTLED = -1
 UNDECIDED = -2
 OUTSIDE = -3
-"""In place of a bin: proven not to land, not decided, not a start that the board allows."""
+"""In place of a bin: proven not to land, undecided, or outside the starts that the board allows."""
 
 WIDE_DEPTH = 3
-"""How often stretches are halved, of which none is proven, before pixels are proven one by one."""
+"""Halvings after which, if no run is proven yet, each pixel is proven separately."""
 
 DEEPEST = 40
-"""Zooms by ten: 1e-40 of the widest map, far beyond what float64 tells apart."""
+"""Zooms by ten: 1e-40 of the widest map, far below the spacing of float64."""
 
 MAP_EFFORT = Effort(first_bits=160, most_bits=1280, most_comparisons=20_000)
 
 
 @dataclass(frozen=True, slots=True)
 class Strip:
-    """A row of pixels: their bins from left to right, and how many proofs that took.
+    """A row of pixels: their bins from left to right, and the number of proofs.
 
-    `whole` says how many pixels are proven for every start in them, not only for their middle.
+    `whole` is the number of pixels proven for all their starts, not only for their middle.
     """
 
     x: Fraction
@@ -57,7 +57,7 @@ class Strip:
 
 
 def widest(board: Board) -> Fraction:
-    """The width of the map before any zoom, m: all starts that the board allows."""
+    """The width of the map at level 0, m: all starts that the board allows."""
     return 2 * Fraction(board.drop.span)
 
 
@@ -71,21 +71,25 @@ def strip_at(
     effort: Effort = MAP_EFFORT,
     patience: Callable[[], bool] = lambda: True,
 ) -> Strip:
-    """`count` pixels from `first` on of a strip of `pixels`, 10^level times zoomed about x in m.
+    """`count` pixels from `first` on of a strip of `pixels`, zoomed 10^level times about x, in m.
 
-    `patience` is asked before each proof; pixels after it has run out are undecided. Raises
-    ParameterError that names the bad value.
+    As soon as `patience` returns False, no further proof begins, and the pixels left are undecided.
+    Raises ParameterError that names the bad value.
     """
     if not 0 <= level <= DEEPEST:
         raise ParameterError(f"level {level} is not from 0 to {DEEPEST}", field="level")
     middle = exact_start(x)
     width = widest(board) / 10**level
     if width == 0:
-        raise ParameterError(f"{board.name} has one start only: no map", field="board")
+        raise ParameterError(
+            f"{board.name} has only one start; a map needs a board with a range of starts",
+            field="board",
+        )
     wanted = pixels - first if count is None else count
     if not (first >= 0 and 0 < wanted <= pixels - first):
         raise ParameterError(
-            f"pixels {first} to {first + wanted} are not among {pixels}", field="first"
+            f"pixels {first} to {first + wanted} are not within a strip of {pixels} pixels",
+            field="first",
         )
     work = _Work(board, middle - width / 2, width / pixels, effort, patience)
     bins = np.full(wanted, UNDECIDED, np.int16)
@@ -94,7 +98,7 @@ def strip_at(
 
 
 class _Work:
-    """The proofs of one strip."""
+    """Runs and counts the proofs of one strip."""
 
     def __init__(
         self,
@@ -114,8 +118,8 @@ class _Work:
     def fill(self, bins: npt.NDArray[np.int16], first: int) -> None:
         """Write the bins of the pixels from number `first` on.
 
-        All of them in one proof, or halves of what is left, and so on: as deep as single pixels if
-        any stretch is proven by then.
+        First one proof for all pixels, then for each half of an unproven run, down to single
+        pixels. At WIDE_DEPTH without success, wide proofs are given up.
         """
         left = [(0, len(bins))]
         for depth in itertools.count():
@@ -138,12 +142,12 @@ class _Work:
                 bins[i] = self._pixel(first + i)
 
     def _stretch(self, first: int, count: int) -> int:
-        """The bin of all starts of so many pixels, if one proof shows it."""
+        """The bin of all starts of `count` pixels, if one proof holds for them, else UNDECIDED."""
         middle = self.left + self.pixel * (first + Fraction(count, 2))
         half = self.pixel * count / 2
         if not (self.low <= middle - half and middle + half <= self.high):
             return UNDECIDED
-        # More bits would not make a wide start narrower: one precision, fit for its width.
+        # The width of the start limits this proof: more bits would not help, so only one attempt.
         bits = max(self.effort.first_bits, 2 * half.denominator.bit_length())
         return self._bin(middle, half, Effort(bits, bits, self.effort.most_comparisons))
 

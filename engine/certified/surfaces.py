@@ -1,4 +1,4 @@
-"""The parts of a board that a ball touches, as exact numbers: circles and faces of walls."""
+"""The surfaces of a board as exact numbers: circles and faces of walls."""
 
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -11,7 +11,7 @@ from engine.constants import KIND_PEG
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """What an impact needs to know of the ball and a surface: restitution and friction."""
+    """Restitution and friction between the ball and a surface."""
 
     restitution: arb
     friction: arb
@@ -19,23 +19,23 @@ class Pair:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Circle:
-    """The ball's centre may not come nearer than `reach` to (x, y): a peg, or the end of a wall."""
+    """A peg or an end of a wall: the ball's centre stays at least `reach` m from (x, y)."""
 
     x: arb
     y: arb
     reach: arb
     kind: int
     index: int
-    rank: int  # its surface number, which decides between simultaneous impacts
+    rank: int  # the surface's number, which orders simultaneous impacts
     pair: Pair
 
     @property
     def curvature(self) -> arb:
-        """Of the centre's path over the surface, 1/m."""
+        """Curvature of the centre's path along the surface, 1/m."""
         return 1 / self.reach
 
     def normal(self, x: arb, y: arb) -> tuple[arb, arb]:
-        """Unit vector towards a ball at (x, y) that touches; one that does not is no question."""
+        """Unit vector towards a ball at (x, y), which must touch the circle."""
         return unit_vector((x - self.x) / self.reach, (y - self.y) / self.reach)
 
     def at_contact(self, x: arb, y: arb, nx: arb, ny: arb) -> tuple[arb, arb]:
@@ -44,13 +44,16 @@ class Circle:
 
     @property
     def name(self) -> str:
-        """For people: which part of the board this is."""
+        """As messages name this surface."""
         return f"peg {self.index}" if self.kind == KIND_PEG else f"an end of wall {self.index}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Face:
-    """One side of a wall: from (x, y) along (tx, ty), with the normal (nx, ny) on that side."""
+    """One side of a wall: from (x, y) along (tx, ty), with the normal (nx, ny) on that side.
+
+    A ball that touches it has its centre `reach` m off the segment.
+    """
 
     x: arb
     y: arb
@@ -68,11 +71,11 @@ class Face:
 
     @property
     def curvature(self) -> arb:
-        """Of the centre's path over the surface, 1/m."""
+        """Curvature of the centre's path along the surface, 1/m."""
         return ZERO
 
     def normal(self, x: arb, y: arb) -> tuple[arb, arb]:
-        """Unit vector towards the ball; the place does not matter."""
+        """Unit vector towards the ball, the same everywhere."""
         return self.nx, self.ny
 
     def at_contact(self, x: arb, y: arb, nx: arb, ny: arb) -> tuple[arb, arb]:
@@ -81,12 +84,12 @@ class Face:
         return x + gap * nx, y + gap * ny
 
     def along(self, x: arb, y: arb) -> arb:
-        """How far along the wall the foot of (x, y) is from its first end, m."""
+        """Distance of the foot of (x, y) from the wall's first end, along the wall, m."""
         return (x - self.x) * self.tx + (y - self.y) * self.ty
 
     @property
     def name(self) -> str:
-        """For people: which part of the board this is."""
+        """As messages name this surface."""
         return f"wall {self.index}"
 
 
@@ -94,7 +97,11 @@ Surface: TypeAlias = Circle | Face
 
 
 def unit_vector(nx: arb, ny: arb) -> tuple[arb, arb]:
-    """(nx, ny), known to have length one, with the larger part made sharper by the smaller."""
+    """A sharper enclosure of (nx, ny), whose length is known to be one.
+
+    The larger component follows from the smaller as sqrt(1 - n^2), whose error is the smaller
+    one's times their ratio, which is less than one.
+    """
     if abs(nx) < abs(ny):
         other = (1 - nx * nx).sqrt()
         return nx, other if ny > 0 else -other

@@ -1,4 +1,4 @@
-"""A whole drop, proven: flights, impacts and contact phases at one precision."""
+"""Follows a whole drop by proof: flights, impacts and contact phases at one precision."""
 
 from dataclasses import dataclass, field, replace
 
@@ -28,12 +28,12 @@ from engine.physics.two_contacts import FALLS, GOES_ON_A, GOES_ON_B, JAMS, RESTS
 DEAD = arb(DYING_BOUNCE)
 
 MAX_EVENTS = 2000
-"""A drop with more is left undecided: elastic balls bounce for ever."""
+"""Events of one drop. Elastic balls bounce for ever; a drop that reaches this is undecided."""
 
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """The enclosed state right after something happened; kind and index as in a drop's record."""
+    """An event and the enclosed state right after it; kind and index as in a drop's record."""
 
     state: State
     kind: int
@@ -42,7 +42,7 @@ class Event:
 
 @dataclass(slots=True)
 class Path:
-    """What became of a ball: how it ended (`engine.exact.outcome`), its bin, -1 if none."""
+    """A ball's events, its outcome (a code of `engine.exact.outcome`) and its bin, -1 if none."""
 
     outcome: int = RUNNING
     bin: int = -1
@@ -51,16 +51,16 @@ class Path:
 
 
 def trace(board: Board, x: arb, bits: int, proof: Proof) -> Path:
-    """Follow a ball from rest at x on the height of the start; `bits` is the precision that is set.
+    """Follow a ball from rest at x, in m, at the board's start height.
 
-    x is in m, and may be wide: then what is proven holds for every start in it. Raises
-    UndecidedError at the first comparison that the precision leaves open.
+    `bits` is the current precision. x may be a wide ball: the path then holds for every start in
+    it. Raises UndecidedError at the first comparison that the precision leaves open.
     """
     return Tracer(scene_of(board, bits), x, proof).run()
 
 
 class Tracer:
-    """One ball from its start to its end."""
+    """Follows one ball from its start to its end."""
 
     def __init__(self, scene: Scene, x: arb, proof: Proof) -> None:
         self.scene, self.proof = scene, proof
@@ -68,7 +68,7 @@ class Tracer:
         self.path = Path()
 
     def run(self) -> Path:
-        """Until it lands, or comes to another end."""
+        """Follow the ball until its path ends."""
         touched: Touched = {}
         while self.path.outcome == RUNNING:
             if len(self.path.events) >= MAX_EVENTS:
@@ -81,7 +81,10 @@ class Tracer:
         self.path.events.append(Event(self.state, kind, index))
 
     def _fly(self, touched: Touched) -> Touched:
-        """A flight and what it ends with; what is touched when the next one starts."""
+        """One flight and the impact or contact after it.
+
+        Returns the surfaces that the ball touches when the next flight starts.
+        """
         flight = Flight(self.scene, self.state)
         hit = next_impact(self.scene, flight, touched, self.proof)
         if hit is None:
@@ -92,7 +95,7 @@ class Tracer:
             self._land()
             return {}
         if len(hit.surfaces) > 2:
-            raise UndecidedError("what becomes of a ball that hits three surfaces at once")
+            raise UndecidedError("what an impact on three surfaces at once does")
         if len(hit.surfaces) == 2:
             return self._meet(*hit.surfaces)
         along = self._slid_along(flight, touched)
@@ -101,7 +104,7 @@ class Tracer:
         return self._hit(hit.surfaces[0], hit.approach)
 
     def _slid_along(self, flight: Flight, touched: Touched) -> Face | None:
-        """A face that the ball has touched all through its flight, and touches now."""
+        """A face that the ball has touched throughout its flight, and touches now."""
         for face in slid_along(flight, touched):
             place = face.along(self.state.x, self.state.y)
             what = f"whether the ball is on {face.name}"
@@ -123,7 +126,7 @@ class Tracer:
         self._note(KIND_LANDING, bin_)
 
     def _hit(self, surface: Surface, approach: arb | None) -> Touched:
-        """An impact at the speed `approach`, and what follows if the bounce dies there."""
+        """An impact at the speed `approach`, and the contact phase if the bounce dies there."""
         off, sticks = self.rebound(surface, approach)
         if self.proof.is_positive(off - DEAD, "whether a bounce dies"):
             return {surface: Touch(BOUNCED, off)}
@@ -133,7 +136,10 @@ class Tracer:
         return self._lift({surface: Touch(LIFTED, ZERO)})
 
     def rebound(self, surface: Surface, approach: arb | None) -> tuple[arb, bool]:
-        """An impact: the speed off the surface after it, and whether friction stopped the slip."""
+        """Apply an impact. Returns the speed off the surface, and whether friction ended the slip.
+
+        `approach` is v.n, if the caller knows it more sharply than the velocity gives it.
+        """
         now = self.state
         nx, ny = surface.normal(now.x, now.y)
         if approach is None:
@@ -149,14 +155,17 @@ class Tracer:
         return after.off, after.sticks
 
     def _bounced(self, surface: Surface, after: Rebound, normal: tuple[arb, arb]) -> State:
-        """The state after an impact on a surface with this normal where the ball is."""
+        """The state after an impact on a surface that has this normal at the ball's position.
+
+        The position is projected onto the surface, which makes its enclosure sharper.
+        """
         now, (nx, ny) = self.state, normal
         x, y = surface.at_contact(now.x, now.y, nx, ny)
         vx, vy = after.off * nx - after.along * ny, after.off * ny + after.along * nx
         return State(now.t, x, y, vx, vy, after.omega)
 
     def _is_pressed(self, surface: Surface) -> bool:
-        """Whether gravity presses the ball onto a surface along which alone it moves: N > 0."""
+        """Whether the normal force N on a ball that moves only along the surface is positive."""
         now = self.state
         nx, ny = surface.normal(now.x, now.y)
         along = now.vy * nx - now.vx * ny
@@ -164,22 +173,23 @@ class Tracer:
         return self.proof.is_positive(force, f"whether the ball is pressed onto {surface.name}")
 
     def _align(self, surface: Surface) -> None:
-        """Leave the ball no speed off a surface."""
+        """Set the ball's speed off a surface to zero."""
         now = self.state
         nx, ny = surface.normal(now.x, now.y)
         along = now.vy * nx - now.vx * ny
         self.state = replace(now, vx=-along * ny, vy=along * nx)
 
     def _lift(self, touched: Touched) -> Touched:
-        """The ball flies on from surfaces that it has no speed off."""
+        """The ball flies off surfaces with no speed off them; a hook for SpreadTracer."""
         return touched
 
     def _stay(
         self, surface: Surface, beside: tuple[Surface, ...], sticks: bool, *, begins: bool = True
     ) -> Touched:
-        """The ball rolls or slides, until it leaves, hits another surface or comes to its end.
+        """A contact phase, until the ball leaves the surface, hits another one, lands or rests.
 
-        `beside`: other surfaces that it touches, and moves off. `begins`: its contact does.
+        `beside`: other surfaces that it touches and moves off. `begins`: whether the contact begins
+        here, which is an event.
         """
         if begins:
             self._note(KIND_CONTACT_BEGIN, contact_index(surface))
@@ -198,13 +208,16 @@ class Tracer:
         return phase.run(self.state, surface, sticks, beside)
 
     def note_contact(self, state: State, kind: int, surface: Surface) -> None:
-        """An event of a contact phase."""
+        """Record an event of a contact phase."""
         self.path.events.append(Event(state, kind, contact_index(surface)))
 
     # Two surfaces at once: the laws of `engine.exact.two_contacts`.
 
     def _meet(self, a: Surface, b: Surface) -> Touched:
-        """A ball that touches a meets b: impulses in turn, until it approaches neither."""
+        """A ball that touches a meets b: impulses in turn, until it approaches neither.
+
+        If the impulses do not end within MOST_IMPULSES, the two surfaces have trapped the ball.
+        """
         last, sticks, impulses = b, False, 0
         while approached := self._approached(a, b):
             if impulses == MOST_IMPULSES:
@@ -235,7 +248,7 @@ class Tracer:
         return now.vx * nx + now.vy * ny
 
     def _approached(self, *surfaces: Surface) -> list[Surface]:
-        """Those that the ball moves into faster than a dying bounce, in the order of items."""
+        """The surfaces that the ball moves into faster than DYING_BOUNCE, in order of rank."""
         return [
             surface
             for surface in sorted(surfaces, key=lambda s: s.rank)
@@ -257,7 +270,11 @@ class Tracer:
         return not self.proof.is_positive(into, f"whether the ball slides off {other.name}")
 
     def _is_slow(self) -> bool:
-        """Whether the ball is slow enough to have stopped between two surfaces."""
+        """Whether the ball is too slow to leave the notch between two surfaces.
+
+        As in `engine.exact.two_contacts`: slower than STOPPED, or than a fall through the rounding
+        of its position would make it.
+        """
         now = self.state
         height = arb(PLACE_ROUNDING) * (abs(now.x) + abs(now.y))
         enough = arb.max(arb(STOPPED) ** 2, 2 * self.scene.gravity * height)
@@ -265,7 +282,7 @@ class Tracer:
         return not self.proof.is_positive(square - enough, "whether the ball stops")
 
     def _go_on(self, surface: Surface, other: Surface, *, sticks: bool) -> Touched:
-        """The ball moves along one surface and off the other."""
+        """The ball continues along one surface and moves off the other."""
         off = self._off(other)
         self._align(surface)
         if self._is_pressed(surface):
@@ -273,7 +290,7 @@ class Tracer:
         return self._lift({surface: Touch(LIFTED, ZERO), other: Touch(BOUNCED, off)})
 
     def _rest(self, a: Surface, b: Surface) -> Touched:
-        """A ball at rest in the notch: what it does once friction has had its part."""
+        """A ball at rest in the notch: friction stops its spin, then it rests, falls or leaves."""
         rest, brake = self._rest_in_notch(a, b)
         spun = rest == SPINS
         if spun:
@@ -295,7 +312,10 @@ class Tracer:
         return self._stay(stays, (opened,), sticks=False, begins=not spun)
 
     def _rest_in_notch(self, a: Surface, b: Surface) -> tuple[int, arb]:
-        """`engine.physics.two_contacts.rest_in_notch`, whose every comparison is proven."""
+        """`engine.physics.two_contacts.rest_in_notch` with every comparison proven.
+
+        Returns a code of that module, and while the ball spins the friction that brakes it, m/s^2.
+        """
         is_positive, gravity, omega = self.proof.is_positive, self.scene.gravity, self.state.omega
         (ax, ay), (bx, by) = (s.normal(self.state.x, self.state.y) for s in (a, b))
         what = f"what a ball at rest between {a.name} and {b.name} does"

@@ -94,7 +94,7 @@ def test_an_unknown_host_is_named() -> None:
         listen(Settings(host="no.such.host.invalid", port=0))
 
 
-def test_a_server_that_can_make_no_temporary_file_says_so_before_it_listens(
+def test_a_server_without_temporary_files_says_so_at_start(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def refuse() -> str:

@@ -12,7 +12,7 @@ from engine import Board, drop
 DOCS = Path(__file__).parents[2] / "docs" / "api.md"
 
 
-def test_flags_win_over_the_environment_and_both_over_the_defaults() -> None:
+def test_flags_win_over_environment_and_both_over_defaults() -> None:
     environ = {"PLINKO_PORT": "9000", "PLINKO_HOST": "0.0.0.0", "HOME": "x"}
     settings = Settings.load(environ, {"port": 9001, "board": None})
     assert (settings.port, settings.host, settings.board) == (9001, "0.0.0.0", "triangle-16")
@@ -28,7 +28,7 @@ def test_an_orchestrators_own_variables_are_left_alone() -> None:
     assert Settings.load({"PLINKO_SERVICE_HOST": "10.0.0.1"}) == Settings()
 
 
-def test_a_misspelt_variable_is_named_and_an_orchestrator_s_is_not() -> None:
+def test_a_misspelt_variable_is_named_an_orchestrator_s_is_not() -> None:
     theirs = ("SERVICE_HOST", "SERVICE_PORT_HTTP", "PORT_8000_TCP", "PORT_8000_TCP_ADDR")
     environ = {f"PLINKO_{name}": "x" for name in (*theirs, "HOST", "SECRET", "SECRETS", "COLOUR")}
     assert not_settings(environ) == [
@@ -87,7 +87,7 @@ def test_wrong_types_and_unknown_flags_are_refused() -> None:
         Settings.load({}, {"prot": 8000})
 
 
-def test_the_table_has_every_setting_and_the_documentation_has_the_table() -> None:
+def test_the_table_has_every_setting_and_the_docs_the_table() -> None:
     assert [row.name for row in options()] == [field.name for field in dataclasses.fields(Settings)]
     assert table() in DOCS.read_text()
 

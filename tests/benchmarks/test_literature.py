@@ -40,7 +40,7 @@ def test_a_ball_without_friction_leaves_a_peg_at_two_thirds(speed: float) -> Non
     assert textbook.slider_leaves(speed).apart < 1e-14
 
 
-def test_a_ball_with_much_friction_leaves_a_peg_as_a_rolling_disc_would() -> None:
+def test_a_ball_with_much_friction_leaves_a_peg_as_if_rolling() -> None:
     """What is left to 4/7 falls as one over the friction: extrapolated it is gone."""
     off = {mu: textbook.roller_leaves(mu, 1e-3).apart for mu in (0.0, 1.0, 5.0, 10.0)}
     assert off[0.0] == pytest.approx(2.0 / 3.0 - 4.0 / 7.0, abs=1e-6)
@@ -56,18 +56,18 @@ def test_falls_bounces_and_a_cradle_are_right_to_rounding() -> None:
     assert textbook.cradle(7, 3.0).apart < 1e-12
 
 
-def test_double_precision_loses_eleven_digits_of_the_photon_and_says_so() -> None:
+def test_double_precision_loses_eleven_of_the_photon_s_digits() -> None:
     found = siam.in_double_precision()
     assert found.reflections == 14
     assert 1e-7 < found.error < found.estimate < 1e-4
 
 
-def test_the_lorentz_gas_has_its_mean_free_path_and_lyapunov_exponent(section: Section) -> None:
+def test_the_lorentz_gas_has_its_free_path_and_lyapunov_exponent(section: Section) -> None:
     for row in rows(section, "lorentz", "mean free path") + rows(section, "lorentz", "Lyapunov"):
         assert row["apart"] < 4.0, row  # standard errors
 
 
-def test_the_lorentz_gas_diffuses_about_as_machta_and_zwanzig_say(section: Section) -> None:
+def test_the_lorentz_gas_diffuses_as_machta_and_zwanzig_say(section: Section) -> None:
     """Within a tenth at the narrowest gap, a third more at the widest; both known."""
     for found, most in zip(section.data["lorentz_diffusion"], (0.1, 0.4, 0.4, 0.6), strict=True):
         ratio = found["value"] / lorentz.machta_zwanzig(found["gap"])
@@ -75,7 +75,7 @@ def test_the_lorentz_gas_diffuses_about_as_machta_and_zwanzig_say(section: Secti
         assert 1.0 - most - slack < ratio < 1.0 + most + slack, found
 
 
-def test_balls_of_the_elastic_galton_board_gain_speed_as_they_should(section: Section) -> None:
+def test_balls_of_the_elastic_galton_board_gain_speed_as_known(section: Section) -> None:
     speed, depth = section.data["galton"]
     assert float(speed["found"].split("(")[0]) == pytest.approx(1.0 / 3.0, abs=0.06)
     assert float(depth["found"].split("(")[0]) == pytest.approx(2.0 / 3.0, abs=0.12)
@@ -102,7 +102,7 @@ def test_the_photon_s_digits_are_proven_as_many_as_are_asked_for() -> None:
     assert photon.with_bits(24, 5) is None, "too few bits decide nothing, and claim nothing"
 
 
-def test_a_place_is_proven_to_thirty_digits_where_double_precision_has_twelve(
+def test_a_place_is_proven_to_30_digits_where_doubles_have_12(
     section: Section,
 ) -> None:
     drops = section.data["digits"]["drops"]
@@ -122,7 +122,7 @@ def test_an_estimate_says_its_error_in_its_last_digit() -> None:
     assert found.off(2.5 + 2.0 * found.error) == pytest.approx(2.0)
 
 
-def test_the_arena_moves_an_elastic_gas_as_an_event_driven_code_does() -> None:
+def test_the_arena_moves_an_elastic_gas_as_event_driven_codes_do() -> None:
     scene = gas(30)
     ours, other = Ours(scene), Billiards(scene)
     ours.run(6 * DT)
@@ -132,7 +132,7 @@ def test_the_arena_moves_an_elastic_gas_as_an_event_driven_code_does() -> None:
     assert ours.velocities() == pytest.approx(other.velocities(), abs=1e-8)
 
 
-def test_the_cost_of_an_impact_stands_beside_an_event_driven_code_s(section: Section) -> None:
+def test_an_impact_s_cost_is_compared_with_an_event_driven_code(section: Section) -> None:
     (cost,) = (table for table in section.tables if table.title.startswith("Cost of an impact"))
     assert [row[0] for row in cost.rows] == [Ours.name, Billiards.name]
     assert section.data["gas"]["apart"][0]["apart"] < 1e-9

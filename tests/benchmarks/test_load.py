@@ -45,7 +45,7 @@ def pong(sent: float, ahead: float, there: float, tick: int, late: float) -> dic
     return {"t": sent, "server_time": sent + there + ahead, "tick": tick, "tick_time": made}
 
 
-def test_the_clock_follows_the_quickest_pong_and_the_least_late_tick() -> None:
+def test_the_clock_follows_the_quickest_pong_and_earliest_tick() -> None:
     clock = Clock(60.0)
     assert not clock.known
     clock.observe(pong(10.0, 490.0, 0.010, 0, 0.005), 10.050)  # slow on its way back
@@ -56,7 +56,7 @@ def test_the_clock_follows_the_quickest_pong_and_the_least_late_tick() -> None:
     assert clock.due(60) == pytest.approx(11.0)
 
 
-def test_the_clock_drifts_with_the_servers_and_forgets_what_was_before_a_sleep() -> None:
+def test_the_clock_drifts_with_the_server_s_and_forgets_a_sleep() -> None:
     clock = Clock(60.0, kept=5)
     for k in range(100):
         ahead = 490.0 + 1e-4 * k

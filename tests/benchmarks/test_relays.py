@@ -40,7 +40,7 @@ def test_what_more_spectators_cost_is_a_spectator_s() -> None:
     assert "| 5,000" in section.text()
 
 
-def test_a_system_that_allows_too_few_files_is_told_before_any_work(
+def test_a_system_with_too_few_files_is_reported_before_work(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     raised: list[tuple[int, int]] = []

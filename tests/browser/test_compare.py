@@ -73,7 +73,7 @@ def test_a_difference_can_be_chosen(opened: Open, name: str, shift: float) -> No
     check_verdict(screen, one, drop(board, 42, x=one.x_start + shift))
 
 
-def test_two_seeds_are_compared_and_the_distance_is_told_at_each_moment(opened: Open) -> None:
+def test_two_seeds_are_compared_with_their_distance_at_all_times(opened: Open) -> None:
     screen = paused(opened(LINK))
     page = screen.page
     page.get_by_role("radio", name="other seed").check()
@@ -118,7 +118,7 @@ def test_a_seed_that_parts_is_found(opened: Open) -> None:
     check_verdict(screen, one, two)
 
 
-def test_it_opens_on_two_balls_a_nanometre_apart_of_which_one_wins_all(opened: Open) -> None:
+def test_it_opens_on_balls_a_nanometre_apart_one_of_which_wins(opened: Open) -> None:
     screen = opened("/compare.html").state("replay")
     both = screen.page.locator("#both")
     expect(both).to_contain_text("110x")

@@ -300,7 +300,7 @@ def test_a_wall_and_a_bin_are_placed_by_keys(bench: Bench) -> None:
     bench.becomes("bins.edges.length", 5)
 
 
-def test_no_verdict_is_given_of_a_changed_board_until_its_own_comes(bench: Bench) -> None:
+def test_a_changed_board_has_no_verdict_until_its_own_comes(bench: Bench) -> None:
     held: list[Route] = []
 
     def hold(route: Route) -> None:
@@ -446,7 +446,7 @@ def test_a_board_is_registered_and_played_in_a_room(bench: Bench) -> None:
     screen.landed(screen.api(f"drops/{board.digest}/42")["bin"])
 
 
-def test_payouts_that_too_few_drops_tell_are_solved_with_a_warning(opened: Open) -> None:
+def test_payouts_from_too_few_drops_are_solved_with_a_warning(opened: Open) -> None:
     bench = Bench(opened("/editor.html?board=triangle-16"))
     bench.page.get_by_role("button", name="Solve payouts").click()
     result = bench.page.locator("#result")
@@ -518,7 +518,7 @@ def test_the_editor_fits_its_screens(opened: Open, device: str) -> None:
         bench.screen.shot(f"editor-{name}")
 
 
-def test_a_finger_on_empty_board_moves_nothing_and_on_a_peg_moves_it(opened: Open) -> None:
+def test_a_finger_moves_a_peg_that_it_touches_and_nothing_else(opened: Open) -> None:
     bench = Bench(opened("/editor.html", **context_for("phone")))
     bench.tool("Move")
     pegs = bench.board["pegs"]

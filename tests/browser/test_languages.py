@@ -34,9 +34,7 @@ OVERFLOWING = """
 
 
 @pytest.mark.long
-def test_german_once_chosen_is_spoken_everywhere_and_fits_a_phone(
-    opened: Open, quick: Quick
-) -> None:
+def test_german_once_chosen_is_used_everywhere_and_fits_a_phone(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page, viewport=PHONE, locale="es-ES").ready()
     page = screen.page
     german = page.locator("html[lang=de]")

@@ -89,7 +89,7 @@ def test_a_link_of_the_first_release_still_leads_to_the_replay(opened: Open) -> 
     expect(screen.fact("start")).to_have_text("0.125 m, practice")
 
 
-def test_any_moment_can_be_looked_at_and_is_always_the_same_picture(replay: Screen) -> None:
+def test_any_moment_can_be_shown_and_is_always_the_same_picture(replay: Screen) -> None:
     sampled = replay.api("drops/triangle-8/42/frames?fps=1")
     board = replay.api("boards/triangle-8")["board"]
     time = replay.page.get_by_label("Time in the drop")
@@ -367,7 +367,7 @@ def test_a_drop_that_rides_pegs_is_shown_to_its_end(opened: Open, server: Server
     screen.shot("replay-rides")
 
 
-def test_a_ball_that_never_settles_is_replayed_and_lies_where_it_stopped(
+def test_a_ball_that_never_settles_is_replayed_to_where_it_ends(
     opened: Open, server: ServerProcess
 ) -> None:
     """In perfect balance on a peg: no bin, the stake back, and the ball is still to be seen."""

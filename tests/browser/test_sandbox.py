@@ -243,7 +243,7 @@ def test_another_table_has_balls_that_knock_each_other(opened: Open) -> None:
     table.ready()
 
 
-def test_a_board_whose_balls_knock_each_other_is_played_and_halted_on_both_pages(
+def test_a_board_of_touching_balls_is_played_and_halted_on_pages(
     opened: Open, server: ServerProcess, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     quick = quick_table(server, "triangle-8", "interacting")

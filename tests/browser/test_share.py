@@ -37,7 +37,7 @@ def other_site(server: ServerProcess) -> Iterator[str]:
     thread.join()
 
 
-def test_another_site_shows_a_drop_in_a_frame_and_its_end_only_at_the_end(
+def test_another_site_shows_a_drop_in_a_frame_its_end_only_last(
     opened: Open, other_site: str, complaints: Complaints
 ) -> None:
     screen = opened(f"{other_site}/embed/replay?{DROP}")
@@ -99,7 +99,7 @@ def test_a_shared_link_keeps_the_end_until_the_ball_has_landed(opened: Open) -> 
         expect(part).to_be_visible()
 
 
-def test_a_drop_is_handed_on_as_link_and_frame_poster_film_and_record(opened: Open) -> None:
+def test_a_drop_is_shared_as_link_frame_poster_film_and_record(opened: Open) -> None:
     screen = opened(f"/replay.html?{DROP}").state("replay")
     page = screen.page
     text = page.get_by_role("textbox", name="What was copied")

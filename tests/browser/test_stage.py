@@ -131,7 +131,7 @@ def test_an_audience_sees_who_won_what_and_has_nothing_to_click(
         stage.shot(f"stage-{name}")
 
 
-def test_a_drop_with_a_name_has_it_at_its_ball_on_the_stage_and_at_the_table(
+def test_a_named_drop_shows_its_name_on_the_stage_and_the_table(
     opened: Open, server: ServerProcess
 ) -> None:
     quick = quick_table(server, "triangle-8")
@@ -157,7 +157,7 @@ def test_a_drop_with_a_name_has_it_at_its_ball_on_the_stage_and_at_the_table(
     assert NAME not in written(silent)
 
 
-def test_what_waits_is_shown_and_goes_on_after_the_server_was_killed(
+def test_the_queue_is_shown_and_goes_on_after_a_kill(
     opened: Open, mortal: ServerProcess, complaints: Complaints
 ) -> None:
     complaints.allow(GONE)
@@ -213,9 +213,7 @@ def shows_all(stage: Screen, pupils: dict[str, str]) -> bool:
     return all(painted(stage, pupils))
 
 
-def test_phones_come_by_the_code_and_each_has_its_colour_in_the_pile_and_the_bars(
-    opened: Open, server: ServerProcess
-) -> None:
+def test_phones_join_by_the_code_each_with_its_colour(opened: Open, server: ServerProcess) -> None:
     # A ball falls for longer than the second that others may wait to be told a newcomer's name.
     board = Board.preset("triangle-8").replace(name="class").to_dict()
     room = httpx.post(f"{server.url}/api/v1/rooms", json={"board": board}, timeout=LIMIT).json()

@@ -73,7 +73,7 @@ def test_relays_ask_the_servers_and_the_redis_that_are_started() -> None:
         assert set(service["profiles"]) <= set(SERVICES["redis"]["profiles"])
 
 
-def test_a_cluster_is_three_servers_that_differ_in_their_names_alone() -> None:
+def test_a_cluster_s_three_servers_differ_only_in_their_names() -> None:
     first, *others = SERVERS.values()
     assert len(SERVERS) == 3
     assert set(CLUSTERED) == set(SERVERS) - {"plinko1"}, "one server needs no profile"
@@ -98,7 +98,7 @@ def test_the_proxy_and_prometheus_ask_what_is_started() -> None:
     }
 
 
-def test_a_server_answers_under_the_name_by_which_prometheus_asks() -> None:
+def test_a_server_answers_under_the_name_that_prometheus_uses() -> None:
     for name, service in OURS.items():
         machine, command = service["hostname"], service["command"]
         listens = command[command.index("--host") + 1]

@@ -96,7 +96,7 @@ def test_three_servers_are_one(
             )
             assert made.status_code == 202, made.text
     restored = brought_back(postgresql, own["PLINKO_DATABASE_URL"])
-    assert restored.startswith("sound: 1 sessions, 3 drops"), "what was dropped is there"
+    assert restored.startswith("sound: 1 room runs, 3 drops"), "what was dropped is there"
 
 
 def brought_back(postgresql: postgres.Cluster, database: str) -> str:  # noqa: F811

@@ -124,9 +124,7 @@ async def test_a_page_plays_over_the_proxy_whatever_its_port(
             await player.until("landed")
 
 
-def test_a_proxy_says_who_asks_and_keeps_to_itself_what_is_not_for_clients(
-    name: str, tmp_path: Path
-) -> None:
+def test_a_proxy_passes_the_client_s_address_and_hides_the_rest(name: str, tmp_path: Path) -> None:
     told = {"x-forwarded-for": "203.0.113.9", "plinko-hops": "3"}
     with (
         Named("plinko1") as server,
@@ -176,7 +174,7 @@ def test_all_that_is_of_one_room_goes_to_one_server(
 
 
 @needs_haproxy
-def test_who_watches_by_seeds_does_so_over_relays_where_there_are_some() -> None:
+def test_viewers_by_seeds_use_relays_where_there_are_some() -> None:
     with proxying(relays=2) as (client, _):
         found = {who(client, "/ws/rooms/main?stream=seeds&watch=true") for _ in range(4)}
         assert found == {"relay1", "relay2"}

@@ -64,7 +64,7 @@ def test_what_is_not_json_is_said_to_be_none(text: str | bytes) -> None:
 
 
 @pytest.mark.parametrize("depth", [65, 900, 100_000])
-def test_what_is_nested_too_deeply_to_be_written_again_is_refused(depth: int) -> None:
+def test_what_is_nested_too_deeply_to_be_written_is_refused(depth: int) -> None:
     with pytest.raises(JsonSyntaxError, match="nested too deeply: more than 64 levels"):
         json_text.parse("[" * depth + "]" * depth)
 

@@ -7,7 +7,7 @@ import plinko
 from tests.engine.test_determinism import run_python
 
 
-def test_every_public_name_is_there_and_listed_before_it_is_asked_for() -> None:
+def test_every_public_name_exists_and_is_listed_before_its_use() -> None:
     code = (
         "import engine\n"
         "listed = dir(engine)\n"
@@ -36,7 +36,7 @@ def test_a_drop_and_a_world_load_nothing_of_balls_that_touch(use: str) -> None:
 
 
 @pytest.mark.parametrize("package", ["engine", "plinko"])
-def test_without_python_flint_all_other_names_are_there_and_the_missing_say_why(
+def test_without_python_flint_only_certified_names_are_missing(
     package: str,
 ) -> None:
     code = (
@@ -69,7 +69,7 @@ def test_plinko_loads_no_more_than_the_engine_does() -> None:
     assert run_python(code.format("plinko")) == run_python(code.format("engine"))
 
 
-def test_plinko_draws_pictures_and_loads_what_draws_them_when_it_does() -> None:
+def test_plinko_loads_the_code_for_pictures_when_it_draws_one() -> None:
     code = (
         "import sys, plinko\n"
         "print('PIL' in sys.modules)\n"

@@ -12,7 +12,7 @@ SEEDS = st.integers(0, 2**64 - 1)
 
 
 @given(SEEDS)
-def test_a_seed_is_read_from_a_number_and_from_its_decimal_string(seed: int) -> None:
+def test_a_seed_is_read_from_a_number_and_a_decimal_string(seed: int) -> None:
     assert parse_seed(seed) == seed
     assert parse_seed(str(seed)) == seed
     assert parse_seed(np.uint64(seed)) == seed

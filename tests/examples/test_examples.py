@@ -79,7 +79,7 @@ def test_a_rest_client_replays_verifies_and_plays(
     assert "seed 7 landed in bin " in said
 
 
-def test_a_websocket_client_follows_its_ball_in_all_three_streams(server: Running) -> None:
+def test_a_websocket_client_follows_its_ball_in_three_streams(server: Running) -> None:
     said = run(sys.executable, "websocket_client.py", server.url.replace("http", "ws", 1))
     snapshots, places, segments, seeds, digest = said.splitlines()
     assert re.match(r"snapshots: \d+ binary messages, then {'type': 'landed', ", snapshots)
@@ -96,7 +96,7 @@ def test_a_websocket_client_in_javascript_does_so_too(server: Running) -> None:
     assert re.search(r"last seen: \[\s*{ ball: \d+, x: -?\d", said)
 
 
-def test_the_digests_of_the_determinism_test_are_those_of_this_release() -> None:
+def test_the_determinism_test_has_the_digests_of_this_release() -> None:
     said = run(
         sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_determinism.py"
     )
@@ -105,7 +105,7 @@ def test_the_digests_of_the_determinism_test_are_those_of_this_release() -> None
     assert all(line in text for line in run(sys.executable, "test_determinism.py").splitlines())
 
 
-def test_a_worksheet_has_its_pictures_its_table_and_its_questions(tmp_path: Path) -> None:
+def test_a_worksheet_has_its_pictures_table_and_questions(tmp_path: Path) -> None:
     lesson = tmp_path / "lesson"
     said = run(sys.executable, "worksheet.py", lesson)
     assert "bin  6" in said
@@ -251,7 +251,7 @@ def test_a_drop_left_out_and_another_key_are_found(tmp_path: Path) -> None:
     assert "the statement is signed" in verified(session, tmp_path, code=1)
 
 
-def test_the_session_of_a_draw_is_verified_and_what_is_forged_in_it_is_named(
+def test_a_draw_s_session_is_verified_and_any_forgery_named(
     tmp_path: Path,
 ) -> None:
     text = DRAWN.read_text("utf-8")
@@ -266,7 +266,7 @@ def test_the_session_of_a_draw_is_verified_and_what_is_forged_in_it_is_named(
     assert "does not hold: drop 1: both seeds draw its bin\n" in told
 
 
-def test_the_board_with_prizes_falls_as_its_preset_and_names_what_is_won() -> None:
+def test_the_prize_board_falls_as_its_preset_and_names_prizes() -> None:
     board, plain = Board.from_json(EXAMPLES / "prizes.json"), Board.preset("triangle-8")
     prize, bare = drop(board, 42), drop(plain, 42)
     assert prize.impacts.tobytes() == bare.impacts.tobytes()

@@ -53,7 +53,7 @@ def test_every_golden_snapshot_is_decoded_to_the_last_bit(example: dict[str, Any
     assert found == {name: example[name] for name in ("tick", "seq", "balls")}
 
 
-def test_every_golden_message_of_segments_is_decoded_to_the_last_bit() -> None:
+def test_golden_messages_of_segments_are_decoded_to_the_last_bit() -> None:
     golden = json.loads((GOLDEN / "segments.json").read_text())
     assert len(golden["frames"]) > 3
     for example in golden["frames"]:
@@ -74,7 +74,7 @@ def hello_of(room: IndependentRoom, stream: str) -> dict[str, Any]:
     return found
 
 
-def test_a_room_is_read_to_half_a_step_from_snapshots_and_segments() -> None:
+def test_a_room_is_read_to_half_a_step_from_both_streams() -> None:
     board = Board.preset("triangle-12")
     room = IndependentRoom("r", board, tick_rate=60, max_balls=99)
     hello = hello_of(room, "segments")
@@ -161,7 +161,7 @@ def test_starts_and_batches_are_what_the_page_says(monkeypatch: pytest.MonkeyPat
             assert checker.start(int(record["seed"]), zone["x"], zone["jitter"]) == x
 
 
-def test_a_drop_that_did_not_land_has_the_digest_of_one_of_the_ways() -> None:
+def test_a_drop_that_did_not_land_has_the_digest_of_one_way() -> None:
     made = drop("classic", x=0.0)
     assert made.bin is None
     form = Board.preset("classic").to_dict()

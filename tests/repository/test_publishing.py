@@ -16,7 +16,6 @@ from tests.repository.test_repository import PROJECT, ROOT
 
 WORKFLOWS = {path.name: path for path in (ROOT / ".github" / "workflows").glob("*.yml")}
 DOCS = ROOT / "docs"
-PAGES = sorted(path.stem for path in (*DOCS.glob("*.md"), *DOCS.glob("*.ipynb")))
 
 
 def loaded(path: Path) -> Any:
@@ -31,19 +30,13 @@ def steps(workflow: Any) -> list[dict[str, Any]]:
 
 
 @pytest.mark.parametrize("path", WORKFLOWS.values(), ids=WORKFLOWS)
-def test_a_workflow_takes_each_action_at_a_version_and_may_do_what_it_says(path: Path) -> None:
+def test_a_workflow_pins_its_actions_and_limits_its_rights(path: Path) -> None:
     workflow = loaded(path)
     used = [step["uses"] for step in steps(workflow) if "uses" in step]
     assert used
     assert [use for use in used if not re.fullmatch(r"[\w.-]+/[\w./-]+@v\d+(\.\d+)*", use)] == []
     assert workflow["permissions"] == {"contents": "read"}, "more is for single jobs"
     assert all("timeout-minutes" in job for job in workflow["jobs"].values() if "uses" not in job)
-
-
-def test_every_check_runs_on_x86_and_on_arm() -> None:
-    job = loaded(WORKFLOWS["check.yml"])["jobs"]["run"]
-    assert job["strategy"]["matrix"]["machine"] == ["ubuntu-24.04", "ubuntu-24.04-arm"]
-    assert "bash .ci/run" in [step.get("run") for step in job["steps"]]
 
 
 def test_nothing_is_published_that_was_not_checked() -> None:
@@ -73,14 +66,7 @@ def test_the_citation_is_of_this_version_and_license() -> None:
     ]
 
 
-# The site. `make docs` makes it, and fails on a link that leads nowhere.
-
-
-def test_every_page_is_in_the_sites_contents() -> None:
-    index = (DOCS / "index.md").read_text(encoding="utf-8")
-    listed = [name for block in re.findall(r"```{toctree}\n(.*?)```", index, re.DOTALL)
-              for name in block.splitlines() if re.fullmatch(r"[a-z-]+", name)]  # fmt: skip
-    assert sorted([*listed, "index"]) == PAGES, "docs/index.md lists every page of docs/"
+# The site. `make docs` fails on a page that is in no contents, and on a broken link.
 
 
 def test_every_public_name_is_in_the_reference() -> None:
@@ -120,8 +106,7 @@ def tutorial() -> nbformat.NotebookNode:
     return nbformat.read(TUTORIAL, as_version=4)  # type: ignore[no-untyped-call,no-any-return]
 
 
-def test_the_tutorial_is_kept_small_and_without_what_it_prints() -> None:
-    assert TUTORIAL.stat().st_size < 20_000
+def test_the_tutorial_is_kept_without_what_it_prints() -> None:
     kept = tutorial()
     nbformat.validate(kept)
     for cell in kept.cells:

@@ -41,31 +41,17 @@ def run() -> Iterator[Runner]:
         yield ready
 
 
-def test_there_are_examples_of_every_kind() -> None:
-    found = examples(TEXT)
-    assert any(example.is_program for example in found)
-    assert any("curl" in example.code for example in found)
-    assert {"drop", "render", "simulate", "verify"} <= {
-        word for example in found for word in example.code.split()
-    }
-
-
 @pytest.mark.long  # a page of pictures repeats what the README draws, in each format
 @pytest.mark.parametrize(
     "page", tries((README, INDEX, QUICKSTART), PAGES), ids=lambda page: page.name
 )
-def test_every_example_prints_what_the_page_says_and_draws_what_it_shows(
-    run: Runner, page: Path
-) -> None:
+def test_every_example_prints_and_draws_what_its_page_shows(run: Runner, page: Path) -> None:
     """In order and in one test, as later commands read files that earlier ones wrote."""
-    drawn = 0
     for example in quick(page):
         printed = run.run(example)
         assert without_measurements(printed) == without_measurements(example.says), example.code
         for name in pictures(example):
             _compare(run, name)
-            drawn += 1
-    assert drawn or page in (INDEX, QUICKSTART)
 
 
 def quick(page: Path) -> list[Example]:
@@ -108,7 +94,7 @@ def test_the_script_of_the_page_on_batches_runs_as_a_file(tmp_path: Path) -> Non
     assert done.stdout == f"{drop_many('triangle-16', 70_000).digest}\n"
 
 
-def test_the_python_reference_is_made_of_the_sources_and_has_every_name() -> None:
+def test_the_python_reference_has_every_name_from_the_sources() -> None:
     assert reference.PAGE.read_text(encoding="utf-8") == reference.text(), "make readme makes it"
     assert sorted(name for names in reference.GROUPS.values() for name in names) == sorted(
         plinko.__all__

@@ -65,7 +65,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
     return Installed(wheel, fresh)
 
 
-def test_the_wheel_has_the_engine_the_server_and_the_page_and_nothing_else(
+def test_the_wheel_has_engine_server_and_page_and_nothing_else(
     installed: Installed,
 ) -> None:
     with zipfile.ZipFile(installed.wheel) as archive:
@@ -84,7 +84,7 @@ def test_the_wheel_has_the_engine_the_server_and_the_page_and_nothing_else(
     assert told["License-Expression"] == "MIT"
 
 
-def test_an_installed_package_computes_the_golden_drop_and_verifies_it(
+def test_an_installed_package_makes_and_verifies_the_golden_drop(
     installed: Installed,
 ) -> None:
     done = installed.run("plinko", "drop", "triangle-8", "--seed", "42", "--json")
@@ -96,7 +96,7 @@ def test_an_installed_package_computes_the_golden_drop_and_verifies_it(
     assert installed.run("python", "-m", "plinko", "verify", "record.json").returncode == 0
 
 
-def test_an_installed_package_is_found_where_it_was_installed_and_paints(
+def test_an_installed_package_is_found_there_and_paints(
     installed: Installed,
 ) -> None:
     code = (
@@ -114,13 +114,13 @@ def test_an_installed_package_is_found_where_it_was_installed_and_paints(
     assert (same, picture) == ("True", "b'PNG'")
 
 
-def test_an_installed_package_has_the_sources_files_to_the_last_byte(installed: Installed) -> None:
+def test_an_installed_package_has_the_source_s_files_exactly(installed: Installed) -> None:
     source = inventory.listed(inventory.files_of(inventory.installed()))
     (installed.folder / "source").write_text(source)
     done = installed.run("plinko", "integrity", "--compare", "source")
     assert (done.returncode, done.stdout) == (
         0,
-        f"all {source.count('  ')} files are those of source\n",
+        f"all {source.count('  ')} files agree with source\n",
     )
 
 
@@ -158,7 +158,7 @@ def without_server(installed: Installed, *arguments: str) -> subprocess.Complete
     ],
     ids=lambda arguments: arguments[0],
 )
-def test_physics_pictures_and_commands_need_nothing_of_the_server(
+def test_physics_pictures_and_commands_need_no_server(
     installed: Installed, arguments: list[str]
 ) -> None:
     done = without_server(installed, *arguments)

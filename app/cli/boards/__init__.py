@@ -1,4 +1,1 @@
-"""Commands about boards: which there are, what they return, how they are made.
-
-Start with boards.py.
-"""
+"""Commands about boards: list them, count their returns, make new ones. Start with boards.py."""

@@ -1,4 +1,4 @@
-"""`plinko boards`: the presets, or one board's JSON."""
+"""`plinko boards`: list the presets, or print one board as JSON."""
 
 from typing import TYPE_CHECKING
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def command(board: str | None, as_json: bool) -> None:
     """List the preset boards; with BOARD, check that board and print it as JSON.
 
-    The JSON is a file that every command takes as BOARD: a start for your own.
+    Every command takes a file with such JSON as BOARD: edit it to make your own board.
     """
     if board is not None:
         click.echo(common.load_board(board).to_json())
@@ -37,7 +37,7 @@ def command(board: str | None, as_json: bool) -> None:
 
 
 def _summary(board: "Board") -> dict[str, object]:
-    """What the list says of a board, as `GET boards` calls it."""
+    """A board's row in the list, with the field names of `GET boards`."""
     return {
         "name": board.name,
         "digest": board.digest,

@@ -1,4 +1,4 @@
-"""`plinko calibrate`: search for the physics that makes a triangle's walk binomial."""
+"""`plinko calibrate`: search for the physics that makes a triangle's bins nearly binomial."""
 
 import sys
 from typing import TYPE_CHECKING
@@ -12,13 +12,15 @@ if TYPE_CHECKING:
 
 
 @click.command(name="calibrate", short_help="Search for a triangle's physics.")
-@click.option("--rows", type=click.IntRange(8, 16), required=True, help="Of the triangle.")
+@click.option("--rows", type=click.IntRange(8, 16), required=True, help="The triangle's rows.")
 @click.option("--trials", type=click.IntRange(min=1), default=200, show_default=True)
 @click.option("--drops", type=click.IntRange(min=1), default=10_000, show_default=True)
-@click.option("--check", type=click.IntRange(min=1), help="Drops of a last look with new seeds.")
-@click.option("--preset", is_flag=True, help="Search nothing: look at the preset as it is.")
+@click.option(
+    "--check", type=click.IntRange(min=1), help="Finally measure with this many new seeds."
+)
+@click.option("--preset", is_flag=True, help="Do not search; measure the preset.")
 @common.cluster_option
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object a line.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object per line.")
 def command(
     rows: int,
     trials: int,
@@ -30,11 +32,11 @@ def command(
 ) -> None:
     """Find drag, restitution, friction and jitter that bring a triangle's bins near the binomial.
 
-    A sweep of --trials points with --drops drops each, then rounds of a quarter as many points
-    nearer and nearer the best, with twice the drops each time. Each line is better than the one
-    before it in its round. The distance is the total variation; the floor beside it is what as
-    many fair draws would show. --check measures the last, or with --preset the preset, with seeds
-    that no search has seen.
+    The search tries --trials points with --drops drops each. In further rounds it tries a quarter
+    as many points, closer to the best one, with twice the drops. It prints each point that is
+    better than those before it in its round. `distance` is the total variation distance to the
+    binomial; `floor` is the distance that as many fair draws would have. --check measures the last
+    point (with --preset the preset) by seeds that the search has not used.
     """
     from engine.batches.search import search
     from engine.board import presets
@@ -57,7 +59,7 @@ def _show(what: str, found: "Fit", as_json: bool) -> None:
     else:
         parts = [f"{name} {value:.5g}" for name, value in _fields(found).items()]
         click.echo(f"{what}: {', '.join(parts)}")
-    sys.stdout.flush()  # a search takes minutes; whoever reads a pipe wants to see it
+    sys.stdout.flush()  # a pipe is buffered, and the search takes minutes
 
 
 def _fields(found: "Fit") -> dict[str, object]:

@@ -1,4 +1,4 @@
-"""`plinko odds`: what the presets return by the drops on record, and more drops for the record."""
+"""`plinko odds`: print the presets' returns from recorded drops, and drop more for the record."""
 
 import signal
 import time
@@ -18,21 +18,21 @@ if TYPE_CHECKING:
     from engine.payouts.record import Record, Wanted
 
 STEP: Final = 500_000
-"""Drops between two savings: some ten seconds of a core."""
+"""Drops between two saves: about ten seconds of one core."""
 
 _HEADS: Final = ("board", "return", "drops", "top award", "hit rate", "volatility", "from aims")
 
 
-@click.command(name="odds", short_help="What the presets return, and count on.")
+@click.command(name="odds", short_help="Show the presets' returns, or count more drops.")
 @click.option(
     "--record",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="A record of drops; default: the one that came with this release.",
+    help="A record of drops.  [the one of this release]",
 )
-@click.option("--count", is_flag=True, help="Drop more balls, cheapest first; needs --record.")
-@click.option("--hours", type=click.FloatRange(min=0.0), help="After which the count stops.")
+@click.option("--count", is_flag=True, help="Drop more balls; needs --record.")
+@click.option("--hours", type=click.FloatRange(min=0.0), help="Stop counting after this time.")
 @common.workers_options
-@click.option("--solve", metavar="PRESET", help="A new table by all drops; begins a new judgement.")
+@click.option("--solve", metavar="PRESET", help="Solve a new payout table; needs --record.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     record: Path | None,
@@ -43,19 +43,20 @@ def command(
     solve: str | None,
     as_json: bool,
 ) -> None:
-    """What each preset returns, with its interval of 95 %, by drops that did not choose its table.
+    """Print each preset's return with its 95 % interval.
 
-    --count goes on with a record where it was, until every return is known to 0.1 % from the own
-    start and to 0.2 % from each aim, the cheapest first. It is saved as it goes and may be stopped
-    at any time. --solve prints multipliers for engine/board/payouts.py and keeps in the record that
-    what was counted so far chose them.
+    The drops that chose a payout table do not count for its return. --count adds drops to the
+    record until every return is known to 0.1 % from the board's own start and to 0.2 % from each
+    aim, the cheapest first. It saves regularly and can be interrupted at any time. --solve prints
+    new multipliers for engine/board/payouts.py and notes in the record that all its drops chose
+    them: only later drops count for the new table.
     """
     from engine.payouts import record as records
 
     if record is None and (count or solve):
         raise click.UsageError("--count and --solve change a record: name it with --record")
     if as_json and (count or solve):
-        raise click.UsageError("--json shows a record, without --count or --solve")
+        raise click.UsageError("--json only shows a record: omit --count and --solve")
     show = _print_json if as_json else _show
     if record is None:
         show(records.shipped())
@@ -75,17 +76,17 @@ def _save(path: Path, record: "Record") -> None:
 
     unfinished = path.with_name(path.name + ".new")
     unfinished.write_text(to_text(record), encoding="utf-8")
-    unfinished.replace(path)  # at once: whoever stops us finds the old or the new
+    unfinished.replace(path)  # atomic: a kill leaves the previous record or the new one
 
 
 @contextmanager
 def _asked_to_stop() -> Iterator[list[int]]:
-    """Signals that came; what is being counted is finished and saved before they count."""
+    """Collect signals instead of dying, so that the caller can finish and save its drops."""
     came: list[int] = []
 
     def note(number: int, _frame: FrameType | None) -> None:
         came.append(number)
-        click.echo("stopping after these drops", err=True)
+        click.echo("stopping after the current drops", err=True)
 
     before = {each: signal.signal(each, note) for each in (signal.SIGINT, signal.SIGTERM)}
     try:
@@ -135,14 +136,14 @@ def _solve(path: Path, record: "Record", name: str) -> None:
     board = presets.plain_name(name)
     if board not in record or name not in record[board].chosen:
         known = ", ".join(table for counted in record.values() for table in counted.chosen)
-        raise click.UsageError(f"--solve {name!r} is none of {known}")
+        raise click.UsageError(f"--solve {name!r} is not in the record, which has {known}")
     pays = table_for(Board.preset(name), record[board].all(), 0.99, presets.risk_of(name))
     _save(path, {**record, board: record[board].solved_again(name)})
     common.print_fields({name: ", ".join(f"{each:g}" for each in pays)})
 
 
 def _print_json(record: "Record") -> None:
-    """The odds of each table from each aim, the board's own start first."""
+    """Print a list of odds per table: from the board's own start, then from each aim."""
     from engine.board.model import Board
     from engine.payouts.odds import odds_of
 
@@ -159,7 +160,7 @@ def _print_json(record: "Record") -> None:
 
 
 def _show(record: "Record") -> None:
-    """As a table of Markdown: what docs/payouts.md has."""
+    """Print the Markdown table that docs/payouts.md contains."""
     from engine.board.model import Board
     from engine.payouts.odds import odds_of
     from engine.payouts.record import still_to_drop, wanted
@@ -177,8 +178,8 @@ def _show(record: "Record") -> None:
     unsettled = sum(each.unsettled for counted in record.values() for each in counted.all())
     click.echo(
         f"{sum(drops):,} drops, {unsettled} of them unsettled. "
-        f"{intervals - len(needs)} of {intervals} intervals are as narrow as they should be; "
-        f"the others want {still_to_drop(needs):,} drops more."
+        f"{intervals - len(needs)} of {intervals} intervals are narrow enough; "
+        f"the others need {still_to_drop(needs):,} more drops."
     )
 
 

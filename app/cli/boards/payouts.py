@@ -1,4 +1,4 @@
-"""`plinko payouts`: solve a payout table, by as many drops as it takes."""
+"""`plinko payouts`: solve a payout table from seeded drops."""
 
 import json
 import sys
@@ -15,13 +15,17 @@ if TYPE_CHECKING:
     from engine.payouts.solve import Payouts
 
 
-@click.command(name="payouts", short_help="Solve what each bin pays.")
+@click.command(name="payouts", short_help="Solve the payout table of a board.")
 @common.board_argument
 @click.option("--return", "returned", type=float, default=0.99, show_default=True)
 @click.option(
     "--risk", type=click.Choice(["low", "medium", "high"]), default="medium", show_default=True
 )
-@click.option("--drops", type=click.IntRange(min=1), help="From each aim, at most; as many judge.")
+@click.option(
+    "--drops",
+    type=click.IntRange(min=1),
+    help="At most, from each aim; as many again test the table.",
+)
 @common.workers_options
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="The board, as JSON.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
@@ -37,9 +41,9 @@ def command(
 ) -> None:
     """Solve the payout table of BOARD for a return such as 0.99.
 
-    Seeded drops are counted until the return from the board's own start is known to 0.1 % at 95 %,
-    for rare bins that pay much by very many; the count is shown. Each aim that a player has is
-    counted as well. As many drops of later seeds then say what the table returns. A warning names
+    The command drops balls until it knows the return from the board's own start to 0.1 % (95 %
+    interval); boards with rare bins that pay much need very many. It also counts each aim of a
+    player. As many drops of later seeds then measure the return of the new table. Warnings name
     bins that too few drops have hit, and a table that is not monotone.
     """
     from engine.payouts.solve import MOST, solve_payouts
@@ -80,7 +84,7 @@ def _show(found: "Payouts") -> None:
     common.print_fields(
         {
             "multipliers": ", ".join(f"{pays:g}" for pays in found.multipliers),
-            "drops": f"{found.chosen_by:,} chose the table, {found.drops:,} others judge it",
+            "drops": f"{found.chosen_by:,} chose the table, {found.drops:,} others test it",
             "return": _returned(own),
             "hit rate": f"{own.hit_rate:.2%}",
             "volatility": f"{own.volatility:.4g}",

@@ -13,18 +13,18 @@ if TYPE_CHECKING:
 @click.command(name="certify", short_help="Prove where one ball lands.")
 @common.board_argument
 @click.option("--seed", help="An integer from 0 to 2^64 - 1.")
-@click.option("--x", help="Start here (metres), exactly: 0.1 is a tenth, and 1/3 will do as well.")
+@click.option("--x", help="Start here (metres), exactly: 0.1 is one tenth; 1/3 works too.")
 @common.aim_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(board: str, seed: str | None, x: str | None, aim: float | None, as_json: bool) -> None:
-    """Prove where a ball lands on BOARD that starts where --seed says, or at --x.
+    """Prove in which bin of BOARD a ball lands that starts at --seed or --x.
 
-    The laws of the exact solver in ball arithmetic: every comparison is decided by enclosures, and
-    the precision doubled until all are. The bin is a theorem about the board's numbers as they
-    stand. Exit status 1 if that does not come to an end.
+    This computes the laws of the exact solver in ball arithmetic. Enclosures decide every
+    comparison; the precision doubles until all are decided. The bin is then a theorem about the
+    numbers of the board. Exit code 1: undecided at the highest precision.
     """
     if (seed is None) == (x is None):
-        raise click.UsageError("say where to start: --seed N or --x X, one of them")
+        raise click.UsageError("give a start: either --seed N or --x X")
     common.need_certifier()
     from app.computing.proofs import effort
     from engine import certify

@@ -1,4 +1,4 @@
-"""`plinko drop`: one seeded drop, for people or as JSON."""
+"""`plinko drop`: compute one drop and print it as text or JSON."""
 
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 @common.board_argument
 @common.start_options
 @common.solver_options
-@click.option("--certainty", is_flag=True, help="Say how sure the bin is.")
+@click.option("--certainty", is_flag=True, help="Also say whether rounding may decide the bin.")
 @click.option("--json", "as_json", is_flag=True, help="Print the whole record as one JSON object.")
 @common.garbage_waits()
 def command(
@@ -29,23 +29,20 @@ def command(
     certainty: bool,
     as_json: bool,
 ) -> None:
-    """Drop one ball on BOARD, from where --seed says or from --x, and say where it lands.
+    """Drop one ball on BOARD from the start of --seed, or from --x, and say where it lands.
 
-    The same board and seed give the same drop to the last bit, wherever it is computed; the digest
-    proves it. `plinko verify` reads what --json prints.
+    The same board and seed give the same drop to the last bit on every machine; the digest proves
+    it. `plinko verify` checks the output of --json.
     """
     how = common.read_solver(solver, dt, substeps, correction)
     number = common.read_start(seed, x)
     from engine import drop
 
     d = drop(common.load_board(board), number, x=x, aim=aim, **how)
-    told = d.to_dict(certainty=certainty) if as_json else _fields(d, certainty)
-    print_it = common.print_json if as_json else common.print_fields
-    print_it(told)
-
-
-def _fields(d: "Drop", certainty: bool) -> dict[str, str]:
-    return _summary(d) | (_how_sure(d) if certainty else {})
+    if as_json:
+        common.print_json(d.to_dict(certainty=certainty))
+    else:
+        common.print_fields(_summary(d) | (_how_sure(d) if certainty else {}))
 
 
 def _summary(d: "Drop") -> dict[str, str]:
@@ -80,7 +77,7 @@ def _how_sure(d: "Drop") -> dict[str, str]:
 
 
 def _impacts(d: "Drop") -> str:
-    """Count of impacts, and of each kind that occurs: `61 (60 peg, 1 landing)`."""
+    """Number of impacts, in all and of each kind: `61 (60 peg, 1 landing)`."""
     import numpy as np
 
     from engine.constants import KIND_NAMES

@@ -1,4 +1,4 @@
-"""`plinko map`: the bin as a function of the start, zoomed by factors of ten, as a picture."""
+"""`plinko map`: draw the proven bin of every start, zooming in by factors of ten."""
 
 import sys
 from contextlib import nullcontext
@@ -18,18 +18,18 @@ from app.cli import common
     type=click.IntRange(1, 41),
     default=31,
     show_default=True,
-    help="Strips; each shows a tenth of the one above it.",
+    help="Number of strips; each shows a tenth of the one above it.",
 )
 @click.option(
-    "--pixels", type=click.IntRange(1, 4096), default=256, show_default=True, help="Of a strip."
+    "--pixels", type=click.IntRange(1, 4096), default=256, show_default=True, help="Per strip."
 )
-@click.option("--theme", default="light", show_default=True, help="The page's light or dark.")
+@click.option("--theme", default="light", show_default=True, help="Colours: light or dark.")
 def command(board: str, out: str, x: str, levels: int, pixels: int, theme: str) -> None:
-    """Draw into OUT (.png, .jpg, .webp) which bin each start on BOARD leads to.
+    """Draw into OUT (.png, .jpg, .webp) the bin to which each start on BOARD leads.
 
-    Each pixel is proven: strip by strip ten times nearer to --x, down to far less than what double
-    precision can tell apart. A pixel takes some hundredths of a second, unless one proof holds for
-    many. White is a ball that stays on the board, grey what arithmetic does not decide.
+    Each strip shows the starts around --x ten times larger than the strip above, far beyond the
+    resolution of double precision. Each pixel is proven, which takes some hundredths of a second
+    unless one proof covers many pixels. White: the ball stays on the board. Grey: undecided.
     """
     path = Path(out)
     if path.suffix not in (".png", ".jpg", ".webp"):

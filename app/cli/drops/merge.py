@@ -1,4 +1,4 @@
-"""`plinko merge`: results of some blocks of a batch, put together."""
+"""`plinko merge`: combine results of parts of a batch."""
 
 from pathlib import Path
 
@@ -7,19 +7,19 @@ import click
 from app.cli import common
 
 
-@click.command(name="merge", short_help="Put results of parts of a batch together.")
+@click.command(name="merge", short_help="Combine results of parts of a batch.")
 @click.argument(
     "files", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path)
 )
 @click.option(
-    "--out", type=click.Path(dir_okay=False, path_type=Path), help="Keep the result in this file."
+    "--out", type=click.Path(dir_okay=False, path_type=Path), help="Also save the result here."
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(files: tuple[Path, ...], out: Path | None, as_json: bool) -> None:
-    """Put results in FILES together, as `plinko simulate --json` or --resume leaves them.
+    """Combine results in FILES, written by `plinko simulate` with --json or --resume.
 
-    They must be of one job, the same board, solver, seeds and aim, and no block may be in two of
-    them. With all blocks there the digest is the batch's.
+    All must have the same board, solver, seeds and aim, and no block may be in two files. If all
+    blocks of the batch are there, the result has its digest.
     """
     from app.batches.saved import form_of, load, save
     from app.cli.drops.simulate import print_tally

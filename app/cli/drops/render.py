@@ -1,4 +1,4 @@
-"""`plinko render`: a drop, or what many drops come to, as a picture file."""
+"""`plinko render`: draw one drop or many drops into a picture file."""
 
 import sys
 from collections.abc import Callable
@@ -19,28 +19,31 @@ if TYPE_CHECKING:
 STILLS = (".png", ".jpg", ".webp")
 ANIMATIONS = (".gif", ".webp", ".apng", ".mp4")
 MANY = ("sheet", "density", "histogram")
-"""Options that draw many drops."""
 
 
 @click.command(name="render", short_help="Draw a drop, or many, into a picture file.")
 @common.board_argument
 @click.argument("out", metavar="OUT")
-@click.option("--seed", help="An integer from 0 to 2^64 - 1; of many drops the first.  [many: 0]")
+@click.option("--seed", help="An integer from 0 to 2^64 - 1; the first of many.  [many: 0]")
 @common.x_option
 @common.aim_option
 @common.solver_options
-@click.option("--at", type=float, metavar="T", help="The moment T seconds after the start.")
+@click.option("--at", type=float, metavar="T", help="The ball T seconds after the start.")
 @click.option("--sheet", type=int, metavar="N", help="N drops side by side, at most 256.")
-@click.option("--columns", type=int, help="Of a sheet.  [as many as rows, if they fit]")
+@click.option("--columns", type=int, help="Columns of the sheet.  [as many as rows, if they fit]")
 @click.option("--density", type=int, metavar="N", help="Where N drops spend their time.")
 @click.option("--histogram", type=int, metavar="N", help="Where N drops land.")
 @common.cluster_option
-@click.option("--width", type=int, help="In pixels.  [760; a sheet 1140]")
-@click.option("--fps", type=int, default=30, show_default=True, help="Of an animation, 1 to 60.")
+@click.option("--width", type=int, help="Width in pixels.  [760; a sheet 1140]")
 @click.option(
-    "--theme", default="light", show_default=True, help="Colours: the page's light or dark."
+    "--fps",
+    type=int,
+    default=30,
+    show_default=True,
+    help="Frames per second of an animation, 1 to 60.",
 )
-def command(  # one parameter an option: click hands them over by name
+@click.option("--theme", default="light", show_default=True, help="Colours: light or dark.")
+def command(  # one parameter per option: click passes them by name
     board: str,
     out: str,
     seed: str | None,
@@ -58,16 +61,16 @@ def command(  # one parameter an option: click hands them over by name
     theme: str,
     **many: int | None,
 ) -> None:
-    """Draw drops on BOARD into the file OUT; its ending says how.
+    """Draw drops on BOARD into the file OUT; its ending chooses the format.
 
-    One drop, with --seed or --x: its whole path (.png, .jpg), as it falls (.gif, .webp, .apng,
-    .mp4), or one moment (--at; .png, .jpg, .webp). Many, with --sheet, --density or --histogram and
-    a number: .png, .jpg or .webp, of the seeds from --seed on.
+    One drop (--seed or --x): its path (.png, .jpg), an animation (.gif, .webp, .apng, .mp4), or
+    one moment (--at; .png, .jpg, .webp). Many drops (--sheet, --density or --histogram N; .png,
+    .jpg, .webp): those of N seeds from --seed on.
     """
     how = common.read_solver(solver, dt, substeps, correction)
     asked = {name: count for name, count in many.items() if count is not None}
     if cluster is not None and set(asked) != {"density"}:
-        raise click.UsageError(f"--cluster {cluster} belongs to --density")
+        raise click.UsageError(f"--cluster {cluster} works only with --density")
     path = _writable(out, STILLS if asked or at is not None else (*STILLS, *ANIMATIONS))
     fmt = path.suffix.lower()[1:]
     if asked:
@@ -83,7 +86,7 @@ def command(  # one parameter an option: click hands them over by name
             picture = _draw_by(cluster, drawn, seeds, fmt, theme, given)
     else:
         if columns is not None:
-            raise click.UsageError(f"--columns {columns} belongs to --sheet")
+            raise click.UsageError(f"--columns {columns} works only with --sheet")
         d = _dropped(board, seed, x, aim, how)
         picture = _draw_one(d, fmt, at, width or 760, fps, theme)
     path.write_bytes(picture)
@@ -134,14 +137,14 @@ def _draw_many(
 def _draw_by(
     cluster: str, board: "Board", seeds: range, fmt: str, theme: str, sizes: dict[str, int]
 ) -> bytes:
-    """Where the drops spend their time, counted by a cluster."""
+    """Draw where the drops spend their time, computed by a cluster."""
     from app.render import density_picture
 
     with (
         common.workers(cluster, None) as workers,
-        common.progress(len(seeds), "drops") as told,
+        common.progress(len(seeds), "drops") as progress,
     ):
-        how: dict[str, Json] = {"progress": told, "workers": workers, **sizes}
+        how: dict[str, Json] = {"progress": progress, "workers": workers, **sizes}
         return density_picture(board, seeds, fmt, theme=theme, **how)
 
 
@@ -151,27 +154,26 @@ def _check_many(
     """Raise UsageError for options that do not go together."""
     names = [f"--{name} {count}" for name, count in asked.items()]
     if len(asked) > 1:
-        raise click.UsageError(f"{' and '.join(names)}: one picture at a time")
+        raise click.UsageError(f"{' and '.join(names)}: give only one of them")
     for name, value in of_one.items():
         if value is not None:
-            raise click.UsageError(f"--{name} {value:g} belongs to one drop, not to {names[0]}")
+            raise click.UsageError(f"--{name} {value:g} is for one drop, not for {names[0]}")
     if columns is not None and "sheet" not in asked:
-        raise click.UsageError(f"--columns {columns} belongs to --sheet, not to {names[0]}")
+        raise click.UsageError(f"--columns {columns} is for --sheet, not for {names[0]}")
     if solver != "exact" and "histogram" not in asked:
-        raise click.UsageError(f"--solver {solver}: {names[0]} is drawn from exact paths")
+        raise click.UsageError(f"--solver {solver}: {names[0]} needs --solver exact")
 
 
 def _seeds(first: str | None, count: int, kind: str) -> range:
-    """The seeds of many drops; UsageError or SeedError for none, or beyond the last."""
+    """Raises UsageError if `count` is below 1, SeedError if any seed is invalid."""
     if count < 1:
-        raise click.UsageError(f"--{kind} {count} is not a number of drops from 1 on")
+        raise click.UsageError(f"--{kind} {count}: the number of drops is at least 1")
     start = common.read_seed(first or "0")
     common.read_seed(str(start + count - 1))
     return range(start, start + count)
 
 
 def _progress(drops: int) -> "AbstractContextManager[ProgressBar[int] | None]":
-    """A progress bar on stderr where somebody sees it, nothing elsewhere."""
     if not sys.stderr.isatty():
         return nullcontext()
     return click.progressbar(length=drops, label="drops", file=sys.stderr)
@@ -182,7 +184,7 @@ def _shown_on(bar: "ProgressBar[int] | None") -> Callable[[int], None] | None:
 
 
 def _writable(out: str, endings: tuple[str, ...]) -> Path:
-    """The file to write; UsageError for an ending that is no format, or without its folder."""
+    """Raises UsageError if the ending is not in `endings`, or the folder does not exist."""
     path = Path(out)
     if path.suffix.lower() not in endings:
         known = ", ".join(dict.fromkeys(endings))

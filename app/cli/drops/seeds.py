@@ -1,4 +1,4 @@
-"""`plinko seeds`: the seeds whose balls land in one bin, or a draw with exact odds for all bins."""
+"""`plinko seeds`: find seeds that land in one bin, or make a draw with exact odds for all bins."""
 
 import json
 from pathlib import Path
@@ -14,25 +14,27 @@ if TYPE_CHECKING:
 
 @click.command(name="seeds", short_help="Find seeds that land in a bin.")
 @common.board_argument
-@click.option("--bin", "number", type=int, help="Its number from the left, from 0.")
+@click.option("--bin", "number", type=int, help="The bin's number from the left, from 0.")
 @click.option(
     "--draw",
     metavar="WEIGHTS",
-    help="Instead of --bin: make a draw; one weight a bin, such as 9999,1, or a file with a list.",
+    help="Instead of --bin: make a draw. One weight per bin, such as 9999,1, or a JSON file.",
 )
-@click.option("--count", type=click.IntRange(min=1), default=1, show_default=True, help="How many.")
+@click.option(
+    "--count", type=click.IntRange(min=1), default=1, show_default=True, help="How many seeds."
+)
 @click.option(
     "--per-bin",
     type=click.IntRange(min=1),
     default=100,
     show_default=True,
-    help="Of a draw: how many seeds for each bin with a weight.",
+    help="For --draw: seeds per bin with a weight.",
 )
 @click.option(
     "-o",
     "--output",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="Of a draw: the file to write. [standard output]",
+    help="For --draw: the file to write. [standard output]",
 )
 @click.option("--after", metavar="SEED", help="Begin with the seed after this one. [from 0 on]")
 @common.aim_option
@@ -41,7 +43,9 @@ if TYPE_CHECKING:
     type=click.IntRange(min=1),
     help="Give up after this many seeds in a row that land elsewhere. [10,000,000]",
 )
-@click.option("--threads", type=click.IntRange(min=1), help="Default: every core.")
+@click.option(
+    "--threads", type=click.IntRange(min=1), help="Threads to compute with. [one per core]"
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     board: str,
@@ -56,13 +60,13 @@ def command(
     threads: int | None,
     as_json: bool,
 ) -> None:
-    """Print the next seeds whose balls land in a bin of BOARD, in rising order, none left out.
+    """Print the next seeds whose balls land in a bin of BOARD: in rising order, without gaps.
 
-    They are found by dropping one seed after the other: nothing steers a ball, and each of these
-    would have landed there anyway, as `plinko drop` shows.
+    The command drops one seed after the other. Nothing steers a ball: `plinko drop` with such a
+    seed lands in the same bin.
 
-    With --draw it writes what `POST rooms` takes: a room in which each bin has exactly the odds of
-    its weight. The server draws a bin, then one of that bin's seeds.
+    With --draw it writes the body of a `POST rooms` request, for a room in which each bin has
+    exactly the odds of its weight: the server draws a bin, then one of that bin's seeds.
     """
     from engine.drops.seeds import PATIENCE, seeds_landing_in
 
@@ -72,7 +76,7 @@ def command(
     begin = None if after is None else common.read_seed(after)
     if draw is not None:
         if aim is not None:
-            raise click.UsageError("nobody aims in a draw: give --draw without --aim")
+            raise click.UsageError(f"--aim {aim:g}: a draw has no aim; give --draw without --aim")
         _write_draw(found, _weights(draw), per_bin, begin, patience or PATIENCE, threads, output)
         return
     assert number is not None
@@ -94,7 +98,7 @@ def command(
 
 
 def _weights(text: str) -> Any:
-    """The weights of `9999,1`, or of a JSON file with a list of them."""
+    """Parse `9999,1`, or read the JSON file at this path; `find_draw` checks the result."""
     numbers = text.split(",")
     if all(number.strip().isdecimal() for number in numbers):
         return [int(number) for number in numbers]
@@ -102,8 +106,8 @@ def _weights(text: str) -> Any:
         return json.loads(Path(text).read_text("utf-8"))
     except (OSError, ValueError) as error:
         raise click.UsageError(
-            f"--draw {text!r} is neither weights such as 9999,1 nor a JSON file with a list of "
-            f"them: {error}"
+            f"--draw {text!r} is neither a list of weights such as 9999,1 nor a JSON file with "
+            f"such a list: {error}"
         ) from error
 
 

@@ -1,4 +1,4 @@
-"""`plinko simulate`: many seeded drops and what came of them."""
+"""`plinko simulate`: drop many seeds and count where the balls land."""
 
 import math
 import re
@@ -24,7 +24,7 @@ EXIT_INTERRUPTED: Final = 130  # 128 + SIGINT, as a shell reports it
 
 
 def _count(ctx: click.Context, param: click.Parameter, value: str) -> int:
-    """A whole number from 1 on, also as 1e9."""
+    """Parse a whole number from 1 on, also in the form 1e9."""
     number = 0
     if re.fullmatch(r"\d{1,20}(\.\d{1,20})?(e\d{1,2})?", value):
         exact = Decimal(value)
@@ -39,40 +39,49 @@ def _count(ctx: click.Context, param: click.Parameter, value: str) -> int:
 def _run_of_blocks(
     ctx: click.Context, param: click.Parameter, value: str | None
 ) -> tuple[int, int] | None:
-    """`17`, or `0:100` for those up to 99."""
+    """Parse `17`, or `0:100` for blocks 0 to 99."""
     if value is None:
         return None
     found = re.fullmatch(r"(\d{1,18})(?::(\d{1,18}))?", value)
     if found is None:
         raise click.BadParameter(
-            f"{value!r} is neither a block such as 17 nor some such as 0:100", ctx=ctx, param=param
+            f"{value!r} is neither a block such as 17 nor a range such as 0:100",
+            ctx=ctx,
+            param=param,
         )
     begin = int(found[1])
     end = begin + 1 if found[2] is None else int(found[2])
     if begin >= end:
-        raise click.BadParameter(f"{value!r} has no blocks", ctx=ctx, param=param)
+        raise click.BadParameter(
+            f"{value!r} is an empty range: END must be greater than K", ctx=ctx, param=param
+        )
     return begin, end
 
 
 @click.command(name="simulate", short_help="Drop many balls and count where they land.")
 @common.board_argument
-@click.option("--drops", required=True, callback=_count, metavar="N", help="How many, as 1e9.")
-@click.option("--seed", default="0", show_default=True, help="Of the first; then one more each.")
+@click.option("--drops", required=True, callback=_count, metavar="N", help="How many, such as 1e9.")
+@click.option(
+    "--seed", default="0", show_default=True, help="The first seed; each next drop adds one."
+)
 @common.aim_option
 @common.solver_options
 @common.workers_options
 @click.option(
-    "--blocks", callback=_run_of_blocks, metavar="K[:END]", help="Only these blocks of 65,536."
+    "--blocks",
+    callback=_run_of_blocks,
+    metavar="K[:END]",
+    help="Only these blocks of 65,536 drops.",
 )
 @click.option(
     "--resume",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="Keep the result in this file as it grows, and go on with what is there.",
+    help="Save the result in this file after each block, and continue an existing one.",
 )
 @click.option(
     "--out",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="A row for each drop: .parquet or .csv.",
+    help="Write a row for each drop: .parquet or .csv.",
 )
 @click.option("--certify", is_flag=True, help="Prove each bin that rounding may decide.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
@@ -93,15 +102,15 @@ def command(
     certify: bool,
     as_json: bool,
 ) -> int:
-    """Drop many balls on BOARD, seeds FIRST to FIRST + N - 1, and count where they land.
+    """Drop N balls on BOARD, with the seeds from --seed on, and count where they land.
 
-    The digest is over all outcomes in the order of the seeds: the same however the work was split.
-    It is the root over blocks of 65,536 drops; one block alone has the hash that it has in the
-    whole, and `plinko merge` puts results of some blocks together. An interrupt leaves the result
-    of the blocks that were done, and --resume FILE goes on with the others.
+    The digest covers all outcomes in the order of the seeds, and does not depend on how the work
+    was split. It is the root of a hash tree over blocks of 65,536 drops. --blocks computes some of
+    them; `plinko merge` combines such results. An interrupted run prints the result of its
+    finished blocks; --resume FILE continues it.
 
-    The time is that of the drops alone, without start-up and compilation. With --certify each drop
-    is also asked whether its bin is certain; those that are not are proven (milliseconds each).
+    The time does not include start-up and compilation. --certify proves each bin that rounding may
+    decide (milliseconds each).
     """
     how = common.read_solver(solver, dt, substeps, correction)
     if certify:
@@ -115,7 +124,9 @@ def command(
     job = Job(found, make_solver(how.pop("solver"), **how), common.read_seed(seed), drops, aim)
     begin, end = blocks or (0, job.blocks)
     if end > job.blocks:
-        raise click.UsageError(f"--blocks {begin}:{end}: there are {job.blocks}, from 0 on")
+        raise click.UsageError(
+            f"--blocks {begin}:{end}: this batch has {job.blocks} blocks, numbered from 0"
+        )
     run = Run(Tally(job), path=resume)
     if resume is not None and resume.exists():
         _go_on(run, resume, out)
@@ -136,55 +147,55 @@ def command(
 
 def _check_certify(solver: str, aim: float | None, others: dict[str, object]) -> None:
     if solver != "exact":
-        raise click.UsageError("--certify belongs to --solver exact: a step has its own error")
+        raise click.UsageError("--certify needs --solver exact: fixed time steps add an error")
     if aim is not None:
-        raise click.UsageError(f"--certify proves drops that are not aimed, not --aim {aim:g}")
+        raise click.UsageError(f"--certify cannot prove aimed drops: omit --aim {aim:g}")
     for name, value in others.items():
         if value is not None:
-            raise click.UsageError(f"--certify proves all drops of a run, without {name}")
+            raise click.UsageError(f"--certify proves all drops of a run: omit {name}")
     common.need_certifier()
 
 
 def _go_on(run: "Run", path: Path, out: Path | None) -> None:
-    """Begin with what the file has."""
+    """Continue the run whose result is in `path`."""
     from app.batches.saved import load
 
     if out is not None:
         raise click.UsageError(
-            f"--out {out}: the rows of the blocks in {path} are gone; write rows of the others "
-            "by --blocks"
+            f"--out {out}: {path} keeps no rows of its finished blocks; write the rows of the "
+            "other blocks with --blocks and without --resume"
         )
     found, run.seconds = load(path)
     run.tally.merge(found)
 
 
 def _compute(run: "Run", workers: "Workers", blocks: tuple[int, int], out: Path | None) -> None:
-    """Compute the blocks that are not there yet."""
+    """Compute the blocks of the range `blocks` that `run` does not have yet."""
     from app.batches.rows import RowWriter
     from engine import drop_many
     from engine.batches.workers import Here
 
     job = run.tally.job
     if isinstance(workers, Here):
-        # The first drop compiles what is not compiled yet; it is not timed.
+        # The first drop may compile kernels; the measured time must not include this.
         drop_many(job.board, range(job.first, job.first + 1), threads=1, **job.options)
     wanted = job.seeds(blocks[1] - 1).stop - job.seeds(blocks[0]).start
     rows: AbstractContextManager[RowWriter | None] = RowWriter(out) if out else nullcontext()
     done = run.tally.drops
-    with rows as writer, common.progress(max(wanted, done), "drops", done) as told:
-        run.compute(workers, run.tally.missing(*blocks), told, writer)
+    with rows as writer, common.progress(max(wanted, done), "drops", done) as progress:
+        run.compute(workers, run.tally.missing(*blocks), progress, writer)
 
 
 def _certified(job: "Job", workers: "Workers") -> "Share":
-    """How many of the bins are right; those that are not certain are proven."""
+    """Prove the bins that rounding may decide, and count the right ones."""
     from engine.batches.certify import certify_all
 
-    with common.progress(job.drops, "proofs") as told:
-        return certify_all(job, workers, told)
+    with common.progress(job.drops, "proofs") as progress:
+        return certify_all(job, workers, progress)
 
 
 def print_tally(tally: "Tally", seconds: float, share: "Share | None" = None) -> None:
-    """Histogram and sums, for people."""
+    """Print the histogram, the return and the digest as text."""
     job, summary = tally.job, tally.summary()
     pays = job.board.bins.multipliers
     drops, histogram = tally.drops, summary["histogram"]
@@ -213,7 +224,7 @@ def print_tally(tally: "Tally", seconds: float, share: "Share | None" = None) ->
 
 
 def _digest(tally: "Tally") -> dict[str, str]:
-    """The batch's digest, or what the result covers and, of one block, its hash."""
+    """The digest of a complete batch, else the range covered; a single block's hash with it."""
     if tally.digest is not None:
         return {"digest": tally.digest}
     runs = ", ".join(f"{a}" if a + 1 == b else f"{a} to {b - 1}" for a, b in tally.blocks)
@@ -224,7 +235,6 @@ def _digest(tally: "Tally") -> dict[str, str]:
 
 
 def _how_right(share: "Share") -> dict[str, str]:
-    """What the proofs say of double precision."""
     undecided = f", {share.undecided} undecided" if share.undecided else ""
     return {
         "certain": f"{share.certain} of {share.drops} bins, by estimate",

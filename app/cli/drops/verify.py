@@ -1,4 +1,4 @@
-"""`plinko verify`: compute a drop, a room or a session again and say if it is as it was told."""
+"""`plinko verify`: recompute a drop, a room or a fair session and compare with its record."""
 
 import functools
 import json
@@ -13,23 +13,24 @@ from engine.json_text import JsonObject
 EXIT_DIFFERS = 1
 
 
-@click.command(name="verify", short_help="Compute a recorded drop or room again and compare.")
+@click.command(name="verify", short_help="Recompute a recorded drop or room and compare.")
 @click.argument("record", metavar="RECORD.json")
-@click.option("--key", help="A session's server must have this public key (hexadecimal).")
+@click.option("--key", help="The public key that the session's server must have (hexadecimal).")
 @click.option(
     "--heard",
     multiple=True,
     metavar="REPLY.json",
-    help="What POST sessions, or a drop of the session, was answered with; repeatable.",
+    help="A reply that the player kept, to POST sessions or to a drop; repeatable.",
 )
 def command(record: str, key: str | None, heard: tuple[str, ...]) -> int:
-    """Compute what RECORD.json tells of again and compare every field and digest.
+    """Recompute the record in RECORD.json and compare every field and digest.
 
-    RECORD.json is what `plinko drop --json` printed, a room's log (GET rooms/{id}/log), of which
-    every drop is replayed at its tick, or a session's export (GET sessions/{id}/export), of which
-    every step is checked; - reads it from standard input. Exit code 0: reproduced; 1: not, and
-    which field or step differs; 2: not a record. A player over REST keeps the replies: with
-    --heard an export has to agree with what the server said when it could not know the rest.
+    A record is the output of `plinko drop --json`, a room's log (GET rooms/{id}/log), or the
+    export of a fair session (GET sessions/{id}/export). - reads it from standard input. Exit code
+    0: reproduced; 1: a field or step differs, which the output names; 2: not a record.
+
+    --heard proves that the server was bound before it knew the player's secret: the export must
+    agree with replies that the player kept.
     """
     fields = _read(record)
     replies = [_read(reply) for reply in heard]
@@ -40,7 +41,7 @@ def command(record: str, key: str | None, heard: tuple[str, ...]) -> int:
     if is_export(fields):
         return _session(functools.reduce(with_heard, replies, fields), key)
     if replies:
-        raise click.UsageError(f"--heard belongs to a session's export, which {record} is not")
+        raise click.UsageError(f"--heard needs the export of a fair session, which {record} is not")
     if log.is_log(fields):
         result = log.verify_log(fields)
         name = "drop" if "drops" in fields else "input"
@@ -61,7 +62,7 @@ def command(record: str, key: str | None, heard: tuple[str, ...]) -> int:
 
 
 def _session(fields: JsonObject, key: str | None) -> int:
-    """Check a session's export and say what is forged in it."""
+    """Check a fair session's export and print each step that fails."""
     from app.fairness.check import check_session, kernel_digest_of
     from app.fairness.export import read_export
     from app.settings import page_kernels
@@ -79,17 +80,17 @@ def _session(fields: JsonObject, key: str | None) -> int:
         return EXIT_DIFFERS
     click.echo(
         f"proven: {common.counted(verdict.drops, 'drop')}, {len(verdict.steps)} steps: each start "
-        "is drawn by both secrets, none is left out, each path and payout is what it must be "
+        "comes from both secrets, no drop is missing, each path and payout is correct "
         f"(key {verdict.key})"
     )
     if export.heard_session is None:
         click.echo(
-            "not proven: that the server committed before it knew the player's secret; for that "
-            "name what POST sessions was answered with: --heard REPLY.json"
+            "not proven: that the server committed before it knew the player's secret; to prove "
+            "it, give the reply to POST sessions: --heard REPLY.json"
         )
     else:
         click.echo("proven: the server had committed before: neither side could choose a start")
-    click.echo("not proven: that a stake or payout stands in an account, or that the key is known")
+    click.echo("not proven: that an account has the stakes and payouts, or whose key this is")
     return 0
 
 
@@ -100,12 +101,12 @@ def _read(name: str) -> JsonObject:
 
     raw = sys.stdin.buffer.read() if name == "-" else Path(name).read_bytes()
     try:
-        # Windows' shells write what they redirect as UTF-16.
+        # PowerShell redirects output as UTF-16.
         fields = json_text.parse(raw.decode(json.detect_encoding(raw)))
     except (JsonSyntaxError, JsonValueError, UnicodeDecodeError) as error:
         raise RecordError(f"{name}: {error}") from None
     if not isinstance(fields, dict):
-        raise RecordError(f"{name}: a record is one JSON object, not {_short(fields)}")
+        raise RecordError(f"{name}: {_short(fields)} is not a record, which is one JSON object")
     return fields
 
 

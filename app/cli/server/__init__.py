@@ -1,1 +1,1 @@
-"""Commands that run a server, or ask something of one or of its ledger. Start with serve.py."""
+"""Commands that run a server or a relay, or work on a server's ledger. Start with serve.py."""

@@ -1,4 +1,4 @@
-"""`plinko conformance`: the tests of the generator of staked drops, and of mirrored ones."""
+"""`plinko conformance`: test the random starts of staked drops, and the symmetry of the physics."""
 
 import sys
 from contextlib import nullcontext
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from app.conformance.mirror import Mirror
 
 
-@click.command(name="conformance", short_help="Test the generator of staked drops.")
+@click.command(name="conformance", short_help="Test the random starts of staked drops.")
 @common.board_argument
 @click.option("--drops", type=click.IntRange(min=1), default=1_000_000, show_default=True)
 @click.option(
@@ -21,15 +21,16 @@ if TYPE_CHECKING:
     type=click.IntRange(min=1),
     default=10_000,
     show_default=True,
-    help="Drops whose mirror images fall, too.",
+    help="Drops to compare with their mirror images.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(board: str, drops: int, pairs: int, as_json: bool) -> int:
-    """Test the starts of DROPS staked drops on BOARD, as sessions draw them.
+    """Test the starts of DROPS staked drops on BOARD, drawn like those of fair sessions.
 
-    Uniformity, independence of consecutive drops and of sessions, and scaling, each with the chance
-    that a good generator is as far out; all are held to 99 % together. Then PAIRS balls fall from x
-    and from -x, and must end alike, bit for bit. Exit code 1 when anything fails.
+    The tests concern uniformity, independence of consecutive drops and of sessions, and scaling. p
+    is the probability that a good generator deviates as much; a good generator passes all tests
+    with 99 % probability. Then PAIRS balls fall from x and from -x, and must end alike, bit for
+    bit. Exit code 1 if anything fails.
     """
     from app.conformance.generator import check_generator
     from app.conformance.mirror import check_mirror

@@ -1,4 +1,4 @@
-"""`plinko halt`: have a running server's tables take no drops, or let them go on."""
+"""`plinko halt`: stop the rooms of a running server from accepting drops, or release them."""
 
 import json
 import os
@@ -15,19 +15,19 @@ from engine.json_text import JsonObject
 TOKEN = "PLINKO_OPERATOR_TOKEN"
 
 PATIENCE = 30.0
-"""Seconds that a server may take to answer: longer than it takes to give a room away."""
+"""Seconds to wait for an answer: longer than a server takes to move a room."""
 
 
-@click.command(name="halt", short_help="Halt a server's tables, or let them go on.")
+@click.command(name="halt", short_help="Halt a server's tables, or release them.")
 @click.argument("url")
-@click.option("--room", help="Which table; without it, all of them.")
-@click.option("--release", is_flag=True, help="Let it go on.")
+@click.option("--room", help="The table's id.  [all tables]")
+@click.option("--release", is_flag=True, help="End the halt.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(url: str, room: str | None, release: bool, as_json: bool) -> None:
     """Halt the tables of the server at URL: no new drops; balls in flight land and are paid.
 
-    PLINKO_OPERATOR_TOKEN in the environment is what the server was started with. A halt outlives
-    the server; --release ends it.
+    PLINKO_OPERATOR_TOKEN in the environment must be the token that the server was started with. A
+    halt survives restarts of the server; only --release ends it.
     """
     found = ask(url, "/api/v1/halts", {"room": room, "halted": not release})
     if as_json:
@@ -40,7 +40,7 @@ def command(url: str, room: str | None, release: bool, as_json: bool) -> None:
 
 
 def ask(url: str, path: str, body: dict[str, object]) -> JsonObject:
-    """What the server at `url` answers to a POST; raises SettingError with what is wrong."""
+    """POST `body` to the server at `url` and return its answer; raises SettingError on failure."""
     address = urllib.parse.urlsplit(url)
     if address.scheme not in ("http", "https") or not address.netloc:
         raise SettingError(f"{url!r} is not an address such as http://127.0.0.1:8000", field="url")
@@ -62,11 +62,14 @@ def ask(url: str, path: str, body: dict[str, object]) -> JsonObject:
 
 
 def _document(url: str, status: int, body: bytes) -> JsonObject:
-    """The JSON object of an answer; another program's, or a proxy's own page, is told as such."""
+    """Parse an answer; raises SettingError if another program, such as a proxy, gave it."""
     try:
         found = json.loads(body)
     except ValueError:
         found = None
     if not isinstance(found, dict):
-        raise SettingError(f"{url}: no plinko server, answered {status} without JSON", field="url")
+        raise SettingError(
+            f"{url} is not a Plinko server: it answered {status} without a JSON object",
+            field="url",
+        )
     return found

@@ -1,4 +1,4 @@
-"""`plinko integrity`: the digests of the program as installed, as the server tells them."""
+"""`plinko integrity`: print the digests of the installed program and of its configuration."""
 
 from pathlib import Path
 
@@ -10,8 +10,8 @@ from app.cli.server.serve import settings_from, settings_options
 
 @click.command(
     name="integrity",
-    short_help="Digests of code, kernels and configuration.",
-    epilog="Flags and environment as those of `plinko serve`: they are the configuration.",
+    short_help="Print digests of code, kernels and configuration.",
+    epilog="Give the flags and environment of `plinko serve`: they are the configuration.",
     params=[
         *settings_options(),
         click.Option(["--files", "with_files"], is_flag=True, help="List each file's digest."),
@@ -20,15 +20,16 @@ from app.cli.server.serve import settings_from, settings_options
             ["--compare", "other"],
             metavar="LIST",
             type=click.Path(exists=True, dir_okay=False, path_type=Path),
-            help="Compare with what --files printed elsewhere.",
+            help="Compare with the output of --files on another machine.",
         ),
     ],
 )
 def command(with_files: bool, as_json: bool, other: Path | None, **flags: object) -> int:
-    """Print what `GET /api/v1/integrity` of a server with these files and settings says.
+    """Print the digests that a server with these files and settings reports.
 
-    It needs no server and no network. With --files the lines are those of `sha256sum`; --compare
-    names the first file that differs from such a LIST, and then the exit code is 1.
+    A server reports them as `GET /api/v1/integrity`; this command needs no server. --files prints
+    lines like `sha256sum`. --compare names the first file that differs from such a LIST; the exit
+    code is then 1.
     """
     from app.conformance import inventory
 
@@ -50,5 +51,5 @@ def _compare(files: dict[str, str], other: Path) -> int:
     from app.conformance import inventory
 
     differs = inventory.first_difference(files, inventory.from_list(other.read_text("utf-8")))
-    click.echo(f"all {len(files)} files are those of {other}" if differs is None else differs)
+    click.echo(f"all {len(files)} files agree with {other}" if differs is None else differs)
     return 0 if differs is None else 1

@@ -1,4 +1,4 @@
-"""`plinko ledger`: care of the database that a server keeps its rooms in."""
+"""`plinko ledger`: check and clean the ledger, the database in which a server keeps its rooms."""
 
 import contextlib
 import dataclasses
@@ -22,14 +22,14 @@ EXIT_DAMAGED = 1
 _DAY = 86400.0  # s
 
 
-@click.group(name="ledger", short_help="Take care of a stopped server's ledger.")
+@click.group(name="ledger", short_help="Check or clean a stopped server's ledger.")
 def command() -> None:
-    """Take care of the ledger of a server that does not run now."""
+    """Check or clean the ledger of a server that is not running."""
     need_server()
 
 
 def _which(command: Command) -> Command:
-    """Add the options that say which ledger; open it with `_opened`."""
+    """Add --data and --database-url, which name the ledger; open it with `_opened`."""
     data = click.option("--data", metavar="DIR", help="The data directory, as for `plinko serve`.")
     url = click.option("--database-url", metavar="URL", help="The ledger, as for `plinko serve`.")
     return url(data(command))
@@ -37,12 +37,15 @@ def _which(command: Command) -> Command:
 
 @contextlib.contextmanager
 def _opened(flags: dict[str, object]) -> Iterator["Database"]:
-    """The ledger that the options name; raises SettingError when there is none or it is in use."""
+    """Open the ledger of the options; raises SettingError if it is missing or in use."""
     from app.persistence.ledger.database import Database
 
     database = Database(Settings.load(overrides=flags).ledger_url)
     if database.in_memory or (database.file is not None and not database.file.exists()):
-        raise SettingError(f"there is no ledger {database.name}", field="database_url")
+        raise SettingError(
+            f"there is no ledger {database.name}: name it with --data or --database-url",
+            field="database_url",
+        )
     database.open()
     try:
         yield database
@@ -52,13 +55,13 @@ def _opened(flags: dict[str, object]) -> Iterator["Database"]:
 
 @command.command(name="prune")
 @click.option("--keep-days", type=click.FloatRange(min=0.0), required=True, metavar="X",
-              help="Rooms that were closed longer ago go.")  # fmt: skip
-@click.option("--dry-run", is_flag=True, help="Say what would go, and leave it.")
+              help="Delete rooms closed more than X days ago.")  # fmt: skip
+@click.option("--dry-run", is_flag=True, help="Only count what would be deleted.")
 @_which
 def prune(keep_days: float, dry_run: bool, **flags: object) -> None:
     """Delete closed rooms with their drops, inputs and results.
 
-    What is open stays, however old: it can be replayed as long as it is there. Boards stay.
+    Open rooms stay, however old, so that they can be replayed. Boards stay too.
     """
     from app.persistence.statements import store
 
@@ -73,15 +76,15 @@ def prune(keep_days: float, dry_run: bool, **flags: object) -> None:
 
 @command.command(name="check")
 @click.argument("rooms", metavar="[ROOM]...", nargs=-1)
-@click.option("--replay", is_flag=True, help="Play open rooms again from their first tick on.")
+@click.option("--replay", is_flag=True, help="Replay open rooms from their first tick.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 @_which
 def check(rooms: tuple[str, ...], replay: bool, as_json: bool, **flags: object) -> int:
-    """Check every room's record, or those of the given rooms: is it whole, and true?
+    """Check the record of every room, or of the given rooms.
 
-    Numbers without a gap, boards by their digests, every result computed again, every payout, and
-    whether each open room comes back. Exit code 0: all is sound; 1: something is damaged, and what;
-    2: there is no ledger, or it cannot be opened.
+    The check looks for gaps in the numbering, compares boards with their digests, recomputes every
+    result and payout, and rebuilds each open room. Exit code 0: all is sound; 1: something is
+    damaged, which the output names; 2: the ledger is missing or cannot be opened.
     """
     from app.persistence.checks.audit import Audit
     from app.persistence.checks.integrity import check_database
@@ -102,13 +105,16 @@ def check(rooms: tuple[str, ...], replay: bool, as_json: bool, **flags: object) 
         for line in pages:
             click.echo(f"the database: {line}")
         for found in audit.findings:
-            click.echo(f"{found.room}, session {found.session}: {found.what}")
+            click.echo(f"{found.room}, run {found.session}: {found.what}")
         click.echo(
-            f"{'sound' if sound else 'damaged'}: {audit.sessions} sessions, {audit.drops} drops, "
+            f"{'sound' if sound else 'damaged'}: {audit.sessions} room runs, {audit.drops} drops, "
             f"{audit.results} results, {audit.inputs} inputs"
         )
         if audit.other_physics:
-            click.echo(f"{audit.other_physics} sessions are of another physics: payouts alone")
+            click.echo(
+                f"{audit.other_physics} room runs have another physics version: of their drops "
+                "only the payouts were checked"
+            )
     return 0 if sound else EXIT_DAMAGED
 
 
@@ -116,10 +122,10 @@ def check(rooms: tuple[str, ...], replay: bool, as_json: bool, **flags: object) 
 @click.argument("room", metavar="ROOM")
 @_which
 def retire(room: str, **flags: object) -> None:
-    """Give up a room as it stands, for one that is set aside and cannot be mended.
+    """Give up a room that the server could not restore and that cannot be repaired.
 
-    Its rows stay, and results stay what they are; drops without one get their stake back. A
-    preset's room or `main` begins anew when it is asked for; a room of a creator is closed.
+    Its rows and results stay; drops without a result get their stake back. A preset's room or
+    `main` starts again at the next request for it; a created room is closed.
     """
     from app.persistence.recovery import ending
 
@@ -128,6 +134,6 @@ def retire(room: str, **flags: object) -> None:
     if ended is None:
         raise UnknownRoomError(f"the ledger has no open room {shorten(room)}", field="room")
     click.echo(
-        f"{ended.room}, session {ended.session}: ended; {ended.drops} drops without a result, "
-        f"{ended.stakes} given back"
+        f"{ended.room}, run {ended.session}: ended; {ended.drops} drops without a result, "
+        f"{ended.stakes} returned"
     )

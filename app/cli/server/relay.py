@@ -1,4 +1,4 @@
-"""`plinko relay`: pass on what happens in rooms to more spectators than one process can serve."""
+"""`plinko relay`: serve more spectators of a server's rooms than one process can."""
 
 from typing import Final
 
@@ -17,7 +17,7 @@ SETTINGS: Final = (
     "log_format",
     "log_level",
 )
-"""Those of the server that a relay has too."""
+"""Settings of the server that a relay has too."""
 
 
 @click.command(
@@ -30,11 +30,12 @@ SETTINGS: Final = (
     ],
 )
 def command(redis: str, rooms: str, **flags: object) -> None:
-    """Serve spectators of the rooms of the server at ROOMS (http://HOST:8000), by seeds.
+    """Serve spectators of the rooms of the server at ROOMS (http://HOST:8000).
 
-    That server and this relay know the same REDIS (redis://HOST:6379): start the server with
-    `--relays REDIS`, as many relays as needed, and spread `/ws/rooms/{id}?stream=seeds` over them.
-    Who does more than watch gets a line of their own to the server. Ctrl-C stops the relay.
+    The server and its relays use the same REDIS (redis://HOST:6379). Start the server with
+    `--relays REDIS`, start any number of relays, and have a proxy spread
+    `/ws/rooms/{id}?stream=seeds` over them. A player who drops a ball gets a connection to the
+    server. Ctrl-C stops the relay.
     """
     common.need_server()
     settings = settings_from(flags)

@@ -1,4 +1,4 @@
-"""`plinko rooms`: who runs several servers moves rooms between them."""
+"""`plinko rooms`: move rooms between the servers of a cluster."""
 
 import urllib.parse
 
@@ -19,10 +19,10 @@ def command() -> None:
 @click.argument("url", default="http://127.0.0.1:8000")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def move(room: str, name: str, url: str, as_json: bool) -> None:
-    """Have the server called NAME go on with ROOM, from the very tick at which it is.
+    """Move ROOM to the server called NAME, which continues it at the same tick.
 
-    URL is any server of the cluster, or the proxy before them. PLINKO_OPERATOR_TOKEN in the
-    environment is what they were started with.
+    URL is any server of the cluster, or the proxy in front of them. PLINKO_OPERATOR_TOKEN in the
+    environment must be the token that they were started with.
     """
     path = f"/api/v1/rooms/{urllib.parse.quote(room, safe='')}/move"
     found = ask(url, path, {"to": name})

@@ -1,4 +1,4 @@
-"""`plinko serve`: the game server, with a flag for every setting."""
+"""`plinko serve`: run the game server, with a flag for each setting."""
 
 import gc
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ from app.settings import Option, Settings, options
 
 
 def _flag(row: Option) -> click.Option:
-    """The flag of one setting. No default of its own: unset leaves the environment's value."""
+    # The flag has no default, so that an omitted one leaves the value of the environment.
     kind = type(row.default)
     shown = ",".join(row.default) if kind is tuple else str(row.default)
     return click.Option(
@@ -22,12 +22,11 @@ def _flag(row: Option) -> click.Option:
 
 
 def settings_options() -> list[click.Parameter]:
-    """An option for each setting that has a flag."""
     return [_flag(row) for row in options() if row.flag]
 
 
 def settings_from(flags: Mapping[str, object]) -> Settings:
-    """The settings of the environment and of these flags; raises SettingError."""
+    """Read the settings of the environment and these flags; raises SettingError if invalid."""
     given = dict(flags)
     for row in options():
         if isinstance(row.default, tuple) and isinstance(text := given.get(row.name), str):
@@ -38,7 +37,7 @@ def settings_from(flags: Mapping[str, object]) -> Settings:
 @click.command(
     name="serve",
     short_help="Run the game server.",
-    epilog="Each flag can be set as PLINKO_NAME in the environment too; the flag wins.",
+    epilog="The environment can set each flag too: PLINKO_PORT sets --port. A flag wins.",
     params=settings_options(),
 )
 def command(**flags: object) -> None:
@@ -48,6 +47,6 @@ def command(**flags: object) -> None:
 
     with common.garbage_waits():
         from app.main import run
-    gc.freeze()  # of what was imported nothing is ever garbage
+    gc.freeze()  # imported objects never become garbage: the collector need not visit them
 
     run(settings)

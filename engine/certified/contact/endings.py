@@ -1,4 +1,4 @@
-"""What ends a stretch of rolling or sliding: each cause is the first fall of a series."""
+"""Finds what ends a stretch of rolling or sliding: each cause is the first fall of a series."""
 
 from enum import Enum
 from typing import NamedTuple
@@ -30,15 +30,18 @@ class Cause(Enum):
 
 
 class Known(NamedTuple):
-    """What is zero at the start of a stretch by what went before, whatever its ball says."""
+    """Quantities that the event before makes exactly zero at the start of a stretch.
 
-    slip_roots: int  # 0, 1, or 2 if a rolling ball just began to slip
-    joint: bool  # the ball has just come onto the surface over a wall's end
-    touched: tuple[Surface, ...]  # other surfaces, from which it moves away
+    Their enclosures contain zero but do not prove it; the series' known roots are divided out.
+    """
+
+    slip_roots: int  # order of the slip's root: 0, 1, or 2 if a rolling ball has begun to slip
+    joint: bool  # the ball has just passed from a face to a wall's end, or back
+    touched: tuple[Surface, ...]  # other surfaces that the ball touches and moves away from
 
 
 class Ending(NamedTuple):
-    """The first end of a stretch: when, in its own unit of time, why, and with what."""
+    """The end of a stretch: its time in the stretch's unit, its cause, and the other surface."""
 
     share: arb
     cause: Cause
@@ -47,7 +50,7 @@ class Ending(NamedTuple):
 
 
 def first_ending(stretch: Stretch, known: Known, proof: Proof) -> Ending:
-    """What comes first on a stretch; the series' end if nothing does."""
+    """The first ending of a stretch, proven to be before all others; by default the series' end."""
     found = [
         *_force_endings(stretch, proof),
         *_slip_endings(stretch, known, proof),
@@ -72,7 +75,7 @@ def _force_endings(stretch: Stretch, proof: Proof) -> list[Ending]:
 
 
 def _slip_endings(stretch: Stretch, known: Known, proof: Proof) -> list[Ending]:
-    """Slip that comes to an end, or rolling that takes more friction than there is."""
+    """Where the slip ends, or rolling needs more friction than Coulomb's law allows."""
     scene, start = stretch.scene, stretch.start
     if start.mode == SLIDING:
         way = arb(start.slip_sign)
@@ -108,7 +111,7 @@ def _landings(stretch: Stretch, proof: Proof) -> list[Ending]:
 
 
 def _passages(stretch: Stretch, known: Known, proof: Proof) -> list[Ending]:
-    """A face that ends in a circle, or a wall's end that goes over into a face."""
+    """Where a face ends in a circle, or a wall's end continues as a face."""
     surface, start = stretch.surface, stretch.start
     what = f"whether the ball comes to the end of {surface.name}"
     found = []
@@ -119,7 +122,7 @@ def _passages(stretch: Stretch, known: Known, proof: Proof) -> list[Ending]:
             sign = turn if nth == 0 else -turn
             left = foot if nth == 0 else surface.length - foot
             distance = linear(left, (arb(sign), stretch.way))
-            # Of the two ends a ball that has just come over one moves away from that one.
+            # A ball that has just passed one of the ends moves away from that one.
             here = known.joint and left.contains(0)
             share = first_fall(distance, 1 if here else 0, stretch.end, proof, what)
             if share is not None:
@@ -138,7 +141,7 @@ def _passages(stretch: Stretch, known: Known, proof: Proof) -> list[Ending]:
 
 
 def _hits(stretch: Stretch, known: Known, proof: Proof) -> list[Ending]:
-    """Other surfaces that are touched."""
+    """Where the ball touches another surface."""
     start, end = stretch.start, stretch.at(arb(stretch.end))
     terms = [abs(term).upper() for term in stretch.way.terms]
     roam = sum((t * arb(stretch.end) ** i for i, t in enumerate(terms)), stretch.way.tail)
@@ -158,7 +161,10 @@ def _hits(stretch: Stretch, known: Known, proof: Proof) -> list[Ending]:
 
 
 def _way_out(stretch: Stretch, face: Face, distance: Series, proof: Proof) -> list[Ending]:
-    """A ball behind a wall's endless line, past its ends: the stretch is cut where it comes out."""
+    """End the stretch where a ball behind a face's infinite line, past the wall, comes out.
+
+    The search needs a distance that is positive at the start; a new stretch begins with one.
+    """
     inside = linear(ZERO, (-ONE, distance))
     what = f"whether the ball crosses the line of {face.name}"
     share = first_fall(inside, 0, stretch.end, proof, what)
@@ -168,7 +174,7 @@ def _way_out(stretch: Stretch, face: Face, distance: Series, proof: Proof) -> li
 
 
 def _belongs(stretch: Stretch, other: Surface) -> bool:
-    """Whether `other` only continues the surface: a wall's end or faces."""
+    """Whether `other` is part of the same wall, so that the ball passes onto it without impact."""
     surface = stretch.surface
     if isinstance(surface, Face):
         if isinstance(other, Face):
@@ -180,7 +186,7 @@ def _belongs(stretch: Stretch, other: Surface) -> bool:
 def _touch(
     stretch: Stretch, other: Surface, distance: Series, known: Known, proof: Proof
 ) -> arb | None:
-    """When `other` is touched, or None."""
+    """When the ball touches `other`, or None."""
     what = f"whether the ball on {stretch.surface.name} hits {other.name}"
     roots = 0
     if other in known.touched:
@@ -195,7 +201,7 @@ def _touch(
 
 
 def _distance(stretch: Stretch, other: Surface) -> Series:
-    """How far the ball is from touching `other`, as `CircleDistance` and `LineDistance` say it."""
+    """The distance to `other` in the units of `CircleDistance` (m^2) or `LineDistance` (m)."""
     surface, start = stretch.surface, stretch.start
     if isinstance(other, Circle):
         if isinstance(surface, Circle):

@@ -1,4 +1,4 @@
-"""Sustained contact, proven: a ball rolls or slides on a peg or wall until something ends it."""
+"""Follows a contact phase by proof: a ball rolls or slides on a peg or wall until that ends."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -22,14 +22,14 @@ from engine.certified.surfaces import Face, Surface
 from engine.constants import KIND_CONTACT_CHANGE, KIND_CONTACT_END, KIND_PEG
 
 _MAX_STRETCHES = 1000
-"""Of one phase. A ball that drag brings to rest on level ground never stops for good."""
+"""Stretches of one phase. A ball that drag brings to rest on a level wall never quite stops."""
 
 Note = Callable[[State, int, Surface], None]
-"""Writes down an event: the state after it, its kind and the surface."""
+"""Records an event: the state after it, its kind and the surface."""
 
 
 class After(NamedTuple):
-    """How a contact phase ended: what the ball touches then, what it hits, if it does."""
+    """The end of a contact phase: the state, the surfaces touched, and the surface hit, if any."""
 
     state: State
     touched: Touched
@@ -39,17 +39,17 @@ class After(NamedTuple):
 
 
 def contact_index(surface: Surface) -> int:
-    """How contact events name a surface: a peg by its index, wall w as -1 - w."""
+    """The index of a surface in contact events: a peg's own, -1 - w for wall w."""
     return surface.index if surface.kind == KIND_PEG else -1 - surface.index
 
 
 def normal_force(scene: Scene, surface: Surface, ny: arb, u: arb) -> arb:
-    """N per unit mass, m/s^2."""
+    """The normal force per unit mass, m/s^2."""
     return -scene.gravity * ny - surface.curvature * u * u
 
 
 class Phase:
-    """One contact phase, stretch by stretch."""
+    """Follows one contact phase, stretch by stretch."""
 
     def __init__(self, scene: Scene, proof: Proof, note: Note) -> None:
         self.scene, self.proof, self.note = scene, proof, note
@@ -57,9 +57,9 @@ class Phase:
     def run(
         self, state: State, surface: Surface, sticks: bool, beside: tuple[Surface, ...]
     ) -> After:
-        """Until the ball leaves, hits, lands or rests.
+        """Follow the ball until it leaves the surface, hits another one, lands or rests.
 
-        `sticks` says that the impact before stopped the slip; `beside` are other surfaces that it
+        `sticks`: whether the impact before stopped the slip. `beside`: other surfaces that the ball
         touches and moves away from.
         """
         known = Known(1 if sticks else 0, joint=False, touched=beside)
@@ -93,7 +93,7 @@ class Phase:
         raise UndecidedError(f"whether the ball stops on {surface.name}")
 
     def _stretch(self, surface: Surface, now: Contact, known: Known) -> Stretch:
-        """The motion from here on; `known` for those that follow another ball beside this one."""
+        """The motion from here on. SpreadPhase also needs `known`, for its second ball."""
         return Stretch(self.scene, surface, now)
 
     def _moved(self, stretch: Stretch, ending: Ending) -> Contact:
@@ -101,7 +101,7 @@ class Phase:
         return stretch.at(ending.share)
 
     def _changed(self, now: Contact, surface: Surface, ending: Ending) -> tuple[Contact, Known]:
-        """Rolling became sliding, against the force that is missing, or slipping has ended."""
+        """Rolling has become sliding in the direction `ending.slip_sign`, or slipping has ended."""
         rolled = Known(2 if now.mode == ROLLING else 1, joint=False, touched=())
         u = now.u
         now = replace(now, omega=u / self.scene.radius)
@@ -113,14 +113,17 @@ class Phase:
         return now, rolled
 
     def _passed(self, now: Contact, surface: Surface, known: Known) -> tuple[Contact, Known]:
-        """Onto a face or a wall's end: the normal stays, the curvature does not."""
+        """The ball has passed onto a face or a wall's end, which has another curvature.
+
+        The normal is continuous; a face's own is the sharper enclosure.
+        """
         known = known._replace(joint=True)
         if isinstance(surface, Face):
             now = replace(now, nx=surface.nx, ny=surface.ny)
         return self._with_mode(now, surface, known), known
 
     def _with_mode(self, now: Contact, surface: Surface, known: Known) -> Contact:
-        """Rolling, sliding or free: by the slip, and by Coulomb's law where it is zero."""
+        """The mode of motion: sliding if there is slip, else as Coulomb's law decides."""
         friction = surface.pair.friction
         if friction.is_zero():
             return replace(now, mode=FRICTIONLESS, slip_sign=0)
@@ -137,19 +140,20 @@ class Phase:
 
 
 def settled(state: State, surface: Surface) -> Contact:
-    """A ball taken as staying on a surface."""
+    """The contact state of a ball that stays on a surface: its speed off it is dropped."""
     nx, ny = surface.normal(state.x, state.y)
     u = state.vy * nx - state.vx * ny
     return Contact(state.t, state.x, state.y, nx, ny, u, state.omega, FRICTIONLESS, 0)
 
 
 def free(now: Contact) -> State:
-    """The same ball as in flight."""
+    """The same ball as a state of flight."""
     return State(now.t, now.x, now.y, -now.u * now.ny, now.u * now.nx, now.omega)
 
 
 def _left(surface: Surface, before: Surface) -> Touched:
-    """What a ball touches that a wall's end does not hold: that, and the face it is past."""
+    """What a ball touches when it flies off a wall's end: the end, and the face before it, whose
+    end it has passed."""
     touched: Touched = {surface: Touch(LIFTED, ZERO)}
     if isinstance(before, Face):
         touched[before] = Touch(PAST, ZERO)

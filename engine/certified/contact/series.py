@@ -1,14 +1,17 @@
-"""A ball that rolls or slides, as Taylor series in time whose remainders are proven.
+"""The motion of a ball that rolls or slides, as Taylor series in time with proven remainders.
 
-The laws are those of `engine/physics/contact.py`; their right-hand sides are polynomials, so the
-coefficients x_i of the motion follow from each other. With time in units of H, those of the first
-N terms show |x_i| <= X / (i + 1)^2, and the recursion carries that bound on to all later ones:
+The laws are those of `engine/physics/contact.py`. Their right-hand sides are polynomials in the
+normal n, the speed u and the spin, so each Taylor coefficient follows from those before it.
+
+The remainder after N terms is bounded by induction. With time in units of H, let A and U be such
+that |n_i| <= A / (i + 1)^2 and |u_i| <= U / (i + 1)^2 for all i < N. The recursion
+n_(i+1) = kappa H / (i + 1) sum over j of u_j n_(i-j) has
 
     sum over j of |u_j n_(i-j)| <= U A sum 1 / ((j + 1)^2 (i - j + 1)^2) <= C U A / (i + 1)^2
 
-with C = 4 zeta(2), of which x_(i+1) is kappa H / (i + 1) times. Once kappa H C U (N + 1)^2 / N^3
-is at most 1 (and the like for the speed) this is again below A / (i + 2)^2. So what is left out
-after N terms is at most X rho^N / ((N + 1)^2 (1 - rho)) up to the time rho H < H.
+with C = 4 zeta(2). If kappa H C U (N + 1)^2 / N^3 <= 1, then |n_(i+1)| <= A / (i + 2)^2, so the
+bound holds for all i; the speed has a similar condition, and H is halved until both hold. Up to the
+time rho H < H the remainder is then at most A rho^N / ((N + 1)^2 (1 - rho)), and the same with U.
 """
 
 from dataclasses import dataclass
@@ -26,20 +29,20 @@ SLIDING = 1
 FRICTIONLESS = 2
 
 LONGEST_STEP = 2.0
-"""s. On a wall the series converge for ever; longer steps would pass over too many surfaces."""
+"""s. On a face the series converge everywhere, but a longer step would pass too many surfaces."""
 
 _CONVOLUTION = 6.58  # 4 zeta(2), rounded up
 _TERMS_PER_BIT = 0.4
-"""More make longer steps, and cost their square: flat around this."""
+"""More terms make longer steps, but their cost grows as the square; the optimum is flat."""
 _LEAST_TERMS = 24
-_SLACK = 1.001  # what float64 may round off of a bound, a million times over
+_SLACK = 1.001  # factor on bounds computed in float64, far above their rounding
 
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """A ball on a surface: contact normal, speed u along (-n_y, n_x), spin, and how it moves.
+    """A ball on a surface: contact normal, speed u along (-n_y, n_x), spin and mode of motion.
 
-    slip_sign: of u - omega R while it slides.
+    slip_sign: the sign of u - omega R while the ball slides.
     """
 
     t: arb
@@ -54,18 +57,18 @@ class Contact:
 
 
 class Series(NamedTuple):
-    """A function of time on a stretch: a polynomial in s / H, and how far it may be off."""
+    """A function of time on a stretch: a polynomial in s / H, and a bound of its remainder."""
 
     terms: list[arb]
     tail: arb
 
     def at(self, share: arb) -> arb:
-        """Its value at the time share H."""
+        """The value at the time share H."""
         return arb_poly(self.terms)(share) + arb(0, self.tail)
 
 
 def linear(start: arb, *parts: tuple[arb, Series]) -> Series:
-    """start + the sum of factor times series."""
+    """The series of `start` plus the sum of factor times series."""
     count = max(len(series.terms) for _, series in parts)
     terms = [ZERO] * count
     terms[0] = start
@@ -78,7 +81,7 @@ def linear(start: arb, *parts: tuple[arb, Series]) -> Series:
 
 
 def square(series: Series, end: float) -> Series:
-    """The series squared, with what the tail does to it up to `end`."""
+    """The square of a series; its tail is a bound up to the time `end`."""
     poly = arb_poly(series.terms)
     size = arb_poly([abs(term).upper() for term in series.terms])(arb(end))
     tail = series.tail * (2 * size + series.tail)
@@ -86,7 +89,7 @@ def square(series: Series, end: float) -> Series:
 
 
 class Stretch:
-    """The motion from `start` on, for `unit` times `end` seconds."""
+    """The motion from `start` on, for `unit` times `end` seconds; `unit` is H, `end` is rho."""
 
     def __init__(self, scene: Scene, surface: Surface, start: Contact) -> None:
         self.scene, self.surface, self.start = scene, surface, start
@@ -126,7 +129,7 @@ class Stretch:
         return [nx, ny, u, omega]
 
     def _scale(self, lists: list[list[arb]]) -> None:
-        """Take the time in units, shorter ones until the bounds hold; then make the series."""
+        """Scale the coefficients to the unit H, halved until the bounds hold; make the series."""
         terms = len(lists[0])
         while True:
             unit = arb(self.unit)
@@ -160,7 +163,11 @@ class Stretch:
     def _proven_bounds(
         self, terms: int, normal: float, speed: float
     ) -> tuple[float, float, float] | None:
-        """A, U and a bound of N's coefficients that the recursion carries on, or None."""
+        """A, U and the like bound of the normal force, if the induction step holds; else None.
+
+        U may be larger than the coefficients show: with little speed and much gravity, only a
+        larger U satisfies the induction step.
+        """
         scene, h = self.scene, self.unit
         g, k, kappa = float(scene.gravity), float(scene.drag), float(self.kappa) * _SLACK
         later = (terms + 1) ** 2 / terms**3 * _SLACK
@@ -174,7 +181,7 @@ class Stretch:
         return normal, speed, push
 
     def at(self, share: arb) -> Contact:
-        """The ball at the time share H; its normal has length one, and is put there again."""
+        """The ball at the time share H. Its normal is made sharper by its length, which is one."""
         start, surface = self.start, self.surface
         if self.kappa.is_zero():
             nx, ny = start.nx, start.ny
@@ -195,7 +202,10 @@ def _bound(values: list[arb]) -> float:
 
 
 def _convergence(lists: list[list[arb]], longest: float) -> float:
-    """About the radius of convergence in s, a tenth less; `longest` at most."""
+    """An estimate of the radius of convergence in s, less a tenth, and at most `longest`.
+
+    By the root test on the last two coefficients. It proves nothing: `_proven_bounds` does.
+    """
     fastest = 0.1 / longest
     for values in lists[:3]:
         for i in (len(values) - 2, len(values) - 1):

@@ -1,4 +1,4 @@
-"""The first fall through zero of a Taylor series with a proven remainder."""
+"""Encloses the first time at which a Taylor series with a proven remainder falls through zero."""
 
 from flint import arb, arb_poly, ctx
 
@@ -7,14 +7,14 @@ from engine.certified.contact.series import Series
 
 _MAX_DEPTH = 200
 _MAX_POLISH = 40
-_SCREEN = 1e-9  # relative; float64 rounds off a millionth of it
+_SCREEN = 1e-9  # relative margin, a million times float64's rounding
 
 
 def first_fall(series: Series, skip: int, end: float, proof: Proof, what: str) -> arb | None:
     """Enclosure of the first time in (0, end] at which `series` falls through zero, or None.
 
-    `skip` roots at 0 are known, and divided out. Raises UndecidedError, naming `what`, unless what
-    is left is positive at the start.
+    A known root of order `skip` at 0 is divided out. Raises UndecidedError(what) unless the
+    quotient is proven positive at 0.
     """
     terms = series.terms[skip:]
     proof.count()
@@ -24,7 +24,10 @@ def first_fall(series: Series, skip: int, end: float, proof: Proof, what: str) -
 
 
 def _is_plainly_positive(terms: list[arb], tail: arb, end: float) -> bool:
-    """Whether the first term outweighs all that could be negative."""
+    """Whether the first term exceeds the sum of all others that may be negative.
+
+    In double precision, to skip the search for most series.
+    """
     least = float(terms[0].lower())
     total = abs(least)
     power = 1.0
@@ -37,7 +40,10 @@ def _is_plainly_positive(terms: list[arb], tail: arb, end: float) -> bool:
 
 
 class _Search:
-    """Bisection with bounds of the first two derivatives; interval Newton where it falls."""
+    """Bisection by bounds of the first two derivatives, then interval Newton.
+
+    A piece is dropped if it is proven to have no fall, and halved if nothing is proven of it.
+    """
 
     def __init__(self, terms: list[arb], tail: arb, end: float, what: str) -> None:
         self.value = arb_poly(terms)
@@ -59,7 +65,7 @@ class _Search:
             proof.count()
             turn = self.bend * half
             if value.contains(0) and value.rad() > (abs(slope) + turn) * half:
-                # No shorter piece has values that are sharper than this one's differ.
+                # The enclosure's width exceeds the variation over the piece: halving cannot help.
                 raise UndecidedError(self.what)
             if value - abs(slope) * half - turn * half / 2 > 0:
                 continue
@@ -80,7 +86,11 @@ class _Search:
         return self.value(arb(time)) + self.tail
 
     def _root(self, guess: float, low: float, high: float, proof: Proof) -> arb:
-        """All zeros between two times of different signs, between which the polynomial falls."""
+        """Enclosure of the root between two times of different sign, where the polynomial falls.
+
+        The remainder is only known to lie within the tail, so the interval holds every root that
+        the series may have.
+        """
         t = arb(guess)
         enough = arb(2) ** -(ctx.prec // 2)
         for _ in range(_MAX_POLISH):

@@ -1,11 +1,10 @@
-"""All starts of an interval at once while they roll or slide: how fast their ways over a surface
-part.
+"""Follows all starts of an interval while the balls roll or slide, by a derivative.
 
-The derivative of a contact's state with respect to the start is carried as p, along the surface,
-with those of its speed and spin; the normal's is kappa p times the tangent. It obeys the linear
-equation v' = A(s) v, whose solution is the Peano-Baker series: with A enclosed over a stretch, the
-integral of its j-th term is in (s^j / j!) A^j v, and what is left out is bounded by norms
-(Coddington and Levinson, Theory of Ordinary Differential Equations, 1955, 3.1).
+The derivative of a contact's state with respect to the start has three components: p, of the way
+along the surface, and those of the speed and the spin. The derivative of the normal is kappa p
+times the tangent. They obey a linear equation v' = A(s) v, whose solution is the Peano-Baker
+series. With A enclosed over a stretch, its j-th term lies in (s^j / j!) A^j v, and the remainder is
+bounded by norms (Coddington and Levinson, Theory of Ordinary Differential Equations, 1955, 3.1).
 """
 
 from dataclasses import replace
@@ -23,15 +22,15 @@ from engine.certified.scene import Scene
 from engine.certified.surfaces import Surface
 
 _PIECES = 4
-"""Of a stretch, each with an enclosure of its own."""
+"""Pieces of a stretch; each encloses A separately, which is sharper than one enclosure."""
 
 _TERMS = 16
-"""Of the Peano-Baker series."""
+"""Terms of the Peano-Baker series."""
 
 
 class Parting(NamedTuple):
-    """A ball's derivative with respect to the start, at an event rather than at a time: of its
-    time, of the way along the surface where it is, of the speeds off and along it, of the spin."""
+    """A ball's derivative with respect to the start, at an event, which each ball reaches at its
+    own time: of that time, the way along the surface, the speeds off and along it, and the spin."""
 
     time: arb
     way: arb
@@ -43,14 +42,14 @@ class Parting(NamedTuple):
 class SpreadPhase(Phase):
     """A contact phase of all balls of a box.
 
-    `middle` is one of them, followed beside it: None from where it cannot be told that both go
-    through the same. `parting` is that at the last event.
+    `middle` is one of the balls, followed separately; None as soon as its events are not proven to
+    be those of the box. `parting` is the derivative at the last event.
     """
 
     def __init__(
         self, scene: Scene, proof: Proof, note: Note, apart: arb, parting: Parting
     ) -> None:
-        """`apart`: how far the starts are from the middle's, m."""
+        """`apart`: the differences of the starts from the middle's, a ball about 0, in m."""
         super().__init__(scene, proof, note)
         self.parting, self._apart = parting, apart
         self.middle: Contact | None = None
@@ -89,7 +88,7 @@ class SpreadPhase(Phase):
         return now
 
     def _middle_at(self, stretch: Stretch, ending: Ending, beside: Stretch) -> Contact | None:
-        """The middle at the same end of the stretch."""
+        """The middle at the same ending; None unless it is proven to have that ending."""
         if ending.cause is Cause.STEP:
             return beside.at(ending.share * arb(stretch.unit) / arb(beside.unit))
         try:
@@ -100,7 +99,7 @@ class SpreadPhase(Phase):
 
 
 def _by_part(now: Contact, parting: Parting, kappa: arb) -> dict[str, arb]:
-    """The derivative of each part of a contact's state."""
+    """The derivative of each field of a contact's state."""
     turn = kappa * parting.way
     return {
         "t": parting.time,
@@ -114,7 +113,7 @@ def _by_part(now: Contact, parting: Parting, kappa: arb) -> dict[str, arb]:
 
 
 class _Law:
-    """The linear equation of the derivatives, where the normal and the speed are within balls."""
+    """The linear equation v' = A v, with the normal and the speed enclosed in balls."""
 
     def __init__(self, stretch: Stretch, nx: arb, ny: arb, u: arb) -> None:
         scene, mode = stretch.scene, stretch.start.mode
@@ -126,27 +125,27 @@ class _Law:
         self.nx, self.ny, self.u = nx, ny, u
 
     def force(self, way: arb, u: arb) -> arb:
-        """The change of the normal force by one of the way and one of the speed."""
+        """The change of the normal force by changes of the way and the speed."""
         return -self.kappa * (self.gravity * self.nx * way + 2 * self.u * u)
 
     def drive(self, way: arb, u: arb) -> arb:
-        """The change of what drives the ball along."""
+        """The change of the force along the surface without friction."""
         return -self.gravity * self.kappa * self.ny * way - self.drag * u
 
     def change(self, way: arb, u: arb) -> tuple[arb, arb, arb]:
-        """How fast the derivatives of way, speed and spin (times the radius) change."""
+        """A v: the rates of the derivatives of way, speed and spin, the last times the radius."""
         grip = self.grip * self.force(way, u)
         faster = self.share * self.drive(way, u) - grip
         return u, faster, faster if self.rolls else 2 * grip
 
     def norm(self) -> arb:
-        """How much a change is larger than what it is of, in the largest norm, at most."""
+        """Upper bound of A in the norm of the largest component."""
         rows = zip(self.change(ONE, ZERO), self.change(ZERO, ONE), strict=True)
         return reduce(arb.max, (abs(a) + abs(b) for a, b in rows))
 
 
 def _carried(stretch: Stretch, share: arb, parting: Parting) -> Parting:
-    """The derivatives at the time `share` of a stretch, the same for all balls."""
+    """The derivatives at the time `share` of a stretch, which is the same time for all balls."""
     step = share / _PIECES * arb(stretch.unit)
     for i in range(_PIECES):
         piece = (share * i / _PIECES).union(share * (i + 1) / _PIECES)
@@ -156,7 +155,7 @@ def _carried(stretch: Stretch, share: arb, parting: Parting) -> Parting:
 
 
 def _after(law: _Law, step: arb, parting: Parting) -> Parting:
-    """The derivatives `step` s later, while the law holds."""
+    """The derivatives `step` s later; `law` encloses A until then."""
     term = parting.way, parting.along, parting.omega * law.radius
     size = reduce(arb.max, map(abs, term))
     sums = list(term)
@@ -171,7 +170,11 @@ def _after(law: _Law, step: arb, parting: Parting) -> Parting:
 
 
 def _at_event(stretch: Stretch, ending: Ending, now: Contact, parting: Parting) -> Parting:
-    """The derivatives where each ball comes to the end at its own time."""
+    """The derivatives at the ending, which each ball reaches at its own time.
+
+    `parting` is at one time for all. A ball is `later` by the time in which the quantity that is
+    zero at the event makes up for its change.
+    """
     scene, surface, cause = stretch.scene, stretch.surface, ending.cause
     if cause is Cause.STEP:
         return parting
@@ -181,11 +184,11 @@ def _at_event(stretch: Stretch, ending: Ending, now: Contact, parting: Parting) 
     spins = faster / scene.radius if law.rolls else 2 * law.grip * force / scene.radius
 
     def off(way: arb, along: arb, omega: arb) -> arb:
-        """The change of what is zero at the event."""
+        """The change of the quantity that is zero at the event."""
         if cause is Cause.LEAVES:
             return law.force(way, along)
         if cause is not Cause.CHANGES:
-            return way  # the place on the surface is given
+            return way  # the event is at a fixed position on the surface
         if not law.rolls:
             return along - omega * scene.radius
         grip = 3 * surface.pair.friction

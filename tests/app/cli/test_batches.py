@@ -107,7 +107,7 @@ BAD: tuple[tuple[tuple[object, ...], str], ...] = (
     (("--drops", "1.25e1"), "1.25e1"),
     (("--drops", "0"), "'0' is not a whole number"),
     (("--drops", "1e99"), "is not an integer from 0"),
-    (("--drops", "9", "--blocks", "1"), "--blocks 1:2: there are 1"),
+    (("--drops", "9", "--blocks", "1"), "--blocks 1:2: this batch has 1"),
     (("--drops", "9", "--blocks", "3:3"), "'3:3'"),
     (("--drops", "9", "--blocks", "all"), "'all'"),
     (("--drops", "9", "--resume", "{other}"), "asked is 9 in one and 10 in the other"),

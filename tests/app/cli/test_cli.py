@@ -164,9 +164,9 @@ def test_a_draw_is_written_as_a_room_takes_it(plinko: Terminal, tmp_path: Path) 
     assert own["board"]["name"] == "own"
     for options, named in (
         (["--draw", "1,2"], "a list of 9"),
-        (["--draw", tmp_path / "none.json"], "neither weights such as 9999,1"),
+        (["--draw", tmp_path / "none.json"], "neither a list of weights such as 9999,1"),
         (["--draw", weights, "--bin", 4], "either --bin or --draw"),
-        (["--draw", weights, "--aim", 0.01], "nobody aims"),
+        (["--draw", weights, "--aim", 0.01], "--aim 0.01: a draw has no aim"),
         ([], "either --bin or --draw"),
     ):
         code, _, err = plinko.try_run("seeds", "triangle-8", *options)
@@ -207,7 +207,7 @@ def test_simulate_counts_what_drop_many_computes(plinko: Terminal) -> None:
     assert report["digest"] == many.digest
 
 
-def test_the_digest_of_a_simulation_does_not_depend_on_how_it_is_cut(
+def test_a_simulation_s_digest_does_not_depend_on_its_blocks(
     plinko: Terminal,
 ) -> None:
     arguments = ("simulate", "triangle-8", "--drops", 100)

@@ -52,7 +52,7 @@ def test_an_error_is_exit_code_2_without_a_traceback() -> None:
     assert done.stderr.count(b"\n") == 1
 
 
-def test_a_process_ends_without_a_look_for_garbage_through_all_it_has() -> None:
+def test_a_process_ends_without_a_garbage_collection() -> None:
     code = (
         "import atexit, gc\n"
         "atexit.register(lambda: print(gc.get_freeze_count(), len(gc.get_objects())))\n"
@@ -160,7 +160,7 @@ def test_a_ledger_in_use_is_one_line(tmp_path: Path) -> None:
     assert done.stderr.count(b"\n") == 1
 
 
-def test_a_drop_imports_neither_server_nor_pictures_nor_a_compiler() -> None:
+def test_a_drop_imports_no_server_no_pictures_and_no_compiler() -> None:
     program = (
         "import sys; from app.cli import main;"
         "main(['drop', 'triangle-8', '--seed', '1', '--certainty']);"

@@ -41,7 +41,7 @@ def test_counting_goes_on_where_it_was_and_is_saved_as_it_goes(
     assert list(record.parent.iterdir()) == [record]
 
 
-def test_a_table_is_solved_anew_by_all_that_was_counted_and_its_judgement_begins(
+def test_a_table_solved_again_uses_all_counts_and_starts_judging(
     record: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["odds", "--record", str(record), "--solve", NAME]) == 0
@@ -51,7 +51,7 @@ def test_a_table_is_solved_anew_by_all_that_was_counted_and_its_judgement_begins
     assert from_text(record.read_text())[NAME].fresh(NAME)[0].first == CHOSE.drops
 
 
-def test_the_record_that_ships_is_shown_with_every_table_and_is_not_changed(
+def test_the_shipped_record_is_shown_in_full_and_not_changed(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert main(["odds"]) == 0

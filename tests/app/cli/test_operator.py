@@ -48,7 +48,8 @@ def test_another_program_at_the_address_is_told_as_such(
     with a_server_that_answers(status, body) as url:
         assert main(["halt", url]) == 2
     told = capsys.readouterr().err
-    assert told == f"plinko: {url}: no plinko server, answered {status} without JSON\n"
+    why = f"it answered {status} without a JSON object"
+    assert told == f"plinko: {url} is not a Plinko server: {why}\n"
 
 
 def test_what_a_server_refuses_is_told_in_its_own_words(capsys: Said) -> None:

@@ -93,7 +93,7 @@ def test_a_server_that_leaves_says_so_once(database: str) -> None:
         assert next(told) == 1, "each notice wakes all servers, and itself"
 
 
-def test_a_connection_that_was_ended_is_a_failure_and_so_is_a_database_that_is_not_there(
+def test_an_ended_connection_and_a_missing_database_are_failures(
     postgresql: postgres.Cluster, database: str
 ) -> None:
     with both(database) as (first, _):
@@ -143,6 +143,6 @@ async def test_a_server_is_alive_while_its_loop_has_much_to_do(database: str) ->
 async def test_a_server_whose_loop_does_not_come_round_is_not_alive(
     database: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("app.cluster.alive._STANDS_STILL", 2 * BEAT)
+    monkeypatch.setattr("app.cluster.alive._STALLED_SECONDS", 2 * BEAT)
     async with alive(database):
         until(lambda: age(database) > LEASE)

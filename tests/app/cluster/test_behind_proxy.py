@@ -37,7 +37,7 @@ def proxy(servers: Servers) -> Iterator[str]:
         yield f"127.0.0.1:{port}"
 
 
-async def test_who_asks_the_proxy_notices_nothing_of_a_server_that_was_killed(
+async def test_clients_of_the_proxy_do_not_notice_a_killed_server(
     proxy: str, servers: Servers
 ) -> None:
     with httpx.Client(base_url=f"http://{proxy}/api/v1", timeout=LIMIT) as http:
@@ -127,7 +127,7 @@ async def seconds_away(staying: list[Guest], frozen: One) -> list[float]:
 
 
 @pytest.mark.long("a server is frozen until its guests are at another")
-async def test_whoever_is_at_a_server_that_stands_still_is_at_another_before_it_goes_on(
+async def test_clients_of_a_frozen_server_move_before_it_goes_on(
     proxy: str, servers: Servers
 ) -> None:
     async with guests(proxy) as staying:

@@ -78,7 +78,7 @@ async def test_what_is_answered_here_is_asked_nobody_else() -> None:
     assert there.asked == []
 
 
-async def test_a_request_goes_on_whole_to_the_server_that_the_answer_names() -> None:
+async def test_a_request_is_forwarded_whole_to_the_server_named() -> None:
     here, there = Place(moved("b.1")), Place()
     async with asking(here, there, authorization="Bearer t", connection="close") as client:
         answer = await client.post("/api/v1/rooms/a%20b/drops?wait=1", content=b"one two")
@@ -146,7 +146,7 @@ async def test_a_request_that_was_never_sent_is_sent_again(error: Exception) -> 
     assert (answer.status_code, answer.text) == (200, "had x")
 
 
-async def test_a_socket_waits_for_a_server_that_lives_however_long_that_takes(
+async def test_a_socket_waits_as_long_as_it_takes_for_a_living_server(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The loop's clock is the test's: it jumps while the other server takes its time."""

@@ -30,7 +30,7 @@ def sure(*others: Member, me: Member = A) -> View:
     return view
 
 
-def test_a_server_that_says_nothing_is_gone_only_once_the_table_was_seen_for_a_lease() -> None:
+def test_a_silent_server_is_gone_after_a_whole_lease_of_watching() -> None:
     view = View()
     seen(view, [0.0], B)
     seen(view, [LEASE / 2])
@@ -40,7 +40,7 @@ def test_a_server_that_says_nothing_is_gone_only_once_the_table_was_seen_for_a_l
     assert not view.is_gone(A.holder)
 
 
-def test_over_a_new_connection_those_who_lived_have_a_lease_to_say_so_again() -> None:
+def test_a_new_connection_gives_every_server_a_lease_to_report() -> None:
     view = sure(B)
     view.failed()
     assert not view.up
@@ -92,7 +92,7 @@ def test_who_was_gone_before_the_table_went_away_stays_gone() -> None:
         (LATE, False, False),
     ],
 )
-def test_a_server_counts_as_alive_for_a_lease_and_for_less_without_a_connection(
+def test_a_server_is_alive_for_a_lease_or_less_when_cut_off(
     age: float, connected: bool, alive: bool
 ) -> None:
     assert BEAT < LATE < LEASE
@@ -125,7 +125,7 @@ def test_a_room_is_taken_that_nobody_has_or_whose_server_is_gone() -> None:
     assert claimed(view, held("main", B)) == (-1, B.holder)
 
 
-def test_while_it_is_not_sure_who_is_gone_no_room_of_another_is_taken() -> None:
+def test_no_room_is_taken_while_it_is_unsure_who_is_gone() -> None:
     view = View()
     seen(view, [0.0])
     assert claimed(view, held("main", C)) == (-1, C.holder)
@@ -155,7 +155,7 @@ def test_nothing_is_taken_before_it_is_sure_who_is_gone() -> None:
     assert orphans([held("main", C)], ["other"], view) == set()
 
 
-def test_a_room_that_moves_and_is_nobody_s_is_taken_and_one_that_sleeps_is_not() -> None:
+def test_a_moving_room_without_a_server_is_taken_unless_asleep() -> None:
     assert orphans([], ["moving"], sure()) == {"moving"}
 
 

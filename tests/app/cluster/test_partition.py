@@ -42,7 +42,7 @@ def apart(postgresql: postgres.Cluster) -> Iterator[Divided]:
         yield Divided(servers, line)
 
 
-def test_a_server_that_is_cut_off_loses_nothing_and_harms_nothing_when_it_is_back(
+def test_a_server_cut_off_loses_nothing_and_harms_nothing_later(
     apart: Divided,
 ) -> None:
     servers = apart.servers

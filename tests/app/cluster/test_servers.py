@@ -92,7 +92,7 @@ def dropped_at(one: One) -> float:
     return float(line)
 
 
-async def test_who_plays_over_the_wrong_server_sees_and_does_all_that_others_do(
+async def test_a_player_at_the_wrong_server_sees_and_does_the_same(
     servers: Servers,
 ) -> None:
     right, wrong, _ = servers.all
@@ -107,7 +107,7 @@ async def test_who_plays_over_the_wrong_server_sees_and_does_all_that_others_do(
         assert far.binaries, "no picture came"
 
 
-def test_a_session_is_had_over_every_server_and_proves_to_be_fair(servers: Servers) -> None:
+def test_a_session_is_available_at_every_server_and_is_fair(servers: Servers) -> None:
     first, second, third = servers.all
     room = new_room(first)
     committed = hashlib.sha256(CLIENT_SEED).hexdigest()
@@ -165,7 +165,7 @@ def test_a_halt_is_heeded_by_all(servers: Servers) -> None:
     assert drop_at(third, room, 1)["ball"] == 0
 
 
-async def test_a_moved_room_goes_on_from_the_very_tick_and_whoever_watches_is_sent_there(
+async def test_a_moved_room_goes_on_from_its_tick_and_viewers_follow(
     servers: Servers,
 ) -> None:
     first, second, third = servers.all
@@ -192,7 +192,7 @@ async def test_a_moved_room_goes_on_from_the_very_tick_and_whoever_watches_is_se
     assert await asyncio.to_thread(servers.holder, room) is second
 
 
-def test_only_who_runs_the_servers_moves_rooms_and_only_to_servers(servers: Servers) -> None:
+def test_only_operators_move_rooms_and_only_to_servers(servers: Servers) -> None:
     first, second, _ = servers.all
     room = new_room(first)
     asked = httpx.post(
@@ -207,7 +207,7 @@ def test_only_who_runs_the_servers_moves_rooms_and_only_to_servers(servers: Serv
     assert servers.holder(room) is first
 
 
-async def test_a_ball_of_a_server_that_is_killed_lands_where_it_would_have(
+async def test_a_ball_of_a_killed_server_lands_where_it_would_have(
     servers: Servers,
 ) -> None:
     first, second, third = servers.all
@@ -273,7 +273,7 @@ async def test_a_server_that_is_told_to_end_hands_all_its_rooms_over(servers: Se
     assert await asyncio.to_thread(lambda: second.rooms + third.rooms) >= len(rooms)
 
 
-async def test_whoever_plays_over_a_server_that_is_told_to_end_is_sent_to_another(
+async def test_players_of_a_server_that_shuts_down_are_sent_to_another(
     servers: Servers,
 ) -> None:
     first, second, third = servers.all
@@ -290,7 +290,7 @@ async def test_whoever_plays_over_a_server_that_is_told_to_end_is_sent_to_anothe
     assert await ending == 0
 
 
-async def test_while_postgresql_is_away_rooms_stay_and_are_taken_over_once_it_is_back(
+async def test_without_postgresql_rooms_stay_and_are_taken_over_later(
     servers: Servers, postgresql: postgres.Cluster
 ) -> None:
     first, second, third = servers.all

@@ -28,7 +28,7 @@ pytestmark = [pytest.mark.postgresql, pytest.mark.long("a siege of three servers
 
 
 @pytest.mark.timeout(4 * 3600)
-async def test_whatever_ends_no_acknowledged_ball_is_lost_and_none_lands_twice(
+async def test_no_acknowledged_ball_is_lost_and_none_lands_twice(
     servers: Servers, postgresql: postgres.Cluster
 ) -> None:
     siege = siege_of(servers, postgresql)
@@ -47,7 +47,7 @@ async def test_whatever_ends_no_acknowledged_ball_is_lost_and_none_lands_twice(
 
 
 @pytest.mark.timeout(3600)
-async def test_servers_are_upgraded_one_after_another_and_all_who_watch_are_sent_on(
+async def test_servers_are_upgraded_in_turn_and_all_viewers_follow(
     servers: Servers, postgresql: postgres.Cluster
 ) -> None:
     siege = siege_of(servers, postgresql)

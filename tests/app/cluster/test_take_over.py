@@ -52,7 +52,7 @@ def has(life: Life, room_id: str) -> bool:
     return life.shared.leases.book.of(room_id) is not None
 
 
-async def test_a_room_that_moves_and_was_given_to_a_server_goes_on_there_unasked(
+async def test_a_moving_room_given_to_a_server_goes_on_there_unasked(
     address: str,
 ) -> None:
     async with living(address, holder="a") as a, living(address, holder="b") as b:
@@ -85,7 +85,7 @@ async def test_a_room_that_nobody_had_is_taken_and_no_server_missed(address: str
         assert taking.count == 0, "it is the first start of all"
 
 
-async def test_a_room_whose_heir_cannot_take_it_is_taken_by_the_next_one_after_a_while(
+async def test_a_room_whose_heir_cannot_take_it_goes_to_the_next(
     address: str,
 ) -> None:
     async with living(address, holder="a") as a, living(address, holder="b") as b:
@@ -97,7 +97,7 @@ async def test_a_room_whose_heir_cannot_take_it_is_taken_by_the_next_one_after_a
         assert all(has(b, each) for each in rooms)
 
 
-async def test_who_watches_a_room_that_sleeps_is_sent_on_once_another_server_took_it(
+async def test_viewers_of_a_sleeping_room_are_sent_on_once_it_is_taken(
     address: str,
 ) -> None:
     async with living(address, holder="a") as a, living(address, holder="b") as b:

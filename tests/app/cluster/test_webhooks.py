@@ -22,7 +22,7 @@ pytestmark = [
 BALLS = 5  # dropped before a server is killed, and as many after that
 
 
-async def test_a_target_hears_of_all_balls_in_order_whichever_server_is_killed(
+async def test_a_target_hears_of_all_balls_in_order_despite_kills(
     postgresql: postgres.Cluster, tmp_path: Path
 ) -> None:
     target = FlakyTarget()

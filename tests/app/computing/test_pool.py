@@ -98,7 +98,7 @@ async def test_what_is_quick_goes_first() -> None:
     assert [await running, await quick, await long] == ["running", "second", "third"]
 
 
-async def test_a_full_queue_refuses_and_takes_work_again_once_it_drains() -> None:
+async def test_a_full_queue_refuses_work_until_it_drains() -> None:
     pool = Pool(2, 4)
     asking = [await pool.asks() for _ in range(6)]
     assert pool.full
@@ -115,7 +115,7 @@ async def test_a_full_queue_refuses_and_takes_work_again_once_it_drains() -> Non
     assert await again == 7
 
 
-async def test_a_caller_that_goes_away_before_its_turn_gives_it_to_the_next() -> None:
+async def test_a_caller_that_leaves_the_queue_gives_up_its_turn() -> None:
     pool = Pool(1, 4)
     running, goes, stays = [await pool.asks() for _ in range(3)]
     pool.made[0].says("running")

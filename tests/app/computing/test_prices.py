@@ -34,7 +34,7 @@ def test_animations_as_people_ask_for_them_are_drawn(pixels: int, fps: int) -> N
     assert prices.animation(pixels, frames(6.0, fps)).check().seconds < 9.0
 
 
-def test_an_animation_of_more_pixels_than_a_worker_has_memory_for_is_refused() -> None:
+def test_an_animation_too_large_for_a_worker_is_refused() -> None:
     """`classic` is high: at 2,048 pixels it took 330 MB of the 256 there are, and failed late."""
     tall = pixels_of(Board.preset("classic"), 2048)
     with pytest.raises(CostError, match=r"6\.5e\+06 pixels a frame.* 4\.2e\+06") as refused:
@@ -42,7 +42,7 @@ def test_an_animation_of_more_pixels_than_a_worker_has_memory_for_is_refused() -
     assert refused.value.field == "width"
 
 
-def test_a_stepped_drop_that_would_take_gigabytes_is_refused_before_it_is_kept() -> None:
+def test_a_stepped_drop_of_gigabytes_is_refused_before_it_starts() -> None:
     """Of 1,000 s in steps of 0.1 ms 1.9 GB were kept."""
     with pytest.raises(CostError, match="1e\\+07 substeps"):
         prices.stepped_drop(1000.0 / 1e-4).check()

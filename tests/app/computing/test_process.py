@@ -78,7 +78,7 @@ async def gone(pid: int) -> None:
     await eventually(lambda: not lives(pid))
 
 
-async def test_work_is_done_in_another_process_and_its_errors_come_back(workers: Workers) -> None:
+async def test_another_process_does_the_work_and_returns_its_errors(workers: Workers) -> None:
     assert await workers.run(os.getpid) != os.getpid()
     with pytest.raises(InvalidValueError, match="7 is too many") as caught:
         await workers.run(refuse)
@@ -149,7 +149,7 @@ async def test_a_worker_that_gets_no_core_is_waited_for() -> None:
     workers.close()
 
 
-async def test_a_board_made_to_be_expensive_takes_no_more_than_anything_else(
+async def test_an_expensive_board_takes_no_more_than_any_other_work(
     workers: Workers,
 ) -> None:
     """Balls bounce 100,000 times, in one call of machine code that takes minutes."""
@@ -172,7 +172,7 @@ async def test_who_goes_away_ends_the_work(workers: Workers) -> None:
     await gone(pid)
 
 
-async def test_who_goes_away_before_there_is_a_process_leaves_none_behind(
+async def test_a_caller_that_leaves_before_the_start_leaves_no_process(
     workers: Workers, fork_server: int, made: list[WorkerProcess], tmp_path: Path
 ) -> None:
     os.mkfifo(fifo := tmp_path / "fifo")
@@ -190,7 +190,7 @@ async def test_who_goes_away_before_there_is_a_process_leaves_none_behind(
     assert await workers.run(os.getpid, quick=True) != await first
 
 
-async def test_a_process_that_cannot_be_watched_is_killed_by_its_number(
+async def test_a_process_that_cannot_be_watched_is_killed_by_number(
     workers: Workers, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def unknown(pid: int) -> int:
@@ -205,7 +205,7 @@ async def test_a_process_that_cannot_be_watched_is_killed_by_its_number(
 
 
 @pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="not on this system")
-async def test_nothing_is_killed_by_a_number_that_another_process_may_have(
+async def test_a_number_that_may_be_another_process_s_is_not_killed(
     workers: Workers, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pid = await workers.run(os.getpid)
@@ -248,7 +248,7 @@ async def test_a_worker_that_dies_is_replaced(workers: Workers) -> None:
     assert await workers.run(os.getpid) != os.getpid()
 
 
-async def test_a_worker_that_is_killed_while_it_waits_costs_nobody_an_answer(
+async def test_an_idle_worker_that_is_killed_costs_nobody_an_answer(
     workers: Workers, fork_server: int, tmp_path: Path
 ) -> None:
     """Even if the fork server has not noticed yet, which has no core."""

@@ -21,7 +21,7 @@ def work(seed: int, x: float | None = None) -> functools.partial[tuple[str, byte
     return functools.partial(record, Ask(BOARD, seed, x, Exact()), False)
 
 
-def test_a_drop_has_the_bits_that_it_has_anywhere_and_its_time_is_counted() -> None:
+def test_a_drop_has_the_same_bits_here_and_its_time_is_counted() -> None:
     short = ShortDrops()
     for seed in range(100):
         done = short.measured(work(seed))
@@ -29,7 +29,7 @@ def test_a_drop_has_the_bits_that_it_has_anywhere_and_its_time_is_counted() -> N
         assert done.seconds > 0.0
 
 
-def test_a_drop_that_takes_more_than_it_may_is_stopped_and_the_next_one_is_not(
+def test_a_drop_that_takes_too_long_is_stopped_the_next_one_not(
     limited_calls: None,
 ) -> None:
     done = ShortDrops(effort=10_000).measured(work(7))
@@ -38,7 +38,7 @@ def test_a_drop_that_takes_more_than_it_may_is_stopped_and_the_next_one_is_not(
     assert ShortDrops().measured(work(7)).value[0] == drop(BOARD, 7).digest
 
 
-def test_what_is_wrong_with_a_drop_is_its_error_and_what_is_wrong_here_is_raised() -> None:
+def test_a_wrong_drop_is_its_own_error_a_fault_here_is_raised() -> None:
     short = ShortDrops()
     assert isinstance(short.measured(work(7, x=99.0)).error, ParameterError)
 

@@ -11,7 +11,7 @@ from tests.waiting import turns
 
 
 @given(st.lists(st.tuples(st.booleans(), st.sampled_from("abc")), max_size=100))
-def test_each_client_keeps_its_order_and_waits_for_one_of_each_other(
+def test_clients_are_served_in_turn_and_each_in_its_own_order(
     acts: list[tuple[bool, str]],
 ) -> None:
     queue: FairQueue[tuple[str, int]] = FairQueue()

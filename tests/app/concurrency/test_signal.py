@@ -6,7 +6,7 @@ from app.concurrency.signal import Signal
 from tests.waiting import turns
 
 
-async def test_all_who_wait_are_woken_and_who_comes_later_waits_for_the_next() -> None:
+async def test_all_waiters_are_woken_and_later_ones_wait_for_the_next() -> None:
     signal, woken = Signal(), list[str]()
 
     async def wait(name: str) -> None:

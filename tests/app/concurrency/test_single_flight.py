@@ -26,7 +26,7 @@ class Ledger:
         return number
 
 
-async def test_all_who_ask_meanwhile_have_one_look_and_who_comes_later_the_next() -> None:
+async def test_callers_meanwhile_share_one_run_and_later_ones_the_next() -> None:
     ledger, flights = Ledger(), SingleFlight[int]()
     asking = [asyncio.create_task(flights.do("main", ledger.look)) for _ in range(100)]
     other = asyncio.create_task(flights.do("classic", ledger.look))
@@ -37,7 +37,7 @@ async def test_all_who_ask_meanwhile_have_one_look_and_who_comes_later_the_next(
     assert await flights.do("main", ledger.look) == 3
 
 
-async def test_who_leaves_takes_the_answer_from_nobody_and_all_hear_of_a_failure() -> None:
+async def test_one_that_leaves_harms_nobody_and_all_hear_of_a_failure() -> None:
     ledger, flights = Ledger(), SingleFlight[int]()
     first, second, third = (asyncio.create_task(flights.do("main", ledger.look)) for _ in range(3))
     await turns()
@@ -77,7 +77,7 @@ async def leave(*callers: "asyncio.Task[int]") -> None:
 
 
 @pytest.mark.parametrize("abandons", [False, True])
-async def test_work_without_callers_goes_on_unless_it_is_to_be_abandoned(abandons: bool) -> None:
+async def test_work_without_callers_goes_on_unless_it_may_be_abandoned(abandons: bool) -> None:
     work, flights = Work(), SingleFlight[int](abandons=abandons)
     callers = [asyncio.create_task(flights.do("a", work.do)) for _ in range(2)]
     await turns()

@@ -150,7 +150,7 @@ def test_a_mirrored_start_ends_in_the_mirror_bit_for_bit(name: str) -> None:
     assert found.unlike == ()
 
 
-def test_a_board_with_two_different_sides_is_refused_and_would_be_noticed(
+def test_a_board_with_two_different_sides_is_refused_and_noticed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     pegs = [{"x": 0.1, "y": 1.0, "radius": 0.05}]
@@ -175,7 +175,7 @@ def test_the_command_says_how_each_test_went(capsys: pytest.CaptureFixture[str])
     ]
 
 
-def test_the_run_on_record_is_of_the_board_that_ships_and_on_the_page() -> None:
+def test_the_recorded_run_is_of_the_shipped_board_and_documented() -> None:
     record = json.loads((DOCS / "conformance.json").read_text())
     assert record["board_digest"] == Board.preset(record["board"]).digest
     assert record["drops"] >= 10**8

@@ -81,7 +81,7 @@ def test_the_first_file_that_differs_is_named() -> None:
     assert found({}, files) == "app/a.py is missing"
 
 
-def test_every_setting_but_secrets_and_places_is_in_the_configuration(tmp_path: Path) -> None:
+def test_the_configuration_has_all_but_secrets_and_places(tmp_path: Path) -> None:
     told = inventory.configuration_of(SETTINGS)
     assert told["board"] == "triangle-16"
     assert not {"secret", "metrics_token", "data", "port"} & told.keys()
@@ -143,7 +143,7 @@ def test_the_command_compares_with_a_list(
     assert capsys.readouterr().out == "engine/seeding.py is not in the list\n"
     own.write_text("engine\n")
     assert main(["integrity", "--compare", str(own)]) == 2
-    assert "line 1, 'engine', is not a SHA-256" in capsys.readouterr().err
+    assert "line 1, 'engine', must be a SHA-256" in capsys.readouterr().err
 
 
 # The server's looks at itself.
@@ -169,7 +169,7 @@ class Clock:
         self.now += seconds
 
 
-async def test_it_looks_at_the_start_and_once_a_day_and_says_what_changed(
+async def test_it_checks_at_start_and_daily_and_reports_changes(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     clock = Clock()

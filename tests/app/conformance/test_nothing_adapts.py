@@ -73,7 +73,7 @@ def test_history_changes_no_bit_of_a_fall() -> None:
             assert fall(landed) == fresh[command.seed]
 
 
-def test_a_payout_is_the_stake_times_what_the_bin_pays_and_nothing_else() -> None:
+def test_a_payout_is_the_stake_times_the_multiplier_only() -> None:
     board = Board.preset(NAMES[0])
     commands = [
         replace(each, seed=seed, stake=each.stake or 100) for seed in SEEDS for each in PLAYERS
@@ -83,7 +83,7 @@ def test_a_payout_is_the_stake_times_what_the_bin_pays_and_nothing_else() -> Non
         assert landed.payout == payout_of(command.stake, board.bins.multipliers[landed.bin])
 
 
-def test_the_seeds_of_a_session_depend_on_its_secrets_and_the_count_alone() -> None:
+def test_a_session_s_seeds_depend_only_on_secrets_and_count() -> None:
     def seeds(commands: Sequence[DropCommand], room: str) -> list[int]:
         session = FairSession(
             room, room, Board.preset("triangle-8").digest, b"s" * 32, {}, "", Signer(b"k" * 32),

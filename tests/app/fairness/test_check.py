@@ -176,7 +176,7 @@ def test_a_session_of_a_draw_is_proven() -> None:
     assert "draw" in {step.name for step in verdict.steps}
 
 
-def test_a_statement_of_a_room_without_a_draw_does_not_speak_of_one() -> None:
+def test_without_a_draw_a_statement_does_not_mention_one() -> None:
     assert "draw_digest" not in HONEST["session"]["statement"]
     assert "draw" not in HONEST
 
@@ -249,7 +249,7 @@ def _changed(value: Any) -> Any:
     return 1 if value is None else value + 1
 
 
-def test_whatever_is_changed_in_a_session_of_a_draw_does_not_hold() -> None:
+def test_any_change_in_a_draw_s_session_breaks_its_proof() -> None:
     """Every value of the draw, of what was signed, of receipts, proofs and results."""
     parts = ("version", "key", "session", "draw", "client_seed", "server_seed", "drops",
              "head", "end", "heard_session")  # fmt: skip
@@ -263,7 +263,7 @@ def test_whatever_is_changed_in_a_session_of_a_draw_does_not_hold() -> None:
             assert not checked(session).ok, path
 
 
-def test_an_earlier_export_with_the_rooms_tick_is_read_and_proven() -> None:
+def test_an_earlier_export_with_the_rooms_tick_is_proven() -> None:
     """Nothing signed says at which tick a drop ended, so nothing is made of it."""
     session = copy.deepcopy(HONEST)
     session["drops"][0]["result"]["tick"] = 60

@@ -67,7 +67,7 @@ async def test_a_halted_table_takes_nothing_and_what_flies_lands(rooms: Rooms) -
     await ask(live, 8)
 
 
-async def test_all_tables_halt_at_once_and_one_stays_that_was_halted_by_itself(
+async def test_all_tables_halt_at_once_and_a_single_halt_stays(
     rooms: Rooms,
 ) -> None:
     await rooms.halts.halt("triangle-8")

@@ -143,7 +143,7 @@ async def ticks(server: Running, count: int) -> None:
     await eventually(lambda: world.tick >= count)
 
 
-async def test_when_nothing_moves_nothing_is_sent_no_tick_runs_and_nobody_wakes(
+async def test_at_rest_nothing_is_sent_ticked_or_woken(
     server: Running,
 ) -> None:
     with serving() as still:
@@ -283,7 +283,7 @@ async def test_a_flood_of_bad_messages_is_closed_with_the_reason(server: Running
     assert 10 < len(player.events) < 1000
 
 
-async def test_a_flood_of_good_messages_is_closed_too_but_eager_play_is_not() -> None:
+async def test_a_flood_of_good_messages_is_closed_eager_play_is_not() -> None:
     few = {"app.settings.OTHER_MESSAGES": 0.9}
     with constants(**few), serving(drop_rate=0.1) as server:
         room = await new_room(server)
@@ -373,7 +373,7 @@ async def test_an_unknown_room_says_so_and_closes_for_good(server: Running) -> N
         ("?stream=films", "stream 'films' is not one of: snapshots, segments"),
     ],
 )
-async def test_a_parameter_of_the_address_that_is_not_there_closes_with_the_reason(
+async def test_an_unknown_address_parameter_closes_with_the_reason(
     server: Running, query: str, named: str
 ) -> None:
     async with playing(server.socket() + query) as player:
@@ -419,7 +419,7 @@ def slow_reading(grace: float, linger: float) -> Iterator[Running]:
         yield server
 
 
-async def test_a_stalled_client_delays_nobody_and_is_closed_with_the_reason() -> None:
+async def test_a_stalled_client_delays_nobody_and_learns_the_reason() -> None:
     """One client stops reading while balls fall; the other sees every event of them."""
     with slow_reading(grace=0.3, linger=60.0) as server:
         room = await new_room(server)

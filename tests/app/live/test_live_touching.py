@@ -82,7 +82,7 @@ async def test_a_sandbox_of_ones_own_over_rest_and_played(server: Running) -> No
         await player.until("removed", balls=[placed["ball"]])
 
 
-async def test_only_the_creator_changes_a_room_and_everybody_a_public_one(server: Running) -> None:
+async def test_only_a_room_s_creator_changes_it_a_public_one_everybody(server: Running) -> None:
     room = await opened(server, scene={"scene": "sandbox", "balls": 1})
     async with playing(server.socket(room["id"])) as guest:
         assert guest.hello["arena"]["owned"] is True
@@ -132,7 +132,7 @@ async def test_an_interacting_table_has_the_events_of_any_table(server: Running)
     assert reply.json()["landed"]["seed"] == "3"
 
 
-async def test_diagnostics_come_a_few_times_a_second_to_those_who_asked(
+async def test_diagnostics_come_a_few_times_a_second_on_request(
     server: Running, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     room = await opened(server, scene={"scene": "sandbox", "balls": 10, "restitution": 0.9})
@@ -176,7 +176,7 @@ def _counted(method: Any, calls: list[int]) -> Any:
     return counted
 
 
-async def test_a_stopped_clock_shows_what_is_changed_and_sends_nothing_else(
+async def test_a_stopped_clock_shows_changes_and_sends_nothing_else(
     server: Running,
 ) -> None:
     room = await opened(server, scene={"scene": "sandbox", "balls": 4})
@@ -314,9 +314,7 @@ def test_another_board_for_a_scene_is_refused_in_words(http: httpx.Client) -> No
     assert http.post(f"/api/v1/rooms/{room['id']}/reset", headers=head).status_code == 200
 
 
-async def test_changes_with_a_note_are_answered_and_those_without_are_not(
-    server: Running, http: httpx.Client
-) -> None:
+async def test_only_changes_with_a_note_are_answered(server: Running, http: httpx.Client) -> None:
     room = http.post("/api/v1/rooms", json={"scene": {"scene": "sandbox", "balls": 0}}).json()
     async with playing(server.socket(room["id"])) as player:
         usual = player.hello["arena"]["ranges"]["ball"]["radius"]["default"]

@@ -59,7 +59,7 @@ def test_a_sheet_has_each_drop_in_its_place() -> None:
     assert near(empty, LIGHT["case"], 4.0).all()
 
 
-def test_a_sheet_is_about_square_by_default_and_tells_how_far_it_is() -> None:
+def test_a_sheet_is_about_square_and_reports_its_progress() -> None:
     told: list[int] = []
     picture = decode(contact_sheet(BOARD, range(9), width=500, progress=told.append))
     assert told == list(range(1, 10))
@@ -131,7 +131,7 @@ def test_a_density_comes_as_any_still(fmt: str) -> None:
         assert image.width == 300
 
 
-def test_a_density_of_a_board_with_a_ball_that_never_lands_says_so() -> None:
+def test_a_density_says_when_a_ball_never_lands() -> None:
     walls = [{"x1": x, "y1": -1.0, "x2": x, "y2": 4.0} for x in (-1.0, 1.0)]
     board = Board.from_json(
         {
@@ -172,7 +172,7 @@ def test_columns_are_as_high_as_their_bins_are_full() -> None:
     assert heights[4] > 200
 
 
-def test_a_preset_is_measured_against_its_odds_as_the_page_is_and_others_are_not() -> None:
+def test_only_a_preset_is_compared_with_its_odds() -> None:
     found = expected_of(BOARD)
     assert found is not None
     assert found.tolist() == list(odds_of_record(BOARD)[0].chances)

@@ -70,7 +70,7 @@ async def test_a_room_that_was_watched_until_now_makes_way_for_none() -> None:
     assert (held.is_open(watched.id), held.is_open(other.id)) == (True, False)
 
 
-async def test_a_request_for_one_room_does_not_ask_who_watches_all_others(
+async def test_a_request_for_one_room_asks_no_other_who_watches(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     held = held_by(Clock(), max_rooms=20)

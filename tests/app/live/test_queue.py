@@ -112,7 +112,7 @@ def test_a_room_that_is_begun_anew_forgets_what_waits(http: httpx.Client) -> Non
     assert queue_of(http, room)["items"] == []
 
 
-def test_two_hundred_balls_are_each_dropped_once_over_a_restart_in_mid_show(
+def test_two_hundred_balls_are_dropped_once_despite_a_restart(
     tmp_path: Path,
 ) -> None:
     """No client asks for the room in between: the show goes on by itself."""
@@ -135,7 +135,7 @@ def test_two_hundred_balls_are_each_dropped_once_over_a_restart_in_mid_show(
     assert order == sorted(order)
 
 
-def test_what_is_asked_for_again_waits_once_also_when_it_was_dropped_before_a_restart(
+def test_a_repeated_request_waits_once_even_after_a_restart(
     tmp_path: Path,
 ) -> None:
     kept = {"database_url": f"sqlite:///{tmp_path / 'plinko.db'}"}

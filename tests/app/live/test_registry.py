@@ -98,7 +98,7 @@ async def test_waiting_for_a_landing_gives_the_drops_own_end() -> None:
     assert room.landings.waiting == 0
 
 
-async def test_a_wait_that_takes_too_long_gives_up_and_leaves_nothing_behind() -> None:
+async def test_a_wait_that_takes_too_long_leaves_nothing_behind() -> None:
     held = rooms()
     room = held.find("main")
     accepted = await ask(room, 42)
@@ -177,7 +177,7 @@ async def test_a_room_that_fails_is_closed_and_the_others_go_on(
     assert held.find("triangle-8") is not broken, "asked for again, it opens afresh"
 
 
-async def test_a_scene_that_moves_for_nobody_stands_still_until_somebody_comes() -> None:
+async def test_an_empty_room_s_scene_stands_still_until_somebody_comes() -> None:
     """Without friction and gravity it would move for ever."""
     held = rooms(tick_rate=60)
     values = {"scene": "sandbox", "balls": 3, "gravity": 0.0, "speed": 1.0, "restitution": 1.0}

@@ -33,7 +33,7 @@ def opened(http: httpx.Client, board: Any = TINY, **more: Any) -> tuple[str, dic
     return reply["id"], {"authorization": f"Bearer {reply['token']}"}
 
 
-async def test_a_drop_s_tag_is_told_wherever_the_drop_is_and_costs_no_other_a_field(
+async def test_a_tag_is_told_with_its_drop_and_adds_no_field_to_others(
     server: Running, http: httpx.Client
 ) -> None:
     room, own = opened(http)
@@ -83,7 +83,7 @@ def test_a_tag_is_taken_as_a_visitor_s_is_or_named(
     assert (answer.status_code, answer.json()["field"]) == (422, field)
 
 
-async def test_a_room_s_owner_alone_gives_tags_and_in_open_rooms_everybody(
+async def test_only_owners_give_tags_and_in_open_rooms_everybody(
     server: Running, http: httpx.Client
 ) -> None:
     room, own = opened(http)

@@ -58,7 +58,7 @@ print(json.dumps({{
 """
 
 
-def test_everything_is_imported_and_drops_and_draws_without_numba(tmp_path: Path) -> None:
+def test_all_is_imported_and_drops_and_draws_without_numba(tmp_path: Path) -> None:
     from engine import drop, drop_many
 
     (tmp_path / "sitecustomize.py").write_text(HIDE, encoding="utf-8")

@@ -89,7 +89,7 @@ async def test_a_drop_is_told_once_it_is_durable_and_not_before() -> None:
 
 
 @pytest.mark.parametrize("latency", [0, 1, 2, 30])
-async def test_the_tick_of_a_start_does_not_depend_on_how_long_the_ledger_took(
+async def test_a_start_s_tick_does_not_depend_on_the_ledger_s_speed(
     latency: int,
 ) -> None:
     table = Table()
@@ -169,7 +169,7 @@ async def test_a_slow_ledger_is_not_given_more_marks_than_it_needs() -> None:
     assert len(table.ledger.written) > before
 
 
-async def test_a_room_that_falls_asleep_leaves_all_that_its_next_life_needs() -> None:
+async def test_a_sleeping_room_leaves_all_that_its_next_run_needs() -> None:
     table = Table()
     for seed in range(3):
         await table.ask(seed)

@@ -233,7 +233,7 @@ class _Taken:
             )
 
 
-def test_a_room_taken_at_any_step_of_a_commit_keeps_just_what_was_told(address: str) -> None:
+def test_a_room_taken_during_a_commit_keeps_what_was_told(address: str) -> None:
     met, step = [], 0
     while True:
         step += 1
@@ -284,7 +284,7 @@ def _short(steps: list[str]) -> set[str]:
 # Who may use the database.
 
 
-def test_servers_that_share_a_ledger_and_one_that_does_not_exclude_each_other(
+def test_sharing_and_unsharing_servers_exclude_each_other(
     address: str,
 ) -> None:
     one, two, alone = (
@@ -404,7 +404,7 @@ def answers_nothing(server: Server) -> threading.Event:
     return go_on
 
 
-async def test_a_commit_without_an_answer_is_told_once_the_ledger_has_said_that_it_is_there(
+async def test_a_commit_without_an_answer_is_told_once_it_is_found(
     address: str,
 ) -> None:
     async with Server(address, "a") as a, Server(address, "b") as b:

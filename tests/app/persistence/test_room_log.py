@@ -92,7 +92,7 @@ async def test_of_many_readers_one_reads_at_a_time() -> None:
     assert logs.readers == 0
 
 
-async def test_an_address_that_reads_several_logs_does_not_multiply_the_wait_of_another() -> None:
+async def test_one_address_s_many_logs_do_not_delay_another_s() -> None:
     logs, room, disk = opened(2_000)
 
     async def read(reader: str, run: int) -> None:
@@ -108,7 +108,7 @@ async def test_an_address_that_reads_several_logs_does_not_multiply_the_wait_of_
     assert disk.runs.count(1) == 8 * MOST_OF_ONE
 
 
-async def test_one_address_reads_a_few_logs_and_all_together_not_too_many() -> None:
+async def test_one_address_reads_few_logs_and_all_a_bounded_number() -> None:
     logs, room, _ = opened(1000)
     held = [await logs.read(room, "a", marks=False) for _ in range(MOST_OF_ONE)]
     with pytest.raises(ReadersError, match="by this address"):
@@ -124,7 +124,7 @@ async def test_one_address_reads_a_few_logs_and_all_together_not_too_many() -> N
     assert await whole(logs, room, "a")
 
 
-async def test_a_ledger_that_fails_in_the_middle_of_a_log_ends_it_unfinished_with_one_line(
+async def test_a_ledger_that_fails_ends_a_log_unfinished_with_one_line(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     logs, room, disk = opened(1_000)

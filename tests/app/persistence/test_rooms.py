@@ -113,7 +113,7 @@ def test_a_token_is_given_once_and_is_nowhere_else(http: httpx.Client) -> None:
         assert token not in http.get(path).text
 
 
-def test_a_secret_is_made_once_for_its_owners_eyes_and_bad_ones_are_named(tmp_path: Path) -> None:
+def test_a_secret_is_made_once_for_its_owner_and_bad_ones_named(tmp_path: Path) -> None:
     file = tmp_path / "new" / "secret"
     made = secret_of("", file)
     assert len(made) >= 32
@@ -129,7 +129,7 @@ def test_a_secret_is_made_once_for_its_owners_eyes_and_bad_ones_are_named(tmp_pa
     assert [path.name for path in (tmp_path / "new").iterdir()] == ["secret"]
 
 
-def test_what_a_killed_process_of_the_same_number_left_behind_is_in_nobodys_way(
+def test_a_killed_process_s_leavings_do_not_block_its_namesake(
     tmp_path: Path,
 ) -> None:
     """In a container every server is process 1."""
@@ -162,7 +162,7 @@ async def test_a_reset_room_begins_anew_for_everyone_in_it(
 
 
 @pytest.mark.parametrize("how", ["POST /reset", "PATCH", "DELETE"])
-async def test_a_ball_in_flight_lands_and_is_paid_whatever_the_owner_of_its_room_does(
+async def test_a_ball_in_flight_is_paid_whatever_its_owner_does(
     server: Running, http: httpx.Client, how: str
 ) -> None:
     room, own = opened(http, "triangle-8")

@@ -110,7 +110,7 @@ async def test_a_room_goes_on_at_the_server_that_takes_it_over(address: str) -> 
     assert (sound(address).drops, sound(address).results) == (5, 5)
 
 
-async def test_a_room_that_another_server_took_is_logged_once_whoever_waited_for_it(
+async def test_a_room_that_another_server_took_is_logged_once(
     address: str, caplog: pytest.LogCaptureFixture
 ) -> None:
     async with two(address) as (a, b):
@@ -127,7 +127,7 @@ async def test_a_room_that_another_server_took_is_logged_once_whoever_waited_for
     assert (line.getMessage(), vars(line)["room"]) == ("another server has taken a room", "main")
 
 
-async def test_who_lost_a_room_shows_no_tick_that_its_next_holder_did_not_begin_from(
+async def test_a_server_shows_no_tick_that_the_next_did_not_start_from(
     address: str,
 ) -> None:
     async with two(address) as (a, b):
@@ -140,7 +140,7 @@ async def test_who_lost_a_room_shows_no_tick_that_its_next_holder_did_not_begin_
         assert 0 < room.room.world.tick <= begun
 
 
-async def test_who_watches_a_lost_room_is_sent_away_and_told_nothing_more(address: str) -> None:
+async def test_viewers_of_a_lost_room_are_sent_away_and_told_no_more(address: str) -> None:
     async with two(address) as (a, b):
         room = await a.rooms.seek("main")
         await a.drop(room, 7)
@@ -215,7 +215,7 @@ async def test_a_room_is_handed_over_without_a_tick_in_between(address: str) -> 
     assert sound(address).sessions == 2
 
 
-async def test_who_watches_is_sent_on_only_once_the_next_server_has_the_room(address: str) -> None:
+async def test_viewers_are_sent_on_only_when_the_next_server_is_ready(address: str) -> None:
     async with two(address) as (a, b):
         room = await a.rooms.create(BOARD)
         await a.drop(room, 3)
@@ -236,7 +236,7 @@ async def test_who_watches_is_sent_on_only_once_the_next_server_has_the_room(add
         a.shared.leaving.check(room.id)  # it has left
 
 
-async def test_who_watches_is_sent_on_although_the_next_server_failed_to_take_the_room(
+async def test_viewers_are_sent_on_even_if_the_next_server_failed(
     address: str,
 ) -> None:
     async with two(address) as (a, b):
@@ -277,7 +277,7 @@ async def test_a_claim_that_is_refused_brings_nothing_here(address: str) -> None
         assert [row.holder for row in await b.shared.leases.listing()] == ["a"]
 
 
-async def test_a_room_is_handed_over_to_one_server_and_no_other_comes_between(
+async def test_a_room_is_handed_to_one_server_and_none_comes_between(
     address: str,
 ) -> None:
     async with two(address) as (a, b):
@@ -292,7 +292,7 @@ async def test_a_room_is_handed_over_to_one_server_and_no_other_comes_between(
         assert lease.number == row.number + 1
 
 
-async def test_hundreds_who_look_for_a_room_at_once_cost_the_ledger_one_look(
+async def test_hundreds_who_seek_a_room_at_once_cost_one_query(
     address: str,
 ) -> None:
     looks = []
@@ -314,7 +314,7 @@ async def test_hundreds_who_look_for_a_room_at_once_cost_the_ledger_one_look(
         assert looks == ["main"] * 2, "a later client is told what is so then"
 
 
-async def test_who_comes_to_a_room_that_is_leaving_waits_until_it_is_there(address: str) -> None:
+async def test_a_client_of_a_leaving_room_waits_until_it_is_there(address: str) -> None:
     async with two(address, claim=not_a_s) as (a, b):
         room = await b.rooms.create(BOARD)
         arrived = asyncio.Event()
@@ -409,7 +409,7 @@ async def test_an_address_s_rooms_are_counted_at_all_servers(address: str) -> No
         assert await a.rooms.made_by("other") == 0
 
 
-async def test_a_room_that_nobody_uses_is_closed_wherever_it_was_once_the_ledger_answers(
+async def test_an_unused_room_closes_anywhere_once_the_ledger_answers(
     address: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     async with two(address) as (a, b):
@@ -442,7 +442,7 @@ async def asked_again(work: Callable[[], Awaitable[object]]) -> None:
                 return
 
 
-def test_tables_are_made_however_long_that_takes_on_a_busy_machine(
+def test_tables_are_made_even_on_a_busy_machine(
     address: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     database, upgrade = Database(address, shared=True), command.upgrade

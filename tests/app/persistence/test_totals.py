@@ -40,7 +40,7 @@ SUMS = [
 ]
 
 
-def test_staked_plays_are_counted_once_however_often_they_are_written(url: str) -> None:
+def test_staked_plays_count_once_however_often_written(url: str) -> None:
     database = Database(url)
     database.open()
     with database.transaction() as connection:

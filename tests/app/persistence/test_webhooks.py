@@ -68,7 +68,7 @@ async def ids(ledger: Ledger, target: str = URL) -> list[tuple[int, str]]:
     return [(row["ball"], row["event"]) for row in rows]
 
 
-def test_each_target_is_to_hear_of_each_drop_and_of_each_result_once(url: str) -> None:
+def test_each_target_gets_each_drop_and_each_result_once(url: str) -> None:
     async def scene() -> None:
         async with opened(url, (URL, "http://other.test")) as ledger:
             await ledger.commit(*begun(), drop(0), drop(1))
@@ -178,9 +178,7 @@ class Sending:
 
 
 @pytest.mark.parametrize("fault", [500, 302, 410, httpx.ConnectError("refused"), "hangs"], ids=str)
-def test_a_target_that_fails_hears_all_of_it_in_order_once_it_is_well(
-    fault: Any, tmp_path: Path
-) -> None:
+def test_a_failing_target_gets_all_in_order_once_it_is_well(fault: Any, tmp_path: Path) -> None:
     target = FakeTarget([fault] * 3)
 
     async def scene() -> Sending:
@@ -263,9 +261,7 @@ def test_a_sender_that_fails_says_so_counts_as_late_and_goes_on(
 
 
 @pytest.mark.parametrize("url", [SQLITE], indirect=True)
-def test_a_target_hears_of_every_ball_though_it_fails_and_the_server_is_killed(
-    url: str, tmp_path: Path
-) -> None:
+def test_a_target_gets_every_ball_despite_failures_and_a_kill(url: str, tmp_path: Path) -> None:
     """A show: 40 drops, a target that answers every other request with 500, and SIGKILL."""
     target = FlakyTarget()
 

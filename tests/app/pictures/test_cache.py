@@ -105,7 +105,7 @@ def test_a_picture_that_is_kept_costs_no_worker(
     assert http.get(f"{DROP}.{query}").content == first
 
 
-def test_drops_that_differ_in_anything_have_pictures_of_their_own(http: httpx.Client) -> None:
+def test_drops_that_differ_in_anything_have_other_pictures(http: httpx.Client) -> None:
     stepped = "12/42?solver=stepped"
     drops = "12/42", "12/43", "11/42", "12/42?x=0", "16/42", "16/42?aim=0.01"
     tags = set()
@@ -234,7 +234,7 @@ async def test_those_who_ask_at_once_share_one_drawing() -> None:
     assert len(started) == 1
 
 
-async def test_pictures_kept_are_bounded_in_bytes_and_the_unused_go_first() -> None:
+async def test_cached_pictures_are_bounded_and_the_unused_go_first() -> None:
     async def picture(size: int) -> bytes:
         return bytes(size)
 

@@ -158,7 +158,7 @@ async def test_fifty_viewers_get_the_same_bytes_drawn_once() -> None:
         assert cameras.running == 1
 
 
-async def test_a_frame_shows_the_balls_where_they_are_with_their_trails() -> None:
+async def test_a_frame_shows_balls_where_they_are_with_trails() -> None:
     async with filming() as cameras:
         room = room_of()
         room.drop(DropCommand(1))
@@ -210,7 +210,7 @@ async def test_nothing_is_drawn_for_nobody_or_of_a_room_that_sleeps() -> None:
         assert cameras.drawn == 2
 
 
-async def test_a_viewer_that_reads_slowly_gets_the_newest_and_delays_nobody() -> None:
+async def test_a_slow_viewer_gets_the_newest_and_delays_nobody() -> None:
     async with filming() as cameras:
         room = room_of()
         room.drop(DropCommand(1))
@@ -251,7 +251,7 @@ async def test_a_camera_keeps_to_its_rate(monkeypatch: pytest.MonkeyPatch) -> No
         assert np.diff(came) == pytest.approx(0.1, abs=1e-6)
 
 
-async def test_a_bin_lights_up_and_the_light_goes_out_while_the_room_sleeps() -> None:
+async def test_a_bin_lights_up_and_goes_out_while_the_room_sleeps() -> None:
     async with filming() as cameras:
         now = [100.0]
         cameras._clock = lambda: now[0]
@@ -277,7 +277,7 @@ async def test_who_watches_pays_and_without_a_budget_waits_for_it() -> None:
     budgets = Budgets(rate=0.5, burst=0.001)
     async with filming() as cameras:
         cameras._clock = lambda: now[0]
-        cameras._purse = budgets
+        cameras._budget = budgets
         room = room_of()
         camera, _, _ = await cameras.open(room, SHOT, "10.0.0.1")
         wait = budgets.wait("10.0.0.1", now[0])
@@ -299,11 +299,11 @@ async def test_cameras_and_viewers_are_bounded() -> None:
         with pytest.raises(BusyError, match="1 cameras"):
             await cameras.open(room, Shot("r", 300, "light", 60))
         await cameras.open(room, SHOT)
-        with pytest.raises(RoomFullError, match="2 watch"):
+        with pytest.raises(RoomFullError, match="have 2 viewers"):
             await cameras.open(room, SHOT)
 
 
-def test_a_shot_that_cannot_be_is_refused_before_any_camera_films_it() -> None:
+def test_an_impossible_shot_is_refused_before_it_is_filmed() -> None:
     for width, theme, field in ((7, "light", "width"), (300, "pink", "theme")):
         with pytest.raises(InvalidValueError) as refused:
             Shot("r", width, theme, 25)
@@ -372,7 +372,7 @@ async def parts(response: httpx.Response) -> AsyncIterator[bytes]:
             rest = rest[at + len(end) :]
 
 
-async def test_a_stream_shows_a_fall_to_all_who_watch_and_ends_with_them(
+async def test_a_stream_shows_a_fall_to_all_and_ends_with_them(
     server: Running, http: httpx.Client
 ) -> None:
     room = new_room(http)

@@ -89,7 +89,7 @@ def test_who_sleeps_is_grey() -> None:
         assert red == 0.0 if body["asleep"] else red > 0.3
 
 
-def test_a_box_has_its_rails_outside_and_its_pegs_and_bins_inside() -> None:
+def test_a_box_has_rails_outside_and_pegs_and_bins_inside() -> None:
     rail = np.array(THEMES["light"]["rail"])
     stage = BoxStage(Place.box(4.0, 3.0), WIDTH)
     pixels = stage.frame(sandbox(0).bodies).astype(int)
@@ -108,7 +108,7 @@ def test_a_box_has_its_rails_outside_and_its_pegs_and_bins_inside() -> None:
     assert abs(line - np.array(THEMES["light"]["trayMark"])).max() < 80
 
 
-def test_a_tall_box_is_no_endless_picture_and_a_bad_size_is_named() -> None:
+def test_a_tall_box_s_picture_is_bounded_and_a_bad_size_is_named() -> None:
     stage = BoxStage(Place.box(0.5, 20.0), 240)
     assert stage.view.height <= 2.5 * 240 + 60
     assert 0 < stage.view.px(-0.25) < stage.view.px(0.25) < 240
@@ -154,7 +154,7 @@ async def test_a_camera_goes_on_when_another_scene_is_begun() -> None:
         assert picture_in(part).shape != first
 
 
-async def test_a_box_at_rest_is_not_drawn_again_until_something_is_put_in() -> None:
+async def test_a_box_at_rest_is_drawn_again_only_after_an_input() -> None:
     async with filming() as cameras:
         room = box_room(balls=0)
         never_pausing(cameras)

@@ -81,7 +81,7 @@ def nested(depth: int) -> str:
 
 
 @pytest.mark.parametrize("depth", [64, 65, 500, 900, 940, 960, 980, 1000, 2000])
-def test_a_note_nested_so_deeply_that_it_could_not_come_back_is_refused(depth: int) -> None:
+def test_a_note_nested_too_deeply_to_be_sent_back_is_refused(depth: int) -> None:
     """It may be read where Python's stack is shallow, and fail to be written where it is not."""
     with pytest.raises(JsonSyntaxError, match="nested too deeply: more than 64 levels"):
         client_messages.decode_message(nested(depth))

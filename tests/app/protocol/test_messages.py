@@ -43,7 +43,7 @@ def test_golden_events_encode_to_exactly_this_text(golden: dict[str, Any]) -> No
     assert json.loads(golden["text"]) == golden["value"]
 
 
-def test_several_events_travel_as_one_array_and_a_single_one_as_an_object() -> None:
+def test_several_events_travel_as_an_array_one_as_an_object() -> None:
     pong = messages.Pong(t=1.0, tick=2, tick_time=2.5, server_time=3.0)
     assert isinstance(json.loads(messages.encode_events([pong])), dict)
     assert [event["type"] for event in json.loads(messages.encode_events([pong, pong]))] == [

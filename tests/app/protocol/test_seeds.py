@@ -95,7 +95,7 @@ def test_from_what_is_told_every_drop_comes_out_again() -> None:
     assert not any(e["type"] == "contact" for e in ear.events)
 
 
-def test_the_clock_is_told_once_a_second_while_balls_move_and_not_after() -> None:
+def test_the_clock_is_told_once_a_second_only_while_balls_move() -> None:
     watched = Watched()
     ear = watched.join()
     watched.drop(7)
@@ -104,7 +104,7 @@ def test_the_clock_is_told_once_a_second_while_balls_move_and_not_after() -> Non
     assert clocks == list(range(RATE, watched.room.world.tick, RATE))
 
 
-def test_landings_wait_for_company_but_no_longer_than_a_tenth_of_a_second() -> None:
+def test_landings_are_grouped_for_a_tenth_of_a_second_at_most() -> None:
     watched = Watched()
     ear = watched.join()
     for seed in range(40):
@@ -123,7 +123,7 @@ def test_landings_wait_for_company_but_no_longer_than_a_tenth_of_a_second() -> N
     assert len([m for m in ear.messages if m[0]["type"] == "landed"]) < 40
 
 
-def test_who_comes_late_hears_of_no_ball_that_has_landed_before_its_hello() -> None:
+def test_a_late_client_hears_of_no_landing_before_its_hello() -> None:
     watched = Watched()
     early = watched.join(1)
     watched.drop(7)
@@ -139,7 +139,7 @@ def test_who_comes_late_hears_of_no_ball_that_has_landed_before_its_hello() -> N
     assert {e["ball"] for e in early.events if e["type"] == "landed"} == {0, 1}
 
 
-def test_a_player_hears_of_its_own_drop_by_its_ref_and_others_without() -> None:
+def test_only_the_player_hears_of_a_drop_by_its_ref() -> None:
     watched = Watched()
     own, other = watched.join(1), watched.join(2)
     whole = watched.join(3, messages.SEGMENTS)
@@ -161,7 +161,7 @@ def test_a_landing_that_is_held_is_told_with_what_comes_next() -> None:
     assert (landed["type"], accepted["type"]) == ("landed", "accepted")
 
 
-def test_drops_that_are_given_up_with_their_room_are_told_before_it_is_gone() -> None:
+def test_drops_given_up_with_their_room_are_told_before_it_goes() -> None:
     watched = Watched()
     ear = watched.join()
     watched.drop(7)

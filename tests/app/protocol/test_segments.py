@@ -71,7 +71,7 @@ def test_golden_segments_are_drawn_here(golden: dict[str, Any]) -> None:
 
 
 @given(st.binary(max_size=80))
-def test_bytes_that_are_no_segments_are_refused_and_nothing_else_is_raised(data: bytes) -> None:
+def test_bytes_that_are_no_segments_are_refused_by_one_error(data: bytes) -> None:
     try:
         message = decode_segments(data, golden_scale())
     except MalformedError:
@@ -180,7 +180,7 @@ def drawn_room(board: Board, seeds: range) -> Played:
 
 
 @pytest.mark.parametrize("name", BOARDS)
-def test_drawn_from_the_bytes_alone_a_ball_is_a_small_part_of_a_pixel_off(name: str) -> None:
+def test_drawn_from_the_bytes_a_ball_is_off_by_part_of_a_pixel(name: str) -> None:
     board = Board.preset(name)
     played = drawn_room(board, range(20))
     for seed, ball in played.balls.items():
@@ -234,7 +234,7 @@ def test_a_flight_says_what_it_bounced_off() -> None:
     assert compared > 100
 
 
-def test_one_who_comes_late_gets_the_segments_in_use_and_then_the_rest() -> None:
+def test_a_late_client_gets_current_segments_and_then_the_rest() -> None:
     board = Board.preset("triangle-12")
     room = IndependentRoom("r", board, tick_rate=60, max_balls=10)
     balls = [room.drop(DropCommand(seed)).ball for seed in range(3)]
@@ -256,7 +256,7 @@ def test_one_who_comes_late_gets_the_segments_in_use_and_then_the_rest() -> None
     assert len(decode_segments(room.keyframe(), room.scale).flights) == 0
 
 
-def test_a_segment_told_again_in_a_full_frame_is_the_same_segment() -> None:
+def test_a_segment_repeated_in_a_full_frame_is_the_same() -> None:
     room = IndependentRoom("r", Board.preset("triangle-8"), tick_rate=60, max_balls=10)
     room.watch_segments(True)
     room.drop(DropCommand(5))
@@ -275,7 +275,7 @@ def test_a_segment_told_again_in_a_full_frame_is_the_same_segment() -> None:
     assert compared > 100
 
 
-def test_a_long_flight_is_told_from_where_the_ball_was_a_second_ago() -> None:
+def test_a_long_flight_starts_where_the_ball_was_a_second_ago() -> None:
     form = {**Board.preset("triangle-8").to_dict(), "gravity": 0.05, "drag": 0.2}
     board = Board.from_json(form)
     room = IndependentRoom("r", board, tick_rate=60, max_balls=1)
@@ -296,9 +296,7 @@ def test_a_long_flight_is_told_from_where_the_ball_was_a_second_ago() -> None:
 
 
 @pytest.mark.parametrize(("x", "kept"), [(-6.0, -6.0), (-20.0, -8.0), (9.0, 8.0)])
-def test_a_ball_beside_the_board_is_told_as_far_as_half_a_board_from_it(
-    x: float, kept: float
-) -> None:
+def test_a_ball_beside_the_board_is_sent_up_to_half_a_board_away(x: float, kept: float) -> None:
     scale = segments.Scale(Extent(-4.0, 4.0, 0.0, 6.0), 1 / 1024, 1 / 64, 60, 9.81, 0.0)
     segment = Segment(1, OFF_WALL, 3, 0.5, x, 2.0, -1.0, 0.0, 0.0, 0.0)
     stream = segments.SegmentStream(scale, 0)

@@ -53,13 +53,13 @@ def test_a_name_has_one_spelling() -> None:
         True,
     ],
 )
-def test_what_hides_turns_or_passes_for_something_else_is_refused(name: Any) -> None:
+def test_characters_that_hide_turn_or_imitate_are_refused(name: Any) -> None:
     with pytest.raises(InvalidValueError, match=r"^name ") as refused:
         parse_name(name)
     assert refused.value.field == "name"
 
 
-def test_a_colour_is_a_number_of_six_digits_and_nothing_a_style_could_hold() -> None:
+def test_a_colour_is_six_digits_and_nothing_that_a_style_holds() -> None:
     assert parse_colour("#57c7ff") == "#57c7ff"
     assert parse_colour(None) is None
     for colour in ("#57C7FF", "#fff", "red", "#57c7ff;x:y", "#57c7ff\n", "url(#a)", 5, True, ""):

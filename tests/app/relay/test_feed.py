@@ -146,7 +146,7 @@ async def test_who_watches_over_a_relay_hears_what_the_others_hear() -> None:
         assert late.told[0]["run"] == near.told[0]["run"]
 
 
-async def test_whoever_comes_over_a_relay_is_told_what_waits_in_the_room() -> None:
+async def test_a_client_of_a_relay_learns_what_waits_in_the_room() -> None:
     with scene() as one:
         replica = one.replica()
         early = await joined(replica, one.ear())
@@ -191,7 +191,7 @@ def _second_hello(ear: Ear) -> dict[str, Any]:
     return second
 
 
-async def test_a_feed_goes_on_while_somebody_wishes_for_it_and_then_ends() -> None:
+async def test_a_feed_lasts_while_somebody_is_subscribed() -> None:
     with scene(kept=0.02) as one:
         await joined(one.replica(), one.ear())
         one.now += 1.0
@@ -203,7 +203,7 @@ async def test_a_feed_goes_on_while_somebody_wishes_for_it_and_then_ends() -> No
         assert one.rooms.hub.count("main") == 0
 
 
-async def test_a_room_that_is_none_or_is_shown_otherwise_is_for_the_room_s_own_process() -> None:
+async def test_a_missing_or_differently_shown_room_goes_to_its_process() -> None:
     with scene() as one:
         for room_id in ("nowhere", "sandbox"):
             ear = await joined(one.replica(room_id), one.ear())
@@ -212,7 +212,7 @@ async def test_a_room_that_is_none_or_is_shown_otherwise_is_for_the_room_s_own_p
         await eventually(lambda: one.feeds.count == 0)
 
 
-async def test_a_room_that_goes_to_another_server_keeps_who_watches_over_a_relay() -> None:
+async def test_a_room_that_moves_keeps_its_viewers_over_a_relay() -> None:
     with scene() as one:
         far = await joined(one.replica(), one.ear())
         other = Scene(bus=one.bus)

@@ -24,7 +24,7 @@ def as_alone(landed: dict[str, Any], seed: int) -> bool:
 
 @pytest.mark.postgresql
 @pytest.mark.skipif(tests_redis.PROGRAM is None, reason=tests_redis.MISSING)
-async def test_a_room_is_followed_from_server_to_server_also_when_one_is_killed(
+async def test_a_room_is_followed_between_servers_even_after_a_kill(
     postgresql: postgres.Cluster,  # noqa: F811 - the fixture itself
 ) -> None:
     with tests_redis.running() as redis:

@@ -65,7 +65,7 @@ async def test_who_watches_over_a_relay_sees_the_play_of_others(
 
 
 @needs_redis
-async def test_who_said_to_watch_and_plays_begins_anew_on_a_line_to_the_room(
+async def test_a_viewer_that_plays_reconnects_to_the_room_itself(
     both: tuple[Running, Relayed],
 ) -> None:
     _, relay = both
@@ -82,7 +82,7 @@ async def test_who_said_to_watch_and_plays_begins_anew_on_a_line_to_the_room(
 
 @needs_redis
 @pytest.mark.parametrize("query", ["", "?stream=seeds", "?stream=segments&watch=true"])
-async def test_who_does_not_only_watch_by_seeds_is_the_room_s_own_from_the_start(
+async def test_other_streams_than_seeds_go_to_the_room_itself(
     both: tuple[Running, Relayed], query: str
 ) -> None:
     _, relay = both
@@ -160,7 +160,7 @@ async def test_redis_may_end_and_come_back() -> None:
 @pytest.mark.parametrize(
     ("redis_url", "rooms", "said"),
     [
-        ("http://x", "http://127.0.0.1:1", "no address of a Redis"),
+        ("http://x", "http://127.0.0.1:1", "is not an address such as redis"),
         ("redis://127.0.0.1:1", "127.0.0.1:1", "is not an address such as http"),
     ],
 )

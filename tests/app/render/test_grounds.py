@@ -39,7 +39,7 @@ def test_a_ground_is_painted_at_any_size_and_only_where_it_may(
 
 
 @pytest.mark.parametrize("preset", ["triangle-12", "classic", "galton"])
-def test_a_board_of_a_place_is_another_picture_in_and_beside_its_plate(preset: str) -> None:
+def test_a_place_changes_a_board_s_picture_inside_and_outside(preset: str) -> None:
     board = Board.preset(preset)
     view = lay_out(board, 300)
     home = board_pixels(board, view, "light")

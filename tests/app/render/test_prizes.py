@@ -16,7 +16,7 @@ def labelled(*texts: str, colour: str | None = None) -> Board:
     return PLAIN.replace(bins={"labels": [*labels, *[None] * (9 - len(texts))]})
 
 
-def test_a_bin_has_its_label_s_colour_and_the_result_says_the_prize() -> None:
+def test_a_bin_has_its_label_s_colour_and_the_result_its_prize() -> None:
     board = PLAIN.replace(bins={"labels": [Label(f"mug {n}", "#0055ff") for n in range(9)]})
     picture = drop_pixels(drop(board, 3), lay_out(board, 480), "light")
     blue = (picture == (0, 0x55, 0xFF)).all(axis=-1)

@@ -127,7 +127,7 @@ def test_the_ball_is_at_its_start_and_in_its_bin(fall: Drop, view: View, picture
         assert (distance(around, ball) < 60).mean() > 0.2
 
 
-def test_bins_have_the_pages_colours_and_the_hit_one_a_bright_rim(
+def test_bins_have_the_page_s_colours_and_the_hit_one_a_rim(
     fall: Drop, view: View, picture: Pixels
 ) -> None:
     data = json.loads((static_directory() / "theme.json").read_text(encoding="utf-8"))
@@ -202,7 +202,7 @@ def red_spots(pixels: Pixels, d: Drop, view: View, at: float) -> float:
 
 
 @pytest.mark.parametrize("part", [0.2, 0.6, 0.9])
-def test_a_moment_shows_the_ball_and_its_path_so_far_and_nothing_of_what_follows(
+def test_a_moment_shows_the_path_until_then_and_nothing_later(
     fall: Drop, view: View, part: float
 ) -> None:
     at = part * fall.duration
@@ -442,7 +442,7 @@ def video(film: bytes) -> tuple[Any, list[Pixels]]:
         return stream, [picture.astype(np.int64) for picture in pictures]
 
 
-def test_a_film_as_mp4_shows_the_same_at_real_speed_in_a_form_that_all_browsers_play(
+def test_an_mp4_shows_the_same_in_real_time_for_all_browsers(
     fall: Drop,
 ) -> None:
     film = drop_animation(fall, "mp4", width=400, fps=10)

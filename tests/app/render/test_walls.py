@@ -49,7 +49,7 @@ def test_walls_inside_a_board_are_at_no_side(x: float) -> None:
     assert sides_of(walled(ramp)) == (-1, 1, 0)
 
 
-def test_walls_that_lead_down_to_the_bins_outer_ends_are_at_the_sides() -> None:
+def test_walls_that_lead_to_the_bins_outer_ends_are_at_the_sides() -> None:
     """In two pieces, slanted, as a funnel; and a lid that joins both is at neither."""
     pieces = [
         {"x1": -0.75, "y1": -1.0, "x2": -0.75, "y2": 0.5},
@@ -65,7 +65,7 @@ def test_walls_that_lead_down_to_the_bins_outer_ends_are_at_the_sides() -> None:
     assert sides_of(board) == (-1, -1, 1, 1, 0)
 
 
-def test_the_rail_of_a_wall_inside_lies_on_it_and_closes_round_its_corner() -> None:
+def test_an_inner_wall_s_rail_lies_on_it_and_closes_its_corner() -> None:
     view = lay_out(HEXAGON, 600)
     pixels = board_pixels(HEXAGON, view, "light").astype(int)
     rail = np.array(named("light")["rail"])

@@ -142,7 +142,7 @@ def test_frames_show_where_the_drop_is_at_that_tick() -> None:
     assert len(frame.balls) == 0
 
 
-def test_a_bounce_is_flagged_in_the_next_frame_however_many_ticks_later_and_only_there() -> None:
+def test_a_bounce_is_flagged_in_the_next_frame_and_only_there() -> None:
     table = room()
     table.drop(DropCommand(42))
     while not any(isinstance(event, messages.Contact) for event in table.step(watched=True)):
@@ -158,7 +158,7 @@ def test_a_bounce_is_flagged_in_the_next_frame_however_many_ticks_later_and_only
     assert flags() == [False], "nothing happened in between"
 
 
-def test_balls_that_have_landed_leave_nothing_behind_where_no_snapshot_is_taken() -> None:
+def test_landed_balls_leave_nothing_behind_without_snapshots() -> None:
     room = IndependentRoom("r", Board.preset("triangle-8"), tick_rate=60, max_balls=20)
     room.watch_segments(True)
     for seed in range(20):
@@ -236,7 +236,7 @@ def test_a_refused_drop_leaves_the_room_as_it_was(
     assert not table.awake
 
 
-def test_hello_names_the_balls_in_flight_from_which_their_paths_follow() -> None:
+def test_hello_names_the_balls_in_flight_and_their_starts() -> None:
     table = room()
     for seed in (11, 12):
         table.drop(DropCommand(seed))

@@ -18,7 +18,7 @@ def with_balls(board: Board, count: int) -> IndependentRoom:
     return room
 
 
-def test_a_full_room_of_a_preset_ends_as_its_drops_do_by_themselves() -> None:
+def test_a_full_room_of_a_preset_ends_as_single_drops_do() -> None:
     board = Board.preset("triangle-8")
     room = with_balls(board, 20)
     settled = settle(room, room.checkpoint(), [])
@@ -27,7 +27,7 @@ def test_a_full_room_of_a_preset_ends_as_its_drops_do_by_themselves() -> None:
     }
 
 
-def test_a_ball_that_bounces_for_hours_is_given_up_after_a_bounded_effort(
+def test_a_ball_that_bounces_for_hours_is_given_up_in_time(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     efforts: list[str] = []

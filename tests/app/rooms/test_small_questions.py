@@ -28,7 +28,7 @@ def seen(room: Room) -> decoder.Row:
     return decoder.snapshot(room.snapshot(), box, room.velocity_scale)
 
 
-def test_a_ball_is_first_in_the_snapshot_after_the_tick_at_which_it_starts() -> None:
+def test_a_ball_is_first_in_the_snapshot_after_its_starting_tick() -> None:
     room = independent()
     room.drop(DropCommand(1))
     room.step(watched=True)
@@ -46,7 +46,7 @@ def test_a_ball_is_first_in_the_snapshot_after_the_tick_at_which_it_starts() -> 
     assert second["y"] - BOARD.drop.y == pytest.approx(fallen, rel=0.05)
 
 
-def test_a_flight_begins_at_the_tick_of_its_drop_and_comes_with_the_next() -> None:
+def test_a_flight_begins_at_its_drop_s_tick_and_is_sent_next() -> None:
     room = independent()
     room.watch_segments(True)
     for _ in range(3):
@@ -87,7 +87,7 @@ def test_bit_0_marks_impacts_too_soft_to_be_told() -> None:
     assert told < marked, f"some impacts are slower than {QUIET} m/s"
 
 
-def test_what_the_server_makes_up_for_comes_with_its_own_ticks_and_one_marked_snapshot() -> None:
+def test_caught_up_events_have_their_ticks_and_one_snapshot() -> None:
     room = independent()
     room.drop(DropCommand(1))
     hit = drop(BOARD, 1).impacts["t"][0]
@@ -103,7 +103,7 @@ def test_what_the_server_makes_up_for_comes_with_its_own_ticks_and_one_marked_sn
     assert not still["bounced"], "a mark is of the snapshot before"
 
 
-def test_of_snapshots_a_client_could_not_take_the_newest_is_kept_and_of_events_all() -> None:
+def test_a_slow_client_gets_the_newest_snapshot_and_all_events() -> None:
     mailbox = Mailbox(max_events=9, max_bytes=999)
     for number in range(3):
         mailbox.post(WireMessage.of_text(f'"{number}"'.encode()))
@@ -121,7 +121,7 @@ def test_a_stopped_clock_shows_a_drop_at_once() -> None:
     assert (found["tick"], len(found["balls"])) == (tick, 1)
 
 
-def test_the_index_of_a_landing_is_its_bin_and_no_landing_has_no_row() -> None:
+def test_a_landing_s_index_is_its_bin_and_no_landing_has_none() -> None:
     landed, balanced = drop(BOARD, 1), drop("classic", x=0.0)
     assert tuple(landed.impacts[-1].tolist()[6:]) == (KIND_LANDING, landed.bin)
     assert balanced.bin is None

@@ -20,9 +20,7 @@ from tests.app.conftest import TINY, Player, Running, playing
 
 
 @given(st.integers(0, MAX_STAKE), st.floats(0.0, 1e9))
-def test_a_payout_is_the_exact_product_rounded_down_and_fits_64_bits(
-    stake: int, score: float
-) -> None:
+def test_a_payout_is_the_exact_product_rounded_down_in_64_bits(stake: int, score: float) -> None:
     paid = payout_of(stake, score)
     assert paid == floor(Fraction(repr(score)) * stake)
     assert 0 <= paid < 2**63
@@ -112,7 +110,7 @@ async def test_a_stake_of_nothing_is_none(server: Running, http: httpx.Client) -
     assert (told["stake"], told["result"]["payout"]) == (0, 0)
 
 
-async def test_a_ball_in_flight_at_a_reset_lands_and_is_paid_before_the_room_begins_anew(
+async def test_a_ball_in_flight_at_a_reset_is_paid_before_the_restart(
     server: Running, http: httpx.Client
 ) -> None:
     opened = http.post("/api/v1/rooms", json={"board": TINY}).json()

@@ -343,7 +343,7 @@ def test_frames_and_watching_do_not_change_what_happens() -> None:
         ),
     ],
 )
-def test_what_cannot_be_is_refused_with_the_value_and_leaves_no_trace(
+def test_an_impossible_input_is_refused_with_its_value(
     kind: str, values: dict[str, Any], says: str
 ) -> None:
     room = box(balls=1)
@@ -369,7 +369,7 @@ def test_a_full_room_takes_no_ball_and_too_much_work_is_refused() -> None:
         tell(room, "kick", ball=77, vx=1.0)
 
 
-def test_an_input_for_a_ball_that_has_gone_meanwhile_does_nothing() -> None:
+def test_an_input_for_a_ball_that_has_gone_does_nothing() -> None:
     room = box(balls=1)
     kick = room.plan_change(change("kick", ball=0, vx=1.0), lead=2)
     take = room.plan_change(change("remove", ball=0))
@@ -433,7 +433,7 @@ def test_ticks_that_another_thread_computes_have_the_same_bits() -> None:
         assert dear.snapshot() == plain.snapshot()
 
 
-def test_a_room_shows_and_keeps_its_own_tick_while_the_next_is_computed() -> None:
+def test_a_room_keeps_its_tick_while_the_next_is_computed() -> None:
     room = box(balls=60, substeps=8)
     run(room, 20)
     shown, kept = room.snapshot(), room.checkpoint()

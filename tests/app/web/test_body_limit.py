@@ -57,7 +57,7 @@ def test_a_client_that_sends_it_all_still_sees_the_answer(http: httpx.Client, pa
     assert http.get("/healthz").json()["status"] == "ok"
 
 
-def test_one_that_does_not_listen_while_it_sends_meets_no_broken_pipe(server: Running) -> None:
+def test_a_client_that_does_not_listen_gets_no_broken_pipe(server: Running) -> None:
     head = b"POST /api/v1/drops HTTP/1.1\r\nHost: localhost\r\nContent-Length: 10000000\r\n\r\n"
     with dial(server) as connection:
         connection.sendall(head)

@@ -57,7 +57,7 @@ def test_a_proof_that_costs_too_much_is_given_up() -> None:
     found = certify(Board.preset("triangle-8"), 42, effort=effort)
     assert not found.decided
     assert found.bin is None
-    assert found.undecided == "more than 20 comparisons: not with 128 bits"
+    assert found.undecided == "more than 20 comparisons: undecided at 128 bits"
     assert (found.bits, found.agrees, found.x_end) == (128, None, None)
 
 
@@ -73,7 +73,7 @@ def test_the_command_line_and_the_server_go_equally_far(
     told = json.loads(capsys.readouterr().out)["undecided"]
     ask = Ask(Board.preset("triangle-8"), 42, None, Exact())
     assert told == proofs.certificate(ask)["undecided"]
-    assert told == "more than 30 comparisons: not with 160 bits"
+    assert told == "more than 30 comparisons: undecided at 160 bits"
 
 
 TILE = "/api/v1/boards/triangle-8/map?x=1/100&level=40&first=4&count=2"

@@ -10,7 +10,7 @@ from tests.waiting import LIMIT
 
 
 @pytest.mark.parametrize("how", ["close", "reset"])
-def test_a_room_whose_ball_bounces_for_hours_goes_on_and_its_owner_pays_for_the_try(
+def test_after_an_endless_bounce_a_room_goes_on_its_owner_pays(
     how: str,
 ) -> None:
     little = {"app.main.COMPUTE_BURST": 0.1 * prices.UNSETTLED}

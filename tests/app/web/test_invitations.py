@@ -47,7 +47,7 @@ def test_the_code_of_a_room_leads_to_its_page(server: Running) -> None:
         assert http.get(address).status_code == 200
 
 
-def test_the_main_room_s_code_is_the_site_s_address_as_it_was_asked_by(server: Running) -> None:
+def test_the_main_room_s_code_is_the_address_of_the_request(server: Running) -> None:
     port = httpx.URL(server.url).port
     code = httpx.get(f"http://localhost:{port}/api/v1/rooms/main/qr.svg", timeout=LIMIT)
     assert read(code.raise_for_status().text) == f"http://localhost:{port}/"

@@ -91,7 +91,7 @@ def test_a_quota_forgets_those_who_have_nothing() -> None:
     assert len(quota._held) == 1
 
 
-def test_as_less_is_left_each_may_have_less_so_that_few_cannot_take_it_all() -> None:
+def test_the_less_is_left_the_less_each_client_may_take() -> None:
     held: dict[str, int] = {}
     left = 1000
     quota = Quota(50, "rooms", lambda _: True)

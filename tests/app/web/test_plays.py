@@ -50,7 +50,7 @@ def rooms(http: httpx.Client) -> tuple[str, str]:
     return first, second
 
 
-def test_the_last_play_comes_first_with_all_that_was_staked_and_paid(
+def test_the_last_play_comes_first_with_total_stake_and_payout(
     http: httpx.Client, rooms: tuple[str, str]
 ) -> None:
     last = recalled(http, limit=1)["plays"][0]
@@ -141,7 +141,7 @@ def table_of(answer: httpx.Response) -> list[dict[str, str]]:
     return list(csv.DictReader(io.StringIO(answer.text)))
 
 
-def test_a_mark_that_nobody_used_has_no_plays_and_what_is_none_is_named(
+def test_an_unused_mark_has_no_plays_and_an_invalid_one_is_named(
     http: httpx.Client,
 ) -> None:
     assert http.get("/api/v1/players/nobody/plays").json() == {"plays": [], "next": None}

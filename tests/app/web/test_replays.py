@@ -54,7 +54,7 @@ def test_a_presets_drop_takes_no_worker_and_any_other_one_does(
     assert (here.calls, by_workers.calls) == (2, 3)
 
 
-def test_a_drop_that_takes_more_than_its_price_goes_on_to_a_worker(
+def test_a_drop_that_exceeds_its_price_goes_to_a_worker(
     limited_calls: None,
     http: httpx.Client,
     server: Running,

@@ -88,7 +88,7 @@ def test_registering_a_board_is_idempotent_and_gives_its_digest(http: httpx.Clie
     assert record["digest"] == drop(Board.from_json(board), 42).digest
 
 
-def test_a_board_that_comes_in_is_made_json_by_a_worker_and_once_more_for_its_room(
+def test_a_worker_encodes_a_board_and_the_server_its_room_s_copy(
     http: httpx.Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made, form = [], Board.to_dict
@@ -362,7 +362,7 @@ def test_after_all_that_the_server_goes_on(http: httpx.Client) -> None:
     assert http.get("/api/v1/drops/triangle-16/42").json()["digest"] == drop(BOARD, 42).digest
 
 
-def test_frames_are_the_drops_states_at_that_rate_and_at_the_landing(http: httpx.Client) -> None:
+def test_frames_are_states_at_their_rate_and_at_the_landing(http: httpx.Client) -> None:
     done = drop(BOARD, 42)
     body = http.get("/api/v1/drops/triangle-16/42/frames?fps=30").json()
     assert (body["digest"], body["duration"], body["fps"]) == (done.digest, done.duration, 30.0)
@@ -400,7 +400,7 @@ def test_frames_tell_the_state_right_before_each_impact(http: httpx.Client, solv
     assert bounces > 5
 
 
-def test_of_two_events_at_one_instant_the_second_starts_from_the_first(http: httpx.Client) -> None:
+def test_of_two_events_at_one_instant_the_later_starts_there(http: httpx.Client) -> None:
     """A ball that does not bounce hits a peg and rides it, both at once."""
     dead = {"restitution": 0.0, "friction": 0.1}
     board = {**TINY, "name": "dead", "ball": dead, "peg_material": dead}
@@ -650,7 +650,7 @@ def test_limits_answer_429_with_when_to_come_back() -> None:
             assert int(answer.headers["retry-after"]) >= 1
 
 
-def test_when_all_rooms_are_taken_an_idle_one_makes_way_and_a_busy_one_does_not() -> None:
+def test_an_idle_room_makes_way_when_all_are_taken_a_busy_not() -> None:
     with (
         constants(**{"app.live.open_rooms.REST_SECONDS": 0.0}),
         serving(max_rooms=1) as server,
@@ -789,7 +789,7 @@ def test_an_address_may_have_so_many_rooms_and_no_more() -> None:
         assert http.post("/api/v1/rooms", json=body).status_code == 201
 
 
-def test_a_board_of_too_many_parts_is_refused_before_it_is_looked_at() -> None:
+def test_a_board_of_too_many_parts_is_refused_unread() -> None:
     board: dict[str, Any] = {"pegs": [{}] * 7, "walls": [{}] * 4}
     with (
         constants(**{"app.web.routes.common.MAX_SURFACES": 10}),
@@ -841,7 +841,7 @@ def test_all_faults_of_a_board_are_named_at_once(http: httpx.Client) -> None:
     assert "faults" not in alone.json()
 
 
-def test_a_check_answers_with_the_bytes_that_keeping_the_board_does(http: httpx.Client) -> None:
+def test_a_check_returns_the_bytes_that_keeping_a_board_does(http: httpx.Client) -> None:
     board = Board.preset("triangle-9").to_dict() | {"name": "the same bytes"}
     checked = http.post("/api/v1/boards/check", json=board)
     assert checked.content == http.post("/api/v1/boards", json=board).content

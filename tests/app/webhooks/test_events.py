@@ -26,7 +26,7 @@ def test_the_signature_is_that_of_the_standard_s_example() -> None:
     assert headers["webhook-id"] == "msg_p5jXN8AQM9LWM0D4loKWxJek"
 
 
-def test_an_accepted_drop_has_an_id_of_its_own_and_nothing_of_a_client_s_key() -> None:
+def test_an_accepted_drop_has_its_own_id_and_no_client_s_key() -> None:
     assert event_of(ROW, ()) == {
         "id": "3.7.accepted", "type": "accepted", "room": "show", "run": 3, "ball": 7,
         "board": "d1", "tick": 60, "seed": "18446744073709551615", "x": None, "stake": 100,

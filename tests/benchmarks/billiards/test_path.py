@@ -42,7 +42,7 @@ def test_a_dropped_ball_takes_the_drop_s_path_bit_for_bit() -> None:
     assert len(impacts) > 10
 
 
-def test_a_path_to_an_earlier_instant_is_the_beginning_of_a_longer_one() -> None:
+def test_a_path_to_an_earlier_instant_begins_the_longer_one() -> None:
     board = Billiard(
         pegs=(Peg(0.0, 0.0, 0.4),),
         ball=BallSpec(radius=0.1, restitution=0.1, friction=0.3),

@@ -96,7 +96,7 @@ def test_the_result_is_told_to_those_who_do_not_see_the_board(opened: Open, quic
     expect(histogram).to_have_accessible_name(re.compile(rf"bin {record['bin']}: \d"))
 
 
-def test_reduced_motion_shows_the_way_and_the_result_without_a_moving_ball(
+def test_reduced_motion_shows_path_and_result_but_no_moving_ball(
     opened: Open, quick: Quick
 ) -> None:
     screen = opened(quick.page, before=COUNT_FRAMES, reduced_motion="reduce").ready()

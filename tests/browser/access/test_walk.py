@@ -69,7 +69,7 @@ def faults_at(screen: Screen, width: int, height: int) -> list[str]:
 @pytest.mark.parametrize("touch", [False, *tries([], [True])])
 # German has the longest words.
 @pytest.mark.parametrize("language", tries(["de"], ["en", "de", "es"]))
-def test_every_control_is_in_view_uncovered_large_enough_and_whole(
+def test_every_control_is_visible_uncovered_large_and_whole(
     opened: Open, language: str, touch: bool
 ) -> None:
     screen = opened("/?room=triangle-8", locale=language, has_touch=touch, is_mobile=touch).ready()

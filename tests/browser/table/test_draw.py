@@ -10,7 +10,7 @@ def test_a_draw_shows_its_odds_and_its_session_is_proven(
 ) -> None:
     odds = [1, 0, 0, 0, 9997, 0, 0, 0, 2]
     table = quick_table(server, "triangle-8", "draw", prize="Prize", odds=odds)
-    screen = opened(table.page).ready()
+    screen = opened(f"{table.page}&seed=42").ready()
     page = screen.page
     expect(page.locator("#odds-note")).to_contain_text("published odds pick the bin")
     expect(page.locator("#draw")).to_be_visible()
@@ -19,8 +19,15 @@ def test_a_draw_shows_its_odds_and_its_session_is_proven(
         expect(page.locator("#draw-odds > li").nth(place)).to_contain_text(words)
     expect(page.locator("#draw-odds > li").first).to_contain_text("Prize")
     expect(page.locator("#start")).to_be_hidden()
+    screen.drawer("Lab")
+    expect(page.get_by_label("Ghost trails")).to_be_visible()
+    expect(screen.seed).to_be_hidden()
+    expect(screen.seed).to_have_value("")
+    screen.drawer("Game")
     screen.drop.click()
     expect(screen.rows).to_have_count(1)
+    expect(screen.rows.get_by_role("link", name="Replay")).to_be_visible()
+    expect(page.locator(".use-seed")).to_be_hidden()
     page.locator("#padlock").click()
     expect(page.locator("#fair-words")).to_contain_text("Together they draw a bin")
     page.get_by_role("button", name="Reveal and check").click()

@@ -31,7 +31,7 @@ FETCHED = """
 
 
 @pytest.mark.parametrize(("width", "height"), SCREENS)
-def test_little_comes_before_the_first_drop_and_nothing_moves_about(
+def test_little_comes_before_the_first_drop_and_nothing_moves(
     browser: Browser, server: ServerProcess, complaints: Complaints, width: int, height: int
 ) -> None:
     new: dict[str, Any] = {"viewport": {"width": width, "height": height}}
@@ -50,7 +50,7 @@ def test_little_comes_before_the_first_drop_and_nothing_moves_about(
     assert shifted <= 0.02
 
 
-def test_nothing_moves_about_where_the_browser_paints_before_it_has_read_the_page(
+def test_nothing_moves_when_the_browser_paints_half_the_page(
     browser: Browser, server: ServerProcess, complaints: Complaints
 ) -> None:
     width, height = PHONE

@@ -37,9 +37,7 @@ def staked(screen: Screen, balls: int) -> None:
     )
 
 
-def test_balls_and_score_are_found_again_after_a_reload_in_mid_flight_and_in_a_new_tab(
-    opened: Open, quick: Quick
-) -> None:
+def test_balls_and_score_survive_a_reload_and_open_in_a_new_tab(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
     screen.page.get_by_label("Stake", exact=True).fill("1")
     staked(screen, 5)
@@ -52,7 +50,7 @@ def test_balls_and_score_are_found_again_after_a_reload_in_mid_flight_and_in_a_n
     tab.close()
 
 
-def test_balls_are_paid_though_their_player_went_to_another_table(
+def test_balls_are_paid_though_their_player_changed_tables(
     opened: Open, quick: Quick, other: Quick
 ) -> None:
     screen = opened(quick.page).ready()
@@ -85,9 +83,7 @@ def test_no_more_is_staked_than_there_is_and_a_top_up_gives_more(
     expect(screen.result).to_have_text("Topped up to 1,000 credits.")
 
 
-def test_table_and_aim_are_found_again_and_drops_by_a_mark_of_the_players_own(
-    opened: Open, other: Quick
-) -> None:
+def test_table_and_aim_are_kept_and_drops_found_by_a_mark(opened: Open, other: Quick) -> None:
     screen = opened(other.page).ready()
     screen.drawer("Table").get_by_role("radio", name="Slot 7").check()
     screen.drop.click()

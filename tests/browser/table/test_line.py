@@ -7,7 +7,7 @@ from app.cli import main
 from tests.browser.conftest import OPERATOR, Complaints, Open, Quick, ServerProcess
 
 
-def test_a_ball_in_flight_is_still_ours_after_the_line_alone_broke(opened: Open) -> None:
+def test_a_ball_in_flight_stays_ours_when_only_the_line_broke(opened: Open) -> None:
     screen = opened("/?room=triangle-8", before=_BREAKABLE).ready()
     screen.drop.click()
     screen.state("live")

@@ -52,7 +52,7 @@ def test_the_p_value_is_that_of_the_tables_counts(opened: Open, quick: Quick, ru
     screen.shot("measure")
 
 
-def test_a_triangle_is_compared_with_what_was_counted_or_with_what_was_measured(
+def test_a_triangle_is_compared_with_its_counts_or_measurements(
     opened: Open,
 ) -> None:
     screen = measuring(opened("/?room=triangle-9").ready())
@@ -148,7 +148,7 @@ _CLICK_SILVER = """() => {
 }"""
 
 
-def test_the_line_is_measured_while_something_moves_and_left_alone_at_rest(
+def test_the_line_is_measured_only_while_something_moves(
     opened: Open,
 ) -> None:
     screen = measuring(opened("/?room=triangle-10", before=COUNT_FRAMES).ready())

@@ -60,7 +60,7 @@ def landed(screen: Screen, quick: Quick, seed: int) -> int:
     return bin_
 
 
-def test_the_pile_is_fetched_at_the_first_touch_and_has_a_disc_for_each_ball(
+def test_the_pile_loads_at_first_touch_with_a_disc_for_each_ball(
     opened: Open, quick: Quick
 ) -> None:
     screen = opened(quick.page, before=COUNT_FRAMES).ready()
@@ -93,9 +93,7 @@ def test_the_pile_is_fetched_at_the_first_touch_and_has_a_disc_for_each_ball(
     assert wide > 0.6 * column, "what was chosen is remembered"
 
 
-def test_on_a_phone_with_reduced_motion_discs_lie_where_balls_landed(
-    opened: Open, quick: Quick
-) -> None:
+def test_with_reduced_motion_discs_lie_where_balls_landed(opened: Open, quick: Quick) -> None:
     screen = opened(
         quick.page, before=COUNT_FRAMES, viewport=PHONE, device_scale_factor=3, is_mobile=True,
         has_touch=True, reduced_motion="reduce",

@@ -29,7 +29,7 @@ def places_of(sampled: Any) -> list[list[float]]:
     return [[row[x], row[y]] for row in sampled["frames"]]
 
 
-def test_a_seeded_ball_falls_along_the_predicted_path_into_the_predicted_bin(
+def test_a_seeded_ball_falls_as_predicted_into_the_predicted_bin(
     opened: Open,
 ) -> None:
     screen = opened("/", before=HEAR).ready()
@@ -93,9 +93,7 @@ new MutationObserver((changes) => {
 """
 
 
-def test_each_amount_rises_from_its_bin_and_the_last_five_results_stay_as_chips(
-    opened: Open, quick: Quick
-) -> None:
+def test_amounts_rise_from_bins_and_five_results_stay_as_chips(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page, before=TICKETS).ready()
     scores = []
     for count in range(1, 7):
@@ -118,7 +116,7 @@ def test_without_a_seed_the_table_draws_one_that_replays(opened: Open, quick: Qu
     screen.landed(screen.api(f"drops/{quick.board}/{found[1]}")["bin"])
 
 
-def test_a_click_above_the_pegs_aims_there_where_an_aim_makes_a_difference(
+def test_a_click_above_the_pegs_aims_where_an_aim_matters(
     opened: Open, server: ServerProcess
 ) -> None:
     quick = quick_table(server, "classic")
@@ -133,9 +131,7 @@ def test_a_click_above_the_pegs_aims_there_where_an_aim_makes_a_difference(
     assert f"aim={slots[2]!r}" in link, "the nearest slot"
 
 
-def test_a_click_above_the_pegs_just_drops_where_an_aim_makes_none(
-    opened: Open, quick: Quick
-) -> None:
+def test_a_click_above_the_pegs_drops_where_no_aim_matters(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
     canvas = screen.page.get_by_role("img", name=re.compile("Plinko board"))
     canvas.click(position={"x": 200, "y": 20})
@@ -251,9 +247,7 @@ window.WebSocket = class extends WebSocket {
 """
 
 
-def test_a_refused_drop_is_told_in_the_page_s_words_and_its_stake_is_back(
-    opened: Open, quick: Quick
-) -> None:
+def test_a_refused_drop_is_told_in_own_words_and_paid_back(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page, before=_REFUSE, locale="es-ES").ready()
     screen.drop.click()
     expect(screen.result).to_contain_text("Demasiado rápido")
@@ -261,7 +255,7 @@ def test_a_refused_drop_is_told_in_the_page_s_words_and_its_stake_is_back(
     expect(screen.page.locator("#staked")).to_have_text("0")
 
 
-def test_a_room_that_is_not_there_is_told_in_the_page_s_language_and_leads_on(
+def test_a_missing_room_is_told_in_the_page_s_language(
     opened: Open,
 ) -> None:
     screen = opened("/?room=nonsense", locale="de-DE").state("closed")

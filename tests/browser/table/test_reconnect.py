@@ -25,7 +25,7 @@ def server() -> Iterator[ServerProcess]:
     running.kill()
 
 
-def test_play_goes_on_after_the_server_was_killed_and_started_again(
+def test_play_goes_on_after_the_server_is_killed_and_restarted(
     opened: Open, server: ServerProcess, complaints: Complaints
 ) -> None:
     quick = quick_table(server, "triangle-8")
@@ -54,7 +54,7 @@ def test_play_goes_on_after_the_server_was_killed_and_started_again(
     complaints.allow(GONE)
 
 
-def test_a_ball_in_flight_is_paid_though_the_server_died_meanwhile(
+def test_a_ball_in_flight_is_paid_though_the_server_died(
     opened: Open, server: ServerProcess, complaints: Complaints
 ) -> None:
     screen = opened("/?room=triangle-8").ready()

@@ -68,7 +68,7 @@ def number(text: str) -> float:
     return float(text.replace("−", "-").replace("+", "").replace(",", ""))
 
 
-def test_a_stopped_auto_drop_has_one_truth_in_panel_statistics_balance_and_history(
+def test_a_stopped_auto_drop_is_told_alike_in_every_panel(
     opened: Open, server: ServerProcess
 ) -> None:
     screen = opened(quick_table(server, "triangle-8", pays=0.4).page).ready()
@@ -153,9 +153,7 @@ def test_an_instant_drop_is_final_at_once_and_counts_once(opened: Open) -> None:
     expect(screen.page.get_by_role("radio", name="Instant")).to_be_checked()
 
 
-def test_a_bad_stake_keeps_the_last_good_one_and_says_what_a_stake_may_be(
-    opened: Open, quick: Quick
-) -> None:
+def test_a_bad_stake_keeps_the_last_one_and_names_the_limits(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
     field = screen.page.get_by_label("Stake", exact=True)
     field.fill("3")
@@ -172,9 +170,7 @@ def test_a_bad_stake_keeps_the_last_good_one_and_says_what_a_stake_may_be(
     assert screen.drops_sent == []
 
 
-def test_space_presses_a_button_that_has_the_focus_and_drops_nothing(
-    opened: Open, quick: Quick
-) -> None:
+def test_space_presses_a_focused_button_and_drops_nothing(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
     more = screen.page.locator("#more")
     more.focus()
@@ -268,9 +264,7 @@ def test_another_language_finds_the_drawer_open(opened: Open) -> None:
     expect(screen.page.locator("#settings")).to_be_visible()
 
 
-def test_a_win_of_five_times_the_stake_has_a_moment_and_less_has_none(
-    opened: Open, quick: Quick
-) -> None:
+def test_a_win_of_five_stakes_has_a_moment_and_less_has_none(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
     watch = """() => {
       window.moment = null;
@@ -292,7 +286,7 @@ def test_a_win_of_five_times_the_stake_has_a_moment_and_less_has_none(
         assert screen.page.evaluate("moment") == words
 
 
-def test_the_moon_is_offered_after_ten_balls_at_home_and_never_again(opened: Open) -> None:
+def test_the_moon_is_offered_once_after_ten_balls_at_home(opened: Open) -> None:
     screen = opened("/?room=triangle-8").ready()
     offer = screen.page.get_by_role("button", name="Try the Moon")
     screen.page.get_by_role("radio", name="Instant").check()
@@ -395,9 +389,7 @@ window.AudioContext = class extends Real {
 """
 
 
-def test_sound_is_offered_once_off_until_asked_for_limited_and_remembered(
-    opened: Open, quick: Quick
-) -> None:
+def test_sound_is_offered_once_and_off_until_asked_for(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page, before=_LISTEN).ready()
     screen.drop.click()
     expect(screen.rows).to_have_count(1)
@@ -470,9 +462,7 @@ def test_light_or_dark_as_the_player_says_on_every_page(opened: Open, quick: Qui
     screen.page.wait_for_function(f"dark => {ground} === dark", arg=dark)
 
 
-def test_ghost_trails_stay_where_balls_have_been_and_can_be_turned_off(
-    opened: Open, quick: Quick
-) -> None:
+def test_ghost_trails_stay_and_can_be_turned_off(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page, before=COUNT_FRAMES).ready()
     ghost = screen.page.locator("#board-ghost")
     assert painted(screen, "board-ghost") == 0

@@ -98,7 +98,7 @@ def test_all_kernels_are_in_the_stamp() -> None:
     uses = re.compile(r"^@(inner_|lean_)?kernel", re.MULTILINE)
     files = {p for p in stamp.ENGINE.rglob("*.py") if uses.search(p.read_text(encoding="utf-8"))}
     kernels = {path for path in files if path.parts[-2] not in ("jit", "artifact")}
-    assert len(kernels) > 20
+    assert kernels
     assert kernels <= set(stamp.sources())
 
 
@@ -121,7 +121,7 @@ def test_many_balls_go_as_each_alone() -> None:
     assert run.states[:, 1].tolist() == [each.x_end for each in drops]
 
 
-def test_the_page_leaves_room_for_all_columns_that_the_kernels_write() -> None:
+def test_the_page_leaves_room_for_all_columns_of_the_kernels() -> None:
     """With one too few of `initial`, many drops overwrote each other, and then crashed the page."""
     text = make.PAGE.with_suffix(".js").read_text("utf-8")
     columns = dict(

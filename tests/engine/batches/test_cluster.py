@@ -38,7 +38,7 @@ def digest_on(workers: Workers, job: Job) -> str | None:
     return tally.digest
 
 
-def test_a_cluster_computes_the_same_batch_and_raises_what_a_call_raises(
+def test_a_cluster_computes_the_same_batch_and_raises_its_errors(
     workers: Workers,
 ) -> None:
     assert digest_on(workers, Job(OPEN, Exact(), 0, DROPS)) == drop_many(OPEN, range(DROPS)).digest
@@ -99,7 +99,7 @@ def test_workers_that_would_compute_something_else_are_refused(
     cluster.check("tcp://a:1", {"tcp://b:2": OURS})
 
 
-def test_a_worker_that_came_later_refuses_work_of_another_release() -> None:
+def test_a_later_worker_refuses_work_of_another_release() -> None:
     with pytest.raises(ClusterError, match="PHYSICS_VERSION"):
         cluster.call(OURS | {"physics_version": 99}, b"", [1])
 
@@ -136,7 +136,7 @@ class _Threads:
     ("threads", "asked", "size"),
     [(2, 10**6, 1), (400, 10**6, 11), (400, 1200, 1), (400, 2400, 2), (400, 5, 1), (400, 0, 0)],
 )
-def test_a_call_takes_more_where_there_are_many_threads_and_much_to_do(
+def test_a_call_takes_more_with_many_threads_and_much_work(
     threads: int, asked: int, size: int
 ) -> None:
     calls = list(cluster.Cluster(_Threads(threads))._calls(range(asked)))  # type: ignore[arg-type]

@@ -14,7 +14,7 @@ def leaves(count: int) -> list[bytes]:
 
 @pytest.mark.parametrize("kept", [1, 2, 3, 8, 1000])
 @pytest.mark.parametrize("blocks", [1, 2, 3, 7, 8, 13, 64, 97])
-def test_the_root_is_that_of_all_hashes_in_whatever_order_they_come(kept: int, blocks: int) -> None:
+def test_the_root_is_that_of_all_hashes_in_any_order(kept: int, blocks: int) -> None:
     hashes = leaves(blocks)
     order = list(range(blocks))
     random.Random(blocks).shuffle(order)

@@ -39,7 +39,7 @@ def test_blocks_in_any_order_are_the_batch(blocks: list[Block]) -> None:
     assert summaries[0]["mean_duration"] == pytest.approx(whole.duration.mean(), rel=1e-14)
 
 
-def test_the_digest_is_the_merkle_root_over_blocks_that_stand_alone(blocks: list[Block]) -> None:
+def test_the_digest_is_the_merkle_root_over_separate_blocks(blocks: list[Block]) -> None:
     whole = drop_many(OPEN, range(7, 7 + DROPS))
     left = merkle.node_hash(blocks[0].hash, blocks[1].hash)
     assert whole.digest == merkle.node_hash(left, blocks[2].hash).hex()

@@ -53,7 +53,7 @@ def test_the_designs_example_is_a_board() -> None:
     assert board.preset_name is None
 
 
-def test_a_board_is_read_from_a_file_from_text_and_from_an_object(tmp_path: Path) -> None:
+def test_a_board_is_read_from_a_file_a_text_or_an_object(tmp_path: Path) -> None:
     text = json.dumps(EXAMPLE)
     path = tmp_path / "example.json"
     path.write_text(text, encoding="utf-8")
@@ -69,7 +69,7 @@ def test_a_file_with_a_byte_order_mark_is_read(tmp_path: Path) -> None:
     assert Board.from_json(path) == Board.from_json(EXAMPLE)
 
 
-def test_an_empty_object_is_a_playable_board_with_one_bin_between_two_walls() -> None:
+def test_an_empty_object_is_a_playable_board_with_one_bin() -> None:
     board = Board.from_json("{}")
     assert board.bins == Bins(6.0, (-4.0, 4.0), (1.0,))
     assert [wall.x1 for wall in board.walls] == [-4.0, 4.0]
@@ -103,7 +103,7 @@ def test_lists_become_tuples_so_a_board_cannot_change() -> None:
         board.gravity = 1.0  # type: ignore[misc]
 
 
-def test_the_garbage_collector_has_nothing_to_walk_in_pegs_and_walls() -> None:
+def test_the_garbage_collector_skips_pegs_and_walls() -> None:
     board = Board.from_json(EXAMPLE)
     gc.collect()
     for parts in (board.pegs, board.walls):
@@ -147,7 +147,7 @@ def test_two_boards_share_a_digest_exactly_if_they_are_equal(a: Form, b: Form) -
     assert (first == second) == (first.digest == second.digest)
 
 
-def test_the_order_of_pegs_is_part_of_the_content_because_impacts_refer_to_it() -> None:
+def test_the_order_of_pegs_is_content_as_impacts_refer_to_it() -> None:
     one, two = (-1.0, 3.0, 0.1), (1.0, 3.0, 0.1)
     assert Board.from_json(box([one, two])).digest != Board.from_json(box([two, one])).digest
 
@@ -180,7 +180,7 @@ def test_mass_and_inertia_are_those_of_a_uniform_disc() -> None:
     assert ball.material == Material(0.7, 0.08)
 
 
-def test_the_extent_holds_the_picture_every_part_and_the_ball_at_its_start_and_end() -> None:
+def test_the_extent_holds_every_part_and_the_ball_s_two_ends() -> None:
     x_min, x_max, y_min, y_max = Board.from_json(SLOTTED).extent
     assert (x_min, x_max) == (-4.0, 4.0)
     assert (y_min, y_max) == (-1.0, 6.0)

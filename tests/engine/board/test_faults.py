@@ -62,7 +62,7 @@ def test_a_fault_that_two_checks_meet_is_named_once() -> None:
     assert faults({"width": -1.0, "bins": {}, "drag": -1.0}) == ["width", "drag"]
 
 
-def test_all_pegs_that_overlap_and_all_starts_that_touch_are_named() -> None:
+def test_all_overlapping_pegs_and_touching_starts_are_named() -> None:
     pegs = [{"x": x, "y": y, "radius": 0.05} for x in (-0.02, 0.02) for y in (0.1, 1.0)]
     assert faults({"pegs": pegs, "drop": {"slots": [0.0, 1.0, 0.01]}}) == [
         "pegs[2]",

@@ -56,7 +56,7 @@ def test_every_part_of_a_label_is_in_the_digest(labels: list[Any]) -> None:
     assert Board.from_json(with_labels(labels)).digest != Board.from_json(LABELLED).digest
 
 
-def test_a_ball_falls_as_it_does_without_labels_and_says_what_it_won() -> None:
+def test_labels_change_no_fall_and_say_what_was_won() -> None:
     plain = Board.preset("triangle-8")
     prizes = tuple(Label(f"prize {number}") for number in range(9))
     labelled = dataclasses.replace(plain, bins=dataclasses.replace(plain.bins, labels=prizes))

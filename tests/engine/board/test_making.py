@@ -18,7 +18,7 @@ def test_a_triangle_with_a_preset_s_rows_is_the_preset(rows: int, risk: str) -> 
 
 
 @pytest.mark.parametrize("rows", [rows for rows in ROWS if rows not in PRESETS])
-def test_a_triangle_of_other_rows_can_be_played_and_pays_the_stake_back(rows: int) -> None:
+def test_a_triangle_of_any_rows_is_playable_and_pays_one_stake(rows: int) -> None:
     board = Board.triangle(rows)
     assert len(board.pegs) == sum(range(3, rows + 3))
     assert board.bins.multipliers == (1.0,) * (rows + 1)

@@ -12,7 +12,7 @@ from engine.constants import EARTH_GRAVITY
 SURFACES = st.builds(Material, st.floats(0.0, 1.0), st.floats(0.0, 10.0))
 
 
-def test_the_bouncier_surface_decides_and_frictions_have_a_geometric_mean() -> None:
+def test_the_bouncier_surface_decides_and_friction_is_averaged() -> None:
     pair = combine(Material(0.7, 0.1), Material(0.2, 0.08))
     assert pair.restitution == 0.7
     assert pair.friction == math.sqrt(0.1 * 0.08)

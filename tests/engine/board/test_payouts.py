@@ -7,9 +7,7 @@ from engine.board import payouts
 
 @pytest.mark.parametrize("risk", payouts.HALF_TABLES)
 @pytest.mark.parametrize("rows", payouts.ROWS)
-def test_a_table_has_a_value_for_each_bin_the_same_from_either_side(
-    rows: int, risk: payouts.Risk
-) -> None:
+def test_a_table_has_a_value_for_each_bin_and_is_symmetric(rows: int, risk: payouts.Risk) -> None:
     table = payouts.multipliers(rows, risk)
     assert len(table) == rows + 1
     assert table == table[::-1]
@@ -17,7 +15,7 @@ def test_a_table_has_a_value_for_each_bin_the_same_from_either_side(
     assert table[rows // 2] == min(table)
 
 
-def test_boards_with_an_even_number_of_bins_have_the_middle_value_twice() -> None:
+def test_an_even_number_of_bins_has_the_middle_value_twice() -> None:
     assert payouts.multipliers(8, "low").count(0.5) == 1
     assert payouts.multipliers(9, "high")[4:6] == (payouts.HALF_TABLES["high"][9][-1],) * 2
 

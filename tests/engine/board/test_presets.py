@@ -43,7 +43,7 @@ def test_only_a_board_that_is_no_preset_is_checked_as_a_whole() -> None:
         check.assert_called_once_with(other)
 
 
-def test_a_presets_name_does_not_excuse_a_board_that_cannot_be_played() -> None:
+def test_a_preset_s_name_does_not_excuse_an_unplayable_board() -> None:
     form = Board.preset("triangle-8").to_dict()
     form["pegs"].append(form["pegs"][0])
     with pytest.raises(BoardError, match="overlaps"):
@@ -145,7 +145,7 @@ def test_triangles_have_the_reference_games_proportions(rows: int) -> None:
 
 
 @pytest.mark.parametrize("name", TRIANGLES)
-def test_side_walls_run_a_quarter_of_a_spacing_outside_the_outermost_pegs(name: str) -> None:
+def test_side_walls_are_a_quarter_spacing_outside_the_last_pegs(name: str) -> None:
     board = Board.preset(name)
     wall = board.walls[2]
     spacing = 6.56 / board.bins.count
@@ -177,7 +177,7 @@ def test_variants_differ_in_name_and_payouts_only(name: str) -> None:
         assert same == b.to_dict()
 
 
-def test_classic_has_nine_slots_over_nine_bins_and_room_for_the_jitter_in_each() -> None:
+def test_classic_has_nine_slots_over_nine_bins_with_their_jitter() -> None:
     board = Board.preset("classic")
     zone = board.drop
     assert board.bins.count == len(board.slots) == 9

@@ -233,7 +233,7 @@ def test_a_source_that_is_no_source_is_refused(source: object) -> None:
     assert refusal(source).field == "board"
 
 
-def test_parts_of_the_wrong_class_are_refused_when_a_board_is_made_in_code() -> None:
+def test_parts_of_a_wrong_class_are_refused_in_code() -> None:
     bins = Bins(6.0, (-4.0, 4.0), (1.0,))
     with pytest.raises(BoardError, match=r"ball is .* must be a BallSpec") as caught:
         Board(bins=bins, ball=0.1)  # type: ignore[arg-type]

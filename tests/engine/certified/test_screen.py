@@ -15,7 +15,7 @@ from tests.engine.oracle.random_scenes import random_scene
 from tests.long import tries
 
 
-def test_no_surface_is_touched_before_the_time_that_the_screen_says() -> None:
+def test_no_surface_is_touched_earlier_than_the_screen_says() -> None:
     """Places along flights of boards thrown together: whatever a ball is in by then was named."""
     looked = 0
     for seed in range(tries(4, 60)):

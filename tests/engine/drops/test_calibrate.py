@@ -27,7 +27,7 @@ def test_the_expected_bins_are_those_of_fair_coins() -> None:
     assert binomial(16).sum() == 1.0
 
 
-def test_total_variation_is_zero_for_the_expected_counts_and_one_for_none_of_them() -> None:
+def test_total_variation_is_0_for_expected_counts_and_1_for_none() -> None:
     assert total_variation(np.array([1, 2, 1]), binomial(2)) == 0.0
     assert total_variation(np.array([0, 0, 7]), np.array([0.5, 0.5, 0.0])) == 1.0
 
@@ -54,7 +54,7 @@ def test_mirrored_drops_count_as_well() -> None:
     assert found.floor == sampling_floor(binomial(8), 128)
 
 
-def test_a_search_gets_better_within_each_round_and_looks_closer_in_the_next() -> None:
+def test_a_search_improves_in_each_round_and_narrows_in_the_next() -> None:
     fits = list(search(8, trials=6, drops=64))
     rounds = [list(group) for _, group in groupby(fits, key=lambda found: found.drops)]
     assert [found[0].drops for found in rounds] == [64 * 2**i for i in range(len(ROUNDS) + 1)]
@@ -71,7 +71,7 @@ def test_a_search_stays_within_its_limits() -> None:
         assert all(a <= b <= c for a, b, c in zip(low, found.tuning, high, strict=True))
 
 
-def test_a_fall_outside_of_its_limits_and_balls_that_stay_count_against_a_tuning() -> None:
+def test_a_fall_out_of_limits_and_stuck_balls_count_against_it() -> None:
     good = Fit(TUNING["triangle-8"], 64, 0.1, 0.05, 3.0, 20.0, 0)
     assert good.cost == pytest.approx(0.1)
     assert replace(good, duration=LONGEST_FALL + 1.0).cost == pytest.approx(1.1)

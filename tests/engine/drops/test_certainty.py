@@ -81,7 +81,7 @@ def test_what_is_certain_is_the_oracles_bin(name: str) -> None:
     assert certain >= (0.7 if board.drag > 0.0 else 0.1) * len(golden.load(name)[1])
 
 
-def test_a_certain_bin_stands_when_the_start_moves_to_its_neighbours() -> None:
+def test_a_certain_bin_stays_when_the_start_moves_by_a_step() -> None:
     board = Board.preset("triangle-12")
     certain = 0
     for seed in range(200):

@@ -59,9 +59,7 @@ def test_an_explicit_start_wins_over_the_seed_and_may_be_a_slot() -> None:
 
 @pytest.mark.parametrize("solver", SOLVERS)
 @pytest.mark.parametrize("name", ["triangle-16", "classic"])
-def test_states_are_the_same_bits_in_whatever_order_they_are_asked_for(
-    solver: str, name: str
-) -> None:
+def test_states_are_the_same_bits_in_any_order_of_asking(solver: str, name: str) -> None:
     found = drop(Board.preset(name), 3, solver=solver)
     times = np.linspace(0.0, found.duration * 1.1, 301)
     inorder = found.states(times)
@@ -74,7 +72,7 @@ def test_states_are_the_same_bits_in_whatever_order_they_are_asked_for(
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_states_begin_at_rest_at_the_start_and_stay_where_the_ball_ended(solver: str) -> None:
+def test_states_begin_at_rest_and_stay_where_the_ball_ended(solver: str) -> None:
     found = drop(TRIANGLE, 3, solver=solver)
     first, last, later = found.states([0.0, found.duration, found.duration + 1e6])
     assert (first["t"], first["x"], first["y"]) == (0.0, found.x_start, TRIANGLE.drop.y)
@@ -146,7 +144,7 @@ def test_a_record_of_a_board_of_ones_own_carries_the_board() -> None:
     assert record["x"] == -1.5
 
 
-def test_a_drop_that_did_not_land_has_its_stake_back_in_the_record() -> None:
+def test_a_drop_that_did_not_land_returns_its_stake() -> None:
     record = drop(scene("shelf").board, x=0.0).to_dict()
     assert (record["bin"], record["score"]) == (None, 1.0)
 
@@ -221,9 +219,7 @@ def test_the_drop_zone_ends_where_its_jitter_and_its_slots_end() -> None:
         drop(board, x=math.nextafter(0.5, math.inf))
 
 
-def test_a_start_may_be_aimed_as_far_as_the_boards_reach_while_seeds_stay_within_the_jitter() -> (
-    None
-):
+def test_a_start_reaches_as_far_as_boards_seeds_only_the_jitter() -> None:
     board = place(drop=DropZone(0.25, 0.0, 0.1, reach=0.5))
     for x in (-0.25, 0.75):
         assert drop(board, x=x).x_start == x

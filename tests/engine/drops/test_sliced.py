@@ -67,7 +67,7 @@ def test_a_drop_without_end_ends_at_the_same_event() -> None:
     assert limited.outcome == EVENT_LIMIT
 
 
-def test_slices_become_shorter_where_they_take_more_than_a_call_may(
+def test_slices_get_shorter_where_a_call_takes_too_long(
     limited_calls: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A preset's 64 events take 100,000 instructions."""
@@ -78,7 +78,7 @@ def test_slices_become_shorter_where_they_take_more_than_a_call_may(
     assert 0 < len(path.follow(64).events) < 16
 
 
-def test_what_takes_more_than_a_call_may_with_a_single_event_says_so(
+def test_a_single_event_that_takes_too_long_says_so(
     limited_calls: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = SlicedPath(Board.preset("triangle-8"), 0.01)

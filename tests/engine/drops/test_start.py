@@ -14,7 +14,7 @@ ZONE = BOARD.drop
 AIM = ZONE.x + 0.5 * ZONE.aim_span
 
 
-def test_an_aim_moves_the_middle_and_the_seed_still_draws_the_offset() -> None:
+def test_an_aim_moves_the_middle_and_the_seed_draws_the_offset() -> None:
     for seed in (0, 42, 2**64 - 1):
         aimed = drop(BOARD, seed, aim=AIM)
         assert aimed.x_start == start_x(seed, AIM, ZONE.jitter)
@@ -23,7 +23,7 @@ def test_an_aim_moves_the_middle_and_the_seed_still_draws_the_offset() -> None:
     assert len({drop(BOARD, seed, aim=AIM).digest for seed in range(20)}) == 20
 
 
-def test_many_drops_one_drop_and_a_world_s_ball_take_the_same_aim_to_the_same_start() -> None:
+def test_drop_many_drop_and_world_turn_an_aim_into_one_start() -> None:
     many = drop_many(BOARD, range(5), aim=AIM)
     world = World(BOARD)
     for seed in range(5):

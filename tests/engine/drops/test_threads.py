@@ -81,7 +81,7 @@ def test_what_another_thread_does_last_is_told_too() -> None:
     assert told == [1, 2]
 
 
-def test_an_error_of_another_thread_reaches_the_caller_and_ends_the_work() -> None:
+def test_an_error_in_a_thread_reaches_the_caller_and_ends_work() -> None:
     """Worker 0 waits in its first part until worker 1 has failed in the second."""
     failed = Event()
     begun: list[int] = []

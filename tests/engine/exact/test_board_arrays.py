@@ -83,7 +83,7 @@ def test_surfaces_far_apart_have_coarser_cells_instead_of_more() -> None:
         pytest.param(crowded(), id="crowded", marks=pytest.mark.long("slow to check")),
     ],
 )
-def test_the_arrays_of_a_large_board_take_little_and_its_balls_go_the_same_way(
+def test_a_large_board_s_arrays_are_small_and_change_no_path(
     form: dict[str, Any],
 ) -> None:
     board = Board.from_json(form)

@@ -106,7 +106,7 @@ def test_time_runs_forward_and_energy_does_not_grow(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["triangle-8", "triangle-16", "galton", *scene_names()])
-def test_a_mirrored_start_on_a_mirrored_board_gives_the_mirrored_path(name: str) -> None:
+def test_a_mirrored_start_on_a_mirrored_board_mirrors_the_path(name: str) -> None:
     """To the last bit: x, vx and omega negated, all else the same, the bins counted back."""
     board = board_of(name)
     flip = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
@@ -145,7 +145,7 @@ def test_a_ball_in_the_open_falls_by_the_closed_form() -> None:
 
 
 @pytest.mark.parametrize("e", [0.2, 0.5, 0.9])
-def test_a_ball_that_bounces_to_rest_does_so_in_the_time_of_the_geometric_series(e: float) -> None:
+def test_a_bouncing_ball_rests_after_the_geometric_series(e: float) -> None:
     """Infinitely many bounces in finite time: t0 (1 + e) / (1 - e) for a fall of t0."""
     board = place(walls=(Wall(-1.0, 1.0, 1.0, 1.0),), restitution=e)
     rest = drop(board, x=0.0)
@@ -158,7 +158,7 @@ def test_a_ball_that_bounces_to_rest_does_so_in_the_time_of_the_geometric_series
     assert rest.impacts["kind"][-1] == KIND_CONTACT_BEGIN
 
 
-def test_a_ball_hits_the_end_of_a_wall_as_a_disc_of_its_own_radius() -> None:
+def test_a_ball_hits_a_wall_s_end_as_a_disc_of_its_own_radius() -> None:
     """Straight down beside the end of an upright wall: contact on a circle about the end."""
     board = place(walls=(Wall(0.0, 1.0, 0.0, 2.0),), restitution=1.0)
     for x in (1e-9, 0.03, -0.07, 0.0999, -0.1 + 1e-9):
@@ -243,7 +243,7 @@ def test_a_ball_that_bounces_for_ever_ends_by_time_or_by_events() -> None:
     assert len(counted.events) == 50
 
 
-def test_a_drop_is_the_same_after_one_that_ran_out_of_events_on_its_board() -> None:
+def test_a_drop_is_the_same_after_one_that_ran_out_of_events() -> None:
     """They work in the same memory, where the first has left how it would have gone on."""
     board = place(walls=(Wall(-1.0, 1.0, 1.0, 1.0),), restitution=1.0)
     start, close = at_start(board, 0.0), at_start(board, 0.0)
@@ -255,7 +255,7 @@ def test_a_drop_is_the_same_after_one_that_ran_out_of_events_on_its_board() -> N
     assert after.outcome == before.outcome
 
 
-def test_a_ball_thrown_off_the_board_has_escaped_or_runs_out_of_windows() -> None:
+def test_a_ball_thrown_off_the_board_escapes_or_runs_out_of_time() -> None:
     far = np.array([0.0, 1e12, 0.0, 0.0, 0.0, 0.0, 0.0])
     assert follow(place(), far, Exact()).outcome == ESCAPED
     fast = np.array([0.0, 0.0, 0.0, 1e8, -1e8, 0.0, 0.0])

@@ -100,7 +100,7 @@ def test_after_four_impacts_the_ball_is_where_the_oracle_has_it(name: str) -> No
 
 
 @pytest.mark.parametrize("name", BOARDS)
-def test_the_ball_hits_what_it_hits_by_the_oracle_as_long_as_that_is_decidable(name: str) -> None:
+def test_the_ball_hits_what_the_oracle_says_while_decidable(name: str) -> None:
     board = accuracy_boards()[name]
     for kept in golden.load(name)[1]:
         turns = golden.turns_of(drop(board, x=kept.x).impacts).split()
@@ -108,7 +108,7 @@ def test_the_ball_hits_what_it_hits_by_the_oracle_as_long_as_that_is_decidable(n
 
 
 @pytest.mark.parametrize("name", BOARDS)
-def test_the_bin_is_the_oracles_in_every_drop_that_double_precision_can_decide(name: str) -> None:
+def test_the_bin_is_the_oracle_s_in_every_decidable_drop(name: str) -> None:
     board = accuracy_boards()[name]
     _, drops = golden.load(name)
     sure = [kept for kept in drops if golden.decidable(kept, board)]
@@ -224,7 +224,7 @@ def test_rolling_into_a_peg_and_into_a_wall() -> None:
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 @pytest.mark.parametrize("overlap", [1e-4, 1e-8, 1e-12, 1e-15])
 @pytest.mark.parametrize("drag", [0.0, 1.0])
-def test_a_vertical_graze_of_a_peg_is_a_hit_or_a_miss_as_geometry_says(
+def test_a_vertical_graze_of_a_peg_hits_or_misses_by_geometry(
     side: float, overlap: float, drag: float
 ) -> None:
     board = scene(pegs=(Peg(0.0, 0.0, 0.25),), radius=0.25, restitution=0.5, drag=drag)
@@ -235,9 +235,7 @@ def test_a_vertical_graze_of_a_peg_is_a_hit_or_a_miss_as_geometry_says(
 
 @pytest.mark.parametrize("overlap", [1e-6, 1e-9, 1e-12])
 @pytest.mark.parametrize("drag", [0.0, 2.0])
-def test_a_curved_graze_of_a_peg_is_a_hit_or_a_miss_by_a_millionth_of_a_micrometre(
-    overlap: float, drag: float
-) -> None:
+def test_a_curved_graze_of_a_peg_is_decided_to_a_picometre(overlap: float, drag: float) -> None:
     """Off a slope the ball flies past a peg; the peg is grown or shrunk about a bare touch."""
     slope = Wall(-0.5, -0.5, 0.5, 0.5)
     bare = oracle_drop(scene(walls=(slope,), restitution=1.0, drag=drag), 0.0)
@@ -275,7 +273,7 @@ def closest(path: OracleDrop, point: tuple[float, float]) -> mpmath.mpf:
 
 
 @pytest.mark.parametrize("miss", [-1e-12, 1e-12])
-def test_a_graze_of_a_walls_end_is_a_hit_or_a_miss_as_geometry_says(miss: float) -> None:
+def test_a_graze_of_a_wall_s_end_hits_or_misses_by_geometry(miss: float) -> None:
     """The upright wall ends at the height of the closest approach of a vertical fall."""
     board = scene(walls=(Wall(0.0, 0.0, 0.0, 1.0),), radius=0.25, restitution=0.5)
     assert (kinds(assert_agrees(board, 0.25 + miss)) == [5]) is (miss > 0)
@@ -311,7 +309,7 @@ def test_on_a_random_board_the_ball_does_what_the_oracle_says(seed: int) -> None
 
 
 @pytest.mark.parametrize("seed", [18, 34, 38, 58])
-def test_where_the_oracle_is_stuck_in_a_notch_the_ball_is_stuck_in_the_same_place(
+def test_where_the_oracle_is_stuck_in_a_notch_the_ball_is_too(
     seed: int,
 ) -> None:
     board, x = random_scene(seed)

@@ -49,7 +49,7 @@ def test_what_is_larger_than_all_that_may_be_kept_is_kept_alone() -> None:
     assert values.bytes == 10
 
 
-def test_threads_that_want_the_same_at_once_all_have_it_and_it_counts_once() -> None:
+def test_threads_that_want_the_same_at_once_make_it_once() -> None:
     values, made = kept(1000)
     few = boards(4)
     with ThreadPoolExecutor(8) as threads:

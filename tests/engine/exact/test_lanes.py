@@ -340,7 +340,7 @@ def test_searches_find_what_one_search_finds(name: str) -> None:
 
 @KINDS_OF_BOARD
 @pytest.mark.usefixtures("_like_machine_code")
-def test_searches_for_what_was_just_left_find_what_one_search_finds(name: str) -> None:
+def test_searches_for_what_was_just_left_find_what_one_finds(name: str) -> None:
     arrays, space, motions, drags = searches(name)
     r = space.r
     full = search.open_searches(r, lane.LANES, arrays.drag, drags)

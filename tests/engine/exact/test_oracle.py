@@ -88,7 +88,7 @@ def test_a_graze_is_a_hit_exactly_when_it_overlaps(shortfall: float) -> None:
     assert [e.kind for e in oracle_drop(board, 0.5).events] == [KIND_LANDING]
 
 
-def test_a_parabola_that_grazes_a_peg_is_judged_by_its_closest_approach() -> None:
+def test_a_parabola_that_grazes_a_peg_is_judged_where_closest() -> None:
     """Off a 45 degree wall at height y the ball flies level: x = v t, y = g t^2 / 2.
 
     The closest approach to a peg is a root of a cubic; the peg is grown or shrunk by 1e-12 m.
@@ -140,7 +140,7 @@ def test_more_digits_change_nothing_that_fewer_promised(rows: int, x: float) -> 
         assert (a.kind, a.index) == (b.kind, b.index)
 
 
-def test_a_mirrored_start_on_a_symmetric_board_gives_the_mirrored_path() -> None:
+def test_a_mirrored_start_on_a_symmetric_board_mirrors_the_path() -> None:
     board = trial(12, 0.5, 0.2, 2.0)
     left, right = (oracle_drop(board, x) for x in (-0.379, 0.379))
     assert left.bin is not None
@@ -163,7 +163,7 @@ def test_a_frictionless_slider_leaves_a_peg_where_energy_says() -> None:
     assert abs(energy(end) - energy(begin)) < DIGITS
 
 
-def test_a_slider_with_friction_on_a_peg_obeys_the_linear_law_of_its_speed_squared() -> None:
+def test_a_slider_with_friction_obeys_the_law_of_speed_squared() -> None:
     """d(u^2)/da = 2 g D (cos a + mu sin a) + 2 mu u^2, a the angle from +x: closed form."""
     drop = oracle_drop(scene(pegs=(Peg(0.0, 0.0, 0.4),), friction=0.05), 0.2)
     begin = of_kind(drop, KIND_CONTACT_BEGIN)[0]
@@ -213,7 +213,7 @@ def integrated(law: Law, y: list[Any], span: Any, steps: int = 24, columns: int 
 
 
 @pytest.mark.parametrize("drag", [0.0, 2.0])
-def test_rolling_and_sliding_on_a_peg_agree_with_a_general_integrator(drag: float) -> None:
+def test_rolling_and_sliding_agree_with_a_general_integrator(drag: float) -> None:
     """Extrapolated midpoint steps on the angle, from contact event to contact event."""
     friction = 0.4
     drop = oracle_drop(scene(pegs=(Peg(0.0, 0.0, 0.4),), friction=friction, drag=drag), 0.01)
@@ -261,7 +261,7 @@ def test_a_disc_rolls_down_a_wall_by_two_thirds_of_the_slope() -> None:
         assert abs(speed - u1) < DIGITS
 
 
-def test_a_slow_ball_rolls_over_the_end_of_a_wall_and_leaves_where_the_push_ends() -> None:
+def test_a_slow_ball_rolls_over_a_wall_s_end_until_no_force_acts() -> None:
     """Rolling, sliding, then N = 0: g cos(theta) = u^2 / R at the end's circle."""
     board = scene(walls=(Wall(-1.0, 0.0, 0.0, 0.0078125),), friction=0.5)
     drop = oracle_drop(board, -0.05)
@@ -273,7 +273,7 @@ def test_a_slow_ball_rolls_over_the_end_of_a_wall_and_leaves_where_the_push_ends
     assert drop.bin == 1
 
 
-def test_walls_that_share_an_end_carry_the_ball_from_one_to_the_next() -> None:
+def test_walls_that_share_an_end_pass_the_ball_on() -> None:
     """A flat roof bent at 0: the ball rolls over the ridge onto the other slope and off its end."""
     roof = (Wall(-1.0, 0.0, 0.0, 0.0625), Wall(0.0, 0.0625, 1.0, 0.1875))
     drop = oracle_drop(scene(walls=roof, friction=0.9), -0.05)
@@ -305,7 +305,7 @@ def test_a_ball_between_two_pegs_is_pinned() -> None:
     assert (drop.bin, drop.reason) == (None, "pinned between two bodies")
 
 
-def test_the_cut_of_dying_bounces_moves_a_sticking_ball_by_nothing_and_a_slider_by_little() -> None:
+def test_cutting_dying_bounces_moves_a_slider_by_little() -> None:
     peg = (Peg(0.0, 0.0, 0.4),)
     for friction, apart in ((0.9, 1e-17), (0.02, 1e-8)):
         board = scene(pegs=peg, friction=friction, restitution=0.5)

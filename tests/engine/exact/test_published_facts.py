@@ -34,7 +34,7 @@ def of_kind(played: Drop, kind: int) -> npt.NDArray[np.void]:
 
 
 @pytest.mark.parametrize("restitution", [0.3, 0.5, 0.7, 0.9])
-def test_a_ball_bounces_to_restitution_squared_of_the_height_it_fell_from(
+def test_a_ball_bounces_to_restitution_squared_of_its_height(
     restitution: float,
 ) -> None:
     played = drop(scene(walls=(FLOOR,), restitution=restitution), x=0.0)
@@ -78,7 +78,7 @@ def test_a_little_drag_is_a_little_change_of_the_parabola() -> None:
     assert fallen == pytest.approx(G * t**2 / 2 - k * G * t**3 / 6, abs=k**2)
 
 
-def test_a_frictionless_slider_leaves_a_circle_at_two_thirds_of_its_height() -> None:
+def test_a_frictionless_slider_leaves_a_circle_at_two_thirds() -> None:
     """From rest near the top: cos(theta) = 2/3; from theta0 with speed u0 energy corrects that."""
     played = drop(scene(pegs=(Peg(0.0, 0.0, 0.4),)), x=1e-4)
     begin, end = of_kind(played, KIND_CONTACT_BEGIN)[0], of_kind(played, KIND_CONTACT_END)[0]
@@ -90,7 +90,7 @@ def test_a_frictionless_slider_leaves_a_circle_at_two_thirds_of_its_height() -> 
     assert end["vx"] ** 2 + end["vy"] ** 2 == pytest.approx(G * reach * exact, rel=1e-12)
 
 
-def test_a_disc_that_rolls_off_a_circle_without_slipping_would_leave_at_four_sevenths() -> None:
+def test_a_rolling_disc_would_leave_a_circle_at_four_sevenths() -> None:
     """With much friction it rolls nearly to cos(theta) = 4/7, and slips just before: leaves later.
 
     u^2 = 4/3 g D (1 - cos): at N = 0 cos = 4/7. Slipping keeps the speed above rolling's, so that
@@ -118,7 +118,7 @@ def test_a_disc_rolls_down_a_slope_at_two_thirds_of_the_pull(slope: float) -> No
             assert states["omega"] * RADIUS == pytest.approx(speeds, rel=1e-13)
 
 
-def test_friction_up_to_a_third_of_the_slopes_tangent_lets_a_disc_slip() -> None:
+def test_a_disc_slips_if_friction_is_below_a_third_of_the_slope() -> None:
     """Rolling needs mu >= tan(theta) / 3; below it a = g (sin - mu cos) and the spin lags."""
     slope = 0.6
     for factor, rolls in ((1.001, True), (0.999, False)):
@@ -136,7 +136,7 @@ def test_friction_up_to_a_third_of_the_slopes_tangent_lets_a_disc_slip() -> None
             assert np.diff(slip) / np.diff(times) == pytest.approx(grows, rel=1e-9)
 
 
-def test_a_glancing_ball_that_sticks_keeps_two_thirds_of_its_speed_along_the_surface() -> None:
+def test_a_glancing_ball_that_sticks_keeps_two_thirds_of_speed() -> None:
     """No spin before, no slip after: u' = 2/3 u, and R omega' = u' (Cross 1999, for a disc)."""
     slope = Wall(-1.0, -0.5, 1.0, 0.5)
     hit = drop(scene(walls=(slope,), friction=1.0, restitution=0.5), x=0.0).impacts[0]
@@ -147,7 +147,7 @@ def test_a_glancing_ball_that_sticks_keeps_two_thirds_of_its_speed_along_the_sur
     assert hit["omega"] * RADIUS == pytest.approx(along, rel=1e-14)
 
 
-def test_a_ball_that_slips_through_an_impact_loses_mu_times_the_normal_impulse() -> None:
+def test_a_slipping_impact_costs_mu_times_the_normal_impulse() -> None:
     slope, mu, restitution = Wall(-1.0, -0.5, 1.0, 0.5), 0.05, 0.5
     board = scene(walls=(slope,), friction=mu, restitution=restitution)
     hit = drop(board, x=0.0).impacts[0]
@@ -159,7 +159,7 @@ def test_a_ball_that_slips_through_an_impact_loses_mu_times_the_normal_impulse()
     assert hit["omega"] == pytest.approx(2.0 * lost / RADIUS, rel=1e-13)
 
 
-def test_a_perfect_bounce_off_a_circle_mirrors_the_velocity_in_the_normal() -> None:
+def test_a_perfect_bounce_off_a_circle_mirrors_the_velocity() -> None:
     played = drop(scene(pegs=(Peg(0.0, 0.0, 0.4),), restitution=1.0), x=0.2)
     hit = of_kind(played, KIND_PEG)[0]
     nx, ny = hit["x"] / 0.5, hit["y"] / 0.5
@@ -169,7 +169,7 @@ def test_a_perfect_bounce_off_a_circle_mirrors_the_velocity_in_the_normal() -> N
     assert math.hypot(hit["vx"], hit["vy"]) == pytest.approx(fall, rel=1e-14)
 
 
-def test_off_a_slope_of_45_degrees_a_ball_flies_level_and_then_a_parabola() -> None:
+def test_off_a_slope_of_45_degrees_a_ball_leaves_level() -> None:
     board = scene(walls=(Wall(-0.5, -0.5, 0.5, 0.5),), restitution=1.0)
     hit = drop(board, x=0.0).impacts[0]
     assert hit["vy"] == pytest.approx(0.0, abs=1e-15)
@@ -180,7 +180,7 @@ def test_off_a_slope_of_45_degrees_a_ball_flies_level_and_then_a_parabola() -> N
 
 
 @pytest.mark.parametrize("gravity", [1.62, 3.72, 24.79])
-def test_on_another_world_everything_is_the_same_but_slower_or_faster(gravity: float) -> None:
+def test_another_world_is_the_same_but_slower_or_faster(gravity: float) -> None:
     """Without drag all times go with 1 / sqrt(g): the path does not depend on gravity."""
 
     def board(g: float) -> Board:

@@ -49,7 +49,7 @@ def normals(degrees_a: float, degrees_b: float) -> tuple[float, float, float, fl
     st.floats(0.0, 2.0),
     st.floats(-100.0, 100.0),
 )
-def test_the_forces_of_what_is_decided_are_what_holds_or_moves_the_ball(
+def test_the_forces_found_are_those_that_hold_or_move_the_ball(
     a: float, b: float, mu_a: float, mu_b: float, omega: float
 ) -> None:
     ax, ay, bx, by = normals(a, b)
@@ -124,7 +124,7 @@ def test_a_plastic_hit_on_an_overhang_lets_the_ball_go_at_once(
     assert 1 <= len(hits) <= 3
 
 
-def test_a_ball_between_nearly_parallel_overhangs_is_stopped_within_the_bound() -> None:
+def test_nearly_parallel_overhangs_stop_a_ball_within_the_bound() -> None:
     for narrow in (1e-1, 1e-2, 1e-3, 1e-5):
         walls = (Wall(-0.06, 1.0, -0.06 + narrow, 0.0), Wall(0.06, 1.0, 0.06 - narrow, 0.0))
         board = place(walls=walls, restitution=0.0, friction=0.0, radius=R)

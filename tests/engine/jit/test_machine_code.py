@@ -115,7 +115,7 @@ def test_arrays_may_be_locked_and_have_gaps() -> None:
     assert not gaps[1::2].any()
 
 
-def test_a_board_that_stays_in_memory_stays_as_it_is_and_is_no_other() -> None:
+def test_a_board_kept_in_memory_neither_changes_nor_mixes() -> None:
     """Drops on one board again and again, by more than one kernel, and on another one between."""
     names = ("triangle-8", "triangle-8", "classic", "triangle-8")
     first, again, other, last = [
@@ -130,7 +130,7 @@ def test_another_kind_of_array_is_refused() -> None:
         sampled(np.zeros((4, body.SIZE), np.float32))
 
 
-def test_a_call_in_place_reads_and_writes_its_views_and_leaves_the_arrays_given() -> None:
+def test_a_call_in_place_uses_its_views_and_spares_its_arguments() -> None:
     board = arrays_of(Board.preset("triangle-8"))
     log, states = new_log(64, 64), at_rest(np.array([0.01]), -0.5)
     ends = np.empty(1, np.int8), np.empty(1, np.int32), np.empty(1, np.int32)

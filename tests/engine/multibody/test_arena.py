@@ -36,7 +36,7 @@ def steps(arena: Arena, count: int) -> None:
 
 
 @pytest.mark.parametrize("e", [0.0, 0.3, 0.75, 1.0])
-def test_a_head_on_impact_has_its_restitution_and_keeps_the_momentum(e: float) -> None:
+def test_a_head_on_impact_has_its_restitution_and_momentum(e: float) -> None:
     arena = free()
     arena.add(-1.0, 0.0, vx=2.0, restitution=e, radius=0.1, density=10.0)
     arena.add(1.0, 0.0, vx=-1.0, restitution=0.0, radius=0.1, density=30.0)
@@ -97,7 +97,7 @@ def test_friction_between_balls_is_coulombs_with_spin(mu: float, spin: float) ->
     assert after.total <= before.total * (1.0 + 1e-14)
 
 
-def test_pair_rules_are_the_larger_restitution_and_the_root_of_the_product_of_friction() -> None:
+def test_a_pair_has_the_larger_restitution_and_mean_friction() -> None:
     arena = free()
     arena.add(0.0, 0.0, vx=1.0, omega=20.0, restitution=0.2, friction=0.9, radius=0.1, density=50.0)
     arena.add(0.5, 0.0, restitution=0.6, friction=0.1, radius=0.1, density=50.0)
@@ -128,7 +128,7 @@ def test_a_pair_rebounds_by_its_restitution_however_slow_it_is(
 
 
 @pytest.mark.parametrize("speed", [1e-9, 1e-6, 1.6e-3, 1.7e-3, 1.0])
-def test_a_slow_elastic_ball_bounces_off_another_a_wall_and_a_peg(speed: float) -> None:
+def test_a_slow_elastic_ball_bounces_off_ball_wall_and_peg(speed: float) -> None:
     for far in (
         StaticGeometry(),
         StaticGeometry(walls=(Wall(1.0, -1.0, 1.0, 1.0),)),

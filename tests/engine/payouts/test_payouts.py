@@ -29,7 +29,7 @@ SURE = 5.0  # standard deviations: one in a million is further off
 
 
 @pytest.mark.parametrize("name", PLAYED)
-def test_by_the_landings_of_record_a_preset_returns_what_it_states(name: str) -> None:
+def test_by_recorded_landings_a_preset_returns_what_it_states(name: str) -> None:
     """By none of the drops that its table was solved for."""
     own, *others = odds_of_record(Board.preset(name))
     for odds, (least, most) in ((own, OWN), *((each, AIMED) for each in others)):
@@ -39,7 +39,7 @@ def test_by_the_landings_of_record_a_preset_returns_what_it_states(name: str) ->
 
 
 @pytest.mark.parametrize("name", PLAYED)
-def test_the_landings_of_record_are_of_every_aim_that_the_board_offers(name: str) -> None:
+def test_the_record_has_landings_of_every_aim_of_each_board(name: str) -> None:
     board = Board.preset(name)
     found = landings_of_record(name)
     assert tuple(each.aim for each in found) == aims_of(board)
@@ -76,7 +76,7 @@ def test_what_record_says_is_what_the_same_seeds_give() -> None:
     assert list(found.histogram) == drop_many(board, range(500)).histogram.tolist()
 
 
-def test_landings_are_joined_where_one_s_seeds_follow_the_other_s() -> None:
+def test_landings_are_joined_where_their_seeds_are_consecutive() -> None:
     first, next_ones = Landings(0.1, (3, 4), 1), Landings(0.1, (1, 0), 0, 8)
     assert joined(first, next_ones) == Landings(0.1, (4, 4), 1)
     for other in (Landings(0.1, (1, 0), 0, 7), Landings(None, (1, 0), 0, 8)):
@@ -84,7 +84,7 @@ def test_landings_are_joined_where_one_s_seeds_follow_the_other_s() -> None:
             joined(first, other)
 
 
-def test_presets_are_mirrored_and_a_board_with_a_moved_peg_is_not() -> None:
+def test_presets_are_symmetric_a_board_with_a_moved_peg_is_not() -> None:
     assert all(is_mirrored(Board.preset(name)) for name in ("triangle-9", "classic", "galton"))
     form = Board.preset("triangle-9").to_dict()
     form["pegs"][3]["x"] += 0.01
@@ -103,7 +103,7 @@ def test_odds_are_those_of_the_chances() -> None:
 
 @pytest.mark.parametrize("risk", reference.HALF_TABLES)
 @pytest.mark.parametrize("rows", [8, 11, 16])
-def test_for_binomial_chances_the_top_award_is_nearly_the_reference_game_s(
+def test_binomial_chances_give_nearly_the_reference_top_award(
     rows: int, risk: payouts.Risk
 ) -> None:
     chances = np.array([[float(w) for w in _ways(rows)]]) / 2.0**rows
@@ -155,7 +155,7 @@ def test_a_changed_board_has_no_odds_of_record() -> None:
     assert odds_of_record(Board.from_json(form | {"drag": 2.0})) == ()
 
 
-def test_a_table_that_too_few_drops_chose_names_the_bins_that_it_guesses() -> None:
+def test_a_table_chosen_by_too_few_drops_names_its_guessed_bins() -> None:
     few = solve_payouts("triangle-16", drops=3_000)
     rare, *_ = few.warnings
     assert "3,000 drops cannot tell how often bins 0, 1, 2, 3, 13, 14, 15, 16 are hit" in rare

@@ -30,7 +30,7 @@ def test_a_record_is_its_text() -> None:
     assert from_text(to_text(shipped())) == shipped()
 
 
-def test_blocks_of_a_board_are_consecutive_seeds_from_0_and_judges_come_after_choosers() -> None:
+def test_a_board_s_blocks_are_consecutive_and_judges_come_last() -> None:
     for counted in shipped().values():
         assert {each.first for each in counted.blocks[0]} == {0}
         for earlier, later in zip(counted.blocks, counted.blocks[1:], strict=False):
@@ -57,7 +57,7 @@ def test_every_interval_of_record_is_as_narrow_as_it_should_be() -> None:
     assert wanted(shipped()) == []
 
 
-def test_counting_goes_on_with_the_next_seeds_and_changes_nothing_that_was_counted() -> None:
+def test_counting_continues_with_the_next_seeds_and_keeps_counts() -> None:
     record = begun()
     want = wanted(record)[0]
     for drops in (40, 60):
@@ -72,7 +72,7 @@ def test_counting_goes_on_with_the_next_seeds_and_changes_nothing_that_was_count
     )
 
 
-def test_the_cheapest_interval_is_wanted_first_and_drops_serve_all_tables_of_a_board() -> None:
+def test_the_cheapest_interval_is_first_and_tables_share_drops() -> None:
     needs = wanted(begun())
     assert [each.table for each in needs] == ["triangle-8-low", "triangle-8", "triangle-8-high"]
     volatility = odds_of(CHOSE, Board.preset("triangle-8-high").bins.multipliers).volatility
@@ -86,9 +86,7 @@ def test_what_is_known_well_enough_is_wanted_no_more() -> None:
     assert wanted(record) == []
 
 
-def test_a_table_that_is_solved_anew_is_judged_by_later_seeds_alone_and_the_others_as_before() -> (
-    None
-):
+def test_only_later_seeds_judge_a_table_that_is_solved_again() -> None:
     counted = counted_on(begun(), wanted(begun())[0], 50)["triangle-8"]
     anew = counted.solved_again("triangle-8-high")
     assert anew.fresh("triangle-8-high") == (Landings(None, (0,) * 9, 0, first=350),)

@@ -43,7 +43,7 @@ def test_phi2_is_right_to_three_units_in_the_last_place(z: float) -> None:
 
 
 @given(DRAGS, st.floats(-6.0, math.log10(SERIES_LIMIT) - 1e-9))
-def test_within_the_series_nothing_is_off_by_more_than_a_few_units(k: float, e: float) -> None:
+def test_within_the_series_errors_are_a_few_units_at_most(k: float, e: float) -> None:
     s = 10.0**e / k
     decay, phi, psi = basis(k, s)
     exact = truth(k, s)

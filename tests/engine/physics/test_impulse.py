@@ -49,7 +49,7 @@ def test_an_impact_obeys_newton_coulomb_and_never_gains_energy(
 
 
 @given(velocities, spins, st.floats(0.01, 20.0), angles, restitutions)
-def test_without_friction_neither_spin_nor_tangential_velocity_changes(
+def test_without_friction_spin_and_tangential_velocity_stay(
     along: float, omega: float, into: float, angle: float, e: float
 ) -> None:
     nx, ny = math.cos(angle), math.sin(angle)

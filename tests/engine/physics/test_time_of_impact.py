@@ -212,7 +212,7 @@ def test_a_line_is_hit_again_after_a_bounce(up: float, down: float, k: float) ->
 
 
 @given(st.floats(0.0, 1e-16), st.floats(0.0, 1e-8), st.floats(1.0, 10.0))
-def test_a_touching_ball_that_rounding_put_inside_a_line_does_not_fall_through(
+def test_a_touching_ball_rounded_into_a_line_does_not_cross_it(
     depth: float, up: float, down: float
 ) -> None:
     """It may rise too little to come out again; what then pulls it back meets the line."""
@@ -220,7 +220,7 @@ def test_a_touching_ball_that_rounding_put_inside_a_line_does_not_fall_through(
     assert 0.0 <= s <= 2.0 * up / down * (1.0 + 1e-12)
 
 
-def test_a_ball_that_moves_along_or_away_from_a_line_never_hits_it() -> None:
+def test_a_ball_that_moves_along_or_away_never_hits_a_line() -> None:
     assert line_hit(0.1, 0.0, 0.0, 0.0, 10.0, 10.0) == NO_HIT
     assert line_hit(0.1, 1.0, 5.0, 0.0, 10.0, 10.0) == NO_HIT
     assert line_hit_again(1.0, 5.0, 0.0, 10.0, 10.0) == NO_HIT

@@ -62,7 +62,7 @@ def test_nothing_tunnels_at_any_speed(
 
 
 @pytest.mark.parametrize("speed", [1.0, 1e3, 1e5])
-def test_a_ball_shot_at_a_wall_without_thickness_stays_on_its_side(speed: float) -> None:
+def test_a_ball_shot_at_a_thin_wall_stays_on_its_side(speed: float) -> None:
     board = place(walls=(Wall(1.0, -5.0, 1.0, 5.0),), restitution=0.5, radius=1e-3)
     path = follow(board, thrown(0.0, 0.0, speed, 0.0), Stepped(), max_events=1)
     assert path.marks[0].tolist() == [KIND_WALL, 0]
@@ -170,7 +170,7 @@ def heights(path: Trajectory) -> Floats:
 @pytest.mark.parametrize(
     "name", ["triangle-8", "triangle-16", *sorted({*scene_names()} - {"storm", "elastic"})]
 )
-def test_energy_never_grows_beyond_what_a_substep_of_gravity_gives(name: str) -> None:
+def test_energy_grows_at_most_by_what_a_substep_of_gravity_gives(name: str) -> None:
     """What is lost at impacts is more than the method's error; without it the error shows, and
     falls with the substep."""
     board = scene(name).board if name in scene_names() else Board.preset(name)
@@ -193,7 +193,7 @@ def test_elastic_impacts_gain_and_lose_no_energy() -> None:
     assert np.ptp(energy) < 1e-9 * energy[0]
 
 
-def test_the_energy_error_of_elastic_impacts_falls_with_the_substep() -> None:
+def test_the_energy_error_of_elastic_impacts_falls_with_substeps() -> None:
     errors = []
     for substeps in (4, 16, 64):
         path = follow(
@@ -243,7 +243,7 @@ def test_a_free_fall_is_what_semi_implicit_euler_gives() -> None:
 
 
 @pytest.mark.parametrize("name", ["triangle-8", "triangle-16", *scene_names()])
-def test_a_mirrored_start_on_a_mirrored_board_gives_the_mirrored_path(name: str) -> None:
+def test_a_mirrored_start_on_a_mirrored_board_mirrors_the_path(name: str) -> None:
     board = scene(name).board if name in scene_names() else Board.preset(name)
     flip = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
     for seed in range(3):

@@ -32,7 +32,7 @@ def test_a_ball_that_enters_late_goes_on_as_if_it_had_not(late_at: int) -> None:
 
 
 @pytest.mark.parametrize("late_at", [8, 20, 100])
-def test_a_ball_that_entered_late_is_where_it_would_be_at_any_tick(late_at: int) -> None:
+def test_a_ball_that_enters_late_is_always_where_it_would_be(late_at: int) -> None:
     for ticks in (late_at + 1, late_at + 30):
         expected, _ = world_after(ticks, late_at=7)
         found, _ = world_after(ticks, late_at=late_at)

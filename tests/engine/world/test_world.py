@@ -52,7 +52,7 @@ def test_a_ball_in_a_world_is_the_drop_of_its_seed(solver: str, name: str) -> No
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_a_world_goes_the_same_way_whether_contacts_are_told_or_not(solver: str) -> None:
+def test_a_world_runs_the_same_with_and_without_contacts(solver: str) -> None:
     told, untold = (World(TRIANGLE, solver=solver) for _ in range(2))
     for seed in range(4):
         assert told.add(seed) == untold.add(seed)
@@ -364,7 +364,7 @@ def test_energy_and_momentum_are_those_of_the_balls() -> None:
     )
 
 
-def test_of_a_large_board_a_world_has_what_kernels_need_only_while_balls_are_on_it() -> None:
+def test_a_world_keeps_a_large_board_s_arrays_only_for_balls() -> None:
     board = Board.from_json(large())
     early, late = World(board), World(board)
     assert early.prepared

@@ -17,7 +17,7 @@ test("another seed draws about the same aim", () => {
   assert.deepEqual(secondDrop(board, aimed, 0.051, "bit", "7"), { ...aimed, seed: "7" });
 });
 
-test("another seed has a start of its own where the first's was given", () => {
+test("another seed has its own start where the first's was given", () => {
   const given = { ...aimed, x: "0.01", aim: null };
   assert.deepEqual(secondDrop(board, given, 0.01, "bit", "7"), { ...given, seed: "7", x: null });
 });

@@ -71,7 +71,7 @@ for (const [name, [forge, expected]] of Object.entries(FORGERIES)) {
 
 const DRAWN = json("tests/golden/draw_session.json");
 
-test("a session of a draw is proven, and says how its bins were drawn", async () => {
+test("a draw's session is proven, and says how bins were drawn", async () => {
   assert.deepEqual(await failures(DRAWN), new Set());
   const texts = [];
   for await (const step of checkSession(checkedExport(DRAWN), { solver, kernelDigest })) texts.push(step.text);

@@ -8,7 +8,7 @@ import { Colours } from "../../../static/js/instruments/colours.js";
 /** @param {Colours} colours @param {number} bin @param {number} balls */
 const inBin = (colours, bin, balls) => Array.from({ length: balls }, (_, ball) => colours.of(bin, ball));
 
-test("a ball has its colour, one that landed before the page looked has none", () => {
+test("a ball has its colour, one that landed earlier has none", () => {
   const colours = new Colours();
   colours.fit([2, 0]);
   colours.add(0, "red");
@@ -16,7 +16,7 @@ test("a ball has its colour, one that landed before the page looked has none", (
   assert.deepEqual([inBin(colours, 0, 3), inBin(colours, 1, 1)], [[null, null, "red"], ["blue"]]);
 });
 
-test("after a lost line balls keep their colours, and those that landed meanwhile have none", () => {
+test("after a reconnect balls keep their colours", () => {
   const colours = new Colours();
   colours.fit([0, 0]);
   colours.add(0, "red");
@@ -25,7 +25,7 @@ test("after a lost line balls keep their colours, and those that landed meanwhil
   assert.deepEqual([inBin(colours, 0, 3), inBin(colours, 1, 1)], [["red", null, "blue"], [null]]);
 });
 
-test("a room that is begun again, or over another board, has none of the balls before", () => {
+test("a room that restarts has none of the balls before", () => {
   for (const counts of [[0, 1], [9, 9, 9]]) {
     const colours = new Colours();
     colours.fit([0, 0]);

@@ -32,7 +32,7 @@ test("discs for an audience are as large as their columns allow", () => {
   assert.ok(large.room.every((room, bin) => room > 10 && room < small.room[bin]), String(large.room));
 });
 
-test("a wall stands between any two columns, and goes on above the tray to where discs enter", () => {
+test("a wall stands between columns, up to where discs enter", () => {
   const plan = planFor(700, 72);
   const { walls } = placeOf(plan);
   const upright = walls.filter(({ x1, x2 }) => x1 === x2);
@@ -47,7 +47,7 @@ test("discs come to rest on every world", () => {
   assert.ok(gravities[0] > 1 && gravities[4] < 90);
 });
 
-test("a disc stands for 1, 2, 5, 10, … balls: as few as the fullest column and the whole pile allow", () => {
+test("a disc stands for as few balls of 1, 2, 5, 10, … as fit", () => {
   const plan = { room: [10, 10, 10] };
   assert.equal(shareFor([0, 0, 0], plan), 1);
   assert.equal(shareFor([10, 3, 0], plan), 1);

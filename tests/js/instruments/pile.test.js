@@ -47,7 +47,7 @@ function filled(counts) {
   return heap;
 }
 
-test("discs heap up in their columns, none through another, and nothing is computed once they rest", () => {
+test("discs heap up in their columns, and at rest cost nothing", () => {
   const heap = filled(COUNTS);
   settle(heap);
   const discs = discsIn(heap);
@@ -67,13 +67,13 @@ test("discs heap up in their columns, none through another, and nothing is compu
   assert.equal(heap.runs, false);
 });
 
-test("the same landings at the same steps make the same pile, to the last bit", () => {
+test("the same landings make the same pile, to the last bit", () => {
   const [one, two] = [filled(COUNTS), filled(COUNTS)];
   assert.equal(settle(one), settle(two));
   assert.deepEqual(discsIn(one), discsIn(two));
 });
 
-test("a disc enters as fast as its ball came, and a later one wakes who it meets", () => {
+test("a disc enters as fast as its ball, and wakes who it meets", () => {
   const heap = new Heap(machine, PLAN);
   heap.add(4, { x: 0.02, speed: 3 });
   heap.step();
@@ -113,7 +113,7 @@ function watch(pile, still) {
   return shown;
 }
 
-test("the pile falls picture by picture; for who wants no motion it lies there in one", () => {
+test("the pile falls frame by frame, or with no motion lies there", () => {
   assert.ok(watch(pileOf(COUNTS), false) > 30);
   assert.equal(watch(pileOf(COUNTS), true), 1);
 });
@@ -125,7 +125,7 @@ test("in a tray of another size the same discs lie at once", () => {
   assert.equal(watch(pile, false), 1);
 });
 
-test("when a column is full the pile is swept, and a disc stands for more balls from then on", () => {
+test("a full column is swept, and discs stand for more balls then", () => {
   const counts = [...COUNTS];
   const pile = pileOf(counts);
   assert.equal(pile.share, 1);

@@ -11,7 +11,7 @@ test("what the server writes is read and written in lowest terms", () => {
   assert.equal(rationalText(readRational("0")), "0");
 });
 
-test("a pixel's middle is exact, far below what a float64 tells apart", () => {
+test("a pixel's middle is exact, far below a float64's rounding", () => {
   const width = readRational(`1/${10n ** 30n}`);
   const x = readRational("1/3");
   assert.equal(rationalText(pixelMiddle(readRational("0"), readRational("1"), 0, 2)), "-1/4");

@@ -16,7 +16,7 @@ const PROVEN = {
   events: [[0, 7, 1, 0, 0.5, 1e-20], [0, 9, 2, 0.3, 1, 1e-18], [5, 3, 4.2, 1.05, 5, 1e-17]],
 };
 
-test("a proven bin is told with its enclosure, its cost and what double precision says", () => {
+test("a proven bin is told with enclosure, cost and double result", () => {
   const words = provenWords(PROVEN);
   assert.equal(words, "Certified: bin 3, x = [1.05 +/- 0.05] m after [4.2 +/- 0.3] s; "
     + "435 comparisons, each decided with 160 bits. Double precision has it right.");

@@ -19,7 +19,7 @@ for (const [statistic, freedom, tail] of [
   [40, 2, Math.exp(-20)],
   [1, 16, 0.999999937803091],
 ]) {
-  test(`the chi-square tail of ${statistic} with ${freedom} is that of the tables`, () => {
+  test(`the chi-square tail of ${statistic} with ${freedom} is right`, () => {
     nearly(chiSquareTail(statistic, freedom), tail, 1e-9);
   });
 }

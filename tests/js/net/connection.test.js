@@ -43,7 +43,7 @@ async function connected() {
   return { connection, lost };
 }
 
-test("a client that is sent on comes back at once, and nothing is said of a lost line", async () => {
+test("a client that is sent on comes back at once and silently", async () => {
   const { connection, lost } = await connected();
   connection.settled();
   sockets[0].onclose({ code: 1012, reason: "room-moved" });
@@ -55,7 +55,7 @@ test("a client that is sent on comes back at once, and nothing is said of a lost
   connection.close();
 });
 
-test("a client that is sent on and on waits, as with a line that is lost", async () => {
+test("a client sent on and on waits, as with a lost connection", async () => {
   const { connection, lost } = await connected();
   sockets[0].onclose({ code: 1012, reason: "" });
   sockets[1].onclose({ code: 1012, reason: "" });

@@ -45,7 +45,7 @@ for (const [hex, named] of [
   });
 }
 
-test("golden events decode one at a time and as the array of a tick", () => {
+test("golden events decode one at a time and as a tick's array", () => {
   const { events } = json("tests/golden/events.json");
   assert.ok(events.length > 0);
   for (const { text, value } of events) assert.deepEqual(decodeEvents(text), [value]);

@@ -17,7 +17,7 @@ function copies() {
 
 const stamp = (side, density) => ({ sheet: {}, side, density, half: side / density / 2 });
 
-test("light lies on whole pixels of the display, where it belongs to half a pixel", () => {
+test("light lies on whole pixels, right to half a pixel", () => {
   const random = chance(7);
   for (const density of [1, 1.25, 2, 3]) {
     for (const side of [26, 79]) {

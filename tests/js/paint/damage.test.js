@@ -20,7 +20,7 @@ test("small marks are wiped one by one, once", () => {
   assert.deepEqual(wiped(damage), []);
 });
 
-test("where most is painted, or too many marks to remember, all is wiped at once", () => {
+test("where too much is painted, all is wiped at once", () => {
   const damage = new Damage();
   damage.add(0, 0, 100, 61);
   assert.deepEqual(wiped(damage), [[0, 0, 100, 100]]);

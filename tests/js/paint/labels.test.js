@@ -26,7 +26,7 @@ test("in one line where there is room, in two where there is less", () => {
   assert.deepEqual(narrow.map(([text]) => text).slice(0, 6), ["10", "x", "3", "x", "1.5", "x"]);
 });
 
-test("where all bins pay alike and are narrower still, some are labelled, and legibly", () => {
+test("of narrow bins that pay alike some are labelled, legibly", () => {
   const board = triangle();
   const edges = Array.from({ length: 34 }, (_, i) => (i - 16.5) / 6);
   board.bins = { ...board.bins, edges, multipliers: edges.slice(1).map(() => 0.99) };

@@ -19,7 +19,7 @@ test("words are broken into lines rather than made small", () => {
   assert.ok(one.lines.length > 1 && one.size > 14);
 });
 
-test("in narrow pockets they stand along, and what is too long is cut, never illegible", () => {
+test("in narrow pockets they stand upright, cut but legible", () => {
   const texts = ["T-shirt", "Unpronounceablenessandmorethanthat", "Pen"];
   const letterings = letteringOf(widthOf, texts, boxes(3, 24, 80));
   assert.ok(letterings.every(({ along, size }) => along && size >= 9));
@@ -40,7 +40,7 @@ test("a label without a colour has that of what its bin pays", () => {
   assert.deepEqual(coloursOf({ text: "Mug", colour: "#ffd700" }, payout), { fill: "#ffd700", ink: "#000000" });
 });
 
-test("a ball has won its bin's prize, and where there is none the multiplier", () => {
+test("a ball won its bin's prize, or else the multiplier", () => {
   const board = { bins: { y: 1, edges: [0, 1, 2], multipliers: [2, 0.5], labels: [{ text: "Mug" }, null] } };
   assert.deepEqual([prizeOf(board, 0, 2), prizeOf(board, 1, 0.5), prizeOf(null, 0, 2)], ["Mug", "0.5x", "2x"]);
 });

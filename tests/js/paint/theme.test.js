@@ -56,7 +56,7 @@ for (const name of ["light", "dark"]) {
   });
 }
 
-test("each place has a ground and a palette of its own, known by the board's name", () => {
+test("each place has its own ground and palette, by board name", () => {
   const [home, ...away] = TABLES;
   assert.equal(placeOf(transported(triangle(), home).name), null);
   assert.deepEqual(away.map((table) => placeOf(transported(triangle(), table).name)), Object.keys(THEME.places));
@@ -70,7 +70,7 @@ test("each place has a ground and a palette of its own, known by the board's nam
 });
 
 for (const place of [null, ...Object.keys(THEME.places)]) {
-  test(`balls, words and trays are seen on their ground: ${place ?? "home"}`, () => {
+  test(`balls, words and trays are seen on: ${place ?? "home"}`, () => {
     for (const scheme of [THEME.light, THEME.dark]) {
       const { palette } = lookOf(THEME, scheme, place);
       assert.ok(contrast(palette.trayInk, palette.tray) >= 4.5);

@@ -5,7 +5,7 @@ import { test } from "node:test";
 
 import { allowedStake, readStake, typed } from "../../../static/js/play/desk/amounts.js";
 
-test("a comma is as good as a point, and hundredths are all there is", () => {
+test("a comma is as good as a point, with two decimals at most", () => {
   for (const [text, stake] of [["1", 1], ["0.5", 0.5], ["0,5", 0.5], [".25", 0.25], ["2.", 2], [" 10.50 ", 10.5], ["1,000", 1000], ["12,345.6", 12345.6], ["1.239", 1.24]]) {
     assert.equal(readStake(text), stake, text);
   }

@@ -46,7 +46,7 @@ async function begun(at = visit()) {
   return at;
 }
 
-test("the secret is opened after the server has committed, and drops wait until then", async () => {
+test("the secret opens after the server commits, and drops wait", async () => {
   const at = visit();
   at.fair.greeted(HELLO);
   assert.ok(at.fair.drop("d0", { stake: 100 }));
@@ -65,7 +65,7 @@ for (const [name, statement] of [
   ["another table", { room: "other" }],
   ["another board", { board_digest: "b2" }],
 ]) {
-  test(`a commitment about ${name} is refused, and the secret stays closed`, async () => {
+  test(`a commitment about ${name} is refused, the secret kept`, async () => {
     const at = visit();
     at.fair.greeted(HELLO);
     at.fair.drop("d0", { stake: 100 });
@@ -139,7 +139,7 @@ test("a drop waits for the next session while one ends", async () => {
   assert.equal(at.sent.at(-1).session, "s2");
 });
 
-test("a session takes a thousand drops and no more, however many are asked for at once", async () => {
+test("a session takes a thousand drops and no more", async () => {
   const at = await begun();
   at.fair.accepted(accepted(996));
   at.sent.length = 0;
@@ -154,7 +154,7 @@ test("a session takes a thousand drops and no more, however many are asked for a
   assert.deepEqual(kinds(at), ["a", "b", "c", "d", "end"]);
 });
 
-test("a full session that a page comes back to is ended, and another begun", async () => {
+test("a full session that a page returns to ends, one more begins", async () => {
   const kept = storage();
   const { commitment } = await begun(visit(kept));
   const again = visit(kept);
@@ -163,7 +163,7 @@ test("a full session that a page comes back to is ended, and another begun", asy
   assert.deepEqual(kinds(again), ["session", "end"]);
 });
 
-test("the end of a session that a refused drop told of begins no second one", async () => {
+test("an end told by a refused drop begins no second session", async () => {
   const at = await begun();
   at.sent.length = 0;
   at.fair.drop("d0", { stake: 100 });
@@ -176,7 +176,7 @@ test("the end of a session that a refused drop told of begins no second one", as
   assert.deepEqual(at.told.faults, []);
 });
 
-test("a page that can draw no secret says so, and its drops are practice", async (t) => {
+test("a page that can draw no secret says so, drops are practice", async (t) => {
   const { subtle } = crypto;
   t.after(() => Object.defineProperty(crypto, "subtle", { value: subtle, configurable: true }));
   Object.defineProperty(crypto, "subtle", { value: undefined, configurable: true });

@@ -29,7 +29,7 @@ test("of very many boards the last are kept", () => {
   assert.equal(keptAim(kept, "board 0"), null);
 });
 
-test("an aim is offered only where it moves the ball by its own radius at least", () => {
+test("an aim is offered only where it moves the ball by a radius", () => {
   const board = (aim, reach = 1) => ({ ball: { radius: 0.1 }, drop: { x: 0, jitter: 0.2, reach, aim } });
   assert.deepEqual([0.011, 0.1, 0.5].map((aim) => aims(board(aim), [])), [false, true, true]);
   assert.equal(aims(board(0.5, 0.25), []), false);

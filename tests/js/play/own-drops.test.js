@@ -20,7 +20,7 @@ function inFlight() {
   return { own, told };
 }
 
-test("shown before it landed, it is told at once and no second time, and is ours until it has landed", () => {
+test("a ball shown before its landing is told once, at once", () => {
   const { own, told } = inFlight();
   assert.deepEqual([own.unseen, own.count, own.held], [1, 1, 0]);
   own.seen(BALL, LANDED);
@@ -39,7 +39,7 @@ test("heard of only when it had landed, it is told at once", () => {
   assert.deepEqual(told, [["seen", 3, 6]]);
 });
 
-test("where the table pays another sum than this page computed, the account is corrected", () => {
+test("where the table pays another sum, the account is corrected", () => {
   const { own, told } = inFlight();
   own.seen(BALL, LANDED);
   own.settled(BALL, { ...LANDED, score: 0.5 });

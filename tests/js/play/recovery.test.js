@@ -47,7 +47,7 @@ const stakedOne = (wallet, drop = 0) => (
   wallet.apply({ type: "staked", session: "s1", drop, stake: 100, room: "old", ball: drop, seed: "7" })
 );
 
-test("after a change of table or a reload, what landed meanwhile is asked for, and paid", async () => {
+test("after a reload, landings are asked for and paid", async () => {
   const storage = browser();
   stakedOne(new Wallet(storage)); // the page of before
   const { wallet, recovery, told, done } = tab(storage, [exported([landed(250)])]);
@@ -62,7 +62,7 @@ test("after a change of table or a reload, what landed meanwhile is asked for, a
   assert.deepEqual(told.found, [[["triangle-8", 2.5]]], "what it came to is told by the name of its board");
 });
 
-test("a session is asked for by the token that this browser was given", async () => {
+test("a session is asked for by the token of this browser", async () => {
   const storage = browser();
   keepToken(storage, "other", "t0");
   keepToken(storage, "s1", "t1");
@@ -73,7 +73,7 @@ test("a session is asked for by the token that this browser was given", async ()
   assert.deepEqual(told.shown, ["Bearer t1"]);
 });
 
-test("a stake in a session whose token is lost is back, as the server tells nobody else of it", async () => {
+test("a stake in a session whose token is lost is paid back", async () => {
   const storage = browser();
   stakedOne(new Wallet(storage));
   const { wallet, recovery, told, done } = tab(storage, [], null);
@@ -92,7 +92,7 @@ test("the room that is watched tells its drops itself", () => {
   assert.deepEqual(told.paths, []);
 });
 
-test("a drop that the server took while the page crashed is found with its stake", async () => {
+test("a drop taken while the page crashed is found with its stake", async () => {
   const storage = browser();
   const { wallet, recovery, done } = tab(storage, [exported([landed(0, 4), landed(300)])]);
   recovery.seek(["s1"]);
@@ -109,7 +109,7 @@ test("a void drop that is found has its stake back", async () => {
   assert.equal(viewOf(wallet.account, 0).last[0].bin, null);
 });
 
-test("a ball that still falls is asked for again, and so is a server that does not answer", async (t) => {
+test("a falling ball, or a silent server, is asked for again", async (t) => {
   t.mock.timers.enable({ apis: ["setTimeout"] });
   const storage = browser();
   stakedOne(new Wallet(storage));
@@ -126,7 +126,7 @@ test("a ball that still falls is asked for again, and so is a server that does n
   assert.equal(balanceOf(wallet.account), GRANT - 80);
 });
 
-test("two tabs that find the same landing count it once, in balance, score and history", async () => {
+test("two tabs that find the same landing count it once", async () => {
   const storage = browser();
   stakedOne(new Wallet(storage));
   const one = tab(storage, [exported([landed(250)])]);
@@ -142,7 +142,7 @@ test("two tabs that find the same landing count it once, in balance, score and h
   }
 });
 
-test("where the server's ledger knows nothing of a session its stakes come back", async () => {
+test("a session unknown to the ledger gives its stakes back", async () => {
   const storage = browser();
   stakedOne(new Wallet(storage));
   const { wallet, recovery, told, done } = tab(storage, [new ApiError("unknown", 404)]);
@@ -152,7 +152,7 @@ test("where the server's ledger knows nothing of a session its stakes come back"
   assert.deepEqual(told.gone, [1]);
 });
 
-test("a player's mark is the same in all tabs until another is made, and nobody else has it", () => {
+test("a player's mark is one in all tabs until another is made", () => {
   const shared = browser();
   const first = new Wallet(shared).mark;
   assert.match(first, /^[0-9a-f]{32}$/);

@@ -32,7 +32,7 @@ test("a pause is not made up for by a burst", () => {
   assert.equal(run.left, 100 - given[0] - given[1] - given[2]);
 });
 
-test("an auto-drop that reached its loss limit tells of all its balls, those in flight too", () => {
+test("an auto-drop stopped by its loss limit tells of all balls", () => {
   const { run, drop, land } = running({ win: NEVER, loss: 1.5 });
   run.add(NEVER, drop, 0, 1000);
   for (let now = 0; now < 4; now += 1) run.give(now, () => true);
@@ -47,7 +47,7 @@ test("an auto-drop that reached its loss limit tells of all its balls, those in 
   assert.equal(run.words().text, "Stopped at your loss limit: 4 balls, −2.80");
 });
 
-test("profit ends it, practice does not count, and a count ends it by itself", () => {
+test("profit or a count ends it, and practice does not count", () => {
   const won = running({ win: 3, loss: NEVER });
   won.run.add(NEVER, won.drop, 0, 1000);
   for (let now = 0; now < 3; now += 1) won.run.give(now, () => true);
@@ -63,7 +63,7 @@ test("profit ends it, practice does not count, and a count ends it by itself", (
   assert.equal(counted.run.words().text, "Auto finished: 1 ball, 0.00");
 });
 
-test("one ball is told by what it pays, several by their sums, practice without any", () => {
+test("one ball is told by its pay, several by their sums", () => {
   const one = running();
   one.run.add(1, one.drop, 0);
   one.run.give(0, () => true);
@@ -83,7 +83,7 @@ test("one ball is told by what it pays, several by their sums, practice without 
   assert.equal(practice.run.words().text, "9x (practice)");
 });
 
-test("a ball that the table did not take counts for nothing, and a full table postpones", () => {
+test("a refused ball does not count, and a full table postpones", () => {
   const { run, drop } = running();
   run.add(1, drop, 0);
   assert.ok(run.give(0, () => false) > 0);

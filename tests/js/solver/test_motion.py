@@ -150,7 +150,7 @@ def wired(state: Any, bounced: bool) -> list[float]:
 
 @pytest.mark.parametrize("tell", [told, told_in_segments])
 @pytest.mark.parametrize("hertz", [30, 60, 144])
-def test_every_display_shows_the_true_place_and_no_bounce_is_cut_short(
+def test_displays_show_the_true_place_and_cut_no_bounce_short(
     run: Run, hertz: int, tell: Tell
 ) -> None:
     board = Board.preset("triangle-12")
@@ -187,7 +187,7 @@ def test_segments_are_drawn_as_exact_curves(run: Run, name: str, seed: int) -> N
     assert off.max() < 6e-4, f"{name}, seed {seed}: {off.max()}"  # m: 0.06 pixels
 
 
-def test_a_ball_whose_next_segment_is_late_waits_at_the_peg_and_then_goes_on(run: Run) -> None:
+def test_a_ball_whose_next_segment_is_late_waits_at_the_peg(run: Run) -> None:
     board = Board.preset("triangle-12")
     given, fall = told_in_segments(board, 2, jitter=0.0)
     stamps = given["stamps"]
@@ -222,7 +222,7 @@ def test_a_ball_waits_for_its_landing_at_the_bins(run: Run) -> None:
     assert board.bins.y - 0.2 < shown[-1, 2] < board.bins.y
 
 
-def test_a_ball_keeps_half_a_second_of_its_path_however_long_it_falls(run: Run) -> None:
+def test_a_ball_keeps_half_a_second_of_its_path_in_a_long_fall(run: Run) -> None:
     moon = Board.preset("triangle-16").to_dict()
     moon.update(gravity=0.4, name="slow")
     given, fall = told(Board.from_json(moon), 5, jitter=4.0)

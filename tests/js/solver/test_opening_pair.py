@@ -9,7 +9,7 @@ MODULE = "compare/pair.js"
 SCRIPT = "({ openingPair }, names) => Object.fromEntries(names.map((n) => [n, openingPair(n)]))"
 
 
-def test_every_preset_has_a_pair_that_a_hair_sends_to_different_bins(run: Run) -> None:
+def test_every_preset_has_a_pair_that_a_hair_parts(run: Run) -> None:
     for name, pair in run(MODULE, SCRIPT, list(preset_names())).items():
         board = Board.preset(name)
         one = drop(board, int(pair["seed"]))

@@ -53,7 +53,7 @@ def test_a_page_computes_every_drop_to_the_engine_s_last_bit(run: Run) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_page_computes_drops_on_hard_boards_to_the_engine_s_last_bit(run: Run, kind: str) -> None:
+def test_a_page_computes_hard_boards_to_the_engine_s_last_bit(run: Run, kind: str) -> None:
     made = [hard_board(kind, number) for number in range(tries(4, 200))]
     boards = [(hard, board) for hard in made if (board := hard.playable()) is not None]
     seeds = range(tries(5, 50))
@@ -75,7 +75,7 @@ def test_a_page_computes_drops_on_hard_boards_to_the_engine_s_last_bit(run: Run,
 
 
 @pytest.mark.long
-def test_a_page_makes_the_kernels_arrays_of_a_board_as_the_engine_does(run: Run) -> None:
+def test_a_page_makes_a_board_s_arrays_as_the_engine_does(run: Run) -> None:
     boards = [board for board, _ in played()]
     boards += [Board.from_json(form()) for form in tries([large], [large, crowded])]
     found = run(
@@ -167,7 +167,7 @@ WRONG: list[tuple[tuple[str | int, ...], Any]] = [
 ]
 
 
-def test_a_board_with_a_wrong_value_is_refused_and_the_value_named(run: Run) -> None:
+def test_a_board_with_a_wrong_value_is_refused_by_name(run: Run) -> None:
     boards = [changed(EXAMPLE, path, value) for path, value in WRONG]
     fields = run(
         "solver/input/values.js",
@@ -182,7 +182,7 @@ def test_a_board_with_a_wrong_value_is_refused_and_the_value_named(run: Run) -> 
         assert field == caught.value.field
 
 
-def test_labels_are_read_and_in_the_digest_as_the_engine_has_them(run: Run) -> None:
+def test_labels_are_read_and_hashed_as_in_the_engine(run: Run) -> None:
     labels = [None, {"text": "Cafe\u0301 \U0001f381", "colour": "#ff0088"}]
     forms = [changed(EXAMPLE, ("bins", "labels"), each) for each in (labels, [None, None])]
     forms.append(changed(forms[0], ("drop", "reach"), 0.5))

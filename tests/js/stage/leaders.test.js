@@ -13,7 +13,7 @@ function names(leaders, rank, most = 5) {
   return leaders.top(rank, most).map(({ best }) => best.owner.name);
 }
 
-test("they are ranked by their best drop, their balls or their prizes", () => {
+test("they are ranked by best drop, balls or prizes", () => {
   const leaders = new Leaders();
   for (const [name, bin] of [["Ada", 1], ["Ada", 1], ["Ada", 1], ["Ben", 0], ["Cem", 1], ["Cem", 1]]) {
     leaders.note(landing(name, bin), BOARD);
@@ -31,7 +31,7 @@ test("a name is one player, whatever number the line gave them", () => {
   assert.deepEqual(leaders.top("balls", 5).map(({ balls }) => balls), [2]);
 });
 
-test("guests, balls of nobody and balls that rest on the board are not ranked", () => {
+test("guests, nobody's balls and balls at rest are not ranked", () => {
   const leaders = new Leaders();
   leaders.note(landing(null, 0), BOARD);
   leaders.note({ ...landing("Ada", 0), owner: null }, BOARD);

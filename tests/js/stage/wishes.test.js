@@ -28,7 +28,7 @@ test("each part is switched by itself", () => {
   assert.deepEqual(read("sound=on"), { ...PLAIN, sound: true });
 });
 
-test("a ground is transparent or a colour, and nothing else that a style could hold", () => {
+test("a ground is transparent or a colour, and no other style", () => {
   assert.deepEqual(
     ["transparent", "00B140", "#00b140", "red", "url(x)", "00b1400", ""].map((ground) => read({ ground }).ground),
     ["transparent", "#00b140", "#00b140", null, null, null, null],

@@ -13,7 +13,7 @@ function complaints(code) {
   return new Linter().verify(code, [{ plugins, rules: { "texts/own-words": "error" } }]).length;
 }
 
-test("what people would read is found, however it comes to the page", () => {
+test("text for people is found, however it comes to the page", () => {
   for (const code of [
     'note.textContent = "Nothing has landed";',
     "say(`There are ${count} balls`);",

@@ -44,7 +44,7 @@ test("a text has the same places in every language and form", () => {
   }
 });
 
-test("a text with forms has them in every language, those of its plural categories", () => {
+test("a text with forms has every language's plural categories", () => {
   for (const [language, texts] of languages) {
     // Whole numbers as they come up here; of a million on, Spanish has another form that is alike.
     const rules = new Intl.PluralRules(language);
@@ -66,7 +66,7 @@ test("every text is used, and every key that is used has one", () => {
   assert.deepEqual(unused, []);
 });
 
-test("a page has no words of its own between its tags or in its attributes", () => {
+test("a page has no words of its own in tags or attributes", () => {
   const same = /^(?:Plink|o|[A-Z]|Esc|English|Deutsch|Español|Plinko|[\d.]+ (?:[pnµm]m|cm|s)|\d+x|api\/\S+|–)$/;
   const parts = /<!--.*?-->|<script.*?<\/script>|<(?:[^>"]|"[^"]*")*>|\{\{[^|{}]*\}\}/gs;
   for (const page of sources(/\.(?:html|part)$/)) {

@@ -36,6 +36,11 @@ export class Desk {
     this.#listen();
     this.#keepAuto();
     for (const kind of /** @type {const} */ (["choice", "room", "run", "table"])) game.on(kind, () => this.#show());
+    // Where a draw decides, nobody chooses a seed.
+    game.on("table", ({ hello: { draw } }) => {
+      document.documentElement.toggleAttribute("data-draw", draw !== undefined);
+      if (draw) this.#setSeed("");
+    });
     this.#show();
     const asked = new URLSearchParams(window.location.search).get("seed");
     if (asked !== null) this.#setSeed(asked);

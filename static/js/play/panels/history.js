@@ -57,14 +57,13 @@ export function showHistory(game, theme) {
       line.append(key("play.verify", t("play.verify-seed", { seed, board }), () => prover.show(drop, line)));
     }
     const name = t("play.replay-seed", { seed, board });
-    line.append(
-      make("a", { class: "again", href: replayLink(drop), "aria-label": name }, t("play.replay")),
-      key("play.use-seed", t("play.use-seed-again", { seed: shortSeed(seed) }), () => {
-        const field = byId("seed", HTMLInputElement);
-        field.value = seed;
-        field.dispatchEvent(new Event("input"));
-      }),
-    );
+    const again = key("play.use-seed", t("play.use-seed-again", { seed: shortSeed(seed) }), () => {
+      const field = byId("seed", HTMLInputElement);
+      field.value = seed;
+      field.dispatchEvent(new Event("input"));
+    });
+    again.classList.add("use-seed");
+    line.append(make("a", { class: "again", href: replayLink(drop), "aria-label": name }, t("play.replay")), again);
     return line;
   };
 

@@ -37,7 +37,7 @@ def test_events_go_first_and_in_order() -> None:
     assert [mailbox.take() for _ in range(4)] == [event("a"), event("b"), snapshot(1), None]
 
 
-def test_a_keyframe_that_stands_for_several_is_made_when_it_is_taken() -> None:
+def test_a_keyframe_for_several_is_encoded_when_it_is_taken() -> None:
     mailbox = Mailbox(8, 1000, lambda: snapshot(99))
     mailbox.show(snapshot(1))
     assert mailbox.take() == snapshot(1), "a single one goes as it came"
@@ -120,7 +120,7 @@ async def stop(task: "asyncio.Task[None]") -> None:
 
 
 @pytest.mark.parametrize("direct", [True, False])
-async def test_a_stalled_client_delays_nobody_and_misses_only_old_snapshots(direct: bool) -> None:
+async def test_a_stalled_client_delays_nobody_and_misses_old_snapshots(direct: bool) -> None:
     hub = Hub(10)
     stuck, free = Wire(direct=direct, blocked=True), Wire(direct=direct)
     one, two = client(stuck, 1), client(free, 2)
@@ -141,7 +141,7 @@ async def test_a_stalled_client_delays_nobody_and_misses_only_old_snapshots(dire
         await stop(writer)
 
 
-async def test_a_client_that_reads_nothing_for_the_grace_period_is_too_slow() -> None:
+async def test_a_client_silent_for_the_grace_period_is_too_slow() -> None:
     slow = client(Wire(direct=True, blocked=True), grace=0.01)
     slow.show(snapshot(1))
     with pytest.raises(SlowClientError, match=r"0\.01 seconds"):

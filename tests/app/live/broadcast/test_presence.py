@@ -96,7 +96,7 @@ def test_where_nothing_changes_nothing_is_told() -> None:
     assert len(salon.ears[1].events) == before
 
 
-def test_of_thousands_the_last_are_named_and_they_are_told_less_often() -> None:
+def test_of_thousands_the_last_are_named_and_told_less_often() -> None:
     salon = Salon()
     for number in range(2000):
         salon.appear(number, f"v{number}")
@@ -114,7 +114,7 @@ def test_of_thousands_the_last_are_named_and_they_are_told_less_often() -> None:
     assert max(map(len, ear.wire)) < 2000
 
 
-def test_a_room_is_forgotten_with_its_last_visitor_and_tells_no_other_room() -> None:
+def test_a_room_is_forgotten_with_its_last_visitor_and_alone() -> None:
     salon = Salon()
     salon.appear(1)
     salon.appear(2, room="s")
@@ -129,7 +129,7 @@ def test_a_room_is_forgotten_with_its_last_visitor_and_tells_no_other_room() -> 
 
 
 @pytest.mark.parametrize("stream", messages.STREAMS)
-def test_a_ball_has_its_visitor_and_who_is_none_is_told_of_balls_alone(stream: str) -> None:
+def test_a_ball_names_its_visitor_and_others_hear_of_balls_only(stream: str) -> None:
     salon = Salon()
     watched = Watched(salon.presence)
     ear = watched.join(1, stream)
@@ -146,7 +146,7 @@ def test_a_ball_has_its_visitor_and_who_is_none_is_told_of_balls_alone(stream: s
     assert [event.get("visitor") for event in told] == [None, 1, None]
 
 
-async def test_over_the_socket_two_visitors_see_each_other_and_the_log_has_neither(
+async def test_two_visitors_see_each_other_and_the_log_has_neither(
     server: Running,
 ) -> None:
     async with httpx.AsyncClient(base_url=server.url, timeout=60.0) as http:

@@ -30,7 +30,7 @@ def test_a_frame_is_what_the_websockets_library_makes_of_it(payload: bytes) -> N
 
 @pytest.mark.parametrize("size", [0, 125, 126, 65535, 65536])
 @pytest.mark.parametrize("make", [WireMessage.of_text, WireMessage.of_bytes])
-def test_a_frame_written_directly_is_what_uvicorn_would_have_sent(
+def test_a_directly_written_frame_is_what_uvicorn_would_send(
     make: Callable[[bytes], WireMessage], size: int
 ) -> None:
     message = make(b"x" * size)

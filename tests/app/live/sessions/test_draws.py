@@ -41,7 +41,7 @@ def refused(answer: httpx.Response, field: str, words: str) -> None:
     assert words in answer.json()["detail"]
 
 
-def test_its_odds_are_published_with_a_digest_of_odds_seeds_and_board(
+def test_odds_are_published_with_one_digest_of_all_they_rest_on(
     http: httpx.Client, opened: dict[str, Any]
 ) -> None:
     place = f"/api/v1/rooms/{opened['id']}"

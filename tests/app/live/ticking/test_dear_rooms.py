@@ -48,7 +48,7 @@ def followed(room: Any) -> int:
     return sum(path.sliced.events for path in room.world._exact()._paths)
 
 
-async def test_a_room_that_lags_catches_up_by_no_more_than_its_share_of_time(
+async def test_a_lagging_room_catches_up_within_its_share_of_time(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     clock = Clock()
@@ -73,7 +73,7 @@ async def test_a_room_that_lags_catches_up_by_no_more_than_its_share_of_time(
     assert all(each.done() for each in asked)
 
 
-async def test_frames_of_main_leave_and_requests_are_heard_before_a_dear_room_ticks(
+async def test_main_and_requests_come_before_an_expensive_room(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     clock = Clock()
@@ -103,7 +103,7 @@ async def test_frames_of_main_leave_and_requests_are_heard_before_a_dear_room_ti
     assert all(each.done() for each in asked)
 
 
-async def test_requests_heard_between_rooms_do_not_make_the_next_tick_late() -> None:
+async def test_requests_between_rooms_do_not_delay_the_next_tick() -> None:
     clock = Clock()
     rooms = Rooms(Settings(), Boards(8), Hub(8), MAIN, clock=clock)
     others = [await rooms.create(MAIN, INTERACTING) for _ in range(4)]
@@ -125,7 +125,7 @@ async def test_requests_heard_between_rooms_do_not_make_the_next_tick_late() -> 
     assert all(each.done() for each in asked)
 
 
-async def test_rooms_together_keep_no_more_events_than_there_is_memory_for(
+async def test_all_rooms_together_keep_a_bounded_number_of_events(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(runner, "MOST_EVENTS", 600)
@@ -171,7 +171,7 @@ def test_a_room_whose_balls_bounce_for_ever_takes_no_more(monkeypatch: pytest.Mo
         room.plan_drop(DropCommand(2))
 
 
-def test_a_room_with_more_events_in_a_tick_than_it_may_hold_fails(
+def test_a_room_with_too_many_events_in_a_tick_fails(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(independent, "MOST_EVENTS", 10)
@@ -235,7 +235,7 @@ SHAFT = {
 """The way to an impact is hundreds of times as long as the ball is wide."""
 
 
-async def test_a_board_on_which_one_impact_takes_too_long_closes_its_room_and_says_why(
+async def test_a_board_with_too_slow_an_impact_closes_its_room(
     limited_calls: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sliced, "EFFORT", 50_000)

@@ -40,7 +40,7 @@ def test_main_runs_first_and_has_as_long_as_it_needs() -> None:
     assert list(this.coming) == ["b"]
 
 
-def test_what_is_left_of_a_pass_is_divided_equally_among_the_rooms_to_come() -> None:
+def test_the_rest_of_a_pass_is_shared_by_the_rooms_to_come() -> None:
     this = Pass(["a", "b", "c", "d"], MAIN, 1.0, 8.0)
     assert this.next(1.0) == Turn("a", 3.0)
     assert this.next(3.0) == Turn("b", 5.0), "a took its share"

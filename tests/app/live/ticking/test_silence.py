@@ -51,7 +51,7 @@ def slow(room: LiveRoom, clock: Clock, seconds: float, patch: pytest.MonkeyPatch
 
 
 @pytest.mark.parametrize("seconds", [0.02, 0.05, 1.0, 60.0])
-async def test_after_one_slow_tick_of_a_room_every_room_ticks_in_the_next_pass(
+async def test_after_one_slow_tick_all_rooms_tick_in_the_next_pass(
     seconds: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clock = Clock()
@@ -67,7 +67,7 @@ async def test_after_one_slow_tick_of_a_room_every_room_ticks_in_the_next_pass(
         assert [each.room.world.tick for each in others] == [tick + 1 for tick in before]
 
 
-async def test_where_passes_are_too_short_for_all_no_room_waits_longer_than_its_round(
+async def test_in_short_passes_no_room_waits_longer_than_its_round(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     clock = Clock()

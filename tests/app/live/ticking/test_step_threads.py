@@ -84,7 +84,7 @@ def alone(ticks: int, *, ball_at: int | None = None) -> TouchingRoom:
     return room
 
 
-async def test_others_tick_while_a_step_is_computed_and_its_room_catches_up(
+async def test_others_tick_during_a_long_step_and_its_room_catches_up(
     rooms: Rooms, gate: Gate
 ) -> None:
     heap, main = await heap_of(rooms), rooms.find("main")
@@ -100,7 +100,7 @@ async def test_others_tick_while_a_step_is_computed_and_its_room_catches_up(
     assert heap.room.world.digest() == alone(4).world.digest()
 
 
-async def test_what_the_first_ball_on_a_large_board_needs_is_made_by_another_thread(
+async def test_another_thread_prepares_a_large_board_s_first_ball(
     rooms: Rooms, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     gate, prepare = Gate(), World.prepare
@@ -142,9 +142,7 @@ async def test_a_room_that_is_slow_for_long_gives_ticks_up(rooms: Rooms, gate: G
     assert heap.room.world.tick == 6
 
 
-async def test_an_input_enters_at_its_tick_though_the_next_is_being_computed(
-    rooms: Rooms, gate: Gate
-) -> None:
+async def test_an_input_enters_at_its_tick_during_the_next_step(rooms: Rooms, gate: Gate) -> None:
     heap = await heap_of(rooms)
     gate.open(100)
     await eventually(lambda: run_pass(rooms.runner) and heap.room.world.tick >= 3)
@@ -161,9 +159,7 @@ async def test_an_input_enters_at_its_tick_though_the_next_is_being_computed(
     )
 
 
-async def test_a_room_is_closed_or_begun_anew_while_its_step_is_computed(
-    rooms: Rooms, gate: Gate
-) -> None:
+async def test_a_room_is_closed_or_restarted_during_its_step(rooms: Rooms, gate: Gate) -> None:
     gone, anew = await heap_of(rooms), await heap_of(rooms)
     run_pass(rooms.runner)
     old = anew.room
@@ -175,7 +171,7 @@ async def test_a_room_is_closed_or_begun_anew_while_its_step_is_computed(
     assert anew.room.world.digest() == alone(anew.room.world.tick).world.digest()
 
 
-async def test_a_room_that_is_deleted_while_it_is_begun_anew_stays_deleted(rooms: Rooms) -> None:
+async def test_a_room_deleted_while_it_restarts_stays_deleted(rooms: Rooms) -> None:
     heap = await heap_of(rooms)
     begun, deleted = await asyncio.gather(
         rooms.reset(heap), rooms.delete(heap), return_exceptions=True
@@ -186,7 +182,7 @@ async def test_a_room_that_is_deleted_while_it_is_begun_anew_stays_deleted(rooms
         rooms.find(heap.id)
 
 
-async def test_a_step_that_fails_in_another_thread_closes_its_room_alone(
+async def test_a_step_that_fails_in_a_thread_closes_only_its_room(
     rooms: Rooms, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     heap, other = await heap_of(rooms), await heap_of(rooms)
@@ -209,7 +205,7 @@ async def test_a_step_that_fails_in_another_thread_closes_its_room_alone(
     assert rooms.find(other.id) is other
 
 
-async def test_rooms_have_equally_many_ticks_computed_whatever_they_cost() -> None:
+async def test_rooms_have_equally_many_ticks_whatever_they_cost() -> None:
     threads, order, busy = StepThreads(1), list[str](), threading.Event()
     left = {"dear": 3, "one": 3, "two": 3}
     finished = asyncio.Semaphore(0)
@@ -251,7 +247,7 @@ def assert_passes(event: threading.Event) -> None:
     assert event.wait(LIMIT)
 
 
-async def test_an_input_that_is_kept_when_the_server_stops_harms_no_room(
+async def test_an_input_kept_at_the_server_s_stop_harms_no_room(
     rooms: Rooms, caplog: pytest.LogCaptureFixture
 ) -> None:
     heap = await heap_of(rooms)

@@ -79,7 +79,7 @@ def test_nothing_is_due_before_its_time() -> None:
     assert schedule.due(1.5 * PERIOD) == 0
 
 
-def test_after_a_pause_at_most_the_cap_is_caught_up_and_the_rest_is_counted() -> None:
+def test_after_a_pause_the_cap_is_caught_up_the_rest_counted() -> None:
     schedule = Schedule(PERIOD, 5)
     schedule.start(0.0)
     assert schedule.due(60.5 * PERIOD) == 5

@@ -189,8 +189,8 @@ def test_damaged_pages_are_told_and_the_rest_is_read(
     assert main(["ledger", "check", "--database-url", f"sqlite:///{file}"]) == 1
     said = capsys.readouterr().out
     assert "the database: " in said
-    assert re.search(r"interacting-triangle-8, session \d: the database's pages that hold", said)
-    assert "damaged: 3 sessions, 4 drops, 3 results, 0 inputs" in said
+    assert re.search(r"interacting-triangle-8, run \d: the database's pages that hold", said)
+    assert "damaged: 3 room runs, 4 drops, 3 results, 0 inputs" in said
 
 
 def test_a_ledger_that_is_not_there_cannot_be_checked(
@@ -237,7 +237,7 @@ def test_a_room_that_is_given_up_returns_what_was_staked(
     harm(tmp_path / "plinko.db", f"UPDATE drops SET seed = 'x' WHERE room = {number}")
     order = ["ledger", "retire", "main", "--database-url", url]
     assert main(order) == 0
-    said = f"main, session {number}: ended; 1 drops without a result, 7 given back\n"
+    said = f"main, run {number}: ended; 1 drops without a result, 7 returned\n"
     assert capsys.readouterr().out == said
     assert main(order) == 2
     assert "the ledger has no open room 'main'" in capsys.readouterr().err
@@ -267,7 +267,7 @@ def test_a_drops_last_tick_is_that_of_a_world(rate: int) -> None:
 
 
 @given(ticks=st.integers(1, 10**6), rate=st.integers(1, 1000), ulps=st.integers(-2, 2))
-def test_the_last_tick_is_the_first_that_is_not_before_the_landing(
+def test_the_last_tick_is_the_first_not_before_the_landing(
     ticks: int, rate: int, ulps: int
 ) -> None:
     dt = 1.0 / rate

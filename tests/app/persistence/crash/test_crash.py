@@ -70,7 +70,7 @@ class Load:
 @pytest.mark.parametrize("url", [SQLITE, POSTGRESQL], indirect=True)
 @pytest.mark.long("a server under load is killed")
 @pytest.mark.timeout(3600)
-async def test_no_drop_that_was_acknowledged_is_lost_and_no_digest_changes(url: str) -> None:
+async def test_no_acknowledged_drop_is_lost_and_no_digest_changes(url: str) -> None:
     seed = int(os.environ.get("PLINKO_TEST_SEED", "1"))
     load = Load(Served(url), random.Random(seed))
     with load.server as server:

@@ -50,7 +50,7 @@ def table_over(empty: Path, folder: Path) -> Table:
 # The queue alone.
 
 
-def test_what_is_refused_before_its_commit_was_sent_is_never_sent() -> None:
+def test_an_input_refused_before_its_commit_is_never_sent() -> None:
     first, second = Job([row(0)]), Job([row(1)])
     queue = queue_of(first, second)
     taken = queue.take(at_once)
@@ -81,7 +81,7 @@ def test_what_was_sent_is_not_refused_by_a_loss_of_patience() -> None:
     assert (sent.fate, kept.fate, waiting.fate) == (Fate.DONE, Fate.DONE, Fate.REFUSED)
 
 
-def test_a_failure_that_comes_after_a_commit_came_back_is_not_over_with_it() -> None:
+def test_a_failure_after_a_commit_came_back_does_not_end_with_it() -> None:
     queue = queue_of(Job([row(0)]))
     queue.take(at_once)
     queue.failed(GONE)
@@ -108,7 +108,7 @@ def test_what_is_kept_outlasts_every_failure_in_its_order() -> None:
     assert queue.take(at_once) == kept
 
 
-def test_what_waits_is_refused_while_nobody_can_say_what_became_of_a_commit() -> None:
+def test_what_waits_is_refused_while_a_commit_is_in_doubt() -> None:
     sent, waiting, read = Job([row(0)]), Job([row(1)]), Job(read=last_number)
     queue = queue_of(sent)
     taken = queue.take(at_once) or []
@@ -130,7 +130,7 @@ def test_writes_never_wait_for_more_than_one_read() -> None:
     assert queue.take(at_once) == [reads[1]]
 
 
-def test_a_read_never_overtakes_writes_that_were_put_in_before_it() -> None:
+def test_a_read_never_overtakes_writes_queued_before_it() -> None:
     write, read = Job([row(0)]), Job(read=lambda connection: None)
     queue = queue_of(write, read)
     pauses = iter([0.001, 0.0, 0.0])  # a commit was just made: the next is not due yet
@@ -150,7 +150,7 @@ def test_while_writes_fail_what_is_there_can_be_read() -> None:
 # With rooms over it.
 
 
-def test_an_input_that_the_database_will_never_take_takes_the_later_ones_of_its_room_along(
+def test_an_input_that_cannot_be_written_refuses_the_later_ones(
     empty: Path, tmp_path: Path
 ) -> None:
     """A later one that stayed would leave a gap; other rooms' drops have nothing to do with it."""
@@ -181,7 +181,7 @@ def test_an_input_that_the_database_will_never_take_takes_the_later_ones_of_its_
 
 
 @pytest.mark.parametrize("change", ["reset", "delete"])
-def test_a_room_s_end_that_was_sent_stays_however_long_its_answer_takes(
+def test_a_room_s_end_once_sent_stays_however_late_its_answer(
     change: str, empty: Path, tmp_path: Path
 ) -> None:
     table = table_over(empty, tmp_path)
@@ -215,9 +215,7 @@ def test_a_room_s_end_that_was_sent_stays_however_long_its_answer_takes(
     again.end()
 
 
-def test_a_frozen_process_with_a_drop_waiting_refuses_nothing_and_is_ready_again(
-    empty: Path, tmp_path: Path
-) -> None:
+def test_a_frozen_process_with_a_waiting_drop_refuses_nothing(empty: Path, tmp_path: Path) -> None:
     table = table_over(empty, tmp_path)
     asked = table.asks("main", 1)
     table.loop.freeze(2.3)
@@ -262,7 +260,7 @@ def _wait(on: threading.Event) -> None:
     assert on.wait(LIMIT)
 
 
-def test_while_nobody_knows_what_became_of_a_drop_balls_fall_on_and_it_enters_late(
+def test_while_a_drop_is_in_doubt_balls_fall_and_it_enters_late(
     empty: Path, tmp_path: Path
 ) -> None:
     table = table_over(empty, tmp_path)

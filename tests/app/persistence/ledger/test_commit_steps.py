@@ -203,7 +203,7 @@ def test_whatever_happens_at_whatever_step_nothing_is_lost(
 
 @pytest.mark.long
 @pytest.mark.parametrize("fault", [end, end_after_a_stall])
-def test_wherever_the_process_ends_the_next_one_has_all_that_was_told(
+def test_after_any_crash_the_next_process_has_all_that_was_told(
     fault: Callable[[Play], None], empty: Path, tmp_path: Path
 ) -> None:
     at_each_step(empty, tmp_path, fault, killed=True)

@@ -27,7 +27,7 @@ def test_the_migrations_make_the_tables_that_the_code_knows(url: str) -> None:
     database.close()
 
 
-def test_what_is_read_by_place_has_its_fields_in_the_order_of_the_columns() -> None:
+def test_records_read_by_position_match_the_order_of_columns() -> None:
     assert DropRow.__slots__ == tuple(tables.drops.c.keys())
     assert ResultRow.__slots__ == tuple(tables.results.c.keys())
     assert ReceiptRow.__slots__ == tuple(tables.receipts.c.keys())
@@ -72,7 +72,7 @@ def test_one_server_at_a_time(url: str) -> None:
     second.close()
 
 
-def test_a_server_waits_for_the_one_before_to_let_go_of_postgresql(cluster: Cluster) -> None:
+def test_a_server_waits_until_the_one_before_leaves_postgresql(cluster: Cluster) -> None:
     url = cluster.new_database()
     before, after = Database(url), Database(url)
     before.open()
@@ -136,7 +136,7 @@ def test_an_address_that_is_none_is_named_without_its_password(url: str, said: s
     assert "hidden" not in str(raised.value)
 
 
-def test_a_database_that_is_not_there_is_named_without_its_password(tmp_path: Path) -> None:
+def test_a_missing_database_is_named_without_its_password(tmp_path: Path) -> None:
     for url in (
         f"postgresql://plinko:hidden@/none?host={tmp_path}",
         f"sqlite:///{tmp_path}",

@@ -40,7 +40,7 @@ async def write_slowly(table: Table) -> None:
         raise
 
 
-def test_a_refusal_is_heard_as_one_however_long_its_owner_takes_over_it(table: Table) -> None:
+def test_a_refusal_stays_one_however_long_its_owner_takes(table: Table) -> None:
     async def refused() -> LedgerError:
         with pytest.raises(LedgerError, match="cannot be written") as raised:
             await table.ledger.decided(write_slowly(table))
@@ -50,7 +50,7 @@ def test_a_refusal_is_heard_as_one_however_long_its_owner_takes_over_it(table: T
     assert not isinstance(table.until(refused()), UndecidedError)
 
 
-def test_who_waits_for_something_else_while_the_ledger_fails_hears_that_it_is_undecided(
+def test_who_waits_while_the_ledger_fails_hears_undecided(
     table: Table,
 ) -> None:
     async def both() -> None:

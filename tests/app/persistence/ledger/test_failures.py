@@ -164,7 +164,7 @@ async def test_a_database_that_does_not_answer(url: str, tmp_path: Path) -> None
         await suffers_and_heals(server, locked, "has not answered for 0.3 seconds")
 
 
-def test_a_commit_that_comes_through_late_is_undecided_until_then_and_true_from_then_on(
+def test_a_late_commit_is_undecided_until_then_and_true_after(
     url: str,
 ) -> None:
     with (

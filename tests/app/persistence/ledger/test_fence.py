@@ -109,7 +109,7 @@ def test_a_log_whose_commits_are_all_in_the_file_may_go(killed: Path) -> None:
     assert holds(killed, 4)
 
 
-def test_a_ledger_without_a_fence_gets_one_and_a_fence_that_is_none_is_named(
+def test_a_missing_fence_is_made_and_an_invalid_one_named(
     killed: Path,
 ) -> None:
     fence = killed.with_name("plinko.db-fence")
@@ -141,7 +141,7 @@ def test_only_what_changes_something_is_counted(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("number", "beside", "sound"), [
     (0, (1 << 31) - 1, True), ((1 << 31) - 1, 0, False), (7, 7, True), (8, 7, True), (6, 7, False),
 ])  # fmt: skip
-def test_numbers_that_begin_again_are_compared_the_nearer_way_round(
+def test_numbers_that_wrap_around_compare_the_nearer_way(
     tmp_path: Path, number: int, beside: int, sound: bool
 ) -> None:
     file = tmp_path / "plinko.db"

@@ -205,7 +205,7 @@ KINDS: list[Callable[[Attack], None]] = [drop, opening, end, create, reset, clos
 @pytest.mark.timeout(7200)
 @pytest.mark.parametrize("cut", [True, False], ids=["cut", "silent"])
 @pytest.mark.parametrize("kind", KINDS, ids=[kind.__name__ for kind in KINDS])
-def test_a_commit_without_an_answer_is_neither_lost_nor_taken_back(
+def test_a_commit_without_an_answer_is_not_lost_or_undone(
     url: str, kind: Callable[[Attack], None], cut: bool, tmp_path: Path
 ) -> None:
     with contextlib.ExitStack() as stack:

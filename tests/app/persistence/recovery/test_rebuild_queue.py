@@ -59,7 +59,7 @@ async def test_who_is_asked_for_comes_at_once_while_the_others_wait() -> None:
     assert bench.done == [*"acccaabbb"]
 
 
-async def test_a_room_that_waited_for_another_is_gone_on_with_once_it_is_asked_for_too() -> None:
+async def test_a_waiting_room_goes_on_once_it_is_asked_for_too() -> None:
     bench = Bench("a", "b")
     running = asyncio.create_task(bench.queue.run())
     await turns()

@@ -50,9 +50,7 @@ def kept(url: str, session: int) -> list[tuple[DropRow, ResultRow | None]]:
 
 @pytest.mark.parametrize("orderly", [True, False])
 @on_sqlite
-async def test_a_touching_room_without_a_ball_comes_back_and_takes_the_next(
-    url: str, orderly: bool
-) -> None:
+async def test_an_empty_touching_room_comes_back_and_takes_a_ball(url: str, orderly: bool) -> None:
     name = "interacting-triangle-8"
     async with living(url) as life:
         room = life.rooms.find(name)
@@ -72,7 +70,7 @@ async def test_a_touching_room_without_a_ball_comes_back_and_takes_the_next(
 # Promises.
 
 
-async def test_drops_that_another_physics_cannot_land_get_their_stake_back(
+async def test_drops_that_another_physics_cannot_land_are_refunded(
     url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(room_runs, "PHYSICS_VERSION", PHYSICS_VERSION - 1)
@@ -103,7 +101,7 @@ async def test_drops_that_another_physics_cannot_land_get_their_stake_back(
             assert "physics was version" in str(result.unsettled)
 
 
-async def test_drops_of_another_tick_rate_land_and_their_room_begins_anew(url: str) -> None:
+async def test_drops_of_another_tick_rate_land_before_a_fresh_start(url: str) -> None:
     async with living(url) as life:
         own = await life.rooms.create(BOARD, INDEPENDENT)
         await busy(life, own, range(4))
@@ -120,7 +118,7 @@ async def test_drops_of_another_tick_rate_land_and_their_room_begins_anew(url: s
 
 
 @on_sqlite
-async def test_main_with_another_board_lets_its_balls_land_and_begins_anew(url: str) -> None:
+async def test_main_with_another_board_lands_its_balls_and_restarts(url: str) -> None:
     async with living(url) as life:
         main = life.rooms.find("main")
         await busy(life, main, range(3))
@@ -133,7 +131,7 @@ async def test_main_with_another_board_lets_its_balls_land_and_begins_anew(url: 
 
 
 @on_sqlite
-async def test_a_ball_in_flight_for_long_gets_its_stake_back_however_many_came_after(
+async def test_a_ball_long_in_flight_is_refunded_whatever_came_after(
     url: str,
 ) -> None:
     """Not only as many of the last drops count as the room may hold now."""
@@ -306,7 +304,7 @@ async def test_one_damaged_room_is_set_aside_and_the_rest_play(
     assert look(url, store.open_room, played.own) == rows, "nothing of it was changed"
 
 
-async def test_a_damaged_room_that_sleeps_is_set_aside_when_it_is_asked_for(url: str) -> None:
+async def test_a_sleeping_damaged_room_is_set_aside_when_asked_for(url: str) -> None:
     names = ("triangle-8", "interacting-triangle-8")
     async with living(url) as life:
         own = await life.rooms.create(BOARD, INTERACTING)
@@ -436,7 +434,7 @@ async def test_who_goes_away_leaves_no_room_half_made(url: str) -> None:
 
 
 @on_sqlite
-async def test_a_room_that_moved_and_is_asked_for_by_many_comes_back_once(url: str) -> None:
+async def test_a_moved_room_asked_for_by_many_comes_back_once(url: str) -> None:
     async with living(url) as life:
         await busy(life, life.rooms.find("main"), range(3))
     async with living(url) as life:
@@ -445,7 +443,7 @@ async def test_a_room_that_moved_and_is_asked_for_by_many_comes_back_once(url: s
         assert life.rooms.persistence.recovery.rebuilt == 1
 
 
-async def test_who_asks_for_a_damaged_room_is_told_and_who_runs_the_server_too(
+async def test_a_damaged_room_is_reported_to_clients_and_operators(
     played: Played, tmp_path: Path
 ) -> None:
     file = Path(shutil.copy(played.file, tmp_path))

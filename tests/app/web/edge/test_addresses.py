@@ -6,7 +6,7 @@ from app.errors import BusyError, SettingError
 from app.web.edge.addresses import Connections, Proxies, one_client
 
 
-def test_an_ipv6_subscriber_is_one_client_whatever_address_of_it_asks() -> None:
+def test_an_ipv6_subscriber_is_one_client_at_all_its_addresses() -> None:
     assert one_client("2001:db8:0:7::1") == one_client("2001:db8:0:7:ffff::2")
     assert one_client("2001:db8:0:7::1") != one_client("2001:db8:0:8::1")
 

@@ -25,7 +25,7 @@ def test_every_answer_has_an_id_which_the_client_may_choose(http: httpx.Client) 
         assert re.fullmatch(r"[0-9a-f]{32}", answer.headers["x-request-id"])
 
 
-def test_a_bucket_tells_what_is_left_of_it_and_when_all_of_it_is_there_again() -> None:
+def test_a_bucket_tells_what_is_left_and_when_it_is_full_again() -> None:
     bucket = TokenBucket(rate=2.0, burst=10.0, now=0.0)
     for _ in range(4):
         assert bucket.take(0.0)
@@ -35,7 +35,7 @@ def test_a_bucket_tells_what_is_left_of_it_and_when_all_of_it_is_there_again() -
     assert bucket.allowance("drops", 0.5).rest == '"drops";r=0;t=12'
 
 
-def test_an_answer_tells_what_is_left_of_the_limits_that_it_counted_against() -> None:
+def test_a_response_tells_what_is_left_of_the_limits_it_used() -> None:
     with serving(drop_rate=0.5) as running:
         at = f"{running.url}/api/v1/rooms/main/drops"
         answers = [httpx.post(at, timeout=LIMIT)]
@@ -96,7 +96,7 @@ def test_rooms_and_plays_and_logs_link_to_their_next_pages(http: httpx.Client) -
         assert len(pages) >= (2 if "rooms?" in first else 3)
 
 
-def test_the_document_says_where_a_limit_or_a_media_type_may_be_the_answer(
+def test_the_document_names_responses_for_limits_and_media_types(
     http: httpx.Client,
 ) -> None:
     for path, operations in http.get("/openapi.json").json()["paths"].items():

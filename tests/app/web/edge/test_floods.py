@@ -132,7 +132,7 @@ def test_pipelined_requests_are_all_answered(flooded: Running) -> None:
     assert got.count(b"HTTP/1.1 200 OK\r\n") == 501
 
 
-def test_a_failure_is_answered_with_security_headers_and_logged_once(
+def test_a_failure_has_security_headers_and_is_logged_once(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     def failing(*_: object) -> None:

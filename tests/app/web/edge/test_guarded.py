@@ -60,7 +60,7 @@ def test_a_body_is_no_head_however_long() -> None:
     assert server.taken == ["/slow"]
 
 
-def test_who_says_nothing_is_gone_after_the_time_for_a_head_and_told_nothing() -> None:
+def test_a_silent_client_is_cut_off_after_the_time_for_a_head() -> None:
     server = Server()
     line = server.dial()
     server.loop.pass_(9.9)
@@ -179,7 +179,7 @@ def test_nonsense_is_answered_as_a_problem_and_logged_by_nobody(
     assert (found["status"], found["code"]) == (400, "not-http")
 
 
-def test_requests_that_come_at_once_are_read_one_after_the_other_and_all_answered() -> None:
+def test_requests_sent_at_once_are_read_in_turn_and_all_answered() -> None:
     server = Server()
     line = server.dial()
     server.feed(line, (SLOW + b"\r\n") * 500)
@@ -203,7 +203,7 @@ def test_no_request_writes_to_a_client_that_is_gone(caplog: pytest.LogCaptureFix
     assert not caplog.records
 
 
-def test_a_refusal_is_not_sent_as_the_answer_to_an_earlier_request() -> None:
+def test_a_refusal_does_not_answer_an_earlier_request() -> None:
     server = Server()
     line = server.dial()
     server.feed(line, SLOW + b"\r\nnonsense\r\n\r\n")
@@ -215,7 +215,7 @@ def test_a_refusal_is_not_sent_as_the_answer_to_an_earlier_request() -> None:
 H2C = b"Connection: Upgrade, HTTP2-Settings\r\nUpgrade: h2c\r\n"
 
 
-def test_an_upgrade_to_something_else_is_ignored_and_its_connection_ends() -> None:
+def test_an_unknown_upgrade_is_ignored_and_its_connection_ends() -> None:
     server = Server()
     line = server.dial()
     server.feed(line, HEAD + H2C + b"\r\n" + HEAD)

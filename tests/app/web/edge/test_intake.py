@@ -53,7 +53,7 @@ def turns(server: Server) -> list[list[tuple[str, bytes]]]:
     return [GIVEN[start:end] for start, end in itertools.pairwise(found)]
 
 
-def test_a_flood_of_one_client_is_parsed_in_small_pieces_and_none_is_lost() -> None:
+def test_one_client_s_flood_is_parsed_in_pieces_and_not_lost() -> None:
     server = Server()
     line = dial(server)
     sent = bytes(range(256)) * 1000
@@ -63,7 +63,7 @@ def test_a_flood_of_one_client_is_parsed_in_small_pieces_and_none_is_lost() -> N
     assert b"".join(piece for _, piece in GIVEN) == sent
 
 
-def test_a_flood_of_many_connections_is_no_more_for_a_turn_than_one() -> None:
+def test_a_flood_over_many_connections_counts_as_one() -> None:
     server = Server(most=1000)
     lines = [dial(server) for _ in range(200)]
     for line in lines:
@@ -87,7 +87,7 @@ def test_one_byte_at_a_time_is_no_more_for_a_turn_either() -> None:
     assert sum(len(piece) for _, piece in GIVEN) == 200 * 20
 
 
-def test_a_client_that_sends_little_waits_for_one_piece_of_one_that_floods() -> None:
+def test_a_small_client_waits_for_one_piece_of_a_flood() -> None:
     server = Server(most=1000)
     for _ in range(100):
         dial(server, "192.0.2.1").arriving = b"x" * 5000
@@ -108,7 +108,7 @@ def test_a_piece_ends_with_a_head() -> None:
     assert [piece for _, piece in GIVEN] == [b"one\r\n\r\n", b"two\r\n\r\n", b"three"]
 
 
-def test_a_protocol_that_wants_no_more_is_given_no_more_until_it_does() -> None:
+def test_a_protocol_is_given_no_more_until_it_wants_more() -> None:
     server = Server()
     parser = Parser(server, "")
     line = dial(server, parser=parser)

@@ -83,7 +83,7 @@ def test_a_client_that_does_not_read_gets_no_pongs() -> None:
     assert line.written == b"\x8a\x01y"
 
 
-def test_a_client_that_does_not_read_has_its_close_answered_all_the_same() -> None:
+def test_a_client_that_reads_nothing_has_its_close_answered() -> None:
     server = Server()
     line = upgraded(server)
     line.connection.pause_writing()
@@ -92,7 +92,7 @@ def test_a_client_that_does_not_read_has_its_close_answered_all_the_same() -> No
     assert line.closed
 
 
-def test_a_message_over_the_limit_is_refused_before_it_has_come_and_the_rest_thrown_away() -> None:
+def test_a_message_over_the_limit_is_refused_before_it_is_whole() -> None:
     server = Server()
     server.config.ws_max_size = 4096
     line = upgraded(server)
@@ -138,7 +138,7 @@ def test_a_handshake_with_a_long_path_is_answered() -> None:
     assert problem(line)["status"] == 431
 
 
-def test_a_handshake_that_follows_an_unanswered_request_is_refused() -> None:
+def test_a_handshake_after_an_unanswered_request_is_refused() -> None:
     server = Server()
     line = server.dial()
     server.feed(line, b"GET /slow HTTP/1.1\r\nHost: localhost\r\n\r\n" + HANDSHAKE + b"\r\n")
@@ -147,7 +147,7 @@ def test_a_handshake_that_follows_an_unanswered_request_is_refused() -> None:
     assert line.written == b""
 
 
-def test_a_handshake_that_the_application_does_not_answer_in_time_is_given_up() -> None:
+def test_a_handshake_that_the_application_leaves_open_times_out() -> None:
     server = Server()
     line = server.dial()
     server.feed(line, HANDSHAKE.replace(b"/watch", b"/slow") + b"\r\n")
@@ -164,7 +164,7 @@ def test_a_watcher_outlasts_the_time_for_a_handshake() -> None:
     assert (line.closed, line.written) == (False, b"")
 
 
-def test_what_fails_before_a_handshake_is_answered_gets_500_with_security_headers(
+def test_a_failure_before_a_handshake_gets_500_and_headers(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     async def failing(*_: Any) -> None:
@@ -194,7 +194,7 @@ def test_a_stop_tells_a_watcher_to_come_back() -> None:
     assert closing(line)[0] == 1012
 
 
-def test_a_stop_leaves_a_connection_alone_whose_goodbye_is_not_read() -> None:
+def test_a_stop_does_not_wait_for_an_unread_goodbye() -> None:
     server = Server()
     line = upgraded(server)
     server.feed(line, framed(CLOSE, b""))

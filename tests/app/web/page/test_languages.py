@@ -28,13 +28,13 @@ THERE = ("en", "de", "es")
         ("../de", "", "en"),
     ],
 )
-def test_a_page_comes_in_what_was_chosen_or_else_in_what_is_read_best(
+def test_a_page_has_the_chosen_language_or_the_best_read_one(
     cookie: str | None, accepted: str, language: str
 ) -> None:
     assert chosen(cookie, accepted, THERE) == language
 
 
-def test_texts_stand_in_a_page_as_text_and_elements_within_them_as_elements() -> None:
+def test_texts_are_escaped_and_elements_within_them_are_kept() -> None:
     page = '<b title="{{a}}">{{a}}</b> {{b|<i id="x">{{a}}</i>}}'
     told = filled(page, {"a": '1 < "2"', "b": "of {} & more"})
     said = "1 &lt; &quot;2&quot;"

@@ -48,7 +48,7 @@ def test_a_comment_ends_where_it_ends(tmp_path: Path) -> None:
     assert told.stdout == b"1\n"
 
 
-def test_comments_are_left_out_and_what_only_looks_like_one_is_kept(tmp_path: Path) -> None:
+def test_comments_are_removed_and_what_looks_like_one_is_kept(tmp_path: Path) -> None:
     written(
         tmp_path,
         main='const where = "a // b"; // it\'s a "place"\n'
@@ -70,7 +70,7 @@ def test_an_export_without_a_name_is_refused_with_its_file(tmp_path: Path) -> No
         script(tmp_path, "main.js")
 
 
-def test_what_lies_beside_a_module_is_found_from_where_the_script_lies() -> None:
+def test_a_file_beside_a_module_is_found_from_the_script() -> None:
     whole = script(STATIC, "js/play/main.js")
     beside = re.findall(r'new URL\("([^"]+)",import\.meta\.url\)', whole)
     assert "../solver/kernels.wasm" in beside
@@ -89,7 +89,7 @@ def test_every_page_has_one_script_and_one_sheet(page: str) -> None:
     assert every == set(made)
 
 
-def test_a_script_has_its_languages_texts_and_none_that_it_does_not_name(tmp_path: Path) -> None:
+def test_a_script_has_its_language_s_texts_that_it_names_only(tmp_path: Path) -> None:
     (tmp_path / "js/texts").mkdir(parents=True)
     for language, said in (("en", "Yes"), ("de", "Ja")):
         (tmp_path / f"js/texts/{language}.json").write_text(
@@ -106,7 +106,7 @@ def test_a_script_has_its_languages_texts_and_none_that_it_does_not_name(tmp_pat
     assert told.stdout == b'{"yes":"Ja"} yes\n'
 
 
-def test_numbers_are_written_as_the_language_of_the_script_writes_them(tmp_path: Path) -> None:
+def test_numbers_are_written_as_in_the_script_s_language(tmp_path: Path) -> None:
     page = '<script type="module" src="js/util/format.js"></script>'
     _, made = parts(STATIC, "index.html", page, languages_of(STATIC))
     said = {}
@@ -142,7 +142,7 @@ async def test_a_page_begins_in_the_colours_that_its_visitor_chose() -> None:
         assert len(marks) == 3
 
 
-async def test_a_browser_is_shown_a_page_where_there_is_none_and_a_program_is_not() -> None:
+async def test_only_a_browser_is_shown_a_page_where_none_exists() -> None:
     app = Starlette()
     app.mount("/", Page(STATIC))
     async with httpx.AsyncClient(
@@ -182,7 +182,7 @@ def test_a_sheet_begins_with_the_colours_of_both_schemes() -> None:
     assert told.index("prefers-color-scheme:dark") < told.index("--touch")
 
 
-def test_what_pages_share_stands_in_each_with_its_own_texts_and_a_mark_at_its_own_link(
+def test_shared_parts_have_each_page_s_texts_and_current_link(
     tmp_path: Path,
 ) -> None:
     (tmp_path / "parts").mkdir()

@@ -17,7 +17,7 @@ for (const [form, named] of [
   [{ bins: { edges: [0, 1, 0.5], multipliers: [1, 1] } }, /rise/],
   [{ bins: { edges: [0, 1], multipliers: [1, 1] } }, /one multiplier/],
 ]) {
-  test(`what cannot be drawn is refused with a reason: ${JSON.stringify(form)}`, () => {
+  test(`what cannot be drawn is refused: ${JSON.stringify(form)}`, () => {
     assert.throws(() => complete(form), (error) => error instanceof RangeError && named.test(error.message));
   });
 }
@@ -55,7 +55,7 @@ test("prizes come and go with their texts and stay at their bins", () => {
   assert.throws(() => complete({ ...BOARD, bins: { ...BOARD.bins, labels: [null] } }), RangeError);
 });
 
-test("bins keep one multiplier each whatever is taken away, until one bin is left", () => {
+test("bins keep one multiplier each until one bin is left", () => {
   let board = BOARD;
   let turns = 0;
   for (; turns < 50; turns += 1) {

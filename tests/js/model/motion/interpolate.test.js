@@ -40,7 +40,7 @@ test("a bounce is drawn to its corner and not cut", () => {
   }
 });
 
-test("with drag and the wire's rounding the corner is off by less than a millimetre", () => {
+test("with drag and rounding the corner is off by under 1 mm", () => {
   const random = chance(2);
   const between = (low, high) => low + (high - low) * random();
   const round = (value, steps) => Math.round(value * steps) / steps;
@@ -58,7 +58,7 @@ test("with drag and the wire's rounding the corner is off by less than a millime
   }
 });
 
-test("a bounce whose flag was lost with its snapshot is found by the velocities", () => {
+test("a bounce whose flag was lost is found by the velocities", () => {
   const a = keyframe(1, 0, 0, 1, 3);
   const corner = 1 + 1.5 * TICK;
   const { x, y, vx, vy } = fall(a, corner);

@@ -13,7 +13,7 @@ const staked = (drop, stake, session = "s1") => (
 );
 const settled = (drop, payout, session = "s1") => ({ type: "settled", session, drop, payout });
 
-test("a stake is gone when the server has taken it, and what it won is there when it has landed", () => {
+test("a stake goes with the server's answer, a win at the landing", () => {
   assert.equal(balanceOf(newAccount()), GRANT);
   const taken = after([staked(0, 100)]);
   assert.equal(balanceOf(taken), GRANT - 100);
@@ -29,18 +29,18 @@ test("a void drop gives its stake back", () => {
   assert.equal(balanceOf(after([staked(0, 100), settled(0, 100)])), GRANT);
 });
 
-test("a landing heard twice, by a second tab or after a reload, counts once", () => {
+test("a landing heard twice, by tab or reload, counts once", () => {
   const once = after([staked(0, 100), settled(0, 250)]);
   for (const again of [settled(0, 250), settled(0, 999), staked(0, 100), staked(0, 500)]) {
     assert.equal(applied(once, again), once);
   }
 });
 
-test("a landing of a drop that nobody knows was staked pays nothing", () => {
+test("a landing of a drop without a known stake pays nothing", () => {
   assert.equal(balanceOf(after([settled(0, 250)])), GRANT);
 });
 
-test("drops of several sessions are told apart, and each order of what two tabs hear ends alike", () => {
+test("sessions are told apart, and tabs agree whatever the order", () => {
   const events = [
     staked(0, 100), settled(0, 20), staked(1, 300), staked(0, 50, "s2"), settled(0, 500, "s2"),
     settled(1, 0), staked(2, 70),
@@ -53,7 +53,7 @@ test("drops of several sessions are told apart, and each order of what two tabs 
   }
 });
 
-test("credits are topped up to a grant at any time, once for two tabs that ask at a time", () => {
+test("credits are topped up once for two tabs that ask at a time", () => {
   const poor = after([staked(0, GRANT - 100)]);
   const refill = refillOf(poor);
   assert.deepEqual(refill, { type: "granted", number: 2, amount: GRANT - 100 });
@@ -86,7 +86,7 @@ test("statistics and history are the account's, at every moment", () => {
   assert.deepEqual([view.balls, view.profit, view.last.length, view.balance], [0, 0, 0, 999.5]);
 });
 
-test("the curve of very many drops stays small, and ends where the profit is", () => {
+test("the curve of very many drops stays small and ends right", () => {
   let account = newAccount();
   for (let n = 0; n < 3000; n += 1) account = after([staked(n, 10), settled(n, n % 3 ? 0 : 40)], account);
   const { curve, profit, balls } = viewOf(account, 0);
@@ -95,7 +95,7 @@ test("the curve of very many drops stays small, and ends where the profit is", (
   assert.equal(curve.at(-1), profit);
 });
 
-test("sessions that are over become a sum, of which no event counts again; others stay", () => {
+test("ended sessions become a sum, and no event counts again", () => {
   let account = after([staked(0, 100, "going on")]);
   for (let k = 0; k < 50; k += 1) {
     const id = `s${k}`;
@@ -111,7 +111,7 @@ test("sessions that are over become a sum, of which no event counts again; other
   assert.equal(knownDrops(account, "going on"), 1);
 });
 
-test("a session that is over stays until all its drops were heard of and have landed", () => {
+test("an ended session stays until all its drops have landed", () => {
   let account = after([staked(0, 100, "old"), { type: "over", session: "old", total: 2 }]);
   for (let k = 0; k < 30; k += 1) {
     const id = `s${k}`;

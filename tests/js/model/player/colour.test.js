@@ -6,7 +6,7 @@ import { test } from "node:test";
 import { colourOf, COLOURS } from "../../../../static/js/model/player/colour.js";
 import { chance } from "../../support.js";
 
-test("a player has one colour, and a crowd has all of them about equally often", () => {
+test("a player has one colour, and a crowd has all about equally", () => {
   const next = chance(1);
   const counts = new Map(COLOURS.map((colour) => [colour, 0]));
   for (let i = 0; i < 5000; i += 1) {

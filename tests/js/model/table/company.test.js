@@ -10,7 +10,7 @@ const ada = { visitor: 1, name: "Ada", colour: "#57c7ff" };
 const presence = (visitors, here = visitors.length) => ({ type: "presence", here, visitors });
 const ball = (visitor, mine = false) => ({ visitor, mine, seed: "7", x: 0, explicit: false, pose: {} });
 
-test("a ball has its player's colour, and takes another while it falls", () => {
+test("a ball has its player's colour, and takes another in flight", () => {
   const company = new Company(() => {});
   const flying = ball(1);
   company.dye(flying);
@@ -21,7 +21,7 @@ test("a ball has its player's colour, and takes another while it falls", () => {
   assert.equal(flying.pose.colour, swatchOf({ visitor: 1 }));
 });
 
-test("ours keeps its own until we choose one; nobody's keeps what it has", () => {
+test("ours keeps its own until we choose; nobody's keeps its own", () => {
   const company = new Company(() => {});
   const [mine, nobodys] = [ball(2, true), ball(undefined)];
   nobodys.pose.colour = "#123456";
@@ -32,7 +32,7 @@ test("ours keeps its own until we choose one; nobody's keeps what it has", () =>
   assert.equal(mine.pose.colour, "#ffe169");
 });
 
-test("a landing keeps the name that its player had then, and the last few are kept", () => {
+test("a landing keeps its player's name, and the last few stay", () => {
   let changes = 0;
   const company = new Company(() => { changes += 1; });
   company.hear({ ...presence([ada], 3), you: 1 });
@@ -47,7 +47,7 @@ test("a landing keeps the name that its player had then, and the last few are ke
   assert.equal(company.landings[0].score, 99);
 });
 
-test("who is named no more is still known while their balls fall, but not for ever", () => {
+test("an unnamed visitor is known only while their balls fall", () => {
   const company = new Company(() => {});
   company.hear(presence([ada]));
   company.hear(presence([{ visitor: 9 }]));

@@ -24,7 +24,7 @@ function falling(pace, mine = true) {
   return { table, ball };
 }
 
-test("turbo shows the same way in a fifth of the time, with every impact in order", () => {
+test("turbo shows the same path in a fifth of the time", () => {
   const { table, ball } = falling(PACES.turbo);
   const heard = [];
   let seen = null;
@@ -42,7 +42,7 @@ test("turbo shows the same way in a fifth of the time, with every impact in orde
   assert.deepEqual(heard, [...heard].sort((one, two) => one - two));
 });
 
-test("at once is at once; it is settled, and gone, when the table has told the landing", () => {
+test("an instant ball is gone when the table has told its landing", () => {
   const { table, ball } = falling(PACES.instant);
   table.sceneAt(0, 0);
   assert.deepEqual(table.settle(0, 0), { seen: [ball], settled: [] });
@@ -55,13 +55,13 @@ test("at once is at once; it is settled, and gone, when the table has told the l
   assert.equal(table.balls.size, 0);
 });
 
-test("what the table tells is the truth: another landing than the one shown is refused", () => {
+test("the table is right: another landing than shown is refused", () => {
   const { table } = falling(PACES.instant);
   table.settle(0, 0);
   assert.equal(table.applyLanded({ type: "landed", ball: 0, digest: "000000000000" }), false);
 });
 
-test("others' balls fall as they fall, and ours at the usual pace are seen when the table has told them", () => {
+test("others' balls fall live, ours wait for the table's word", () => {
   for (const { table, ball } of [falling(PACES.instant, false), falling(PACES.real)]) {
     assert.deepEqual(table.settle(drop.duration + 1, 0), { seen: [], settled: [] });
     table.applyLanded({ type: "landed", ball: 0, digest: drop.digest.slice(0, 12) });
@@ -70,7 +70,7 @@ test("others' balls fall as they fall, and ours at the usual pace are seen when 
   }
 });
 
-test("times in a fall and on the table are each other's, at every pace", () => {
+test("times in a fall and on the table convert at every pace", () => {
   for (const pace of [PACES.real, PACES.turbo]) {
     const fall = { start: 3, end: 8, pace };
     for (const at of [3, 4.5, 8]) near(timeInFall(fall, timeSeen(fall, at)), at, 1e-12);

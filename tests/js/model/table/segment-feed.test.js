@@ -6,7 +6,7 @@ import { test } from "node:test";
 import { Path } from "../../../../static/js/model/motion/path.js";
 import { SegmentFeed } from "../../../../static/js/model/table/segment-feed.js";
 
-test("a ball that lies on a peg is drawn at rest until its next segment", () => {
+test("a ball on a peg is drawn at rest until its next segment", () => {
   // No bounce is guessed where gravity moves nothing, nor a flight in the last part of a tick.
   const board = { gravity: 25, drag: 0, pegs: [], walls: [], bins: { y: 9 } };
   const path = new Path(board);

@@ -22,7 +22,7 @@ function feedOf(seed, from = START) {
   return { solved, path, feed: new SolvedFeed(path, solved, board, { start: START, from, rate: RATE }) };
 }
 
-test("a ball is drawn where the solver says it is, between ticks and around impacts", () => {
+test("a ball is drawn where the solver says, also at impacts", () => {
   for (const seed of ["1", "2", "3"]) {
     const { solved, path, feed } = feedOf(seed);
     for (let t = 0; t < solved.duration + 0.1; t += 1 / RATE) feed.until(START + t);
@@ -36,7 +36,7 @@ test("a ball is drawn where the solver says it is, between ticks and around impa
   }
 });
 
-test("each impact is heard once, in order, with the speed at which the ball hit", () => {
+test("each impact is heard once, in order, with its speed", () => {
   const { solved, feed } = feedOf("5");
   const heard = [];
   for (let t = 0; t < solved.duration + 1; t += 0.05) {
@@ -47,7 +47,7 @@ test("each impact is heard once, in order, with the speed at which the ball hit"
   assert.ok(heard.every(({ speed }) => speed >= 0) && heard.some(({ speed }) => speed > 1));
 });
 
-test("who comes late sees a ball in mid-flight where it is, and hears nothing of before", () => {
+test("a late client sees a ball in flight, and hears nothing old", () => {
   const early = feedOf("5");
   const late = feedOf("5", START + 1.234);
   const heard = [];
@@ -60,7 +60,7 @@ test("who comes late sees a ball in mid-flight where it is, and hears nothing of
   }
 });
 
-test("a table told by seeds has the landing that was computed, and refuses another's", () => {
+test("a table by seeds has the computed landing, and no other", () => {
   const hello = { board, tick_rate: RATE, tick: 0, stream: "seeds", balls: [] };
   const table = new Table(hello, (start) => solver.drop(board, start));
   const solved = solver.drop(board, { seed: "11" });

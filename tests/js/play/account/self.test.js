@@ -6,7 +6,7 @@ import { test } from "node:test";
 import { nameOf, Self } from "../../../../static/js/play/account/self.js";
 import { storage } from "../../support.js";
 
-test("what was chosen is told, in all tabs, and what was not is left out", () => {
+test("what was chosen is told in all tabs, and the rest left out", () => {
   const kept = storage();
   const self = new Self(kept);
   assert.deepEqual(self.message, { type: "appear" });
@@ -16,7 +16,7 @@ test("what was chosen is told, in all tabs, and what was not is left out", () =>
   assert.deepEqual(self.message, { type: "appear", colour: "#57c7ff" });
 });
 
-test("a name is taken as it reads, and one that hides something is none", () => {
+test("a name is taken as it reads, and invisible text is refused", () => {
   assert.equal(nameOf("  Ada \t L. "), "Ada L.");
   assert.equal(nameOf("Jose\u0301"), "Jos\u00e9");
   assert.equal(nameOf(""), "");

@@ -42,7 +42,7 @@ function page(t) {
 
 const turns = async () => { for (let i = 0; i < 20; i += 1) await new Promise(setImmediate); };
 
-test("odds of the table before are not told of the next, which was chosen meanwhile", async (t) => {
+test("odds of the table before are not told of the next", async (t) => {
   const { game, heard, note, replies, told, enter } = page(t);
   enter(hello("triangle-12", "d12"));
   game.room.hello = null; // the player goes on, and no other table has greeted yet

@@ -14,7 +14,7 @@ const board = solver.read(triangle());
 const solve = (start) => solver.drop(board, start);
 const hello = { board, tick_rate: 60 };
 
-test("some balls fall where the solver says, none is ours, no bin says what it paid, and then it is over", () => {
+test("the demo's balls fall as solved, win nothing, and it ends", () => {
   let seeds = 0;
   const demo = new DemoBalls(hello, solve, () => String((seeds += 1)));
   const began = 90_000;

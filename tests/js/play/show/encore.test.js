@@ -27,14 +27,14 @@ function seen(pays, times, still = false) {
   });
 }
 
-test("a jackpot is looked at from near for two seconds, then light runs through its pegs, then it is over", () => {
+test("a jackpot is shown close for two seconds, then its pegs", () => {
   const [first, last, after, end] = seen(100, [5, 7.3, 7.6, 10]);
   assert.deepEqual([first.near, first.looking, last.near, last.looking], [true, true, true, true]);
   assert.deepEqual(after, { near: false, looking: false, lights: true, goesOn: true });
   assert.deepEqual(end, { near: false, looking: false, lights: false, goesOn: false });
 });
 
-test("a win has light at once; less has none; and where nothing is to move, nothing does", () => {
+test("a win has light at once, less has none, nor reduced motion", () => {
   assert.deepEqual(seen(5, [5, 5.3])[1], { near: false, looking: false, lights: true, goesOn: true });
   assert.deepEqual(seen(4, [5, 5.3])[1], { near: false, looking: false, lights: false, goesOn: false });
   assert.deepEqual(seen(100, [5, 5.3], true)[1], { near: false, looking: false, lights: false, goesOn: false });

@@ -12,7 +12,7 @@ const board = {
 };
 const ball = (y, id = 1, mine = true) => ({ id, mine, x: 0.5, y });
 
-test("a ball is told of four times on its way, whatever the rate of pictures", () => {
+test("a ball is told of four times, whatever the frame rate", () => {
   const falling = new Falling();
   falling.setBoard(board);
   const told = [];
@@ -31,7 +31,7 @@ test("others' balls, and several of ours, are not told of", () => {
   assert.notEqual(falling.words([ball(0), ball(1, 2, false)]), null);
 });
 
-test("a near miss is told where the path shows it, and to no bin that pays little more", () => {
+test("a near miss is told only beside a bin that pays much more", () => {
   assert.equal(nearMiss(board, 0, -0.0123), "Just missed 20x");
   assert.equal(nearMiss(board, 0, -0.06), "", "more than half a radius away");
   assert.equal(nearMiss(board, 1, 0.001), "", "what was missed pays less");

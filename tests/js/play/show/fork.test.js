@@ -12,7 +12,7 @@ const bytes = readFileSync(new URL("../../../../static/js/solver/kernels.wasm", 
 const board = triangle();
 const starts = { from: -0.25, to: 0.25 };
 
-test("the impact that decided a drop is the last on the same pegs, and its other way is exact", async () => {
+test("a drop's decisive impact is its last on the same pegs", async () => {
   const solver = await openSolver(bytes);
   const whole = solver.read(board);
   const dropAt = (x) => solver.drop(whole, { x });

@@ -27,7 +27,7 @@ test("where voices are few, the tones stay and their overtones go", () => {
   assert.deepEqual(chosen(tones, 2).map(({ frequency }) => frequency), [tones[0].frequency, tones[3].frequency]);
 });
 
-test("a bin that pays less than the stake ticks; one that pays more rings the more the more it pays", () => {
+test("a bin that pays less ticks, more rings the more it pays", () => {
   assert.deepEqual([0.3, 1, 12, 130].map((score) => chimeOf(score, 0.5).length), [1, 2, 3, 4]);
   assert.ok(chimeOf(0.3, 0.5)[0].gain < chimeOf(1, 0.5)[0].gain);
 });
