@@ -40,7 +40,9 @@ class ArenaSettings:
         if self.max_speed is not None:
             number(self.max_speed, "max_speed", 1e-9, 1e9)
         if not isinstance(self.sleeping, bool):
-            raise ParameterError(f"sleeping {self.sleeping!r} is not a bool", field="sleeping")
+            raise ParameterError(
+                f"sleeping is {self.sleeping!r}: it must be true or false", field="sleeping"
+            )
 
     def changed(self, values: Mapping[str, Any]) -> "ArenaSettings":
         """A copy with some other values; ParameterError for an unknown name."""
