@@ -13,8 +13,20 @@ if TYPE_CHECKING:
 
 @click.command(name="calibrate", short_help="Search for a triangle's physics.")
 @click.option("--rows", type=click.IntRange(8, 16), required=True, help="The triangle's rows.")
-@click.option("--trials", type=click.IntRange(min=1), default=200, show_default=True)
-@click.option("--drops", type=click.IntRange(min=1), default=10_000, show_default=True)
+@click.option(
+    "--trials",
+    type=click.IntRange(min=1),
+    default=200,
+    show_default=True,
+    help="Points in the first round.",
+)
+@click.option(
+    "--drops",
+    type=click.IntRange(min=1),
+    default=10_000,
+    show_default=True,
+    help="Drops per point in the first round.",
+)
 @click.option(
     "--check", type=click.IntRange(min=1), help="Finally measure with this many new seeds."
 )

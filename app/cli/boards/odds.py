@@ -30,7 +30,9 @@ _HEADS: Final = ("board", "return", "drops", "top award", "hit rate", "volatilit
     help="A record of drops.  [the one of this release]",
 )
 @click.option("--count", is_flag=True, help="Drop more balls; needs --record.")
-@click.option("--hours", type=click.FloatRange(min=0.0), help="Stop counting after this time.")
+@click.option(
+    "--hours", type=click.FloatRange(min=0.0), help="Stop counting after this many hours."
+)
 @common.workers_options
 @click.option("--solve", metavar="PRESET", help="Solve a new payout table; needs --record.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")

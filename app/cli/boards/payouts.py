@@ -17,17 +17,32 @@ if TYPE_CHECKING:
 
 @click.command(name="payouts", short_help="Solve the payout table of a board.")
 @common.board_argument
-@click.option("--return", "returned", type=float, default=0.99, show_default=True)
 @click.option(
-    "--risk", type=click.Choice(["low", "medium", "high"]), default="medium", show_default=True
+    "--return",
+    "returned",
+    type=float,
+    default=0.99,
+    show_default=True,
+    help="Share of the stakes to pay back.",
+)
+@click.option(
+    "--risk",
+    type=click.Choice(["low", "medium", "high"]),
+    default="medium",
+    show_default=True,
+    help="How much the outer bins pay compared with the middle ones.",
 )
 @click.option(
     "--drops",
     type=click.IntRange(min=1),
-    help="At most, from each aim; as many again test the table.",
+    help="Drops from each aim, at most; as many again test the table.",
 )
 @common.workers_options
-@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="The board, as JSON.")
+@click.option(
+    "--out",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Write the board with the new table as JSON.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     board: str,

@@ -21,7 +21,11 @@ from app.cli import common
     help="Number of strips; each shows a tenth of the one above it.",
 )
 @click.option(
-    "--pixels", type=click.IntRange(1, 4096), default=256, show_default=True, help="Per strip."
+    "--pixels",
+    type=click.IntRange(1, 4096),
+    default=256,
+    show_default=True,
+    help="Width of a strip.",
 )
 @click.option("--theme", default="light", show_default=True, help="Colours: light or dark.")
 def command(board: str, out: str, x: str, levels: int, pixels: int, theme: str) -> None:

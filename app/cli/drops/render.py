@@ -28,11 +28,11 @@ MANY = ("sheet", "density", "histogram")
 @common.x_option
 @common.aim_option
 @common.solver_options
-@click.option("--at", type=float, metavar="T", help="The ball T seconds after the start.")
-@click.option("--sheet", type=int, metavar="N", help="N drops side by side, at most 256.")
+@click.option("--at", type=float, metavar="T", help="Draw the moment T seconds after the start.")
+@click.option("--sheet", type=int, metavar="N", help="Draw N drops side by side, at most 256.")
 @click.option("--columns", type=int, help="Columns of the sheet.  [as many as rows, if they fit]")
-@click.option("--density", type=int, metavar="N", help="Where N drops spend their time.")
-@click.option("--histogram", type=int, metavar="N", help="Where N drops land.")
+@click.option("--density", type=int, metavar="N", help="Draw where N drops spend their time.")
+@click.option("--histogram", type=int, metavar="N", help="Draw where N drops land.")
 @common.cluster_option
 @click.option("--width", type=int, help="Width in pixels.  [760; a sheet 1140]")
 @click.option(

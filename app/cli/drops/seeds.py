@@ -60,10 +60,10 @@ def command(
     threads: int | None,
     as_json: bool,
 ) -> None:
-    """Print the next seeds whose balls land in a bin of BOARD: in rising order, without gaps.
+    """Print the next seeds whose balls land in a bin of BOARD, in rising order.
 
-    The command drops one seed after the other. Nothing steers a ball: `plinko drop` with such a
-    seed lands in the same bin.
+    The command drops one seed after the other and skips none. Nothing steers a ball: `plinko drop`
+    with such a seed lands in the same bin.
 
     With --draw it writes the body of a `POST rooms` request, for a room in which each bin has
     exactly the odds of its weight: the server draws a bin, then one of that bin's seeds.

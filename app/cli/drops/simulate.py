@@ -76,7 +76,7 @@ def _run_of_blocks(
 @click.option(
     "--resume",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="Save the result in this file after each block, and continue an existing one.",
+    help="Save the result in this file regularly; if the file exists, continue its run.",
 )
 @click.option(
     "--out",
@@ -105,8 +105,8 @@ def command(
     """Drop N balls on BOARD, with the seeds from --seed on, and count where they land.
 
     The digest covers all outcomes in the order of the seeds, and does not depend on how the work
-    was split. It is the root of a hash tree over blocks of 65,536 drops. --blocks computes some of
-    them; `plinko merge` combines such results. An interrupted run prints the result of its
+    was split. It is the root of a hash tree over blocks of 65,536 drops. --blocks computes some
+    blocks only; `plinko merge` combines such results. An interrupted run prints the result of its
     finished blocks; --resume FILE continues it.
 
     The time does not include start-up and compilation. --certify proves each bin that rounding may

@@ -15,7 +15,13 @@ if TYPE_CHECKING:
 
 @click.command(name="conformance", short_help="Test the random starts of staked drops.")
 @common.board_argument
-@click.option("--drops", type=click.IntRange(min=1), default=1_000_000, show_default=True)
+@click.option(
+    "--drops",
+    type=click.IntRange(min=1),
+    default=1_000_000,
+    show_default=True,
+    help="Starts to test, rounded up to a multiple of 64,000.",
+)
 @click.option(
     "--pairs",
     type=click.IntRange(min=1),

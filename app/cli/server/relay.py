@@ -34,7 +34,7 @@ def command(redis: str, rooms: str, **flags: object) -> None:
 
     The server and its relays use the same REDIS (redis://HOST:6379). Start the server with
     `--relays REDIS`, start any number of relays, and have a proxy spread
-    `/ws/rooms/{id}?stream=seeds` over them. A player who drops a ball gets a connection to the
+    `/ws/rooms/{id}?stream=seeds` over them. A relay proxies clients that do more than watch to the
     server. Ctrl-C stops the relay.
     """
     common.need_server()

@@ -1,7 +1,7 @@
-"""The inner loops of pictures, compiled: balls, trails and palettes, pixel by pixel.
+"""Compiled inner loops of pictures, pixel by pixel: balls, trails, lines and palettes.
 
-Kernels as the engine's, but that their machine code, `pixels.wasm`, lies beside this file: make.py
-makes it. It runs without the GIL, so that a picture in a thread does not hold up the server's loop.
+These are kernels like the engine's. make.py compiles them to `pixels.wasm` in this folder. They run
+without the GIL, so that drawing in a thread does not block the server's event loop.
 """
 
 from math import ceil, floor, sqrt
@@ -27,7 +27,10 @@ def blend(pixels: Pixels, row: int, column: int, colour: Floats, alpha: float) -
 
 @lean_kernel
 def disc_cover(distance2: float, radius: float) -> float:
-    """Coverage of a pixel whose centre lies sqrt(distance2) px from a disc's; the root is rare."""
+    """Coverage of a pixel whose centre is sqrt(distance2) px from a disc's centre.
+
+    Only pixels on the edge need the root.
+    """
     if distance2 >= (radius + 0.5) * (radius + 0.5):
         return 0.0
     if radius > 0.5 and distance2 <= (radius - 0.5) * (radius - 0.5):
@@ -39,7 +42,7 @@ def disc_cover(distance2: float, radius: float) -> float:
 def paint_disc(
     pixels: Pixels, x: float, y: float, radius: float, lowest: int, colour: Floats, alpha: float
 ) -> None:
-    """A flat disc; px. Rows from `lowest` on stay as they are."""
+    """Paint a flat disc; px. Rows from `lowest` on do not change."""
     left = max(floor(x - radius), 0)
     right = min(ceil(x + radius) + 1, pixels.shape[1])
     top = max(floor(y - radius), 0)
@@ -54,10 +57,10 @@ def paint_disc(
 
 
 class BallPaint(NamedTuple):
-    """What balls of one size and theme are painted with; lengths are parts of a ball's radius.
+    """The appearance of balls of one size and theme; lengths are parts of a ball's radius.
 
-    Colours have shape (3,), from 0 to 255. The band reaches `half_band` to both sides of a
-    diameter. gloss has shape (n, n, 4): colour and opacity over the square from -1 to 1 radii.
+    Colours have shape (3,), from 0 to 255. The band reaches `half_band` to each side of a diameter.
+    gloss: colour and opacity over the square from -1 to 1 radii, shape (n, n, 4).
     """
 
     body: Floats
@@ -76,7 +79,7 @@ X, Y, COSINE, SINE, RADIUS = range(5)
 
 @inner_kernel
 def paint_ball(pixels: Pixels, ball: Floats, lowest: int, paint: BallPaint) -> None:
-    """A disc with a band across it, turned, and a gloss that does not turn; ball: shape (5,)."""
+    """Paint a disc with a turned band and a gloss that does not turn; ball: shape (5,)."""
     x, y, radius = ball[X], ball[Y], ball[RADIUS]
     cosine, sine = ball[COSINE], ball[SINE]
     body, band, gloss = paint.body, paint.band, paint.gloss
@@ -108,9 +111,9 @@ def paint_ball(pixels: Pixels, ball: Floats, lowest: int, paint: BallPaint) -> N
 
 @kernel
 def paint_balls(pixels: Pixels, balls: Floats, lowest: int, paint: BallPaint) -> None:
-    """Balls, shape (n, 5), with their shadows, later ones over earlier ones; far-off ones left out.
+    """Paint balls, shape (n, 5), with their shadows, each over the previous ones.
 
-    Rows from `lowest` on stay as they are.
+    Balls outside the picture are skipped. Rows from `lowest` on do not change.
     """
     for i in range(balls.shape[0]):
         x, y, radius = balls[i, X], balls[i, Y], balls[i, RADIUS]
@@ -124,7 +127,7 @@ def paint_balls(pixels: Pixels, balls: Floats, lowest: int, paint: BallPaint) ->
 
 @inner_kernel
 def bounds(points: Floats) -> tuple[float, float, float, float]:
-    """The smallest and the largest x, then y, of points (n, 2), n > 0."""
+    """The smallest and largest x, then the smallest and largest y, of points (n, 2), n > 0."""
     least_x = most_x = points[0, 0]
     least_y = most_y = points[0, 1]
     for i in range(1, points.shape[0]):
@@ -136,7 +139,7 @@ def bounds(points: Floats) -> tuple[float, float, float, float]:
 
 
 class Part(NamedTuple):
-    """A part of a picture: its first row and column, and those behind its last; px."""
+    """A part of a picture: rows `top` to `bottom - 1`, columns `left` to `right - 1`."""
 
     top: int
     bottom: int
@@ -149,7 +152,7 @@ def part_around(
     least_x: float, most_x: float, least_y: float, most_y: float, reach: float,
     width: int, lowest: int,
 ) -> Part:  # fmt: skip
-    """The part of a picture within `reach` of a box; rows from `lowest` on are not in it."""
+    """The part of a picture within `reach` px of a box, without rows from `lowest` on."""
     return Part(
         max(floor(least_y - reach), 0),
         min(ceil(most_y + reach), lowest),
@@ -163,9 +166,9 @@ def cover_capsule(
     covers: Floats, part: Part, x: float, y: float, dx: float, dy: float,
     thick: float, thinner: float, level: float,
 ) -> None:  # fmt: skip
-    """Raise `covers`, of a part of a picture, to `level` times the coverage of a capsule.
+    """Raise `covers`, the coverage of a part, to at least `level` times that of a capsule.
 
-    From (x, y) to (x + dx, y + dy) its radius goes from `thick` to `thick - thinner`, px.
+    The capsule's radius goes from `thick` at (x, y) to `thick - thinner` at (x + dx, y + dy), px.
     """
     length2 = dx * dx + dy * dy
     inverse = 1.0 / length2 if length2 > 0.0 else 0.0
@@ -190,7 +193,7 @@ def cover_capsule(
 
 @lean_kernel
 def blend_covered(pixels: Pixels, part: Part, covers: Floats, colour: Floats, alpha: float) -> None:
-    """Mix a colour into a part of a picture as far as that is covered."""
+    """Mix a colour into a part of a picture by its coverage."""
     for row in range(part.top, part.bottom):
         for column in range(part.left, part.right):
             cover = covers[row - part.top, column - part.left]
@@ -202,9 +205,9 @@ def blend_covered(pixels: Pixels, part: Part, covers: Floats, colour: Floats, al
 def paint_trail(
     pixels: Pixels, points: Floats, width: float, lowest: int, colour: Floats, alpha: float
 ) -> None:
-    """A ribbon through `points` (n, 2), px, newest first, that narrows from `width` to nothing.
+    """Paint a ribbon through `points` (n, 2), px, newest first, narrowing from `width` to 0.
 
-    Each part is a capsule with two radii; where parts overlap, the larger coverage counts.
+    Each piece is a capsule with two radii; where pieces overlap, the larger coverage counts.
     """
     count = points.shape[0]
     if count < 2:
@@ -225,10 +228,10 @@ def paint_trail(
 
 @kernel
 def paint_line(pixels: Pixels, points: Floats, levels: Floats, coats: Floats) -> None:
-    """A line through `points` (n, 2), px, in coats over each other, shape (k, 5): width, opacity
-    and colour. Its pieces have `levels` (k, n - 1) of opacity, > 0, in each coat.
+    """Paint a line through `points` (n, 2), px, in coats over each other.
 
-    Where pieces overlap, the larger coverage counts.
+    coats, shape (k, 5): width, opacity and colour. levels, shape (k, n - 1): opacity of each piece
+    in each coat, > 0. Where pieces overlap, the larger coverage counts.
     """
     least_x, most_x, least_y, most_y = bounds(points)
     for coat in range(coats.shape[0]):
@@ -248,9 +251,10 @@ def paint_line(pixels: Pixels, points: Floats, levels: Floats, coats: Floats) ->
 
 @kernel
 def paint_strokes(pixels: Pixels, strokes: Floats, colours: Floats) -> None:
-    """Straight lines with round ends, one over the other; one that has no length is a disc.
+    """Paint straight lines with round ends, each over the previous ones; without length, discs.
 
-    strokes, shape (n, 6): ends x, y and x, y, half the width, px, and opacity. colours: (n, 3).
+    strokes, shape (n, 6): x, y of both ends and half the width, in px, and opacity. colours: shape
+    (n, 3).
     """
     for i in range(strokes.shape[0]):
         x, y, to_x, to_y, radius, alpha = strokes[i]
@@ -267,9 +271,10 @@ def paint_strokes(pixels: Pixels, strokes: Floats, colours: Floats) -> None:
 
 @inner_kernel
 def nearest(colours: Pixels, red: int, green: int, blue: int) -> int:
-    """Index of the colour in `colours` (n, 3) nearest to one, by Euclid in sRGB.
+    """The index of the nearest of `colours` (n, 3), by Euclidean distance in sRGB.
 
-    They ascend by green: those whose green alone is farther off than the best so far are left out.
+    The colours are sorted by green. The search goes from the nearest green up and down, and ends
+    when green alone differs by more than the best distance found.
     """
     above = 0
     end = colours.shape[0]
@@ -303,10 +308,10 @@ def nearest(colours: Pixels, red: int, green: int, blue: int) -> int:
 
 @kernel
 def index_pixels(pixels: Pixels, colours: Pixels, keys: Keys, values: Pixels, out: Pixels) -> None:
-    """Index of the nearest of `colours`, ascending by green, to each pixel (h, w, 3), into `out`.
+    """Write the index of the nearest of `colours`, sorted by green, to each pixel (h, w, 3).
 
-    keys and values, shape (n,), n a power of two, remember what was found, keys -1 where nothing
-    was: a table of hashes, probed a few places on.
+    keys and values, shape (n,), n a power of two, are a hash table of indices found before, with
+    linear probing over a few slots; an empty slot has the key -1.
     """
     mask = keys.shape[0] - 1
     for row in range(pixels.shape[0]):
