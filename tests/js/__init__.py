@@ -1,1 +1,1 @@
-"""The page's modules in Node.js: alone in *.test.js, compared with engine and server in test_*.py."""
+"""The page's modules in Node.js: alone in *.test.js, compared with the server in test_*.py."""

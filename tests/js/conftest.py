@@ -13,7 +13,7 @@ MODULES = Path(__file__).parents[2] / "static" / "js"
 
 Run = Callable[..., Any]
 
-# Each request is one line, and so is each response. A function is loaded as a module of its own, so
+# Each request is one line, and so is each response. A function is loaded as a separate module, so
 # that it may await imports. It is called with the named module, the argument, and `load`, which
 # loads further modules.
 _ANSWER = """
