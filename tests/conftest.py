@@ -8,6 +8,7 @@ import functools
 import gc
 import os
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, cast
 
@@ -19,6 +20,7 @@ from engine.exact.kept import Kept
 from engine.exact.trace import trace_many
 from engine.jit import limits, machine_code
 from engine.jit.decorator import EntryKernel
+from tests.kit import postgres
 from tests.long import LONG, tries
 from tests.rows import in_rows
 
@@ -65,6 +67,15 @@ def pytest_collection_finish() -> None:
     """Nor need later searches go through it again."""
     gc.freeze()
     gc.enable()
+
+
+@pytest.fixture(scope="session")
+def postgresql() -> Iterator[postgres.PostgreSQL]:
+    """The one that all tests of a process share, each with databases of its own."""
+    if missing := postgres.why_not():
+        pytest.skip(missing)
+    with postgres.running() as running:
+        yield running
 
 
 @pytest.fixture

@@ -63,7 +63,9 @@ class Arriving:
         self._make = make
         self._leaving = leaving
         self._coming: dict[str, asyncio.Task[LiveRoom | None]] = {}
-        self._lookups = SingleFlight[tuple[bool, int | None]]()  # into the ledger, by room
+        self._lookups = SingleFlight[
+            tuple[bool, int | None]
+        ]()  # reads of leases in progress, by room
         self._places = asyncio.Semaphore(_AT_ONCE)
 
     async def fetch(self, room_id: str) -> None:

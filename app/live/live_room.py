@@ -61,7 +61,7 @@ class RoomContext:
 
     new_id: makes an id for a room run, as clients see it.
     filmed: whether a room is watched by others than clients of the hub.
-    draw: draws a seed.
+    draw: returns a random seed.
     """
 
     audiences: AudienceContext
@@ -127,7 +127,7 @@ class LiveRoom:
 
     @property
     def owned(self) -> bool:
-        """Whether the room has an owner, the only one who may change it."""
+        """Whether the room has an owner: then only the owner may change it."""
         return self._persistence.runs.of(self.room).owned
 
     @property
@@ -412,7 +412,7 @@ class LiveRoom:
         return self.room.ready
 
     def _begin_step(self) -> None:
-        """Have another thread compute the next tick, if the room wants that."""
+        """Start computing the next tick on another thread, if it is a long one."""
         compute = self.room.begin_step()
         if compute is not None:
             self._runner.compute(self, compute)

@@ -15,11 +15,11 @@ from app.persistence.service import PersistenceService
 from app.rooms.records import Parked, RoomRow
 from app.settings import Settings
 
-UNUSED_SECONDS = 86_400.0  # after which an unused room with an owner is closed
+UNUSED_SECONDS = 86_400.0  # without use after which a room with an owner is closed
 REST_SECONDS = 3600.0
 """An unused room with an owner makes way for another only after this time: a break in a lesson."""
 
-_IN_MEMORY = 256  # rooms; beyond, unused ones are parked
+_IN_MEMORY = 256  # rooms; if there are more, unused ones are parked
 
 _log = logging.getLogger("plinko")
 

@@ -42,7 +42,7 @@ class RoomQueue:
     drop: drops a ball, unless the ledger has its key.
     flying: returns the balls in flight.
     landing: waits until a ball lands.
-    draw: draws a seed.
+    draw: returns a random seed.
     tell: sends an event to all clients of the room.
     empty: the run is new, so that the ledger has no queue of it.
     """

@@ -58,7 +58,7 @@ class Rooms:
     """The rooms by id. For the event loop's thread; no method waits for a client.
 
     persistence: keeps what must survive the server; without it nothing is kept.
-    draw: draws the seed of a drop that has none.
+    draw: returns a random seed, for a drop that has none.
     new_id: makes the id of a new room.
     filmed: whether a room is watched by others than the hub's clients.
     claim: decides whether this server may take a room from another.

@@ -1,4 +1,4 @@
-"""The wire protocol of a room: the messages between server and clients, as bytes. Pure.
+"""The wire protocol of a room: the messages between server and clients.
 
-Imports errors and the engine. Start with messages.py.
+Pure: no I/O, no clock. Imports errors and the engine. Start with messages.py.
 """

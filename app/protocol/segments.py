@@ -105,7 +105,7 @@ class SegmentStream:
         course.known = float(path.end[body.T]) if path.outcome == RUNNING else math.inf
         for segment in pieces:
             begin = course.start_tick + segment.t * rate
-            # The tick that ends when or after the segment begins, as for its bounce's event.
+            # Due with the tick that ends at or after its beginning, like the event of its bounce.
             row = _Due(course.start_tick + math.ceil(segment.t * rate), begin, segment)
             course.rows.append(row)
             if row.tick > course.sent:

@@ -14,7 +14,7 @@ MOST_SURFACES: Final = 50_000
 """Pegs and walls of all registered boards: some 6 MB."""
 
 
-MAX_BOARDS: Final = 256  # registered boards; beyond, the longest unused is dropped
+MAX_BOARDS: Final = 256  # registered boards; if there are more, the longest unused is dropped
 
 
 class Boards:

@@ -30,7 +30,7 @@ from engine.errors import RecordError
 from engine.json_text import JsonObject
 
 Ground = Board | Scene
-"""What the balls of a room move in."""
+"""The board or scene in which a room's balls move."""
 
 Basis = Ground | Draw
 """What a room is made from: a board, a scene, or a draw over a board."""

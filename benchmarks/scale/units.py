@@ -202,11 +202,10 @@ def _size(database: Any) -> float:
 @contextlib.contextmanager
 def _postgresql() -> Iterator[str | None]:
     """The address of an empty database; None where PostgreSQL is not installed."""
-    from tests.app.persistence import postgres
+    from tests.kit import postgres
 
-    binaries = postgres.programs()
-    if binaries is None or not postgres.can_run():
+    if postgres.why_not():
         yield None
         return
-    with postgres.running(binaries) as cluster:
-        yield cluster.new_database()
+    with postgres.running() as postgresql:
+        yield postgresql.new_database()

@@ -6,10 +6,7 @@ kept in flight. What its main thread did is read from the browser's own trace.
 
 import json
 import os
-import re
 import shutil
-import subprocess
-import sys
 import threading
 import time
 import urllib.request
@@ -17,11 +14,11 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from benchmarks.harness.effort import Effort, MissingError
 from benchmarks.harness.report import Section, Table
+from benchmarks.serving.process import serving
 
 BALLS = 200
 BOARD = "triangle-16"
@@ -167,7 +164,9 @@ def measure(width: int, height: int, density: int, seconds: float, balls: int) -
     except ImportError as error:
         raise MissingError("needs Playwright, of the bench extra") from error
     program = chromium()
-    with serving(balls) as url, sync_playwright() as playwright:
+    flags = ["--drop-rate", "1000", "--max-balls", str(balls)]
+    with serving(flags) as server, sync_playwright() as playwright:
+        url = server.address
         browser = playwright.chromium.launch(executable_path=program, args=list(FLAGS))
         context = browser.new_context(
             viewport={"width": width, "height": height}, device_scale_factor=density
@@ -213,24 +212,6 @@ def chromium() -> str:
     if program is None:
         raise MissingError("needs Chromium: name it in the environment variable CHROMIUM")
     return program
-
-
-@contextmanager
-def serving(balls: int) -> Iterator[str]:
-    """A server of its own on a free port, with room for so many balls."""
-    command = [sys.executable, "-m", "app.cli", "serve", "--port", "0"]
-    command += ["--drop-rate", "1000", "--max-balls", str(balls)]
-    root = Path(__file__).parents[2]
-    process = subprocess.Popen(command, cwd=root, stdout=subprocess.PIPE, text=True)
-    try:
-        assert process.stdout is not None
-        found = re.search(r"http://\S+", process.stdout.readline())
-        if found is None:
-            raise MissingError("the server gave no address")
-        yield found.group().rstrip("/")
-    finally:
-        process.terminate()
-        process.communicate()
 
 
 @contextmanager

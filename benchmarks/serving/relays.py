@@ -51,7 +51,7 @@ class Shares:
 def run(effort: Effort) -> Section:
     """Both crowds, on one set of processes."""
     section = Section("relays")
-    from tests.app.relay import redis
+    from tests.kit import redis
 
     if not can_watch():
         section.absent.append("relays: processor time is read from /proc, as on Linux")
@@ -63,12 +63,11 @@ def run(effort: Effort) -> Section:
     check_files(large)
     seconds = 10.0 if not effort.quick else 1.0
     with contextlib.ExitStack() as stack:
-        bus = stack.enter_context(redis.running())
+        bus = stack.enter_context(redis.Redis())
         server = stack.enter_context(serving([*OPTIONS, "--relays", bus.url]))
         arguments = ["relay", bus.url, server.address, "--port", "0", "--max-clients", "5000"]
         relays = [stack.enter_context(started(arguments, "/healthz")) for _ in range(RELAYS)]
-        assert bus.process is not None
-        watched = (server, bus.process.pid, relays)
+        watched = (server, bus.running.pid, relays)
         found = []
         for crowd in (small, large):
             effort.step(f"{crowd} spectators")

@@ -11,7 +11,8 @@ from typing import Any, Final
 
 from benchmarks.harness.effort import Effort, MissingError
 from benchmarks.harness.report import Section, Table
-from benchmarks.serving.page import FLAGS, chromium, serving
+from benchmarks.serving.page import FLAGS, chromium
+from benchmarks.serving.process import serving
 
 PHONES: Final = ((360, 640, 3), (390, 844, 3))
 """Width and height in CSS pixels, device pixels in one of them."""
@@ -76,7 +77,7 @@ def visit(width: int, height: int, density: int) -> dict[str, float]:
     except ImportError as error:
         raise MissingError("needs Playwright, of the bench extra") from error
     program = chromium()
-    with serving(balls=20) as url, sync_playwright() as playwright:
+    with serving(["--max-balls", "20"]) as server, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=program, args=list(FLAGS))
         page = browser.new_page(
             viewport={"width": width, "height": height},
@@ -88,7 +89,7 @@ def visit(width: int, height: int, density: int) -> dict[str, float]:
         line.send("Network.enable")
         line.send("Network.emulateNetworkConditions", LINE)
         page.add_init_script(_SHEET)
-        found = _played(page, url)
+        found = _played(page, server.address)
         browser.close()
     return found
 

@@ -2,13 +2,9 @@
 
 import contextlib
 import inspect
-import os
 import signal
 import subprocess
-import sys
 import tempfile
-import urllib.request
-from collections.abc import Iterator
 from typing import Any
 
 import anyio
@@ -21,60 +17,40 @@ from app.errors import SettingError
 from app.listening import listen
 from app.main import create_app, run, work_out_routes
 from app.settings import Settings
-from tests.waiting import LIMIT, first_line
+from tests.kit.process import ServerProcess
 
 PROGRAM = "from app.main import run; from app.settings import Settings; run(Settings.load())"
 
 
-@contextlib.contextmanager
-def process(**environ: str) -> Iterator[tuple["subprocess.Popen[str]", str]]:
-    """A server process and the address that it printed."""
-    running = subprocess.Popen(
-        [sys.executable, "-c", PROGRAM],
-        env={**os.environ, "PLINKO_PORT": "0", **environ},
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    try:
-        line = first_line(running)
-        if not line.startswith("Plinko is at http://"):
-            raise AssertionError(running.communicate(timeout=LIMIT))
-        yield running, line.removeprefix("Plinko is at ").strip().rstrip("/")
-    finally:
-        running.kill()
-        running.communicate(timeout=LIMIT)
+def process(**environ: str) -> ServerProcess:
+    pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    server = ServerProcess(program=("-c", PROGRAM), options=pipes, environment=environ)
+    server.environment["PLINKO_PORT"] = str(server.port)
+    return server
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_it_prints_its_address_and_stops_in_order(number: signal.Signals) -> None:
-    with process() as (running, url):
-        assert url.startswith("http://127.0.0.1:")
-        with urllib.request.urlopen(f"{url}/readyz") as response:
-            assert response.status == 200
-        with connect(f"ws{url.removeprefix('http')}/ws/rooms/main") as socket:
+    with process() as running:
+        assert running.get("/readyz").status_code == 200
+        with connect(running.socket()) as socket:
             socket.recv()
             socket.send('{"type":"drop","seed":1}')
             socket.recv()
-            running.send_signal(number)
+            running.send(number)
             with contextlib.suppress(ConnectionClosed):
                 while True:
                     socket.recv()  # what was still on its way
             assert socket.close_code in (1001, 1012)
-        out, err = running.communicate(timeout=LIMIT)
-        assert (running.returncode, out, err) == (0, "", "")
+        assert (running.ended(), running.said) == (0, ("", ""))
 
 
 def test_sighup_does_not_end_it_and_a_misspelt_variable_is_named() -> None:
-    with process(PLINKO_SECRETS="x", PLINKO_DATABASE_URL="sqlite://") as (running, url):
-        running.send_signal(signal.SIGHUP)
-        with urllib.request.urlopen(f"{url}/healthz") as response:
-            assert response.status == 200
-        running.send_signal(signal.SIGTERM)
-        _, err = running.communicate(timeout=LIMIT)
-        assert running.returncode == 0
-        assert "PLINKO_SECRETS in the environment is no setting: did you mean" in err
+    with process(PLINKO_SECRETS="x", PLINKO_DATABASE_URL="sqlite://") as running:
+        running.send(signal.SIGHUP)
+        assert running.get("/healthz").status_code == 200
+        assert running.end(signal.SIGTERM) == 0
+        assert "PLINKO_SECRETS in the environment is not a setting: did you mean" in running.said[1]
 
 
 def test_a_taken_port_is_named() -> None:

@@ -16,8 +16,8 @@ from app.errors import InvalidValueError
 from benchmarks.load.client import Clock, RefusedError, RoomClient, connect, room_url
 from benchmarks.load.command import load as command
 from benchmarks.load.generator import Load
-from tests.app.conftest import Running, serving
-from tests.waiting import eventually, turns
+from tests.kit.serving import Running, serving
+from tests.kit.waiting import eventually, turns
 
 
 @pytest.mark.parametrize(

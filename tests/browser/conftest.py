@@ -1,14 +1,9 @@
 """A server as its own process, a real Chromium, and pages whose every complaint fails the test."""
 
-import atexit
 import json
 import os
 import re
 import shutil
-import signal
-import subprocess
-import sys
-import tempfile
 import urllib.request
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -29,8 +24,8 @@ from playwright.sync_api import (
 
 from engine import Board, find_draw
 from tests.browser.screen import Screen
-from tests.ports import free_port
-from tests.waiting import LIMIT, first_line
+from tests.kit.process import ServerProcess
+from tests.kit.waiting import LIMIT
 
 ROOT = Path(__file__).parents[2]
 ARTIFACTS = ROOT / "artifacts"
@@ -46,8 +41,6 @@ FLAGS = [
     "--process-per-site",  # pages of one profile share a renderer, see Profile
 ]
 
-OPERATOR = "whoever runs the server of these tests"
-
 # The smallest that shows a page as on a desk: without a graphics card each pixel costs.
 SMALL: ViewportSize = {"width": 1040, "height": 560}
 
@@ -62,57 +55,17 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.browser)
 
 
-def _folder() -> str:
-    """A place for a ledger that outlives the servers of a test, but not the tests."""
-    folder = tempfile.mkdtemp(prefix="plinko-")
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    return folder
-
-
-@dataclass
-class ServerProcess:
-    """`plinko serve` as a process of its own, which can be killed and started again."""
-
-    port: int = field(default_factory=free_port)
-    url: str = ""
-    process: "subprocess.Popen[str] | None" = None
-    folder: str = field(default_factory=_folder)
-
-    def start(self) -> None:
-        command = [sys.executable, "-m", "app.cli", "serve", "--port", str(self.port)]
-        command += ["--drop-rate", "1000", "--creator-rooms", "500"]
-        self.process = subprocess.Popen(
-            command,
-            cwd=ROOT,
-            stdout=subprocess.PIPE,
-            text=True,
-            env={
-                **os.environ,
-                "PLINKO_DATABASE_URL": f"sqlite:///{self.folder}/plinko.db",
-                "PLINKO_OPERATOR_TOKEN": OPERATOR,
-            },
-        )
-        line = first_line(self.process)
-        found = re.search(r"http://\S+", line)
-        assert found, f"the server said {line!r} and no address"
-        self.url = found.group().rstrip("/")
-
-    def kill(self, how: signal.Signals = signal.SIGTERM) -> None:
-        if self.process is None:
-            return
-        self.process.send_signal(how)
-        self.process.communicate(timeout=LIMIT)
-        self.process = None
+def browsed(folder: Path) -> ServerProcess:
+    """A server whose ledger, in this folder, outlives it."""
+    return ServerProcess(f"sqlite:///{folder}/plinko.db", ("--creator-rooms", "500"))
 
 
 # One of each for all tests of this folder, which stay in one row: while Playwright's loop lives no
 # asynchronous test could run, so neither may outlive the last of them.
 @pytest.fixture(scope="package")
-def server() -> Iterator[ServerProcess]:
-    running = ServerProcess()
-    running.start()
-    yield running
-    running.kill()
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
+    with browsed(tmp_path_factory.mktemp("server")) as running:
+        yield running
 
 
 @pytest.fixture(scope="package")

@@ -10,8 +10,8 @@ from urllib.parse import parse_qsl, urlsplit
 
 from playwright.sync_api import Locator, Page, WebSocket, expect
 
+from tests.kit.waiting import LIMIT, until
 from tests.long import LONG
-from tests.waiting import LIMIT, until
 
 T = TypeVar("T")
 

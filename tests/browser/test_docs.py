@@ -3,7 +3,8 @@
 import httpx
 from playwright.sync_api import Browser
 
-from tests.browser.conftest import Complaints, ServerProcess
+from tests.browser.conftest import Complaints
+from tests.kit.process import ServerProcess
 
 
 def test_the_docs_show_every_operation_and_nothing_is_blocked(

@@ -10,18 +10,11 @@ from playwright.sync_api import Route, expect
 
 from engine import Board, drop
 from tests.browser.access.axe import check_axe_on
-from tests.browser.conftest import (
-    ARTIFACTS,
-    Complaints,
-    Open,
-    Profiles,
-    Quick,
-    Run,
-    ServerProcess,
-)
+from tests.browser.conftest import ARTIFACTS, Complaints, Open, Profiles, Quick, Run
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted
 from tests.browser.screen import Screen
-from tests.waiting import LIMIT
+from tests.kit.process import ServerProcess
+from tests.kit.waiting import LIMIT
 
 LINK = "/replay.html?board=triangle-8&seed=42"
 

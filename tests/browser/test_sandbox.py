@@ -10,9 +10,10 @@ from playwright.sync_api import expect
 
 from app.cli import main
 from tests.browser.access.axe import check_axe_on
-from tests.browser.conftest import OPERATOR, Open, ServerProcess, holding, quick_table
+from tests.browser.conftest import Open, holding, quick_table
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted
 from tests.browser.screen import Screen
+from tests.kit.process import OPERATOR, ServerProcess
 
 # Nothing here ever comes to rest, and so a page of it is drawn for as long as a slow machine needs.
 RESTLESS = {"restitution": 1, "friction": 0}

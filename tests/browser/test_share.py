@@ -8,7 +8,8 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 import pytest
 from playwright.sync_api import expect
 
-from tests.browser.conftest import Complaints, Open, ServerProcess
+from tests.browser.conftest import Complaints, Open
+from tests.kit.process import ServerProcess
 
 DROP = "board=triangle-8&seed=42"
 

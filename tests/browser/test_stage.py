@@ -13,10 +13,11 @@ from playwright.sync_api import ViewportSize, expect
 from engine import Board
 from tests.app.web.test_invitations import read
 from tests.browser.access.axe import check_axe
-from tests.browser.conftest import Complaints, Open, ServerProcess, quick_table
+from tests.browser.conftest import Complaints, Open, browsed, quick_table
 from tests.browser.screen import Screen
 from tests.browser.table.test_reconnect import GONE
-from tests.waiting import LIMIT, until
+from tests.kit.process import ServerProcess
+from tests.kit.waiting import LIMIT, until
 
 FRAMES: list[ViewportSize] = [
     {"width": 1920, "height": 1080},
@@ -183,7 +184,7 @@ def test_the_queue_is_shown_and_goes_on_after_a_kill(
         stage.shot(f"stage-queue-{size['width']}x{size['height']}")
     http.patch(f"{path}/queue", json={"paused": False}).raise_for_status()
     expect(stage.page.locator("#winners > li").first).to_contain_text(NAME)
-    mortal.kill(signal.SIGKILL)
+    mortal.end(signal.SIGKILL)
     stage.state("reconnecting")
     mortal.start()
     there(stage)
@@ -281,12 +282,10 @@ def test_a_room_that_is_not_there_is_said_and_looked_for_again(
 
 
 @pytest.fixture(scope="module")
-def mortal() -> Iterator[ServerProcess]:
+def mortal(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
     """A server of these tests' own, to be killed."""
-    running = ServerProcess()
-    running.start()
-    yield running
-    running.kill()
+    with browsed(tmp_path_factory.mktemp("server")) as running:
+        yield running
 
 
 def test_a_stage_comes_back_by_itself_and_goes_on_with_its_lists(
@@ -299,7 +298,7 @@ def test_a_stage_comes_back_by_itself_and_goes_on_with_its_lists(
     leaders = stage.page.locator("#leaders > li")
     player.drop.click()
     expect(leaders).to_have_text(f"{NAME}1")
-    mortal.kill(signal.SIGKILL)
+    mortal.end(signal.SIGKILL)
     stage.state("reconnecting")
     expect(stage.result).to_contain_text("Connection lost")
     mortal.start()

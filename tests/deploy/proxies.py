@@ -4,15 +4,14 @@ import contextlib
 import os
 import re
 import shutil
-import subprocess
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Final
 
 import httpx
 
-from tests.ports import free_port
-from tests.waiting import until
+from tests.kit.port import free_port
+from tests.kit.process import Program
 
 DEPLOY: Final = Path(__file__).parents[2] / "deploy"
 NAME: Final = "plinko.example"
@@ -91,27 +90,14 @@ def before(name: str, servers: Mapping[str, str], folder: Path) -> Iterator[int]
         yield port
 
 
-@contextlib.contextmanager
-def _running(command: list[str], environment: Mapping[str, str], port: int) -> Iterator[None]:
+def _running(command: list[str], environment: Mapping[str, str], port: int) -> Program:
     found = program(command[0])
     assert found is not None
-    process = subprocess.Popen(
-        [found, *command[1:]],
-        env=os.environ | environment,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
 
     def answers() -> bool:
-        assert process.poll() is None, f"{command[0]} ended while it was to start"
         with contextlib.suppress(httpx.TransportError):
             found = httpx.get(f"http://127.0.0.1:{port}/", headers={"host": f"{NAME}:{port}"})
             return re.match("[1-4]", str(found.status_code)) is not None
         return False
 
-    try:
-        until(answers)
-        yield
-    finally:
-        process.terminate()
-        process.wait()
+    return Program(command=[found, *command[1:]], environment=dict(environment), answers=answers)

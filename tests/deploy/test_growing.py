@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import httpx
@@ -16,15 +16,14 @@ import pytest
 
 from app.settings import Settings, not_settings
 from engine import Board, drop_many
-from tests.app.cluster.conftest import postgresql  # noqa: F401 - a fixture
-from tests.app.persistence import postgres
-from tests.app.relay import redis as tests_redis
 from tests.deploy.proxies import DEPLOY
-from tests.ports import free_port
-from tests.waiting import LIMIT, until
+from tests.kit.port import free_port
+from tests.kit.postgres import PostgreSQL
+from tests.kit.process import OPERATOR, Program
+from tests.kit.redis import MISSING, PROGRAM, Redis
+from tests.kit.waiting import LIMIT, until
 
 PAGE = (DEPLOY.parent / "docs" / "growing.md").read_text()
-OPERATOR = "an operator's token for the tests of growing"
 BIN = Path(sys.executable).parent
 
 
@@ -38,19 +37,8 @@ def commands(name: str, **replaced: str) -> list[list[str]]:
     return [shlex.split(line) for line in block.splitlines()]
 
 
-@contextlib.contextmanager
-def running(command: list[str], **environment: str) -> Iterator[None]:
-    process = subprocess.Popen(
-        [BIN / command[0], *command[1:]],
-        env=os.environ | environment,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    try:
-        yield
-    finally:
-        process.terminate()
-        process.wait(LIMIT)
+def running(command: list[str], **environment: str) -> Program:
+    return Program(command=[BIN / command[0], *command[1:]], environment=environment)
 
 
 def at(port: int, path: str) -> httpx.Response | None:
@@ -69,7 +57,7 @@ def is_up(port: int, path: str = "/healthz") -> Callable[[], bool]:
 
 @pytest.mark.postgresql
 def test_three_servers_are_one(
-    postgresql: postgres.Cluster,  # noqa: F811 - the fixture itself
+    postgresql: PostgreSQL,
 ) -> None:
     ports = [free_port() for _ in range(3)]
     places = {f"port {8000 + k}": f"port {port}" for k, port in enumerate(ports)}
@@ -99,7 +87,7 @@ def test_three_servers_are_one(
     assert restored.startswith("sound: 1 room runs, 3 drops"), "what was dropped is there"
 
 
-def brought_back(postgresql: postgres.Cluster, database: str) -> str:  # noqa: F811
+def brought_back(postgresql: PostgreSQL, database: str) -> str:
     """What the ledger's check says of a dump by the operator's page that is restored elsewhere."""
     page = (DEPLOY.parent / "docs" / "operations.md").read_text()
     lines = re.findall(r"^(?:pg_dump|psql|plinko ledger) .*postgresql://.*$", page, re.MULTILINE)
@@ -134,10 +122,10 @@ def known(port: int) -> list[str]:
     return answer.json()["cluster"]["servers"] if answer is not None else []
 
 
-@pytest.mark.skipif(tests_redis.PROGRAM is None, reason=tests_redis.MISSING)
+@pytest.mark.skipif(PROGRAM is None, reason=MISSING)
 def test_relays_are_before_a_server() -> None:
     server, *relays = ports = [free_port() for _ in range(3)]
-    with tests_redis.running() as redis, contextlib.ExitStack() as stack:
+    with Redis() as redis, contextlib.ExitStack() as stack:
         block = commands(
             "relays",
             **{

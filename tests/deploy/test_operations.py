@@ -15,9 +15,10 @@ from click.testing import CliRunner
 from app.cli import plinko
 from app.listening import SHUTDOWN_SECONDS
 from app.settings import Settings, not_settings
-from tests.app.conftest import TINY, Running, serving
+from tests.app.conftest import TINY
 from tests.deploy.proxies import DEPLOY
-from tests.waiting import LIMIT
+from tests.kit.serving import Running, serving
+from tests.kit.waiting import LIMIT
 
 PAGE = (DEPLOY.parent / "docs" / "operations.md").read_text()
 

@@ -13,9 +13,11 @@ from typing import Any
 import httpx
 import pytest
 
-from tests.app.conftest import TINY, playing, serving
+from tests.app.conftest import TINY
 from tests.deploy.proxies import DEPLOY, NAME, PROXIES, before, program
-from tests.waiting import LIMIT
+from tests.kit.player import playing
+from tests.kit.serving import serving
+from tests.kit.waiting import LIMIT
 
 CONFIGURATION = DEPLOY / "haproxy.cfg"
 HAPROXY = program("haproxy")

@@ -18,10 +18,11 @@ from websockets.asyncio.server import ServerConnection, serve
 
 from app.fairness.signing import Signer
 from engine import Board, drop, find_draw
-from tests.app.conftest import TINY, Running, serving
+from tests.app.conftest import TINY
 from tests.app.fairness.sessions import SIGNER
+from tests.kit.serving import Running, serving
+from tests.kit.waiting import LIMIT
 from tests.repository.test_repository import ROOT
-from tests.waiting import LIMIT
 
 EXAMPLES = ROOT / "examples"
 GOLDEN = ROOT / "tests" / "golden" / "session.json"

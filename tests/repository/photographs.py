@@ -12,7 +12,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tests.waiting import until
+from tests.kit.process import ServerProcess
+from tests.kit.waiting import until
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -168,10 +169,10 @@ def keep(png: bytes, path: Path) -> None:
 
 def main() -> None:
     """Take the scenes that the command line names, or all, of a server started for it."""
-    from tests.repository.readme import IMAGES, ROOT, server
+    from tests.repository.readme import IMAGES, ROOT
 
-    with server() as address:
-        take(address, ROOT / IMAGES, sys.argv[1:])
+    with ServerProcess("sqlite://") as server:
+        take(server.url, ROOT / IMAGES, sys.argv[1:])
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from tests.kit.process import ServerProcess
 from tests.repository import photographs
 
 ROOT = Path(__file__).parents[2]
@@ -103,30 +104,12 @@ _CURL = "" if shutil.which("curl") else (
 
 
 @contextmanager
-def server() -> Iterator[str]:
-    """The address of a server, as a process of its own."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", "app.cli", "serve", "--port", "0"],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    try:
-        assert process.stdout is not None
-        found = re.search(r"http://[\d.:]+", process.stdout.readline())
-        assert found, "the server printed no address"
-        yield found[0]
-    finally:
-        process.terminate()
-        process.communicate()
-
-
-@contextmanager
 def runner() -> Iterator[Runner]:
     """A runner with a server and a folder that are gone afterwards."""
     with ExitStack() as stack:
         folder = stack.enter_context(tempfile.TemporaryDirectory())
-        yield Runner(Path(folder), stack.enter_context(server()))
+        server = stack.enter_context(ServerProcess("sqlite://"))
+        yield Runner(Path(folder), server.url)
 
 
 def main(pages: Sequence[str]) -> None:

@@ -7,13 +7,13 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-import httpx
 import pytest
 
 from app.cli import main
 from engine import Board, World, drop, drop_many, verify
 from engine.world.events import Landing
-from tests.app.conftest import Running, playing, serving
+from tests.kit.player import playing
+from tests.kit.serving import Running, serving
 
 CASES = [("triangle-16", 42), ("triangle-8-low", 2**64 - 1), ("classic", 7)]
 
@@ -64,7 +64,7 @@ async def test_a_drop_has_one_digest_wherever_it_is_computed(
     assert record["digest"] == one.digest
     assert record == json.loads(json.dumps(one.to_dict()))
     assert verify(record).ok
-    async with httpx.AsyncClient(base_url=running.url, timeout=60.0) as http:
+    async with running.async_client() as http:
         over_rest = (await http.get(f"/api/v1/drops/{name}/{seed}")).json()
         verdict = (await http.post("/api/v1/verify", json=over_rest)).json()
     assert over_rest == record

@@ -14,7 +14,7 @@ from typing import Any
 import httpx
 import pytest
 
-from tests.app.conftest import serving
+from tests.kit.serving import serving
 
 PAGE = Path(__file__).parents[2] / "docs" / "requests.md"
 _BLOCK = re.compile(
@@ -66,7 +66,7 @@ def test_every_request_of_the_page_is_answered_as_it_says(monkeypatch: pytest.Mo
     kept = {"operator": OPERATOR}
     with (
         serving(operator_token=OPERATOR) as running,
-        httpx.Client(base_url=running.url, timeout=60.0) as client,
+        running.client() as client,
     ):
         for block in blocks:
             answer = send(client, block["request"], kept)

@@ -46,7 +46,7 @@ class FairSessions:
     """For the event loop's thread.
 
     rest: s without a drop after which a session ends.
-    draw: draws a server's secret of some bytes.
+    draw: returns n random bytes, for a server's secret.
     new_id: makes the id of a session.
     having: has a room's lease for a while, even if the room is closed: where servers share the
     ledger, only the server with the room changes its sessions.

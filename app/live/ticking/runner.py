@@ -32,7 +32,7 @@ MOST_EVENTS: Final = 1_000_000
 """If all rooms together keep more path events than this, the server takes no drops: 56 MB, and as
 much again or twice for segments. 16,000 balls on presets have as many."""
 
-_TURN: Final = 0.002  # s of rooms' turns after which the event loop serves requests in between
+_TURN: Final = 0.002  # s; when rooms' turns have taken this long, the event loop serves requests
 
 _log = logging.getLogger("plinko")
 
@@ -87,7 +87,9 @@ class Runner:
         self.patience = math.ceil(_SILENT * settings.tick_rate)
         schedule = Schedule(1.0 / settings.tick_rate, CATCH_UP)
         self.ticker = Ticker(schedule, self.tick, clock=clock, watchers=watchers)
-        self._awake: OrderedDict[str, Running] = OrderedDict()  # the longest without a turn first
+        self._awake: OrderedDict[str, Running] = (
+            OrderedDict()
+        )  # the room whose last turn is longest ago first
         self._events_kept: int | None = None  # of all rooms; None until needed after a tick
         self._persistence = persistence
         self._failed = failed

@@ -65,10 +65,10 @@ class Watcher(Protocol):
 
 
 class Ticker:
-    """Calls `tick(n)` when n ticks are due, until it yields False at its end.
+    """Calls `tick(n)` when n ticks are due.
 
-    `tick` returns an iterable. Between two of its values the event loop has a turn; the last value
-    says whether any room is still awake.
+    `tick` returns an iterable. Between two of its values the event loop has a turn. The last value
+    says whether any room is still awake; if none is, the ticker sleeps.
     """
 
     def __init__(

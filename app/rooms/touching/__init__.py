@@ -1,4 +1,4 @@
-"""Rooms whose balls touch each other: their scenes, their inputs, what is checked and carried out.
+"""Rooms whose balls touch each other: their scenes and inputs.
 
 checks.py validates what clients send and makes inputs of it, table.py carries them out. Imports the
 code that all rooms share. Start with room.py.

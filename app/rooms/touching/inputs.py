@@ -32,7 +32,7 @@ class _Input(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Drop(_Input, frozen=True, kw_only=True, tag="drop"):
-    """Drop a ball from the board's top; `x` or `aim` (the middle of the draw) by choice, in m."""
+    """Drop a ball; `x` and `aim` in m, as in `DropCommand`."""
 
     seed: str
     x: float | None

@@ -113,8 +113,8 @@ class Scene:
         bounce = values.pop("restitution")
         if make is sandbox:
             values["radii"] = tuple(values["radii"])
-            # An impact uses the larger restitution of the pair. Walls of 0 leave it to the balls,
-            # here and after later edits.
+            # An impact uses the larger restitution of the two. With walls of 0 that is always the
+            # balls' value, also after later edits.
             arena = sandbox(balls, seed=seed, restitution=0.0, **values)
             arena.edit_all(restitution=bounce)
             return arena

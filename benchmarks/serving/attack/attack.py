@@ -46,7 +46,7 @@ def run(effort: Effort) -> Section:
             for number, (name, kind) in enumerate(kinds.items(), 2):
                 effort.step(name)
                 attacks = (
-                    Attack(server, f"127.{again}.{10 + time_}.{number}", logged)
+                    Attack(server.address, f"127.{again}.{10 + time_}.{number}", logged)
                     for again in range(_TRIES)
                 )
                 suffered = _undisturbed(server, attacks, kind, seconds)
@@ -71,7 +71,7 @@ def _all(attack: Attack) -> "list[Callable[[int], None]]":
 def _room_with_log(server: Served, drops: int) -> str:
     """A room with so many drops in its log: their balls land at once."""
     fast = {**hall(), "name": "fast", "walls": hall()["walls"][:2]}
-    room: str = Attack(server).must("/api/v1/rooms", {"board": fast})["id"]
+    room: str = Attack(server.address).must("/api/v1/rooms", {"board": fast})["id"]
 
     async def fill() -> None:
         from benchmarks.load.client import connect, room_url
@@ -148,7 +148,7 @@ def _rest(attack: Attack) -> bool:
     attack.close_rooms()
     end = time.monotonic() + _RESTS
     while time.monotonic() < end:
-        with urllib.request.urlopen(f"{attack.server.address}/metrics", timeout=_RESTS) as answer:
+        with urllib.request.urlopen(f"{attack.server}/metrics", timeout=_RESTS) as answer:
             told = answer.read().decode()
         busy = re.findall(r"^plinko_(?:rooms_awake|jobs) ([0-9.]+)$", told, re.MULTILINE)
         if not any(map(float, busy)):

@@ -10,7 +10,7 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 from benchmarks.harness.effort import MissingError
 from benchmarks.scenes.expensive_boards import hall, large
@@ -23,19 +23,11 @@ _PAUSE: Final = 0.02  # s after a refusal
 _GONE: Final = 0.2  # s after nobody answered
 
 
-class Target(Protocol):
-    """A server; it may be another process at the same address after a while."""
-
-    @property
-    def address(self) -> str:
-        """As `http://HOST:PORT`."""
-
-
 @dataclass(slots=True)
 class Attack:
     """Requests of one kind, sent by several threads at once until it stops."""
 
-    server: Target
+    server: str  # its address, as `http://HOST:PORT`
     address: str = "127.0.0.1"  # of its own: what others had computed is not charged to it
     logged: str = ""  # the room whose log is long
     answers: Counter[str] = field(default_factory=Counter)
@@ -98,7 +90,7 @@ class Attack:
 
     @property
     def _peer(self) -> tuple[str, int]:
-        host, _, port = self.server.address.rpartition("/")[2].partition(":")
+        host, _, port = self.server.rpartition("/")[2].partition(":")
         return host, int(port)
 
     def hang_up(self, path: str) -> None:

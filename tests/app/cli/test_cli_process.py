@@ -9,14 +9,14 @@ import signal
 import socket
 import subprocess
 import sys
-import urllib.request
 from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
-from tests.app.conftest import serving
-from tests.waiting import LIMIT, first_line
+from tests.kit.process import ServerProcess
+from tests.kit.serving import serving
+from tests.kit.waiting import LIMIT
 
 MODULE = [sys.executable, "-m", "app.cli"]
 HEEDING = """
@@ -126,19 +126,10 @@ def test_a_full_disk_is_one_line() -> None:
 
 
 def test_serve_prints_its_address_and_stops_in_order() -> None:
-    process = start(("serve", "--port", "0"), stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    try:
-        line = first_line(process).decode()
-        found = re.search(r"http://127\.0\.0\.1:\d+", line)
-        assert found, line
-        with urllib.request.urlopen(f"{found[0]}/healthz") as reply:
-            assert reply.status == 200
-        process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=LIMIT)
-    finally:
-        process.kill()
-        process.communicate(timeout=LIMIT)
-    assert (process.returncode, err) == (0, b"")
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with ServerProcess(options=pipes) as server:
+        assert server.get("/healthz").status_code == 200
+        assert (server.end(signal.SIGINT), server.said) == (0, ("", ""))
 
 
 def test_a_taken_port_is_one_line() -> None:

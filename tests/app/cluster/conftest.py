@@ -4,25 +4,13 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.app.cluster import servers as processes
-from tests.app.cluster.servers import Servers
-from tests.app.persistence import postgres
+from tests.app.cluster.servers import Servers, three
+from tests.kit.postgres import PostgreSQL
 
 
 @pytest.fixture(scope="session")
-def postgresql() -> Iterator[postgres.Cluster]:
-    binaries = postgres.programs()
-    if binaries is None:
-        pytest.skip(postgres.MISSING)
-    if not postgres.can_run():
-        pytest.skip(postgres.NO_USER)
-    with postgres.running(binaries) as running:
-        yield running
-
-
-@pytest.fixture(scope="session")
-def shared(postgresql: postgres.Cluster) -> Iterator[Servers]:
-    with processes.running(postgresql.new_database()) as servers:
+def shared(postgresql: PostgreSQL) -> Iterator[Servers]:
+    with Servers(postgresql.new_database(), three()) as servers:
         yield servers
 
 

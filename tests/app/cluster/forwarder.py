@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
-from tests.waiting import until
+from tests.kit.waiting import until
 
 Dial = Callable[[], socket.socket]
 """Connects to what is behind."""

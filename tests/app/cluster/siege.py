@@ -5,22 +5,19 @@ import contextlib
 import itertools
 import math
 import os
-import random
 import signal
 import time
 from collections.abc import AsyncIterator
 from dataclasses import dataclass, field
-from typing import Any, Final
-
-import httpx
+from typing import Any, ClassVar, Final
 
 from engine import Board
-from tests.app.cluster.servers import One, Servers
+from tests.app.cluster.servers import Servers
 from tests.app.cluster.watchers import Break, Pulse, Watcher, taken_over
-from tests.app.persistence import postgres
-from tests.app.persistence.oracle import hold
-from tests.app.persistence.server import Heard, play
-from tests.waiting import LIMIT, eventually
+from tests.kit import siege
+from tests.kit.postgres import PostgreSQL
+from tests.kit.process import ServerProcess
+from tests.kit.siege import Heard
 
 BOARD: Final = "triangle-8"
 ROOMS: Final = 30
@@ -51,63 +48,47 @@ class Player(Heard):
         super()._event(event)
 
 
-@dataclass
-class Siege:
+@dataclass(kw_only=True)
+class Siege(siege.Siege):
     """Players and watchers, who come back to any server whenever their line ends."""
 
+    BACK: ClassVar = 0.05
+
     servers: Servers
-    postgresql: postgres.Cluster
-    chance: random.Random
-    rooms: dict[str, Player] = field(default_factory=dict)
+    postgresql: PostgreSQL
+    pauses: tuple[float, float] = (PAUSE, PAUSE)
+    stakes: bool = False
+    players: dict[str, Player] = field(default_factory=dict)
     watchers: list[Watcher] = field(default_factory=list)
     happened: list[tuple[str, float]] = field(default_factory=list)  # what, and when, in s
 
-    def open(self) -> None:
+    def somewhere(self) -> ServerProcess:
+        return self.chance.choice(self.servers.up)
+
+    def join(self, room: str, board: Board | None) -> Heard:
+        self.rooms[room] = self.players[room] = Player(room)
+        return super().join(room, board)
+
+    def begin(self) -> None:
         """Make the rooms, each at some server."""
         for _ in range(ROOMS):
-            one = self.chance.choice(self.servers.up)
-            made = httpx.post(f"{one.url}/api/v1/rooms", json={"board": BOARD}, timeout=LIMIT)
-            room = made.raise_for_status().json()["id"]
-            self.rooms[room] = Player(room)
+            self.open(Board.preset(BOARD))
         pulses = [(name, Pulse()) for name in self.rooms]
         self.watchers = [Watcher(*each, stream="snapshots") for each in pulses]
         others = itertools.islice(itertools.cycle(pulses), CLIENTS - 2 * ROOMS)
         self.watchers += [Watcher(*each) for each in others]
 
-    @property
-    def acknowledged(self) -> int:
-        return sum(len(told.accepted) for told in self.rooms.values())
-
     @contextlib.asynccontextmanager
     async def going_on(self) -> AsyncIterator[None]:
         """All play and watch until the block ends, or one of them finds something wrong."""
-        seeds = itertools.count(self.chance.randrange(1 << 60))
-        async with asyncio.TaskGroup() as tasks:
-            playing = [tasks.create_task(self._play(told, seeds)) for told in self.rooms.values()]
-            watching = [tasks.create_task(each.watch(self._somewhere)) for each in self.watchers]
+        async with asyncio.TaskGroup() as tasks, self.playing():
+            watching = [tasks.create_task(each.watch(self.somewhere)) for each in self.watchers]
             yield
-            for task in (*playing, *watching):
+            for task in watching:
                 task.cancel()
 
-    def _somewhere(self) -> One:
-        return self.chance.choice(self.servers.up)
-
-    async def _play(self, told: Heard, seeds: "itertools.count[int]") -> None:
-        while True:
-            await play(self._somewhere(), told, seeds, PAUSE, stakes=False)
-            await asyncio.sleep(0.05)  # no wait: as a page, but for one that was sent on
-
-    async def until_all_take_drops(self) -> None:
-        """In every room some drops come through that were asked for now."""
-        before = {name: told.full + len(told.accepted) for name, told in self.rooms.items()}
-
-        def more() -> bool:
-            return all(
-                told.full + len(told.accepted) >= before[name] + ACKNOWLEDGED
-                for name, told in self.rooms.items()
-            )
-
-        await eventually(more)
+    async def until_all_take_drops(self, count: int = ACKNOWLEDGED) -> None:
+        await super().until_all_take_drops(count)
 
     async def stand(self) -> None:
         """Fault after fault; all rooms take drops between them."""
@@ -120,7 +101,7 @@ class Siege:
     async def _fault(self, name: str) -> None:
         await self.until_all_take_drops()
         await asyncio.sleep(self.chance.uniform(0.0, 1.0))  # no wait: left to chance
-        one = self._somewhere()
+        one = self.somewhere()
         self.happened.append((name, time.monotonic()))
         match name:
             case "kill":
@@ -133,7 +114,7 @@ class Siege:
                 await asyncio.sleep(FROZEN)  # no wait: how long it is frozen
                 one.send(signal.SIGCONT)
             case "postgresql":
-                await asyncio.to_thread(self.postgresql.stop, signal.SIGQUIT)
+                await asyncio.to_thread(self.postgresql.end, signal.SIGQUIT)
                 await asyncio.to_thread(self.postgresql.start)
         await asyncio.to_thread(self.servers.start)
 
@@ -160,7 +141,7 @@ class Siege:
     @property
     def gaps(self) -> list[float]:
         """For how long nothing moved for a client whose line had ended, in s."""
-        playing = (gap for told in self.rooms.values() for gap in told.gaps)
+        playing = (gap for told in self.players.values() for gap in told.gaps)
         return [*(each.gap for each in self.breaks), *playing]
 
     @property
@@ -170,14 +151,4 @@ class Siege:
 
     def check(self) -> int:
         """How many drops there were; raises AssertionError where the ledger has lost one."""
-        return sum(
-            hold(self.servers.database, told, Board.preset(BOARD), killed=True, shared=True)
-            for told in self.rooms.values()
-        )
-
-    async def until_still(self) -> None:
-        async with httpx.AsyncClient(base_url=self._somewhere().url, timeout=LIMIT) as http:
-            for name in self.rooms:
-                async with asyncio.timeout(LIMIT):
-                    while (await http.get(f"/api/v1/rooms/{name}")).json().get("awake", True):
-                        await asyncio.sleep(0.05)
+        return self.hold(self.servers.ledger, killed=True, shared=True)

@@ -8,7 +8,7 @@ import pytest
 from app.cluster.alive import Alive
 from app.cluster.membership import BEAT, LEASE, Member, Seen
 from app.persistence.lease_book import LeaseBook
-from tests.waiting import turns
+from tests.kit.waiting import turns
 
 A, B = Member("a.1", "a", ""), Member("b.1", "b", "http://b")
 

@@ -12,7 +12,7 @@ from app.cli import plinko
 from app.errors import SettingError
 from app.main import create_app
 from app.settings import Settings
-from tests.app.conftest import Running
+from tests.kit.serving import Running
 
 _IMPORTED = """
 import sys

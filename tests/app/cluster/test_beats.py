@@ -14,8 +14,8 @@ from app.cluster.alive import Alive
 from app.cluster.beats import FAILURES, Beats
 from app.cluster.membership import BEAT, LEASE, Member, Seen
 from app.persistence.lease_book import LeaseBook
-from tests.app.persistence import postgres
-from tests.waiting import LIMIT, eventually, until
+from tests.kit.postgres import PostgreSQL
+from tests.kit.waiting import LIMIT, eventually, until
 
 A, B = Member("a.1", "a", "http://a"), Member("b.1", "b", "http://b")
 
@@ -23,7 +23,7 @@ pytestmark = pytest.mark.postgresql
 
 
 @pytest.fixture(scope="module")
-def database(postgresql: postgres.Cluster) -> str:
+def database(postgresql: PostgreSQL) -> str:
     return postgresql.new_database()
 
 
@@ -94,7 +94,7 @@ def test_a_server_that_leaves_says_so_once(database: str) -> None:
 
 
 def test_an_ended_connection_and_a_missing_database_are_failures(
-    postgresql: postgres.Cluster, database: str
+    postgresql: PostgreSQL, database: str
 ) -> None:
     with both(database) as (first, _):
         first.beat(A)

@@ -2,7 +2,6 @@
 
 import asyncio
 import contextlib
-import json
 import signal
 import time
 from collections.abc import AsyncIterator, Iterator
@@ -10,18 +9,19 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import httpx
-import msgspec
 import pytest
-from websockets.asyncio.client import ClientConnection, connect
+from websockets.asyncio.client import ClientConnection
 
 from app.cluster.membership import LEASE
 from engine import preset_names
-from tests.app.cluster.servers import One, Servers
-from tests.app.cluster.watchers import Line, spread
-from tests.app.conftest import playing
+from tests.app.cluster.servers import Servers
+from tests.app.cluster.watchers import spread
 from tests.deploy.proxies import DEPLOY, before
 from tests.deploy.test_proxy import needs_haproxy
-from tests.waiting import LIMIT, eventually
+from tests.kit.player import events_of, joining, playing, send
+from tests.kit.process import ServerProcess
+from tests.kit.siege import Broken
+from tests.kit.waiting import LIMIT, eventually
 
 ROOMS = 6
 AGAIN: Final = 0.05  # s
@@ -73,31 +73,32 @@ class Guest:
 
     async def stay(self, proxy: str) -> None:
         while True:
-            with contextlib.suppress(*Line):
+            with contextlib.suppress(*Broken):
                 url = f"ws://{proxy}/ws/rooms/{self.room}?stream=seeds"
-                async with connect(url, open_timeout=LIMIT, ping_interval=None) as line:
+                async with joining(url, open_timeout=LIMIT, ping_interval=None) as line:
                     asking = asyncio.create_task(self._ask(line))
                     try:
                         async for frame in line:
-                            self._hear(msgspec.json.decode(frame))
+                            assert isinstance(frame, str)
+                            self._hear(events_of(frame))
                     finally:
                         asking.cancel()
             await asyncio.sleep(AGAIN)  # no wait: as a page that found nobody
 
     async def _ask(self, line: ClientConnection) -> None:
         while True:
-            await line.send(json.dumps({"type": "ping", "t": time.monotonic()}))
+            await send(line, type="ping", t=time.monotonic())
             await asyncio.sleep(AGAIN)  # no wait: how often it asks
 
-    def _hear(self, said: Any) -> None:
-        for event in said if isinstance(said, list) else [said]:
+    def _hear(self, events: list[dict[str, Any]]) -> None:
+        for event in events:
             if event["type"] == "pong":
                 self.asked, self.answered = event["t"], time.monotonic()
 
 
 @contextlib.asynccontextmanager
 async def guests(proxy: str) -> AsyncIterator[list[Guest]]:
-    """One in each public room, all of whom are answered: they lead over all servers."""
+    """ServerProcess in each public room, all of whom are answered: they lead over all servers."""
     staying = [Guest(room) for room in ("main", *preset_names())]
     async with asyncio.TaskGroup() as tasks:
         running = [tasks.create_task(each.stay(proxy)) for each in staying]
@@ -107,7 +108,7 @@ async def guests(proxy: str) -> AsyncIterator[list[Guest]]:
             task.cancel()
 
 
-async def seconds_away(staying: list[Guest], frozen: One) -> list[float]:
+async def seconds_away(staying: list[Guest], frozen: ServerProcess) -> list[float]:
     """Freeze a server; for how long each guest got no answer, in s. It is frozen until all have."""
     away: dict[str, float] = {}
 
@@ -143,7 +144,7 @@ async def test_for_how_long_clients_of_a_frozen_server_are_away(
     away: list[float] = []
     async with guests(proxy) as staying:
         for frozen in [*servers] * 5:
-            # One that was frozen itself believes that another is gone only after a lease.
+            # ServerProcess that was frozen itself believes that another is gone only after a lease.
             await asyncio.sleep(2 * LEASE)  # no wait: all have seen each other for long
             away += await seconds_away(staying, frozen)
             await asyncio.to_thread(servers.start)  # returns once each knows all

@@ -23,7 +23,7 @@ from app.errors import LeaseLostError
 from app.persistence.lease_book import LeaseBook
 from app.web.edge.answers import AnswerHeaders
 from app.web.problems import problem_response
-from tests.waiting import LIMIT, eventually, turns
+from tests.kit.waiting import LIMIT, eventually, turns
 
 THERE = Member("b.1", "b", "http://there:8001")
 

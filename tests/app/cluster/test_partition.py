@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import httpx
 import pytest
 
-from tests.app.cluster import servers as processes
 from tests.app.cluster.forwarder import Forwarder, forwarding, over_file, until_held
-from tests.app.cluster.servers import Servers
+from tests.app.cluster.servers import Servers, member
 from tests.app.cluster.test_servers import drop_at, new_room, same_as_alone, until_still
-from tests.app.persistence import postgres
-from tests.waiting import LIMIT, until
+from tests.kit.postgres import PostgreSQL
+from tests.kit.waiting import LIMIT, until
 
 pytestmark = [pytest.mark.postgresql, pytest.mark.long("a server cut off until its lease runs out")]
 
@@ -28,18 +27,14 @@ class Divided:
 
 
 @pytest.fixture(scope="module")
-def apart(postgresql: postgres.Cluster) -> Iterator[Divided]:
+def apart(postgresql: PostgreSQL) -> Iterator[Divided]:
     database = postgresql.new_database()
     name = database.partition("@/")[2].partition("?")[0]
     with contextlib.ExitStack() as stack:
         line = stack.enter_context(forwarding(over_file(f"{postgresql.folder}/.s.PGSQL.5432")))
-        first = processes.One(
-            "plinko1", database=f"postgresql://plinko@127.0.0.1:{line.port}/{name}"
-        )
-        all_of_them = (first, processes.One("plinko2"), processes.One("plinko3"))
-        servers = Servers(database, all_of_them)
-        stack.enter_context(processes.kept(servers))
-        yield Divided(servers, line)
+        first = member("plinko1", ledger=f"postgresql://plinko@127.0.0.1:{line.port}/{name}")
+        all_of_them = (first, member("plinko2"), member("plinko3"))
+        yield Divided(stack.enter_context(Servers(database, all_of_them)), line)
 
 
 def test_a_server_cut_off_loses_nothing_and_harms_nothing_later(

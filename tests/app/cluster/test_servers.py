@@ -16,25 +16,26 @@ from websockets.exceptions import ConnectionClosed
 
 from app.cli import plinko
 from engine import Board, drop
-from tests.app.cluster.servers import OPERATOR, One, Servers
-from tests.app.conftest import Player, playing
-from tests.app.persistence import postgres
-from tests.app.persistence.server import CLIENT_SEED, Heard, prove
-from tests.waiting import LIMIT, eventually, until
+from tests.app.cluster.servers import Servers
+from tests.kit.player import Player, playing
+from tests.kit.postgres import PostgreSQL
+from tests.kit.process import OPERATOR, ServerProcess
+from tests.kit.siege import CLIENT_SEED, Heard, prove
+from tests.kit.waiting import LIMIT, eventually, until
 
 BOARD = "triangle-8"
 
 pytestmark = pytest.mark.postgresql
 
 
-def new_room(at: One) -> str:
+def new_room(at: ServerProcess) -> str:
     """A room of a player's own, made by this server, which then has it."""
     answer = httpx.post(f"{at.url}/api/v1/rooms", json={"board": BOARD}, timeout=LIMIT)
     room: str = answer.raise_for_status().json()["id"]
     return room
 
 
-def drop_at(one: One, room: str, seed: int, *, wait: bool = False) -> dict[str, Any]:
+def drop_at(one: ServerProcess, room: str, seed: int, *, wait: bool = False) -> dict[str, Any]:
     """Drop a ball by asking this server; its answer."""
     address = f"{one.url}/api/v1/rooms/{room}/drops{'?wait=1' if wait else ''}"
     answer = httpx.post(address, json={"seed": str(seed)}, timeout=LIMIT)
@@ -43,7 +44,7 @@ def drop_at(one: One, room: str, seed: int, *, wait: bool = False) -> dict[str, 
     return body
 
 
-def move(room: str, to: One, ask: One) -> httpx.Response:
+def move(room: str, to: ServerProcess, ask: ServerProcess) -> httpx.Response:
     return httpx.post(
         f"{ask.url}/api/v1/rooms/{room}/move",
         json={"to": to.name},
@@ -86,7 +87,7 @@ def test_a_drop_counts_where_its_room_is_and_nowhere_else(servers: Servers) -> N
     assert counted == {"plinko1": 2, "plinko2": 1, "plinko3": 0}
 
 
-def dropped_at(one: One) -> float:
+def dropped_at(one: ServerProcess) -> float:
     """How many drops this server has counted."""
     (line,) = re.findall(r"^plinko_drops_total\S* (\S+)$", one.get("/metrics").text, re.MULTILINE)
     return float(line)
@@ -199,7 +200,7 @@ def test_only_operators_move_rooms_and_only_to_servers(servers: Servers) -> None
         f"{second.url}/api/v1/rooms/{room}/move", json={"to": second.name}, timeout=LIMIT
     )
     assert asked.status_code == 401
-    nobody = move(room, One("nobody"), second)
+    nobody = move(room, ServerProcess(name="nobody"), second)
     assert nobody.status_code == 422
     assert nobody.json()["field"] == "to"
     assert first.name in nobody.json()["detail"]
@@ -229,23 +230,23 @@ async def test_a_ball_of_a_killed_server_lands_where_it_would_have(
     assert drop_at(second, unwatched, 23)["ball"] == 1
 
 
-def until_still(one: One, room: str) -> None:
+def until_still(one: ServerProcess, room: str) -> None:
     """Return once nothing moves in the room."""
     until(lambda: not room_at(one, room)["awake"])
 
 
-def results(one: One, room: str) -> list[dict[str, Any]]:
+def results(one: ServerProcess, room: str) -> list[dict[str, Any]]:
     """What came of the room's balls, by its log."""
     drops = one.get(f"/api/v1/rooms/{room}/log").json()["drops"]
     return [each["result"] for each in drops]
 
 
-def room_at(one: One, room: str) -> dict[str, Any]:
+def room_at(one: ServerProcess, room: str) -> dict[str, Any]:
     found: dict[str, Any] = one.get(f"/api/v1/rooms/{room}").json()
     return found
 
 
-async def landing(player: Player, one: One, room: str) -> dict[str, Any]:
+async def landing(player: Player, one: ServerProcess, room: str) -> dict[str, Any]:
     """What becomes of the room's only ball, which may have landed before this player came back."""
     if player.hello["balls"]:
         return await player.until("landed")
@@ -270,7 +271,8 @@ async def test_a_server_that_is_told_to_end_hands_all_its_rooms_over(servers: Se
     for number, room in enumerate(rooms):
         log = third.get(f"/api/v1/rooms/{room}/log").json()
         assert [each["seed"] for each in log["drops"]] == [str(30 + number)]
-    assert await asyncio.to_thread(lambda: second.rooms + third.rooms) >= len(rooms)
+    ready = [await asyncio.to_thread(one.get, "/readyz") for one in (second, third)]
+    assert sum(answer.json()["cluster"]["rooms"] for answer in ready) >= len(rooms)
 
 
 async def test_players_of_a_server_that_shuts_down_are_sent_to_another(
@@ -291,12 +293,12 @@ async def test_players_of_a_server_that_shuts_down_are_sent_to_another(
 
 
 async def test_without_postgresql_rooms_stay_and_are_taken_over_later(
-    servers: Servers, postgresql: postgres.Cluster
+    servers: Servers, postgresql: PostgreSQL
 ) -> None:
     first, second, third = servers.all
     staying, waiting = new_room(second), new_room(first)
     drop_at(third, waiting, 40)
-    await asyncio.to_thread(postgresql.stop, signal.SIGQUIT)
+    await asyncio.to_thread(postgresql.end, signal.SIGQUIT)
     try:
         first.end(signal.SIGKILL)
         await eventually(lambda: not second.get("/readyz").json()["cluster"]["leases"])
@@ -340,7 +342,7 @@ async def test_a_server_that_was_frozen_and_comes_back_harms_nothing(servers: Se
 
 
 def test_each_server_s_metrics_name_it(servers: Servers) -> None:
-    def told_by(one: One) -> bool:
+    def told_by(one: ServerProcess) -> bool:
         found = one.get("/metrics").text
         process = f'{{process="{one.name}"}}'
         members = f"plinko_cluster_members{process} 3.0" in found

@@ -13,14 +13,14 @@ import pytest
 from tests.app.cluster.servers import Servers
 from tests.app.cluster.siege import ACKNOWLEDGED, KILLS, ROOMS, Siege
 from tests.app.cluster.watchers import SENT_ON, spread
-from tests.app.persistence import postgres
+from tests.kit.postgres import PostgreSQL
 
 
-def siege_of(servers: Servers, postgresql: postgres.Cluster) -> Siege:
-    """One whose chance the environment may say."""
+def siege_of(servers: Servers, postgresql: PostgreSQL) -> Siege:
+    """ServerProcess whose chance the environment may say."""
     chance = random.Random(int(os.environ.get("PLINKO_TEST_SEED", "1")))
-    siege = Siege(servers, postgresql, chance)
-    siege.open()
+    siege = Siege(servers=servers, postgresql=postgresql, chance=chance)
+    siege.begin()
     return siege
 
 
@@ -29,12 +29,11 @@ pytestmark = [pytest.mark.postgresql, pytest.mark.long("a siege of three servers
 
 @pytest.mark.timeout(4 * 3600)
 async def test_no_acknowledged_ball_is_lost_and_none_lands_twice(
-    servers: Servers, postgresql: postgres.Cluster
+    servers: Servers, postgresql: PostgreSQL
 ) -> None:
     siege = siege_of(servers, postgresql)
     async with siege.going_on():
         await siege.stand()
-    await siege.until_still()
     drops = siege.check()
     assert siege.acknowledged >= ACKNOWLEDGED * KILLS * ROOMS
     assert drops >= siege.acknowledged
@@ -48,12 +47,11 @@ async def test_no_acknowledged_ball_is_lost_and_none_lands_twice(
 
 @pytest.mark.timeout(3600)
 async def test_servers_are_upgraded_in_turn_and_all_viewers_follow(
-    servers: Servers, postgresql: postgres.Cluster
+    servers: Servers, postgresql: PostgreSQL
 ) -> None:
     siege = siege_of(servers, postgresql)
     async with siege.going_on():
         await siege.roll()
-    await siege.until_still()
     assert siege.check() >= siege.acknowledged
     assert siege.breaks, "somebody was sent on"
     codes = sum((watcher.codes for watcher in siege.watchers), Counter())

@@ -10,10 +10,10 @@ from app.cluster.alive import Alive
 from app.cluster.membership import LEASE, Member, Seen, order
 from app.cluster.take_over import TakeOver
 from app.errors import LeaseLostError, LedgerError
-from tests.app.persistence import postgres
 from tests.app.persistence.crash.life import BOARD, Life, living
 from tests.app.persistence.test_sharing import Watcher
-from tests.waiting import LIMIT
+from tests.kit.postgres import PostgreSQL
+from tests.kit.waiting import LIMIT
 
 C = Member("c", "c", "")
 
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.postgresql
 
 
 @pytest.fixture
-def address(postgresql: postgres.Cluster) -> str:
+def address(postgresql: PostgreSQL) -> str:
     return postgresql.new_database()
 
 

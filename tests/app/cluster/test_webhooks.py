@@ -8,11 +8,12 @@ from pathlib import Path
 import httpx
 import pytest
 
-from tests.app.cluster.servers import One, Servers, kept
+from tests.app.cluster.servers import Servers, member
 from tests.app.cluster.test_servers import new_room
-from tests.app.persistence import postgres
 from tests.app.webhooks.target import FlakyTarget
-from tests.waiting import LIMIT, eventually
+from tests.kit.postgres import PostgreSQL
+from tests.kit.process import ServerProcess
+from tests.kit.waiting import LIMIT, eventually
 
 pytestmark = [
     pytest.mark.postgresql,
@@ -23,21 +24,20 @@ BALLS = 5  # dropped before a server is killed, and as many after that
 
 
 async def test_a_target_hears_of_all_balls_in_order_despite_kills(
-    postgresql: postgres.Cluster, tmp_path: Path
+    postgresql: PostgreSQL, tmp_path: Path
 ) -> None:
     target = FlakyTarget()
     more = target.options(tmp_path)
-    one, two = One("plinko1", more=more), One("plinko2", more=more)
-    servers = Servers(postgresql.new_database(), (one, two))
+    one, two = member("plinko1", *more), member("plinko2", *more)
     seeds = count()
-    with kept(servers):
+    with Servers(postgresql.new_database(), (one, two)) as servers:
         async with target.served(), httpx.AsyncClient(timeout=LIMIT) as http:
 
-            async def drop_some(ask: One) -> None:
+            async def drop_some(ask: ServerProcess) -> None:
                 for _ in range(BALLS):
                     await drop_once(http, ask, room, next(seeds))
 
-            async def lose(killed: One, other: One) -> None:
+            async def lose(killed: ServerProcess, other: ServerProcess) -> None:
                 told = len(target.heard)
                 await drop_some(other)
                 await eventually(lambda: len(target.heard) > told)
@@ -51,7 +51,7 @@ async def test_a_target_hears_of_all_balls_in_order_despite_kills(
             await target.has_heard_of(next(seeds))
 
 
-async def drop_once(http: httpx.AsyncClient, ask: One, room: str, seed: int) -> None:
+async def drop_once(http: httpx.AsyncClient, ask: ServerProcess, room: str, seed: int) -> None:
     """A ball, asked for until it is taken, also while its room changes servers."""
     address = f"{ask.url}/api/v1/rooms/{room}/drops"
     key = {"idempotency-key": str(seed)}

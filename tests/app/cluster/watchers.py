@@ -8,13 +8,11 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-import msgspec
-from websockets.asyncio.client import connect
-from websockets.exceptions import ConnectionClosed, InvalidHandshake
+from websockets.exceptions import ConnectionClosed
 
-from tests.app.cluster.servers import One
-
-Line = (ConnectionClosed, InvalidHandshake, OSError)
+from tests.kit.player import events_of, joining, tick_of
+from tests.kit.process import ServerProcess
+from tests.kit.siege import Broken
 
 SENT_ON: Final = 1012
 """The close code of a room that goes on elsewhere."""
@@ -50,7 +48,7 @@ class Pulse:
 
 @dataclass
 class Watcher:
-    """One of them, in one room.
+    """ServerProcess of them, in one room.
 
     Most watch as pages do, who are told of drops and compute the rest; one in each room is sent
     every tick, and knows for all of them until when it moved.
@@ -67,7 +65,7 @@ class Watcher:
     _lost: bool = False  # not greeted since a line ended
     _left: int = 0  # the tick at which it did
 
-    async def watch(self, somewhere: Callable[[], One]) -> None:
+    async def watch(self, somewhere: Callable[[], ServerProcess]) -> None:
         """Watch until cancelled; raises AssertionError for a tick that is taken back."""
         while True:
             greeted = await self._line(somewhere())
@@ -78,11 +76,11 @@ class Watcher:
             # As a page: whoever is sent on comes at once, whoever finds nobody waits a little.
             await asyncio.sleep(0.0 if greeted else _AGAIN)
 
-    async def _line(self, one: One) -> bool:
+    async def _line(self, one: ServerProcess) -> bool:
         """Be there until the line ends; whether it greeted."""
-        url, before = f"{one.socket(self.room)}?stream={self.stream}", self.last
-        with contextlib.suppress(*Line):
-            async with connect(url, compression=None, max_queue=None) as line:
+        url, before = one.socket(self.room, f"?stream={self.stream}"), self.last
+        with contextlib.suppress(*Broken):
+            async with joining(url) as line:
                 with contextlib.suppress(ConnectionClosed):
                     async for frame in line:
                         self.frame(frame)
@@ -92,10 +90,9 @@ class Watcher:
     def frame(self, frame: str | bytes) -> None:
         """Take in what came."""
         if isinstance(frame, bytes):
-            self._seen(int.from_bytes(frame[4:8], "little"))
+            self._seen(tick_of(frame))
             return
-        value = msgspec.json.decode(frame)
-        for event in value if isinstance(value, list) else [value]:
+        for event in events_of(frame):
             if event["type"] in ("hello", "clock"):
                 self._seen(event["tick"])
 

@@ -7,7 +7,7 @@ import pytest
 from app.computing.pool import Workers
 from app.computing.process import Done, WorkerProcess
 from app.errors import BusyError, EndedError, answer
-from tests.waiting import turns
+from tests.kit.waiting import turns
 
 
 def nothing() -> object:

@@ -20,7 +20,7 @@ from app.errors import CostError, DeadlineError, EndedError, InvalidValueError, 
 from benchmarks.scenes.expensive_boards import hall
 from engine import Board, drop, drop_many
 from engine.drops.batch import LEAST_CHUNK
-from tests.waiting import eventually, lives
+from tests.kit.waiting import eventually, lives
 
 FOR_EVER = functools.partial(time.sleep, 3600.0)
 

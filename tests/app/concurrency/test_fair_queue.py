@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.concurrency.fair_queue import FairLock, FairQueue
-from tests.waiting import turns
+from tests.kit.waiting import turns
 
 
 @given(st.lists(st.tuples(st.booleans(), st.sampled_from("abc")), max_size=100))

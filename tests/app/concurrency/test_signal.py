@@ -3,7 +3,7 @@
 import asyncio
 
 from app.concurrency.signal import Signal
-from tests.waiting import turns
+from tests.kit.waiting import turns
 
 
 async def test_all_waiters_are_woken_and_later_ones_wait_for_the_next() -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from app.concurrency.single_flight import SingleFlight
 from app.errors import LedgerError
-from tests.waiting import turns
+from tests.kit.waiting import turns
 
 
 class Ledger:

@@ -16,8 +16,8 @@ from app.conformance import inventory
 from app.conformance.inventory import Digests
 from app.conformance.self_check import DAY, SelfCheck
 from app.settings import Settings
-from tests.app.conftest import Running
-from tests.waiting import eventually
+from tests.kit.serving import Running
+from tests.kit.waiting import eventually
 
 SETTINGS = Settings()
 

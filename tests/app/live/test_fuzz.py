@@ -12,11 +12,11 @@ import httpx
 import pytest
 
 from benchmarks.serving.process import Served, can_watch, serving
-from tests.app.conftest import constants
-from tests.app.conftest import serving as serving_here
 from tests.app.live import garbled
+from tests.kit.serving import constants
+from tests.kit.serving import serving as serving_here
+from tests.kit.waiting import LIMIT, eventually
 from tests.long import tries
-from tests.waiting import LIMIT, eventually
 
 MESSAGES = tries(3_000, 100_000)
 GROWTH = 8e6

@@ -20,10 +20,12 @@ from app.rooms.records import EVERY_ROOM, Write
 from app.settings import Settings
 from engine import Board
 from tests.app.asking import ask
-from tests.app.conftest import TINY, Running, playing, serving
+from tests.app.conftest import TINY
 from tests.app.live.sessions.test_fair_sessions import bearer, begun
 from tests.app.passes import run_pass
-from tests.waiting import LIMIT, turns, until
+from tests.kit.player import playing
+from tests.kit.serving import Running, serving
+from tests.kit.waiting import LIMIT, turns, until
 
 TOKEN = "an operator's token of 32 letters"
 SETTINGS = Settings(port=0, database_url="sqlite://")
@@ -117,14 +119,14 @@ def test_a_halt_and_what_was_in_flight_outlive_the_server(tmp_path: Path) -> Non
         "database_url": f"sqlite:///{tmp_path / 'plinko.db'}",
         "operator_token": TOKEN,
     }
-    with serving(**options) as server, httpx.Client(base_url=server.url, timeout=60.0) as http:
+    with serving(**options) as server, server.client() as http:
         session, shown = begun(http)
         body = {"stake": 100, "session": session["session"]}
         assert http.post("/api/v1/rooms/main/drops", json=body, headers=shown).status_code == 202
         assert change(server, room="main", halted=True).json()["rooms"][0]["room"] == "main"
         refused = http.post("/api/v1/rooms/main/drops", json=body, headers=shown)
         assert (refused.status_code, refused.json()["code"]) == (409, "room-halted")
-    with serving(**options) as server, httpx.Client(base_url=server.url, timeout=60.0) as http:
+    with serving(**options) as server, server.client() as http:
         refused = http.post("/api/v1/rooms/main/drops", json=body, headers=shown)
         assert refused.json()["code"] == "room-halted"
         assert http.get("/api/v1/halts").json()["rooms"][0]["room"] == "main"
@@ -174,7 +176,7 @@ def test_only_who_runs_the_server_may(
         assert main(["halt", guarded.url, "--room", "main", "--json"]) == 0
         assert json.loads(capsys.readouterr().out)["rooms"][0]["room"] == "main"
         assert main(["halt", guarded.url, "--room", "main", "--release"]) == 0
-        assert "go on" in capsys.readouterr().out
+        assert "not halted" in capsys.readouterr().out
     assert main(["halt", guarded.url]) == 2
     assert "refused" in capsys.readouterr().err
     assert main(["halt", "nowhere"]) == 2

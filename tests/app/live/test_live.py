@@ -10,20 +10,21 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
-import httpx
 import pytest
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from engine import Board, drop
-from tests.app.conftest import TINY, Player, Running, constants, playing, serving
-from tests.waiting import eventually
+from tests.app.conftest import TINY
+from tests.kit.player import Player, playing
+from tests.kit.serving import Running, constants, serving
+from tests.kit.waiting import eventually
 
 BOARD = Board.from_json(TINY)
 
 
 async def new_room(server: Running, board: Any = TINY) -> str:
-    async with httpx.AsyncClient(base_url=server.url, timeout=60.0) as http:
+    async with server.async_client() as http:
         response = await http.post("/api/v1/rooms", json={"board": board})
         room: str = response.json()["id"]
         return room
@@ -48,7 +49,7 @@ async def test_seed_42_lands_live_as_it_does_everywhere_else(server: Running) ->
     assert (landed["bin"], landed["score"]) == (alone.bin, alone.score)
     assert (landed["t"], landed["x_end"]) == (alone.duration, alone.x_end)
     assert (accepted["x"], accepted["explicit_x"]) == (alone.x_start, False)
-    async with httpx.AsyncClient(base_url=server.url, timeout=60.0) as http:
+    async with server.async_client() as http:
         rest = (await http.get("/api/v1/drops/triangle-16/42")).json()
     assert rest["digest"] == landed["digest"]
 
@@ -136,7 +137,7 @@ async def test_events_come_before_the_snapshot_that_counts_them(server: Running)
 
 async def ticks(server: Running, count: int) -> None:
     """Let a ball fall for so many ticks of this server: a clock to hold another one against."""
-    async with httpx.AsyncClient(base_url=server.url, timeout=60.0) as http:
+    async with server.async_client() as http:
         room = await new_room(server)
         (await http.post(f"/api/v1/rooms/{room}/drops")).raise_for_status()
     world = server.services.rooms.find(room).room.world
@@ -173,7 +174,7 @@ async def test_at_rest_nothing_is_sent_ticked_or_woken(
 
 async def test_a_room_without_clients_finishes_its_balls(server: Running) -> None:
     room = await new_room(server)
-    async with httpx.AsyncClient(base_url=server.url, timeout=60.0) as http:
+    async with server.async_client() as http:
         assert (await http.post(f"/api/v1/rooms/{room}/drops")).status_code == 202
         found = server.services.rooms.find(room)
         await eventually(lambda: not found.room.awake)

@@ -8,12 +8,13 @@ import pytest
 
 from app.rooms import log as roomlog
 from app.rooms.touching.room import TouchingRoom
-from tests.app.conftest import Player, Running, constants, playing, serving
-from tests.waiting import eventually
+from tests.kit.player import Player, playing
+from tests.kit.serving import Running, constants, serving
+from tests.kit.waiting import eventually
 
 
 async def opened(server: Running, **body: Any) -> dict[str, Any]:
-    async with httpx.AsyncClient(base_url=server.url, timeout=60.0) as http:
+    async with server.async_client() as http:
         reply = await http.post("/api/v1/rooms", json=body)
         assert reply.status_code == 201, reply.text
         room: dict[str, Any] = reply.json()
@@ -122,7 +123,7 @@ async def test_an_interacting_table_has_the_events_of_any_table(server: Running)
         landed = [event for event in player.events if event["type"] == "landed"]
         assert {event["ball"] for event in landed} == {event["ball"] for event in accepted}
         assert any(event["type"] == "contact" and event["kind"] == 0 for event in player.events)
-    async with httpx.AsyncClient(base_url=server.url, timeout=60.0) as http:
+    async with server.async_client() as http:
         view = (await http.get("/api/v1/rooms/interacting-triangle-8")).json()
         reply = await http.post(
             "/api/v1/rooms/interacting-triangle-8/drops?wait=1", json={"seed": 3}, timeout=60
@@ -227,7 +228,7 @@ async def test_the_log_of_a_played_room_verifies(server: Running) -> None:
         await player.until("settings")
         for _ in range(20):
             await picture(player)
-    async with httpx.AsyncClient(base_url=server.url, timeout=60.0) as http:
+    async with server.async_client() as http:
         text = (await http.get(f"/api/v1/rooms/{room['id']}/log")).text
     log = json.loads(text)
     assert {entry["input"]["type"] for entry in log["inputs"]} == {
@@ -268,7 +269,7 @@ async def test_a_scene_is_spelt_alike_wherever_it_is_written_and_read(server: Ru
             await player.send(type="reset", scene=scene)
             hello = await player.until("hello")
             assert hello["arena"]["scene"]["balls"] == balls
-    async with httpx.AsyncClient(base_url=server.url, timeout=60.0) as http:
+    async with server.async_client() as http:
         again = (await http.get(f"/api/v1/rooms/{room['id']}")).json()["scene"]
         log = (await http.get(f"/api/v1/rooms/{room['id']}/log")).json()
     assert room["scene"] == again == log["scene"]

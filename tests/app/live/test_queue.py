@@ -17,9 +17,11 @@ from app.protocol.visitors import NO_TAG
 from app.rooms.outcome import Outcome
 from app.rooms.pending import DropCommand
 from app.rooms.queue import EMPTY, MOST_BALLS, MOST_ITEMS, MOST_WAITING
-from tests.app.conftest import TINY, Running, playing, serving
+from tests.app.conftest import TINY
 from tests.app.live.test_tags import TAG, opened
-from tests.waiting import eventually, until
+from tests.kit.player import playing
+from tests.kit.serving import Running, serving
+from tests.kit.waiting import eventually, until
 
 QUICK = {**TINY, "gravity": 4000.0}  # its balls land in two ticks
 
@@ -117,7 +119,7 @@ def test_two_hundred_balls_are_dropped_once_despite_a_restart(
 ) -> None:
     """No client asks for the room in between: the show goes on by itself."""
     kept = {"database_url": f"sqlite:///{tmp_path / 'plinko.db'}", "drop_rate": 1000.0}
-    with serving(**kept) as server, httpx.Client(base_url=server.url, timeout=60.0) as http:
+    with serving(**kept) as server, server.client() as http:
         room, own = opened(http, QUICK)
         path = f"/api/v1/rooms/{room}/queue"
         for name in ("Ada", "Ben"):
@@ -125,7 +127,7 @@ def test_two_hundred_balls_are_dropped_once_despite_a_restart(
             http.post(path, json=item, headers=own).raise_for_status()
         live = server.services.rooms.find(room)
         until(lambda: live.room.drops > 5)
-    with serving(**kept) as server, httpx.Client(base_url=server.url, timeout=60.0) as http:
+    with serving(**kept) as server, server.client() as http:
         rooms = server.services.rooms
         until(lambda: any(live.room.drops == 200 for live in rooms.all() if live.id == room))
         until(lambda: queue_of(http, room)["waiting"] == 0)
@@ -140,7 +142,7 @@ def test_a_repeated_request_waits_once_even_after_a_restart(
 ) -> None:
     kept = {"database_url": f"sqlite:///{tmp_path / 'plinko.db'}"}
     key = {"idempotency-key": "gift 7"}
-    with serving(**kept) as server, httpx.Client(base_url=server.url, timeout=60.0) as http:
+    with serving(**kept) as server, server.client() as http:
         room, own = opened(http, QUICK)
         path = f"/api/v1/rooms/{room}/queue"
         http.patch(path, json={"paused": True}, headers=own).raise_for_status()
@@ -152,7 +154,7 @@ def test_a_repeated_request_waits_once_even_after_a_restart(
         http.patch(path, json={"paused": False}, headers=own).raise_for_status()
         live = server.services.rooms.find(room)
         until(lambda: not live.queue.state.items)
-    with serving(**kept) as server, httpx.Client(base_url=server.url, timeout=60.0) as http:
+    with serving(**kept) as server, server.client() as http:
         for item in ({"n": 2, **TAG}, other):
             answer = http.post(path, json=item, headers=own | key)
             assert (answer.status_code, answer.json()["waiting"]) == (202, 0)
@@ -162,7 +164,7 @@ def test_a_repeated_request_waits_once_even_after_a_restart(
 def test_balls_that_wait_are_drops_of_the_address_that_asked(tmp_path: Path) -> None:
     with (
         serving(database_url=f"sqlite:///{tmp_path / 'plinko.db'}", drop_rate=0.1) as server,
-        httpx.Client(base_url=server.url, timeout=60.0) as http,
+        server.client() as http,
     ):
         drops = server.services.room_drops
         drops.rate, drops.burst = 1e-6, 10.0  # nothing comes back while the test runs

@@ -21,7 +21,7 @@ from app.web.drops import drop_command
 from engine import Board, World, drop
 from tests.app.asking import ask, change
 from tests.app.passes import run_pass
-from tests.waiting import turns
+from tests.kit.waiting import turns
 
 BOARD = Board.preset("triangle-8")
 

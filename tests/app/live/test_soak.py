@@ -13,7 +13,7 @@ import pytest
 from benchmarks.load.client import room_url
 from benchmarks.load.generator import Load
 from benchmarks.serving.process import Served, can_watch, serving
-from tests.waiting import eventually
+from tests.kit.waiting import eventually
 
 SECONDS = 600.0
 WAVE = 4.0  # s; then everybody leaves and others come

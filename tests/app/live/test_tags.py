@@ -10,7 +10,9 @@ import pytest
 
 from app.rooms.log import verify_log
 from engine import Board, drop
-from tests.app.conftest import TINY, Player, Running, playing, serving
+from tests.app.conftest import TINY
+from tests.kit.player import Player, playing
+from tests.kit.serving import Running, serving
 
 # From right to left, with an emoji.
 TAG = {"name": "\u05e9\u05e8\u05d4 \U0001f388", "colour": "#e91e63"}
@@ -133,12 +135,12 @@ def test_what_falls_over_a_restart_keeps_its_tag(tmp_path: Path) -> None:
     kept = {"database_url": f"sqlite:///{tmp_path / 'plinko.db'}"}
     slow = {**TINY, "gravity": 0.01}
     flying = []
-    with serving(**kept) as server, httpx.Client(base_url=server.url) as http:
+    with serving(**kept) as server, server.client() as http:
         room, own = opened(http, slow)
         path = f"/api/v1/rooms/{room}"
         http.post(f"{path}/drops", json=TAG, headers=own).raise_for_status()
     for name in ("Ben", None):
-        with serving(**kept) as server, httpx.Client(base_url=server.url) as http:
+        with serving(**kept) as server, server.client() as http:
             flying = [tag_of(ball) for ball in http.get(path).json()["balls"]]
             again = {"name": name} if name else {}
             http.post(f"{path}/drops", json=again, headers=own).raise_for_status()

@@ -11,9 +11,9 @@ import pytest
 import yaml
 from prometheus_client.parser import text_string_to_metric_families
 
-from tests.app.conftest import Running
 from tests.app.ops.rare import rare_readings
-from tests.waiting import LIMIT
+from tests.kit.serving import Running
+from tests.kit.waiting import LIMIT
 
 DEPLOY = Path(__file__).parents[3] / "deploy"
 DASHBOARD = DEPLOY / "grafana" / "dashboard.json"

@@ -9,8 +9,8 @@ import httpx
 import pytest
 
 from app.ops.logs import JsonFormatter, TextFormatter, configure
-from tests.app.conftest import serving
-from tests.waiting import LIMIT
+from tests.kit.serving import serving
+from tests.kit.waiting import LIMIT
 
 
 def record(**extra: Any) -> logging.LogRecord:

@@ -7,9 +7,10 @@ import httpx
 from prometheus_client.parser import text_string_to_metric_families
 
 from app.ops.metrics import Metrics
-from tests.app.conftest import Running, playing, serving
 from tests.app.ops.rare import rare_readings
-from tests.waiting import LIMIT, eventually
+from tests.kit.player import playing
+from tests.kit.serving import Running, serving
+from tests.kit.waiting import LIMIT, eventually
 
 
 def scrape(server: Running) -> dict[str, float]:

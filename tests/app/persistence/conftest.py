@@ -1,6 +1,7 @@
 """Databases to keep a ledger in: SQLite's file, and a real PostgreSQL where it is installed."""
 
 import contextlib
+import os
 import shutil
 import subprocess
 from collections.abc import Iterator
@@ -9,20 +10,15 @@ from pathlib import Path
 import pytest
 
 from app.persistence.ledger.database import Database
-from tests.app.persistence import postgres
-from tests.app.persistence.server import POSTGRESQL, SQLITE
+from tests.kit.postgres import PostgreSQL
 from tests.long import tries
 
+KILLS = int(os.environ.get("PLINKO_TEST_KILLS", "50"))
+"""How often a crash test kills its server: once as it was begun, once as it was found again."""
 
-@pytest.fixture(scope="session")
-def cluster() -> Iterator[postgres.Cluster]:
-    binaries = postgres.programs()
-    if binaries is None:
-        pytest.skip(postgres.MISSING)
-    if not postgres.can_run():
-        pytest.skip(postgres.NO_USER)
-    with postgres.running(binaries) as running:
-        yield running
+# Kinds of database to keep a ledger in, see the fixture `url`.
+SQLITE = pytest.param("sqlite", id="sqlite")
+POSTGRESQL = pytest.param("postgresql", id="postgresql", marks=pytest.mark.postgresql)
 
 
 @pytest.fixture(params=[SQLITE, POSTGRESQL])
@@ -35,8 +31,8 @@ def new_database(request: pytest.FixtureRequest, folder: Path) -> str:
     """An empty database's address, of the kind that the fixture which asks is parametrized with."""
     if request.param == "sqlite":
         return f"sqlite:///{folder / 'plinko.db'}"
-    cluster: postgres.Cluster = request.getfixturevalue("cluster")
-    return cluster.new_database()
+    postgresql: PostgreSQL = request.getfixturevalue("postgresql")
+    return postgresql.new_database()
 
 
 @pytest.fixture(scope="session")
@@ -57,10 +53,10 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
 
 
 @pytest.fixture
-def database_on_small_disk(cluster: postgres.Cluster) -> Iterator[tuple[str, Path]]:
+def database_on_small_disk(postgresql: PostgreSQL) -> Iterator[tuple[str, Path]]:
     """An empty PostgreSQL database's address, and the disk of some megabytes that it is on."""
     # An empty database has 8 MB.
-    with mounted(cluster.folder / "disk", 64) as disk, cluster.database_on(disk) as address:
+    with mounted(postgresql.folder / "disk", 64) as disk, postgresql.database_on(disk) as address:
         yield address, disk
 
 

@@ -25,7 +25,7 @@ from app.settings import Settings
 from engine import PHYSICS_VERSION, Board, drop
 from tests.app.asking import ask
 from tests.app.passes import run_pass
-from tests.waiting import turns
+from tests.kit.waiting import turns
 
 BOARD = Board.preset("triangle-8")
 LIMITS = BallLimits(200, 200)

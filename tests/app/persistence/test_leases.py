@@ -33,10 +33,10 @@ from app.rooms.records import (
     Void,
     Write,
 )
-from tests.app.persistence import postgres
 from tests.app.persistence.ledger.stepped import Steps, Table, failure
-from tests.app.persistence.oracle import Told
-from tests.waiting import LIMIT
+from tests.kit.postgres import PostgreSQL
+from tests.kit.told import Told
+from tests.kit.waiting import LIMIT
 
 BOARD = BoardRow("b" * 64, "board", "{}")
 ROOM = RoomRow(1, "r", BOARD.digest, "independent", True, 60, 1, 1.0, 1.0)
@@ -49,8 +49,8 @@ BEFORE: list[Write] = [BOARD, ROOM, DROP, SESSION]
 
 
 @pytest.fixture
-def address(cluster: postgres.Cluster) -> str:
-    return cluster.new_database()
+def address(postgresql: PostgreSQL) -> str:
+    return postgresql.new_database()
 
 
 class Server:

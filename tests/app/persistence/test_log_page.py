@@ -4,7 +4,6 @@ import os
 import signal
 from pathlib import Path
 
-import httpx
 import pytest
 import sqlalchemy as sa
 
@@ -12,8 +11,8 @@ from app.errors import LedgerError
 from app.persistence.ledger.database import Database, reader
 from app.persistence.log_page import LogPage
 from app.rooms.log import verify_log
-from tests.app.conftest import serving
-from tests.waiting import lives, until
+from tests.kit.serving import serving
+from tests.kit.waiting import lives, until
 
 PAGE = LogPage("independent", 1, 0, 0, 10, marks=False)
 
@@ -21,7 +20,7 @@ PAGE = LogPage("independent", 1, 0, 0, 10, marks=False)
 def test_a_log_is_read_by_another_process_that_may_die(url: str) -> None:
     with (
         serving(database_url=url, drop_rate=1000.0) as server,
-        httpx.Client(base_url=f"{server.url}/api/v1", timeout=60.0) as http,
+        server.client("/api/v1") as http,
     ):
         room = http.post("/rooms", json={"board": "triangle-8"}).json()["id"]
         for seed in range(3):

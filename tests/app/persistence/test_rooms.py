@@ -21,10 +21,11 @@ from app.rooms.log import verify_log
 from app.rooms.stakes import payout_of
 from app.web.tokens import secret_of
 from engine import Board, drop
-from tests.app.conftest import TINY, Player, Running, playing, serving
-from tests.app.persistence.conftest import new_database
-from tests.app.persistence.server import POSTGRESQL, SQLITE
-from tests.waiting import eventually, until
+from tests.app.conftest import TINY
+from tests.app.persistence.conftest import POSTGRESQL, SQLITE, new_database
+from tests.kit.player import Player, playing
+from tests.kit.serving import Running, serving
+from tests.kit.waiting import eventually, until
 
 
 @pytest.fixture(scope="module", params=[SQLITE, POSTGRESQL])
@@ -38,7 +39,7 @@ def server(
 
 
 def client_of(server: Running) -> httpx.Client:
-    return httpx.Client(base_url=f"{server.url}/api/v1", timeout=60.0)
+    return server.client("/api/v1")
 
 
 @pytest.fixture(scope="module")
@@ -169,7 +170,7 @@ async def test_a_ball_in_flight_is_paid_whatever_its_owner_does(
     path = f"/rooms/{room}{how.partition(' ')[2]}"
     body = {"board": "triangle-10"} if how == "PATCH" else None
     async with (
-        httpx.AsyncClient(base_url=server.url, timeout=60.0) as waiting,
+        server.async_client() as waiting,
         playing(server.socket(room)) as player,
     ):
         session, shown = begun(http, room)

@@ -34,17 +34,17 @@ from app.protocol.wire import WireMessage
 from app.rooms.kinds import INTERACTING
 from app.rooms.records import EVERY_ROOM, LeaseRow
 from tests.app.asking import ask
-from tests.app.persistence import postgres
 from tests.app.persistence.crash.life import BOARD, Life, living
-from tests.waiting import LIMIT, eventually, turns
+from tests.kit.postgres import PostgreSQL
+from tests.kit.waiting import LIMIT, eventually, turns
 
 KERNEL = kernel_digest_of(b"kernels")
 SECRET = b"\x2a" * 32
 
 
 @pytest.fixture
-def address(cluster: postgres.Cluster) -> str:
-    return cluster.new_database()
+def address(postgresql: PostgreSQL) -> str:
+    return postgresql.new_database()
 
 
 @contextlib.asynccontextmanager

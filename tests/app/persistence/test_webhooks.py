@@ -30,9 +30,10 @@ from app.rooms.records import (
 from app.webhooks.sender import FIRST, LONGEST, LOOK, MOST, Sender
 from app.webhooks.targets import Target
 from engine import Board
-from tests.app.persistence.server import SQLITE, Served
+from tests.app.persistence.conftest import SQLITE
 from tests.app.webhooks.target import SECRET, URL, FakeTarget, FlakyTarget
-from tests.waiting import eventually
+from tests.kit.process import ServerProcess
+from tests.kit.waiting import eventually
 
 BOARD = Board.preset("triangle-8")
 TARGET = Target(URL, SECRET)
@@ -266,9 +267,9 @@ def test_a_target_gets_every_ball_despite_failures_and_a_kill(url: str, tmp_path
     target = FlakyTarget()
 
     async def scene() -> None:
-        served = Served(url, target.options(tmp_path))
+        served = ServerProcess(url, target.options(tmp_path))
         with served:
-            async with httpx.AsyncClient(base_url=served.address, timeout=60.0) as client:
+            async with served.async_client() as client:
                 for seed in range(20):
                     answer = await client.post("/api/v1/rooms/main/drops", json={"seed": str(seed)})
                     answer.raise_for_status()
@@ -278,7 +279,7 @@ def test_a_target_gets_every_ball_despite_failures_and_a_kill(url: str, tmp_path
                 await eventually(lambda: target.heard)
                 served.end(signal.SIGKILL)
                 served.start()
-                async with httpx.AsyncClient(base_url=served.address, timeout=60.0) as client:
+                async with served.async_client() as client:
                     for seed in range(20, 40):
                         answer = await client.post(
                             "/api/v1/rooms/main/drops", json={"seed": str(seed)}

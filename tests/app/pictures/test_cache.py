@@ -15,7 +15,8 @@ from app.errors import BusyError, InvalidValueError
 from app.pictures.cache import Pictures, look
 from app.render import drop_animation, drop_picture
 from engine import Board, drop, drop_many
-from tests.app.conftest import TINY, Running
+from tests.app.conftest import TINY
+from tests.kit.serving import Running
 
 BOARD = Board.preset("triangle-12")
 DROP = "/api/v1/drops/triangle-12/42"

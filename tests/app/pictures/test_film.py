@@ -22,8 +22,9 @@ from app.rooms.independent import IndependentRoom
 from app.rooms.pending import DropCommand
 from app.web.limits import Budgets
 from engine import Board, World
-from tests.app.conftest import TINY, Running, constants, serving
-from tests.waiting import eventually, turns
+from tests.app.conftest import TINY
+from tests.kit.serving import Running, constants, serving
+from tests.kit.waiting import eventually, turns
 
 RED = THEMES["light"]["ball"]
 SHOT = Shot("r", 240, "light", 60)

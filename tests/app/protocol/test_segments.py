@@ -26,8 +26,9 @@ from app.rooms.independent import IndependentRoom
 from app.rooms.pending import DropCommand
 from engine import Board, ParameterError, World, drop
 from engine.constants import KIND_PEG, KIND_WALL
-from tests.app.conftest import Running, playing
 from tests.app.protocol.decoders import decode_segments, pose_at
+from tests.kit.player import playing
+from tests.kit.serving import Running
 from tests.long import tries
 
 GOLDEN = json.loads((Path(__file__).parents[2] / "golden" / "segments.json").read_text())

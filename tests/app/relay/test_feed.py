@@ -24,7 +24,7 @@ from engine import Board
 from tests.app.asking import ask
 from tests.app.live.test_registry import finish
 from tests.app.passes import run_pass
-from tests.waiting import eventually, turns
+from tests.kit.waiting import eventually, turns
 
 
 @dataclass
@@ -95,7 +95,7 @@ class Scene:
         return Ear(next(self.numbers))
 
     def direct(self) -> Ear:
-        """One who watches `main` without a relay."""
+        """ServerProcess who watches `main` without a relay."""
         ear = self.ear()
         self.rooms.enter(self.rooms.find("main"), ear.client)
         return ear

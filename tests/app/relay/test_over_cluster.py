@@ -6,14 +6,12 @@ from typing import Any
 import pytest
 
 from engine import Board, drop
-from tests.app.cluster import servers as processes
-from tests.app.cluster.conftest import postgresql  # noqa: F401 - a fixture
-from tests.app.cluster.servers import One, Servers
+from tests.app.cluster.servers import Servers, member
 from tests.app.cluster.test_servers import BOARD, drop_at, move, new_room
-from tests.app.conftest import playing
-from tests.app.persistence import postgres
-from tests.app.relay import redis as tests_redis
 from tests.app.relay.relays import relaying
+from tests.kit.player import playing
+from tests.kit.postgres import PostgreSQL
+from tests.kit.redis import MISSING, PROGRAM, Redis
 
 
 def as_alone(landed: dict[str, Any], seed: int) -> bool:
@@ -23,15 +21,15 @@ def as_alone(landed: dict[str, Any], seed: int) -> bool:
 
 
 @pytest.mark.postgresql
-@pytest.mark.skipif(tests_redis.PROGRAM is None, reason=tests_redis.MISSING)
+@pytest.mark.skipif(PROGRAM is None, reason=MISSING)
 async def test_a_room_is_followed_between_servers_even_after_a_kill(
-    postgresql: postgres.Cluster,  # noqa: F811 - the fixture itself
+    postgresql: PostgreSQL,
 ) -> None:
-    with tests_redis.running() as redis:
+    with Redis() as redis:
         relays = ("--relays", redis.url)
-        first, second = One("relayed1", more=relays), One("relayed2", more=relays)
+        first, second = member("relayed1", *relays), member("relayed2", *relays)
         both = Servers(postgresql.new_database(), (first, second))
-        with processes.kept(both), relaying(redis, first.url) as relay:
+        with both, relaying(redis, first.url) as relay:
             room = new_room(second)
             async with playing(relay.socket(room)) as far:
                 drop_at(second, room, 42)

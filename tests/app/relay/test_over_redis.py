@@ -1,6 +1,7 @@
 """A server and a relay over a real Redis: who watches, who plays, and who ends in between."""
 
 import contextlib
+import signal
 from collections.abc import Iterator
 
 import httpx
@@ -13,18 +14,18 @@ from app.relay.redis_at import redis_at
 from app.relay.served import create_relay
 from app.settings import Settings
 from benchmarks.load.generator import Load
-from tests.app.conftest import Running, playing, serving
-from tests.app.relay import redis as tests_redis
-from tests.app.relay.redis import MISSING, PROGRAM, Redis
 from tests.app.relay.relays import Relayed, relaying
-from tests.waiting import LIMIT, eventually
+from tests.kit.player import playing
+from tests.kit.redis import MISSING, PROGRAM, Redis
+from tests.kit.serving import Running, serving
+from tests.kit.waiting import LIMIT, eventually
 
 needs_redis = pytest.mark.skipif(PROGRAM is None, reason=MISSING)
 
 
 @pytest.fixture(scope="module")
 def redis() -> Iterator[Redis]:
-    with tests_redis.running() as found:
+    with Redis() as found:
         yield found
 
 
@@ -141,12 +142,12 @@ async def test_a_load_is_spread_over_all_that_it_is_given(both: tuple[Running, R
 @needs_redis
 async def test_redis_may_end_and_come_back() -> None:
     async with contextlib.AsyncExitStack() as stack:
-        own = stack.enter_context(tests_redis.running())
+        own = stack.enter_context(Redis())
         server = stack.enter_context(serving(relays=own.url))
         relay = stack.enter_context(relaying(own, server.url))
         far = await stack.enter_async_context(playing(relay.socket()))
         player = await stack.enter_async_context(playing(server.socket()))
-        own.stop()
+        own.end(signal.SIGKILL)
         await player.send(type="drop", seed=1)
         await player.until("accepted")
         own.start()

@@ -16,7 +16,9 @@ from app.rooms.log import verify_log
 from app.rooms.pending import DropCommand
 from app.rooms.stakes import MAX_STAKE, parse_stake, parse_who, payout_of
 from engine import Board, drop
-from tests.app.conftest import TINY, Player, Running, playing
+from tests.app.conftest import TINY
+from tests.kit.player import Player, playing
+from tests.kit.serving import Running
 
 
 @given(st.integers(0, MAX_STAKE), st.floats(0.0, 1e9))

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import httpx
 import pytest
 
-from tests.app.conftest import Running
+from tests.kit.serving import Running
 
 TEN_MEGABYTES = 10_000_000
 

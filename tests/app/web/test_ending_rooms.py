@@ -5,8 +5,7 @@ import pytest
 
 from app.computing import prices
 from benchmarks.scenes.expensive_boards import hall
-from tests.app.conftest import constants, serving
-from tests.waiting import LIMIT
+from tests.kit.serving import constants, serving
 
 
 @pytest.mark.parametrize("how", ["close", "reset"])
@@ -17,7 +16,7 @@ def test_after_an_endless_bounce_a_room_goes_on_its_owner_pays(
     with (
         constants(**little),
         serving() as server,
-        httpx.Client(base_url=f"{server.url}/api/v1", timeout=LIMIT) as http,
+        server.client("/api/v1") as http,
     ):
         made = http.post("/rooms", json={"board": hall()}).raise_for_status().json()
         bearer = {"authorization": f"Bearer {made['token']}"}

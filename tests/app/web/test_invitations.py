@@ -7,8 +7,9 @@ import numpy as np
 import numpy.typing as npt
 import zxingcpp
 
-from tests.app.conftest import TINY, Running
-from tests.waiting import LIMIT
+from tests.app.conftest import TINY
+from tests.kit.serving import Running
+from tests.kit.waiting import LIMIT
 
 SCALE = 8  # pixels a module
 
@@ -38,7 +39,7 @@ def read(svg: str) -> str:
 
 
 def test_the_code_of_a_room_leads_to_its_page(server: Running) -> None:
-    with httpx.Client(base_url=server.url, timeout=LIMIT) as http:
+    with server.client() as http:
         made = http.post("/api/v1/rooms", json={"board": TINY}).raise_for_status().json()["id"]
         answer = http.get(f"/api/v1/rooms/{made}/qr.svg").raise_for_status()
         assert answer.headers["content-type"] == "image/svg+xml"

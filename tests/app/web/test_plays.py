@@ -11,9 +11,10 @@ from typing import Any
 import httpx
 import pytest
 
-from tests.app.conftest import TINY, serving
+from tests.app.conftest import TINY
 from tests.app.live.sessions.test_fair_sessions import begun
-from tests.waiting import until
+from tests.kit.serving import serving
+from tests.kit.waiting import until
 
 BOARD = {**TINY, "drop": {"x": 0.0, "y": 0.0, "jitter": 0.25, "reach": 0.5, "aim": 0.25}}
 MARK = "mark of nobody else"
@@ -156,12 +157,12 @@ def test_plays_and_their_paths_outlive_the_server(tmp_path: Path) -> None:
     board.write_text(json.dumps(BOARD))
     url = f"sqlite:///{tmp_path / 'plinko.db'}"
     first = serving(database_url=url, board=str(board))
-    with first as server, httpx.Client(base_url=server.url, timeout=60.0) as http:
+    with first as server, server.client() as http:
         played(http, "main", seed="5", x=0.25, who=MARK)
         before = recalled(http)
     # The next server has another main board: this one is known from the ledger alone.
     second = serving(database_url=url, board="triangle-8")
-    with second as server, httpx.Client(base_url=server.url, timeout=60.0) as http:
+    with second as server, server.client() as http:
         assert recalled(http) == before
         (play,) = before["plays"]
         assert http.get(play["path"]).json()["digest"] == play["digest"]

@@ -6,7 +6,7 @@ import httpx
 import pytest
 
 from engine import Board
-from tests.app.conftest import Running
+from tests.kit.serving import Running
 
 DROP = "/api/v1/drops/triangle-12/42"
 OWN = Board.preset("triangle-8").replace(name="own").to_dict()

@@ -15,7 +15,8 @@ from engine import Board, drop, drop_many, preset_names
 from engine.parameters import Exact
 from engine.payouts.landings import aims_of
 from engine.payouts.record import odds_of_record
-from tests.app.conftest import TINY, Running, constants, serving
+from tests.app.conftest import TINY
+from tests.kit.serving import Running, constants, serving
 
 BOARD = Board.preset("triangle-16")
 
@@ -120,7 +121,7 @@ def test_too_many_boards_push_out_the_longest_unused() -> None:
     with (
         constants(**{"app.main.MAX_BOARDS": 2}),
         serving() as server,
-        httpx.Client(base_url=server.url, timeout=60.0) as http,
+        server.client() as http,
     ):
         digests = [
             http.post("/api/v1/boards", json={**TINY, "name": name}).json()["digest"]
@@ -638,7 +639,7 @@ def test_limits_answer_429_with_when_to_come_back() -> None:
     ):
         with (
             serving(**settings) as server,
-            httpx.Client(base_url=server.url, timeout=60.0) as http,
+            server.client() as http,
         ):
             board = TINY | slow
             room = http.post("/api/v1/rooms", json={"board": board}).raise_for_status().json()["id"]
@@ -654,7 +655,7 @@ def test_an_idle_room_makes_way_when_all_are_taken_a_busy_not() -> None:
     with (
         constants(**{"app.live.open_rooms.REST_SECONDS": 0.0}),
         serving(max_rooms=1) as server,
-        httpx.Client(base_url=server.url, timeout=60.0) as http,
+        server.client() as http,
     ):
         idle = http.post("/api/v1/rooms", json={"board": "triangle-16"}).json()["id"]
         busy = http.post("/api/v1/rooms", json={"board": "triangle-16"}).json()["id"]
@@ -743,7 +744,7 @@ def test_an_allowed_site_may_act_and_read() -> None:
     origin = "https://friend.example"
     with (
         serving(allowed_origins=(origin,)) as server,
-        httpx.Client(base_url=server.url, timeout=60.0) as http,
+        server.client() as http,
     ):
         response = http.post("/api/v1/rooms/main/drops", headers={"origin": origin})
         assert response.status_code == 202
@@ -768,13 +769,13 @@ def test_a_drop_says_how_sure_it_is_when_asked(http: httpx.Client) -> None:
 
 def test_the_stepped_solver_is_not_asked_how_sure_it_is(http: httpx.Client) -> None:
     response = http.get("/api/v1/drops/triangle-8/42?solver=stepped&certainty=true")
-    problem(response, 422, "bad-parameter", "only 'exact'")
+    problem(response, 422, "bad-parameter", "use 'exact'")
 
 
 def test_an_address_may_have_so_many_rooms_and_no_more() -> None:
     with (
         serving(creator_rooms=2) as server,
-        httpx.Client(base_url=server.url, timeout=60.0) as http,
+        server.client() as http,
     ):
         body = {"board": "triangle-8"}
         opened = [http.post("/api/v1/rooms", json=body) for _ in range(2)]
@@ -794,7 +795,7 @@ def test_a_board_of_too_many_parts_is_refused_unread() -> None:
     with (
         constants(**{"app.web.routes.common.MAX_SURFACES": 10}),
         serving() as server,
-        httpx.Client(base_url=server.url, timeout=60.0) as http,
+        server.client() as http,
     ):
         for path, body in (
             ("boards", board),

@@ -15,7 +15,8 @@ from app.web.schemas.body import decode
 from app.web.schemas.drops import DropRequest, SimulationRequest
 from app.web.schemas.rooms import RoomRequest
 from engine import Board
-from tests.app.conftest import TINY, Running
+from tests.app.conftest import TINY
+from tests.kit.serving import Running
 
 DROP = "/api/v1/drops/triangle-8/42"
 

@@ -10,8 +10,8 @@ import pytest
 from app.rooms.log import verify_log
 from app.rooms.touching.story import MOST_INPUTS
 from engine.constants import PHYSICS_VERSION
-from tests.app.conftest import Running, serving
 from tests.js.solver.test_touching import SCENES, told_by_room
+from tests.kit.serving import Running, serving
 
 NAME = "thrown and held"
 
@@ -76,13 +76,13 @@ def test_a_room_of_a_story_is_there_after_a_restart(tmp_path: Path) -> None:
     url = f"sqlite:///{tmp_path / 'plinko.db'}"
     with (
         serving(database_url=url) as running,
-        httpx.Client(base_url=running.url, timeout=60.0) as client,
+        running.client() as client,
     ):
         room = opened(client, paused(story()))["id"]
         before = positions(running, room)
     with (
         serving(database_url=url) as running,
-        httpx.Client(base_url=running.url, timeout=60.0) as client,
+        running.client() as client,
     ):
         assert client.get(f"/api/v1/rooms/{room}").json()["tick"] == SCENES[NAME][2]
         assert positions(running, room) == before

@@ -7,7 +7,9 @@ from typing import Any
 import httpx
 import pytest
 
-from tests.app.conftest import TINY, Running, playing
+from tests.app.conftest import TINY
+from tests.kit.player import playing
+from tests.kit.serving import Running
 
 BIG = 1 << 12  # bytes; a body over this is checked by a worker
 

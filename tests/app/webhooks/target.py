@@ -19,8 +19,8 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
-from tests.ports import free_port
-from tests.waiting import eventually
+from tests.kit.port import free_port
+from tests.kit.waiting import eventually
 
 KEY = b"s" * 32
 SECRET = "whsec_" + base64.b64encode(KEY).decode()

@@ -5,9 +5,10 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from tests.browser.conftest import Open, Quick, ServerProcess, quick_table
+from tests.browser.conftest import Open, Quick, quick_table
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted
 from tests.browser.screen import COUNT_FRAMES
+from tests.kit.process import ServerProcess
 
 
 def test_a_whole_game_by_keyboard_alone(opened: Open, server: ServerProcess) -> None:

@@ -4,8 +4,9 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.access.axe import asks_axe, check_axe
-from tests.browser.conftest import Open, ServerProcess, quick_table
+from tests.browser.conftest import Open, quick_table
 from tests.browser.looks import SCREENS, context_for, each_screen
+from tests.kit.process import ServerProcess
 
 
 @pytest.mark.long

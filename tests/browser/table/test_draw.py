@@ -2,7 +2,8 @@
 
 from playwright.sync_api import expect
 
-from tests.browser.conftest import Open, ServerProcess, quick_table
+from tests.browser.conftest import Open, quick_table
+from tests.kit.process import ServerProcess
 
 
 def test_a_draw_shows_its_odds_and_its_session_is_proven(

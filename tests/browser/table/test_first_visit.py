@@ -5,7 +5,8 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, ViewportSize, expect
 
-from tests.browser.conftest import NO_DEMO, Complaints, ServerProcess
+from tests.browser.conftest import NO_DEMO, Complaints
+from tests.kit.process import ServerProcess
 
 DESK, PHONE = (1280, 800), (390, 844)
 PAGES = [

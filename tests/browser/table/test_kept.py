@@ -5,8 +5,9 @@ import json
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.browser.conftest import Open, Quick, ServerProcess, quick_table
+from tests.browser.conftest import Open, Quick, quick_table
 from tests.browser.screen import Screen
+from tests.kit.process import ServerProcess
 
 GRANT = 1000
 

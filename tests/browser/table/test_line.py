@@ -4,7 +4,8 @@ import pytest
 from playwright.sync_api import expect
 
 from app.cli import main
-from tests.browser.conftest import OPERATOR, Complaints, Open, Quick, ServerProcess
+from tests.browser.conftest import Complaints, Open, Quick
+from tests.kit.process import OPERATOR, ServerProcess
 
 
 def test_a_ball_in_flight_stays_ours_when_only_the_line_broke(opened: Open) -> None:

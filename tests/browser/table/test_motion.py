@@ -6,8 +6,9 @@ import httpx
 from playwright.sync_api import expect
 
 from engine import Board
-from tests.browser.conftest import Open, Quick, ServerProcess
-from tests.waiting import LIMIT
+from tests.browser.conftest import Open, Quick
+from tests.kit.process import ServerProcess
+from tests.kit.waiting import LIMIT
 
 
 def test_a_long_flight_without_news_is_no_broken_line(opened: Open, server: ServerProcess) -> None:

@@ -8,8 +8,9 @@ from typing import Any
 from playwright.sync_api import expect
 
 from engine import drop
-from tests.browser.conftest import Open, Quick, ServerProcess, quick_table
+from tests.browser.conftest import Open, Quick, quick_table
 from tests.browser.screen import COUNT_FRAMES, HEAR
+from tests.kit.process import ServerProcess
 
 
 def distance_to_path(place: list[float], path: list[list[float]]) -> float:

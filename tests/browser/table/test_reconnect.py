@@ -7,7 +7,8 @@ import pytest
 from playwright.sync_api import expect
 
 from engine import drop
-from tests.browser.conftest import Complaints, Open, ServerProcess, quick_table
+from tests.browser.conftest import Complaints, Open, browsed, quick_table
+from tests.kit.process import ServerProcess
 
 # What a browser writes of requests that were under way, or made, while the server was gone.
 GONE = (
@@ -17,12 +18,10 @@ GONE = (
 
 
 @pytest.fixture(scope="module")
-def server() -> Iterator[ServerProcess]:
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
     """A server of these tests' own, to be killed."""
-    running = ServerProcess()
-    running.start()
-    yield running
-    running.kill()
+    with browsed(tmp_path_factory.mktemp("server")) as running:
+        yield running
 
 
 def test_play_goes_on_after_the_server_is_killed_and_restarted(
@@ -31,7 +30,7 @@ def test_play_goes_on_after_the_server_is_killed_and_restarted(
     quick = quick_table(server, "triangle-8")
     screen = opened(quick.page).ready()
     screen.seed.fill("42")
-    server.kill(signal.SIGKILL)
+    server.end(signal.SIGKILL)
     screen.state("reconnecting")
     expect(screen.page.locator("#state-text")).to_contain_text("Offline. Next try")
     screen.drop.click()
@@ -60,7 +59,7 @@ def test_a_ball_in_flight_is_paid_though_the_server_died(
     screen = opened("/?room=triangle-8").ready()
     screen.drop.click()
     screen.state("live")
-    server.kill(signal.SIGKILL)
+    server.end(signal.SIGKILL)
     screen.state("reconnecting")
     expect(screen.rows).to_have_count(0)
     server.start()

@@ -8,8 +8,9 @@ import numpy as np
 from PIL import Image
 from playwright.sync_api import expect
 
-from tests.browser.conftest import Open, ServerProcess
-from tests.waiting import LIMIT
+from tests.browser.conftest import Open
+from tests.kit.process import ServerProcess
+from tests.kit.waiting import LIMIT
 
 
 def test_an_image_tag_shows_a_room_as_it_moves(opened: Open, server: ServerProcess) -> None:

@@ -7,9 +7,10 @@ from playwright.sync_api import expect
 
 from engine import drop
 from engine.board.materials import GRAVITY
-from tests.browser.conftest import Open, Quick, Run, ServerProcess, quick_table
+from tests.browser.conftest import Open, Quick, Run, quick_table
 from tests.browser.looks import painted
 from tests.browser.screen import COUNT_FRAMES, Screen
+from tests.kit.process import ServerProcess
 
 
 def test_several_balls_of_one_push_have_one_seed_after_the_other(

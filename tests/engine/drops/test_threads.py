@@ -7,7 +7,7 @@ from threading import Barrier, Event, get_ident
 import pytest
 
 from engine.drops.threads import share
-from tests.waiting import LIMIT
+from tests.kit.waiting import LIMIT
 
 INTERRUPTED = """
 import signal

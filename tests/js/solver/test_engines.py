@@ -20,7 +20,7 @@ import pytest
 
 from tests.engine.artifact.drops import cases
 from tests.js.conftest import MODULES
-from tests.waiting import LIMIT
+from tests.kit.waiting import LIMIT
 
 FIREFOX, JSC, CHROMIUM = (os.environ.get(name, "") for name in ("FIREFOX", "JSC", "CHROMIUM"))
 

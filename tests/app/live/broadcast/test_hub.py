@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from app.errors import AppError, RoomFullError, SlowClientError
 from app.live.broadcast.hub import Client, Hub, Mailbox, Traffic
 from app.protocol.wire import WireMessage
-from tests.waiting import turns
+from tests.kit.waiting import turns
 
 
 def event(text: str) -> WireMessage:

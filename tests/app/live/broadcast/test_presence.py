@@ -3,14 +3,15 @@
 from collections.abc import Callable
 from typing import Any
 
-import httpx
 import pytest
 
 from app.live.broadcast.hub import Client, Mailbox
 from app.live.broadcast.presence import MOST_NAMED, Presence
 from app.protocol import messages
-from tests.app.conftest import TINY, Running, playing
+from tests.app.conftest import TINY
 from tests.app.protocol.test_seeds import Ear, Watched
+from tests.kit.player import playing
+from tests.kit.serving import Running
 
 ACCEPTED = messages.Accepted(ball=0, seed="1", x=0.0, explicit_x=False, tick=1)
 
@@ -149,7 +150,7 @@ def test_a_ball_names_its_visitor_and_others_hear_of_balls_only(stream: str) -> 
 async def test_two_visitors_see_each_other_and_the_log_has_neither(
     server: Running,
 ) -> None:
-    async with httpx.AsyncClient(base_url=server.url, timeout=60.0) as http:
+    async with server.async_client() as http:
         made = (await http.post("/api/v1/rooms", json={"board": TINY})).json()
     url = server.socket(made["id"])
     async with playing(url) as ada, playing(url) as ben, playing(url) as old:
@@ -166,7 +167,7 @@ async def test_two_visitors_see_each_other_and_the_log_has_neither(
         assert (await ben.until("error"))["code"] == "rate-limited"
     assert mine["visitors"] == [{"visitor": 1, "name": "Ada Unkept", "colour": "#57c7ff"}]
     assert not [event for event in old.events if event["type"] == "presence"]
-    async with httpx.AsyncClient(base_url=server.url, timeout=60.0) as http:
+    async with server.async_client() as http:
         owner = {"authorization": f"Bearer {made['token']}"}
         log = await http.get(f"/api/v1/rooms/{made['id']}/log", headers=owner)
     assert log.json()["drops"]

@@ -16,7 +16,8 @@ from websockets.protocol import State
 from app.live.broadcast.transport import DirectConnection, DirectProtocol
 from app.protocol.wire import WireMessage
 from engine import Board, drop
-from tests.app.conftest import playing, serving
+from tests.kit.player import playing
+from tests.kit.serving import serving
 
 
 @given(st.binary(max_size=300) | st.sampled_from([bytes(65535), bytes(65536)]))

@@ -9,7 +9,7 @@ import pytest
 from app.rooms.canonical import canonical
 from app.rooms.log import verify_log
 from engine import Board, drop, find_draw
-from tests.app.conftest import TINY, Running, playing
+from tests.app.conftest import TINY
 from tests.app.live.sessions.test_fair_sessions import (
     COMMITMENT,
     SEED,
@@ -18,6 +18,8 @@ from tests.app.live.sessions.test_fair_sessions import (
     checked,
     exported,
 )
+from tests.kit.player import playing
+from tests.kit.serving import Running
 
 BOARD = Board.from_json(TINY)
 ODDS = [9999, 1]

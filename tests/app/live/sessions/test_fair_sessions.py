@@ -13,8 +13,10 @@ from app.fairness.export import read_export
 from app.fairness.signing import is_signed
 from app.settings import page_kernels
 from engine.merkle import is_consistent
-from tests.app.conftest import TINY, Running, playing
-from tests.waiting import until
+from tests.app.conftest import TINY
+from tests.kit.player import playing
+from tests.kit.serving import Running
+from tests.kit.waiting import until
 
 SEED = b"\x2a" * 32
 COMMITMENT = hashlib.sha256(SEED).hexdigest()

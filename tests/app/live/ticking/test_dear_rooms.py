@@ -24,7 +24,7 @@ from engine.physics import body
 from engine.world.exact_path import KEPT, SLICE
 from tests.app.asking import ask
 from tests.app.passes import run_pass
-from tests.waiting import turns
+from tests.kit.waiting import turns
 
 MAIN = Board.preset("triangle-8")
 HALL = Board.from_json(hall())

@@ -12,7 +12,7 @@ from app.settings import Settings
 from engine import Board
 from tests.app.asking import ask
 from tests.app.passes import run_pass
-from tests.waiting import turns
+from tests.kit.waiting import turns
 
 MAIN = Board.preset("triangle-8")
 

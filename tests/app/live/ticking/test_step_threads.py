@@ -23,7 +23,7 @@ from benchmarks.scenes.expensive_boards import large
 from engine import Board, World, drop
 from tests.app.asking import ask, change
 from tests.app.passes import run_pass
-from tests.waiting import LIMIT, eventually, turns
+from tests.kit.waiting import LIMIT, eventually, turns
 
 MAIN = Board.preset("triangle-8")
 HEAP = {"scene": "sandbox", "balls": 60, "substeps": 8}

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.live.ticking.ticker import Schedule, Ticker
-from tests.waiting import turns
+from tests.kit.waiting import turns
 
 PERIOD = 1.0 / 60.0
 

@@ -20,8 +20,8 @@ from app.persistence.checks.audit import landing_ticks
 from app.persistence.statements import store
 from app.rooms.kinds import INDEPENDENT
 from engine import Board, World, drop
-from tests.app.persistence import postgres
 from tests.app.persistence.crash.life import BOARD, break_page, living, look
+from tests.kit.postgres import PostgreSQL
 
 _OWN = "(SELECT number FROM rooms WHERE owned)"
 _TABLE = "(SELECT number FROM rooms WHERE mode = 'interacting')"
@@ -203,9 +203,9 @@ def test_a_ledger_that_is_not_there_cannot_be_checked(
 
 @pytest.mark.postgresql
 def test_postgresqls_own_check_is_asked_where_it_is_installed(
-    cluster: postgres.Cluster, capsys: pytest.CaptureFixture[str]
+    postgresql: PostgreSQL, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    url = cluster.new_database()
+    url = postgresql.new_database()
     asyncio.run(play(url))
     with psycopg.connect(url, autocommit=True) as connection:
         connection.execute("CREATE EXTENSION amcheck")

@@ -10,7 +10,7 @@ import signal
 import sys
 
 from tests.app.persistence.ledger.stepped import Table
-from tests.app.persistence.oracle import Told
+from tests.kit.told import Told
 
 
 def play(url: str, stop: int) -> None:

@@ -29,7 +29,7 @@ from app.settings import Settings
 from engine import Board
 from tests.app.asking import ask
 from tests.app.passes import run_pass
-from tests.waiting import LIMIT, eventually, turns
+from tests.kit.waiting import LIMIT, eventually, turns
 
 BOARD = Board.preset("triangle-8")
 

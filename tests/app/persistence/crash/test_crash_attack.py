@@ -24,8 +24,7 @@ from benchmarks.serving.attack.attackers import LOGGED
 from benchmarks.serving.process import can_watch
 from engine import Board
 from tests.app.persistence.crash.siege import Siege
-from tests.app.persistence.oracle import hold
-from tests.app.persistence.server import Served
+from tests.kit.process import ServerProcess
 
 HOURS: Final = float(os.environ.get("PLINKO_TEST_HOURS", "0.05"))
 LONG_LOG: Final = LOGGED if HOURS >= 0.5 else 1000  # drops
@@ -38,11 +37,17 @@ FLAGS: Final = ("--max-rooms", "100")
 PROGRAM: Final = (
     "-c",
     "from app.live import open_rooms; open_rooms.REST_SECONDS = 60.0; import app.cli.__main__",
+    *("serve", "--drop-rate", "1000"),
 )
 
 
 def board_that_ends_at_once() -> Board:
     return Board.from_json({**hall(), "name": "fast", "walls": hall()["walls"][:2]})
+
+
+def besieged(file: Path, chance: random.Random, pause: float = 1.0) -> Siege:
+    server = ServerProcess(f"sqlite:///{file}", FLAGS, PROGRAM)
+    return Siege(server=server, file=file, chance=chance, pauses=(0.3, pause))
 
 
 @pytest.mark.long("a server is attacked for minutes")
@@ -51,26 +56,15 @@ def board_that_ends_at_once() -> Board:
 async def test_whoever_attacks_every_ball_is_where_it_belongs(tmp_path: Path) -> None:
     file = tmp_path / "plinko.db"
     chance = random.Random(int(os.environ.get("PLINKO_TEST_SEED", "1")))
-    siege = Siege(Served(f"sqlite:///{file}", FLAGS, PROGRAM), file, chance)
-    seeds = itertools.count(chance.randrange(1 << 60))
+    siege = besieged(file, chance)
     with siege.server:
-        await _fill(siege, seeds, LONG_LOG)
+        await _fill(siege, LONG_LOG)
         siege.open(Board.preset("classic"))
         for room, board in (("main", "triangle-16"), ("triangle-8", "triangle-8")):
             siege.join(room, Board.preset(board))
         siege.join(TOUCHING, None)
-        players = [
-            asyncio.create_task(siege.keep_playing(told, seeds, chance.uniform(0.3, 1.0)))
-            for told in siege.rooms.values()
-        ]
-        standing = asyncio.create_task(siege.stand(3600 * HOURS))
-        ended, _ = await asyncio.wait([standing, *players], return_when=asyncio.FIRST_COMPLETED)
-        for each in [standing, *players]:
-            each.cancel()
-        await asyncio.gather(standing, *players, return_exceptions=True)
-        assert ended == {standing}, [each.exception() for each in ended]
-        standing.result()
-        await siege.until_still()
+        async with siege.playing():
+            await siege.stand(3600 * HOURS)
         _hold_logs(siege)
         assert siege.server.end(signal.SIGTERM) == 0
         siege.server.start()
@@ -82,35 +76,27 @@ async def test_whoever_attacks_every_ball_is_where_it_belongs(tmp_path: Path) ->
 @pytest.mark.timeout(3600)
 async def test_a_hundred_log_readers_cost_no_room_and_no_restart(tmp_path: Path) -> None:
     file = tmp_path / "plinko.db"
-    siege = Siege(Served(f"sqlite:///{file}", FLAGS, PROGRAM), file, random.Random(1))
-    seeds = itertools.count(1 << 40)
+    siege = besieged(file, random.Random(1), pause=0.3)
     with siege.server:
-        await _fill(siege, seeds, LOGGED)
+        await _fill(siege, LOGGED)
         siege.join("main", Board.preset("triangle-16"))
-        players = [
-            asyncio.create_task(siege.keep_playing(told, seeds, 0.3))
-            for told in siege.rooms.values()
-        ]
-        for how in (signal.SIGTERM, signal.SIGKILL, signal.SIGTERM):
-            async with siege.attacked(READERS, "127.0.0.2"):
-                await asyncio.sleep(READING)  # no wait: how long it lasts
-            await siege.until_all_take_drops()
-            await siege.again(how)
-            await siege.until_all_take_drops()
-        for each in players:
-            each.cancel()
-        await asyncio.gather(*players, return_exceptions=True)
-        await siege.until_still()
+        async with siege.playing():
+            for how in (signal.SIGTERM, signal.SIGKILL, signal.SIGTERM):
+                async with siege.attacked(READERS, "127.0.0.2"):
+                    await asyncio.sleep(READING)  # no wait: how long it lasts
+                await siege.until_all_take_drops()
+                await siege.again(how)
+                await siege.until_all_take_drops()
         _hold_logs(siege)
         assert siege.server.end(signal.SIGTERM) == 0
     _hold_ledger(siege, READERS)
 
 
-async def _fill(siege: Siege, seeds: "itertools.count[int]", drops: int) -> None:
+async def _fill(siege: Siege, drops: int) -> None:
     """A player's room gets its long log."""
     told = siege.open(board_that_ends_at_once())
     siege.logged = told.room
-    filling = asyncio.create_task(siege.keep_playing(told, seeds, 0.004))
+    filling = asyncio.create_task(siege.play(told, itertools.count(), 0.004))
     while len(told.accepted) < drops and not filling.done():
         await asyncio.sleep(0.1)
     filling.cancel()
@@ -120,7 +106,7 @@ async def _fill(siege: Siege, seeds: "itertools.count[int]", drops: int) -> None
 def _hold_logs(siege: Siege) -> None:
     """Every room's log verifies, and has what players were told."""
     for name, told in siege.rooms.items():
-        log = siege.server.get(f"/api/v1/rooms/{name}/log")
+        log = siege.server.get(f"/api/v1/rooms/{name}/log").json()
         found = verify_log(log)
         assert found.ok, f"{name}: {found}"
         if name not in siege.boards:
@@ -129,11 +115,8 @@ def _hold_logs(siege: Siege) -> None:
 
 
 def _hold_ledger(siege: Siege, what: str) -> None:
-    url = siege.server.url
-    drops = sum(
-        hold(url, siege.rooms[name], board, killed=True) for name, board in siege.boards.items()
-    )
-    database, audit = Database(url), Audit()
+    drops = siege.hold(siege.server.ledger, killed=True)
+    database, audit = Database(siege.server.ledger), Audit()
     database.open()
     assert not check_database(database)
     with database.transaction() as connection:
@@ -142,9 +125,9 @@ def _hold_ledger(siege: Siege, what: str) -> None:
         audit.look(database, number, replay=False)
     database.close()
     assert not audit.findings
-    taken = sum(len(told.accepted) for told in siege.rooms.values())
     print(  # noqa: T201
         f"\n{what}: {dict(siege.happened)}\nanswers: {dict(siege.answers)}\n"
-        f"{taken} drops were told, {drops} computed again, {audit.drops} in the ledger, "
-        f"slowest start {max(siege.server.starts):.1f} s: all are as they were told"
+        f"{siege.acknowledged} drops were told, {drops} computed again, "
+        f"{audit.drops} in the ledger, all are as they were told; "
+        f"slowest start {max(siege.server.starts):.1f} s"
     )

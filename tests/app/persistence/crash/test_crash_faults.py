@@ -6,26 +6,23 @@ not in the ledger, and one that is there was told to all.
 
 import asyncio
 import contextlib
-import itertools
 import os
 import random
 import signal
 import sqlite3
-from collections.abc import AsyncIterator, Callable, Coroutine
+from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import AbstractAsyncContextManager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-import httpx
 import psycopg
 import pytest
 
 from app.rooms.log import verify_log
 from engine import Board
-from tests.app.persistence.oracle import hold
-from tests.app.persistence.server import Heard, Served, play
-from tests.waiting import LIMIT, eventually
+from tests.kit.process import ServerProcess
+from tests.kit.siege import Heard, Siege, play
+from tests.kit.waiting import LIMIT, eventually
 
 FAULTS = int(os.environ.get("PLINKO_TEST_FAULTS", "20"))
 SECONDS = (0.5, 1.0, 1.7, 2.0, 2.2, 2.5, 3.0, 4.0, 6.0, 10.0)
@@ -35,62 +32,36 @@ TOUCHING = "interacting-triangle-8"
 Fault = Callable[["Load", float], AbstractAsyncContextManager[None]]
 
 
-@dataclass
-class Load:
+@dataclass(kw_only=True)
+class Load(Siege):
     """Players at three rooms of a server that is not to lose them."""
 
-    server: Served
-    chance: random.Random
+    server: ServerProcess
     file: Path | None = None  # SQLite's
     disk: Path | None = None  # that may be filled
-    rooms: dict[str, Heard] = field(
-        default_factory=lambda: {name: Heard(name) for name in (*TABLES, TOUCHING)}
-    )
 
-    @property
-    def taken(self) -> int:
-        """Drops that players were told of as accepted."""
-        return sum(len(told.accepted) for told in self.rooms.values())
+    def somewhere(self) -> ServerProcess:
+        return self.server
 
-    @contextlib.asynccontextmanager
-    async def playing(self) -> AsyncIterator[list["asyncio.Task[None]"]]:
-        seeds = itertools.count(self.chance.randrange(1 << 60))
-        stop = asyncio.Event()
+    async def play(self, told: Heard, seeds: Iterator[int], pause: float | None = 0.3) -> None:
+        """Play while the line lasts, which is to be to the end."""
+        await play(self.server, told, seeds, 0.3, stakes=told.room in self.boards)
 
-        def playing(name: str, told: Heard) -> Coroutine[Any, Any, None]:
-            until_stopped = itertools.takewhile(lambda _: not stop.is_set(), seeds)
-            return play(self.server, told, until_stopped, 0.3, stakes=name in TABLES)
+    async def until_still(self) -> None:
+        await super().until_still()
+        # What was said last is on its way.
+        tables = [self.rooms[name] for name in self.boards]
+        await eventually(lambda: all(t.accepted.keys() == t.landed.keys() for t in tables))
 
-        players = [asyncio.create_task(playing(*each)) for each in self.rooms.items()]
-        try:
-            yield players
-            stop.set()
-            await eventually(lambda: self._still)
-            # What was said last is on its way.
-            await eventually(lambda: all(t.accepted.keys() == t.landed.keys() for t in self.tables))
-        finally:
-            for player in players:
-                player.cancel()
-            await asyncio.gather(*players, return_exceptions=True)
-
-    @property
-    def tables(self) -> list[Heard]:
-        """The rooms whose balls land one by one."""
-        return [self.rooms[name] for name in TABLES]
-
-    @property
-    def _still(self) -> bool:
-        return not any(room["awake"] for room in self.server.get("/api/v1/rooms")["rooms"])
+    def came_through(self, told: Heard) -> int:
+        return len(told.accepted)
 
     async def ready(self) -> None:
         """Until the server says so, and takes drops in every room."""
-        async with httpx.AsyncClient(base_url=self.server.address, timeout=LIMIT) as http:
+        async with self.server.async_client() as http:
             while (await http.get("/readyz")).status_code != 200:
                 await asyncio.sleep(0.05)
-        before = {name: len(told.accepted) for name, told in self.rooms.items()}
-        await eventually(
-            lambda: all(len(told.accepted) > before[name] for name, told in self.rooms.items())
-        )
+        await self.until_all_take_drops()
 
 
 @contextlib.asynccontextmanager
@@ -122,14 +93,14 @@ async def full_disk(load: Load, seconds: float) -> AsyncIterator[None]:
 
 @contextlib.asynccontextmanager
 async def locked_tables(load: Load, seconds: float) -> AsyncIterator[None]:
-    async with await psycopg.AsyncConnection.connect(load.server.url) as connection:
+    async with await psycopg.AsyncConnection.connect(load.server.ledger) as connection:
         await connection.execute("LOCK TABLE rooms IN ACCESS EXCLUSIVE MODE")
         yield
 
 
 async def _backend(load: Load) -> int:
     """The process that PostgreSQL has for the server's connection."""
-    async with await psycopg.AsyncConnection.connect(load.server.url) as connection:
+    async with await psycopg.AsyncConnection.connect(load.server.ledger) as connection:
         while True:
             found = await connection.execute(
                 "SELECT pid FROM pg_stat_activity WHERE application_name = 'plinko' "
@@ -159,10 +130,9 @@ async def cut_line(load: Load, seconds: float) -> AsyncIterator[None]:
 
 @contextlib.asynccontextmanager
 async def frozen_server(load: Load, seconds: float) -> AsyncIterator[None]:
-    assert load.server.process is not None
-    load.server.process.send_signal(signal.SIGSTOP)
+    load.server.send(signal.SIGSTOP)
     yield
-    load.server.process.send_signal(signal.SIGCONT)
+    load.server.send(signal.SIGCONT)
 
 
 KINDS: dict[str, dict[str, Fault]] = {
@@ -198,7 +168,7 @@ def _ledger(
     if kind == "full disk":
         address, disk = request.getfixturevalue("database_on_small_disk")
         return address, None, disk
-    return request.getfixturevalue("cluster").new_database(), None, None
+    return request.getfixturevalue("postgresql").new_database(), None, None
 
 
 @pytest.mark.long("a server under load meets stalls and frozen back ends")
@@ -209,7 +179,10 @@ async def test_stalls_and_full_disks_leave_the_ledger_as_told(
 ) -> None:
     url, file, disk = _ledger(database, kind, request)
     seed = int(os.environ.get("PLINKO_TEST_SEED", "1"))
-    load = Load(Served(url), random.Random(f"{kind} {seed}"), file, disk)
+    chance = random.Random(f"{kind} {seed}")
+    load = Load(server=ServerProcess(url), chance=chance, file=file, disk=disk)
+    for room in (*TABLES, TOUCHING):
+        load.join(room, Board.preset(TABLES[room]) if room in TABLES else None)
     with load.server as server:
         async with load.playing() as players:
             for _ in range(FAULTS):
@@ -220,20 +193,21 @@ async def test_stalls_and_full_disks_leave_the_ledger_as_told(
                     await asyncio.sleep(seconds)  # no wait: how long it takes is the claim
             await load.ready()
             assert not any(player.done() for player in players), "no player was sent away"
-        logs = {name: server.get(f"/api/v1/rooms/{name}/log") for name in load.rooms}
+        logs = {name: server.get(f"/api/v1/rooms/{name}/log").json() for name in load.rooms}
         assert all(verify_log(log).ok for log in logs.values())
         said = [(each["seed"], each["tick"]) for each in load.rooms[TOUCHING].accepted.values()]
         inputs = logs[TOUCHING]["inputs"]
         assert sorted(said) == sorted((each["input"]["seed"], each["tick"]) for each in inputs)
         assert server.end(signal.SIGTERM) == 0
         server.start()
-        assert {name: server.get(f"/api/v1/rooms/{name}")["stats"]["drops"] for name in TABLES} == {
+        rooms = {name: server.get(f"/api/v1/rooms/{name}").json() for name in TABLES}
+        assert {name: room["stats"]["drops"] for name, room in rooms.items()} == {
             name: len(load.rooms[name].accepted) for name in TABLES
         }
         assert server.end(signal.SIGTERM) == 0
-    drops = sum(hold(url, load.rooms[name], Board.preset(TABLES[name])) for name in TABLES)
+    drops = load.hold(url)
     refused = sum(len(told.refused) for told in load.rooms.values())
     print(  # noqa: T201
-        f"{kind} on {database}: {FAULTS} faults, {load.taken} drops taken, {refused} refused, "
-        f"{drops} computed again, all as they were told"
+        f"{kind} on {database}: {FAULTS} faults, {load.acknowledged} drops taken, "
+        f"{refused} refused, {drops} computed again, all as they were told"
     )

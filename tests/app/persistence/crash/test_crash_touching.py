@@ -5,15 +5,15 @@ import random
 import signal
 from typing import Any
 
-import httpx
-import msgspec
 import pytest
-from websockets.asyncio.client import ClientConnection, connect
+from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed
 
 from app.rooms import log as roomlog
-from tests.app.persistence.server import KILLS, POSTGRESQL, SQLITE, Served
-from tests.waiting import eventually
+from tests.app.persistence.conftest import KILLS, POSTGRESQL, SQLITE
+from tests.kit.player import events_of, joining, send, tick_of
+from tests.kit.process import ServerProcess
+from tests.kit.waiting import eventually
 
 PLACED = 2  # balls at least, between one kill and the next
 
@@ -28,10 +28,9 @@ class Told:
 
     def hear(self, frame: str | bytes) -> None:
         if isinstance(frame, bytes):
-            self.tick = max(self.tick, int.from_bytes(frame[4:8], "little"))
+            self.tick = max(self.tick, tick_of(frame))
             return
-        value = msgspec.json.decode(frame)
-        for event in value if isinstance(value, list) else [value]:
+        for event in events_of(frame):
             if event["type"] == "hello":
                 assert event["tick"] >= self.tick, "a tick that was shown was taken back"
                 self.balls = event["arena"]["balls"]["ball"]
@@ -57,7 +56,7 @@ async def play(line: ClientConnection, told: Told, chance: random.Random, kill: 
                     {"type": "settings", "gravity": 5.0 + x},
                 ]
             )
-            await line.send(msgspec.json.encode(message).decode())
+            await send(line, **message)
             await asyncio.sleep(0.03)  # no wait: a player's pace
 
     acting = asyncio.create_task(act())
@@ -73,8 +72,8 @@ async def play(line: ClientConnection, told: Told, chance: random.Random, kill: 
         await asyncio.gather(acting, return_exceptions=True)
 
 
-def log_of(server: Served, room: str) -> dict[str, Any]:
-    log: dict[str, Any] = server.get(f"/api/v1/rooms/{room}/log")
+def log_of(server: ServerProcess, room: str) -> dict[str, Any]:
+    log: dict[str, Any] = server.get(f"/api/v1/rooms/{room}/log").json()
     return log
 
 
@@ -83,11 +82,10 @@ def log_of(server: Served, room: str) -> dict[str, Any]:
 @pytest.mark.timeout(3600)
 async def test_what_a_box_was_told_survives_every_kill_and_replays(url: str) -> None:
     chance, told = random.Random(3), Told()
-    with Served(url) as server:
+    with ServerProcess(url) as server:
         body = {"scene": {"scene": "sandbox", "balls": 15, "restitution": 0.9}}
-        async with httpx.AsyncClient(base_url=server.address, timeout=60.0) as http:
+        async with server.async_client() as http:
             room = (await http.post("/api/v1/rooms", json=body)).json()
-        address = f"ws{server.address.removeprefix('http')}/ws/rooms/{room['id']}"
 
         async def kill() -> None:
             enough = len(told.placed) + PLACED
@@ -96,10 +94,9 @@ async def test_what_a_box_was_told_survives_every_kill_and_replays(url: str) -> 
             await asyncio.to_thread(server.end, signal.SIGKILL)
 
         for _ in range(KILLS):
-            async with connect(address, compression=None, max_size=None, max_queue=None) as line:
+            async with joining(server.socket(room["id"]), max_size=None) as line:
                 told.hear(await line.recv())
-                claim = {"type": "claim", "token": room["token"]}
-                await line.send(msgspec.json.encode(claim).decode())
+                await send(line, type="claim", token=room["token"])
                 await play(line, told, chance, kill())
             await asyncio.to_thread(server.start)
             log = await asyncio.to_thread(log_of, server, room["id"])

@@ -36,7 +36,7 @@ from app.rooms.room import Room
 from app.settings import Settings
 from engine import Board
 from tests.app.passes import run_pass
-from tests.app.persistence.oracle import Told
+from tests.kit.told import Told
 
 T = TypeVar("T")
 

@@ -16,8 +16,8 @@ from app.rooms.records import DropRow, Halt
 from engine import Board
 from tests.app.conftest import TINY
 from tests.app.persistence.ledger.stepped import PATIENCE, Steps, Table
-from tests.app.persistence.oracle import Told
-from tests.waiting import LIMIT, eventually
+from tests.kit.told import Told
+from tests.kit.waiting import LIMIT, eventually
 
 GONE = LedgerError("gone")
 

@@ -23,7 +23,7 @@ from app.rooms.log import verify_log
 from engine import Board
 from tests.app.conftest import TINY
 from tests.app.persistence.ledger.stepped import PATIENCE, Table, failure
-from tests.app.persistence.oracle import Told, hold
+from tests.kit.told import Told, hold
 from tests.long import tries
 
 pytestmark = pytest.mark.timeout(7200)  # each with LONG=1: four hundred plays, or each step of one

@@ -10,8 +10,8 @@ from app.errors import DamagedRoomError, SettingError
 from app.persistence.ledger.database import HEAD, Database, address
 from app.persistence.statements import store, tables, writing
 from app.rooms.records import BoardRow, DropRow, ReceiptRow, ResultRow, RoomRow, Write
-from tests.app.persistence.postgres import Cluster
-from tests.waiting import until
+from tests.kit.postgres import PostgreSQL
+from tests.kit.waiting import until
 
 
 def test_the_migrations_make_the_tables_that_the_code_knows(url: str) -> None:
@@ -72,8 +72,8 @@ def test_one_server_at_a_time(url: str) -> None:
     second.close()
 
 
-def test_a_server_waits_until_the_one_before_leaves_postgresql(cluster: Cluster) -> None:
-    url = cluster.new_database()
+def test_a_server_waits_until_the_one_before_leaves_postgresql(postgresql: PostgreSQL) -> None:
+    url = postgresql.new_database()
     before, after = Database(url), Database(url)
     before.open()
     opening = ThreadPoolExecutor(1).submit(after.open)

@@ -11,15 +11,16 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
-import httpx
 import psycopg
 import pytest
 import sqlalchemy as sa
 
 from app.rooms.log import verify_log
-from tests.app.conftest import TINY, Running, playing, serving
-from tests.app.persistence import postgres
-from tests.waiting import LIMIT, eventually, until
+from tests.app.conftest import TINY
+from tests.kit.player import playing
+from tests.kit.postgres import PostgreSQL
+from tests.kit.serving import Running, serving
+from tests.kit.waiting import LIMIT, eventually, until
 
 Break = Callable[[], AbstractContextManager[None]]
 ROOM = "triangle-8"
@@ -30,10 +31,10 @@ async def suffers_and_heals(
 ) -> None:
     """What must hold however the ledger is lost; `noticed`: a probe finds it out, not a drop."""
     rooms = server.services.rooms
-    with httpx.Client(base_url=server.url, timeout=60.0) as first:
+    with server.client() as first:
         room = first.post("/api/v1/rooms", json={"board": TINY}).json()["id"]
     async with (
-        httpx.AsyncClient(base_url=server.url, timeout=60.0) as http,
+        server.async_client() as http,
         playing(server.socket(room)) as player,
     ):
         await player.send(type="drop", seed=1)
@@ -46,7 +47,7 @@ async def suffers_and_heals(
             assert refused.headers["content-type"] == "application/problem+json"
             assert refused.json()["code"] == "ledger-unavailable"
             assert wanted in str(server.services.ledger.problem)  # for the log, not for clients
-            assert "the server's log says why" in refused.json()["detail"]
+            assert "the server's log has the reason" in refused.json()["detail"]
             assert int(refused.headers["retry-after"]) >= 1
             # Over the WebSocket too, to the sender, with its own note; the connection goes on.
             await player.send(type="drop", seed=3, ref="mine")
@@ -132,14 +133,14 @@ async def test_a_file_that_is_gone(tmp_path: Path) -> None:
 
 
 @pytest.mark.postgresql
-async def test_a_postgresql_that_crashed(cluster: postgres.Cluster) -> None:
+async def test_a_postgresql_that_crashed(postgresql: PostgreSQL) -> None:
     @contextlib.contextmanager
     def down() -> Iterator[None]:
-        cluster.stop(signal.SIGQUIT)
+        postgresql.end(signal.SIGQUIT)
         yield
-        cluster.start()
+        postgresql.start()
 
-    with serving(database_url=cluster.new_database(), drop_rate=1000.0) as server:
+    with serving(database_url=postgresql.new_database(), drop_rate=1000.0) as server:
         await suffers_and_heals(server, down, "ledger")
 
 
@@ -169,7 +170,7 @@ def test_a_late_commit_is_undecided_until_then_and_true_after(
 ) -> None:
     with (
         serving(database_url=url) as server,
-        httpx.Client(base_url=f"{server.url}/api/v1", timeout=60.0) as http,
+        server.client("/api/v1") as http,
     ):
         ledger = server.services.ledger
         batch, patience = ledger.database.batch, ledger.patience  # of writes: reads go by
@@ -197,7 +198,7 @@ def test_a_late_commit_is_undecided_until_then_and_true_after(
     assert [each["seed"] for each in log["drops"]] == ["1", "2"]
     with (
         serving(database_url=url) as server,
-        httpx.Client(base_url=server.url, timeout=60.0) as http,
+        server.client() as http,
     ):
         stats = http.get(f"/api/v1/rooms/{ROOM}").json()["stats"]
     assert (stats["drops"], sum(stats["histogram"])) == (2, 2)
@@ -207,7 +208,7 @@ def test_a_file_put_in_the_ledgers_place_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "plinko.db"
     with (
         serving(database_url=f"sqlite:///{file}") as server,
-        httpx.Client(base_url=f"{server.url}/api/v1", timeout=60.0) as http,
+        server.client("/api/v1") as http,
     ):
         assert http.post(f"/rooms/{ROOM}/drops").status_code == 202
         copy = tmp_path / "copy"

@@ -11,16 +11,16 @@ from typing import Any
 import pytest
 
 from app.persistence.statements import store
-from tests.app.persistence import postgres
 from tests.app.persistence.crash.life import living, look
 from tests.app.persistence.test_sharing import sound
+from tests.kit.postgres import PostgreSQL
+from tests.kit.waiting import first_line
 from tests.long import tries
-from tests.waiting import first_line
 
 
 @pytest.fixture
-def address(cluster: postgres.Cluster) -> str:
-    return cluster.new_database()
+def address(postgresql: PostgreSQL) -> str:
+    return postgresql.new_database()
 
 
 async def play_on(url: str) -> list[dict[str, Any]]:
@@ -71,12 +71,12 @@ async def frozen_at(url: str, step: int) -> tuple[str, list[str]]:
 
 @pytest.mark.long("a process is frozen at each step")
 async def test_a_server_frozen_at_any_step_of_a_commit_harms_nothing(
-    cluster: postgres.Cluster,
+    postgresql: PostgreSQL,
 ) -> None:
     met: list[tuple[str, list[str]]] = []
     step = 1
     while True:
-        name, refused = await frozen_at(cluster.new_database(), step)
+        name, refused = await frozen_at(postgresql.new_database(), step)
         if not name:
             break
         met.append((name, refused))

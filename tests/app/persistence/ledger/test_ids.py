@@ -1,14 +1,12 @@
 """An id with a NUL, which PostgreSQL's text cannot hold, is not there: on either database."""
 
-import httpx
-
-from tests.app.conftest import serving
+from tests.kit.serving import serving
 
 NUL = "%00"
 
 
 def test_whatever_has_a_nul_in_its_id_is_not_found(url: str) -> None:
-    with serving(database_url=url) as server, httpx.Client(base_url=server.url) as http:
+    with serving(database_url=url) as server, server.client() as http:
         for path in (
             f"rooms/{NUL}",
             f"rooms/main{NUL}",

@@ -11,7 +11,7 @@ from app.errors import LedgerError
 from app.persistence.room_log import RoomLogs
 from app.rooms.log import verify_log
 from tests.app.persistence.ledger.stepped import Table, failure
-from tests.app.persistence.oracle import Told
+from tests.kit.told import Told
 
 ROOM = "triangle-8"
 

@@ -19,7 +19,7 @@ from sqlalchemy import select
 
 from app.fairness.signing import is_signed
 from app.persistence.statements import store, tables
-from tests.app.conftest import TINY, Running, serving
+from tests.app.conftest import TINY
 from tests.app.persistence.crash.life import look
 from tests.app.persistence.ledger.swallowing import (
     LineSwallower,
@@ -27,8 +27,9 @@ from tests.app.persistence.ledger.swallowing import (
     Swallower,
     proxied,
 )
+from tests.kit.serving import Running, serving
+from tests.kit.waiting import LIMIT, until
 from tests.long import tries
-from tests.waiting import until
 
 TIMES = tries(2, 200)
 SEED = b"\x33" * 32
@@ -52,7 +53,7 @@ class Spy:
     over: threading.Event = field(default_factory=threading.Event)
 
     def run(self) -> None:
-        with httpx.Client(base_url=f"{self.url}/api/v1", timeout=60.0) as http:
+        with httpx.Client(base_url=f"{self.url}/api/v1", timeout=LIMIT) as http:
             while not self.over.wait(_POLL):
                 self._ask(http)
             self._ask(http)  # once when all is over, however little was answered meanwhile
@@ -222,7 +223,7 @@ def test_a_commit_without_an_answer_is_not_lost_or_undone(
             swallower: Swallower = SQLiteSwallower(ledger.database)
         else:
             swallower = LineSwallower(ledger.database, proxy)
-        http = stack.enter_context(httpx.Client(base_url=f"{server.url}/api/v1", timeout=60.0))
+        http = stack.enter_context(server.client("/api/v1"))
         spy = Spy(server.url)
         polling = threading.Thread(target=spy.run)
         polling.start()

@@ -7,7 +7,7 @@ import pytest
 from app.errors import DamagedRoomError, LedgerError, RebuildingError
 from app.persistence.recovery.rebuild_queue import RebuildQueue, Turn
 from app.rooms.records import Parked
-from tests.waiting import turns
+from tests.kit.waiting import turns
 
 
 def parked(room_id: str) -> Parked:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import httpx
 import pytest
 import sqlalchemy as sa
 from websockets.exceptions import ConnectionClosed
@@ -23,9 +22,10 @@ from app.rooms.log import verify_log
 from app.rooms.records import DropRow, Parked, ResultRow, RoomRow
 from app.rooms.stakes import payout_of
 from engine import PHYSICS_VERSION, Board, drop
-from tests.app.conftest import playing, serving
 from tests.app.persistence.crash.life import BOARD, Life, break_page, change, living, look
-from tests.waiting import eventually, until
+from tests.kit.player import playing
+from tests.kit.serving import serving
+from tests.kit.waiting import eventually, until
 
 OTHER = Board.preset("triangle-9")
 
@@ -451,13 +451,13 @@ async def test_a_damaged_room_is_reported_to_clients_and_operators(
     break_page(file, "inputs")
     with (
         serving(database_url=f"sqlite:///{file}") as server,
-        httpx.Client(base_url=server.url, timeout=60.0) as http,
+        server.client() as http,
     ):
         until(lambda: not server.services.rooms.rebuilding.waiting)
         until(lambda: server.services.integrity.finding != "checking")
         refused = http.get(f"/api/v1/rooms/{played.own}")
         assert (refused.status_code, refused.json()["code"]) == (503, "room-damaged")
-        assert "whoever runs the server can mend it" in refused.json()["detail"]
+        assert "the server's operator can repair it" in refused.json()["detail"]
         assert refused.headers["retry-after"] == "60"
         async with playing(server.socket(played.own)) as player:
             assert (player.hello["type"], player.hello["code"]) == ("error", "room-damaged")

@@ -17,7 +17,8 @@ import pytest
 
 from app.main import create_app
 from engine import Board, drop
-from tests.app.conftest import TINY, Running
+from tests.app.conftest import TINY
+from tests.kit.serving import Running
 
 HERE = Path(__file__).parent
 REPOSITORY = HERE.parents[3]

@@ -8,8 +8,9 @@ import pytest
 
 from app.errors import ANSWERS
 from app.web.limits import TokenBucket
-from tests.app.conftest import TINY, serving
-from tests.waiting import LIMIT
+from tests.app.conftest import TINY
+from tests.kit.serving import serving
+from tests.kit.waiting import LIMIT
 
 ROOT = Path(__file__).parents[4]
 

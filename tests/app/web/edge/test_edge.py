@@ -17,8 +17,8 @@ from websockets.sync.client import connect
 from app.errors import LedgerError, told
 from app.persistence.ledger.database import Database
 from app.web.problems import problem_of
-from tests.app.conftest import Running, constants, serving
-from tests.waiting import until
+from tests.kit.serving import Running, constants, serving
+from tests.kit.waiting import until
 
 TOKEN = "scrape" * 6
 
@@ -35,7 +35,7 @@ def edge() -> Iterator[Running]:
 
 @pytest.fixture(scope="module")
 def client(edge: Running) -> Iterator[httpx.Client]:
-    with httpx.Client(base_url=edge.url, timeout=60.0) as http:
+    with edge.client() as http:
         yield http
 
 
@@ -146,7 +146,7 @@ def test_what_a_database_says_is_for_the_log_alone(cause: str) -> None:
     told_outside = json.dumps(vars_of(problem_of(LedgerError(cause)))) + told(LedgerError(cause))
     for secret in ("/var", "plinko.db", "10.0.0.7", "5432", "UNIQUE", "drops"):
         assert secret not in told_outside
-    assert "the server's log says why" in told_outside
+    assert "the server's log has the reason" in told_outside
 
 
 def vars_of(problem: Any) -> dict[str, Any]:

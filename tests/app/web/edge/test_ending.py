@@ -8,8 +8,8 @@ import httpx
 import pytest
 
 from app.persistence.room_log import RoomLogs
-from tests.app.conftest import constants, serving
-from tests.waiting import until
+from tests.kit.serving import constants, serving
+from tests.kit.waiting import until
 
 
 def test_a_request_that_outlasts_the_grace_of_a_stop_gets_503(

@@ -12,8 +12,8 @@ import httpx
 import pytest
 
 from app.web.routes import health
-from tests.app.conftest import Running, constants, serving
 from tests.app.live.garbled import framed
+from tests.kit.serving import Running, constants, serving
 
 HANDSHAKE = (
     b"GET /ws/rooms/main HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\n"

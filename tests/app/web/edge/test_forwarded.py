@@ -5,8 +5,8 @@ import logging
 import httpx
 import pytest
 
-from tests.app.conftest import serving
-from tests.waiting import LIMIT
+from tests.kit.serving import serving
+from tests.kit.waiting import LIMIT
 
 WHO = {"x-forwarded-for": "203.0.113.9"}
 

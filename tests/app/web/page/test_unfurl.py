@@ -8,8 +8,7 @@ import httpx
 import pytest
 
 from app.web.page.unfurl import card
-from tests.app.conftest import serving
-from tests.waiting import LIMIT
+from tests.kit.serving import serving
 
 BASE = "https://plinko.example/"
 
@@ -76,7 +75,7 @@ def test_one_page_may_be_framed_by_other_sites_and_no_other(http: httpx.Client) 
 def test_a_site_below_a_path_names_itself_by_that_path() -> None:
     with (
         serving(root_path="/games/plinko") as below,
-        httpx.Client(base_url=below.url, timeout=LIMIT) as http,
+        below.client() as http,
     ):
         about = properties(http.get("/replay.html?board=triangle-8&seed=1").text)
         assert about["og:url"].startswith(f"{below.url}/games/plinko/replay.html?")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.ports import PORTS, free_port
+from tests.kit.port import PORTS, free_port
 
 RANGE = Path("/proc/sys/net/ipv4/ip_local_port_range")
 

@@ -11,8 +11,6 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import AnyStr
 
-import pytest
-
 LIMIT = 120.0
 """s after which a test has failed that waited for something, on however slow a machine.
 
@@ -32,7 +30,7 @@ def first_line(process: "subprocess.Popen[AnyStr]") -> AnyStr:
     assert process.stdout is not None
     if not select.select([process.stdout], [], [], LIMIT)[0]:
         process.kill()
-        pytest.fail(f"process {process.args!r} said nothing within {LIMIT:.0f} s")
+        raise AssertionError(f"process {process.args!r} said nothing within {LIMIT:.0f} s")
     return process.stdout.readline()
 
 
@@ -50,7 +48,7 @@ def until(condition: Callable[[], object], pause: Callable[[], object] | None = 
     pauses = _pauses()
     while not condition():
         if time.monotonic() > end:
-            pytest.fail(f"waited {LIMIT:.0f} s in vain")
+            raise AssertionError(f"waited {LIMIT:.0f} s in vain")
         if pause is None:
             time.sleep(next(pauses))
         else:

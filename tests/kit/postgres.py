@@ -1,4 +1,4 @@
-"""A PostgreSQL of the tests' own: a cluster in a temporary folder, reached by a Unix socket."""
+"""A PostgreSQL of the tests' own, in a temporary folder, reached by a Unix socket."""
 
 import contextlib
 import os
@@ -11,11 +11,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
+from typing import ClassVar
 
-from tests.waiting import LIMIT, until
-
-MISSING = "PostgreSQL's server programs are not here: apt-get install postgresql"
-NO_USER = "PostgreSQL refuses to run as root, and there is no user `postgres` to run it as"
+from tests.kit.process import Program
+from tests.kit.waiting import LIMIT
 
 
 def programs() -> Path | None:
@@ -27,26 +26,36 @@ def programs() -> Path | None:
     return versions[0].parent if versions else None
 
 
-def can_run() -> bool:
-    """Whether there is a user to run it as: anyone but root."""
-    if os.geteuid() != 0:
-        return True
-    try:
-        pwd.getpwnam("postgres")
-    except KeyError:
-        return False
-    return True
+def why_not() -> str:
+    """Why there can be none here; empty if it can."""
+    if programs() is None:
+        return "PostgreSQL's server programs are not here: apt-get install postgresql"
+    if os.geteuid() == 0:
+        try:
+            pwd.getpwnam("postgres")
+        except KeyError:
+            return "PostgreSQL refuses to run as root, and there is no user `postgres` for it"
+    return ""
 
 
-@dataclass
-class Cluster:
+@dataclass(kw_only=True)
+class PostgreSQL(Program):
     """A running PostgreSQL that can be killed and started again."""
+
+    LAST: ClassVar = signal.SIGQUIT  # in a hurry: nobody reads its files again
 
     folder: Path
     binaries: Path
     user: str | None  # to run it as, where the tests run as root
-    process: "subprocess.Popen[bytes] | None" = None
     _names: Iterator[int] = field(default_factory=count)
+
+    def __post_init__(self) -> None:
+        flags = [f"-k{self.folder}", "-clisten_addresses=", "-cmax_connections=60"]
+        # What is killed here is processes, whose files outlive them; no test pulls the plug.
+        flags += ["-cfsync=off"]
+        self.command = [self.binaries / "postgres", "-D", self.folder / "data", *flags]
+        self.options = {**self.options, "user": self.user, "cwd": self.folder}
+        self.answers = self._answers
 
     def url(self, database: str) -> str:
         return f"postgresql://plinko@/{database}?host={self.folder}"
@@ -82,31 +91,9 @@ class Cluster:
             for statement in statements:
                 connection.execute(statement.encode())
 
-    def start(self) -> None:
-        options = [f"-k{self.folder}", "-clisten_addresses=", "-cmax_connections=20"]
-        # What is killed here is processes, whose files outlive them; no test pulls the plug.
-        options += ["-cfsync=off"]
-        self.process = subprocess.Popen(
-            [self.binaries / "postgres", "-D", self.folder / "data", *options],
-            user=self.user,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            cwd=self.folder,
-        )
-        until(self._answers)
-
-    def stop(self, how: signal.Signals = signal.SIGINT) -> None:
-        """End it: SIGINT in order, SIGQUIT as in a crash."""
-        if self.process is not None:
-            self.process.send_signal(how)
-            self.process.wait(LIMIT)
-            self.process = None
-
     def _answers(self) -> bool:
         import psycopg
 
-        assert self.process is not None
-        assert self.process.poll() is None, "PostgreSQL ended while it was to start"
         try:
             psycopg.connect(self.url("postgres"), connect_timeout=5).close()
         except psycopg.OperationalError:
@@ -115,8 +102,10 @@ class Cluster:
 
 
 @contextlib.contextmanager
-def running(binaries: Path) -> Iterator[Cluster]:
-    """A new cluster, gone at the end. It refuses to run as root, and then runs as `postgres`."""
+def running() -> Iterator[PostgreSQL]:
+    """A new one, gone at the end. It refuses to run as root, and then runs as `postgres`."""
+    binaries = programs()
+    assert binaries is not None
     user = "postgres" if os.geteuid() == 0 else None
     with tempfile.TemporaryDirectory(prefix="plinko-pg-") as name:
         folder = Path(name)
@@ -130,9 +119,5 @@ def running(binaries: Path) -> Iterator[Cluster]:
             cwd=folder,
             timeout=LIMIT,
         )
-        cluster = Cluster(folder, binaries, user)
-        cluster.start()
-        try:
-            yield cluster
-        finally:
-            cluster.stop(signal.SIGQUIT)  # in a hurry: nobody reads these files again
+        with PostgreSQL(folder=folder, binaries=binaries, user=user) as postgresql:
+            yield postgresql

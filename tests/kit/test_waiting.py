@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.waiting import lives
+from tests.kit.waiting import lives
 
 
 def test_a_process_that_goes_while_it_is_looked_at_does_not_live(

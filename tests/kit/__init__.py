@@ -1,0 +1,1 @@
+"""What tests share: ports, waiting, programs, servers, players, and sieges of servers."""

@@ -1,0 +1,92 @@
+"""A client of a room, which keeps what it was sent."""
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator
+from typing import Any
+
+import msgspec
+from websockets.asyncio.client import ClientConnection, connect
+
+from app.protocol.messages import Extent
+from tests.app.protocol.decoders import Snapshot, decode_snapshot
+from tests.kit.waiting import LIMIT
+
+
+def joining(url: str, **options: Any) -> connect:
+    """A connection to a room; `options` are those of `connect`."""
+    # With a bound the client would stop reading, and then not hear the answer to its own close.
+    return connect(url, **{"compression": None, "max_queue": None, **options})
+
+
+def events_of(frame: str) -> list[dict[str, Any]]:
+    """The events of a text frame, which has one or several."""
+    value = msgspec.json.decode(frame)
+    return value if isinstance(value, list) else [value]
+
+
+def tick_of(snapshot: bytes) -> int:
+    return int.from_bytes(snapshot[4:8], "little")
+
+
+async def send(socket: ClientConnection, **message: Any) -> None:
+    await socket.send(msgspec.json.encode(message).decode())
+
+
+class Player:
+    """A client of a room that keeps what it was sent: events one by one, snapshots decoded."""
+
+    def __init__(self, socket: ClientConnection, hello: dict[str, Any], first: str) -> None:
+        self.socket = socket
+        self.hello = hello
+        self.texts = [first]
+        self.binaries: list[bytes] = []
+        self.events: list[dict[str, Any]] = []
+        self._extent = msgspec.convert(hello["extent"], Extent) if "extent" in hello else None
+
+    async def send(self, **message: Any) -> None:
+        await send(self.socket, **message)
+
+    async def step(self) -> list[dict[str, Any]] | bytes:
+        """The next frame: its events, or a snapshot's bytes."""
+        async with asyncio.timeout(LIMIT):
+            frame = await self.socket.recv()
+        if isinstance(frame, bytes):
+            self.binaries.append(frame)
+            return frame
+        self.texts.append(frame)
+        events = events_of(frame)
+        self.events += events
+        return events
+
+    def kinds(self) -> list[str]:
+        """The types of all events so far."""
+        return [event["type"] for event in self.events]
+
+    async def until(self, kind: str, **fields: Any) -> dict[str, Any]:
+        """Read on until an event of this type with these fields comes."""
+        while True:
+            events = await self.step()
+            for event in events if isinstance(events, list) else ():
+                if event["type"] == kind and fields.items() <= event.items():
+                    return event
+
+    async def until_empty(self) -> None:
+        """Read on until the empty snapshot that ends a flight."""
+        while True:
+            frame = await self.step()
+            if isinstance(frame, bytes) and not len(self.decode(frame).balls):
+                return
+
+    def decode(self, frame: bytes) -> Snapshot:
+        assert self._extent is not None
+        return decode_snapshot(frame, self._extent, self.hello["velocity_scale"])
+
+
+@contextlib.asynccontextmanager
+async def playing(url: str, **options: Any) -> AsyncIterator[Player]:
+    """Join a room; `options` go to the connection."""
+    async with joining(url, **options) as socket:
+        first = await socket.recv()
+        assert isinstance(first, str)
+        yield Player(socket, msgspec.json.decode(first), first)

@@ -1,0 +1,120 @@
+"""A real server on a free port of the loopback, in a thread of the tests' own process."""
+
+import contextlib
+import functools
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+import uvicorn
+from sqlalchemy import Connection
+
+from app.conformance import inventory
+from app.listening import Server, listen, server_over
+from app.main import create_app
+from app.persistence.ledger import database
+from app.settings import Settings
+from app.web.routes.page import Release
+from app.web.services import Services
+from tests.kit.address import Address
+from tests.kit.waiting import until
+
+
+@dataclass(frozen=True)
+class Running(Address):
+    """A running server: where it is, and its parts, whose counts tests may read."""
+
+    url: str
+    services: Services
+    uvicorn: Server
+
+    @property
+    def connections(self) -> int:
+        """Open connections, HTTP and WebSocket."""
+        return len(self.uvicorn.server_state.connections)
+
+
+@functools.cache
+def share_what_starts_read() -> None:
+    """Let servers of this process share what each would make of files that no test changes.
+
+    Reading the program's files and making an empty ledger's tables is most of what a start takes:
+    the first server does it, and the others take what it made. A server in another process still
+    does all of it.
+    """
+    once = functools.cache(lambda: inventory.files_of(inventory.installed()))
+    patch = pytest.MonkeyPatch()
+    patch.setattr(
+        inventory,
+        "digests",
+        lambda settings: inventory.digests_of(once(), inventory.configuration_of(settings)),
+    )
+    patch.setattr(Release, "of", functools.cache(Release.of))
+    patch.setattr(database, "_upgrade", _copied_after_the_first(database._upgrade))
+
+
+def _copied_after_the_first(upgrade: Callable[[Connection], None]) -> Callable[[Connection], None]:
+    """Run the migrations for the first empty SQLite ledger, and their outcome for later ones."""
+    made: tuple[str, ...] = ()
+
+    def upgraded(connection: Connection) -> None:
+        nonlocal made
+        if connection.dialect.name != "sqlite" or database._revision(connection) is not None:
+            upgrade(connection)
+        elif made:
+            with connection.begin():
+                for statement in made:
+                    connection.exec_driver_sql(statement)
+        else:
+            upgrade(connection)
+            driver = connection.connection.driver_connection
+            assert driver is not None
+            made = tuple(driver.iterdump())[1:-1]  # without BEGIN and COMMIT
+
+    return upgraded
+
+
+@contextlib.contextmanager
+def in_thread(
+    server: uvicorn.Server,
+    listener: socket.socket,
+    pause: Callable[[], object] | None = None,
+) -> Iterator[str]:
+    """Run a server in a thread until the block ends; its address."""
+    thread = threading.Thread(target=server.run, args=([listener],), name="server")
+    thread.start()
+
+    def is_up() -> bool:
+        assert thread.is_alive(), "the server ended while it was to start"
+        return server.started
+
+    try:
+        until(is_up, pause)
+        yield f"http://127.0.0.1:{listener.getsockname()[1]}"
+    finally:
+        server.should_exit = True
+        thread.join()
+        listener.close()  # one that failed to start has left it open
+
+
+@contextlib.contextmanager
+def serving(**settings: Any) -> Iterator[Running]:
+    """Run a server with these settings until the block ends."""
+    chosen = Settings(**{"port": 0, "database_url": "sqlite://", **settings})
+    share_what_starts_read()
+    app = create_app(chosen)
+    server = server_over(app, chosen)
+    with in_thread(server, listen(chosen), lambda: server.listening.wait(0.1)) as url:
+        yield Running(url, app.state.services, server)
+
+
+@contextlib.contextmanager
+def constants(**values: Any) -> Iterator[None]:
+    """Constants of modules have these values: `{"app.listening.HEAD_SECONDS": 0.2}`."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in values.items():
+            patch.setattr(name, value)
+        yield
