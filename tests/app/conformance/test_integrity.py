@@ -143,7 +143,7 @@ def test_the_command_compares_with_a_list(
     assert capsys.readouterr().out == "engine/seeding.py is not in the list\n"
     own.write_text("engine\n")
     assert main(["integrity", "--compare", str(own)]) == 2
-    assert "line 1, 'engine', must be a SHA-256" in capsys.readouterr().err
+    assert "line 1, 'engine', is not a SHA-256" in capsys.readouterr().err
 
 
 # The server's looks at itself.
