@@ -1,4 +1,4 @@
-"""`plinko simulate` by blocks and `plinko merge`: parts of a batch, and what they say of it."""
+"""`plinko simulate` by blocks, and `plinko merge`: parts of a batch and their output."""
 
 import json
 from pathlib import Path
@@ -91,7 +91,7 @@ def test_an_interrupt_leaves_a_result_that_says_what_it_covers(
 
 
 class _Given:
-    """Workers that are there already."""
+    """A context manager over workers that run already."""
 
     def __init__(self, workers: object) -> None:
         self._workers = workers

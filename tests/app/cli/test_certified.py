@@ -16,7 +16,7 @@ Run = Callable[..., str]
 
 @pytest.fixture
 def run(capsys: pytest.CaptureFixture[str]) -> Run:
-    """What a command prints that ends with `status`."""
+    """Run a command, check its exit code `status`, and return its output."""
 
     def command(*args: str, status: int = 0) -> str:
         assert main(list(args)) == status

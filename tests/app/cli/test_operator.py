@@ -1,4 +1,4 @@
-"""What an operator's commands say when there is no plinko server where they were sent."""
+"""An operator's commands sent to an address without a Plinko server."""
 
 import threading
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ from app.cli import main
 
 @contextmanager
 def a_server_that_answers(status: int, body: bytes) -> Iterator[str]:
-    """The address of a server, on a port of its own, that says this to every POST."""
+    """Run a server that answers every POST like this; gives its address."""
 
     class Answers(BaseHTTPRequestHandler):
         def do_POST(self) -> None:

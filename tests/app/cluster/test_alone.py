@@ -1,4 +1,4 @@
-"""A server that is alone knows nothing of clusters; one that is to be in one says what it lacks."""
+"""A single server starts no cluster; a cluster's server without its settings says which."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""Who counts as alive, and who takes over the rooms of who does not: decisions, without I/O."""
+"""Which servers count as alive, and which take over a failed server's rooms, without I/O."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ ROOMS = [f"{number:016x}" for number in range(300)]
 
 
 def seen(view: View, ages: Sequence[float], *others: Member, me: Member = A) -> None:
-    """Beats of `me`, each so many seconds of the database's clock after the one before."""
+    """Heartbeats of `me`, `ages` seconds (by the database's clock) after one another."""
     for age in ages:
         found = [Seen(each, age=0.1, connected=True) for each in others]
         view.look(me, [Seen(me, age, connected=True), *found])
@@ -109,7 +109,7 @@ def test_a_server_has_two_names_and_none_while_it_leaves() -> None:
 
 
 def claimed(view: View, row: LeaseRow | None, me: Member = A) -> tuple[int, str]:
-    """The number after which `me` may take a room, or else the server to ask."""
+    """The lease number that `me` may take over, or -1 and the server to ask."""
     try:
         return view.claim("main", row, me), ""
     except LeaseLostError as lost:

@@ -1,4 +1,4 @@
-"""Workers that are real processes: what they do, what they may take, and how they end."""
+"""Workers as real processes: their work, their limits, and how they end."""
 
 import asyncio
 import errno
@@ -34,7 +34,7 @@ async def workers() -> AsyncIterator[Workers]:
 
 @pytest.fixture
 async def fork_server(workers: Workers) -> AsyncIterator[int]:
-    """The process that starts and reaps workers; one that a test has stopped goes on at its end."""
+    """The process that starts and reaps workers; it is continued if the test stopped it."""
     pid = await workers.run(os.getppid)
     yield pid
     os.kill(pid, signal.SIGCONT)
@@ -42,7 +42,7 @@ async def fork_server(workers: Workers) -> AsyncIterator[int]:
 
 @pytest.fixture
 def made(monkeypatch: pytest.MonkeyPatch) -> list[WorkerProcess]:
-    """All that are started."""
+    """Every worker process started during the test."""
     found: list[WorkerProcess] = []
 
     class Noted(WorkerProcess):
@@ -64,7 +64,7 @@ def spin() -> None:
 
 
 def pid_once_told(fifo: Path) -> int:
-    """Wait until somebody writes to this pipe."""
+    """Block until the test writes to this pipe; returns the worker's process id."""
     fifo.read_bytes()
     return os.getpid()
 
@@ -94,7 +94,7 @@ async def test_what_no_pipe_can_carry_is_an_error(workers: Workers) -> None:
 
 
 async def test_a_worker_is_polite_from_its_first_instruction_on(workers: Workers) -> None:
-    """As the process is that it is a fork of."""
+    """It inherits the niceness of the fork server."""
     maker = await workers.run(os.getppid)
     own = os.getpriority(os.PRIO_PROCESS, 0)
     theirs = await workers.run(functools.partial(os.getpriority, os.PRIO_PROCESS, 0))
@@ -110,7 +110,7 @@ _boards: list[Board] = []
 
 
 def met_before(board: Board) -> bool:
-    """Whether this very object was given the last time."""
+    """Whether the previous call in this worker was given the same object."""
     met = bool(_boards) and _boards[-1] is board
     _boards.append(board)
     return met
@@ -126,7 +126,7 @@ async def test_a_board_is_packed_once_and_unpacked_once(
 
 
 async def test_what_takes_too_long_is_ended_and_the_next_is_done(workers: Workers) -> None:
-    for endless, seconds in ((spin, 0.1), (FOR_EVER, 0.02)):  # that one computes nothing
+    for endless, seconds in ((spin, 0.1), (FOR_EVER, 0.02)):  # FOR_EVER sleeps without computing
         pid = await workers.run(os.getpid)
         with pytest.raises(DeadlineError, match=rf"longer than the {seconds} s"):
             await workers.run(endless, deadline=seconds)
@@ -134,7 +134,7 @@ async def test_what_takes_too_long_is_ended_and_the_next_is_done(workers: Worker
 
 
 async def test_the_system_ends_what_computes_for_too_long() -> None:
-    """Also where a worker may take as long as it likes, as it seldom has a core."""
+    """The limit on processor time holds although the pool would wait for ever."""
     workers = Workers(1, 4, patience=1e6)
     with pytest.raises(DeadlineError, match=r"longer than the 0\.1 s"):
         await workers.run(spin, deadline=0.1)
@@ -152,7 +152,7 @@ async def test_a_worker_that_gets_no_core_is_waited_for() -> None:
 async def test_an_expensive_board_takes_no_more_than_any_other_work(
     workers: Workers,
 ) -> None:
-    """Balls bounce 100,000 times, in one call of machine code that takes minutes."""
+    """Balls bounce 100,000 times, in one call of a kernel that takes minutes."""
     board = Board.from_json(hall())
     pid = await workers.run(os.getpid)
     many = functools.partial(drop_many, board, range(LEAST_CHUNK), threads=1)
@@ -227,7 +227,7 @@ _held: list[object] = []
 
 
 def hold(count: int) -> int:
-    """Take so many bytes and let nobody have them back."""
+    """Allocate this many bytes and never free them; returns the worker's process id."""
     _held.append(np.ones(count, np.uint8))
     return os.getpid()
 
@@ -251,13 +251,13 @@ async def test_a_worker_that_dies_is_replaced(workers: Workers) -> None:
 async def test_an_idle_worker_that_is_killed_costs_nobody_an_answer(
     workers: Workers, fork_server: int, tmp_path: Path
 ) -> None:
-    """Even if the fork server has not noticed yet, which has no core."""
+    """The fork server is stopped, so it cannot report that the worker has ended."""
     os.mkfifo(fifo := tmp_path / "fifo")
     first = asyncio.create_task(workers.run(functools.partial(pid_once_told, fifo)))
     await running(workers, 1)
     other = await workers.run(os.getpid, quick=True)
     fifo.write_bytes(b"go on")
-    newest = await first  # the next to be asked
+    newest = await first  # the pool would ask this worker next
     assert newest != other
     os.kill(fork_server, signal.SIGSTOP)
     os.kill(newest, signal.SIGKILL)

@@ -1,4 +1,4 @@
-"""An operator halts a table, or all: nothing new is taken, what is in flight lands and is paid."""
+"""An operator halts one room or all: drops are refused, balls in flight land and are paid."""
 
 import asyncio
 import json
@@ -32,7 +32,7 @@ SETTINGS = Settings(port=0, database_url="sqlite://")
 
 
 class Refusing(NullLedger):
-    """A ledger that takes nothing once it is told so."""
+    """A ledger that refuses writes from the moment the test chooses."""
 
     def __init__(self) -> None:
         self.refuses = False

@@ -1,4 +1,4 @@
-"""Which rooms go when there are too many: those that nobody has used for long, and no others."""
+"""When there are too many rooms, the server closes those unused for longest, and no others."""
 
 import pytest
 
@@ -17,7 +17,7 @@ BOARD = Board.preset("triangle-8")
 
 
 class Clock:
-    """Unix time, as told."""
+    """Unix time that the test sets."""
 
     now = 1e9
 
@@ -47,7 +47,7 @@ async def test_the_longest_unused_makes_way_once_it_has_rested() -> None:
     held = held_by(clock, max_rooms=2)
     first, second = [(await held.create(BOARD)).id for _ in range(2)]
     clock.now += 3000
-    held.find(first)  # its creator is there
+    held.find(first)  # its owner uses it
     clock.now += 700
     await held.create(BOARD)
     assert (held.is_open(first), held.is_open(second)) == (True, False)

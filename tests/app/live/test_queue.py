@@ -1,4 +1,4 @@
-"""A room's queue: what waits is dropped once, in order, whatever happens in between."""
+"""A room's queue: queued balls are dropped exactly once and in order, also after a restart."""
 
 import asyncio
 from collections import Counter
@@ -117,7 +117,7 @@ def test_a_room_that_is_begun_anew_forgets_what_waits(http: httpx.Client) -> Non
 def test_two_hundred_balls_are_dropped_once_despite_a_restart(
     tmp_path: Path,
 ) -> None:
-    """No client asks for the room in between: the show goes on by itself."""
+    """No client asks for the room meanwhile: the queue continues by itself."""
     kept = {"database_url": f"sqlite:///{tmp_path / 'plinko.db'}", "drop_rate": 1000.0}
     with serving(**kept) as server, server.client() as http:
         room, own = opened(http, QUICK)
@@ -167,7 +167,7 @@ def test_balls_that_wait_are_drops_of_the_address_that_asked(tmp_path: Path) -> 
         server.client() as http,
     ):
         drops = server.services.room_drops
-        drops.rate, drops.burst = 1e-6, 10.0  # nothing comes back while the test runs
+        drops.rate, drops.burst = 1e-6, 10.0  # no refill while the test runs
         room, own = opened(http)
         path = f"/api/v1/rooms/{room}/queue"
         http.patch(path, json={"paused": True}, headers=own).raise_for_status()
@@ -184,7 +184,7 @@ def test_balls_that_wait_are_drops_of_the_address_that_asked(tmp_path: Path) -> 
 
 
 class Play:
-    """A room's queue over no room: balls fall until `land` is called."""
+    """A queue without a room: balls fall until the test calls `land`."""
 
     def __init__(self) -> None:
         self.dropped: list[int] = []
@@ -218,7 +218,7 @@ class Play:
 
 
 class Forgetful(NullLedger):
-    """A ledger of which nothing was ever asked."""
+    """A ledger that has no queue of any room."""
 
     async def read(self, read: object, *args: Any, **values: Any) -> None:  # type: ignore[override]
         return None

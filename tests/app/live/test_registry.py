@@ -1,4 +1,4 @@
-"""The rooms together: one that fails takes nobody with it, and a wait never outlives its room."""
+"""Rooms in one server: a failed room ends no other, and closing a room ends its waits."""
 
 import asyncio
 import logging
@@ -31,13 +31,13 @@ def rooms(**settings: Any) -> Rooms:
 
 
 async def finish(held: Rooms) -> None:
-    """Tick as fast as the machine can, with no clock, until nothing moves."""
+    """Tick without a clock until nothing moves."""
     while run_pass(held.runner):
         await asyncio.sleep(0)
 
 
 class Watcher:
-    """A client that keeps what it is sent."""
+    """A client that records the messages sent to it."""
 
     def __init__(self) -> None:
         self.frames: list[WireMessage] = []
@@ -50,7 +50,7 @@ class Watcher:
         self.frames.append(frame)
 
     def events(self) -> list[dict[str, Any]]:
-        """What it was told in text."""
+        """The events in its text messages."""
         told = [
             msgspec.json.decode(each.payload) for each in self.frames if each.payload[:1] in b"{["
         ]
@@ -178,7 +178,7 @@ async def test_a_room_that_fails_is_closed_and_the_others_go_on(
 
 
 async def test_an_empty_room_s_scene_stands_still_until_somebody_comes() -> None:
-    """Without friction and gravity it would move for ever."""
+    """Without friction and gravity the scene would move for ever."""
     held = rooms(tick_rate=60)
     values = {"scene": "sandbox", "balls": 3, "gravity": 0.0, "speed": 1.0, "restitution": 1.0}
     room = await held.create(held.scene(values), "scene")
@@ -196,7 +196,7 @@ async def test_an_empty_room_s_scene_stands_still_until_somebody_comes() -> None
     assert before + 600 <= left <= before + 602
     assert not run_pass(held.runner), "no clock runs"
     held.enter(room, watcher.client)
-    for _ in range(30):  # the ledger hears of it first
+    for _ in range(30):  # the ledger must first commit how far the room may tick
         run_pass(held.runner)
     assert room.room.world.tick > left
 

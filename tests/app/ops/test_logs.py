@@ -1,4 +1,4 @@
-"""The log: readable lines, or JSON objects with the same content; nothing secret in either."""
+"""The server's log as lines or as JSON has the same content, and no secrets."""
 
 import asyncio
 import json

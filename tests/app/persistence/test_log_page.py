@@ -1,4 +1,4 @@
-"""Pages of a room's log are read by another process, which cannot write and may die."""
+"""Another process reads the pages of a room's log; it cannot write, and it may die."""
 
 import os
 import signal

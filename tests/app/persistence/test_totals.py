@@ -1,4 +1,4 @@
-"""What was staked and paid is counted once, by board and size of stake, and held to what should."""
+"""Stakes and payouts are counted once, by board and stake, and compared with expectation."""
 
 from math import sqrt
 
@@ -65,7 +65,7 @@ def test_the_tolerance_is_k_sigma_by_the_root_of_the_plays() -> None:
     assert (found.actual, found.expected) == (0.95, 0.99)
     rounding = 400 / 400_000
     assert found.tolerance == pytest.approx(DEVIATIONS * 2.0 / sqrt(400) + rounding)
-    # One large stake among small ones is as good as one play, whatever their number.
+    # One large stake among many small ones counts like a single play.
     rare = return_of(
         plays=101, staked=10_100, squares=1e8, paid=0, expected=0.99, doubt=0.0, sigma=2.0
     )
@@ -73,7 +73,7 @@ def test_the_tolerance_is_k_sigma_by_the_root_of_the_plays() -> None:
 
 
 def told(*found: Total) -> dict[tuple[str, str, str], float]:
-    """What the metrics say of these totals: by name, board and size of stake."""
+    """The metrics of these totals, by name, board and size of stake."""
     returns = Returns(NullLedger(), lambda: [BOARD], found)
     return {
         (name, labels["board"], labels["stake"]): value

@@ -1,4 +1,4 @@
-"""Rooms told by seeds alone: from what is told, each drop comes out as it did in the room."""
+"""The stream `seeds`: a client computes the same drops as the room from its events."""
 
 import json
 from typing import Any
@@ -19,7 +19,7 @@ RATE = 60
 
 
 class Ear:
-    """A connection that keeps what is written to it."""
+    """A connection that records the bytes written to it."""
 
     def __init__(self) -> None:
         self.wire: list[bytes] = []
@@ -33,7 +33,7 @@ class Ear:
 
     @property
     def messages(self) -> list[list[dict[str, Any]]]:
-        """The events of each message."""
+        """The events of each text frame."""
         told = []
         for wire in self.wire:
             assert wire[0] == 0x81, "a text frame, and never a binary one"
@@ -48,7 +48,7 @@ class Ear:
 
 
 class Watched:
-    """A room that some clients watch by seeds, ticked by hand."""
+    """A room, ticked by hand, with clients of the stream `seeds`."""
 
     def __init__(self, presence: Presence | None = None) -> None:
         self.hub = Hub(10)

@@ -1,4 +1,4 @@
-"""A server and a relay over a real Redis: who watches, who plays, and who ends in between."""
+"""A server and a relay over a real Redis: spectators, players, and restarts of each part."""
 
 import contextlib
 import signal
@@ -151,7 +151,7 @@ async def test_redis_may_end_and_come_back() -> None:
         await player.send(type="drop", seed=1)
         await player.until("accepted")
         own.start()
-        # Once it is back a hello says what was missed.
+        # After the restart a hello has the missed events.
         anew = await far.until("hello")
         assert anew["stats"]["drops"] == 1
         await player.send(type="drop", seed=2)

@@ -1,4 +1,4 @@
-"""A relay's room: spectators wait for a hello, and get another one when a message is missing."""
+"""A relay's room: spectators wait for a hello, and get another after a lost message."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -31,7 +31,7 @@ ROOM = IndependentRoom("main", Board.preset("triangle-8"), tick_rate=60, max_bal
 
 
 def hello(run: str = "r1") -> bytes:
-    """What the room greets with, in this life of it."""
+    """The room's hello in this run."""
     limits = Limits(8, 1.0, 4096)
     told = msgspec.structs.replace(ROOM.hello(50.0, limits, "seeds"), run=run, key="feed")
     return msgspec.json.encode(told)
@@ -39,7 +39,7 @@ def hello(run: str = "r1") -> bytes:
 
 @dataclass
 class Watching:
-    """A client of a relay, and all that it was sent."""
+    """A client of a relay that records its events."""
 
     number: int
     heard: list[Any] = field(default_factory=list)
@@ -69,7 +69,7 @@ class Watching:
 
 @dataclass
 class Relay:
-    """A replica with a clock that stands still, and the requests that it has sent."""
+    """A replica whose clock the test sets, and the requests that it has sent."""
 
     limit: int = 8
     now: float = 100.0
@@ -153,7 +153,7 @@ def test_times_are_those_of_the_relay_s_own_clock() -> None:
     relay = Relay()
     one = relay.joined()
     assert relay.replica.pong(1.5) is None
-    # The room's clock is 59 s behind; this message took 0.2 s, the next no time at all.
+    # The room's clock is 59 s behind. This message took 0.2 s, the next takes no time.
     relay.now = 100.2
     relay.hear(HELLO, hello(), tick=7, tick_time=40.9, now=41.0)
     relay.now = 101.0

@@ -1,4 +1,4 @@
-"""What docs/protocol.md answers about appearing, stalls and flags, as rooms do it."""
+"""Rooms behave as docs/protocol.md says about new balls, stalls and flags."""
 
 import pytest
 
@@ -23,7 +23,7 @@ def independent() -> IndependentRoom:
 
 
 def seen(room: Room) -> decoder.Row:
-    """The room's snapshot, as a client reads it."""
+    """The room's snapshot, as a client decodes it."""
     box = {name: getattr(room.extent, name) for name in ("x_min", "x_max", "y_min", "y_max")}
     return decoder.snapshot(room.snapshot(), box, room.velocity_scale)
 

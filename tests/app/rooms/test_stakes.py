@@ -1,4 +1,4 @@
-"""Stakes and payouts: whole minor units that cannot go below zero or out of range."""
+"""Stakes and payouts are whole minor units within their range."""
 
 import hashlib
 from fractions import Fraction
@@ -62,7 +62,7 @@ def test_a_stake_survives_a_checkpoint_in_mid_flight() -> None:
 
 
 async def begun(player: Player) -> tuple[str, dict[str, str]]:
-    """An open session of the room that a player is in, and the header that shows its token."""
+    """Begin and open a session in a player's room; returns it, and the header with its token."""
     secret = b"\x11" * 32
     await player.send(type="session", commitment=hashlib.sha256(secret).hexdigest())
     begun = await player.until("session")

@@ -1,4 +1,4 @@
-"""What is computed for a client that has left is ended."""
+"""When a client leaves, its computation is cancelled."""
 
 import asyncio
 from typing import Any

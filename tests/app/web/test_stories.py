@@ -1,4 +1,4 @@
-"""A box that was played elsewhere goes on in a room, at the tick and to the bit where it was."""
+"""A sandbox played in a page continues in a room, at the same tick with the same bits."""
 
 import copy
 from pathlib import Path
@@ -36,7 +36,7 @@ def opened(http: httpx.Client, told: dict[str, Any]) -> dict[str, Any]:
 
 
 def positions(running: Running, room: str) -> list[float]:
-    """Of a room that is paused, so that it stays as it is."""
+    """The balls' x in a paused room."""
     found: list[float] = running.services.rooms.find(room).room.world.bodies["x"].tolist()
     return found
 

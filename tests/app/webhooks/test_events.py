@@ -1,4 +1,4 @@
-"""What a target is sent, and how it is signed."""
+"""The events sent to a webhook's target, and their signature."""
 
 import base64
 from typing import Any

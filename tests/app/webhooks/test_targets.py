@@ -1,4 +1,4 @@
-"""The operator's list of targets: read at the start, or refused with the reason."""
+"""The operator's list of webhook targets is read at the start; errors give the reason."""
 
 import base64
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Clients that do not read: bounded memory, nobody else delayed, closed with a reason."""
+"""Clients that do not read: the hub bounds their memory, delays no other, closes them."""
 
 import asyncio
 
@@ -77,7 +77,7 @@ def test_a_mailbox_never_holds_more_than_its_bounds(
 
 
 class Wire:
-    """What a client's connection does: takes frames, or blocks until let go."""
+    """A client's connection: it accepts frames, or blocks until the test releases it."""
 
     def __init__(self, *, direct: bool, blocked: bool = False) -> None:
         self.direct = direct
@@ -98,7 +98,7 @@ class Wire:
 
 
 def unframed(wire: bytes) -> list[WireMessage]:
-    """Short frames on a wire, one by one."""
+    """The messages of WebSocket frames shorter than 126 bytes."""
     frames = []
     while wire:
         size = wire[1]

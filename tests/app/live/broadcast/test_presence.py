@@ -1,4 +1,4 @@
-"""Who is at a table: told to those who said so alone, seldom, and never all of a crowd."""
+"""Presence: the server sends visitors' names seldom, and only some of a crowd."""
 
 from collections.abc import Callable
 from typing import Any
@@ -17,7 +17,7 @@ ACCEPTED = messages.Accepted(ball=0, seed="1", x=0.0, explicit_x=False, tick=1)
 
 
 class Salon:
-    """Rooms with visitors, on a clock that a test turns."""
+    """Rooms with visitors, and a clock that the test sets."""
 
     def __init__(self) -> None:
         self.now = 100.0

@@ -1,4 +1,4 @@
-"""Sessions as players have them: over REST and WebSocket, several balls, many players."""
+"""Fair sessions over REST and WebSocket, with several balls and many players."""
 
 import asyncio
 import copy
@@ -28,7 +28,7 @@ def bearer(token: str) -> dict[str, str]:
 
 
 def begun(http: httpx.Client, room: str = "main") -> tuple[dict[str, Any], dict[str, str]]:
-    """An open session of a room, and the header that shows its token."""
+    """Begin and open a session; returns it, and the header with its token."""
     answer = http.post("/api/v1/sessions", json={"room": room, "commitment": COMMITMENT})
     assert answer.status_code == 201, answer.text
     session = answer.json()
@@ -175,7 +175,7 @@ async def test_many_players_and_many_balls_in_one_room(
                 accepted = await player.until("accepted", ref=number)
                 heard[session].append(accepted["receipt"])
                 assert accepted["receipt"]["receipt"]["drop"] == number
-        # What one is told the other is told too: the log is everybody's.
+        # The log is public: both clients received the same receipts.
         for balls in heard.values():
             for receipt in balls:
                 ball = receipt["receipt"]["ball"]
@@ -231,7 +231,7 @@ async def test_all_who_end_a_session_at_once_get_the_same_answer(
 
 
 def test_a_session_is_exported_to_its_player_alone(http: httpx.Client, tiny: str) -> None:
-    """Everybody in the room hears its id with each receipt."""
+    """Every client in the room receives the session's id with each receipt."""
     session, shown = begun(http, tiny)
     path = f"/api/v1/sessions/{session['session']}/export"
     nobody = http.get(path)

@@ -1,4 +1,4 @@
-"""Whose room comes back first, with rebuilds that go on when the test says."""
+"""The order in which rooms are rebuilt; the test decides when a rebuild continues."""
 
 import asyncio
 
@@ -15,7 +15,7 @@ def parked(room_id: str) -> Parked:
 
 
 class Bench:
-    """A queue over rooms that take so many slices each; `done` is every slice, in order."""
+    """A queue of rooms with `slices` slices each; `done` lists the rooms of slices, in order."""
 
     def __init__(self, *rooms: str, slices: int = 3, patience: float = 60.0) -> None:
         self.done: list[str] = []

@@ -1,4 +1,4 @@
-"""What tests of the edge have in common."""
+"""Shared by the tests of the edge: every request of a test ends with it."""
 
 from collections.abc import Iterator
 
@@ -9,6 +9,6 @@ from tests.app.web.edge import lines
 
 @pytest.fixture(autouse=True)
 def finished() -> Iterator[None]:
-    """No request is left waiting, to be ended at some other time."""
+    """End the waiting requests of a test, so that none ends during another test."""
     yield
     lines.finish()

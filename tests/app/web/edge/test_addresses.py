@@ -1,4 +1,4 @@
-"""Who counts as one client, whom a proxy may speak for, and how many connections each may have."""
+"""Which addresses count as one client, also behind proxies, and how many connections it has."""
 
 import pytest
 

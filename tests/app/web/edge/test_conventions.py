@@ -1,4 +1,4 @@
-"""What REST clients rely on in any API: ids, limits in headers, links between pages, 415, docs."""
+"""Conventions of REST: request ids, limits in headers, links between pages, 415, docs."""
 
 import re
 from pathlib import Path
@@ -40,7 +40,7 @@ def test_a_response_tells_what_is_left_of_the_limits_it_used() -> None:
     with serving(drop_rate=0.5) as running:
         at = f"{running.url}/api/v1/rooms/main/drops"
         answers = [httpx.post(at, timeout=LIMIT)]
-        while answers[-1].status_code == 202:  # a slow machine may send few in two seconds
+        while answers[-1].status_code == 202:  # a slow machine sends few in two seconds
             answers.append(httpx.post(at, timeout=LIMIT))
         assert answers[-1].status_code == 429
         assert {answer.headers["ratelimit-policy"] for answer in answers} == {'"drops";q=1;w=2'}

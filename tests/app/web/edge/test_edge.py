@@ -1,4 +1,4 @@
-"""What strangers try on a real server: foreign names, hasty departures, prying, hoarding."""
+"""Attacks on a real server: foreign host names, aborted requests, too many connections."""
 
 import contextlib
 import json
@@ -25,7 +25,7 @@ TOKEN = "scrape" * 6
 
 @pytest.fixture(scope="module")
 def edge() -> Iterator[Running]:
-    """A server with little patience, and a token for its metrics."""
+    """A server with short time-outs, and a token for its metrics."""
     with (
         constants(**{"app.listening.HEAD_SECONDS": 0.2}),
         serving(address_connections=8, metrics_token=TOKEN, hosts=("plinko.example",)) as running,
@@ -50,7 +50,7 @@ def metrics(client: httpx.Client) -> str:
 
 @pytest.mark.parametrize("path", ["/", "/api/v1/rooms", "/metrics", "/nothing"])
 def test_a_strangers_name_that_points_here_gets_nothing(client: httpx.Client, path: str) -> None:
-    """DNS rebinding: the browser asks in the name of the page's own site."""
+    """DNS rebinding: the browser believes that the server belongs to the attacker's site."""
     port = client.base_url.port
     headers = {"host": f"evil.example:{port}", "origin": f"http://evil.example:{port}"}
     for method in ("GET", "HEAD", "POST", "OPTIONS"):
@@ -108,7 +108,7 @@ def test_those_who_connect_and_say_nothing_are_few_and_soon_gone(
 ) -> None:
     with contextlib.ExitStack() as held:
         lines = [held.enter_context(dial(edge)) for _ in range(20)]
-        received = [line.recv(1000) for line in lines]  # each ends, told why or not at all
+        received = [line.recv(1000) for line in lines]  # each is closed, with a reason or without
         assert sum(b"429 Too Many" in each for each in received) >= 12
         assert sum(not each for each in received) <= 8
     until(lambda: client.get("/healthz").status_code == 200)

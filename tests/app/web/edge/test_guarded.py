@@ -1,4 +1,4 @@
-"""Connections whose clients send without end, slowly, too much at once, or do not read."""
+"""Clients that send without end, slowly or too much at once, or do not read."""
 
 import pytest
 
@@ -140,7 +140,7 @@ def test_who_reads_slowly_is_not() -> None:
     for left in range(5000, 0, -100):
         line.unread = left
         server.loop.pass_(15.0)
-    for _ in range(20):  # a stream: what was read is replaced by more
+    for _ in range(20):  # a stream: new data replaces the data read
         line.unread = 5000
         line.connection.write(b"more")
         server.loop.pass_(15.0)

@@ -1,4 +1,4 @@
-"""Under which names the server answers: its own, and no stranger's that points at it."""
+"""The server answers only requests for its own host names."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""WebSockets whose clients send what no player does: each is answered, limited, and ended alone."""
+"""Hostile WebSocket clients: each is answered, limited and closed without harm to others."""
 
 import base64
 import struct
@@ -28,7 +28,7 @@ def upgraded(server: Server) -> Line:
 
 
 def closing(line: Line) -> tuple[int, str]:
-    """The close frame that was sent last."""
+    """Code and reason of the last close frame."""
     start = line.written.rindex(b"\x88")
     size = line.written[start + 1]
     payload = line.written[start + 2 :]

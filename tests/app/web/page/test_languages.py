@@ -1,4 +1,4 @@
-"""Which language a page comes in, and the texts it is filled with."""
+"""The language of a page, and its texts."""
 
 from pathlib import Path
 

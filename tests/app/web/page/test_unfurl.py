@@ -1,4 +1,4 @@
-"""Links to drops unfold on other sites, and one page may be shown there in a frame."""
+"""Other sites can preview links to drops, and show one of the pages in a frame."""
 
 import html
 import re
@@ -14,7 +14,7 @@ BASE = "https://plinko.example/"
 
 
 def properties(text: str) -> dict[str, str]:
-    """What the `<meta>` elements say."""
+    """The properties of the `<meta>` elements."""
     found = re.findall('<meta property="([^"]+)" content="([^"]*)">', text)
     return {name: html.unescape(content) for name, content in found}
 
