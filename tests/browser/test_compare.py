@@ -1,4 +1,4 @@
-"""Two drops side by side: starts one bit apart, other seeds, the distance and when they part."""
+"""Two drops side by side: starts one bit apart, other seeds, distance and separation."""
 
 import math
 import re
@@ -24,7 +24,7 @@ def paused(screen: Screen) -> Screen:
 
 
 def parted(one: Drop, two: Drop) -> float | None:
-    """When two balls are first more than a radius apart, s; looked at every 1/1000 s."""
+    """The first time in s when two balls are more than a radius apart, in steps of 1 ms."""
     times = np.arange(0.0, min(one.duration, two.duration), 1e-3)
     a, b = one.states(times), two.states(times)
     apart = np.hypot(a["x"] - b["x"], a["y"] - b["y"])

@@ -1,4 +1,4 @@
-"""The operator's page: its unit file starts, its backup comes back, its alerts are all there."""
+"""The operator's page: its unit file starts, its backup is restored, its alerts exist."""
 
 import configparser
 import os
@@ -96,7 +96,7 @@ def test_a_documented_backup_restores_rooms_tokens_and_keys(
     (gone,) = re.findall(r"delete ((?:`plinko\.db[\w-]*`(?:, | and )?)+)", PAGE)
     assert left <= set(re.findall(r"`([^`]+)`", gone)), "nothing of the former ledger stays"
     shutil.move(backup, tmp_path / "backup")
-    shutil.rmtree(home)  # all that the backup has not is gone
+    shutil.rmtree(home)  # only the backup is left
     backup = tmp_path / "backup"
     shutil.copytree(backup, home)
     with serving(**ledger) as server:

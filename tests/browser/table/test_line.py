@@ -1,4 +1,4 @@
-"""The line alone breaks, and the server lives: what was dropped stays ours."""
+"""Only the connection breaks, not the server: the player keeps the drops."""
 
 import pytest
 from playwright.sync_api import expect
@@ -74,7 +74,7 @@ window.WebSocket = class extends WebSocket {
 };
 """
 
-# From `lose()` on no line opens.
+# After `lose()` no connection opens.
 _LOSABLE = """
 window.WebSocket = class extends WebSocket {
   constructor(...all) {

@@ -1,4 +1,4 @@
-"""More than one ball at a time: showers, auto-drop, stakes, keys, other worlds, sound, ghosts."""
+"""Play with many balls: showers, auto-drop, stakes, keys, other worlds, sound, ghosts."""
 
 import re
 
@@ -33,7 +33,7 @@ def test_several_balls_of_one_push_have_one_seed_after_the_other(
 
 
 def auto(screen: Screen, **fields: str) -> None:
-    """Choose auto-drop, with its fields by their names."""
+    """Choose auto-drop, and fill its fields by name."""
     screen.page.get_by_role("radio", name="Auto").check()
     for name, value in fields.items():
         field = screen.page.locator(f"#auto-{name}")
@@ -181,7 +181,7 @@ def test_space_presses_a_focused_button_and_drops_nothing(opened: Open, quick: Q
     expect(more).to_have_attribute("aria-expanded", "false")
     assert screen.drops_sent == []
     screen.page.get_by_role("radio", name="5 balls").check()
-    screen.page.keyboard.press("Space")  # chosen already: there is nothing to press
+    screen.page.keyboard.press("Space")  # auto-drop is chosen already: the key presses nothing
     expect(screen.rows).to_have_count(5)
 
 
@@ -353,14 +353,14 @@ def test_another_gravity_and_material_make_a_table_of_their_own(opened: Open) ->
     screen.landed(screen.api(f"drops/{digest}/3")["bin"])
     screen.shot("jupiter")
 
-    # A friend with the link sees the same table, and the same choice.
+    # A friend who opens the link sees the same table and the same choice.
     friend = opened(f"/?room={room}").ready()
     expect(friend.page.get_by_label("Gravity")).to_have_value("Jupiter")
     expect(friend.page.get_by_label("Material")).to_have_value("Rubber on concrete")
     expect(friend.page.get_by_label("Rows", exact=True)).to_have_value("8")
     expect(friend.root).to_have_attribute("data-ground", "bands")
 
-    # The table is found again rather than opened twice.
+    # The page finds the table again instead of creating a second one.
     screen.drawer("Table").get_by_label("Material").select_option("own")
     expect(screen.page.locator("#board-moving")).not_to_have_attribute(
         "aria-label", re.compile("Rubber")

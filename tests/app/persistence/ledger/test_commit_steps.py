@@ -241,7 +241,7 @@ def test_however_long_it_stalls_nothing_is_lost(name: str, empty: Path, tmp_path
         assert play.met == step
         refused = bool(play.told[PUBLIC].refused)
         lost = cut and step != "committed"  # a finished commit is found after the cut
-        # The thread is checked four times within the patience: it may get a quarter more.
+        # The thread is checked four times within the patience: a stall may be a quarter longer.
         assert refused or not (lost or seconds > 1.25 * PATIENCE)
         assert cut or not (refused and seconds < PATIENCE)
         play.calm()

@@ -1,4 +1,4 @@
-"""Shared by the tests of the edge: every request of a test ends with it."""
+"""Ends every waiting request at the end of each test of the edge."""
 
 from collections.abc import Iterator
 
@@ -9,6 +9,5 @@ from tests.app.web.edge import lines
 
 @pytest.fixture(autouse=True)
 def finished() -> Iterator[None]:
-    """End the waiting requests of a test, so that none ends during another test."""
     yield
     lines.finish()
