@@ -18,7 +18,7 @@ def test_every_error_a_client_can_meet_has_its_own_answer() -> None:
     assert set(errors.ANSWERS) == known - untold
 
 
-def test_codes_are_told_apart() -> None:
+def test_each_error_has_its_own_code() -> None:
     # The engine's errors about a text or a value share the code of the server's.
     same: dict[type[Exception], type[Exception]] = {
         engine.errors.EngineError: errors.InvalidValueError,

@@ -121,7 +121,7 @@ async def test_a_request_that_computes_nothing_needs_no_other_thread(
             assert (await client.get(path)).status_code == 200
 
 
-async def test_documents_are_made_once_and_not_for_each_who_asks(
+async def test_documents_are_made_once_for_all_requests(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     app = create_app(Settings(database_url="sqlite://"))

@@ -471,7 +471,7 @@ def test_a_board_named_in_the_address_is_opened(opened: Open) -> None:
     bench.until("Math.abs(board.pegs[10].x - arg) < 0.02", peg["x"] + 0.07)
 
 
-def test_a_link_cut_short_is_told(opened: Open) -> None:
+def test_a_truncated_link_is_reported(opened: Open) -> None:
     screen = opened("/editor.html#board=abc").state("failed")
     expect(screen.result).to_contain_text("cannot be read")
 

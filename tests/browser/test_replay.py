@@ -246,7 +246,7 @@ def test_a_record_that_was_tampered_with_is_not_reproduced(opened: Open) -> None
     expect(screen.page.locator("#verdict")).to_contain_text("Not reproduced: x_end")
 
 
-def test_the_energy_is_told_and_a_click_on_it_goes_there(replay: Screen) -> None:
+def test_the_energy_is_shown_and_a_click_seeks_its_moment(replay: Screen) -> None:
     plot = replay.page.get_by_role("img", name=re.compile("Energy of the ball.*percent lost"))
     box = plot.bounding_box()
     assert box is not None
@@ -308,7 +308,7 @@ def test_the_stepped_solver_is_replayed_as_it_stepped(opened: Open) -> None:
     expect(screen.fact("solver")).to_contain_text("stepped")
 
 
-def test_a_bad_seed_is_named_beside_its_field(replay: Screen) -> None:
+def test_a_bad_seed_is_named_next_to_its_field(replay: Screen) -> None:
     field = replay.page.get_by_label("Seed", exact=True)
     field.fill("-3")
     replay.page.get_by_role("button", name="Replay it").click()
@@ -322,7 +322,7 @@ def test_a_bad_seed_is_named_beside_its_field(replay: Screen) -> None:
     [("board=nonagon&seed=1", "nonagon"), ("board=triangle-8&seed=x1", "x1"),
      ("board=triangle-8&seed=1&x=99", "99")],
 )  # fmt: skip
-def test_a_drop_that_cannot_be_is_told(
+def test_an_impossible_drop_is_reported(
     opened: Open, complaints: Complaints, query: str, named: str
 ) -> None:
     screen = opened(f"/replay.html?{query}").state("failed")

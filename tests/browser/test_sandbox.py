@@ -130,7 +130,7 @@ def test_everyone_has_a_box_of_their_own_that_moves_into_a_room(
     balls(guest, 61)
 
 
-def test_a_room_that_is_not_there_is_said_so_with_ways_on(opened: Open) -> None:
+def test_a_missing_room_is_reported_with_links(opened: Open) -> None:
     screen = opened("/sandbox.html?room=nosuch")
     expect(screen.result).to_contain_text("There is no room nosuch")
     screen.page.locator("#ways-on").get_by_role("link", name="Open my own box").click()
@@ -153,7 +153,7 @@ def test_sliders_and_presets_set_the_room_for_everyone(box: Any, opened: Open) -
     expect(guest.page.get_by_role("button", name="Throw a ball")).to_be_disabled()
 
 
-def test_pause_stops_step_goes_one_tick_and_reset_begins_anew(box: Any) -> None:
+def test_pause_stops_step_goes_one_tick_and_reset_restarts(box: Any) -> None:
     screen = box({"balls": 20})
     page = screen.page
     page.get_by_role("button", name="Pause").click()

@@ -267,9 +267,7 @@ def test_the_address_switches_each_part_and_chooses_the_ground(opened: Open) -> 
     assert (found["around"], found["plate"]) == (all_of_it, all_of_it)
 
 
-def test_a_room_that_is_not_there_is_said_and_looked_for_again(
-    opened: Open, complaints: Complaints
-) -> None:
+def test_a_missing_room_is_reported_and_polled(opened: Open, complaints: Complaints) -> None:
     complaints.allow("WebSocket|404")
     stage = opened(
         "/stage.html?room=nowhere", before="window.setTimeout = (run) => { again = run; };"

@@ -50,7 +50,7 @@ def test_the_environment_of_the_page_is_of_settings() -> None:
     assert Settings.load(filled).hosts == ("plinko.example",)
 
 
-def test_what_to_do_is_said_for_each_alert_and_for_nothing_else() -> None:
+def test_each_alert_and_only_alerts_have_instructions() -> None:
     groups = yaml.safe_load((DEPLOY / "alerts.yml").read_text())["groups"]
     there = [rule["alert"] for group in groups for rule in group["rules"]]
     said = re.findall(r"^\| `(Plinko\w+)` \|", PAGE, re.MULTILINE)

@@ -200,7 +200,7 @@ def test_what_is_of_no_room_goes_to_whoever_is_free(
 
 
 @needs_haproxy
-def test_a_server_that_has_just_ended_is_nobody_s_error(
+def test_a_server_that_has_just_ended_causes_no_error(
     proxy: tuple[httpx.Client, list[Named]],
 ) -> None:
     client, servers = proxy

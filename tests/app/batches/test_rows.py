@@ -60,7 +60,7 @@ def test_an_error_leaves_no_file(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_block_is_written_at_once_so_that_memory_is_flat(tmp_path: Path) -> None:
+def test_each_block_is_written_at_once_to_keep_memory_flat(tmp_path: Path) -> None:
     """Each block becomes one row group, written as soon as it is computed."""
     from pyarrow import parquet
 

@@ -63,7 +63,7 @@ def test_the_map_is_drawn_into_a_file(run: Run, tmp_path: Path) -> None:
     assert "not in .png" in run("map", "triangle-8", "map.txt", status=2)
 
 
-def test_without_the_library_it_is_said_what_to_install(
+def test_without_the_library_the_error_says_what_to_install(
     run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(common, "find_spec", lambda name: None)

@@ -48,7 +48,7 @@ async def test_a_block_that_depends_on_a_server_ends_once_it_is_gone() -> None:
         await turns()
 
 
-def test_a_late_server_doubts_itself_and_nobody_else(
+def test_a_late_server_doubts_only_itself(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     alive = alive_with([B])

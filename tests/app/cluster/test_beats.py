@@ -44,7 +44,7 @@ def seen(beats: Beats, me: Member) -> dict[str, Seen]:
     return {each.member.name: each for each in beats.beat(me)}
 
 
-def test_each_sees_the_other_and_how_long_ago_it_said_so(database: str) -> None:
+def test_servers_see_each_other_and_the_age_of_heartbeats(database: str) -> None:
     with both(database) as (first, second):
         assert seen(first, A) == {}, "itself as it was before"
         found = seen(second, B)
@@ -63,7 +63,7 @@ def test_one_whose_process_has_ended_has_no_connection(database: str) -> None:
         until(lambda: not seen(second, B)["a"].connected)
 
 
-def test_who_waits_is_told_at_once_of_one_that_leaves(
+def test_waiting_servers_learn_at_once_that_one_leaves(
     database: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with both(database) as (first, second):

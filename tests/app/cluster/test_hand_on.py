@@ -70,7 +70,7 @@ async def asking(
         yield client
 
 
-async def test_what_is_answered_here_is_asked_nobody_else() -> None:
+async def test_a_request_answered_here_is_not_forwarded() -> None:
     here, there = Place(), Place()
     async with asking(here, there) as client:
         answer = await client.post("/api/v1/rooms/r/drops", content=b"one two")
@@ -100,7 +100,7 @@ async def test_below_a_path_a_new_address_begins_with_that_path_once() -> None:
     assert (answer.status_code, answer.headers["location"]) == (201, "/games/api/v1/rooms/r")
 
 
-async def test_what_was_handed_on_is_answered_wherever_the_room_is() -> None:
+async def test_a_forwarded_request_is_not_forwarded_again() -> None:
     here, there = Place(moved("b.1")), Place()
     async with asking(here, there, **{"plinko-hops": "1"}) as client:
         answer = await client.get("/api/v1/rooms/r")
@@ -126,7 +126,7 @@ async def test_a_room_on_its_way_is_waited_for(here: list[Any], there: list[Any]
     assert (answer.status_code, answer.text) == (200, "had x")
 
 
-async def test_what_may_have_been_done_is_not_done_again() -> None:
+async def test_a_request_that_may_have_been_done_is_not_repeated() -> None:
     here, there = Place(moved("b.1"), moved("b.1")), Place(httpx.ReadError("it ended"))
     async with asking(here, there) as client:
         answer = await client.post("/api/v1/rooms/r/drops", content=b"x")

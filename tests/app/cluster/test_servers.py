@@ -254,7 +254,7 @@ async def landing(player: Player, one: ServerProcess, room: str) -> dict[str, An
     return result
 
 
-async def test_a_server_that_is_told_to_end_hands_all_its_rooms_over(servers: Servers) -> None:
+async def test_a_stopped_server_hands_all_its_rooms_over(servers: Servers) -> None:
     first, second, third = servers.all
     rooms = [new_room(first) for _ in range(4)]
     for number, room in enumerate(rooms):

@@ -78,7 +78,7 @@ async def test_a_room_whose_server_is_gone_is_taken_over_and_counted(address: st
         assert taking.count >= 1
 
 
-async def test_a_room_that_nobody_had_is_taken_and_no_server_missed(address: str) -> None:
+async def test_a_room_without_a_server_is_taken_but_not_counted(address: str) -> None:
     async with living(address, holder="a") as a:
         taking = looking(a)
         assert await taken(a, taking) == {"main"}

@@ -23,7 +23,7 @@ pytestmark = [
 BALLS = 5  # dropped before a server is killed, and as many after that
 
 
-async def test_a_target_hears_of_all_balls_in_order_despite_kills(
+async def test_a_target_receives_all_balls_in_order_despite_kills(
     postgresql: PostgreSQL, tmp_path: Path
 ) -> None:
     target = FlakyTarget()

@@ -73,7 +73,7 @@ async def test_one_worker_does_one_thing_after_the_other() -> None:
     assert (pool.jobs, pool.seconds, worker.ended) == (0, 1.0, False)
 
 
-async def test_what_takes_long_leaves_a_worker_for_what_is_quick() -> None:
+async def test_long_work_leaves_a_worker_for_quick_work() -> None:
     pool = Pool(2, 4)
     long = [await pool.asks() for _ in range(3)]
     assert len(pool.pids) == 1
@@ -87,7 +87,7 @@ async def test_what_takes_long_leaves_a_worker_for_what_is_quick() -> None:
     await asyncio.wait(long)
 
 
-async def test_what_is_quick_goes_first() -> None:
+async def test_quick_work_goes_first() -> None:
     pool = Pool(1, 4)
     running = await pool.asks()
     long, quick = await pool.asks(), await pool.asks(quick=True)
@@ -128,7 +128,7 @@ async def test_a_caller_that_leaves_the_queue_gives_up_its_turn() -> None:
     assert pool.jobs == 0
 
 
-async def test_a_worker_whose_reply_nobody_took_is_never_used_again() -> None:
+async def test_a_worker_with_an_unread_reply_is_never_used_again() -> None:
     """The caller is cancelled after the worker's reply and before it has received it."""
     pool = Pool(1, 4)
     asking = await pool.asks()
@@ -143,7 +143,7 @@ async def test_a_worker_whose_reply_nobody_took_is_never_used_again() -> None:
     assert await again == "another"
 
 
-async def test_what_an_ended_worker_has_not_begun_another_does() -> None:
+async def test_work_not_begun_by_an_ended_worker_moves_to_another() -> None:
     pool = Pool(3, 4)
     asking = [await pool.asks(quick=True) for _ in range(3)]
     for number, worker in enumerate(pool.made):
@@ -170,7 +170,7 @@ async def test_a_new_worker_that_has_not_begun_is_an_error() -> None:
     assert pool.jobs == 0
 
 
-async def test_what_had_begun_is_not_done_again() -> None:
+async def test_work_that_had_begun_is_not_done_again() -> None:
     pool = Pool(1, 4)
     first = await pool.asks()
     pool.made[0].says("first")
@@ -229,7 +229,7 @@ async def test_a_worker_that_has_started_after_the_end_is_ended() -> None:
     assert worker.asked == []
 
 
-async def test_a_trial_computes_something_once_for_all_who_ask() -> None:
+async def test_a_trial_computes_once_for_all_callers() -> None:
     pool = Pool(1, 1)
     asking = [asyncio.create_task(pool.compute()) for _ in range(5)]
     await turns()

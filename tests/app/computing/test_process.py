@@ -86,7 +86,7 @@ async def test_another_process_does_the_work_and_returns_its_errors(workers: Wor
     assert workers.jobs == 0
 
 
-async def test_what_no_pipe_can_carry_is_an_error(workers: Workers) -> None:
+async def test_a_result_that_cannot_be_pickled_is_an_error(workers: Workers) -> None:
     pid = await workers.run(os.getpid)
     with pytest.raises(TypeError, match="pickle"):
         await workers.run(functools.partial(open, os.devnull))
@@ -125,7 +125,7 @@ async def test_a_board_is_packed_once_and_unpacked_once(
     assert await workers.run(functools.partial(met_before, Board.from_json(hall())))
 
 
-async def test_what_takes_too_long_is_ended_and_the_next_is_done(workers: Workers) -> None:
+async def test_work_over_its_deadline_is_ended_and_the_next_is_done(workers: Workers) -> None:
     for endless, seconds in ((spin, 0.1), (FOR_EVER, 0.02)):  # FOR_EVER sleeps without computing
         pid = await workers.run(os.getpid)
         with pytest.raises(DeadlineError, match=rf"longer than the {seconds} s"):
@@ -163,7 +163,7 @@ async def test_an_expensive_board_takes_no_more_than_any_other_work(
     assert await workers.run(os.getpid) != pid
 
 
-async def test_who_goes_away_ends_the_work(workers: Workers) -> None:
+async def test_a_caller_that_leaves_ends_its_work(workers: Workers) -> None:
     asking = asyncio.create_task(workers.run(FOR_EVER))
     (pid,) = await running(workers, 1)
     asking.cancel()
@@ -248,7 +248,7 @@ async def test_a_worker_that_dies_is_replaced(workers: Workers) -> None:
     assert await workers.run(os.getpid) != os.getpid()
 
 
-async def test_an_idle_worker_that_is_killed_costs_nobody_an_answer(
+async def test_killing_an_idle_worker_loses_no_answer(
     workers: Workers, fork_server: int, tmp_path: Path
 ) -> None:
     """The fork server is stopped, so it cannot report that the worker has ended."""

@@ -91,7 +91,7 @@ async def cancelled_while_it_has_it(desk: Desk, caller: "asyncio.Task[None]") ->
     await turns()
 
 
-async def test_a_caller_that_is_cancelled_keeps_the_lock_from_nobody() -> None:
+async def test_a_cancelled_caller_does_not_keep_the_lock() -> None:
     ways: list[Callable[[Desk, asyncio.Task[None]], Awaitable[None]]] = [
         cancelled_before,
         cancelled_with_its_turn,

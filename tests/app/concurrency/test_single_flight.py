@@ -37,7 +37,7 @@ async def test_callers_meanwhile_share_one_run_and_later_ones_the_next() -> None
     assert await flights.do("main", ledger.look) == 3
 
 
-async def test_one_that_leaves_harms_nobody_and_all_hear_of_a_failure() -> None:
+async def test_a_cancelled_caller_harms_no_other_and_all_get_errors() -> None:
     ledger, flights = Ledger(), SingleFlight[int]()
     first, second, third = (asyncio.create_task(flights.do("main", ledger.look)) for _ in range(3))
     await turns()

@@ -200,7 +200,7 @@ async def test_it_checks_at_start_and_daily_and_reports_changes(
     }
 
 
-async def test_many_who_ask_at_once_have_the_files_read_once() -> None:
+async def test_simultaneous_callers_read_the_files_once() -> None:
     looks: list[None] = []
 
     def look() -> Digests:

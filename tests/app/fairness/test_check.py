@@ -285,7 +285,7 @@ def test_another_kernel_and_another_server_are_named() -> None:
         ({"board": {"width": -1}}, "board: width"),
     ],
 )
-def test_what_is_no_session_is_named(change: dict[str, Any], message: str) -> None:
+def test_an_invalid_session_is_named(change: dict[str, Any], message: str) -> None:
     with pytest.raises(RecordError, match=message):
         checked({**HONEST, **change})
 

@@ -420,7 +420,7 @@ def slow_reading(grace: float, linger: float) -> Iterator[Running]:
         yield server
 
 
-async def test_a_stalled_client_delays_nobody_and_learns_the_reason() -> None:
+async def test_a_stalled_client_delays_no_other_and_gets_a_reason() -> None:
     """One client stops reading while balls fall; the other receives every event."""
     with slow_reading(grace=0.3, linger=60.0) as server:
         room = await new_room(server)

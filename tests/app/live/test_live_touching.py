@@ -292,7 +292,7 @@ async def test_a_scene_is_spelt_alike_wherever_it_is_written_and_read(server: Ru
         ({"board": {"pegs": 7}}, "pegs", "7"),
     ],
 )
-def test_a_ground_that_cannot_be_is_refused(
+def test_an_invalid_backdrop_is_refused(
     http: httpx.Client, body: dict[str, Any], field: str, says: str
 ) -> None:
     reply = http.post("/api/v1/rooms", json=body)
@@ -301,7 +301,7 @@ def test_a_ground_that_cannot_be_is_refused(
     assert says in reply.json()["detail"]
 
 
-def test_no_board_beside_a_scene_may_be_said(http: httpx.Client) -> None:
+def test_a_scene_may_come_with_a_null_board(http: httpx.Client) -> None:
     said = {"scene": {"scene": "sandbox", "balls": 2}, "board": None}
     assert http.post("/api/v1/rooms", json=said).status_code == 201
 

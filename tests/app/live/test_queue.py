@@ -36,7 +36,7 @@ def dropped(http: httpx.Client, room: str) -> list[dict[str, Any]]:
     return drops
 
 
-async def test_what_waits_is_dropped_in_order_under_its_name_and_told(
+async def test_queued_balls_are_dropped_in_order_with_their_names(
     server: Running, http: httpx.Client
 ) -> None:
     room, own = opened(http, QUICK)
@@ -85,14 +85,16 @@ def test_a_queue_is_its_room_s_owner_s(http: httpx.Client, method: str, path: st
         ({"n": 1, "colour": "red"}, "colour"),
     ],
 )
-def test_what_cannot_wait_is_named(http: httpx.Client, body: dict[str, Any], field: str) -> None:
+def test_an_invalid_queue_item_is_named(
+    http: httpx.Client, body: dict[str, Any], field: str
+) -> None:
     room, own = opened(http)
     answer = http.post(f"/api/v1/rooms/{room}/queue", json=body, headers=own)
     assert answer.status_code == 422
     assert field in answer.text
 
 
-def test_no_more_waits_than_may() -> None:
+def test_the_queue_s_length_is_limited() -> None:
     full = EMPTY
     for _ in range(MOST_ITEMS):
         full = full.with_item(1, 1.0, NO_TAG)
@@ -107,7 +109,7 @@ def test_no_more_waits_than_may() -> None:
     assert heavy.cleared().with_item(1, 1.0, NO_TAG).items[0].number == heavy.next
 
 
-def test_a_room_that_is_begun_anew_forgets_what_waits(http: httpx.Client) -> None:
+def test_a_reset_room_forgets_its_queue(http: httpx.Client) -> None:
     room, own = opened(http)
     http.post(f"/api/v1/rooms/{room}/queue", json={"n": 9, "every": 60}, headers=own)
     http.post(f"/api/v1/rooms/{room}/reset", headers=own).raise_for_status()

@@ -35,7 +35,7 @@ def opened(http: httpx.Client, board: Any = TINY, **more: Any) -> tuple[str, dic
     return reply["id"], {"authorization": f"Bearer {reply['token']}"}
 
 
-async def test_a_tag_is_told_with_its_drop_and_adds_no_field_to_others(
+async def test_a_tag_is_sent_with_its_drop_and_adds_no_other_field(
     server: Running, http: httpx.Client
 ) -> None:
     room, own = opened(http)

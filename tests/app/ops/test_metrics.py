@@ -72,7 +72,7 @@ def test_errors_over_http_are_counted_by_code() -> None:
         assert found["plinko_errors_total bad-seed"] == 1
 
 
-def test_openmetrics_is_spoken_to_those_who_ask() -> None:
+def test_openmetrics_is_served_on_request() -> None:
     body, media_type = Metrics().exposition("application/openmetrics-text; version=1.0.0")
     assert media_type.startswith("application/openmetrics-text")
     assert body.endswith(b"# EOF\n")

@@ -78,7 +78,7 @@ class Table:
         return asked
 
 
-async def test_a_drop_is_told_once_it_is_durable_and_not_before() -> None:
+async def test_a_drop_is_accepted_only_when_it_is_durable() -> None:
     table = Table()
     asked = await table.ask(1)
     table.tick(5)
@@ -122,7 +122,7 @@ async def test_while_a_start_is_undecided_the_others_fall_on() -> None:
     assert table.room.drops == 1
 
 
-async def test_no_tick_is_shown_that_the_ledger_has_not_heard_of() -> None:
+async def test_no_tick_is_shown_before_the_ledger_allows_it() -> None:
     table = Table()
     defer = table.ledger.defer
     await table.ask(1)

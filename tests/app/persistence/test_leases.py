@@ -135,7 +135,7 @@ async def test_nothing_of_a_room_is_written_that_is_another_server_s(
         assert await newer.all_rows() != before
 
 
-async def test_what_is_of_other_rooms_is_written_all_the_same(address: str) -> None:
+async def test_writes_of_other_rooms_still_succeed(address: str) -> None:
     async with Server(address, "older") as older, Server(address, "newer") as newer:
         await older.takes("r")
         await older.takes("other", 3)
@@ -186,7 +186,7 @@ async def test_of_two_that_take_a_room_after_the_same_lease_one_has_it(address: 
             assert sorted(type(each).__name__ for each in came) == ["Lease", "LeaseLostError"]
 
 
-async def test_a_released_room_is_written_no_more_by_who_had_it(address: str) -> None:
+async def test_a_released_room_is_not_written_by_its_former_server(address: str) -> None:
     async with Server(address, "a") as a:
         await a.takes("r")
         await a.ledger.commit(*BEFORE)
@@ -233,7 +233,7 @@ class _Taken:
             )
 
 
-def test_a_room_taken_during_a_commit_keeps_what_was_told(address: str) -> None:
+def test_a_room_taken_during_a_commit_keeps_accepted_drops(address: str) -> None:
     met, step = [], 0
     while True:
         step += 1
@@ -404,7 +404,7 @@ def answers_nothing(server: Server) -> threading.Event:
     return go_on
 
 
-async def test_a_commit_without_an_answer_is_told_once_it_is_found(
+async def test_an_unanswered_commit_is_reported_when_it_is_found(
     address: str,
 ) -> None:
     async with Server(address, "a") as a, Server(address, "b") as b:

@@ -141,7 +141,7 @@ def test_a_killed_process_s_leavings_do_not_block_its_namesake(
 # Changing, resetting, closing.
 
 
-async def test_a_reset_room_begins_anew_for_everyone_in_it(
+async def test_a_reset_begins_a_new_run_for_all_clients(
     server: Running, http: httpx.Client
 ) -> None:
     room, own = opened(http)
@@ -222,7 +222,7 @@ def test_the_same_drop_asked_for_again_is_dropped_once(server: Running, http: ht
     assert http.post(path, headers={"idempotency-key": "another"}).json()["ball"] == 1
 
 
-async def test_a_drop_whose_line_broke_is_asked_for_again_over_another(
+async def test_a_drop_is_not_repeated_on_a_new_connection(
     server: Running, http: httpx.Client
 ) -> None:
     room, _ = opened(http, "triangle-8")
@@ -412,7 +412,7 @@ def test_a_restart_finds_rooms_tokens_counts_and_balls_again(url: str, tmp_path:
 # Connections that broke.
 
 
-async def test_a_client_that_comes_back_hears_what_it_missed(
+async def test_a_reconnected_client_receives_what_it_missed(
     server: Running, http: httpx.Client
 ) -> None:
     room, own = opened(http)
@@ -454,7 +454,7 @@ async def test_a_client_that_comes_back_hears_what_it_missed(
         assert (await again.until("missed", events=None))["since"] == since
 
 
-def test_only_so_much_is_remembered_and_what_is_lost_is_said() -> None:
+def test_kept_events_are_bounded_and_losses_are_reported() -> None:
     from app.live.broadcast.replay_buffer import KEPT, Recent
     from app.protocol import messages
 

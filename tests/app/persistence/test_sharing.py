@@ -140,7 +140,7 @@ async def test_a_server_shows_no_tick_that_the_next_did_not_start_from(
         assert 0 < room.room.world.tick <= begun
 
 
-async def test_viewers_of_a_lost_room_are_sent_away_and_told_no_more(address: str) -> None:
+async def test_clients_of_a_lost_room_are_disconnected_at_once(address: str) -> None:
     async with two(address) as (a, b):
         room = await a.rooms.seek("main")
         await a.drop(room, 7)
@@ -174,7 +174,7 @@ def not_a_s(room_id: str, row: LeaseRow | None) -> int | None:
     return None
 
 
-async def test_nobody_comes_to_a_room_at_the_server_that_lost_it(address: str) -> None:
+async def test_a_lost_room_cannot_be_joined_at_its_former_server(address: str) -> None:
     async with two(address, claim=not_a_s) as (a, b):
         room = await b.rooms.seek("main")
         await b.drop(room, 7)
@@ -292,7 +292,7 @@ async def test_a_room_is_handed_to_one_server_and_none_comes_between(
         assert lease.number == row.number + 1
 
 
-async def test_hundreds_who_seek_a_room_at_once_cost_one_query(
+async def test_hundreds_of_simultaneous_seeks_cost_one_query(
     address: str,
 ) -> None:
     looks = []
@@ -331,7 +331,7 @@ async def test_a_client_of_a_leaving_room_waits_until_it_is_there(address: str) 
         assert (await a.rooms.seek(room.id)).id == room.id
 
 
-async def test_of_many_who_ask_at_once_each_finds_the_one_room(address: str) -> None:
+async def test_simultaneous_requests_find_the_same_room(address: str) -> None:
     async with two(address) as (a, b):
         room = await a.rooms.create(BOARD)
         await a.shared.leaving.hand_over(room.id)

@@ -54,7 +54,7 @@ def test_staked_plays_count_once_however_often_written(url: str) -> None:
     database.close()
 
 
-def test_stakes_are_told_apart_by_powers_of_ten() -> None:
+def test_stakes_are_grouped_by_powers_of_ten() -> None:
     assert [band(stake) for stake in (1, 9, 10, 999, 1000, 10**9)] == [1, 1, 10, 100, 1000, 10**9]
 
 
@@ -81,7 +81,7 @@ def told(*found: Total) -> dict[tuple[str, str, str], float]:
     }
 
 
-def test_a_preset_s_return_is_told_beside_what_it_should_be() -> None:
+def test_a_preset_s_return_is_shown_with_its_expectation() -> None:
     found = told(Total(BOARD.digest, 100, False, 100, 10_000, 1e6, 20_000))
     where = (BOARD.name, "100")
     (own, *_) = odds_of_record(BOARD)

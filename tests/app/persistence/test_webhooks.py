@@ -86,7 +86,7 @@ def test_each_target_gets_each_drop_and_each_result_once(url: str) -> None:
     asyncio.run(scene())
 
 
-def test_a_drop_that_is_refused_is_told_to_nobody(url: str) -> None:
+def test_a_refused_drop_is_sent_to_no_target(url: str) -> None:
     async def scene() -> None:
         async with opened(url) as ledger:
             await ledger.commit(*begun(), drop(0))
@@ -97,7 +97,7 @@ def test_a_drop_that_is_refused_is_told_to_nobody(url: str) -> None:
     asyncio.run(scene())
 
 
-def test_a_ball_that_is_given_up_is_told_as_landed(url: str) -> None:
+def test_a_voided_ball_is_sent_as_landed(url: str) -> None:
     async def scene() -> None:
         async with opened(url) as ledger:
             await ledger.commit(*begun(), drop(0, stake=100))
@@ -117,7 +117,7 @@ def test_without_targets_nothing_is_written_down(url: str) -> None:
     asyncio.run(scene())
 
 
-def test_what_waits_of_a_room_goes_when_the_room_is_pruned(url: str) -> None:
+def test_pruning_a_room_deletes_its_waiting_webhooks(url: str) -> None:
     async def scene() -> None:
         async with opened(url) as ledger:
             await ledger.commit(*begun(), drop(0), Close(RUN, 50, 1.0))
@@ -127,7 +127,7 @@ def test_what_waits_of_a_room_goes_when_the_room_is_pruned(url: str) -> None:
     asyncio.run(scene())
 
 
-def test_more_boards_than_are_remembered_are_told_of(
+def test_more_boards_are_sent_than_are_cached(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("app.webhooks.sender.MOST_BOARDS", 1)
@@ -196,7 +196,7 @@ def test_a_failing_target_gets_all_in_order_once_it_is_well(fault: Any, tmp_path
     assert len(set(target.bodies[:4])) == 1  # every attempt sends the same body
 
 
-def test_what_the_ledger_could_not_forget_is_told_again(tmp_path: Path) -> None:
+def test_events_not_deleted_from_the_ledger_are_sent_again(tmp_path: Path) -> None:
     target = FakeTarget()
 
     class Forgetful(Ledger):
@@ -221,7 +221,7 @@ def test_what_the_ledger_could_not_forget_is_told_again(tmp_path: Path) -> None:
     assert target.ids[:3] == ["1.0.accepted"] * 3
 
 
-def test_a_prize_and_whose_it_is_are_told(tmp_path: Path) -> None:
+def test_a_prize_is_sent_with_its_winner(tmp_path: Path) -> None:
     target = FakeTarget()
     form = msgspec.json.decode(BOARD.to_json())
     form["bins"]["labels"] = [{"text": f"prize {number}"} for number in range(9)]

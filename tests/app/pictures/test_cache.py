@@ -217,7 +217,7 @@ def test_drops_that_take_too_long_are_given_up(draw: Callable[..., bytes]) -> No
 # made once
 
 
-async def test_those_who_ask_at_once_share_one_drawing() -> None:
+async def test_simultaneous_callers_share_one_drawing() -> None:
     pictures, go, started = Pictures(100), asyncio.Event(), []
 
     async def draw() -> bytes:
@@ -254,7 +254,7 @@ async def test_cached_pictures_are_bounded_and_the_unused_go_first() -> None:
     assert pictures.size <= 100
 
 
-async def test_a_picture_that_nobody_waits_for_any_more_is_not_drawn() -> None:
+async def test_a_picture_without_callers_is_not_drawn() -> None:
     begun, ended = asyncio.Event(), asyncio.Event()
 
     async def draw() -> bytes:

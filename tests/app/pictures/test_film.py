@@ -185,7 +185,7 @@ async def settled(cameras: Cameras) -> None:
         await eventually(lambda: cameras._workers.jobs == 0)
 
 
-async def test_nothing_is_drawn_for_nobody_or_of_a_room_that_sleeps() -> None:
+async def test_nothing_is_drawn_without_viewers_or_of_an_idle_room() -> None:
     async with filming() as cameras:
         room = room_of()
         room.drop(DropCommand(1))
@@ -211,7 +211,7 @@ async def test_nothing_is_drawn_for_nobody_or_of_a_room_that_sleeps() -> None:
         assert cameras.drawn == 2
 
 
-async def test_a_viewer_that_reads_slowly_gets_the_newest_and_delays_nobody() -> None:
+async def test_a_slow_viewer_gets_the_newest_and_delays_no_other() -> None:
     async with filming() as cameras:
         room = room_of()
         room.drop(DropCommand(1))
@@ -273,7 +273,7 @@ async def test_a_bin_lights_up_and_the_light_goes_out_while_the_room_sleeps() ->
         assert abs(picture_in(part) - dark)[-30:].max() < 40
 
 
-async def test_who_watches_pays_and_without_a_budget_waits_for_it() -> None:
+async def test_viewers_pay_and_wait_when_their_budget_is_empty() -> None:
     now = [50.0]
     budgets = Budgets(rate=0.5, burst=0.001)
     async with filming() as cameras:
@@ -311,7 +311,7 @@ def test_a_shot_that_cannot_be_is_refused_before_any_camera_films_it() -> None:
         assert refused.value.field == field
 
 
-async def test_a_camera_that_fails_tells_its_viewer_and_is_put_away(
+async def test_a_failed_camera_raises_at_its_viewer_and_is_removed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("app.pictures.film.draw", len)  # fails, as len takes one argument
@@ -373,7 +373,7 @@ async def parts(response: httpx.Response) -> AsyncIterator[bytes]:
             rest = rest[at + len(end) :]
 
 
-async def test_a_stream_shows_a_fall_to_all_who_watch_and_ends_with_them(
+async def test_a_stream_shows_a_fall_to_all_and_ends_with_them(
     server: Running, http: httpx.Client
 ) -> None:
     room = new_room(http)

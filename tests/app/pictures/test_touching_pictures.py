@@ -75,7 +75,7 @@ def test_each_ball_of_a_box_is_as_large_as_it_is() -> None:
         assert redness(pixels, *centre, int(0.7 * radius * stage.view.scale)) > 0.3
 
 
-def test_who_sleeps_is_grey() -> None:
+def test_sleeping_balls_are_grey() -> None:
     arena = sandbox(12, seed=3, speed=0.0, drag=0.5)
     while arena.awake:
         arena.step()

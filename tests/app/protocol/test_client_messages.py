@@ -43,7 +43,7 @@ def test_a_drop_message_keeps_its_values_as_they_came() -> None:
         ('{"type":"drop","seed":' + "9" * 4500 + "}", "out of range"),
     ],
 )
-def test_a_message_of_no_known_shape_is_told_why(text: str, said: str) -> None:
+def test_the_error_names_what_is_malformed(text: str, said: str) -> None:
     with pytest.raises((MalformedError, EngineError), match=said):
         client_messages.decode_message(text)
 

@@ -297,7 +297,7 @@ def test_a_long_flight_starts_where_the_ball_was_a_second_ago() -> None:
 
 
 @pytest.mark.parametrize(("x", "kept"), [(-6.0, -6.0), (-20.0, -8.0), (9.0, 8.0)])
-def test_a_ball_beside_the_board_is_sent_up_to_half_a_board_away(x: float, kept: float) -> None:
+def test_a_ball_is_sent_up_to_half_a_board_outside(x: float, kept: float) -> None:
     scale = segments.Scale(Extent(-4.0, 4.0, 0.0, 6.0), 1 / 1024, 1 / 64, 60, 9.81, 0.0)
     segment = Segment(1, OFF_WALL, 3, 0.5, x, 2.0, -1.0, 0.0, 0.0, 0.0)
     stream = segments.SegmentStream(scale, 0)
@@ -363,7 +363,7 @@ async def test_a_live_client_draws_the_drop(server: Running) -> None:
     assert decode_segments(player.binaries[0], drawing.scale).full
 
 
-async def test_both_streams_of_a_room_tell_of_the_same_landing(server: Running) -> None:
+async def test_both_streams_of_a_room_have_the_same_landing(server: Running) -> None:
     async with (
         playing(server.socket("triangle-8")) as whole,
         playing(server.socket("triangle-8?stream=segments")) as cut,

@@ -124,7 +124,7 @@ async def joined(replica: Replica, ear: Ear) -> Ear:
     return ear
 
 
-async def test_who_watches_over_a_relay_hears_what_the_others_hear() -> None:
+async def test_a_relay_s_spectators_receive_the_same_events() -> None:
     with scene() as one:
         near = one.direct()
         replica = one.replica()
@@ -224,14 +224,14 @@ async def test_a_room_that_moves_keeps_its_viewers_over_a_relay() -> None:
         other.feeds.close()
 
 
-async def test_a_room_that_is_closed_hands_over_who_watches() -> None:
+async def test_a_closed_room_hands_its_spectators_over() -> None:
     with scene() as one:
         far = await joined(one.replica(), one.ear())
         one.rooms.hub.close("main", ClosedRoomError("closed by its creator"))
         await eventually(lambda: far.handed_over)
 
 
-async def test_a_process_answers_for_its_own_rooms_alone() -> None:
+async def test_a_process_answers_only_for_its_own_rooms() -> None:
     with scene() as one:
         one.feeds._holds = lambda room_id: room_id != "main"
         replica = one.replica()

@@ -36,7 +36,7 @@ def both(redis: Redis) -> Iterator[tuple[Running, Relayed]]:
 
 
 @needs_redis
-async def test_who_watches_over_a_relay_sees_the_play_of_others(
+async def test_a_relay_s_spectator_sees_other_players_drops(
     both: tuple[Running, Relayed],
 ) -> None:
     server, relay = both

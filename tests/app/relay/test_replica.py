@@ -97,7 +97,7 @@ class Relay:
         self.hear(EVENTS, msgspec.json.encode({"type": "landed", "ball": ball, "digest": "0"}))
 
 
-def test_a_new_client_hears_the_whole_first_and_then_events() -> None:
+def test_a_new_client_receives_the_hello_and_then_events() -> None:
     relay = Relay()
     first, second = relay.joined(1), relay.joined(2)
     assert relay.requests == [True], "one hello is for all who wait"
@@ -129,7 +129,7 @@ def test_after_a_missing_message_all_wait_for_a_hello() -> None:
     assert one.kinds == ["hello", "hello", "landed"]
 
 
-def test_another_process_with_the_room_has_everyone_begin_anew() -> None:
+def test_another_process_of_the_room_restarts_all_clients() -> None:
     relay = Relay()
     one = relay.joined()
     relay.hear(HELLO, hello("r1"))
@@ -167,7 +167,7 @@ def test_times_are_those_of_the_relay_s_own_clock() -> None:
     assert one.heard[0]["server_time"] == pytest.approx(50.0 + 59.2)
 
 
-def test_who_has_waited_too_long_is_handed_over() -> None:
+def test_a_client_that_waited_too_long_is_handed_over() -> None:
     relay = Relay()
     one = relay.joined(1)
     relay.now += rules.PATIENCE + 0.1
@@ -177,7 +177,7 @@ def test_who_has_waited_too_long_is_handed_over() -> None:
     assert relay.replica.count == 1
 
 
-def test_when_nobody_is_there_any_more_all_are_handed_over() -> None:
+def test_without_the_room_s_process_all_are_handed_over() -> None:
     relay = Relay()
     one = relay.joined()
     relay.hear(HELLO, hello())
@@ -204,7 +204,7 @@ def test_a_room_that_ends_hands_everyone_over() -> None:
     assert one.kinds == ["hello"]
 
 
-def test_a_full_room_takes_nobody_and_one_who_left_hears_nothing() -> None:
+def test_a_full_room_refuses_and_former_clients_get_nothing() -> None:
     relay = Relay(limit=1)
     one = relay.joined(1)
     with pytest.raises(RoomFullError, match="main"):

@@ -22,7 +22,7 @@ def test_the_artifact_was_made_from_the_kernels_that_are_there() -> None:
 
 
 @pytest.mark.long("numba compiles for a while")
-def test_the_artifact_made_anew_is_the_one_that_is_there() -> None:
+def test_the_artifact_made_again_is_the_same() -> None:
     assert make.made() == make.ARTIFACT.read_bytes()
 
 

@@ -109,7 +109,7 @@ EQUAL: list[Any] = [1] * BINS
         (EQUAL, [*SOME[:8], ["1"] * MAX_SEEDS], "draw.seeds", "at most 10000"),
     ],
 )
-def test_what_is_no_draw_is_named(weights: Any, seeds: Any, field: str, message: str) -> None:
+def test_an_invalid_draw_is_named(weights: Any, seeds: Any, field: str, message: str) -> None:
     with pytest.raises(InvalidValueError, match=message.replace("^", r"\^")) as refused:
         Draw.of(BOARD, weights, seeds)
     assert refused.value.field == field

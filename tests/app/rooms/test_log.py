@@ -203,13 +203,13 @@ def test_every_field_of_a_record_is_covered_or_refused(kind: str) -> None:
         verify(record | {"note": 1})
 
 
-def test_a_time_step_beside_the_exact_solver_is_refused() -> None:
+def test_a_time_step_with_the_exact_solver_is_refused() -> None:
     record = drop("triangle-8", 1).to_dict()
     assert verify(record | {"dt": None}).ok, "a client that writes every field writes null"
     with pytest.raises(RecordError, match="dt belongs to the stepped solver"):
         verify(record | {"dt": 0.01})
 
 
-def test_the_log_of_drops_tells_stakes_and_whose_they_are() -> None:
+def test_the_log_of_drops_has_stakes_and_players() -> None:
     told = [(each["stake"], each["who"]) for each in of_drops()["drops"]]
     assert told == [(100, "ann"), (0, "ben"), (0, None), (7, "ann")]

@@ -102,7 +102,7 @@ def test_a_held_ball_follows_the_hand_and_flies_on_when_let_go() -> None:
     assert places(room)[0][0] > x + 0.2, "it flies on as fast as it was led"
 
 
-def test_a_hand_of_which_nothing_is_heard_lets_go() -> None:
+def test_a_silent_hand_releases_its_ball() -> None:
     room = box()
     tell(room, "add", x=0.0, y=1.0)
     tell(room, "drag", ball=0, x=0.0, y=1.0)
@@ -112,7 +112,7 @@ def test_a_hand_of_which_nothing_is_heard_lets_go() -> None:
     assert places(room)[0][1] > 3.0
 
 
-def test_settings_and_edits_are_told_and_hold() -> None:
+def test_settings_and_edits_are_sent_and_take_effect() -> None:
     room = box(balls=3)
     edited, told = tell(room, "settings", gravity="Moon", restitution="Glass on glass")
     assert isinstance(edited, messages.Edited)

@@ -80,7 +80,7 @@ def test_a_quota_counts_what_is_open_and_what_is_in_the_making() -> None:
     assert retry_after(QuotaError("x")) == 1
 
 
-def test_a_quota_forgets_those_who_have_nothing() -> None:
+def test_a_quota_forgets_clients_without_places() -> None:
     still_open: set[str] = set()
     quota = Quota(5, "rooms", still_open.__contains__)
     for number in range(100):

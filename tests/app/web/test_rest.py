@@ -354,11 +354,13 @@ def test_a_bad_query_is_named(http: httpx.Client, query: str, field: str) -> Non
     ],
     ids=lambda value: repr(value)[:40],
 )
-def test_a_bad_body_is_told_why(http: httpx.Client, body: bytes, status: int, code: str) -> None:
+def test_the_error_says_why_a_body_is_bad(
+    http: httpx.Client, body: bytes, status: int, code: str
+) -> None:
     problem(http.post("/api/v1/drops", content=body), status, code)
 
 
-def test_after_all_that_the_server_goes_on(http: httpx.Client) -> None:
+def test_after_all_these_errors_the_server_still_answers(http: httpx.Client) -> None:
     assert http.get("/readyz").json()["ready"]
     assert http.get("/api/v1/drops/triangle-16/42").json()["digest"] == drop(BOARD, 42).digest
 
@@ -375,7 +377,7 @@ def test_frames_are_states_at_their_rate_and_at_the_landing(http: httpx.Client) 
 
 
 @pytest.mark.parametrize("solver", ["exact", "stepped"])
-def test_frames_tell_the_state_right_before_each_impact(http: httpx.Client, solver: str) -> None:
+def test_frames_have_the_state_right_before_each_impact(http: httpx.Client, solver: str) -> None:
     """The speeds before and after each free impact obey the material's law up to rounding."""
     path = "/api/v1/drops/triangle-16/42"
     record = http.get(f"{path}?solver={solver}").json()
@@ -772,7 +774,7 @@ def test_the_stepped_solver_is_not_asked_how_sure_it_is(http: httpx.Client) -> N
     problem(response, 422, "bad-parameter", "use 'exact'")
 
 
-def test_an_address_may_have_so_many_rooms_and_no_more() -> None:
+def test_an_address_s_rooms_are_limited() -> None:
     with (
         serving(creator_rooms=2) as server,
         server.client() as http,

@@ -150,7 +150,7 @@ def test_a_page_s_parts_are_cached_for_good_the_page_is_not(http: httpx.Client) 
 @pytest.mark.parametrize(
     "path", [f"{DROP}/frames?fps=1000", "/api/v1/boards", "/js/play/main.js", "/openapi.json"]
 )
-def test_text_is_compressed_for_who_takes_it(http: httpx.Client, path: str) -> None:
+def test_text_is_compressed_for_clients_that_accept_it(http: httpx.Client, path: str) -> None:
     with http.stream("GET", path, headers={"accept-encoding": "gzip"}) as small:
         packed = b"".join(small.iter_raw())
     plain = http.get(path, headers={"accept-encoding": "identity"})

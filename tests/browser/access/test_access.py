@@ -84,7 +84,7 @@ def test_what_has_the_focus_is_seen_to_have_it(opened: Open) -> None:
     assert seen >= 8
 
 
-def test_the_result_is_told_to_those_who_do_not_see_the_board(opened: Open, quick: Quick) -> None:
+def test_screen_readers_receive_the_result(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
     expect(screen.result).to_have_attribute("aria-live", "polite")
     board = screen.page.get_by_role("img", name=re.compile(r"8 rows of pegs over 9 bins"))

@@ -105,7 +105,7 @@ def test_what_many_balls_came_to_is_whole(opened: Open, language: str, words: st
 
 
 @pytest.mark.parametrize(("width", "height"), SIZES)
-def test_the_board_keeps_its_size_beside_the_desk(opened: Open, width: int, height: int) -> None:
+def test_the_board_keeps_its_size_next_to_the_desk(opened: Open, width: int, height: int) -> None:
     screen = opened("/?room=triangle-16", viewport={"width": width, "height": height}).ready()
     box = screen.page.locator("#board").bounding_box()
     assert box is not None

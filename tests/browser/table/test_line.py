@@ -34,7 +34,7 @@ def test_a_lost_line_moves_nothing_on_the_desk(
     complaints.allow("WebSocket")
 
 
-def test_a_drop_whose_acceptance_was_never_heard_is_ours_too(opened: Open) -> None:
+def test_a_drop_whose_acceptance_was_lost_is_kept(opened: Open) -> None:
     screen = opened("/?room=triangle-8", before=_BREAKS_AFTER_A_DROP).ready()
     screen.drop.click()
     screen.state("reconnecting")

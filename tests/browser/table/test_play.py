@@ -247,7 +247,7 @@ window.WebSocket = class extends WebSocket {
 """
 
 
-def test_a_refused_drop_is_told_in_own_words_and_paid_back(opened: Open, quick: Quick) -> None:
+def test_a_refused_drop_is_explained_and_paid_back(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page, before=_REFUSE, locale="es-ES").ready()
     screen.drop.click()
     expect(screen.result).to_contain_text("Demasiado rápido")
@@ -255,7 +255,7 @@ def test_a_refused_drop_is_told_in_own_words_and_paid_back(opened: Open, quick: 
     expect(screen.page.locator("#staked")).to_have_text("0")
 
 
-def test_a_missing_room_is_told_in_the_page_s_language(
+def test_a_missing_room_is_reported_in_the_page_s_language(
     opened: Open,
 ) -> None:
     screen = opened("/?room=nonsense", locale="de-DE").state("closed")

@@ -40,7 +40,7 @@ def auto(screen: Screen, **fields: str) -> None:
         field.select_option(value) if name == "rate" else field.fill(value)
 
 
-def test_auto_drop_gives_so_many_and_says_what_they_came_to(opened: Open, quick: Quick) -> None:
+def test_auto_drop_drops_its_count_and_reports_the_net(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
     auto(screen, count="6", rate="8")
     expect(screen.drop).to_contain_text("Start auto")
@@ -69,9 +69,7 @@ def number(text: str) -> float:
     return float(text.replace("−", "-").replace("+", "").replace(",", ""))
 
 
-def test_a_stopped_auto_drop_is_told_alike_in_every_panel(
-    opened: Open, server: ServerProcess
-) -> None:
+def test_every_panel_reports_a_stopped_auto_drop_alike(opened: Open, server: ServerProcess) -> None:
     screen = opened(quick_table(server, "triangle-8", pays=0.4).page).ready()
     screen.page.get_by_role("radio", name="Instant").check()
     auto(screen, count="", rate="16", loss="5")
@@ -112,7 +110,7 @@ def test_half_double_and_all_of_a_stake(opened: Open, quick: Quick) -> None:
         expect(stake).to_have_value(value)
 
 
-def test_a_ball_that_landed_is_handed_on_from_where_it_is_told(opened: Open, quick: Quick) -> None:
+def test_a_landed_ball_can_be_shared_from_its_result(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
     key = screen.page.get_by_role("link", name="Share this ball")
     expect(key).to_be_hidden()
@@ -212,7 +210,7 @@ def test_a_change_of_table_waits_for_balls_in_flight(opened: Open) -> None:
     assert screen.page.url.endswith("?room=triangle-8")
 
 
-def test_balls_left_behind_are_told_by_the_name_of_their_board(opened: Open) -> None:
+def test_balls_of_a_left_table_are_reported_with_its_board(opened: Open) -> None:
     screen = opened("/?room=triangle-8").ready()
     screen.page.evaluate("history.pushState(null, '', '?room=triangle-9')")
     screen.page.evaluate("history.back()")
@@ -496,7 +494,7 @@ def test_ghost_trails_stay_and_can_be_turned_off(opened: Open, quick: Quick) -> 
     expect(ghost).to_be_visible()
 
 
-def test_a_shower_of_results_is_told_in_one_sentence(opened: Open, quick: Quick) -> None:
+def test_a_shower_of_results_is_reported_in_one_sentence(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
     screen.page.get_by_role("radio", name="20 balls").check()
     screen.drop.click()

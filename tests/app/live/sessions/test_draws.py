@@ -152,7 +152,7 @@ LEFT, RIGHT = DRAW["seeds"]
         ({"draw": DRAW | {"seeds": [["1"] * 10_001, RIGHT]}}, "draw.seeds", "at most 10000"),
     ],
 )
-def test_what_is_no_draw_opens_no_room(
+def test_an_invalid_draw_opens_no_room(
     http: httpx.Client, changes: dict[str, Any], field: str, words: str
 ) -> None:
     refused(http.post("/api/v1/rooms", json=opening(**changes)), field, words)

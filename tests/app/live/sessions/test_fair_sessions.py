@@ -98,7 +98,7 @@ def test_a_session_over_rest_is_proven_from_its_export(http: httpx.Client, tiny:
         ({"session": "none", "stake": 1}, "not-yours"),
     ],
 )
-def test_nothing_is_staked_where_somebody_chose(
+def test_no_stake_with_a_chosen_start(
     http: httpx.Client, tiny: str, body: dict[str, Any], code: str
 ) -> None:
     session, shown = begun(http, tiny)
@@ -111,7 +111,7 @@ def test_nothing_is_staked_where_somebody_chose(
     assert http.get(f"/api/v1/rooms/{tiny}").json()["stats"]["drops"] == before
 
 
-def test_a_chosen_start_is_practice_wherever_it_is_told(http: httpx.Client, tiny: str) -> None:
+def test_a_chosen_start_is_practice_in_every_reply_and_log(http: httpx.Client, tiny: str) -> None:
     drops = f"/api/v1/rooms/{tiny}/drops"
     told = [
         http.post(drops, params={"wait": 1}, json=body).json()
@@ -219,7 +219,7 @@ async def test_a_session_that_broke_off_goes_on_where_it_was(
     assert (verdict.failed, verdict.drops) == ([], 2)
 
 
-async def test_all_who_end_a_session_at_once_get_the_same_answer(
+async def test_simultaneous_ends_of_a_session_get_the_same_answer(
     server: Running, http: httpx.Client, tiny: str
 ) -> None:
     session, shown = begun(http, tiny)
@@ -230,7 +230,7 @@ async def test_all_who_end_a_session_at_once_get_the_same_answer(
     assert len({answer.content for answer in answers}) == 1
 
 
-def test_a_session_is_exported_to_its_player_alone(http: httpx.Client, tiny: str) -> None:
+def test_only_its_player_can_export_a_session(http: httpx.Client, tiny: str) -> None:
     """Every client in the room receives the session's id with each receipt."""
     session, shown = begun(http, tiny)
     path = f"/api/v1/sessions/{session['session']}/export"

@@ -170,7 +170,7 @@ class Journal:
         self.lines.append("slept")
 
 
-async def test_watchers_are_told_how_late_and_how_long_each_tick_was() -> None:
+async def test_watchers_receive_each_tick_s_lateness_and_duration() -> None:
     clock = FakeClock(late=[0.001, 0.0, 0.004])
     journal = Journal()
     left = [3]

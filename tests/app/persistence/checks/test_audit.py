@@ -136,7 +136,7 @@ def harm(file: Path, statement: str) -> None:
 
 
 @pytest.mark.parametrize("name", FINDINGS)
-def test_what_is_damaged_is_named(
+def test_each_damage_is_named(
     played: Ledger, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
 ) -> None:
     url = f"sqlite:///{shutil.copy(played.file, tmp_path)}"
@@ -181,7 +181,7 @@ def test_sessions_of_another_physics_are_held_to_their_payouts(
     assert check(capsys, url)[0] == 1
 
 
-def test_damaged_pages_are_told_and_the_rest_is_read(
+def test_damaged_pages_are_reported_and_the_rest_is_read(
     played: Ledger, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = Path(shutil.copy(played.file, tmp_path))

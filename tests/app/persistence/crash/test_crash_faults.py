@@ -174,7 +174,7 @@ def _ledger(
 @pytest.mark.long("a server under load meets stalls and frozen back ends")
 @pytest.mark.timeout(7200)
 @pytest.mark.parametrize(("database", "kind"), CASES)
-async def test_stalls_and_full_disks_leave_the_ledger_as_told(
+async def test_after_stalls_and_full_disks_ledger_and_events_agree(
     database: str, kind: str, request: pytest.FixtureRequest
 ) -> None:
     url, file, disk = _ledger(database, kind, request)

@@ -80,7 +80,7 @@ def log_of(server: ServerProcess, room: str) -> dict[str, Any]:
 @pytest.mark.parametrize("url", [SQLITE, POSTGRESQL], indirect=True)
 @pytest.mark.long("a server under load is killed")
 @pytest.mark.timeout(3600)
-async def test_what_a_box_was_told_survives_every_kill_and_replays(url: str) -> None:
+async def test_inputs_of_a_box_survive_every_kill_and_replay(url: str) -> None:
     chance, told = random.Random(3), Told()
     with ServerProcess(url) as server:
         body = {"scene": {"scene": "sandbox", "balls": 15, "restitution": 0.9}}

@@ -225,7 +225,7 @@ def test_a_frozen_process_with_a_waiting_drop_refuses_nothing(empty: Path, tmp_p
     table.end()
 
 
-def test_an_owner_that_fails_keeps_its_news_from_nobody(empty: Path, tmp_path: Path) -> None:
+def test_a_failing_callback_does_not_stop_the_others(empty: Path, tmp_path: Path) -> None:
     table = table_over(empty, tmp_path)
 
     def fail(error: LedgerError | None) -> None:

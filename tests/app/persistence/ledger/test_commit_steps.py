@@ -195,15 +195,13 @@ FAULTS = {
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", FAULTS)
-def test_whatever_happens_at_whatever_step_nothing_is_lost(
-    name: str, empty: Path, tmp_path: Path
-) -> None:
+def test_no_fault_at_any_step_loses_anything(name: str, empty: Path, tmp_path: Path) -> None:
     at_each_step(empty, tmp_path, FAULTS[name], killed=False)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("fault", [end, end_after_a_stall])
-def test_after_any_crash_the_next_process_has_all_that_was_told(
+def test_after_any_crash_the_next_process_has_all_accepted(
     fault: Callable[[Play], None], empty: Path, tmp_path: Path
 ) -> None:
     at_each_step(empty, tmp_path, fault, killed=True)
@@ -224,7 +222,7 @@ STALLED = {
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", STALLED)
-def test_however_long_it_stalls_nothing_is_lost(name: str, empty: Path, tmp_path: Path) -> None:
+def test_no_stall_of_any_length_loses_anything(name: str, empty: Path, tmp_path: Path) -> None:
     step, cut = STALLED[name]
     for seconds in SECONDS:
 
@@ -272,7 +270,7 @@ def at_each_step(empty: Path, folder: Path, fault: Callable[[Play], None], *, ki
 @given(chance=st.randoms(use_true_random=False))
 @settings(max_examples=tries(3, 400), suppress_health_check=[HealthCheck.function_scoped_fixture])
 @pytest.mark.long
-def test_in_whatever_order_the_two_threads_do_it_nothing_is_lost(
+def test_no_order_of_the_two_threads_loses_anything(
     chance: random.Random, empty: Path, tmp_path: Path
 ) -> None:
     file = tmp_path / "plinko.db"

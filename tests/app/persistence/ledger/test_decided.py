@@ -50,7 +50,7 @@ def test_a_refusal_stays_one_however_long_its_owner_takes(table: Table) -> None:
     assert not isinstance(table.until(refused()), UndecidedError)
 
 
-def test_who_waits_while_the_ledger_fails_hears_undecided(
+def test_waiting_work_is_undecided_while_the_ledger_fails(
     table: Table,
 ) -> None:
     async def both() -> None:

@@ -339,7 +339,7 @@ async def test_a_damaged_list_of_rooms_stops_no_start(
     assert "0 open ones can be read, and 2 runs not" in caplog.text
 
 
-async def test_of_a_damaged_list_of_rooms_what_can_be_read_goes_on(
+async def test_readable_rooms_of_a_damaged_list_continue(
     played: Played, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     url = f"sqlite:///{shutil.copy(played.file, tmp_path)}"
@@ -410,7 +410,7 @@ async def test_drops_of_a_room_that_failed_get_their_stake_back(
 
 
 @on_sqlite
-async def test_who_goes_away_leaves_no_room_half_made(url: str) -> None:
+async def test_a_cancelled_request_leaves_no_half_made_room(url: str) -> None:
     async with living(url) as life:
         kept_rooms = await life.rooms.create(BOARD, INDEPENDENT)
         gone = [

@@ -26,7 +26,7 @@ def test_every_answer_has_an_id_which_the_client_may_choose(http: httpx.Client) 
         assert re.fullmatch(r"[0-9a-f]{32}", answer.headers["x-request-id"])
 
 
-def test_a_bucket_tells_what_is_left_and_when_it_is_full_again() -> None:
+def test_a_bucket_reports_its_rest_and_when_it_is_full() -> None:
     bucket = TokenBucket(rate=2.0, burst=10.0, now=0.0)
     for _ in range(4):
         assert bucket.take(0.0)
@@ -36,7 +36,7 @@ def test_a_bucket_tells_what_is_left_and_when_it_is_full_again() -> None:
     assert bucket.allowance("drops", 0.5).rest == '"drops";r=0;t=12'
 
 
-def test_a_response_tells_what_is_left_of_the_limits_it_used() -> None:
+def test_a_response_has_the_rest_of_the_limits_it_used() -> None:
     with serving(drop_rate=0.5) as running:
         at = f"{running.url}/api/v1/rooms/main/drops"
         answers = [httpx.post(at, timeout=LIMIT)]

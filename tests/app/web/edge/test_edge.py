@@ -71,7 +71,7 @@ def test_nor_does_it_get_a_socket(edge: Running) -> None:
     assert caught.value.response.status_code == 421
 
 
-def test_a_name_that_the_server_was_told_is_its_own(client: httpx.Client) -> None:
+def test_a_configured_host_name_is_accepted(client: httpx.Client) -> None:
     headers = {"host": "plinko.example", "origin": "https://plinko.example"}
     assert client.post("/api/v1/rooms/main/drops", headers=headers).status_code == 202
 
@@ -86,7 +86,7 @@ def test_a_garbled_origin_is_a_foreign_one(edge: Running, origin: str) -> None:
     assert caught.value.response.status_code == 403
 
 
-def test_an_aborted_request_is_nobodys_failure(
+def test_an_aborted_request_counts_as_no_failure(
     edge: Running, client: httpx.Client, caplog: pytest.LogCaptureFixture
 ) -> None:
     before = metrics(client)
@@ -103,7 +103,7 @@ def test_an_aborted_request_is_nobodys_failure(
     assert errors == [line for line in before.splitlines() if "server-error" in line]
 
 
-def test_those_who_connect_and_say_nothing_are_few_and_soon_gone(
+def test_silent_connections_are_limited_and_soon_closed(
     edge: Running, client: httpx.Client
 ) -> None:
     with contextlib.ExitStack() as held:
@@ -142,7 +142,7 @@ def test_the_metrics_can_have_a_token(client: httpx.Client) -> None:
         "the ledger refuses it: UNIQUE constraint failed: drops.room, drops.ball",
     ],
 )
-def test_what_a_database_says_is_for_the_log_alone(cause: str) -> None:
+def test_a_database_s_error_appears_only_in_the_log(cause: str) -> None:
     told_outside = json.dumps(vars_of(problem_of(LedgerError(cause)))) + told(LedgerError(cause))
     for secret in ("/var", "plinko.db", "10.0.0.7", "5432", "UNIQUE", "drops"):
         assert secret not in told_outside
@@ -153,7 +153,7 @@ def vars_of(problem: Any) -> dict[str, Any]:
     return {name: getattr(problem, name) for name in problem.__struct_fields__}
 
 
-def test_the_ledgers_files_are_their_owners_alone(tmp_path: Path) -> None:
+def test_only_their_owner_can_read_the_ledger_s_files(tmp_path: Path) -> None:
     file = tmp_path / "plinko.db"
     for old in ("plinko.db", "plinko.db-wal"):
         (tmp_path / old).touch(0o644)

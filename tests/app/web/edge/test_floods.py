@@ -114,7 +114,7 @@ def test_two_host_lines_are_refused(flooded: Running) -> None:
     assert b"2 Host lines" in got
 
 
-def test_pipelined_requests_that_are_cut_off_are_nobodys_failure(
+def test_pipelined_requests_cut_off_count_as_no_failure(
     flooded: Running, caplog: pytest.LogCaptureFixture
 ) -> None:
     with caplog.at_level(logging.WARNING):

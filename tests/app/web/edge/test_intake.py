@@ -128,7 +128,7 @@ def test_a_protocol_is_given_no_more_until_it_wants_more() -> None:
     assert [piece for _, piece in GIVEN] == [b"one\r\n\r\n", b"two\r\n\r\n"]
 
 
-def test_a_protocol_that_fails_ends_its_own_connection_alone() -> None:
+def test_a_failing_protocol_ends_only_its_own_connection() -> None:
     server = Server()
     failing = Parser(server, "")
 

@@ -61,7 +61,7 @@ def test_frames_within_the_limit_go_on_for_ever() -> None:
     assert line.written == b"\x8a\x00" * 10_000
 
 
-def test_a_message_has_so_many_fragments() -> None:
+def test_a_message_s_fragments_are_limited() -> None:
     server = Server()
     line = upgraded(server)
     whole = framed(TEXT, b"a", fin=False) + framed(CONTINUATION, b"a", fin=False) * 63

@@ -70,7 +70,7 @@ def test_an_export_without_a_name_is_refused_with_its_file(tmp_path: Path) -> No
         script(tmp_path, "main.js")
 
 
-def test_a_file_beside_a_module_is_found_from_the_script() -> None:
+def test_a_file_next_to_a_module_is_found_from_the_script() -> None:
     whole = script(STATIC, "js/play/main.js")
     beside = re.findall(r'new URL\("([^"]+)",import\.meta\.url\)', whole)
     assert "../solver/kernels.wasm" in beside
