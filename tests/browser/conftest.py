@@ -242,7 +242,7 @@ class Profile:
 
     def new_page(self, url: str) -> Page:
         """A page for the server at `url`."""
-        if self.keeper is None:  # one for all servers: ports do not make another site
+        if self.keeper is None:  # one for all servers: browsers ignore the port of a site
             self.keeper = self.context.new_page()
             self.keeper.goto(f"{url}/theme.json")
         return self.context.new_page()

@@ -69,7 +69,7 @@ class Forwarder:
                 self.held += not self.whole.is_set()
                 self.whole.wait()
                 target.sendall(piece)
-        self.whole.wait()  # a cut hides also that the other side has closed
+        self.whole.wait()  # a cut also hides that the other side has closed
         with contextlib.suppress(OSError):
             target.shutdown(socket.SHUT_WR)
 

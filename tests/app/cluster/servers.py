@@ -64,7 +64,7 @@ class Servers:
         return set(server.get("/readyz").json()["cluster"]["servers"])
 
     def holder(self, room: str) -> ServerProcess:
-        """Wait until one server has the room. Each is asked about its own rooms only."""
+        """Wait until exactly one server has the room in memory; returns that server."""
         found: list[ServerProcess] = []
 
         def somebody() -> bool:

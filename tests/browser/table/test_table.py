@@ -179,7 +179,9 @@ def test_space_presses_a_focused_button_and_drops_nothing(opened: Open, quick: Q
     expect(more).to_have_attribute("aria-expanded", "false")
     assert screen.drops_sent == []
     screen.page.get_by_role("radio", name="5 balls").check()
-    screen.page.keyboard.press("Space")  # auto-drop is chosen already: the key presses nothing
+    screen.page.keyboard.press(
+        "Space"
+    )  # the focused radio button is chosen already, so Space drops
     expect(screen.rows).to_have_count(5)
 
 

@@ -1,4 +1,4 @@
-"""Players of a server that clients attack and that is killed and stalled meanwhile."""
+"""Players of a server that other clients attack, and that is killed and stalled meanwhile."""
 
 import asyncio
 import contextlib
