@@ -1,4 +1,4 @@
-"""What players ask of rooms in a test, each in a task of its own as on a server."""
+"""Players' drops and changes in tests: each runs in its own task, as on a server."""
 
 import asyncio
 from typing import Any
@@ -21,12 +21,12 @@ def ask(
     client: int | None = None,
     **values: Any,
 ) -> "asyncio.Task[messages.Accepted]":
-    """Have a ball dropped; without a seed it is the next one of a session."""
+    """Drop a ball in a new task; without a seed it is the next drop of a session."""
     practice = seed is not None or x is not None
     command = DropCommand(seed or 0, x, stake, practice=practice, **values)
     return asyncio.create_task(live.drop(command, Player(client=client), session))
 
 
 def change(live: LiveRoom, asked: Change) -> "asyncio.Task[messages.Event | None]":
-    """Have something changed in a room whose balls touch each other."""
+    """Change something in a room of touching balls, in a new task."""
     return asyncio.create_task(live.change(asked))

@@ -1,4 +1,4 @@
-"""A server that all tests of a process share, and a board on which balls land at once."""
+"""A server shared by all tests of a process, and a board with short falls."""
 
 import contextlib
 from collections.abc import Iterator
@@ -8,7 +8,7 @@ import pytest
 
 from tests.kit.serving import Running, constants, serving, share_what_starts_read
 
-# A board whose balls land in two thirds of a second: live tests wait for real falls.
+# Balls land within two thirds of a second: live tests wait for real falls.
 TINY = {
     "name": "tiny",
     "width": 3.0,

@@ -1,9 +1,9 @@
-"""A pass of the ticker in one go, without a clock."""
+"""Whole passes of the ticker, without a clock."""
 
 from app.live.ticking.runner import Runner
 
 
 def run_pass(runner: Runner, due: int = 1) -> bool:
-    """Tick every room that is awake so often; whether one still is."""
+    """Tick every awake room `due` times; returns whether a room is still awake."""
     *_, awake = runner.tick(due)
     return awake

@@ -1,4 +1,4 @@
-"""The error tree: every class has its answer, and each answer its own code."""
+"""The error tree: every class has an answer, and every answer another code."""
 
 import pytest
 
@@ -13,13 +13,13 @@ def tree(root: type[Exception]) -> set[type[Exception]]:
 
 def test_every_error_a_client_can_meet_has_its_own_answer() -> None:
     known = tree(errors.AppError) | tree(engine.errors.EngineError)
-    # A server that cannot start answers nobody, and none has its batches computed elsewhere.
+    # A SettingError prevents the start, and servers run no batch on a cluster: no client sees them.
     untold = {errors.SettingError, engine.errors.ClusterError}
     assert set(errors.ANSWERS) == known - untold
 
 
-def test_codes_are_told_apart() -> None:
-    # What the engine finds wrong in a text or a value is no other thing than what the server finds.
+def test_each_error_has_its_own_code() -> None:
+    # The engine's errors about a text or a value share the code of the server's.
     same: dict[type[Exception], type[Exception]] = {
         engine.errors.EngineError: errors.InvalidValueError,
         engine.errors.JsonValueError: errors.InvalidValueError,

@@ -1,4 +1,4 @@
-"""The server as a process: says where it is, listens on loopback, stops in order."""
+"""The server as a process prints its address, listens on the loopback, stops in order."""
 
 import contextlib
 import inspect
@@ -40,7 +40,7 @@ def test_it_prints_its_address_and_stops_in_order(number: signal.Signals) -> Non
             running.send(number)
             with contextlib.suppress(ConnectionClosed):
                 while True:
-                    socket.recv()  # what was still on its way
+                    socket.recv()  # read what was still on its way
             assert socket.close_code in (1001, 1012)
         assert (running.ended(), running.said) == (0, ("", ""))
 
@@ -121,7 +121,7 @@ async def test_a_request_that_computes_nothing_needs_no_other_thread(
             assert (await client.get(path)).status_code == 200
 
 
-async def test_documents_are_made_once_and_not_for_each_who_asks(
+async def test_documents_are_made_once_for_all_requests(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     app = create_app(Settings(database_url="sqlite://"))

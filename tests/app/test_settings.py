@@ -1,4 +1,4 @@
-"""Settings: one table; environment, then flags; a value out of range is named."""
+"""Settings come from the environment, then from flags; errors name the invalid value."""
 
 import dataclasses
 from pathlib import Path

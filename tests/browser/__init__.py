@@ -1,1 +1,1 @@
-"""Tests of the page, played in a real Chromium against a running server."""
+"""Tests of the pages in a real Chromium, with a running server."""

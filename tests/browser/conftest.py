@@ -1,4 +1,4 @@
-"""A server as its own process, a real Chromium, and pages whose every complaint fails the test."""
+"""A server process and a real Chromium; an error in a page's console fails the test."""
 
 import json
 import os
@@ -38,13 +38,13 @@ FLAGS = [
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
-    "--process-per-site",  # pages of one profile share a renderer, see Profile
+    "--process-per-site",  # pages of one profile share a renderer: see Profile
 ]
 
-# The smallest that shows a page as on a desk: without a graphics card each pixel costs.
+# The smallest desk layout: without a graphics card every pixel takes time.
 SMALL: ViewportSize = {"width": 1040, "height": 560}
 
-# Of a page that is open for a moment: it does not load all the others, to have them offline.
+# Options of a short-lived page: it must not fetch all other pages to keep them offline.
 BRIEF: dict[str, Any] = {"viewport": SMALL, "service_workers": "block"}
 
 
@@ -56,12 +56,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def browsed(folder: Path) -> ServerProcess:
-    """A server whose ledger, in this folder, outlives it."""
+    """A server with its ledger in this folder, so that the ledger survives restarts."""
     return ServerProcess(f"sqlite:///{folder}/plinko.db", ("--creator-rooms", "500"))
 
 
-# One of each for all tests of this folder, which stay in one row: while Playwright's loop lives no
-# asynchronous test could run, so neither may outlive the last of them.
+# All tests of this folder share one server and one browser, and run in sequence. Both fixtures end
+# with the folder's last test: no asynchronous test can run while Playwright's event loop exists.
 @pytest.fixture(scope="package")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
     with browsed(tmp_path_factory.mktemp("server")) as running:
@@ -79,7 +79,7 @@ def browser() -> Iterator[Browser]:
 
 @dataclass(frozen=True)
 class Quick:
-    """A fresh table where balls land in a second, for tests that need no certain board."""
+    """A new table where balls land within a second, for tests that need no certain board."""
 
     room: str
     token: str
@@ -107,11 +107,11 @@ def quick_table(
     prize: str | None = None,
     odds: list[int] | None = None,
 ) -> Quick:
-    """A preset five times as fast; `pays`, `prize`: every bin has that multiplier, that label.
+    """Create a table with a preset's board that runs five times as fast.
 
-    odds: of a draw over it, with mode `draw`.
+    pays, prize: the multiplier and the label of every bin; odds: those of a draw (mode `draw`).
     """
-    # 25 times the gravity and five times the drag: the same paths, run five times as fast.
+    # 25 times the gravity and 5 times the drag: balls follow the same paths 5 times as fast.
     board = Board.preset(preset).to_dict()
     board.update(name="quick", gravity=25 * board["gravity"], drag=5 * board["drag"])
     if pays is not None:
@@ -130,14 +130,14 @@ def quick_table(
 
 
 def holding(room: str, token: str) -> str:
-    """What a page is to run before its own, so that it may do in the room what its owner may."""
+    """A script for a page to run first, which gives it the owner's token of the room."""
     tokens = json.dumps(json.dumps({room: token}))
     return f"sessionStorage.setItem('plinko.tokens.1', {tokens})"
 
 
 @dataclass
 class Complaints:
-    """What pages wrote to the console as errors, or threw."""
+    """The errors that pages wrote to the console or threw."""
 
     seen: list[str] = field(default_factory=list)
     allowed: list[str] = field(default_factory=list)  # patterns
@@ -147,17 +147,17 @@ class Complaints:
         page.on("pageerror", self._thrown)
 
     def leave(self, page: Page) -> None:
-        """Note no more of what it says, which another test may."""
+        """Ignore further errors of a page, which belong to another test."""
         page.remove_listener("console", self._console)
         page.remove_listener("pageerror", self._thrown)
 
     def allow(self, pattern: str) -> None:
-        """Forget what a test provokes on purpose, told already or still on its way."""
+        """Ignore past and future errors that a test provokes on purpose."""
         self.allowed.append(pattern)
 
     @property
     def left(self) -> list[str]:
-        """What nobody has allowed."""
+        """The errors that the test has not allowed."""
         return [text for text in self.seen if not any(re.search(one, text) for one in self.allowed)]
 
     def _thrown(self, error: Error) -> None:
@@ -175,8 +175,8 @@ def complaints() -> Iterator[Complaints]:
     assert not collected.left
 
 
-# To be run before the page: a display of 20 Hz, for pages whose motion nobody judges. Without a
-# graphics card a second of the usual 60 Hz costs most of a second of the processor.
+# Run before the page: a display of 20 Hz, for pages whose motion is not tested. Without a graphics
+# card the usual 60 Hz need nearly all of a processor.
 SLOW_DISPLAY = """
 {
   const next = window.requestAnimationFrame.bind(window);
@@ -197,8 +197,7 @@ SLOW_DISPLAY = """
 }
 """
 
-# To be run before the page: nothing falls over a table but what a test drops, however long that
-# waits.
+# Run before the page: no demo balls fall while a test waits.
 NO_DEMO = """
 if (location.protocol.startsWith("http")) localStorage.setItem("plinko.demo.1", "off");
 """
@@ -209,7 +208,7 @@ Run = Callable[..., Any]
 
 @pytest.fixture(scope="package")
 def run(browser: Browser, server: ServerProcess) -> Iterator[Run]:
-    """Calls a JavaScript function with a module of js/ and an argument, away from the page."""
+    """Calls a JavaScript function with a module of js/ and an argument, on an empty page."""
     page = browser.new_page()
     complaints = Complaints()
     complaints.watch(page)
@@ -221,21 +220,21 @@ def run(browser: Browser, server: ServerProcess) -> Iterator[Run]:
 
     yield call
     page.close()
-    complaints.allow("404")  # a bare file has no icon; a missing module fails by itself
+    complaints.allow("404")  # the page has no icon; a missing module fails by itself
     assert not complaints.left
 
 
-# What one page may have that others of its context have not; for the rest it takes a context.
+# Options that can differ between pages of one context; other options need a new context.
 OF_A_PAGE = ("viewport", "color_scheme", "reduced_motion")
 USUAL = {"device_scale_factor": 1, "is_mobile": False, "has_touch": False}
 
 
 @dataclass
 class Profile:
-    """A browser profile that tests use one after the other, each finding it empty.
+    """A browser profile that tests use in sequence; each finds it empty.
 
-    A page that stays open keeps the renderer's process alive: to start one anew costs more than
-    most pages do. What a test does to a page ends with the page.
+    The page `keeper` stays open to keep the renderer process alive: a new process costs more than
+    most pages. Each test gets a new page.
     """
 
     context: BrowserContext
@@ -243,13 +242,13 @@ class Profile:
 
     def new_page(self, url: str) -> Page:
         """A page for the server at `url`."""
-        if self.keeper is None:  # of any server: a port is no other site
+        if self.keeper is None:  # one for all servers: browsers ignore the port of a site
             self.keeper = self.context.new_page()
             self.keeper.goto(f"{url}/theme.json")
         return self.context.new_page()
 
     def clear(self, url: str) -> None:
-        """Forget cookies and all that pages of `url` stored, but not the files they are made of."""
+        """Remove cookies and everything that pages of `url` stored; cached files stay."""
         assert self.keeper is not None
         self.context.clear_cookies()
         session = self.context.new_cdp_session(self.keeper)
@@ -259,20 +258,20 @@ class Profile:
 
 @dataclass
 class Profiles:
-    """A profile for each kind of device."""
+    """One shared profile for each kind of device."""
 
     browser: Browser
     kept: dict[str, Profile] = field(default_factory=dict)
 
     def of(self, device: dict[str, Any]) -> Profile:
-        """The one that all tests share, for options of a context."""
+        """The profile shared by all tests with these options of a context."""
         kind = json.dumps(device, sort_keys=True)
         if kind not in self.kept:
             self.kept[kind] = Profile(self.new_context(device))
         return self.kept[kind]
 
     def new_context(self, device: dict[str, Any]) -> BrowserContext:
-        """One of a test's own."""
+        """A new context, for one test only."""
         context = self.browser.new_context(**(BRIEF | device))
         context.set_default_timeout(1000 * LIMIT)
         context.add_init_script(SLOW_DISPLAY)
@@ -290,12 +289,10 @@ def profiles(browser: Browser) -> Iterator[Profiles]:
 
 @pytest.fixture
 def opened(profiles: Profiles, server: ServerProcess, complaints: Complaints) -> Iterator[Open]:
-    """Opens the page at a path, or another address, in an empty profile.
+    """Opens a path or an address in an empty profile, with options of `Browser.new_context`.
 
-    With options of `Browser.new_context`.
-
-    A test's first page of a kind of device is in the profile that all tests share; others have
-    their own, as has one with service workers.
+    A test's first page of each kind of device uses the shared profile. Its further pages, and
+    those with service workers, get a new context.
     """
     contexts: list[BrowserContext] = []
     shared: list[tuple[Profile, Page]] = []

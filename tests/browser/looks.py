@@ -1,4 +1,4 @@
-"""What every page owes every screen: no sideways scrolling, targets that a finger hits."""
+"""Screens for pages' tests, and checks for all: no sideways scrolling, targets for fingers."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 from tests.browser.screen import Screen
 from tests.long import tries
 
-# Width, height, colours: the smallest, the commonest and the largest. The others are between.
+# Width, height, colour scheme: the smallest, the most common and the largest screens.
 SCREENS = {
     "phone": [(360, 740, "light"), (390, 844, "dark"), *tries([], [(360, 740, "dark")])],
     "desk": [
@@ -17,7 +17,7 @@ SCREENS = {
     ],
 }
 
-# Fingers need 44 CSS pixels. The target of a radio button or a checkbox is the chip it fills.
+# Fingers need targets of 44 CSS pixels. A radio button or a checkbox fills its whole chip.
 _SMALL_TARGETS = """
 [...document.querySelectorAll("button, input, select, textarea, a:not(.skip)")]
   .filter((element) => element.offsetParent !== null)
@@ -44,22 +44,19 @@ def context_for(device: str) -> dict[str, Any]:
 def each_screen(
     screen: Screen, device: str, wanted: Callable[[str], bool] = lambda name: True
 ) -> Iterator[str]:
-    """Put the open page on one screen of the device after the other; gives each one's name.
-
-    Only on those whose names are `wanted`.
-    """
+    """Show the open page on each screen of the device whose name is `wanted`; gives the names."""
     for width, height, scheme in SCREENS[device]:
         name = f"{width}x{height}-{scheme}"
         if not wanted(name):
             continue
         screen.page.set_viewport_size({"width": width, "height": height})
         screen.page.emulate_media(color_scheme="dark" if scheme == "dark" else "light")
-        screen.frames(2)  # laid out anew in the next one, and drawn by the one after
+        screen.frames(2)  # the layout changes in the next frame, which the one after shows
         yield name
 
 
 def check_fit(screen: Screen) -> None:
-    """Nothing sticks out at the side, and everything can be hit."""
+    """Check that the page does not scroll sideways, and that fingers can hit every control."""
     overflow = screen.page.evaluate(
         "document.documentElement.scrollWidth - document.documentElement.clientWidth"
     )
@@ -68,8 +65,8 @@ def check_fit(screen: Screen) -> None:
 
 
 def painted(screen: Screen, canvas: str) -> int:
-    """How many pixels of a canvas are not clear, once all is drawn that the page has asked for."""
-    screen.frames(4)  # the tests' display has every third
+    """How many pixels of a canvas are not transparent, after the frames already requested."""
+    screen.frames(4)  # SLOW_DISPLAY draws only every third frame
     count: int = screen.page.evaluate(
         """(id) => {
           const canvas = document.getElementById(id);

@@ -1,4 +1,4 @@
-"""The page as a person meets it: what can be seen on it, waited for and done with it."""
+"""An open page as its user sees it: find, wait for, click and measure what it shows."""
 
 import json
 import re
@@ -17,7 +17,7 @@ T = TypeVar("T")
 
 expect.set_options(timeout=1000 * LIMIT)
 
-# To be run before the page: how late the newest picture came, ms behind the quickest of late.
+# Run before the page: `late` is the newest picture's delay in ms, relative to the fastest one.
 HEAR = """
 window.heard = { at: 0, late: 0, pieces: false, computes: false };
 const samples = [];
@@ -26,7 +26,7 @@ window.WebSocket = class extends WebSocket {
     super(...all);
     heard.computes = String(all[0]).includes("stream=seeds");
     this.addEventListener("message", ({ data }) => {
-      // A room that slept wakes with another offset.
+      // The ticks of a room that slept have a new offset.
       if (typeof data === "string" && data.includes('"accepted"')) samples.length = 0;
       if (typeof data === "string") return;
       heard.pieces = new DataView(data).getUint8(0) === 0x53;
@@ -39,14 +39,14 @@ window.WebSocket = class extends WebSocket {
 };
 """
 
-# To be run before the page: counts the frames that it asks for. The display's own go on as `turn`.
+# Run before the page: counts the frames it requests. `turn` requests one without counting it.
 COUNT_FRAMES = """
 window.turn = window.requestAnimationFrame.bind(window);
 window.frames_asked = 0;
 window.requestAnimationFrame = (draw) => { window.frames_asked += 1; return turn(draw); };
 """
 
-# So many frames of the display, drawn upon or not.
+# Wait for `count` frames of the display, whether the page draws or not.
 _FRAMES = """
 async (count) => {
   const turn = window.turn ?? requestAnimationFrame;
@@ -54,7 +54,7 @@ async (count) => {
 }
 """
 
-# Until the page has asked for none of so many frames of the display in a row.
+# Wait until the page has not requested any of `count` consecutive frames of the display.
 _REST = """
 async (count) => {
   let [asked, still] = [frames_asked, 0];
@@ -67,13 +67,13 @@ async (count) => {
 }
 """
 
-# The picture is three ticks behind the quickest snapshots, at least. Where the newest one is older
-# than that, a busy machine held it up, and the page draws where the ball would be if it flew on.
+# The picture is at least three ticks (50 ms) behind the fastest snapshots. If the newest snapshot
+# is older, a busy machine has delayed it, and the page extrapolates the ball's flight.
 _KNOWN_MS = 50
 
-# Where a ball of ours is on the moving canvas, once a frame until the last one has landed: the
-# middle of the pixels in the ball's own red, in CSS pixels. Trails are too faint to count. Frames
-# that the page had to guess do not count either; it needs HEAR.
+# The place of the player's ball on the moving canvas in each frame until a ball lands: the mean of
+# the pixels with the ball's red, in CSS pixels. Trails are too faint to count. Extrapolated frames
+# are left out, for which the page needs HEAR.
 _TRACK = """
 async (known) => {
   const canvas = document.querySelector("#board-moving");
@@ -85,7 +85,7 @@ async (known) => {
   while (document.querySelectorAll("#drops > li").length === rows.length) {
     await new Promise(requestAnimationFrame);
     if (performance.now() > deadline) throw new Error("nothing landed within a minute");
-    // Pieces come with bounces: that none came for a while says nothing.
+    // Segments come only with bounces: a pause between them is no delay.
     const since = (heard.pieces ? 0 : performance.now() - heard.at) + heard.late;
     if (!heard.computes && since > known) continue;
     const { data } = ctx.getImageData(0, 0, canvas.width, canvas.height);
@@ -104,7 +104,7 @@ async (known) => {
 }
 """
 
-# Where the middle of our ball is on the moving canvas, once the next frame is drawn.
+# The middle of the player's ball on the moving canvas, after the next frame.
 _RED_MIDDLE = """
 async () => {
   const canvas = document.querySelector("#board-moving");
@@ -128,7 +128,7 @@ async () => {
 }
 """
 
-# The way from metres to the canvas, by the page's own rule.
+# Metres to CSS pixels of the canvas, by the page's layout.
 _TO_PIXELS = """
 async ([board, points]) => {
   const { layOut } = await import("/js/paint/geometry.js");
@@ -139,7 +139,7 @@ async ([board, points]) => {
 
 
 def frames(page: Page, count: int) -> None:
-    """Let the display show so many frames, whether the page draws them or not."""
+    """Wait for `count` frames of the display, whether the page draws or not."""
     page.evaluate(_FRAMES, count)
 
 
@@ -153,19 +153,19 @@ class Screen:
         self.result = page.locator("#result")
         self.drop = page.locator("#drop")
         self.rows = page.locator("#drops > li")
-        self.sent: list[str | bytes] = []  # what the page sent over its sockets
+        self.sent: list[str | bytes] = []  # the messages that the page sent over its WebSockets
         self._artifacts = artifacts
         page.on("websocket", self._listen)
 
     @property
     def seed(self) -> Locator:
-        """The field for a seed; at the table it lies in the Lab, which is opened."""
+        """The field for a seed. On the table's page it is in the drawer Lab, which is opened."""
         if self.page.locator("#lab").count():
             self.drawer("Lab")
         return self.page.get_by_label("Seed", exact=True)
 
     def drawer(self, name: str) -> Locator:
-        """Open a drawer of the table, if it is not open: Table, Fairness or Lab."""
+        """Open the drawer Table, Fairness or Lab if it is closed; returns it."""
         tab = self.page.get_by_role("button", name=name, exact=True)
         if not tab.is_visible():
             self.page.get_by_role("button", name="More", exact=True).click()
@@ -174,7 +174,7 @@ class Screen:
         return self.page.locator(f"#{tab.get_attribute('aria-controls')}")
 
     def ready(self) -> "Screen":
-        """Wait until the table is there and nothing moves."""
+        """Wait until the table is connected and nothing moves."""
         return self.state("asleep")
 
     def state(self, *names: str) -> "Screen":
@@ -183,32 +183,31 @@ class Screen:
         return self
 
     def landed(self, bin_: int) -> None:
-        """Wait until the page says that a drop has landed there."""
+        """Wait until the page reports a landing in this bin."""
         expect(self.root).to_have_attribute("data-last-bin", str(bin_))
 
     def frames(self, count: int) -> None:
-        """Let the display show so many frames, whether the page draws them or not."""
         frames(self.page, count)
 
     def frames_asked(self) -> int:
-        """How many frames the page has asked for. It has to be opened with COUNT_FRAMES."""
+        """How many frames the page has requested; it must be opened with COUNT_FRAMES."""
         asked: int = self.page.evaluate("frames_asked")
         return asked
 
     def at_rest(self, frames: int = 30) -> "Screen":
-        """Wait until all is drawn: the page has asked for none of so many frames in a row.
+        """Wait until the page has requested none of `frames` consecutive frames.
 
-        It has to be opened with COUNT_FRAMES.
+        It must be opened with COUNT_FRAMES.
         """
         self.page.evaluate(_REST, frames)
         return self
 
     def until(self, condition: Callable[[], object]) -> None:
-        """Look at a condition once a frame until it holds."""
+        """Poll a condition once a frame until it holds."""
         until(condition, lambda: self.frames(1))
 
     def steady(self, look: Callable[[], T], frames: int = 18) -> T:
-        """What `look` sees, once it sees the same again so many frames later."""
+        """Call `look` every `frames` frames until two results are equal; returns the last."""
         seen = look()
 
         def same() -> bool:
@@ -229,35 +228,34 @@ class Screen:
 
     @property
     def drops_sent(self) -> list[dict[str, Any]]:
-        """The drops that the page asked for: not what sessions and slow lines need."""
+        """The drop messages that the page sent, without its other messages."""
         messages = [json.loads(frame) for frame in self.sent]
         return [message for message in messages if message["type"] == "drop"]
 
     def last_dropped(self) -> Any:
-        """What REST says of the drop in the uppermost row of the list, by its own seed."""
+        """The drop in the top row of the list, requested from REST by board and seed."""
         link = self.rows.first.locator("a").get_attribute("href") or ""
         asked = dict(parse_qsl(urlsplit(link).query))
         return self.api(f"drops/{asked['board']}/{asked['seed']}")
 
     def fact(self, name: str) -> Locator:
-        """One of a replay's facts."""
         return self.page.locator(f"[data-fact={name}]")
 
     def api(self, path: str) -> Any:
-        """What REST says; independent of the page."""
+        """A REST reply, requested without the page."""
         with urllib.request.urlopen(f"{self.url}/api/v1/{path}") as reply:
             return json.load(reply)
 
     def track(self) -> list[list[float]]:
-        """Where the ball is, frame by frame, until the next landing; CSS pixels.
+        """The ball's place in each frame until the next landing, CSS pixels.
 
-        Only frames of which the page knew what it drew. It has to be opened with HEAR.
+        Extrapolated frames are left out. The page must be opened with HEAR.
         """
         places: list[list[float]] = self.page.evaluate(_TRACK, _KNOWN_MS)
         return places
 
     def ball(self) -> list[float]:
-        """Where the ball is drawn, as soon as it is; CSS pixels."""
+        """The ball's place when it is first drawn, CSS pixels."""
         place: list[float] = self.page.evaluate(_RED_MIDDLE)
         return place
 
@@ -266,7 +264,7 @@ class Screen:
         return self.page.evaluate(_TO_PIXELS, [board, points])
 
     def shot(self, name: str, *, full_page: bool = False) -> None:
-        """With LONG=1, keep a picture of the page for people to look at; no test looks at it."""
+        """With LONG=1, save a screenshot for people; no test reads it."""
         if not LONG:
             return
         self._artifacts.mkdir(exist_ok=True)

@@ -1,4 +1,4 @@
-"""Two drops side by side: starts one bit apart, other seeds, the distance and when they part."""
+"""Two drops side by side: starts one bit apart, other seeds, distance and separation."""
 
 import math
 import re
@@ -24,7 +24,7 @@ def paused(screen: Screen) -> Screen:
 
 
 def parted(one: Drop, two: Drop) -> float | None:
-    """When two balls are first more than a radius apart, s; looked at every 1/1000 s."""
+    """The first time in s when two balls are more than a radius apart, in steps of 1 ms."""
     times = np.arange(0.0, min(one.duration, two.duration), 1e-3)
     a, b = one.states(times), two.states(times)
     apart = np.hypot(a["x"] - b["x"], a["y"] - b["y"])
@@ -46,7 +46,7 @@ def check_verdict(screen: Screen, one: Drop, two: Drop) -> None:
     assert int(found[1]) in {sum(t <= at for t in hits) for at in (when - 1e-3, when)}
 
 
-def test_the_second_ball_starts_one_bit_beside_the_first(opened: Open) -> None:
+def test_the_second_ball_starts_one_bit_from_the_first(opened: Open) -> None:
     screen = paused(opened(LINK))
     board = Board.preset("triangle-12")
     one = drop(board, 42)
@@ -142,7 +142,7 @@ def test_a_seed_that_is_none_is_named(opened: Open) -> None:
     expect(screen.page.get_by_label("Second seed")).to_be_focused()
 
 
-def test_an_unknown_board_is_told(opened: Open, complaints: Complaints) -> None:
+def test_an_unknown_board_is_reported(opened: Open, complaints: Complaints) -> None:
     screen = opened("/compare.html?board=nonagon").state("failed")
     expect(screen.result).to_contain_text("nonagon")
     complaints.allow("404")

@@ -1,4 +1,4 @@
-"""The page `/docs`, which Swagger UI draws within the server's security policy."""
+"""Swagger UI draws the page `/docs` under the server's content security policy."""
 
 import httpx
 from playwright.sync_api import Browser

@@ -1,4 +1,4 @@
-"""A board is made: by pointer and by keys, checked where it is wrong, tested, shared, played."""
+"""The editor: boards are made by pointer and keys, checked, tested, shared and played."""
 
 import json
 import re
@@ -21,7 +21,7 @@ async () => {
 }
 """
 
-# The way from metres to the field, by the page's own drawing of the board in the address.
+# Metres to CSS pixels of the field, by the page's layout of the board in the address.
 _PLACES = """
 async (points) => {
   const { layOut } = await import("/js/paint/geometry.js");
@@ -29,7 +29,7 @@ async (points) => {
   const board = await unpackBoard(boardInHash(location.hash));
   const field = document.querySelector("#field");
   const { px, py, height } = layOut(board, field.clientWidth);
-  // What lies above the start moves the picture down.
+  // Parts above the start move the picture down.
   const more = field.clientHeight - height;
   return points.map(([x, y]) => [px(x), py(y) + more]);
 }
@@ -78,13 +78,13 @@ class Bench:
         mouse.up()
 
     def becomes(self, path: str, value: Any) -> None:
-        """Wait until a part of the board in the address has a value."""
+        """Wait until the part of the address's board at this path has this value."""
         wanted = json.dumps(value, ensure_ascii=False, separators=(",", ":"))
         self.until(f"JSON.stringify(board.{path}) === arg", wanted)
 
     def until(self, condition: str, arg: Any = None) -> None:
-        """Wait until the board in the address fulfils a condition on `board` and `arg`."""
-        # Not by `wait_for_function`, which takes an asynchronous function's promise for a yes.
+        """Wait until a JavaScript condition on `board`, the address's board, and `arg` holds."""
+        # Not `wait_for_function`: it takes the promise of an asynchronous function for true.
         fulfilled = self.page.evaluate(
             f"""async (arg) => {{
               const deadline = performance.now() + 30_000;
@@ -471,13 +471,13 @@ def test_a_board_named_in_the_address_is_opened(opened: Open) -> None:
     bench.until("Math.abs(board.pegs[10].x - arg) < 0.02", peg["x"] + 0.07)
 
 
-def test_a_link_cut_short_is_told(opened: Open) -> None:
+def test_a_truncated_link_is_reported(opened: Open) -> None:
     screen = opened("/editor.html#board=abc").state("failed")
     expect(screen.result).to_contain_text("cannot be read")
 
 
-# Begins the test drops and ends them as soon as some are counted; what the button said then, and
-# whether the progress was shown.
+# Starts the test drops, and cancels them when some are counted. Returns the button's text before,
+# and whether the progress was shown.
 _CANCEL = """() => new Promise((told) => {
   const test = document.querySelector("#test");
   const counted = new MutationObserver(() => {
@@ -495,7 +495,7 @@ def test_test_drops_ask_no_server_and_can_be_cancelled(bench: Bench) -> None:
     bench.page.on("request", lambda request: asked.append(request.url))
     bench.page.locator("#test-count").select_option("100000")
     test = bench.page.locator("#test")
-    # Within the page: on a busy machine all would be counted before a click came from here.
+    # Within the page: on a busy machine all drops would be counted before a click from here.
     assert bench.page.evaluate(_CANCEL) == ["Cancel", True]
     expect(bench.screen.result).to_contain_text("Cancelled.")
     expect(test).to_have_text("Test-drop")
@@ -527,7 +527,7 @@ def test_a_finger_moves_a_peg_that_it_touches_and_nothing_else(opened: Open) -> 
     assert box is not None
 
     def pull(x: float, y: float, by: float) -> None:
-        """One finger from a place on the board, upwards."""
+        """Swipe upwards with one finger from a place on the board."""
         ((left, top),) = bench.places([x, y])
         at = {"x": box["x"] + left, "y": box["y"] + top}
         session.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [at]})
@@ -542,7 +542,7 @@ def test_a_finger_moves_a_peg_that_it_touches_and_nothing_else(opened: Open) -> 
     assert bench.page.evaluate("scrollY") == 0
     board = bench.board
     pull(0.0, 1.9, 120)
-    # All of it is in view; the desk scrolls by itself.
+    # The page does not scroll; the desk scrolls within it.
     assert bench.page.evaluate("document.documentElement.scrollHeight <= innerHeight")
     assert bench.board == board
 

@@ -1,4 +1,4 @@
-"""A visitor chooses German on a phone: every page says so from then on, and nothing overflows."""
+"""After a visitor chooses German on a phone, every page is German, and no text overflows."""
 
 import re
 
@@ -22,7 +22,7 @@ PAGES = tries(
     ],
 )
 
-# What reaches beyond the window, and controls whose words are wider than they are.
+# Elements that reach beyond the window, and controls narrower than their text.
 OVERFLOWING = """
 [...document.querySelectorAll("body *")]
   .filter((element) => element.offsetParent !== null && !element.closest(".visually-hidden, .skip"))
@@ -40,7 +40,7 @@ def test_german_once_chosen_is_used_everywhere_and_fits_a_phone(opened: Open, qu
     german = page.locator("html[lang=de]")
     expect(page.locator("html")).to_have_attribute("lang", "es")
     page.get_by_role("button", name="Más").click()
-    page.keyboard.press("s")  # the drawer with the choice, where it has one of its own
+    page.keyboard.press("s")  # opens the drawer with the choice, if the page has one
     page.get_by_label("Idioma").select_option("Deutsch")
     expect(german).to_be_attached()
     screen.ready()
@@ -54,7 +54,7 @@ def test_german_once_chosen_is_used_everywhere_and_fits_a_phone(opened: Open, qu
     for path in PAGES:
         page.goto(f"{screen.url}/{path}")
         expect(german).to_be_attached()
-        # A map is there from the beginning; its proofs go on and on.
+        # A map is there from the beginning; only its proofs take long.
         there = page.locator("html:not([data-state=connecting]), html[data-mode=map]")
         expect(there).to_be_attached()
         assert page.evaluate(OVERFLOWING) == [], path

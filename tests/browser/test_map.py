@@ -1,4 +1,4 @@
-"""The map of starts, and the proofs that the replay and the compare page show."""
+"""The map of starts, and the proofs on the pages replay and compare."""
 
 import re
 

@@ -1,6 +1,6 @@
-"""A browser that was here once opens the pages with the network cut, and checks drops in them.
+"""After one visit the browser opens the pages without a network, and checks drops in them.
 
-The pages that it keeps are in the language of who was here: here it is German.
+It keeps the pages in the visitor's language, which is German here.
 """
 
 import json
@@ -15,7 +15,7 @@ from tests.golden import session
 
 CUT = r"net::ERR_(INTERNET_DISCONNECTED|FAILED)"
 
-# What a browser does when a file is let go over the page.
+# Drop a file on the page, as a browser does.
 LET_GO = """text => {
   const dataTransfer = new DataTransfer();
   dataTransfer.items.add(new File([text], "room.json"));
@@ -71,7 +71,7 @@ def test_pages_open_and_compute_with_the_network_cut(opened: Open, complaints: C
     expect(page.locator("#result")).to_contain_text("(Übung)")
     expect(page.locator("#staked")).to_have_text("0")
 
-    # Its solver is another than the page's, which is named: so all of it was checked here.
+    # The session's solver is not the page's. The verdict names it, so the page ran its checks.
     page.goto(f"{base}/verify.html")
     page.locator("#file").set_input_files(session.FILE)
     expect(page.locator("#verdict")).to_contain_text("noch nicht vorbei. kernel.")

@@ -1,4 +1,4 @@
-"""Places: the server's pictures have the grounds and the pegs that the page paints."""
+"""Places: the server's pictures have the same backdrops and pegs as the page."""
 
 import json
 from typing import Any
@@ -16,11 +16,11 @@ from app.settings import static_directory
 from tests.browser.conftest import Run
 
 DATA = json.loads((static_directory() / "theme.json").read_text(encoding="utf-8"))
-WIDTH, HEIGHT, START = 640, 560, 300  # px; balls start a little beside the middle
-BLOCK = 8  # px: edges are as soft as each painter likes
-PEG = 60.0  # px, larger than any picture has it
+WIDTH, HEIGHT, START = 640, 560, 300  # px; balls start slightly left of the middle
+BLOCK = 8  # px: the two painters smooth edges differently, so means of blocks are compared
+PEG = 60.0  # px, larger than in any picture
 
-# What the page paints around a plate, on it, and as a peg: the mean colour of each block.
+# The page's backdrop around the plate, the plate, and a peg: the mean colour of each block.
 _PAINTED = """
 async ({ GROUNDS, SURROUNDINGS }, { place, width, height, x, peg, block }) => {
   const { lookOf } = await import("/js/paint/theme.js");

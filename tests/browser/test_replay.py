@@ -1,4 +1,4 @@
-"""A drop looked at closely: by link, at any moment, at any speed, impact by impact, verified."""
+"""The replay of a drop: by link, at any moment and speed, impact by impact, verified."""
 
 import math
 import re
@@ -20,7 +20,7 @@ LINK = "/replay.html?board=triangle-8&seed=42"
 
 
 def moment(screen: Screen) -> float:
-    """The time that the page shows, s."""
+    """The replay's time in s, as the page shows it."""
     return float(screen.page.locator("#time").input_value())
 
 
@@ -32,7 +32,7 @@ def paused(screen: Screen) -> Screen:
 
 @pytest.fixture(scope="module")
 def kept(profiles: Profiles, server: ServerProcess) -> Iterator[Screen]:
-    """One page for all tests that look at this drop and change nothing but the moment."""
+    """One page for all tests of this drop that change only the replay's time."""
     page = profiles.of({}).new_page(server.url)
     screen = Screen(page, server.url, ARTIFACTS)
     page.goto(f"{server.url}{LINK}")
@@ -42,7 +42,7 @@ def kept(profiles: Profiles, server: ServerProcess) -> Iterator[Screen]:
 
 @pytest.fixture
 def replay(kept: Screen, complaints: Complaints) -> Iterator[Screen]:
-    """That page, at rest at the beginning of the fall."""
+    """The shared page, paused at the start of the drop."""
     complaints.watch(kept.page)
     pause = kept.page.get_by_role("button", name="Pause")
     if pause.is_visible():
@@ -201,7 +201,7 @@ def test_slow_motion_is_as_slow_as_it_says(replay: Screen) -> None:
           return [clock, shown];
         }"""
     )
-    # What is read in a frame was drawn in it or in the one before, by the order of their callbacks.
+    # A frame may show the time of this frame or of the one before, by the order of the callbacks.
     spans = (clock[-1] - clock[2], clock[-2] - clock[1])
     speeds = [1000.0 * (shown[-1] - shown[2]) / span for span in spans]
     assert pytest.approx(0.01, rel=0.1) in speeds
@@ -220,7 +220,7 @@ def test_a_page_loaded_once_verifies_a_drop_with_the_network_cut(
     complaints.allow("ERR_INTERNET_DISCONNECTED")
     screen = paused(opened(LINK))
     digest = screen.api("drops/triangle-8/42")["digest"]
-    screen.page.context.set_offline(True)  # of all tests: they share one
+    screen.page.context.set_offline(True)  # the context belongs to all tests
     try:
         screen.page.get_by_role("button", name="Verify").click()
         expect(screen.page.locator("#verdict")).to_contain_text("Reproduced in this page")
@@ -246,7 +246,7 @@ def test_a_record_that_was_tampered_with_is_not_reproduced(opened: Open) -> None
     expect(screen.page.locator("#verdict")).to_contain_text("Not reproduced: x_end")
 
 
-def test_the_energy_is_told_and_a_click_on_it_goes_there(replay: Screen) -> None:
+def test_the_energy_is_shown_and_a_click_seeks_its_moment(replay: Screen) -> None:
     plot = replay.page.get_by_role("img", name=re.compile("Energy of the ball.*percent lost"))
     box = plot.bounding_box()
     assert box is not None
@@ -308,7 +308,7 @@ def test_the_stepped_solver_is_replayed_as_it_stepped(opened: Open) -> None:
     expect(screen.fact("solver")).to_contain_text("stepped")
 
 
-def test_a_bad_seed_is_named_beside_its_field(replay: Screen) -> None:
+def test_a_bad_seed_is_named_next_to_its_field(replay: Screen) -> None:
     field = replay.page.get_by_label("Seed", exact=True)
     field.fill("-3")
     replay.page.get_by_role("button", name="Replay it").click()
@@ -322,7 +322,7 @@ def test_a_bad_seed_is_named_beside_its_field(replay: Screen) -> None:
     [("board=nonagon&seed=1", "nonagon"), ("board=triangle-8&seed=x1", "x1"),
      ("board=triangle-8&seed=1&x=99", "99")],
 )  # fmt: skip
-def test_a_drop_that_cannot_be_is_told(
+def test_an_impossible_drop_is_reported(
     opened: Open, complaints: Complaints, query: str, named: str
 ) -> None:
     screen = opened(f"/replay.html?{query}").state("failed")
@@ -345,7 +345,7 @@ def test_the_replay_fits_its_screens(opened: Open, device: str) -> None:
 
 
 def test_a_drop_that_rides_pegs_is_shown_to_its_end(opened: Open, server: ServerProcess) -> None:
-    """Balls that hardly bounce roll over pegs: the list says so, the path goes on."""
+    """Balls that hardly bounce roll over pegs: the list of impacts says so."""
     dead = {"restitution": 0.1, "friction": 0.4}
     board = {**Board.preset("triangle-8").to_dict(), "name": "dead", "peg_material": dead}
     board["ball"] = {**board["ball"], **dead}
@@ -363,7 +363,7 @@ def test_a_drop_that_rides_pegs_is_shown_to_its_end(opened: Open, server: Server
 def test_a_ball_that_never_settles_is_replayed_to_where_it_ends(
     opened: Open, server: ServerProcess
 ) -> None:
-    """In perfect balance on a peg: no bin, the stake back, and the ball is still to be seen."""
+    """A ball in perfect balance on a peg lands in no bin, and stays visible."""
     board = {
         "name": "balance",
         "pegs": [{"x": 0.0, "y": 1.0, "radius": 0.05}],

@@ -1,4 +1,4 @@
-"""The sandbox as a person plays it: throws, sliders, pause, the energy plot, keys, every screen."""
+"""The sandbox: throws, sliders, pause, the energy plot, keys, every screen."""
 
 import json
 import re
@@ -15,12 +15,12 @@ from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, pa
 from tests.browser.screen import Screen
 from tests.kit.process import OPERATOR, ServerProcess
 
-# Nothing here ever comes to rest, and so a page of it is drawn for as long as a slow machine needs.
+# Nothing comes to rest, so the page keeps drawing for as long as a slow machine needs.
 RESTLESS = {"restitution": 1, "friction": 0}
 
 
 def own_room(server: ServerProcess, **scene: Any) -> tuple[str, str]:
-    """A fresh box, and what lets a page play in it."""
+    """Create a sandbox room; returns its id, and a script that gives a page the owner's token."""
     request = urllib.request.Request(
         f"{server.url}/api/v1/rooms",
         json.dumps({"scene": {"scene": "sandbox", **scene}}).encode(),
@@ -33,12 +33,12 @@ def own_room(server: ServerProcess, **scene: Any) -> tuple[str, str]:
 
 @pytest.fixture
 def box(opened: Open, server: ServerProcess) -> Any:
-    """Opens a page on a box of its own with this scene."""
+    """Opens a page on a new sandbox room with this scene."""
 
     def open_box(scene: dict[str, Any], **options: Any) -> Screen:
         room, before = own_room(server, **scene)
         screen = opened(f"/sandbox.html?room={room}", before=before, **options)
-        # Before the room is there the page knows of no lock, and does nothing in it either.
+        # Until the room is loaded the page does not know whether it is locked, and ignores input.
         expect(screen.root).to_have_attribute("data-locked", "false")
         return screen
 
@@ -52,13 +52,13 @@ def canvas_box(screen: Screen) -> dict[str, float]:
 
 
 def told(screen: Screen, kind: str) -> list[dict[str, Any]]:
-    """What the page sent of this type."""
+    """The messages of this type that the page sent."""
     messages = [json.loads(frame) for frame in screen.sent if isinstance(frame, str)]
     return [message for message in messages if message["type"] == kind]
 
 
 def balls(screen: Screen, count: int) -> None:
-    """Wait until the page says that there are so many balls."""
+    """Wait until the page shows this number of balls."""
     name = re.compile(f"Box with {count} balls?")
     expect(screen.page.locator("#board-moving")).to_have_attribute("aria-label", name)
 
@@ -88,14 +88,14 @@ def test_a_ball_is_dragged_and_thrown_and_a_tap_puts_one_down(box: Any) -> None:
     balls(screen, 1)
     (sent,) = told(screen, "add")
     assert (sent["vx"], sent["vy"]) == (0, 0)
-    screen.frames(2)  # what the hand had drawn is wiped
-    screen.until(lambda: painted(screen, "board-moving"))  # the picture follows the news
+    screen.frames(2)  # erases the preview of the throw
+    screen.until(lambda: painted(screen, "board-moving"))  # the picture follows the event
     screen.page.mouse.move(x, y)
     screen.page.mouse.down()
     for step in range(1, 12):
         screen.page.mouse.move(x + 12 * step, y)
         screen.frames(1)
-    screen.until(lambda: screen.ball()[0] > x - at["x"] + 20)  # the ball follows the hand
+    screen.until(lambda: screen.ball()[0] > x - at["x"] + 20)  # the ball follows the pointer
     screen.page.mouse.up()
     expect(screen.page.locator("#ball-title")).to_contain_text("Ball 0")
     screen.until(lambda: told(screen, "release"))
@@ -110,13 +110,13 @@ def test_everyone_has_a_box_of_their_own_that_moves_into_a_room(
 ) -> None:
     screen = opened("/sandbox.html")
     balls(screen, 60)
-    # Two seconds of the box's own clock: until then they fall through where the new one is put.
+    # After 2 s of the sandbox's time no falling ball is where the new one is put.
     expect(screen.fact("time")).to_have_text(re.compile(r"^([2-9]|\d\d)"))
     at = canvas_box(screen)
     screen.page.mouse.click(at["x"] + 0.5 * at["width"], at["y"] + 0.05 * at["height"])
     balls(screen, 61)
     screen.page.get_by_role("button", name="Pause").click()
-    assert not screen.sent  # all of it happened in the page
+    assert not screen.sent  # the page needed no server
     screen.page.get_by_role("button", name="Share this box").click()
     screen.page.wait_for_url("**/sandbox.html?room=*")
     balls(screen, 61)
@@ -130,7 +130,7 @@ def test_everyone_has_a_box_of_their_own_that_moves_into_a_room(
     balls(guest, 61)
 
 
-def test_a_room_that_is_not_there_is_said_so_with_ways_on(opened: Open) -> None:
+def test_a_missing_room_is_reported_with_links(opened: Open) -> None:
     screen = opened("/sandbox.html?room=nosuch")
     expect(screen.result).to_contain_text("There is no room nosuch")
     screen.page.locator("#ways-on").get_by_role("link", name="Open my own box").click()
@@ -153,7 +153,7 @@ def test_sliders_and_presets_set_the_room_for_everyone(box: Any, opened: Open) -
     expect(guest.page.get_by_role("button", name="Throw a ball")).to_be_disabled()
 
 
-def test_pause_stops_step_goes_one_tick_and_reset_begins_anew(box: Any) -> None:
+def test_pause_stops_step_goes_one_tick_and_reset_restarts(box: Any) -> None:
     screen = box({"balls": 20})
     page = screen.page
     page.get_by_role("button", name="Pause").click()
@@ -165,7 +165,7 @@ def test_pause_stops_step_goes_one_tick_and_reset_begins_anew(box: Any) -> None:
         page.get_by_role("button", name="Step").click()
         expect(time).not_to_have_text(shown[-1])
         shown.append(time.inner_text())
-    # What is measured at the pause itself may come after it: the first may be from before.
+    # A time from before the pause may be shown after it: ignore the first.
     _, one, two = (float(text.split()[0]) for text in shown)
     assert 0 < two - one < 0.05
     page.get_by_role("button", name="Resume").click()
@@ -205,7 +205,7 @@ def test_a_game_by_keyboard_alone(box: Any) -> None:
     balls(screen, 1)
     (sent,) = told(screen, "add")
     assert sent["x"] == pytest.approx(-1.5)
-    screen.ball()  # the picture follows the news
+    screen.ball()  # the picture follows the event
     page.keyboard.press("g")
     expect(screen.result).to_contain_text("Ball 0 is grabbed")
     page.keyboard.press("ArrowRight")

@@ -1,4 +1,4 @@
-"""A drop is handed on: by link, as pictures, as a record, in a frame on another site."""
+"""A drop is shared by link, as pictures, as a record, and in a frame on another site."""
 
 import threading
 import urllib.request
@@ -16,7 +16,7 @@ DROP = "board=triangle-8&seed=42"
 
 @pytest.fixture
 def other_site(server: ServerProcess) -> Iterator[str]:
-    """Address of another site whose page shows one of ours in a frame: whichever is asked for."""
+    """Another site, whose page shows the requested page of the server in a frame."""
 
     class Blog(BaseHTTPRequestHandler):
         def do_GET(self) -> None:
@@ -27,7 +27,7 @@ def other_site(server: ServerProcess) -> Iterator[str]:
             self.wfile.write(page.encode())
 
         def log_message(self, *_: object) -> None:
-            """Say nothing."""
+            """Write no log."""
 
     site = ThreadingHTTPServer(("127.0.0.1", 0), Blog)
     thread = threading.Thread(target=site.serve_forever)

@@ -1,4 +1,4 @@
-"""A room on a stage: what an audience sees, at every size of frame, over any ground, for hours."""
+"""The stage page: what an audience sees, in frames of every size, on every backdrop."""
 
 import json
 import re
@@ -26,13 +26,13 @@ FRAMES: list[ViewportSize] = [
     {"width": 640, "height": 360},
 ]
 
-# A name from right to left with an emoji; the page's own letters stay where they are.
+# A right-to-left name with an emoji, which must not move the page's own text.
 NAME = "\u05e9\u05e8\u05d4 \U0001f388"
 _NAMED = f"localStorage.setItem('plinko.visitor.1', {json.dumps(json.dumps({'name': NAME}))})"
 
 _TO_CLICK = "document.querySelectorAll('a, button, input, select, textarea, [tabindex]').length"
 
-# How far each side of an element lies beyond the window, px, and the board's part of its stage.
+# How far each side of an element exceeds the window, px, and the board's share of the stage.
 _LAID_OUT = """
 () => {
   const box = (id) => document.getElementById(id).getBoundingClientRect();
@@ -48,8 +48,7 @@ _LAID_OUT = """
 }
 """
 
-# What has been painted below the board: how many pixels have the hue of each colour, as a ball's
-# bright side has.
+# For each colour, how many bright pixels below the board have its hue, as a ball's bright side has.
 _PAINTED = """
 (colours) => {
   const canvas = document.getElementById("histogram");
@@ -69,7 +68,7 @@ _PAINTED = """
 }
 """
 
-# How opaque the still picture is in its corner and between two pegs, and what lies below it.
+# The opacity of the still picture in a corner and between two pegs, and the colours below it.
 _GROUNDS = """
 () => {
   const canvas = document.getElementById("board-still");
@@ -82,7 +81,7 @@ _GROUNDS = """
 """
 
 
-# What is written on canvases that are copied later, as names at balls are.
+# Records text painted on offscreen canvases, such as names at balls.
 _WRITTEN = """
 const { prototype } = OffscreenCanvasRenderingContext2D;
 const { fillText } = prototype;
@@ -175,7 +174,7 @@ def test_the_queue_is_shown_and_goes_on_after_a_kill(
     waiting = stage.page.locator("#queue > li")
     expect(waiting).to_have_text([f"{NAME}12", "Ben100"])
     expect(stage.page.locator("#queue-title")).to_have_text("Waiting: 112 (paused)")
-    for size in FRAMES[3:]:  # which has the shape of the first
+    for size in FRAMES[3:]:  # the same shape as the first
         stage.page.set_viewport_size(size)
         stage.frames(4)
         found = stage.page.evaluate(_LAID_OUT)
@@ -199,13 +198,13 @@ def test_the_queue_is_shown_and_goes_on_after_a_kill(
 
 
 def visitor(name: str, colour: str) -> str:
-    """What a page is to run before its own, so that its visitor has this name and colour."""
+    """A script for a page to run first, which sets the visitor's name and colour."""
     chosen = json.dumps({"name": name, "colour": colour})
     return f"localStorage.setItem('plinko.visitor.1', {json.dumps(chosen)})"
 
 
 def painted(stage: Screen, pupils: dict[str, str]) -> list[int]:
-    """Pixels below the board in the colour of each pupil."""
+    """How many pixels below the board have each pupil's colour."""
     counts: list[int] = stage.page.evaluate(_PAINTED, list(pupils.values()))
     return counts
 
@@ -215,7 +214,7 @@ def shows_all(stage: Screen, pupils: dict[str, str]) -> bool:
 
 
 def test_phones_join_by_the_code_each_with_its_colour(opened: Open, server: ServerProcess) -> None:
-    # A ball falls for longer than the second that others may wait to be told a newcomer's name.
+    # A ball falls longer than the second after which a new visitor's name reaches the others.
     board = Board.preset("triangle-8").replace(name="class").to_dict()
     room = httpx.post(f"{server.url}/api/v1/rooms", json={"board": board}, timeout=LIMIT).json()
     address = f"/stage.html?room={room['id']}&leaders=balls&join=on"
@@ -268,9 +267,7 @@ def test_the_address_switches_each_part_and_chooses_the_ground(opened: Open) -> 
     assert (found["around"], found["plate"]) == (all_of_it, all_of_it)
 
 
-def test_a_room_that_is_not_there_is_said_and_looked_for_again(
-    opened: Open, complaints: Complaints
-) -> None:
+def test_a_missing_room_is_reported_and_polled(opened: Open, complaints: Complaints) -> None:
     complaints.allow("WebSocket|404")
     stage = opened(
         "/stage.html?room=nowhere", before="window.setTimeout = (run) => { again = run; };"
@@ -283,7 +280,7 @@ def test_a_room_that_is_not_there_is_said_and_looked_for_again(
 
 @pytest.fixture(scope="module")
 def mortal(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
-    """A server of these tests' own, to be killed."""
+    """A private server for these tests to kill."""
     with browsed(tmp_path_factory.mktemp("server")) as running:
         yield running
 

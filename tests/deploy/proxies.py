@@ -1,4 +1,4 @@
-"""HAProxy, nginx and Caddy, each with the configuration of `deploy/` as it stands."""
+"""Run HAProxy, nginx and Caddy with the configurations in `deploy/`."""
 
 import contextlib
 import os
@@ -15,7 +15,7 @@ from tests.kit.process import Program
 
 DEPLOY: Final = Path(__file__).parents[2] / "deploy"
 NAME: Final = "plinko.example"
-"""The site's name, as the configurations have it."""
+"""The site's name in the configurations."""
 
 _WITH_NGINX: Final = """
 daemon off;
@@ -37,7 +37,7 @@ _WITH_CADDY: Final = "{\n\tadmin off\n\tauto_https off\n}\n"
 
 
 def program(name: str) -> str | None:
-    """Where a proxy's program is."""
+    """The path of a proxy's program; None if not installed."""
     return shutil.which(name, path=f"{os.environ.get('PATH', '')}:/usr/sbin")
 
 
@@ -48,7 +48,7 @@ def replaced(text: str, old: str, new: str) -> str:
 
 @contextlib.contextmanager
 def haproxy(port: int, servers: Mapping[str, str], _: Path) -> Iterator[None]:
-    """`servers`: HOST:PORT by the configuration's variable; the first one for those not given."""
+    """Run HAProxy; `servers`: HOST:PORT by variable, missing ones are replaced by the first."""
     first = servers["PLINKO_1"]
     places = {"PLINKO_2": first, "PLINKO_3": first} | dict(servers)
     places["PLINKO_BIND"] = f"127.0.0.1:{port}"
@@ -84,7 +84,7 @@ PROXIES: Final = {"haproxy": haproxy, "nginx": nginx, "caddy": caddy}
 
 @contextlib.contextmanager
 def before(name: str, servers: Mapping[str, str], folder: Path) -> Iterator[int]:
-    """The proxy of this name stands before these servers; the port on which it listens."""
+    """Run the proxy of this name in front of these servers; gives its port."""
     port = free_port()
     with PROXIES[name](port, servers, folder):
         yield port

@@ -1,4 +1,4 @@
-"""What `deploy/` starts is there: its files, its settings, and servers that the proxy knows."""
+"""The Compose file names existing files and settings, and the servers of the proxy."""
 
 import re
 from pathlib import Path
@@ -23,7 +23,7 @@ OURS = SERVERS | RELAYS
 
 
 def variables(service: dict[str, Any]) -> dict[str, str]:
-    """A server's environment with what the shell's would leave empty filled in."""
+    """A service's environment with the defaults of variables that the shell does not set."""
     given = {name: str(value) for name, value in service["environment"].items()}
     filled = {name: re.sub(r"\$\{\w+:[-?](.*)\}", r"\1", value) for name, value in given.items()}
     return {name: value for name, value in filled.items() if value}
@@ -55,7 +55,7 @@ def test_what_is_ours_starts_with_settings_that_there_are(name: str) -> None:
     service = OURS[name]
     command = service["command"]
     assert command[:2] == ["plinko", "serve" if name in SERVERS else "relay"]
-    # The command line refuses what it does not know before it comes to --help.
+    # The command line refuses unknown options before it handles --help.
     done = CliRunner().invoke(plinko, [*command[1:], "--help"])
     assert done.exit_code == 0, done.output
     given = variables(service)

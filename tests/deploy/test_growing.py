@@ -1,4 +1,4 @@
-"""The commands of `docs/growing.md`, run as they stand but for addresses and how much there is."""
+"""The commands in `docs/growing.md` work; only addresses and amounts are replaced."""
 
 import contextlib
 import os
@@ -28,7 +28,7 @@ BIN = Path(sys.executable).parent
 
 
 def commands(name: str, **replaced: str) -> list[list[str]]:
-    """The commands of a block of the page; `replaced` by what here is at another place."""
+    """The commands of a block of the page; `replaced` has the texts to replace."""
     (block,) = re.findall(rf"<!-- run: {name} -->\n```text\n(.*?)```", PAGE, re.DOTALL)
     for old, new in replaced.items():
         place = old.replace("__", ":").replace("_", ".")
@@ -88,7 +88,7 @@ def test_three_servers_are_one(
 
 
 def brought_back(postgresql: PostgreSQL, database: str) -> str:
-    """What the ledger's check says of a dump by the operator's page that is restored elsewhere."""
+    """Dump and restore a ledger as the operator's page says; returns the check's output."""
     page = (DEPLOY.parent / "docs" / "operations.md").read_text()
     lines = re.findall(r"^(?:pg_dump|psql|plinko ledger) .*postgresql://.*$", page, re.MULTILINE)
     said, place = "", "postgresql://plinko@db.example/plinko"
@@ -166,7 +166,7 @@ def test_a_batch_on_workers_has_the_digest_that_it_has_here(tmp_path: Path) -> N
                     check=False,
                 )
             ]
-            return done[0].returncode == 0  # before, there was no worker yet
+            return done[0].returncode == 0  # it fails until a worker has connected
 
         until(computed)
     histogram = drop_many(Board.preset("triangle-16"), 1000).histogram

@@ -1,4 +1,4 @@
-"""The image has what `deploy/compose.yaml` starts, of a base and a Python that are pinned."""
+"""The image has a pinned Python, and every package that `deploy/compose.yaml` needs."""
 
 import re
 import tomllib
@@ -22,7 +22,7 @@ def test_the_image_has_every_part_that_a_service_imports() -> None:
         *("server", "certify", "postgres", "redis", "batches", "video"),
     }
     had = {re.split(r"[\[><=;]", line)[0] for extra in chosen.split(",") for line in EXTRAS[extra]}
-    # A server of a cluster, a ledger on PostgreSQL, a relay, a worker of batches.
+    # Needed by a cluster's server, a ledger on PostgreSQL, a relay, and a worker of batches.
     assert {"httpx", "psycopg", "redis", "dask"} <= had
 
 

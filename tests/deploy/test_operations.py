@@ -1,4 +1,4 @@
-"""The operator's page: its unit file starts, its backup comes back, its alerts are all there."""
+"""The operator's page: its unit file starts, its backup is restored, its alerts exist."""
 
 import configparser
 import os
@@ -50,7 +50,7 @@ def test_the_environment_of_the_page_is_of_settings() -> None:
     assert Settings.load(filled).hosts == ("plinko.example",)
 
 
-def test_what_to_do_is_said_for_each_alert_and_for_nothing_else() -> None:
+def test_each_alert_and_only_alerts_have_instructions() -> None:
     groups = yaml.safe_load((DEPLOY / "alerts.yml").read_text())["groups"]
     there = [rule["alert"] for group in groups for rule in group["rules"]]
     said = re.findall(r"^\| `(Plinko\w+)` \|", PAGE, re.MULTILINE)
@@ -96,7 +96,7 @@ def test_a_documented_backup_restores_rooms_tokens_and_keys(
     (gone,) = re.findall(r"delete ((?:`plinko\.db[\w-]*`(?:, | and )?)+)", PAGE)
     assert left <= set(re.findall(r"`([^`]+)`", gone)), "nothing of the former ledger stays"
     shutil.move(backup, tmp_path / "backup")
-    shutil.rmtree(home)  # all that the backup has not is gone
+    shutil.rmtree(home)  # only the backup is left
     backup = tmp_path / "backup"
     shutil.copytree(backup, home)
     with serving(**ledger) as server:

@@ -1,4 +1,4 @@
-"""Each proxy tells the server who asks; HAProxy sends all that is of one room to one server."""
+"""Each proxy passes the client's address on; HAProxy sends a room's requests to one server."""
 
 import contextlib
 import os
@@ -27,7 +27,7 @@ needs_haproxy = pytest.mark.skipif(HAPROXY is None, reason="no HAProxy: apt-get 
 
 
 class Named(ThreadingHTTPServer):
-    """A server that answers with its own name and what the proxy told it of the client."""
+    """A server that answers with its name and the headers that the proxy sent about the client."""
 
     daemon_threads = True
 
@@ -45,7 +45,7 @@ class Named(ThreadingHTTPServer):
 
 
 class Answer(BaseHTTPRequestHandler):
-    """Says which server it is."""
+    """Answers with the server's name and those headers."""
 
     server: Named
 
@@ -58,12 +58,12 @@ class Answer(BaseHTTPRequestHandler):
         self.wfile.write(body)
 
     def log_message(self, format: str, *args: Any) -> None:  # noqa: A002 - its name there
-        """Nothing: the tests say what went wrong."""
+        """Write no log."""
 
 
 @pytest.fixture
 def proxy() -> Iterator[tuple[httpx.Client, list[Named]]]:
-    """HAProxy with the configuration as it stands before three servers, and a client of it."""
+    """HAProxy in front of three servers, with a client of it."""
     with proxying() as found:
         yield found
 
@@ -94,7 +94,7 @@ def who(client: httpx.Client, path: str, **headers: str) -> str:
 
 @pytest.fixture(params=PROXIES)
 def name(request: pytest.FixtureRequest) -> str:
-    """Of each proxy of which `deploy/` has a configuration."""
+    """The name of each proxy that has a configuration in `deploy/`."""
     found: str = request.param
     if program(found) is None:
         pytest.skip(f"no {found}: apt-get install {found}")
@@ -103,7 +103,7 @@ def name(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture(scope="module")
 def behind() -> Iterator[str]:
-    """HOST:PORT of a server that stands behind a proxy."""
+    """HOST:PORT of a server behind a proxy."""
     with serving(hosts=(NAME,), trusted_proxies=("127.0.0.1",)) as server:
         yield server.url.removeprefix("http://")
 
@@ -141,7 +141,7 @@ def test_a_proxy_passes_the_client_s_address_and_hides_the_rest(name: str, tmp_p
 @needs_haproxy
 def test_its_own_checker_accepts_the_configuration() -> None:
     assert HAPROXY is not None
-    # It warns of servers whose names it cannot look up: these are addresses.
+    # Addresses, because HAProxy warns of server names that it cannot resolve.
     places = {f"PLINKO_{k + 1}": f"127.0.0.1:{8001 + k}" for k in range(SERVERS)}
     done = subprocess.run(
         [HAPROXY, "-c", "-f", str(CONFIGURATION)],
@@ -200,7 +200,7 @@ def test_what_is_of_no_room_goes_to_whoever_is_free(
 
 
 @needs_haproxy
-def test_a_server_that_has_just_ended_is_nobody_s_error(
+def test_a_server_that_has_just_ended_causes_no_error(
     proxy: tuple[httpx.Client, list[Named]],
 ) -> None:
     client, servers = proxy

@@ -1,1 +1,1 @@
-"""What tests share: ports, waiting, programs, servers, players, and sieges of servers."""
+"""Shared by tests: ports, waiting, programs, servers, players, and sieges of servers."""

@@ -1,4 +1,4 @@
-"""A client of a room, which keeps what it was sent."""
+"""A WebSocket client of a room, which records what the server sends."""
 
 import asyncio
 import contextlib
@@ -14,13 +14,14 @@ from tests.kit.waiting import LIMIT
 
 
 def joining(url: str, **options: Any) -> connect:
-    """A connection to a room; `options` are those of `connect`."""
-    # With a bound the client would stop reading, and then not hear the answer to its own close.
+    """An unopened connection to a room; `options` go to websockets' `connect`."""
+    # No bound on unread messages: a full queue would stop the client from reading, and it would
+    # miss the server's reply to its own close frame.
     return connect(url, **{"compression": None, "max_queue": None, **options})
 
 
 def events_of(frame: str) -> list[dict[str, Any]]:
-    """The events of a text frame, which has one or several."""
+    """The events of a text frame, which is one event or a list."""
     value = msgspec.json.decode(frame)
     return value if isinstance(value, list) else [value]
 
@@ -34,7 +35,7 @@ async def send(socket: ClientConnection, **message: Any) -> None:
 
 
 class Player:
-    """A client of a room that keeps what it was sent: events one by one, snapshots decoded."""
+    """A client of a room: it records text frames, their events, and binary frames."""
 
     def __init__(self, socket: ClientConnection, hello: dict[str, Any], first: str) -> None:
         self.socket = socket
@@ -48,7 +49,7 @@ class Player:
         await send(self.socket, **message)
 
     async def step(self) -> list[dict[str, Any]] | bytes:
-        """The next frame: its events, or a snapshot's bytes."""
+        """Receive the next frame; returns its events, or a snapshot's bytes."""
         async with asyncio.timeout(LIMIT):
             frame = await self.socket.recv()
         if isinstance(frame, bytes):
@@ -60,11 +61,11 @@ class Player:
         return events
 
     def kinds(self) -> list[str]:
-        """The types of all events so far."""
+        """The types of all events received."""
         return [event["type"] for event in self.events]
 
     async def until(self, kind: str, **fields: Any) -> dict[str, Any]:
-        """Read on until an event of this type with these fields comes."""
+        """Read until an event has this type and these fields."""
         while True:
             events = await self.step()
             for event in events if isinstance(events, list) else ():
@@ -72,7 +73,7 @@ class Player:
                     return event
 
     async def until_empty(self) -> None:
-        """Read on until the empty snapshot that ends a flight."""
+        """Read until the empty snapshot that follows the last landing."""
         while True:
             frame = await self.step()
             if isinstance(frame, bytes) and not len(self.decode(frame).balls):
@@ -85,7 +86,7 @@ class Player:
 
 @contextlib.asynccontextmanager
 async def playing(url: str, **options: Any) -> AsyncIterator[Player]:
-    """Join a room; `options` go to the connection."""
+    """Join a room; `options` go to websockets' `connect`."""
     async with joining(url, **options) as socket:
         first = await socket.recv()
         assert isinstance(first, str)

@@ -1,18 +1,18 @@
-"""Ports for servers that tests start, also a second time: nobody else gets them in between."""
+"""Ports for servers that tests start and restart: each port stays reserved in between."""
 
 import random
 import socket
 from typing import Final
 
 PORTS: Final = range(20_000, 32_768)
-"""Below those that a system gives to outgoing connections, on Linux from 32768 on. One of these may
-be taken before a server starts at it, or connect to itself while a test waits for that server."""
+"""Below the ephemeral ports, which Linux gives to outgoing connections from 32768 on. An ephemeral
+port may be taken before the server starts, and a client that polls it may connect to itself."""
 
 
 def free_port() -> int:
-    """A TCP port of the loopback for this process, for as long as it lives.
+    """Reserve a TCP port of the loopback until this process ends.
 
-    It keeps the UDP port of the same number, which says so to other processes that ask here.
+    This process binds the UDP port of the same number, so that no other test process picks it.
     """
     for port in random.sample(PORTS, len(PORTS)):
         mark = socket.socket(type=socket.SOCK_DGRAM)

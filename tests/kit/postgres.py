@@ -1,4 +1,4 @@
-"""A PostgreSQL of the tests' own, in a temporary folder, reached by a Unix socket."""
+"""A private PostgreSQL for the tests, in a temporary folder, reached by a Unix socket."""
 
 import contextlib
 import os
@@ -18,7 +18,7 @@ from tests.kit.waiting import LIMIT
 
 
 def programs() -> Path | None:
-    """The folder with initdb and postgres, the newest version's; None when there is none."""
+    """The folder with initdb and postgres of the newest version; None if not installed."""
     found = shutil.which("initdb")
     if found is not None and Path(found).with_name("postgres").exists():
         return Path(found).parent
@@ -27,7 +27,7 @@ def programs() -> Path | None:
 
 
 def why_not() -> str:
-    """Why there can be none here; empty if it can."""
+    """Why PostgreSQL cannot run here; empty if it can."""
     if programs() is None:
         return "PostgreSQL's server programs are not here: apt-get install postgresql"
     if os.geteuid() == 0:
@@ -42,16 +42,16 @@ def why_not() -> str:
 class PostgreSQL(Program):
     """A running PostgreSQL that can be killed and started again."""
 
-    LAST: ClassVar = signal.SIGQUIT  # in a hurry: nobody reads its files again
+    LAST: ClassVar = signal.SIGQUIT  # immediate shutdown: the files are deleted anyway
 
     folder: Path
     binaries: Path
-    user: str | None  # to run it as, where the tests run as root
+    user: str | None  # runs as this user if the tests run as root
     _names: Iterator[int] = field(default_factory=count)
 
     def __post_init__(self) -> None:
         flags = [f"-k{self.folder}", "-clisten_addresses=", "-cmax_connections=60"]
-        # What is killed here is processes, whose files outlive them; no test pulls the plug.
+        # Tests kill processes, never the operating system: data that was written stays in files.
         flags += ["-cfsync=off"]
         self.command = [self.binaries / "postgres", "-D", self.folder / "data", *flags]
         self.options = {**self.options, "user": self.user, "cwd": self.folder}
@@ -61,14 +61,14 @@ class PostgreSQL(Program):
         return f"postgresql://plinko@/{database}?host={self.folder}"
 
     def new_database(self) -> str:
-        """An empty database; returns its address."""
+        """Create an empty database; returns its address."""
         return self.url(self._create_database())
 
     @contextlib.contextmanager
     def database_on(self, disk: Path) -> Iterator[str]:
-        """An empty database whose tables, but not its log, are on this disk; its address.
+        """Create an empty database with its tables on this disk and its log elsewhere.
 
-        All of it is gone in the end, so that the disk can be taken away.
+        Gives its address. The end of the block drops it, so that the disk can be unmounted.
         """
         if self.user is not None:
             shutil.chown(disk, self.user)
@@ -103,7 +103,7 @@ class PostgreSQL(Program):
 
 @contextlib.contextmanager
 def running() -> Iterator[PostgreSQL]:
-    """A new one, gone at the end. It refuses to run as root, and then runs as `postgres`."""
+    """A new PostgreSQL. It refuses to run as root, so root runs it as user `postgres`."""
     binaries = programs()
     assert binaries is not None
     user = "postgres" if os.geteuid() == 0 else None

@@ -1,4 +1,4 @@
-"""Programs that run beside a test: started, waited for, stopped, killed and started again."""
+"""Programs that tests start, wait for, stop, kill and restart."""
 
 import os
 import signal
@@ -19,13 +19,13 @@ OPERATOR: Final = "an operator's token for the tests"
 
 @dataclass(kw_only=True)
 class Program:
-    """A program, which is gone at the end of a `with` block at the latest.
+    """A program, which ends at the end of a `with` block at the latest.
 
-    answers: whether it can be used; options: of Popen.
+    answers: whether it is ready; options: of Popen.
     """
 
     LAST: ClassVar = signal.SIGTERM
-    """What ends it at the end of a block."""
+    """The signal that ends it at the end of a `with` block."""
 
     command: Sequence[str | Path] = ()
     environment: dict[str, str] = field(default_factory=dict)
@@ -35,22 +35,22 @@ class Program:
     )
     process: "subprocess.Popen[str] | None" = None
     said: tuple[str, str] = ("", "")
-    """The rest of what the last one wrote to pipes, as output and as errors."""
+    """What the last process had written to its pipes and no test had read: output, errors."""
 
     @property
     def running(self) -> "subprocess.Popen[str]":
-        """Its process; fails when there is none."""
+        """Its process; fails if it does not run."""
         assert self.process is not None
         return self.process
 
     def begin(self) -> None:
-        """Start it, without waiting for it."""
+        """Start it without waiting until it is ready."""
         self.process = subprocess.Popen(
             self.command, env=os.environ | self.environment, text=True, **self.options
         )
 
     def wait(self) -> None:
-        """Return once it can be used."""
+        """Return when it is ready."""
 
         def answers() -> bool:
             assert self.running.poll() is None, f"{self.command[0]} ended while it was to start"
@@ -66,12 +66,12 @@ class Program:
         self.running.send_signal(number)
 
     def end(self, how: signal.Signals = signal.SIGTERM) -> int:
-        """End it; returns its exit code."""
+        """Send a signal and wait; returns the exit code."""
         self.send(how)
         return self.ended()
 
     def ended(self) -> int:
-        """Wait until it has ended; returns its exit code."""
+        """Wait until it has ended; returns the exit code."""
         ended, self.process = self.running, None
         self.said = ended.communicate(timeout=LIMIT)
         return ended.returncode
@@ -91,10 +91,10 @@ class Program:
 
 @dataclass
 class ServerProcess(Program, Address):
-    """`plinko serve`, which comes back at the same port, over the same ledger.
+    """`plinko serve`, which restarts at the same port with the same ledger.
 
-    ledger: its address; flags: of the command; program: what Python runs, as its own arguments;
-    name: where several share the ledger.
+    ledger: its address; flags: of the command; program: Python's arguments before these flags;
+    name: the server's name if several share the ledger.
     """
 
     LAST: ClassVar = signal.SIGKILL
@@ -107,7 +107,7 @@ class ServerProcess(Program, Address):
     options: Mapping[str, Any] = field(
         default_factory=lambda: {"stdout": subprocess.PIPE}, kw_only=True
     )
-    starts: list[float] = field(default_factory=list)  # s that each took
+    starts: list[float] = field(default_factory=list)  # seconds that each start took
 
     def __post_init__(self) -> None:
         self.url = f"http://127.0.0.1:{self.port}"

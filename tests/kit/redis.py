@@ -1,4 +1,4 @@
-"""A Redis of the tests' own, on a free port of the loopback; it can end and be started again."""
+"""A private Redis for the tests, on a free port of the loopback; it can be restarted."""
 
 import contextlib
 import shutil
@@ -13,7 +13,7 @@ MISSING = "no Redis: apt-get install redis-server"
 
 
 class Redis(Program):
-    """Keeps nothing on disk."""
+    """A Redis server that keeps nothing on disk."""
 
     LAST = signal.SIGKILL
 

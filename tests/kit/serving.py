@@ -1,4 +1,4 @@
-"""A real server on a free port of the loopback, in a thread of the tests' own process."""
+"""A real server in a thread of the tests' process, on a free port of the loopback."""
 
 import contextlib
 import functools
@@ -25,7 +25,7 @@ from tests.kit.waiting import until
 
 @dataclass(frozen=True)
 class Running(Address):
-    """A running server: where it is, and its parts, whose counts tests may read."""
+    """A running server: its address, and its objects, whose counters tests read."""
 
     url: str
     services: Services
@@ -33,17 +33,16 @@ class Running(Address):
 
     @property
     def connections(self) -> int:
-        """Open connections, HTTP and WebSocket."""
+        """The number of open connections, HTTP and WebSocket."""
         return len(self.uvicorn.server_state.connections)
 
 
 @functools.cache
 def share_what_starts_read() -> None:
-    """Let servers of this process share what each would make of files that no test changes.
+    """Let the servers in this process share results that depend only on the program's files.
 
-    Reading the program's files and making an empty ledger's tables is most of what a start takes:
-    the first server does it, and the others take what it made. A server in another process still
-    does all of it.
+    Hashing those files and creating an empty ledger's tables takes most of a start: the first
+    server does it, and later ones reuse the result. Servers in other processes do all of it.
     """
     once = functools.cache(lambda: inventory.files_of(inventory.installed()))
     patch = pytest.MonkeyPatch()
@@ -57,7 +56,7 @@ def share_what_starts_read() -> None:
 
 
 def _copied_after_the_first(upgrade: Callable[[Connection], None]) -> Callable[[Connection], None]:
-    """Run the migrations for the first empty SQLite ledger, and their outcome for later ones."""
+    """Run the migrations for the first empty SQLite ledger, and copy its tables to later ones."""
     made: tuple[str, ...] = ()
 
     def upgraded(connection: Connection) -> None:
@@ -83,7 +82,7 @@ def in_thread(
     listener: socket.socket,
     pause: Callable[[], object] | None = None,
 ) -> Iterator[str]:
-    """Run a server in a thread until the block ends; its address."""
+    """Run a server in a thread until the block ends; gives its address."""
     thread = threading.Thread(target=server.run, args=([listener],), name="server")
     thread.start()
 
@@ -97,7 +96,7 @@ def in_thread(
     finally:
         server.should_exit = True
         thread.join()
-        listener.close()  # one that failed to start has left it open
+        listener.close()  # a server that failed to start has left it open
 
 
 @contextlib.contextmanager
@@ -113,7 +112,7 @@ def serving(**settings: Any) -> Iterator[Running]:
 
 @contextlib.contextmanager
 def constants(**values: Any) -> Iterator[None]:
-    """Constants of modules have these values: `{"app.listening.HEAD_SECONDS": 0.2}`."""
+    """Set modules' constants during the block: `{"app.listening.HEAD_SECONDS": 0.2}`."""
     with pytest.MonkeyPatch.context() as patch:
         for name, value in values.items():
             patch.setattr(name, value)

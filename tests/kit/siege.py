@@ -1,4 +1,4 @@
-"""Players in rooms of servers that fail meanwhile: they play on, and note what they are told."""
+"""Players that continue while servers fail, and record every event they receive."""
 
 import asyncio
 import contextlib
@@ -26,7 +26,7 @@ Broken = (ConnectionClosed, InvalidHandshake, OSError)
 
 
 def prove(server: Address, told: "Heard") -> int:
-    """End each session of a player's and check it, receipts heard included; how many drops."""
+    """End and check all sessions of a player, with their receipts; returns how many drops."""
     drops = 0
     with server.client() as client:
         for session, token in told.tokens.items():
@@ -45,16 +45,16 @@ def prove(server: Address, told: "Heard") -> int:
 
 @dataclass
 class Heard(Told):
-    """What is told over sockets."""
+    """The events that one player received over its WebSockets."""
 
-    tick: int = 0  # the latest one heard of
-    full: int = 0  # drops refused because as many balls as may be were in flight
-    tokens: dict[str, str] = field(default_factory=dict)  # of own sessions
-    session: str | None = None  # the one that is open on this connection
+    tick: int = 0  # the latest one received
+    full: int = 0  # drops refused because the room had its maximum of balls in flight
+    tokens: dict[str, str] = field(default_factory=dict)  # by the player's sessions
+    session: str | None = None  # the session open on this connection
 
     @property
     def wants_session(self) -> bool:
-        """Whether there is none, and none was refused."""
+        """Whether no session is open and the server has not refused one."""
         return self.session is None and "begin" not in self.refused
 
     def frame(self, frame: str | bytes) -> None:
@@ -79,12 +79,12 @@ class Heard(Told):
             case "session":
                 self.session = event["session"]
             case "error" if event["code"] in ("room-rebuilding", "room-moved"):
-                # And the line ends: one comes back later, or at once to another server.
+                # The server then closes the connection. The player reconnects to any server.
                 self.refused.update(filter(None, [event.get("ref")]))
             case "error" if event["code"] == "limit-reached":
-                self.session = None  # it has had its drops: another is begun
+                self.session = None  # it has no drops left: the player begins another
             case "error" if event["code"] == "undecided":
-                pass  # what becomes of it is told later
+                pass  # a later event says whether it was accepted
             case "error":
                 assert event["code"] in ("too-many-balls", "ledger-unavailable"), event
                 self.refused.add(event["ref"])
@@ -94,7 +94,7 @@ class Heard(Told):
 async def play(
     server: Address, told: Heard, seeds: Iterator[int], pause: float, *, stakes: bool = True
 ) -> None:
-    """Drop ball after ball, and write down what comes, until the line breaks or it is cancelled."""
+    """Drop ball after ball and record events until the connection breaks or it is cancelled."""
     with contextlib.suppress(*Broken):
         async with joining(server.socket(told.room), max_size=None) as line:
 
@@ -108,7 +108,7 @@ async def play(
                     await send(line, type="open", session=opened, seed=CLIENT_SEED.hex())
 
             async def drop() -> None:
-                """Practice, and staked drops as soon as there is a session."""
+                """Drop for practice, and with stakes as soon as a session is open."""
                 told.session = None
                 told.refused.discard("begin")
                 beginning = asyncio.create_task(begin() if stakes else asyncio.sleep(0))
@@ -137,47 +137,47 @@ async def play(
 
 @dataclass(kw_only=True)
 class Siege:
-    """One player in each room, who comes back whenever the line breaks.
+    """One player in each room, which reconnects whenever its connection breaks.
 
-    boards: of the rooms whose balls land one by one, where drops are staked.
+    boards: those of rooms with independent balls, where players stake.
     """
 
     BACK: ClassVar = 0.3
-    """s until a player comes back, as a page."""
+    """Seconds until a player reconnects, as a page does."""
 
     chance: random.Random
     rooms: dict[str, Heard] = field(default_factory=dict)
     boards: dict[str, Board] = field(default_factory=dict)
     pauses: tuple[float, float] = (0.3, 1.0)
-    """s between two drops of a player, from and to."""
+    """Seconds between two drops of a player: shortest, longest."""
     stakes: bool = True
 
     def somewhere(self) -> Address:
-        """A server to play at."""
+        """The server that a player connects to next."""
         raise NotImplementedError
 
     def join(self, room: str, board: Board | None) -> Heard:
-        """Note what is told of a room; without a board, its balls touch each other."""
+        """Record a room's events; a room without a board has touching balls."""
         if board is not None:
             self.boards[room] = board
         return self.rooms.setdefault(room, Heard(room))
 
     def open(self, board: Board) -> Heard:
-        """Make a room of a player's own."""
+        """Create a private room with this board."""
         with self.somewhere().client() as http:
             made = http.post("/api/v1/rooms", json={"board": board.to_dict()})
         return self.join(made.raise_for_status().json()["id"], board)
 
     @property
     def acknowledged(self) -> int:
-        """Drops that the players were told of as accepted."""
+        """The number of drops that players received as accepted."""
         return sum(len(told.accepted) for told in self.rooms.values())
 
     @contextlib.asynccontextmanager
     async def playing(self) -> AsyncIterator[list["asyncio.Task[None]"]]:
-        """All play until the block ends, and then listen until nothing moves.
+        """All players drop until the block ends, and then listen until nothing moves.
 
-        What one of them finds wrong ends the block.
+        A player's failed assertion ends the block.
         """
         seeds, stopped = itertools.count(self.chance.randrange(1 << 60)), False
         asked = itertools.takewhile(lambda _: not stopped, seeds)
@@ -190,19 +190,19 @@ class Siege:
                 task.cancel()
 
     async def play(self, told: Heard, seeds: Iterator[int], pause: float | None = None) -> None:
-        """Drop balls, and come back whenever the line breaks."""
+        """Drop balls, and reconnect whenever the connection breaks."""
         stakes = self.stakes and told.room in self.boards
         while True:
             chosen = self.chance.uniform(*self.pauses) if pause is None else pause
             await play(self.somewhere(), told, seeds, chosen, stakes=stakes)
-            await asyncio.sleep(self.BACK)  # no wait: a page's pause before it comes back
+            await asyncio.sleep(self.BACK)  # no wait: a page's pause before it reconnects
 
     def came_through(self, told: Heard) -> int:
-        """Drops that were taken, or found the room full: on a busy machine balls fall slowly."""
+        """Drops that the room accepted, or refused as full: on a busy machine balls fall slowly."""
         return told.full + len(told.accepted)
 
     async def until_all_take_drops(self, count: int = 1) -> None:
-        """In every room this many drops come through that were asked for now."""
+        """Wait until this many further drops have come through in every room."""
         before = {name: self.came_through(told) for name, told in self.rooms.items()}
         await eventually(
             lambda: all(
@@ -211,7 +211,7 @@ class Siege:
         )
 
     async def until_still(self) -> None:
-        """Nothing moves in the players' rooms any more, and the ledger has all that landed."""
+        """Wait until nothing moves in the rooms and the ledger has every landing."""
         async with self.somewhere().async_client() as http:
             for name in self.rooms:
                 async with asyncio.timeout(LIMIT):
@@ -225,7 +225,7 @@ class Siege:
         return (await http.get(f"/api/v1/rooms/{room}/log?limit=1")).status_code == 503
 
     def hold(self, ledger: str, *, killed: bool = False, shared: bool = False) -> int:
-        """How many drops a ledger has; raises AssertionError where it has lost one."""
+        """Check the ledger against all recorded events; returns how many drops it has."""
         return sum(
             hold(ledger, self.rooms[name], board, killed=killed, shared=shared)
             for name, board in self.boards.items()

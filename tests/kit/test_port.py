@@ -1,4 +1,4 @@
-"""A port that a test was given stays its own."""
+"""A port that a test reserved stays reserved."""
 
 import random
 import socket

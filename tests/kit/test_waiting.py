@@ -1,4 +1,4 @@
-"""What tests wait with does not fail by itself."""
+"""`lives` is false for a process that ends while its state is read."""
 
 import subprocess
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What must hold of a ledger whatever was done to it: told, stored and computed are the same."""
+"""After any failure, events that clients received, ledger and physics agree."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,16 +13,16 @@ _START = ("ball", "seed", "x", "tick")
 
 @dataclass
 class Told:
-    """All that was ever told of one room, over every connection and every life of the server."""
+    """All events of one room that clients received, over every connection and every restart."""
 
     room: str
     accepted: dict[int, dict[str, Any]] = field(default_factory=dict)
     landed: dict[int, dict[str, Any]] = field(default_factory=dict)
-    refused: set[str] = field(default_factory=set)  # seeds, which are each asked for once
+    refused: set[str] = field(default_factory=set)  # seeds; each is dropped once
     receipts: dict[str, list[dict[str, Any]]] = field(default_factory=dict)  # by session
 
     def hear(self, event: dict[str, Any]) -> None:
-        """An `accepted` or a `landed`."""
+        """Record an `accepted` or a `landed` event."""
         event = {key: value for key, value in event.items() if key != "type"}
         if "explicit_x" in event:
             assert event["ball"] not in self.accepted, "a ball's number was given twice"
@@ -40,11 +40,11 @@ class Told:
 
 
 def hold(url: str, told: Told, board: Board, *, killed: bool = False, shared: bool = False) -> int:
-    """Hold what the ledger says against what players were told and against the physics.
+    """Compare the ledger with the events that players received and with the physics.
 
-    killed: the server ended amid a commit, so that a drop may be there whose player never heard
-    of it, or that was refused just then. shared: servers are using the ledger. Returns how many
-    drops are in it.
+    killed: the server was killed, perhaps amid a commit; the ledger may then have a drop whose
+    player received no `accepted`, or a refusal. shared: servers use the ledger meanwhile.
+    Returns the number of drops in the ledger.
     """
     database = Database(url, shared=shared)
     database.open()

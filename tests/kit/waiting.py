@@ -1,6 +1,6 @@
-"""Waiting for a condition, with an end: what has not come about by then never will.
+"""Waiting for a condition, with a time limit after which the test fails.
 
-Tests wait here for what they need, never for a time.
+Tests wait for a condition, never for a fixed time.
 """
 
 import asyncio
@@ -12,21 +12,21 @@ from pathlib import Path
 from typing import AnyStr
 
 LIMIT = 120.0
-"""s after which a test has failed that waited for something, on however slow a machine.
+"""Seconds after which a waiting test fails; enough for a slow machine.
 
-A server may have to compile the physics before it says where it is.
+A server may have to compile the physics before it prints its address.
 """
 
 PAUSE = 0.01
-"""s between the first two looks at a condition; each is GROWTH times as long as the one before."""
+"""Seconds between the first two polls of a condition; each pause is GROWTH times the last."""
 
 GROWTH = 1.25
 LONGEST = 0.1
-"""s between two looks at most: whoever looks all the time slows down what is waited for."""
+"""Longest pause in seconds. Polling more often would slow down the awaited program."""
 
 
 def first_line(process: "subprocess.Popen[AnyStr]") -> AnyStr:
-    """What a server says once it can be used; ends it and fails when nothing comes."""
+    """The line that a server prints when it is ready; kills it and fails if none comes."""
     assert process.stdout is not None
     if not select.select([process.stdout], [], [], LIMIT)[0]:
         process.kill()
@@ -35,15 +35,15 @@ def first_line(process: "subprocess.Popen[AnyStr]") -> AnyStr:
 
 
 def lives(pid: int) -> bool:
-    """Whether there is such a process that is not only waited for."""
+    """Whether the process runs: it exists and is not a zombie."""
     try:
         return ") Z " not in Path(f"/proc/{pid}/stat").read_text()
-    except (FileNotFoundError, ProcessLookupError):  # the latter if it goes while it is read
+    except (FileNotFoundError, ProcessLookupError):  # the latter if it ends while it is read
         return False
 
 
 def until(condition: Callable[[], object], pause: Callable[[], object] | None = None) -> None:
-    """Look again and again until the condition holds; `pause` is called between two looks."""
+    """Poll until the condition holds; `pause` is called between two polls."""
     end = time.monotonic() + LIMIT
     pauses = _pauses()
     while not condition():
@@ -56,7 +56,7 @@ def until(condition: Callable[[], object], pause: Callable[[], object] | None = 
 
 
 async def eventually(condition: Callable[[], object]) -> None:
-    """`until` for tests whose event loop goes on meanwhile."""
+    """`until` for tests whose event loop must run meanwhile."""
     async with asyncio.timeout(LIMIT):
         pauses = _pauses()
         while not condition():
@@ -71,6 +71,6 @@ def _pauses() -> Iterator[float]:
 
 
 async def turns(count: int = 20) -> None:
-    """Let the event loop go round so often: all that needs no time has happened then."""
+    """Let the event loop run `count` iterations: all ready callbacks have then run."""
     for _ in range(count):
         await asyncio.sleep(0)

@@ -1,4 +1,4 @@
-"""A row a drop, as Parquet and CSV: what other programs read is what the drops are."""
+"""Drops as rows of Parquet and CSV: other programs read the values that the engine computed."""
 
 from pathlib import Path
 
@@ -60,8 +60,8 @@ def test_an_error_leaves_no_file(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_block_is_written_at_once_so_that_memory_is_flat(tmp_path: Path) -> None:
-    """Each block is a row group of its own: none waits for others."""
+def test_each_block_is_written_at_once_to_keep_memory_flat(tmp_path: Path) -> None:
+    """Each block becomes one row group, written as soon as it is computed."""
     from pyarrow import parquet
 
     path = tmp_path / "drops.parquet"

@@ -1,4 +1,4 @@
-"""A batch that is computed block by block: it is stopped, killed, and goes on where it was."""
+"""A batch computed block by block, which can be stopped, killed and resumed."""
 
 import json
 from collections.abc import Callable, Iterable, Iterator
@@ -20,7 +20,7 @@ JOB = Job(OPEN, Exact(), 0, DROPS)
 
 
 class Stopping(Here):
-    """This process, which is interrupted after so many calls, or meets an error."""
+    """Compute in this process, and raise `error` after the given number of calls."""
 
     def __init__(self, after: int, error: type[BaseException]) -> None:
         super().__init__(threads=1)
@@ -37,7 +37,7 @@ class Stopping(Here):
 
 
 def ticking() -> Callable[[], float]:
-    """A clock that goes on by a second whenever it is looked at."""
+    """A clock that advances by a second each time it is read."""
     times = iter(range(10**6))
     return lambda: float(next(times))
 
@@ -70,7 +70,7 @@ def test_an_error_leaves_what_was_done(tmp_path: Path) -> None:
 def test_a_killed_run_has_saved_what_was_done(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The file as it is after each block is what a process that is killed leaves."""
+    """The test reads the file after each block: a killed process would leave just that."""
     path = tmp_path / "result.json"
     kept: list[list[tuple[int, int]]] = []
     run = Run(Tally(JOB), path=path, clock=lambda: 0.0)

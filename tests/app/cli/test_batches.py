@@ -1,4 +1,4 @@
-"""`plinko simulate` by blocks and `plinko merge`: parts of a batch, and what they say of it."""
+"""`plinko simulate` by blocks, and `plinko merge`: parts of a batch and their output."""
 
 import json
 from pathlib import Path
@@ -91,7 +91,7 @@ def test_an_interrupt_leaves_a_result_that_says_what_it_covers(
 
 
 class _Given:
-    """Workers that are there already."""
+    """A context manager over workers that run already."""
 
     def __init__(self, workers: object) -> None:
         self._workers = workers
@@ -117,7 +117,9 @@ BAD: tuple[tuple[tuple[object, ...], str], ...] = (
 
 
 @pytest.mark.parametrize(("arguments", "said"), BAD)
-def test_what_cannot_be_is_one_line(shell: Shell, arguments: tuple[object, ...], said: str) -> None:
+def test_invalid_options_give_one_line(
+    shell: Shell, arguments: tuple[object, ...], said: str
+) -> None:
     other = shell.folder / "other.json"
     shell.run("simulate", shell.board, "--drops", 10, "--resume", other)
     places = {"other": other, "board": shell.board}
@@ -128,7 +130,7 @@ def test_what_cannot_be_is_one_line(shell: Shell, arguments: tuple[object, ...],
     assert err.count("\n") == 1
 
 
-def test_what_does_not_merge_is_one_line(shell: Shell) -> None:
+def test_results_that_do_not_merge_give_one_line(shell: Shell) -> None:
     one, other = shell.folder / "one.json", shell.folder / "other.json"
     shell.run("simulate", shell.board, "--drops", 10, "--resume", one)
     shell.run("simulate", shell.board, "--drops", 10, "--seed", 1, "--resume", other)

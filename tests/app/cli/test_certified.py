@@ -16,7 +16,7 @@ Run = Callable[..., str]
 
 @pytest.fixture
 def run(capsys: pytest.CaptureFixture[str]) -> Run:
-    """What a command prints that ends with `status`."""
+    """Run a command, check its exit code `status`, and return its output."""
 
     def command(*args: str, status: int = 0) -> str:
         assert main(list(args)) == status
@@ -63,7 +63,7 @@ def test_the_map_is_drawn_into_a_file(run: Run, tmp_path: Path) -> None:
     assert "not in .png" in run("map", "triangle-8", "map.txt", status=2)
 
 
-def test_without_the_library_it_is_said_what_to_install(
+def test_without_the_library_the_error_says_what_to_install(
     run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(common, "find_spec", lambda name: None)

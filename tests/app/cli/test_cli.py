@@ -1,4 +1,4 @@
-"""The command line: what it prints is what the engine computes, and bad input is one line."""
+"""The command line prints the engine's results, and one line for invalid input."""
 
 import gc
 import json
@@ -29,13 +29,13 @@ BOARD = {
 
 
 class Terminal:
-    """Runs commands in this process and keeps what they print."""
+    """Runs commands in this process and captures their output."""
 
     def __init__(self, capture: pytest.CaptureFixture[str]) -> None:
         self._capture = capture
 
     def run(self, *arguments: object) -> str:
-        """Standard output of a command that must succeed without a word on stderr."""
+        """Run a command that must succeed and print nothing on stderr; returns its output."""
         code, out, err = self.try_run(*arguments)
         assert (code, err) == (0, "")
         return out
@@ -260,7 +260,7 @@ def test_a_changed_record_is_not_and_the_field_is_named(
     code, out, err = plinko.try_run("verify", path)
     assert (code, err) == (1, "")
     assert out.startswith("not reproduced: ")
-    # Another seed is another drop: the first thing in which that differs is named.
+    # Another seed gives another drop: the message names the first field that differs.
     assert f"{field} differs" in out or field == "seed"
 
 
@@ -377,7 +377,7 @@ def test_render_writes_an_animation(
 
 STEPPED = ("drop", "triangle-8", "--seed", "1", "--solver", "stepped")
 BAD = [
-    # arguments, what the message must name
+    # arguments, text that the message must contain
     (("drop", "triangle-8", "--seed", "-1"), "'-1'"),
     (("drop", "triangle-8", "--seed", 2**64), str(2**64)),
     (("drop", "triangle-8", "--seed", "abc"), "'abc'"),

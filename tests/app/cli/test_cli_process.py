@@ -1,4 +1,4 @@
-"""The command line as a process: exit codes, signals, pipes, terminals, and what it imports."""
+"""The command line as a process: exit codes, signals, pipes, terminals, imports."""
 
 import contextlib
 import json
@@ -38,7 +38,7 @@ def start(arguments: Sequence[str], **streams: int) -> "subprocess.Popen[bytes]"
 
 
 def read_terminal(terminal: int, until: bytes) -> bytes:
-    """What a process printed on a pseudo-terminal, up to and with `until`."""
+    """Read a process's output on a pseudo-terminal, up to and including `until`."""
     seen = b""
     while until not in seen:
         seen += os.read(terminal, 1024)
@@ -74,7 +74,7 @@ def test_a_record_goes_from_drop_to_verify_through_a_pipe() -> None:
 
 
 def test_an_interrupt_is_exit_code_130_and_what_was_counted() -> None:
-    """The progress bar on a terminal says when the drops have begun; none may be counted yet."""
+    """The progress bar shows that the drops have begun; perhaps none is counted yet."""
     terminal, stderr = pty.openpty()
     process = subprocess.Popen(
         [sys.executable, "-c", HEEDING, *ENDLESS], stdout=subprocess.PIPE, stderr=stderr
@@ -82,7 +82,7 @@ def test_an_interrupt_is_exit_code_130_and_what_was_counted() -> None:
     os.close(stderr)
     seen = read_terminal(terminal, b"[")
     process.send_signal(signal.SIGINT)
-    with contextlib.suppress(OSError):  # how Linux says that the other end is closed
+    with contextlib.suppress(OSError):  # Linux raises EIO once the other end is closed
         while more := os.read(terminal, 1024):
             seen += more
     out, _ = process.communicate(timeout=LIMIT)

@@ -1,4 +1,4 @@
-"""`plinko odds`: a record of drops is counted on where it was, and says what it says."""
+"""`plinko odds` extends a record of drops, and prints the returns that it proves."""
 
 import json
 from pathlib import Path
@@ -19,7 +19,7 @@ CHOSE = Landings(None, tuple(drop_many(NAME, range(3000)).histogram.tolist()), 0
 
 @pytest.fixture
 def record(tmp_path: Path) -> Path:
-    """A record in which drops have chosen a table and none has judged it."""
+    """A record whose payout table has been fitted to drops but not yet judged by others."""
     path = tmp_path / "record.json"
     judge = Landings(None, (0,) * 9, 0, first=CHOSE.drops)
     path.write_text(to_text({NAME: Counted(((CHOSE,), (judge,)), {NAME: 1})}))

@@ -1,4 +1,4 @@
-"""What an operator's commands say when there is no plinko server where they were sent."""
+"""An operator's commands sent to an address without a Plinko server."""
 
 import threading
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ from app.cli import main
 
 @contextmanager
 def a_server_that_answers(status: int, body: bytes) -> Iterator[str]:
-    """The address of a server, on a port of its own, that says this to every POST."""
+    """Run a server that answers every POST like this; gives its address."""
 
     class Answers(BaseHTTPRequestHandler):
         def do_POST(self) -> None:
@@ -42,9 +42,7 @@ Said = pytest.CaptureFixture[str]
     ("status", "body"),
     [(502, b"<h1>Bad Gateway</h1>"), (200, b"<!doctype html>"), (200, b"[]"), (404, b"")],
 )
-def test_another_program_at_the_address_is_told_as_such(
-    status: int, body: bytes, capsys: Said
-) -> None:
+def test_an_answer_of_another_program_is_reported(status: int, body: bytes, capsys: Said) -> None:
     with a_server_that_answers(status, body) as url:
         assert main(["halt", url]) == 2
     told = capsys.readouterr().err
@@ -52,19 +50,19 @@ def test_another_program_at_the_address_is_told_as_such(
     assert told == f"plinko: {url} is not a Plinko server: {why}\n"
 
 
-def test_what_a_server_refuses_is_told_in_its_own_words(capsys: Said) -> None:
+def test_a_refusal_is_reported_with_the_server_s_reason(capsys: Said) -> None:
     with a_server_that_answers(403, b'{"detail": "only an operator halts tables"}') as url:
         assert main(["halt", url]) == 2
     assert capsys.readouterr().err == f"plinko: {url}: only an operator halts tables\n"
 
 
-def test_nobody_at_the_address_is_told(capsys: Said) -> None:
+def test_an_address_without_a_server_is_reported(capsys: Said) -> None:
     with a_server_that_answers(200, b"{}") as url:
         pass
     assert main(["rooms", "move", "main", "elsewhere", url]) == 2
     assert "Connection refused" in capsys.readouterr().err
 
 
-def test_what_is_no_address_is_not_asked(capsys: Said) -> None:
+def test_an_invalid_address_is_not_asked(capsys: Said) -> None:
     assert main(["halt", "ftp://table"]) == 2
     assert "is not an address such as http://127.0.0.1:8000" in capsys.readouterr().err

@@ -16,6 +16,6 @@ def shared(postgresql: PostgreSQL) -> Iterator[Servers]:
 
 @pytest.fixture
 def servers(shared: Servers) -> Servers:
-    """All of them up, whatever the test before has done."""
+    """The three servers, restarted if the previous test ended some."""
     shared.start()
     return shared

@@ -1,4 +1,4 @@
-"""A line between a server and what it needs that can be cut, as by a network that drops packets."""
+"""A TCP forwarder that a test can cut, like a network that drops packets."""
 
 import contextlib
 import socket
@@ -9,23 +9,22 @@ from dataclasses import dataclass, field
 from tests.kit.waiting import until
 
 Dial = Callable[[], socket.socket]
-"""Connects to what is behind."""
+"""Opens a connection to the program behind the forwarder."""
 
 _PIECE = 1 << 16  # bytes
 
 
 @dataclass
 class Forwarder:
-    """Passes on what comes over TCP while it is whole; cut, it holds it back and closes nothing.
+    """Forwards TCP both ways. While it is cut it keeps all bytes back and closes no connection.
 
-    As with packets that are sent again, what was held back arrives once it is healed, unless its
-    sender has given up.
+    After `heal` the bytes arrive, like retransmitted packets, unless their sender has given up.
     """
 
     dial: Dial
     listener: socket.socket
     whole: threading.Event = field(default_factory=threading.Event)
-    held: int = 0  # pieces that came while it was cut
+    held: int = 0  # pieces received while it was cut
     _sockets: list[socket.socket] = field(default_factory=list)
     _threads: list[threading.Thread] = field(default_factory=list)
     _closing: bool = False
@@ -36,14 +35,14 @@ class Forwarder:
         return port
 
     def cut(self) -> None:
-        """From now on nothing comes through, and nobody is told."""
+        """Keep everything back from now on; neither side notices a closed connection."""
         self.whole.clear()
 
     def heal(self) -> None:
         self.whole.set()
 
     def run(self) -> None:
-        """Take connections until it is closed."""
+        """Accept connections until `close`."""
         with contextlib.suppress(OSError):
             while True:
                 near, _ = self.listener.accept()
@@ -52,7 +51,7 @@ class Forwarder:
     def _begin(self, work: Callable[..., None], *values: socket.socket) -> None:
         self._sockets += values
         if self._closing:
-            self._end_all()  # whatever `close` did not see yet
+            self._end_all()  # also the sockets that `close` did not know yet
         thread = threading.Thread(target=work, args=values, daemon=True)
         self._threads.append(thread)
         thread.start()
@@ -70,12 +69,12 @@ class Forwarder:
                 self.held += not self.whole.is_set()
                 self.whole.wait()
                 target.sendall(piece)
-        self.whole.wait()  # nor does one hear that the other has closed
+        self.whole.wait()  # a cut also hides that the other side has closed
         with contextlib.suppress(OSError):
             target.shutdown(socket.SHUT_WR)
 
     def close(self) -> None:
-        """End all of it, and return when nothing of it is left."""
+        """Close every connection, and wait for all threads."""
         self._closing = True
         self.heal()
         self._end_all()
@@ -85,7 +84,7 @@ class Forwarder:
             each.close()
 
     def _end_all(self) -> None:
-        """Wake whoever waits for a connection or for what one brings."""
+        """Wake the threads that wait in `accept` or `recv`."""
         for each in (self.listener, *self._sockets):
             with contextlib.suppress(OSError):
                 each.shutdown(socket.SHUT_RDWR)
@@ -93,7 +92,7 @@ class Forwarder:
 
 @contextlib.contextmanager
 def forwarding(dial: Dial) -> Iterator[Forwarder]:
-    """A forwarder on a free port, whole at first."""
+    """Run a forwarder on a free port; it is not cut at first."""
     forwarder = Forwarder(dial, socket.create_server(("127.0.0.1", 0)))
     forwarder.heal()
     thread = threading.Thread(target=forwarder.run, daemon=True)
@@ -106,7 +105,7 @@ def forwarding(dial: Dial) -> Iterator[Forwarder]:
 
 
 def over_file(path: str) -> Dial:
-    """Behind is a Unix socket."""
+    """Connect to a Unix socket at this path."""
 
     def dial() -> socket.socket:
         line = socket.socket(socket.AF_UNIX)
@@ -117,5 +116,5 @@ def over_file(path: str) -> Dial:
 
 
 def until_held(forwarder: Forwarder) -> None:
-    """Return once something was held back: the cut was felt."""
+    """Wait until the forwarder has kept something back: the cut has had an effect."""
     until(lambda: forwarder.held)

@@ -1,4 +1,4 @@
-"""Several `plinko serve` processes over one PostgreSQL, that can be killed."""
+"""Several `plinko serve` processes over one PostgreSQL, which tests kill and restart."""
 
 import signal
 from collections.abc import Iterator
@@ -12,19 +12,19 @@ from tests.kit.waiting import LIMIT, until
 
 
 def member(name: str, *flags: str, ledger: str = "") -> ServerProcess:
-    """A server of this name; `ledger` is its own address of what the others reach otherwise."""
+    """A server of this name; `ledger` if its address of PostgreSQL differs from the others'."""
     common = ("--creator-rooms", "1000", "--workers", "1")
     return ServerProcess(name=name, flags=(*common, *flags), ledger=ledger)
 
 
 def three() -> tuple[ServerProcess, ...]:
-    # Each allows an address another rate, so that an answer shows which of them has counted.
+    # Each has another drop rate, so that a response's headers show which server counted it.
     return tuple(member(f"plinko{k + 1}", "--drop-rate", f"{1000 + k}") for k in range(3))
 
 
 @dataclass
 class Servers:
-    """Servers that share a ledger, and what they share; all are gone at the end of a `with`."""
+    """Servers that share a ledger; the end of a `with` block kills all of them."""
 
     ledger: str
     all: tuple[ServerProcess, ...]
@@ -49,7 +49,7 @@ class Servers:
         return [each for each in self.all if each.process is not None]
 
     def start(self) -> None:
-        """Start all that are not running, and return once each knows all."""
+        """Start those that do not run, and wait until every server knows all others."""
         down = [each for each in self.all if each.process is None]
         for each in down:
             each.ledger = each.ledger or self.ledger
@@ -60,11 +60,11 @@ class Servers:
         until(lambda: all(self.known_to(each) == names for each in self))
 
     def known_to(self, server: ServerProcess) -> set[str]:
-        """The servers that this one takes for alive."""
+        """The names of the servers that this one considers alive."""
         return set(server.get("/readyz").json()["cluster"]["servers"])
 
     def holder(self, room: str) -> ServerProcess:
-        """The server that has the room, which somebody does: one asks each for itself alone."""
+        """Wait until exactly one server has the room in memory; returns that server."""
         found: list[ServerProcess] = []
 
         def somebody() -> bool:

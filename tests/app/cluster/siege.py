@@ -1,4 +1,4 @@
-"""Players and watchers in many rooms at several servers, and what is done to these meanwhile."""
+"""Players and spectators in many rooms of several servers, and faults of these servers."""
 
 import asyncio
 import contextlib
@@ -24,19 +24,19 @@ ROOMS: Final = 30
 CLIENTS: Final = 300
 KILLS: Final = int(os.environ.get("PLINKO_TEST_KILLS", "100"))
 FAULTS: Final = ("end", "freeze", "postgresql")
-"""What is done beside kills, in turn: one for every five of them."""
+"""Faults other than kills, in turn: one after every five kills."""
 
-ACKNOWLEDGED: Final = 3  # drops at least in each room, between one fault and the next
+ACKNOWLEDGED: Final = 3  # drops at least, in each room between two faults
 FROZEN: Final = 5.0  # s
 PAUSE: Final = 1.0  # s between two drops of a player
 
 
 @dataclass
 class Player(Heard):
-    """What a player is told, who is sent every tick."""
+    """The events and snapshots that a player of one room received."""
 
-    last: float = 0.0  # when something came, in s; 0: never
-    gaps: list[float] = field(default_factory=list)  # s until the next line greeted
+    last: float = 0.0  # time of the last frame, s; 0: none yet
+    gaps: list[float] = field(default_factory=list)  # s from the last frame to the next hello
 
     def frame(self, frame: str | bytes) -> None:
         super().frame(frame)
@@ -50,7 +50,7 @@ class Player(Heard):
 
 @dataclass(kw_only=True)
 class Siege(siege.Siege):
-    """Players and watchers, who come back to any server whenever their line ends."""
+    """Players and spectators, which reconnect to any server when their connection ends."""
 
     BACK: ClassVar = 0.05
 
@@ -60,7 +60,7 @@ class Siege(siege.Siege):
     stakes: bool = False
     players: dict[str, Player] = field(default_factory=dict)
     watchers: list[Watcher] = field(default_factory=list)
-    happened: list[tuple[str, float]] = field(default_factory=list)  # what, and when, in s
+    happened: list[tuple[str, float]] = field(default_factory=list)  # faults and their times, s
 
     def somewhere(self) -> ServerProcess:
         return self.chance.choice(self.servers.up)
@@ -70,7 +70,7 @@ class Siege(siege.Siege):
         return super().join(room, board)
 
     def begin(self) -> None:
-        """Make the rooms, each at some server."""
+        """Create the rooms, each at a random server."""
         for _ in range(ROOMS):
             self.open(Board.preset(BOARD))
         pulses = [(name, Pulse()) for name in self.rooms]
@@ -80,7 +80,7 @@ class Siege(siege.Siege):
 
     @contextlib.asynccontextmanager
     async def going_on(self) -> AsyncIterator[None]:
-        """All play and watch until the block ends, or one of them finds something wrong."""
+        """All play and watch until the block ends or an assertion of one of them fails."""
         async with asyncio.TaskGroup() as tasks, self.playing():
             watching = [tasks.create_task(each.watch(self.somewhere)) for each in self.watchers]
             yield
@@ -91,7 +91,7 @@ class Siege(siege.Siege):
         await super().until_all_take_drops(count)
 
     async def stand(self) -> None:
-        """Fault after fault; all rooms take drops between them."""
+        """Inject fault after fault; between two faults every room accepts drops."""
         faults = itertools.cycle(FAULTS)
         for number in range(KILLS):
             await self._fault("kill")
@@ -111,7 +111,7 @@ class Siege(siege.Siege):
                 assert await asyncio.to_thread(one.end, signal.SIGTERM) == 0
             case "freeze":
                 one.send(signal.SIGSTOP)
-                await asyncio.sleep(FROZEN)  # no wait: how long it is frozen
+                await asyncio.sleep(FROZEN)  # no wait: the duration of the freeze
                 one.send(signal.SIGCONT)
             case "postgresql":
                 await asyncio.to_thread(self.postgresql.end, signal.SIGQUIT)
@@ -119,7 +119,7 @@ class Siege(siege.Siege):
         await asyncio.to_thread(self.servers.start)
 
     async def roll(self) -> None:
-        """Every server ends in order and is started again, one after another."""
+        """Stop and restart every server, one after the other."""
         for one in self.servers:
             await self.until_all_take_drops()
             self.happened.append(("end", time.monotonic()))
@@ -129,7 +129,7 @@ class Siege(siege.Siege):
 
     @property
     def taken_over(self) -> list[float]:
-        """How long after each kill each room greeted that had been at the server, in s."""
+        """Seconds from each kill to the next hello of each room that the server had."""
         times = [when for _, when in self.happened] + [math.inf]
         return [
             seconds
@@ -140,15 +140,15 @@ class Siege(siege.Siege):
 
     @property
     def gaps(self) -> list[float]:
-        """For how long nothing moved for a client whose line had ended, in s."""
+        """Seconds without a frame, for each client whose connection had ended."""
         playing = (gap for told in self.players.values() for gap in told.gaps)
         return [*(each.gap for each in self.breaks), *playing]
 
     @property
     def breaks(self) -> list[Break]:
-        """Every line that ended under a watcher who was greeted again."""
+        """Every interruption after which a spectator received a hello again."""
         return [each for watcher in self.watchers for each in watcher.breaks]
 
     def check(self) -> int:
-        """How many drops there were; raises AssertionError where the ledger has lost one."""
+        """Check the ledger against all recorded events; returns how many drops it has."""
         return self.hold(self.servers.ledger, killed=True, shared=True)

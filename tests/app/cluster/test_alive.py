@@ -1,4 +1,4 @@
-"""What depends on another server ends once that server is gone; who was late says so of itself."""
+"""Work that depends on a failed server is cancelled; a late server logs that it was late."""
 
 import asyncio
 from collections.abc import Iterable
@@ -14,13 +14,13 @@ A, B = Member("a.1", "a", ""), Member("b.1", "b", "http://b")
 
 
 def beat(alive: Alive, *others: Member, age: float = BEAT) -> None:
-    """A beat of `A` so many seconds of the database's clock after the last one."""
+    """A heartbeat of `A`, `age` seconds (by the database's clock) after the previous one."""
     found = [Seen(A, age, connected=True), *(Seen(each, 0.0, connected=True) for each in others)]
     alive.look(A, found)
 
 
 def alive_with(others: Iterable[Member]) -> Alive:
-    """`A`, which has seen itself and these others for a lease."""
+    """`A` after it has seen itself and these others for the length of a lease."""
     alive = Alive("", LeaseBook("a.1"), "a")
     for _ in range(3):
         beat(alive, *others, age=LEASE / 2)
@@ -48,11 +48,11 @@ async def test_a_block_that_depends_on_a_server_ends_once_it_is_gone() -> None:
         await turns()
 
 
-def test_a_late_server_doubts_itself_and_nobody_else(
+def test_a_late_server_doubts_only_itself(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     alive = alive_with([B])
-    beat(alive, age=3 * LEASE)  # B has not had the time to beat either
+    beat(alive, age=3 * LEASE)  # B may have had no time to send a heartbeat either
     (line,) = caplog.messages
     assert line.startswith("this server was late: its last heartbeat was 6.0 s ago")
     assert not alive.view.is_gone(B.holder)

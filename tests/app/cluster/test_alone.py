@@ -1,4 +1,4 @@
-"""A server that is alone knows nothing of clusters; one that is to be in one says what it lacks."""
+"""A single server starts no cluster; a cluster's server without its settings says which."""
 
 import subprocess
 import sys
@@ -45,7 +45,7 @@ def test_a_name_is_for_servers_that_share_a_ledger_on_postgresql(tmp_path: Path)
         create_app(Settings(name="a", data=str(tmp_path)))
 
 
-def test_rooms_are_moved_with_the_operator_s_token_alone(server: Running) -> None:
+def test_only_the_operator_s_token_moves_rooms(server: Running) -> None:
     done = CliRunner().invoke(plinko, ["rooms", "move", "main", "b", server.url])
     assert isinstance(done.exception, SettingError)
     assert "PLINKO_OPERATOR_TOKEN" in str(done.exception)

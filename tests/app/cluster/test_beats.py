@@ -1,4 +1,4 @@
-"""Servers see each other in a table of a real PostgreSQL, whose clock is the judge."""
+"""Servers find each other in a table of a real PostgreSQL, and use its clock."""
 
 import asyncio
 import contextlib
@@ -29,7 +29,7 @@ def database(postgresql: PostgreSQL) -> str:
 
 @contextlib.contextmanager
 def both(database: str) -> Iterator[tuple[Beats, Beats]]:
-    """Connections of two servers, over a table without members."""
+    """Two servers' connections to an empty table of members."""
     with Beats.connected(database) as first, Beats.connected(database) as second:
         do(database, "DELETE FROM members")
         yield first, second
@@ -44,7 +44,7 @@ def seen(beats: Beats, me: Member) -> dict[str, Seen]:
     return {each.member.name: each for each in beats.beat(me)}
 
 
-def test_each_sees_the_other_and_how_long_ago_it_said_so(database: str) -> None:
+def test_servers_see_each_other_and_the_age_of_heartbeats(database: str) -> None:
     with both(database) as (first, second):
         assert seen(first, A) == {}, "itself as it was before"
         found = seen(second, B)
@@ -63,7 +63,7 @@ def test_one_whose_process_has_ended_has_no_connection(database: str) -> None:
         until(lambda: not seen(second, B)["a"].connected)
 
 
-def test_who_waits_is_told_at_once_of_one_that_leaves(
+def test_waiting_servers_learn_at_once_that_one_leaves(
     database: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with both(database) as (first, second):
@@ -113,7 +113,7 @@ def test_a_postgresql_that_does_not_answer_is_given_up(database: str) -> None:
 
 
 def age(database: str) -> float:
-    """s since `a` said that it is alive."""
+    """Seconds since the last heartbeat of server `a`."""
     asked = "SELECT extract(epoch FROM clock_timestamp() - beat)::float8 FROM members"
     with psycopg.connect(database) as connection:
         (found,) = connection.execute(f"{asked} WHERE name = 'a'").fetchone() or (0.0,)
@@ -122,7 +122,7 @@ def age(database: str) -> float:
 
 @contextlib.asynccontextmanager
 async def alive(database: str) -> AsyncIterator[None]:
-    """`a` is one of the servers."""
+    """Run server `a`, which sends heartbeats, until the block ends."""
     me = Alive(database, LeaseBook("a.1"), "a")
     beating = asyncio.create_task(me.run())
     await eventually(lambda: me.view.up)
@@ -134,7 +134,7 @@ async def alive(database: str) -> AsyncIterator[None]:
 
 async def test_a_server_is_alive_while_its_loop_has_much_to_do(database: str) -> None:
     async with alive(database):
-        # The loop stands still.
+        # `until` blocks the event loop: the heartbeats must come from another thread.
         for _ in range(2):
             until(lambda: age(database) > BEAT / 2)
             until(lambda: age(database) < BEAT / 2)

@@ -1,4 +1,4 @@
-"""HAProxy, as `deploy/` has it, before three servers: clients know one address."""
+"""Three servers behind HAProxy with the configuration in `deploy/`."""
 
 import asyncio
 import contextlib
@@ -56,15 +56,15 @@ async def test_clients_of_the_proxy_do_not_notice_a_killed_server(
         assert set(rooms) <= listed
     async with playing(f"ws://{proxy}/ws/rooms/{rooms[0]}") as player:
         assert player.hello["room"] == rooms[0]
-        await player.send(type="drop", seed=62)  # the ones before may have landed by now
+        await player.send(type="drop", seed=62)  # the two earlier balls may have landed by now
         await player.until("landed", ball=2)
 
 
 @dataclass
 class Guest:
-    """A client that asks its room all the time whether it is there, and comes back as a page does.
+    """A client that pings its room all the time, and reconnects as a page does.
 
-    asked: when the latest question was asked that was answered, and answered: when it was, in s.
+    asked, answered: when the last answered ping was sent and when its answer came, s.
     """
 
     room: str
@@ -83,12 +83,12 @@ class Guest:
                             self._hear(events_of(frame))
                     finally:
                         asking.cancel()
-            await asyncio.sleep(AGAIN)  # no wait: as a page that found nobody
+            await asyncio.sleep(AGAIN)  # no wait: a page's pause before it reconnects
 
     async def _ask(self, line: ClientConnection) -> None:
         while True:
             await send(line, type="ping", t=time.monotonic())
-            await asyncio.sleep(AGAIN)  # no wait: how often it asks
+            await asyncio.sleep(AGAIN)  # no wait: the pause between two pings
 
     def _hear(self, events: list[dict[str, Any]]) -> None:
         for event in events:
@@ -98,7 +98,7 @@ class Guest:
 
 @contextlib.asynccontextmanager
 async def guests(proxy: str) -> AsyncIterator[list[Guest]]:
-    """ServerProcess in each public room, all of whom are answered: they lead over all servers."""
+    """One guest in each public room; between them the rooms are on all servers."""
     staying = [Guest(room) for room in ("main", *preset_names())]
     async with asyncio.TaskGroup() as tasks:
         running = [tasks.create_task(each.stay(proxy)) for each in staying]
@@ -109,7 +109,7 @@ async def guests(proxy: str) -> AsyncIterator[list[Guest]]:
 
 
 async def seconds_away(staying: list[Guest], frozen: ServerProcess) -> list[float]:
-    """Freeze a server; for how long each guest got no answer, in s. It is frozen until all have."""
+    """Freeze a server until each guest has an answer again; returns their seconds without one."""
     away: dict[str, float] = {}
 
     def all_back() -> bool:
@@ -144,9 +144,9 @@ async def test_for_how_long_clients_of_a_frozen_server_are_away(
     away: list[float] = []
     async with guests(proxy) as staying:
         for frozen in [*servers] * 5:
-            # ServerProcess that was frozen itself believes that another is gone only after a lease.
-            await asyncio.sleep(2 * LEASE)  # no wait: all have seen each other for long
+            # A server that was frozen waits for a lease before it considers another one failed.
+            await asyncio.sleep(2 * LEASE)  # no wait: the servers watch each other for two leases
             away += await seconds_away(staying, frozen)
             await asyncio.to_thread(servers.start)  # returns once each knows all
-    # Others were answered all the time.
+    # The guests of the other servers were answered all the time: they are left out.
     print(f"clients of a frozen server: {spread([each for each in away if each > 0.5])}")  # noqa: T201

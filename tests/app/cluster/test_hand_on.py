@@ -1,4 +1,4 @@
-"""A request is answered here, or handed on once to the server that its answer names."""
+"""A request is answered here, or forwarded once to the server that has the room."""
 
 import asyncio
 import time
@@ -29,7 +29,7 @@ THERE = Member("b.1", "b", "http://there:8001")
 
 
 class Place:
-    """A server with nothing but answers: first those it is given, then what it was asked."""
+    """A fake server: it returns the given answers, and then echoes requests."""
 
     def __init__(self, *answers: Response | Exception) -> None:
         self.answers = list(answers)
@@ -47,7 +47,7 @@ class Place:
 
 
 def moved(holder: str = "") -> LeaseLostError:
-    """What comes of a request whose room is at the server of this name, or on its way."""
+    """The error for a request whose room is at another server, or between servers."""
     return LeaseLostError("it is elsewhere", holder=holder)
 
 
@@ -55,7 +55,7 @@ def moved(holder: str = "") -> LeaseLostError:
 async def asking(
     here: Place, there: Place, root_path: str = "", **headers: str
 ) -> AsyncIterator[httpx.AsyncClient]:
-    """A client of `here`, which knows `there`."""
+    """A client of the server `here`, which can forward to the server `there`."""
     alive = Alive("", LeaseBook("a.1"), "a")
     alive.look(alive.me, [Seen(THERE, 0.0, connected=True)])
     peers = Peers(httpx.ASGITransport(app=AnswerHeaders(there.app, root_path)))
@@ -70,7 +70,7 @@ async def asking(
         yield client
 
 
-async def test_what_is_answered_here_is_asked_nobody_else() -> None:
+async def test_a_request_answered_here_is_not_forwarded() -> None:
     here, there = Place(), Place()
     async with asking(here, there) as client:
         answer = await client.post("/api/v1/rooms/r/drops", content=b"one two")
@@ -100,7 +100,7 @@ async def test_below_a_path_a_new_address_begins_with_that_path_once() -> None:
     assert (answer.status_code, answer.headers["location"]) == (201, "/games/api/v1/rooms/r")
 
 
-async def test_what_was_handed_on_is_answered_wherever_the_room_is() -> None:
+async def test_a_forwarded_request_is_not_forwarded_again() -> None:
     here, there = Place(moved("b.1")), Place()
     async with asking(here, there, **{"plinko-hops": "1"}) as client:
         answer = await client.get("/api/v1/rooms/r")
@@ -111,12 +111,12 @@ async def test_what_was_handed_on_is_answered_wherever_the_room_is() -> None:
 @pytest.mark.parametrize(
     ("here", "there"),
     [
-        ([moved(), moved()], []),  # it was on its way, and is here
-        ([moved("gone.1")], []),  # its server is not known, and it is here now
+        ([moved(), moved()], []),  # it was between servers, and arrived here
+        ([moved("gone.1")], []),  # its server is unknown; then it arrived here
         (
             [moved("b.1"), moved("b.1")],
             [problem_response(moved("a.1"))],
-        ),  # it was there only after a while
+        ),  # it arrived there only after a while
     ],
 )
 async def test_a_room_on_its_way_is_waited_for(here: list[Any], there: list[Any]) -> None:
@@ -126,7 +126,7 @@ async def test_a_room_on_its_way_is_waited_for(here: list[Any], there: list[Any]
     assert (answer.status_code, answer.text) == (200, "had x")
 
 
-async def test_what_may_have_been_done_is_not_done_again() -> None:
+async def test_a_request_that_may_have_been_done_is_not_repeated() -> None:
     here, there = Place(moved("b.1"), moved("b.1")), Place(httpx.ReadError("it ended"))
     async with asking(here, there) as client:
         answer = await client.post("/api/v1/rooms/r/drops", content=b"x")
@@ -149,7 +149,7 @@ async def test_a_request_that_was_never_sent_is_sent_again(error: Exception) -> 
 async def test_a_socket_waits_as_long_as_it_takes_for_a_living_server(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The loop's clock is the test's: it jumps while the other server takes its time."""
+    """The test sets the loop's clock forward while the other server has not answered."""
     loop, jump = asyncio.get_running_loop(), 0.0
     monkeypatch.setattr(loop, "time", lambda: time.monotonic() + jump)
     asked: list[str] = []

@@ -1,4 +1,4 @@
-"""Who counts as alive, and who takes over the rooms of who does not: decisions, without I/O."""
+"""Which servers count as alive, and which take over a failed server's rooms, without I/O."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ ROOMS = [f"{number:016x}" for number in range(300)]
 
 
 def seen(view: View, ages: Sequence[float], *others: Member, me: Member = A) -> None:
-    """Beats of `me`, each so many seconds of the database's clock after the one before."""
+    """Heartbeats of `me`, `ages` seconds (by the database's clock) after one another."""
     for age in ages:
         found = [Seen(each, age=0.1, connected=True) for each in others]
         view.look(me, [Seen(me, age, connected=True), *found])
@@ -51,7 +51,7 @@ def test_a_new_connection_gives_every_server_a_lease_to_report() -> None:
     assert view.is_gone(B.holder)
 
 
-def test_a_beat_that_takes_its_time_makes_nobody_wait_longer() -> None:
+def test_a_slow_heartbeat_extends_no_lease() -> None:
     view = sure(B)
     seen(view, [LEASE - 0.1])
     assert view.is_gone(B.holder)
@@ -76,7 +76,7 @@ def test_the_first_beat_and_one_after_a_failure_are_not_late() -> None:
     assert view.look(A, [Seen(A, LEASE * 10, connected=False)]) == 0.0
 
 
-def test_who_was_gone_before_the_table_went_away_stays_gone() -> None:
+def test_a_failed_server_stays_failed_while_postgresql_is_down() -> None:
     view = sure()
     view.failed()
     assert view.is_gone(B.holder)
@@ -109,14 +109,14 @@ def test_a_server_has_two_names_and_none_while_it_leaves() -> None:
 
 
 def claimed(view: View, row: LeaseRow | None, me: Member = A) -> tuple[int, str]:
-    """The number after which `me` may take a room, or else the server to ask."""
+    """The lease number that `me` may take over, or -1 and the server to ask."""
     try:
         return view.claim("main", row, me), ""
     except LeaseLostError as lost:
         return -1, lost.holder
 
 
-def test_a_room_is_taken_that_nobody_has_or_whose_server_is_gone() -> None:
+def test_a_room_without_server_or_of_a_failed_one_is_taken() -> None:
     view = sure(B)
     assert claimed(view, None) == (0, "")
     assert claimed(view, LeaseRow("main", 7, "", "", 0.0)) == (7, "")
@@ -125,7 +125,7 @@ def test_a_room_is_taken_that_nobody_has_or_whose_server_is_gone() -> None:
     assert claimed(view, held("main", B)) == (-1, B.holder)
 
 
-def test_no_room_is_taken_while_it_is_unsure_who_is_gone() -> None:
+def test_no_room_is_taken_while_failures_are_uncertain() -> None:
     view = View()
     seen(view, [0.0])
     assert claimed(view, held("main", C)) == (-1, C.holder)
@@ -149,7 +149,7 @@ def test_no_room_of_a_server_that_lives_is_taken() -> None:
     assert orphans([held(room, B) for room in ROOMS], [], sure(B)) == set()
 
 
-def test_nothing_is_taken_before_it_is_sure_who_is_gone() -> None:
+def test_nothing_is_taken_before_failures_are_certain() -> None:
     view = View()
     seen(view, [0.0])
     assert orphans([held("main", C)], ["other"], view) == set()

@@ -1,4 +1,4 @@
-"""A server that does not reach PostgreSQL for a while, and does so again."""
+"""A server that cannot reach PostgreSQL for a while."""
 
 import contextlib
 from collections.abc import Iterator
@@ -20,7 +20,7 @@ TAKEN = (200, 202)
 
 @dataclass
 class Divided:
-    """Servers, the first of which reaches the others' PostgreSQL by a line of its own."""
+    """Servers, the first of which reaches PostgreSQL through a forwarder."""
 
     servers: Servers
     line: Forwarder

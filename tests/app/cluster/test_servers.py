@@ -1,4 +1,4 @@
-"""Three servers are one to their clients, whichever is asked, and whichever of them ends."""
+"""To clients three servers act as one, whichever they ask and whichever ends."""
 
 import asyncio
 import contextlib
@@ -29,14 +29,14 @@ pytestmark = pytest.mark.postgresql
 
 
 def new_room(at: ServerProcess) -> str:
-    """A room of a player's own, made by this server, which then has it."""
+    """Create a private room at this server."""
     answer = httpx.post(f"{at.url}/api/v1/rooms", json={"board": BOARD}, timeout=LIMIT)
     room: str = answer.raise_for_status().json()["id"]
     return room
 
 
 def drop_at(one: ServerProcess, room: str, seed: int, *, wait: bool = False) -> dict[str, Any]:
-    """Drop a ball by asking this server; its answer."""
+    """Drop a ball through this server; returns its answer."""
     address = f"{one.url}/api/v1/rooms/{room}/drops{'?wait=1' if wait else ''}"
     answer = httpx.post(address, json={"seed": str(seed)}, timeout=LIMIT)
     assert answer.status_code in (200, 202), answer.text
@@ -54,7 +54,7 @@ def move(room: str, to: ServerProcess, ask: ServerProcess) -> httpx.Response:
 
 
 def same_as_alone(landed: dict[str, Any], seed: int) -> bool:
-    """Whether a ball landed as it does with nobody around."""
+    """Whether a ball landed as the engine alone computes it."""
     alone = drop(Board.preset(BOARD), seed)
     return (landed["digest"], landed["bin"]) == (alone.digest, alone.bin)
 
@@ -88,7 +88,7 @@ def test_a_drop_counts_where_its_room_is_and_nowhere_else(servers: Servers) -> N
 
 
 def dropped_at(one: ServerProcess) -> float:
-    """How many drops this server has counted."""
+    """How many drops this server's metrics count."""
     (line,) = re.findall(r"^plinko_drops_total\S* (\S+)$", one.get("/metrics").text, re.MULTILINE)
     return float(line)
 
@@ -138,7 +138,7 @@ def test_a_session_is_available_at_every_server_and_is_fair(servers: Servers) ->
         assert staked.status_code == 200, staked.text
         told.receipts.setdefault(session, []).append(staked.json()["receipt"])
     assert servers.holder(room) is first
-    # It goes with its room, to who signs with the same key.
+    # The session moves with its room, to a server that signs with the same key.
     assert move(room, third, second).status_code == 200
     assert prove(second, told) == len(servers.all)
 
@@ -223,7 +223,7 @@ async def test_a_ball_of_a_killed_server_lands_where_it_would_have(
         assert watching.socket.close_code == 1012, "and not a word of failure"
     async with playing(second.socket(room)) as again:
         assert again.hello["room"] == room
-    # The other one too, for which nobody asked.
+    # Also the room that no client asked for came back.
     for name, seed in ((room, 21), (unwatched, 22)):
         until_still(third, name)
         assert same_as_alone(results(second, name)[0], seed)
@@ -231,12 +231,12 @@ async def test_a_ball_of_a_killed_server_lands_where_it_would_have(
 
 
 def until_still(one: ServerProcess, room: str) -> None:
-    """Return once nothing moves in the room."""
+    """Wait until nothing moves in the room."""
     until(lambda: not room_at(one, room)["awake"])
 
 
 def results(one: ServerProcess, room: str) -> list[dict[str, Any]]:
-    """What came of the room's balls, by its log."""
+    """The results of the room's balls, from its log."""
     drops = one.get(f"/api/v1/rooms/{room}/log").json()["drops"]
     return [each["result"] for each in drops]
 
@@ -247,14 +247,14 @@ def room_at(one: ServerProcess, room: str) -> dict[str, Any]:
 
 
 async def landing(player: Player, one: ServerProcess, room: str) -> dict[str, Any]:
-    """What becomes of the room's only ball, which may have landed before this player came back."""
+    """The result of the room's only ball, which may have landed before this player's hello."""
     if player.hello["balls"]:
         return await player.until("landed")
     (result,) = await asyncio.to_thread(results, one, room)
     return result
 
 
-async def test_a_server_that_is_told_to_end_hands_all_its_rooms_over(servers: Servers) -> None:
+async def test_a_stopped_server_hands_all_its_rooms_over(servers: Servers) -> None:
     first, second, third = servers.all
     rooms = [new_room(first) for _ in range(4)]
     for number, room in enumerate(rooms):
@@ -346,7 +346,7 @@ def test_each_server_s_metrics_name_it(servers: Servers) -> None:
         found = one.get("/metrics").text
         process = f'{{process="{one.name}"}}'
         members = f"plinko_cluster_members{process} 3.0" in found
-        # A PostgreSQL that takes its time on a busy machine counts as away for a moment.
+        # On a busy machine PostgreSQL may answer late, and count as down for a moment.
         return members and f"plinko_cluster_leases_up{process} 1.0" in found
 
     for one in servers:

@@ -1,7 +1,7 @@
-"""Servers over one ledger are killed, ended, frozen and cut off at random, while many play.
+"""Servers that share a ledger are killed, stopped, frozen and cut off while many play.
 
-What was acknowledged is in the ledger at the end, and lands where it would have with nobody around;
-nothing lands twice, and no client sees a tick that is taken back.
+At the end the ledger has every acknowledged drop, with the result that the engine alone computes;
+no ball lands twice, and no client receives an earlier tick after a later one.
 """
 
 import os
@@ -17,7 +17,7 @@ from tests.kit.postgres import PostgreSQL
 
 
 def siege_of(servers: Servers, postgresql: PostgreSQL) -> Siege:
-    """ServerProcess whose chance the environment may say."""
+    """A siege; the environment may give its random seed."""
     chance = random.Random(int(os.environ.get("PLINKO_TEST_SEED", "1")))
     siege = Siege(servers=servers, postgresql=postgresql, chance=chance)
     siege.begin()

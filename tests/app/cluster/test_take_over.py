@@ -1,4 +1,4 @@
-"""A server takes rooms it was given or whose server is gone, and gives up those it has lost."""
+"""A server takes rooms given to it or left by a failed server, and gives up those it lost."""
 
 import asyncio
 import contextlib
@@ -26,7 +26,7 @@ def address(postgresql: PostgreSQL) -> str:
 
 
 def looking(life: Life, *others: str) -> TakeOver:
-    """What takes rooms over at a server that has seen these others for a lease."""
+    """The take-over of a server that has seen these others for the length of a lease."""
     book = life.shared.leases.book
     alive = Alive("", book, book.holder)
     found = [Seen(Member(name, name, ""), LEASE / 2, connected=True) for name in others]
@@ -36,7 +36,7 @@ def looking(life: Life, *others: str) -> TakeOver:
 
 
 async def taken(life: Life, taking: TakeOver) -> set[str]:
-    """What a look at all rooms finds to take, which is then taken, however busy PostgreSQL is."""
+    """Poll once and take the rooms found, with retries while PostgreSQL is busy."""
     async with asyncio.timeout(LIMIT):
         due: set[str] | None = None
         while due is None:
@@ -78,7 +78,7 @@ async def test_a_room_whose_server_is_gone_is_taken_over_and_counted(address: st
         assert taking.count >= 1
 
 
-async def test_a_room_that_nobody_had_is_taken_and_no_server_missed(address: str) -> None:
+async def test_a_room_without_a_server_is_taken_but_not_counted(address: str) -> None:
     async with living(address, holder="a") as a:
         taking = looking(a)
         assert await taken(a, taking) == {"main"}
@@ -89,7 +89,7 @@ async def test_a_room_whose_heir_cannot_take_it_goes_to_the_next(
     address: str,
 ) -> None:
     async with living(address, holder="a") as a, living(address, holder="b") as b:
-        mine = looking(b, "c")  # which lives, and takes nothing
+        mine = looking(b, "c")  # c lives, but takes nothing
         rooms = [(await a.rooms.create(BOARD)).id for _ in range(8)]
         of_c = {each for each in rooms if order(each, [Member("b", "b", ""), C])[0] == C}
         assert not of_c & await taken(b, mine), "it is c's turn"

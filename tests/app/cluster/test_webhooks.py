@@ -1,4 +1,4 @@
-"""Servers that share a ledger tell a target of every ball in order, whichever of them is killed."""
+"""Servers that share a ledger send a target every ball in order, whichever is killed."""
 
 import asyncio
 import signal
@@ -23,7 +23,7 @@ pytestmark = [
 BALLS = 5  # dropped before a server is killed, and as many after that
 
 
-async def test_a_target_hears_of_all_balls_in_order_despite_kills(
+async def test_a_target_receives_all_balls_in_order_despite_kills(
     postgresql: PostgreSQL, tmp_path: Path
 ) -> None:
     target = FlakyTarget()
@@ -46,13 +46,13 @@ async def test_a_target_hears_of_all_balls_in_order_despite_kills(
                 await asyncio.to_thread(servers.start)
 
             room = await asyncio.to_thread(new_room, one)
-            await lose(one, two)  # one of them is the one that sends
+            await lose(one, two)  # one of the two is the sender
             await lose(two, one)
             await target.has_heard_of(next(seeds))
 
 
 async def drop_once(http: httpx.AsyncClient, ask: ServerProcess, room: str, seed: int) -> None:
-    """A ball, asked for until it is taken, also while its room changes servers."""
+    """Drop one ball, with retries while its room changes servers."""
     address = f"{ask.url}/api/v1/rooms/{room}/drops"
     key = {"idempotency-key": str(seed)}
 

@@ -1,4 +1,4 @@
-"""Clients that only watch, come back whenever their line ends, and note what they missed."""
+"""Spectators that reconnect when their connection ends, and record each interruption."""
 
 import asyncio
 import contextlib
@@ -15,16 +15,17 @@ from tests.kit.process import ServerProcess
 from tests.kit.siege import Broken
 
 SENT_ON: Final = 1012
-"""The close code of a room that goes on elsewhere."""
+"""The close code of a room that moved to another server."""
 
-_AGAIN: Final = 0.05  # s until one comes again that found nobody
+_AGAIN: Final = 0.05  # s between two attempts to connect
 
 
 @dataclass(frozen=True)
 class Break:
-    """A line that ended: when the room was last seen to move, and the next line greeted, in s.
+    """An interruption of one spectator.
 
-    ticks: by how many the room had gone on meanwhile; vain: lines in between that greeted nobody.
+    last: when a spectator of the room last saw it move, s; back: when the next connection showed
+    it, s; ticks: by how many the room had advanced; vain: connections in between without a hello.
     """
 
     last: float
@@ -34,50 +35,50 @@ class Break:
 
     @property
     def gap(self) -> float:
-        """For how long nothing moved, in s."""
+        """Seconds without a picture."""
         return self.back - self.last
 
 
 @dataclass
 class Pulse:
-    """A room, as those who watch it see it move."""
+    """The newest state of a room that any of its spectators has received."""
 
-    seen: float = 0.0  # when one of them last was shown something, in s
-    tick: int = 0  # which that was
+    seen: float = 0.0  # when it came, s
+    tick: int = 0  # its tick
 
 
 @dataclass
 class Watcher:
-    """ServerProcess of them, in one room.
+    """A spectator of one room.
 
-    Most watch as pages do, who are told of drops and compute the rest; one in each room is sent
-    every tick, and knows for all of them until when it moved.
+    Most use the stream `seeds`, as pages do. One in each room receives every tick; its `pulse`
+    tells all of them until when the room moved.
     """
 
     room: str
     pulse: Pulse
     stream: str = "seeds"
     tick: int = 0
-    last: float = 0.0  # when it was last shown that the room moves; 0: never
+    last: float = 0.0  # when it last received a tick, s; 0: never
     breaks: list[Break] = field(default_factory=list)
-    codes: Counter[int | None] = field(default_factory=Counter)  # with which lines were closed
-    vain: int = 0  # lines since the last greeting
-    _lost: bool = False  # not greeted since a line ended
-    _left: int = 0  # the tick at which it did
+    codes: Counter[int | None] = field(default_factory=Counter)  # close codes of its connections
+    vain: int = 0  # connections since the last hello
+    _lost: bool = False  # its connection ended, and no hello came since
+    _left: int = 0  # the room's tick at that end
 
     async def watch(self, somewhere: Callable[[], ServerProcess]) -> None:
-        """Watch until cancelled; raises AssertionError for a tick that is taken back."""
+        """Watch until cancelled; raises AssertionError if an earlier tick follows a later one."""
         while True:
             greeted = await self._line(somewhere())
             if greeted:
                 self.last, self._left = self.pulse.seen, self.pulse.tick
             self._lost = True
             self.vain += not greeted
-            # As a page: whoever is sent on comes at once, whoever finds nobody waits a little.
+            # As a page does: reconnect at once after a move, but pause after a failed attempt.
             await asyncio.sleep(0.0 if greeted else _AGAIN)
 
     async def _line(self, one: ServerProcess) -> bool:
-        """Be there until the line ends; whether it greeted."""
+        """Watch until the connection ends; returns whether a tick came."""
         url, before = one.socket(self.room, f"?stream={self.stream}"), self.last
         with contextlib.suppress(*Broken):
             async with joining(url) as line:
@@ -88,7 +89,6 @@ class Watcher:
         return self.last > before
 
     def frame(self, frame: str | bytes) -> None:
-        """Take in what came."""
         if isinstance(frame, bytes):
             self._seen(tick_of(frame))
             return
@@ -108,7 +108,7 @@ class Watcher:
 
 
 def taken_over(watchers: Iterable[Watcher], since: float, until: float) -> list[float]:
-    """How long after `since` each room greeted again, in s, of those that lost all who watched."""
+    """Seconds from `since` until each room that lost all its spectators showed itself again."""
     rooms: dict[str, list[float | None]] = {}
     for each in watchers:
         backs = [one.back for one in each.breaks if since <= one.back < until]
@@ -119,7 +119,7 @@ def taken_over(watchers: Iterable[Watcher], since: float, until: float) -> list[
 
 
 def spread(values: Sequence[float]) -> str:
-    """How times are spread, in words."""
+    """Count, median, 99th percentile and maximum of times, in words."""
     if not values:
         return "none"
     ordered = sorted(values)

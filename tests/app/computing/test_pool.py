@@ -1,4 +1,4 @@
-"""The queue before the workers, with workers whose every step the test decides."""
+"""The queue in front of the workers; the test decides each step of the workers."""
 
 import asyncio
 
@@ -11,12 +11,12 @@ from tests.kit.waiting import turns
 
 
 def nothing() -> object:
-    """Work that nobody does here."""
+    """Work that a scripted worker never runs."""
     raise AssertionError
 
 
 class Scripted(WorkerProcess):
-    """A worker that replies what a test says, when it says so."""
+    """A worker whose replies the test makes."""
 
     def __init__(self) -> None:
         self.ends = False
@@ -44,7 +44,7 @@ class Scripted(WorkerProcess):
 
 
 class Pool(Workers):
-    """Workers that note who was started."""
+    """A pool of scripted workers; `made` lists them in the order of their start."""
 
     def __init__(self, processes: int, max_jobs: int) -> None:
         self.made: list[Scripted] = []
@@ -55,7 +55,7 @@ class Pool(Workers):
         return self.made[-1]
 
     async def asks(self, *, quick: bool = False) -> asyncio.Task[object]:
-        """A caller whose work has begun or waits."""
+        """Start a caller, and return when its work has begun or is queued."""
         asking = asyncio.create_task(self.run(nothing, quick=quick))
         await turns()
         return asking
@@ -73,7 +73,7 @@ async def test_one_worker_does_one_thing_after_the_other() -> None:
     assert (pool.jobs, pool.seconds, worker.ended) == (0, 1.0, False)
 
 
-async def test_what_takes_long_leaves_a_worker_for_what_is_quick() -> None:
+async def test_long_work_leaves_a_worker_for_quick_work() -> None:
     pool = Pool(2, 4)
     long = [await pool.asks() for _ in range(3)]
     assert len(pool.pids) == 1
@@ -87,7 +87,7 @@ async def test_what_takes_long_leaves_a_worker_for_what_is_quick() -> None:
     await asyncio.wait(long)
 
 
-async def test_what_is_quick_goes_first() -> None:
+async def test_quick_work_goes_first() -> None:
     pool = Pool(1, 4)
     running = await pool.asks()
     long, quick = await pool.asks(), await pool.asks(quick=True)
@@ -119,7 +119,7 @@ async def test_a_caller_that_leaves_the_queue_gives_up_its_turn() -> None:
     pool = Pool(1, 4)
     running, goes, stays = [await pool.asks() for _ in range(3)]
     pool.made[0].says("running")
-    await running  # in this turn of the loop the next one is admitted, and leaves
+    await running  # in this iteration of the loop the next caller is admitted, and leaves
     goes.cancel()
     await turns()
     assert goes.cancelled()
@@ -128,8 +128,8 @@ async def test_a_caller_that_leaves_the_queue_gives_up_its_turn() -> None:
     assert pool.jobs == 0
 
 
-async def test_a_worker_whose_reply_nobody_took_is_never_used_again() -> None:
-    """The caller is cancelled after the reply has come and before it has seen it."""
+async def test_a_worker_with_an_unread_reply_is_never_used_again() -> None:
+    """The caller is cancelled after the worker's reply and before it has received it."""
     pool = Pool(1, 4)
     asking = await pool.asks()
     pool.made[0].says("a reply")
@@ -143,14 +143,14 @@ async def test_a_worker_whose_reply_nobody_took_is_never_used_again() -> None:
     assert await again == "another"
 
 
-async def test_what_an_ended_worker_has_not_begun_another_does() -> None:
+async def test_work_not_begun_by_an_ended_worker_moves_to_another() -> None:
     pool = Pool(3, 4)
     asking = [await pool.asks(quick=True) for _ in range(3)]
     for number, worker in enumerate(pool.made):
         worker.says(number)
     await asyncio.wait(asking)
     again = await pool.asks()
-    for worker in (pool.made[2], pool.made[1]):  # the last one used is the first to be asked
+    for worker in (pool.made[2], pool.made[1]):  # the worker used last is asked first
         worker.said.set_result(None)
         await turns()
         assert worker.ended
@@ -160,7 +160,7 @@ async def test_what_an_ended_worker_has_not_begun_another_does() -> None:
 
 
 async def test_a_new_worker_that_has_not_begun_is_an_error() -> None:
-    """Whatever ended it would end the next one, too."""
+    """The work may be what ended it, and would end the next worker, too."""
     pool = Pool(1, 4)
     asking = await pool.asks()
     pool.made[0].said.set_result(None)
@@ -170,7 +170,7 @@ async def test_a_new_worker_that_has_not_begun_is_an_error() -> None:
     assert pool.jobs == 0
 
 
-async def test_what_had_begun_is_not_done_again() -> None:
+async def test_work_that_had_begun_is_not_done_again() -> None:
     pool = Pool(1, 4)
     first = await pool.asks()
     pool.made[0].says("first")
@@ -229,7 +229,7 @@ async def test_a_worker_that_has_started_after_the_end_is_ended() -> None:
     assert worker.asked == []
 
 
-async def test_a_trial_computes_something_once_for_all_who_ask() -> None:
+async def test_a_trial_computes_once_for_all_callers() -> None:
     pool = Pool(1, 1)
     asking = [asyncio.create_task(pool.compute()) for _ in range(5)]
     await turns()

@@ -1,4 +1,4 @@
-"""What requests cost: the ones that once kept a server for minutes are refused, plain ones not."""
+"""Prices of requests: those that would occupy a worker for minutes are refused."""
 
 import pytest
 
@@ -10,7 +10,7 @@ from engine.parameters import Exact, make_solver
 from tests.app.conftest import TINY
 
 BOARD = Board.preset("triangle-16")
-WIDE = pixels_of(BOARD, 2048)  # of that board's largest picture
+WIDE = pixels_of(BOARD, 2048)  # pixels of the board's largest picture
 PAGE = 760 * 840
 
 
@@ -20,7 +20,7 @@ def frames(seconds: float, fps: int) -> int:
 
 @pytest.mark.parametrize(("seconds", "fps"), [(1000.0, 60), (6.0, 60)])
 def test_the_largest_animations_are_refused(seconds: float, fps: int) -> None:
-    """They took 269 s and 23 s."""
+    """They took 269 s and 23 s before they were refused."""
     price = prices.animation(WIDE, frames(seconds, fps))
     assert price.seconds > 10.0
     with pytest.raises(CostError, match="pixels x frames, and one request may take 3e") as refused:
@@ -35,7 +35,7 @@ def test_animations_as_people_ask_for_them_are_drawn(pixels: int, fps: int) -> N
 
 
 def test_an_animation_too_large_for_a_worker_is_refused() -> None:
-    """`classic` is high: at 2,048 pixels it took 330 MB of the 256 there are, and failed late."""
+    """`classic` is tall: at 2,048 pixels its animation needed 330 MB; a worker has 256."""
     tall = pixels_of(Board.preset("classic"), 2048)
     with pytest.raises(CostError, match=r"6\.5e\+06 pixels a frame.* 4\.2e\+06") as refused:
         prices.animation(tall, 2).check()
@@ -43,7 +43,7 @@ def test_an_animation_too_large_for_a_worker_is_refused() -> None:
 
 
 def test_a_stepped_drop_of_gigabytes_is_refused_before_it_starts() -> None:
-    """Of 1,000 s in steps of 0.1 ms 1.9 GB were kept."""
+    """1,000 s in steps of 0.1 ms would need 1.9 GB of memory."""
     with pytest.raises(CostError, match="1e\\+07 substeps"):
         prices.stepped_drop(1000.0 / 1e-4).check()
     hovering = Board.from_json({**TINY, "gravity": 2e-4})

@@ -1,4 +1,4 @@
-"""Workers that are real processes: what they do, what they may take, and how they end."""
+"""Workers as real processes: their work, their limits, and how they end."""
 
 import asyncio
 import errno
@@ -34,7 +34,7 @@ async def workers() -> AsyncIterator[Workers]:
 
 @pytest.fixture
 async def fork_server(workers: Workers) -> AsyncIterator[int]:
-    """The process that starts and reaps workers; one that a test has stopped goes on at its end."""
+    """The process that starts and reaps workers; it is continued if the test stopped it."""
     pid = await workers.run(os.getppid)
     yield pid
     os.kill(pid, signal.SIGCONT)
@@ -42,7 +42,7 @@ async def fork_server(workers: Workers) -> AsyncIterator[int]:
 
 @pytest.fixture
 def made(monkeypatch: pytest.MonkeyPatch) -> list[WorkerProcess]:
-    """All that are started."""
+    """Every worker process started during the test."""
     found: list[WorkerProcess] = []
 
     class Noted(WorkerProcess):
@@ -64,7 +64,7 @@ def spin() -> None:
 
 
 def pid_once_told(fifo: Path) -> int:
-    """Wait until somebody writes to this pipe."""
+    """Block until the test writes to this pipe; returns the worker's process id."""
     fifo.read_bytes()
     return os.getpid()
 
@@ -86,7 +86,7 @@ async def test_another_process_does_the_work_and_returns_its_errors(workers: Wor
     assert workers.jobs == 0
 
 
-async def test_what_no_pipe_can_carry_is_an_error(workers: Workers) -> None:
+async def test_a_result_that_cannot_be_pickled_is_an_error(workers: Workers) -> None:
     pid = await workers.run(os.getpid)
     with pytest.raises(TypeError, match="pickle"):
         await workers.run(functools.partial(open, os.devnull))
@@ -94,7 +94,7 @@ async def test_what_no_pipe_can_carry_is_an_error(workers: Workers) -> None:
 
 
 async def test_a_worker_is_polite_from_its_first_instruction_on(workers: Workers) -> None:
-    """As the process is that it is a fork of."""
+    """It inherits the niceness of the fork server."""
     maker = await workers.run(os.getppid)
     own = os.getpriority(os.PRIO_PROCESS, 0)
     theirs = await workers.run(functools.partial(os.getpriority, os.PRIO_PROCESS, 0))
@@ -110,7 +110,7 @@ _boards: list[Board] = []
 
 
 def met_before(board: Board) -> bool:
-    """Whether this very object was given the last time."""
+    """Whether the previous call in this worker was given the same object."""
     met = bool(_boards) and _boards[-1] is board
     _boards.append(board)
     return met
@@ -125,8 +125,8 @@ async def test_a_board_is_packed_once_and_unpacked_once(
     assert await workers.run(functools.partial(met_before, Board.from_json(hall())))
 
 
-async def test_what_takes_too_long_is_ended_and_the_next_is_done(workers: Workers) -> None:
-    for endless, seconds in ((spin, 0.1), (FOR_EVER, 0.02)):  # that one computes nothing
+async def test_work_over_its_deadline_is_ended_and_the_next_is_done(workers: Workers) -> None:
+    for endless, seconds in ((spin, 0.1), (FOR_EVER, 0.02)):  # FOR_EVER sleeps without computing
         pid = await workers.run(os.getpid)
         with pytest.raises(DeadlineError, match=rf"longer than the {seconds} s"):
             await workers.run(endless, deadline=seconds)
@@ -134,7 +134,7 @@ async def test_what_takes_too_long_is_ended_and_the_next_is_done(workers: Worker
 
 
 async def test_the_system_ends_what_computes_for_too_long() -> None:
-    """Also where a worker may take as long as it likes, as it seldom has a core."""
+    """The limit on processor time holds although the pool would wait for ever."""
     workers = Workers(1, 4, patience=1e6)
     with pytest.raises(DeadlineError, match=r"longer than the 0\.1 s"):
         await workers.run(spin, deadline=0.1)
@@ -152,7 +152,7 @@ async def test_a_worker_that_gets_no_core_is_waited_for() -> None:
 async def test_an_expensive_board_takes_no_more_than_any_other_work(
     workers: Workers,
 ) -> None:
-    """Balls bounce 100,000 times, in one call of machine code that takes minutes."""
+    """Balls bounce 100,000 times, in one call of a kernel that takes minutes."""
     board = Board.from_json(hall())
     pid = await workers.run(os.getpid)
     many = functools.partial(drop_many, board, range(LEAST_CHUNK), threads=1)
@@ -163,7 +163,7 @@ async def test_an_expensive_board_takes_no_more_than_any_other_work(
     assert await workers.run(os.getpid) != pid
 
 
-async def test_who_goes_away_ends_the_work(workers: Workers) -> None:
+async def test_a_caller_that_leaves_ends_its_work(workers: Workers) -> None:
     asking = asyncio.create_task(workers.run(FOR_EVER))
     (pid,) = await running(workers, 1)
     asking.cancel()
@@ -227,7 +227,7 @@ _held: list[object] = []
 
 
 def hold(count: int) -> int:
-    """Take so many bytes and let nobody have them back."""
+    """Allocate this many bytes and never free them; returns the worker's process id."""
     _held.append(np.ones(count, np.uint8))
     return os.getpid()
 
@@ -248,16 +248,16 @@ async def test_a_worker_that_dies_is_replaced(workers: Workers) -> None:
     assert await workers.run(os.getpid) != os.getpid()
 
 
-async def test_an_idle_worker_that_is_killed_costs_nobody_an_answer(
+async def test_killing_an_idle_worker_loses_no_answer(
     workers: Workers, fork_server: int, tmp_path: Path
 ) -> None:
-    """Even if the fork server has not noticed yet, which has no core."""
+    """The fork server is stopped, so it cannot report that the worker has ended."""
     os.mkfifo(fifo := tmp_path / "fifo")
     first = asyncio.create_task(workers.run(functools.partial(pid_once_told, fifo)))
     await running(workers, 1)
     other = await workers.run(os.getpid, quick=True)
     fifo.write_bytes(b"go on")
-    newest = await first  # the next to be asked
+    newest = await first  # the pool would ask this worker next
     assert newest != other
     os.kill(fork_server, signal.SIGSTOP)
     os.kill(newest, signal.SIGKILL)

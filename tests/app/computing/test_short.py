@@ -1,4 +1,4 @@
-"""Drops in the server's own process: of presets that are ready, and none for long."""
+"""Short drops on presets that the server computes in its own process, within a time limit."""
 
 import asyncio
 import functools
@@ -17,7 +17,7 @@ BOARD = Board.preset("triangle-12")
 
 
 def work(seed: int, x: float | None = None) -> functools.partial[tuple[str, bytes]]:
-    """A drop's record, to be computed."""
+    """The function that computes a drop's record."""
     return functools.partial(record, Ask(BOARD, seed, x, Exact()), False)
 
 

@@ -1,4 +1,4 @@
-"""A client that asks a hundred times delays another by one of these."""
+"""A client with a hundred requests delays another client by one request."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
@@ -16,7 +16,7 @@ def test_clients_are_served_in_turn_and_each_in_its_own_order(
 ) -> None:
     queue: FairQueue[tuple[str, int]] = FairQueue()
     waiting: dict[str, list[int]] = {client: [] for client in "abc"}
-    passed = dict.fromkeys("abc", 0)  # turns of others since a client that waits had one
+    passed = dict.fromkeys("abc", 0)  # turns of others since a waiting client's last turn
     for number, (comes, client) in enumerate(acts):
         if comes:
             queue.put(client, (client, number))
@@ -34,7 +34,7 @@ def test_clients_are_served_in_turn_and_each_in_its_own_order(
 
 
 class Desk:
-    """Callers that have a lock until they are told to let it go."""
+    """Callers that keep a lock until the test releases them."""
 
     def __init__(self) -> None:
         self.lock = FairLock()
@@ -79,7 +79,7 @@ async def cancelled_before(desk: Desk, caller: "asyncio.Task[None]") -> None:
 
 async def cancelled_with_its_turn(desk: Desk, caller: "asyncio.Task[None]") -> None:
     desk._leave.release()
-    while desk.at_once:  # until the one before has let it go, and before the next one runs
+    while desk.at_once:  # until the lock is released, and before the next caller runs
         await asyncio.sleep(0)
     caller.cancel()
     await turns()
@@ -91,7 +91,7 @@ async def cancelled_while_it_has_it(desk: Desk, caller: "asyncio.Task[None]") ->
     await turns()
 
 
-async def test_a_caller_that_is_cancelled_keeps_the_lock_from_nobody() -> None:
+async def test_a_cancelled_caller_does_not_keep_the_lock() -> None:
     ways: list[Callable[[Desk, asyncio.Task[None]], Awaitable[None]]] = [
         cancelled_before,
         cancelled_with_its_turn,

@@ -1,4 +1,4 @@
-"""A signal wakes all who wait for it, and nobody who comes later."""
+"""A signal wakes all tasks that wait for it, and none that begins to wait later."""
 
 import asyncio
 

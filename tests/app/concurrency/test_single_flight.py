@@ -1,4 +1,4 @@
-"""Work is done once for all callers that ask for it while it lasts."""
+"""Work runs once for all callers that ask for it while it runs."""
 
 import asyncio
 
@@ -10,7 +10,7 @@ from tests.kit.waiting import turns
 
 
 class Ledger:
-    """Answers when it is told to."""
+    """A ledger that answers when the test sets `answers`."""
 
     def __init__(self) -> None:
         self.looks = 0
@@ -37,7 +37,7 @@ async def test_callers_meanwhile_share_one_run_and_later_ones_the_next() -> None
     assert await flights.do("main", ledger.look) == 3
 
 
-async def test_one_that_leaves_harms_nobody_and_all_hear_of_a_failure() -> None:
+async def test_a_cancelled_caller_harms_no_other_and_all_get_errors() -> None:
     ledger, flights = Ledger(), SingleFlight[int]()
     first, second, third = (asyncio.create_task(flights.do("main", ledger.look)) for _ in range(3))
     await turns()
@@ -52,7 +52,7 @@ async def test_one_that_leaves_harms_nobody_and_all_hear_of_a_failure() -> None:
 
 
 class Work:
-    """Goes on until it is cancelled or told to end."""
+    """Work that runs until it is cancelled or the test sets `ends`."""
 
     def __init__(self) -> None:
         self.begun = self.cancelled = 0

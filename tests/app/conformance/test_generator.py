@@ -1,4 +1,4 @@
-"""The generator's tests: they pass what sessions draw, and each names a generator that it fails."""
+"""The tests of the generator accept fair sessions' draws; each rejects a biased generator."""
 
 import hashlib
 import json
@@ -52,13 +52,13 @@ def _noise(session: int) -> Words:
 
 
 def _half_sided(session: int, _: Board) -> Words:
-    """Words whose lowest bit is set in 53 of 100."""
+    """Words whose lowest bit is set in 53 of 100 cases."""
     chance = np.random.default_rng([session, 1]).random(DROPS_PER_SESSION)
     return (_noise(session) & ~np.uint64(1)) | (chance < 0.53).astype(np.uint64)
 
 
 def _poor_byte(session: int, _: Board) -> Words:
-    """Words whose fourth byte is never 255, its bits being set half the time nearly."""
+    """Words whose fourth byte is never 255, although each bit is set in nearly half of them."""
     words = _noise(session)
     byte = np.uint64(0xFF << 24)
     return np.where(words & byte == byte, words ^ byte, words)
@@ -119,7 +119,7 @@ def test_a_board_that_draws_nothing_is_refused() -> None:
 
 
 def test_chances_are_those_of_the_tables() -> None:
-    # Chi-square with 255 degrees of freedom is above 310.457 with chance 0.01 (either way: 0.02).
+    # Chi-square with 255 degrees of freedom exceeds 310.457 with chance 0.01 (two-sided: 0.02).
     counts = np.full(256, 1000)
     counts[3:5] += (394, -394)
     found = chances.chi_square("cells", counts)

@@ -1,4 +1,4 @@
-"""The program's digests: whoever has the same files and settings gets the same, and no other."""
+"""The program's digests depend on its files and settings, and on nothing else."""
 
 import asyncio
 import hashlib
@@ -24,7 +24,7 @@ SETTINGS = Settings()
 
 @pytest.fixture
 def roots(tmp_path: Path) -> dict[str, Path]:
-    """A small program, whose pages lie inside its server as in a wheel."""
+    """A small program, with the pages inside the server's package as in a wheel."""
     app, engine = tmp_path / "app", tmp_path / "engine"
     for folder in (app / "static", app / "__pycache__", engine):
         folder.mkdir(parents=True)
@@ -146,11 +146,11 @@ def test_the_command_compares_with_a_list(
     assert "line 1, 'engine', is not a SHA-256" in capsys.readouterr().err
 
 
-# The server's looks at itself.
+# The server checks its files at the start and daily.
 
 
 class Clock:
-    """Time that passes when told to."""
+    """A clock whose sleeps end when the test sets `turn`."""
 
     def __init__(self) -> None:
         self.now = 1000.0
@@ -200,7 +200,7 @@ async def test_it_checks_at_start_and_daily_and_reports_changes(
     }
 
 
-async def test_many_who_ask_at_once_have_the_files_read_once() -> None:
+async def test_simultaneous_callers_read_the_files_once() -> None:
     looks: list[None] = []
 
     def look() -> Digests:

@@ -1,4 +1,4 @@
-"""No figure, payout or path depends on the stake, the player or history: swapped, the bits stay."""
+"""A drop's path has the same bits for every stake, player and history."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,7 +18,7 @@ from engine import Board, drop
 NAMES: Final = ("triangle-8-high", "classic")
 SEEDS: Final = (3, 2**64 - 1)
 PLACE: Final = {"ball", "tick", "payout", "practice"}
-"""What says where in a room's history a drop was, and what it was for: not how it fell."""
+"""Fields that depend on a drop's place in the room's history or on its stake."""
 
 STRANGER: Final = DropCommand(0, stake=0, who=None)
 PLAYERS: Final = (
@@ -30,7 +30,7 @@ PLAYERS: Final = (
 
 
 def landings(board: Board, commands: Sequence[DropCommand]) -> list[Landed]:
-    """How these drops end that are made in a room one after another, each when all have landed."""
+    """The landings of these drops in one room, each dropped after the last one landed."""
     room = IndependentRoom("r", board, tick_rate=60, max_balls=1)
     ended: list[Landed] = []
     for command in commands:
@@ -41,7 +41,7 @@ def landings(board: Board, commands: Sequence[DropCommand]) -> list[Landed]:
 
 
 def fall(landed: Landed) -> dict[str, Any]:
-    """A landing's bits, but for its place and its stake's fate."""
+    """A landing's fields, floats bit by bit, without those in PLACE."""
     told = msgspec.to_builtins(landed)
     return {
         name: value.hex() if isinstance(value, float) else value
@@ -61,7 +61,7 @@ def test_stake_and_player_change_no_bit_of_a_fall(name: str, seed: int) -> None:
 
 
 def test_history_changes_no_bit_of_a_fall() -> None:
-    """Whoever won or lost before, and in whatever order: the same seed falls the same way."""
+    """The same seed falls the same way after any wins and losses, in any order."""
     board = Board.preset(NAMES[0])
     lives = [replace(each, seed=seed) for seed in (*SEEDS, 11) for each in PLAYERS[:3]]
     forth, back = landings(board, lives), landings(board, lives[::-1])[::-1]

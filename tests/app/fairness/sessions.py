@@ -1,4 +1,4 @@
-"""An honest session as its server would export it, made in memory, for tests that forge it."""
+"""An honest session's export, made in memory, which tests then forge."""
 
 from typing import Any
 
@@ -27,7 +27,7 @@ SERVER_SEED, CLIENT_SEED = bytes(range(32)), bytes(range(32, 64))
 SIGNER = Signer(b"\x07" * 32)
 MOST = (1 << 53) - 1
 ODDS = [MOST, 0, 1, 3, MOST, 0, MOST, 7, 0, MOST]
-"""Of the bins of BOARD: none, all but none, and the most there can be."""
+"""Weights of the bins of BOARD: zero, nearly zero, and the maximum."""
 
 
 def draw() -> Draw:
@@ -35,7 +35,7 @@ def draw() -> Draw:
 
 
 class Log:
-    """The log of a server: its leaves' hashes by complete subtrees."""
+    """A server's Merkle log in memory: the hashes of its complete subtrees."""
 
     def __init__(self) -> None:
         self.size = 0
@@ -45,7 +45,7 @@ class Log:
         return self.nodes[level, number]
 
     def add(self, leaf: bytes) -> bytes:
-        """One leaf more; returns the root."""
+        """Append a leaf; returns the new root."""
         self.nodes.update(merkle.added(self.size, leaf, self.lookup))
         self.size += 1
         return merkle.root(self.size, self.lookup)
@@ -64,9 +64,9 @@ def honest(
     server_seed: bytes = SERVER_SEED,
     drawing: Draw | None = None,
 ) -> dict[str, Any]:
-    """A session's export, as JSON; `others` leaves of other players lie between its own.
+    """A session's export as JSON, including the statement that the player received at its start.
 
-    It has what the player was given at its beginning. `drawing`: the room's draw.
+    others: leaves of other players between two of this session; drawing: the room's draw.
     """
     log, played = Log(), []
     for number in range(drops):

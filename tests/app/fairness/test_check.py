@@ -1,4 +1,4 @@
-"""An honest session is proven, and each way to forge one has a name."""
+"""An honest session is proven; for each forgery the failed checks are named."""
 
 import contextlib
 import copy
@@ -42,13 +42,13 @@ def other_server_seed(session: dict[str, Any]) -> None:
 
 
 def late_server_seed(session: dict[str, Any]) -> None:
-    """Drawn when the player's was known; the statement is signed anew, and all the rest agrees."""
+    """The server draws its seed after the player's, and signs a new consistent session."""
     given = session["heard_session"]
     session.update({**honest(server_seed=b"\x55" * 32), "heard_session": given})
 
 
 def statement_of_another(session: dict[str, Any]) -> None:
-    """A player shows what the server never gave."""
+    """The player shows a statement that the server never signed."""
     session["heard_session"]["signature"] = "0" * 128
 
 
@@ -65,7 +65,7 @@ def truncated_log(session: dict[str, Any]) -> None:
 
 
 def denied_end(session: dict[str, Any]) -> None:
-    """The whole log ends earlier, and so does the session."""
+    """The server drops the last entry from the log and the session; the player has its receipt."""
     last = session["drops"][-1]
     heard = {name: last[name] for name in ("receipt", "index", "root", "signature")}
     session.update({**honest(3), "heard": [heard]})
@@ -96,7 +96,7 @@ def changed_table(session: dict[str, Any]) -> None:
 
 
 def chosen_start(session: dict[str, Any]) -> None:
-    """By a server that has its own key and makes all the rest agree."""
+    """The server chooses a seed, and signs its receipt."""
     drop = session["drops"][1]
     drop["receipt"]["seed"] = "3173"
     entry = {"kind": "plinko log entry", "version": 1, "receipt": drop["receipt"],
@@ -159,7 +159,7 @@ def test_each_forgery_is_named(forge: Forge, names: set[str]) -> None:
     session = copy.deepcopy(HONEST)
     forge(session)
     found = {step.name for step in checked(session).failed}
-    # A changed table may move payouts, another path its payout: what must be named is, at least.
+    # A changed payout table or path may fail the checks of payout and outcome, too.
     assert names <= found <= names | {"payout", "outcome"}
 
 
@@ -186,7 +186,7 @@ def lighter(session: dict[str, Any]) -> None:
 
 
 def other_list(session: dict[str, Any]) -> None:
-    """Another ball of the same bin: it falls there, and was not in the list."""
+    """Add a seed to a bin's list whose ball lands in that bin, but was not in the draw."""
     session["draw"]["seeds"][0].append(session["draw"]["seeds"][0][0])
 
 
@@ -195,7 +195,7 @@ def no_draw(session: dict[str, Any]) -> None:
 
 
 def steered(session: dict[str, Any]) -> None:
-    """A server that signs whatever it likes gives the ball of another bin."""
+    """The server signs a receipt with a seed from another bin's list."""
     draw, receipt = session["draw"], session["drops"][0]["receipt"]
     at = session["drops"][0]["result"]["bin"]
     receipt["seed"] = next(seeds[0] for b, seeds in enumerate(draw["seeds"]) if seeds and b != at)
@@ -230,7 +230,7 @@ def test_each_forgery_of_a_draw_is_named(forge: Forge, names: set[str]) -> None:
     session = copy.deepcopy(DRAWN)
     forge(session)
     found = {step.name for step in checked(session).failed}
-    # Other secrets draw other bins, and an aim moves the path: what must be named is, at least.
+    # Other secrets draw other bins, and an aim changes the path: more checks may fail.
     moved = {"start", "drawn-bin", "trajectory", "outcome", "payout"}
     assert names <= found <= names | moved
 
@@ -250,7 +250,7 @@ def _changed(value: Any) -> Any:
 
 
 def test_any_change_in_a_draw_s_session_breaks_its_proof() -> None:
-    """Every value of the draw, of what was signed, of receipts, proofs and results."""
+    """Each value of draw, signed statements, receipts, proofs and results is changed in turn."""
     parts = ("version", "key", "session", "draw", "client_seed", "server_seed", "drops",
              "head", "end", "heard_session")  # fmt: skip
     for path in _leaves({name: DRAWN[name] for name in parts}):
@@ -259,12 +259,12 @@ def test_any_change_in_a_draw_s_session_breaks_its_proof() -> None:
         for step in path[:-1]:
             place = place[step]
         place[path[-1]] = _changed(place[path[-1]])
-        with contextlib.suppress(RecordError):  # refused for its form
+        with contextlib.suppress(RecordError):  # the change made the record malformed
             assert not checked(session).ok, path
 
 
 def test_an_earlier_export_with_the_rooms_tick_is_proven() -> None:
-    """Nothing signed says at which tick a drop ended, so nothing is made of it."""
+    """No signed value contains a drop's last tick, so the check ignores it."""
     session = copy.deepcopy(HONEST)
     session["drops"][0]["result"]["tick"] = 60
     assert checked(session).ok
@@ -285,7 +285,7 @@ def test_another_kernel_and_another_server_are_named() -> None:
         ({"board": {"width": -1}}, "board: width"),
     ],
 )
-def test_what_is_no_session_is_named(change: dict[str, Any], message: str) -> None:
+def test_an_invalid_session_is_named(change: dict[str, Any], message: str) -> None:
     with pytest.raises(RecordError, match=message):
         checked({**HONEST, **change})
 
@@ -360,7 +360,7 @@ def test_the_command_line_proves_and_names(
 
 
 def test_the_golden_session_is_this_one() -> None:
-    """What tests/js/fairness tries; `python -m tests.golden.session` makes it anew."""
+    """tests/js/fairness reads these files; `python -m tests.golden.session` rewrites them."""
     assert golden.FILE.read_text() == golden.text()
     assert golden.DRAWN_FILE.read_text() == golden.drawn_text()
 
@@ -378,7 +378,7 @@ def test_a_player_over_rest_names_the_replies_that_they_kept(
     heard = ("--heard", str(opened), "--heard", str(dropped))
     assert main(["verify", str(file), *heard]) == 0
     assert "proven: the server had committed before" in capsys.readouterr().out
-    # A server that drew its secret late, or gave another receipt, is named.
+    # The check names a server that drew its secret late, or gave the player another receipt.
     late = copy.deepcopy(begun)
     late["statement"]["server_commitment"] = "5" * 64
     opened.write_text(json.dumps(late))

@@ -1,4 +1,4 @@
-"""The published vectors of what the scheme is built on, and Stake's, which others can compare."""
+"""Published test vectors of the scheme's building blocks, and those of Stake's Plinko."""
 
 import hashlib
 import hmac
@@ -106,7 +106,7 @@ def test_signatures_are_those_of_rfc_8032(
 def test_stakes_vectors_come_out(
     server: str, client: str, nonce: int, path: str, bin_: int
 ) -> None:
-    """Its floats are four bytes each, and right is from one half on: the first bit of each."""
+    """Stake makes a float of four bytes, and goes right from 0.5 on: the first bit decides."""
     blocks = (
         hmac.digest(server.encode(), f"{client}:{nonce}:{block}".encode(), hashlib.sha256)
         for block in range(2)
@@ -117,7 +117,7 @@ def test_stakes_vectors_come_out(
 
 
 def test_a_start_is_the_hmac_that_the_page_says() -> None:
-    """Written out once more, from docs/fairness.md alone."""
+    """The test computes the start from the formula in docs/fairness.md."""
     server, client, board = b"\x01" * 32, b"\x02" * 32, b"\x03" * 32
     message = b"plinko drop 1\n" + client + (5).to_bytes(8, "big") + board
     expected = hmac.new(server, message, "sha256").digest()

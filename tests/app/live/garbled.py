@@ -1,4 +1,4 @@
-"""Malformed WebSocket traffic, as much as is asked for, the same for the same seed."""
+"""Endless malformed WebSocket traffic, reproducible from a seed."""
 
 import json
 import random
@@ -18,15 +18,15 @@ _CLOSE_CODES = (0, 999, 1000, 1004, 1005, 1006, 1015, 2999, 3000, 5000, 65535)
 
 
 BATCH = 18
-"""Messages of a batch at most: a server gives a client up at the twentieth bad one."""
+"""Messages of a batch at most: the server disconnects a client at its twentieth bad one."""
 
 
 def batches(seed: int) -> Iterator[list[bytes]]:
-    """Batches of client frames without end, each frame wrong in its own way.
+    """Endless batches of client frames, each frame malformed in another way.
 
-    All but the last of a batch are whole messages, wrong as JSON or in what they say, so that a
-    server reads them all; the last breaks the rules of WebSocket itself, after which it reads no
-    more of that client.
+    All but the last of a batch are well-formed frames with invalid JSON or invalid values, so the
+    server reads them all. The last violates the WebSocket protocol itself: the server then reads
+    no more from that client.
     """
     chance = random.Random(seed)
     readable = (_mutated, _typed, _nested, _binary)
@@ -39,7 +39,7 @@ def batches(seed: int) -> Iterator[list[bytes]]:
 
 
 def framed(opcode: int, payload: bytes, *, mask: bool = True, fin: bool = True) -> bytes:
-    """A client's frame."""
+    """A client's WebSocket frame."""
     first = (0x80 if fin else 0) | opcode
     flag = 0x80 if mask else 0
     size = len(payload)
@@ -49,7 +49,7 @@ def framed(opcode: int, payload: bytes, *, mask: bool = True, fin: bool = True) 
         head = struct.pack("!BBH", first, flag | 126, size)
     else:
         head = struct.pack("!BBQ", first, flag | 127, size)
-    return head + (bytes(4) if mask else b"") + payload  # a mask of zeros changes nothing
+    return head + (bytes(4) if mask else b"") + payload  # a mask of zeros changes no byte
 
 
 def _noise(chance: random.Random) -> bytes:
@@ -93,7 +93,7 @@ def _binary(chance: random.Random) -> bytes:
 
 
 def _frame(chance: random.Random) -> bytes:
-    """Reserved opcodes and bits, long control frames, frames with no mask."""
+    """A frame with a reserved opcode or bit, a long control frame, or an unmasked frame."""
     payload = chance.randbytes(chance.choice((0, 5, 125, 126, 300)))
     opcode = chance.randrange(16) | chance.choice((0, 0, 0x10, 0x20, 0x40))
     return framed(opcode, payload, mask=chance.random() < 0.7, fin=chance.random() < 0.7)
@@ -112,7 +112,7 @@ def _fragment(chance: random.Random) -> bytes:
 
 
 def _huge(chance: random.Random) -> bytes:
-    """A frame over the limit, or one that only says so."""
+    """A frame over the limit, or only a header that announces one."""
     if chance.random() < 0.5:
         return framed(1, b" " * 5000)
     return struct.pack("!BBQ", 0x81, 0xFF, chance.choice((5000, 1 << 31, (1 << 63) - 1))) + bytes(4)

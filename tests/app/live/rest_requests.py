@@ -1,6 +1,6 @@
-"""Requests of each operation of the REST interface, good and bad, by its own description.
+"""Valid and invalid requests for each REST operation, generated from the OpenAPI document.
 
-Imported by the one test that asks them: Schemathesis takes half a second to import.
+Only the test that uses it imports this module: Schemathesis takes half a second to import.
 """
 
 from typing import Any
@@ -19,7 +19,7 @@ from schemathesis.specs.openapi.checks import (
 from tests.long import tries
 
 EXAMPLES = tries(2, 300)
-"""Requests of each operation of the REST interface."""
+"""Requests for each operation of the REST interface."""
 
 CHECKS = [
     not_a_server_error,
@@ -29,20 +29,20 @@ CHECKS = [
 ]
 
 WRONG = (AssertionError, FailureGroup, Failure)
-"""What `ask` raises of an answer that was not promised."""
+"""The errors that `ask` raises if an answer contradicts the OpenAPI document."""
 
 
 def operations_of(document: str) -> list[Any]:
-    """Every operation of the OpenAPI document at an address, but those that never end."""
+    """Every operation of an OpenAPI document, except endless streams."""
     schema = schemathesis.openapi.from_url(document)
     operations: Any = schema.exclude(path_regex=r"mjpg").get_all_operations()
     return [result.ok() for result in operations]
 
 
 def ask(operation: Any, room: dict[str, Any]) -> None:
-    """Ask for one operation in many ways; raises what is wrong with an answer.
+    """Send many requests for one operation; raises an error of WRONG for a wrong answer.
 
-    Half of the requests are about things that there are, and come from the room's creator.
+    Half of the requests name existing things and have the token of the room's owner.
     """
     good = operation.as_strategy(generation_mode=GenerationMode.POSITIVE)
     bad = operation.as_strategy(generation_mode=GenerationMode.NEGATIVE)

@@ -1,4 +1,4 @@
-"""Malformed input, however much of it: no failure, no crash, no growth."""
+"""Any amount of malformed input causes no failure, no crash and no growth of memory."""
 
 import asyncio
 import base64
@@ -20,13 +20,13 @@ from tests.long import tries
 
 MESSAGES = tries(3_000, 100_000)
 GROWTH = 8e6
-"""Bytes by which a server may grow between the first third of the messages and the last."""
+"""Bytes that the server may grow by between the first and the last third of the messages."""
 
 OPTIONS = ("--drop-rate", "1000000", "--max-balls", "20")
 
 
 async def torment(server: Served, seed: int, count: int) -> Counter[str]:
-    """Send at least so many malformed messages, each batch over a connection of its own."""
+    """Send at least `count` malformed messages, each batch over a new connection."""
     host, _, port = server.address.removeprefix("http://").partition(":")
     seen: Counter[str] = Counter()
     for batch in garbled.batches(seed):
@@ -39,8 +39,8 @@ async def torment(server: Served, seed: int, count: int) -> Counter[str]:
         )
         head = await reader.readuntil(b"\r\n\r\n")
         seen[head.partition(b"\r\n")[0].decode()] += 1
-        # uvicorn throws away what comes in one piece with what breaks the rules: the last one waits
-        # until all before it were answered.
+        # uvicorn discards messages that arrive in one piece with a protocol violation. So the last
+        # frame, the violation, is sent after the answer to a ping behind the others.
         writer.writelines([*batch[:-1], garbled.framed(1, b'{"type":"ping","t":1}')])
         if await swallow(reader, until=b'"type":"pong"'):
             writer.write(batch[-1])
@@ -54,7 +54,7 @@ async def torment(server: Served, seed: int, count: int) -> Counter[str]:
 
 
 async def swallow(reader: asyncio.StreamReader, until: bytes = b"") -> bool:
-    """Read until these bytes came; False when the server ended the connection before."""
+    """Read until these bytes come; False if the server closes the connection before."""
     last = b""
     try:
         while data := await reader.read(65536):
@@ -62,7 +62,7 @@ async def swallow(reader: asyncio.StreamReader, until: bytes = b"") -> bool:
             if until and until in last:
                 return True
     except ConnectionError:
-        pass  # it did not wait for what was still on its way
+        pass  # the server closed the connection before it had read everything
     return False
 
 
@@ -99,13 +99,13 @@ def test_a_seed_gives_the_same_garbled_messages_of_every_kind() -> None:
     assert {message[0] & 0x0F for message in one} >= {0, 1, 2, 8}
 
 
-# The whole of the REST interface, from its own description.
+# The whole REST interface, from its OpenAPI document.
 
 
 @pytest.mark.long
 @pytest.mark.timeout(3600)
 def test_whatever_is_asked_the_answer_is_one_that_is_promised() -> None:
-    """Every operation of /openapi.json but those that never end, with values good and bad."""
+    """Every operation of /openapi.json except endless streams, with valid and invalid values."""
     from tests.app.live.rest_requests import WRONG, ask, operations_of
 
     failures = []

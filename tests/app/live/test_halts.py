@@ -1,4 +1,4 @@
-"""An operator halts a table, or all: nothing new is taken, what is in flight lands and is paid."""
+"""An operator halts one room or all: drops are refused, balls in flight land and are paid."""
 
 import asyncio
 import json
@@ -32,7 +32,7 @@ SETTINGS = Settings(port=0, database_url="sqlite://")
 
 
 class Refusing(NullLedger):
-    """A ledger that takes nothing once it is told so."""
+    """A ledger that refuses writes from the moment the test chooses."""
 
     def __init__(self) -> None:
         self.refuses = False
@@ -83,7 +83,7 @@ async def test_all_tables_halt_at_once_and_a_single_halt_stays(
         await ask(rooms.find("triangle-8"), 1)
 
 
-async def test_what_the_ledger_does_not_keep_is_not_so(rooms: Rooms, ledger: Refusing) -> None:
+async def test_a_halt_that_the_ledger_refuses_has_no_effect(rooms: Rooms, ledger: Refusing) -> None:
     ledger.refuses = True
     with pytest.raises(LedgerError):
         await rooms.halts.halt("main")
@@ -96,7 +96,7 @@ async def test_what_the_ledger_does_not_keep_is_not_so(rooms: Rooms, ledger: Ref
     assert rooms.halts.holds("main")
 
 
-async def test_who_leaves_in_between_leaves_no_half_halted_table(rooms: Rooms) -> None:
+async def test_a_cancelled_halt_leaves_no_half_halted_table(rooms: Rooms) -> None:
     asked = asyncio.create_task(rooms.halts.halt("main"))
     await asyncio.sleep(0)
     asked.cancel()
@@ -140,7 +140,7 @@ def test_a_halt_and_what_was_in_flight_outlive_the_server(tmp_path: Path) -> Non
         assert again.json()["receipt"]["receipt"]["drop"] == 1, "no number was spent on a refusal"
 
 
-async def test_who_plays_is_told_and_who_comes_too() -> None:
+async def test_present_and_later_players_learn_of_a_halt() -> None:
     with serving(operator_token=TOKEN) as server:
         async with playing(server.socket("triangle-8")) as player:
             assert change(server, halted=True).status_code == 200
@@ -155,7 +155,7 @@ async def test_who_plays_is_told_and_who_comes_too() -> None:
             await player.until("accepted", ref="mine")
 
 
-def test_only_who_runs_the_server_may(
+def test_only_the_operator_may_halt(
     server: Running, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     refused = change(server, halted=True)

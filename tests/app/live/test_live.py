@@ -1,4 +1,4 @@
-"""A live room over a real WebSocket: true drops, the same bytes to all, silence when still."""
+"""A live room over a real WebSocket: exact drops, equal bytes for all, silence when idle."""
 
 import asyncio
 import contextlib
@@ -31,7 +31,7 @@ async def new_room(server: Running, board: Any = TINY) -> str:
 
 
 async def closing(player: Player) -> ConnectionClosed:
-    """Read on until the connection ends."""
+    """Read until the connection ends; returns how it ended."""
     while True:
         try:
             await player.step()
@@ -60,7 +60,7 @@ async def test_the_ball_is_shown_where_the_drop_says_it_is(server: Running) -> N
     async with playing(server.socket(await new_room(server))) as player:
         extent = player.hello["extent"]
         step = max(extent["x_max"] - extent["x_min"], extent["y_max"] - extent["y_min"]) / 65535
-        while shown < 10:  # snapshots that nobody had time to read are not sent
+        while shown < 10:  # a slow client receives only the newest snapshot
             player.binaries.clear()
             await player.send(type="drop", seed=7)
             start = (await player.until("accepted"))["tick"]
@@ -99,7 +99,7 @@ async def test_everyone_in_the_room_gets_the_same_bytes(server: Running) -> None
     seeds = itertools.count()
     async with playing(url) as one, playing(url) as two:
         shared = 0
-        while shared < 10:  # snapshots that nobody had time to read are not sent
+        while shared < 10:  # a slow client receives only the newest snapshot
             for each in (one, two):
                 each.binaries.clear()
             for seed in itertools.islice(seeds, 5):
@@ -110,7 +110,7 @@ async def test_everyone_in_the_room_gets_the_same_bytes(server: Running) -> None
             )
             assert all(first[tick] == second[tick] for tick in first.keys() & second.keys())
             shared += len(first.keys() & second.keys())
-    # Event frames differ in nothing but the sender's own note.
+    # Event frames differ only in the sender's `ref`.
     told = [[text for text in each.texts[1:] if '"accepted"' not in text] for each in (one, two)]
     assert told[0] == told[1]
     accepted = [[e for e in each.events if e["type"] == "accepted"] for each in (one, two)]
@@ -136,7 +136,7 @@ async def test_events_come_before_the_snapshot_that_counts_them(server: Running)
 
 
 async def ticks(server: Running, count: int) -> None:
-    """Let a ball fall for so many ticks of this server: a clock to hold another one against."""
+    """Wait for `count` ticks of this server, by a falling ball: a reference for another clock."""
     async with server.async_client() as http:
         room = await new_room(server)
         (await http.post(f"/api/v1/rooms/{room}/drops")).raise_for_status()
@@ -195,7 +195,7 @@ async def test_a_client_that_comes_back_mid_flight_gets_the_full_state(server: R
         async with playing(url) as again:
             assert again.hello["tick"] > player.hello["tick"]
             assert again.hello["stats"]["drops"] == drops
-            if not again.hello["balls"]:  # it took longer to come back than the ball to fall
+            if not again.hello["balls"]:  # the ball landed before the client reconnected
                 continue
             (ball,) = again.hello["balls"]
             start = ("ball", "seed", "x", "tick", "practice")
@@ -288,8 +288,8 @@ async def test_a_flood_of_good_messages_is_closed_eager_play_is_not() -> None:
     few = {"app.settings.OTHER_MESSAGES": 0.9}
     with constants(**few), serving(drop_rate=0.1) as server:
         room = await new_room(server)
-        # Of 60 messages each is one frame of the 64 and more that may come at once; of 1,000 those
-        # that are read together are too many frames before any of them is read as a message.
+        # 60 frames are within the burst of 64 frames, but too many messages. Of 1,000, the server
+        # reads many at once: these are too many frames before the first is read as a message.
         for count, limits in ((60, "messages"), (1000, "(messages|frames)")):
             async with playing(server.socket(room)) as player:
                 for t in range(count):
@@ -400,7 +400,7 @@ async def test_this_sites_page_and_programs_can_connect(server: Running) -> None
 
 
 def deaf_socket(server: Running) -> socket.socket:
-    """A connection whose kernel keeps as little as it may of what is not read."""
+    """A socket with the smallest receive buffer that the system allows."""
     connection = socket.socket()
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     host, port = server.url.removeprefix("http://").split(":")
@@ -410,7 +410,7 @@ def deaf_socket(server: Running) -> socket.socket:
 
 @contextlib.contextmanager
 def slow_reading(grace: float, linger: float) -> Iterator[Running]:
-    """A server with little patience for clients that do not read, and a small send buffer."""
+    """A server with a small send buffer, which soon disconnects clients that do not read."""
     changed = {
         "app.listening.SEND_BUFFER": 4096,
         "app.web.routes.rooms.ws.READING_GRACE": grace,
@@ -420,8 +420,8 @@ def slow_reading(grace: float, linger: float) -> Iterator[Running]:
         yield server
 
 
-async def test_a_stalled_client_delays_nobody_and_learns_the_reason() -> None:
-    """One client stops reading while balls fall; the other sees every event of them."""
+async def test_a_stalled_client_delays_no_other_and_gets_a_reason() -> None:
+    """One client stops reading while balls fall; the other receives every event."""
     with slow_reading(grace=0.3, linger=60.0) as server:
         room = await new_room(server)
         deaf = {"sock": deaf_socket(server), "max_queue": 1, "ping_interval": None}
@@ -453,13 +453,13 @@ async def test_a_stalled_client_that_never_reads_again_is_dropped() -> None:
             playing(server.socket(room)) as player,
         ):
             await drop_until_given_up(server, room, player)
-            # Nothing was read, so nothing but the abort can free the connection.
+            # The client reads nothing, so only an abort can free the connection.
             await eventually(lambda: server.connections == 1)
             assert (await closing(stalled)).rcvd is None
 
 
 async def drop_until_given_up(server: Running, room: str, player: Player) -> None:
-    """Keep the room full until only `player` is left in it."""
+    """Keep the room full of balls until `player` is its only client."""
     seed = 0
     while server.services.hub.count(room) == 2:
         for _ in range(40):

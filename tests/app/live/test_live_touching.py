@@ -1,4 +1,4 @@
-"""Rooms whose balls touch each other over a real server: REST, WebSocket, limits, who may what."""
+"""Rooms of touching balls on a real server: REST, WebSocket, limits and permissions."""
 
 import json
 from typing import Any
@@ -22,7 +22,7 @@ async def opened(server: Running, **body: Any) -> dict[str, Any]:
 
 
 async def mine(player: Player, room: dict[str, Any]) -> Player:
-    """Claim the room, as its creator does."""
+    """Claim the room with its owner's token."""
     await player.send(type="claim", token=room["token"])
     await player.until("claimed")
     return player
@@ -116,7 +116,7 @@ async def test_an_interacting_table_has_the_events_of_any_table(server: Running)
         assert player.hello["board"]["name"] == "triangle-8"
         for seed in range(6):
             await player.send(type="drop", seed=seed, ref=seed)
-        while player.kinds().count("landed") < 6:  # two may land in one tick, and share a message
+        while player.kinds().count("landed") < 6:  # two that land in one tick share a message
             await player.step()
         accepted = [event for event in player.events if event["type"] == "accepted"]
         assert [event["seed"] for event in accepted] == [str(seed) for seed in range(6)]
@@ -246,7 +246,7 @@ async def test_changes_too_fast_and_balls_too_many_are_refused() -> None:
     }
     with constants(**changed), serving(drop_rate=1000.0) as server:
         async with playing(server.socket("interacting-triangle-8")) as player:
-            for ref in range(100):  # at once: more than 5 a second, however slow the machine
+            for ref in range(100):  # at once: more than 5 a second even on a slow machine
                 y = 0.5 + 0.1 * (ref % 12)
                 await player.send(type="add", x=0.0, y=y, radius=0.02, ref=ref)
             codes = [(await player.until("error"))["code"] for _ in range(97)]
@@ -292,7 +292,7 @@ async def test_a_scene_is_spelt_alike_wherever_it_is_written_and_read(server: Ru
         ({"board": {"pegs": 7}}, "pegs", "7"),
     ],
 )
-def test_a_ground_that_cannot_be_is_refused(
+def test_an_invalid_backdrop_is_refused(
     http: httpx.Client, body: dict[str, Any], field: str, says: str
 ) -> None:
     reply = http.post("/api/v1/rooms", json=body)
@@ -301,7 +301,7 @@ def test_a_ground_that_cannot_be_is_refused(
     assert says in reply.json()["detail"]
 
 
-def test_no_board_beside_a_scene_may_be_said(http: httpx.Client) -> None:
+def test_a_scene_may_come_with_a_null_board(http: httpx.Client) -> None:
     said = {"scene": {"scene": "sandbox", "balls": 2}, "board": None}
     assert http.post("/api/v1/rooms", json=said).status_code == 201
 

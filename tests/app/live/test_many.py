@@ -1,4 +1,4 @@
-"""Pictures of many drops: sheets, densities and histograms show what the drops did."""
+"""Pictures of many drops: sheets, densities and histograms agree with the drops."""
 
 import io
 from typing import Any
@@ -96,7 +96,7 @@ def test_light_is_where_balls_were_and_nowhere_else() -> None:
     lit = np.sqrt(((picture - bare) ** 2).sum(axis=-1)) > 40
     field = slice(round(view.start) + 2, round(view.bin_top) - 2)
     ball = BOARD.ball.radius
-    for peg in BOARD.pegs:  # where no centre can be: within a radius of a peg, but for its rim
+    for peg in BOARD.pegs:  # no ball's centre comes within a radius of a peg's rim
         x, y = round(view.px(peg.x)), round(view.py(peg.y))
         reach = int((peg.radius + 0.6 * ball) * view.scale / 1.5)
         assert not lit[y - reach : y + reach, x - reach : x + reach].any()
@@ -108,7 +108,7 @@ def test_light_is_where_balls_were_and_nowhere_else() -> None:
 
 
 def test_light_is_brighter_where_balls_are_longer() -> None:
-    """All balls pass below the start; few reach the outermost bins."""
+    """All balls pass just below the start; few reach the outermost bins."""
     view = lay_out(BOARD, 400)
     picture = decode(density_picture(BOARD, range(2000), width=400)).sum(axis=-1)
     start = picture[round(view.start) + 6, round(view.px(0.0))]
@@ -148,7 +148,7 @@ def test_a_density_says_when_a_ball_never_lands() -> None:
 
 
 def columns_of(picture: Pixels, board: Board) -> list[int]:
-    """The height of each column in px, by the colour of its bin's face."""
+    """The height of each column in pixels, found by the colour of its bin."""
     edges = np.linspace(16, picture.shape[1] - 16, board.bins.count + 1)
     floor = picture.shape[0] - 44
     heights = []

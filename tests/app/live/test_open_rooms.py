@@ -1,4 +1,4 @@
-"""Which rooms go when there are too many: those that nobody has used for long, and no others."""
+"""When there are too many rooms, the server closes those unused for longest, and no others."""
 
 import pytest
 
@@ -17,7 +17,7 @@ BOARD = Board.preset("triangle-8")
 
 
 class Clock:
-    """Unix time, as told."""
+    """Unix time that the test sets."""
 
     now = 1e9
 
@@ -47,7 +47,7 @@ async def test_the_longest_unused_makes_way_once_it_has_rested() -> None:
     held = held_by(clock, max_rooms=2)
     first, second = [(await held.create(BOARD)).id for _ in range(2)]
     clock.now += 3000
-    held.find(first)  # its creator is there
+    held.find(first)  # its owner uses it
     clock.now += 700
     await held.create(BOARD)
     assert (held.is_open(first), held.is_open(second)) == (True, False)
@@ -55,7 +55,7 @@ async def test_the_longest_unused_makes_way_once_it_has_rested() -> None:
         await held.create(BOARD)
 
 
-async def test_a_room_that_was_watched_until_now_makes_way_for_none() -> None:
+async def test_a_recently_watched_room_is_not_closed() -> None:
     clock = Clock()
     held = held_by(clock, max_rooms=2)
     watched, other = [await held.create(BOARD) for _ in range(2)]
@@ -70,7 +70,7 @@ async def test_a_room_that_was_watched_until_now_makes_way_for_none() -> None:
     assert (held.is_open(watched.id), held.is_open(other.id)) == (True, False)
 
 
-async def test_a_request_for_one_room_asks_no_other_who_watches(
+async def test_a_request_for_one_room_counts_no_other_s_clients(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     held = held_by(Clock(), max_rooms=20)

@@ -1,4 +1,4 @@
-"""A room's queue: what waits is dropped once, in order, whatever happens in between."""
+"""A room's queue: queued balls are dropped exactly once and in order, also after a restart."""
 
 import asyncio
 from collections import Counter
@@ -36,7 +36,7 @@ def dropped(http: httpx.Client, room: str) -> list[dict[str, Any]]:
     return drops
 
 
-async def test_what_waits_is_dropped_in_order_under_its_name_and_told(
+async def test_queued_balls_are_dropped_in_order_with_their_names(
     server: Running, http: httpx.Client
 ) -> None:
     room, own = opened(http, QUICK)
@@ -85,14 +85,16 @@ def test_a_queue_is_its_room_s_owner_s(http: httpx.Client, method: str, path: st
         ({"n": 1, "colour": "red"}, "colour"),
     ],
 )
-def test_what_cannot_wait_is_named(http: httpx.Client, body: dict[str, Any], field: str) -> None:
+def test_an_invalid_queue_item_is_named(
+    http: httpx.Client, body: dict[str, Any], field: str
+) -> None:
     room, own = opened(http)
     answer = http.post(f"/api/v1/rooms/{room}/queue", json=body, headers=own)
     assert answer.status_code == 422
     assert field in answer.text
 
 
-def test_no_more_waits_than_may() -> None:
+def test_the_queue_s_length_is_limited() -> None:
     full = EMPTY
     for _ in range(MOST_ITEMS):
         full = full.with_item(1, 1.0, NO_TAG)
@@ -107,7 +109,7 @@ def test_no_more_waits_than_may() -> None:
     assert heavy.cleared().with_item(1, 1.0, NO_TAG).items[0].number == heavy.next
 
 
-def test_a_room_that_is_begun_anew_forgets_what_waits(http: httpx.Client) -> None:
+def test_a_reset_room_forgets_its_queue(http: httpx.Client) -> None:
     room, own = opened(http)
     http.post(f"/api/v1/rooms/{room}/queue", json={"n": 9, "every": 60}, headers=own)
     http.post(f"/api/v1/rooms/{room}/reset", headers=own).raise_for_status()
@@ -117,7 +119,7 @@ def test_a_room_that_is_begun_anew_forgets_what_waits(http: httpx.Client) -> Non
 def test_two_hundred_balls_are_dropped_once_despite_a_restart(
     tmp_path: Path,
 ) -> None:
-    """No client asks for the room in between: the show goes on by itself."""
+    """No client asks for the room meanwhile: the queue continues by itself."""
     kept = {"database_url": f"sqlite:///{tmp_path / 'plinko.db'}", "drop_rate": 1000.0}
     with serving(**kept) as server, server.client() as http:
         room, own = opened(http, QUICK)
@@ -167,7 +169,7 @@ def test_balls_that_wait_are_drops_of_the_address_that_asked(tmp_path: Path) -> 
         server.client() as http,
     ):
         drops = server.services.room_drops
-        drops.rate, drops.burst = 1e-6, 10.0  # nothing comes back while the test runs
+        drops.rate, drops.burst = 1e-6, 10.0  # no refill while the test runs
         room, own = opened(http)
         path = f"/api/v1/rooms/{room}/queue"
         http.patch(path, json={"paused": True}, headers=own).raise_for_status()
@@ -184,7 +186,7 @@ def test_balls_that_wait_are_drops_of_the_address_that_asked(tmp_path: Path) -> 
 
 
 class Play:
-    """A room's queue over no room: balls fall until `land` is called."""
+    """A queue without a room: balls fall until the test calls `land`."""
 
     def __init__(self) -> None:
         self.dropped: list[int] = []
@@ -218,7 +220,7 @@ class Play:
 
 
 class Forgetful(NullLedger):
-    """A ledger of which nothing was ever asked."""
+    """A ledger that has no queue of any room."""
 
     async def read(self, read: object, *args: Any, **values: Any) -> None:  # type: ignore[override]
         return None

@@ -1,4 +1,4 @@
-"""The rooms together: one that fails takes nobody with it, and a wait never outlives its room."""
+"""Rooms in one server: a failed room ends no other, and closing a room ends its waits."""
 
 import asyncio
 import logging
@@ -31,13 +31,13 @@ def rooms(**settings: Any) -> Rooms:
 
 
 async def finish(held: Rooms) -> None:
-    """Tick as fast as the machine can, with no clock, until nothing moves."""
+    """Tick without a clock until nothing moves."""
     while run_pass(held.runner):
         await asyncio.sleep(0)
 
 
 class Watcher:
-    """A client that keeps what it is sent."""
+    """A client that records the messages sent to it."""
 
     def __init__(self) -> None:
         self.frames: list[WireMessage] = []
@@ -50,7 +50,7 @@ class Watcher:
         self.frames.append(frame)
 
     def events(self) -> list[dict[str, Any]]:
-        """What it was told in text."""
+        """The events in its text messages."""
         told = [
             msgspec.json.decode(each.payload) for each in self.frames if each.payload[:1] in b"{["
         ]
@@ -65,9 +65,7 @@ async def test_a_drop_without_a_seed_gets_the_one_drawn() -> None:
 @pytest.mark.parametrize(
     ("kind", "values"), [("kick", {"vx": 1.0}), ("drag", {"x": 0.0, "y": 1.0}), ("release", {})]
 )
-async def test_who_acts_on_a_ball_that_has_gone_hears_of_it(
-    kind: str, values: dict[str, Any]
-) -> None:
+async def test_an_action_on_a_removed_ball_is_refused(kind: str, values: dict[str, Any]) -> None:
     held = rooms()
     room = await held.create(held.scene({"scene": "sandbox", "balls": 1}), SCENE)
     change(room, message("remove", ball=0))
@@ -107,7 +105,7 @@ async def test_a_wait_that_takes_too_long_leaves_nothing_behind() -> None:
     await finish(held)
 
 
-async def test_nothing_is_encoded_when_nobody_watches(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_nothing_is_encoded_without_clients(monkeypatch: pytest.MonkeyPatch) -> None:
     held = rooms()
 
     def forbidden(*_: object) -> bytes:
@@ -121,7 +119,9 @@ async def test_nothing_is_encoded_when_nobody_watches(monkeypatch: pytest.Monkey
     assert held.find("main").room.stats().drops == 1
 
 
-async def test_who_asked_for_what_a_room_failed_at_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_the_request_at_which_a_room_failed_gets_the_error(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     held = rooms()
     room = held.find("triangle-8")
 
@@ -178,7 +178,7 @@ async def test_a_room_that_fails_is_closed_and_the_others_go_on(
 
 
 async def test_an_empty_room_s_scene_stands_still_until_somebody_comes() -> None:
-    """Without friction and gravity it would move for ever."""
+    """Without friction and gravity the scene would move for ever."""
     held = rooms(tick_rate=60)
     values = {"scene": "sandbox", "balls": 3, "gravity": 0.0, "speed": 1.0, "restitution": 1.0}
     room = await held.create(held.scene(values), "scene")
@@ -196,7 +196,7 @@ async def test_an_empty_room_s_scene_stands_still_until_somebody_comes() -> None
     assert before + 600 <= left <= before + 602
     assert not run_pass(held.runner), "no clock runs"
     held.enter(room, watcher.client)
-    for _ in range(30):  # the ledger hears of it first
+    for _ in range(30):  # the ledger must first commit how far the room may tick
         run_pass(held.runner)
     assert room.room.world.tick > left
 
@@ -219,7 +219,7 @@ async def test_what_is_changed_while_the_clock_stands_is_shown() -> None:
     assert watcher.client.mailbox.replaced == shown + 1, "a snapshot after that of the hello"
 
 
-async def test_a_table_goes_on_for_nobody_as_drops_are_to_land() -> None:
+async def test_a_table_ticks_without_clients_until_drops_land() -> None:
     held = rooms(tick_rate=60)
     room = held.find("interacting-triangle-8")
     await ask(room, 1)
@@ -228,7 +228,7 @@ async def test_a_table_goes_on_for_nobody_as_drops_are_to_land() -> None:
     assert stats.drops == sum(stats.histogram) + stats.unsettled == 1
 
 
-async def test_who_waits_for_a_ball_is_let_go_when_the_server_stops() -> None:
+async def test_waits_for_landings_end_when_the_server_stops() -> None:
     held = rooms()
     main = held.find("main")
     accepted = await ask(main, 1)

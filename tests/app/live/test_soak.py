@@ -1,6 +1,6 @@
-"""A server used for long, by players who come and go: its memory stays what it was.
+"""The memory of a server does not grow while players come and go for a long time.
 
-Ten minutes of it, in `make test-long`, which prints a verdict.
+`make test-long` runs it for ten minutes and prints the growth.
 """
 
 import asyncio
@@ -16,23 +16,23 @@ from benchmarks.serving.process import Served, can_watch, serving
 from tests.kit.waiting import eventually
 
 SECONDS = 600.0
-WAVE = 4.0  # s; then everybody leaves and others come
+WAVE = 4.0  # s; then all clients leave and others join
 CLIENTS = 20
 CREEP = 1e5
-"""Bytes a minute by which memory may grow in the second half of the time.
+"""Bytes a minute that memory may grow by in the second half of the time.
 
-The players drop some 1,100 balls a minute and come 260 times: a hundred bytes lost with each ball,
-or four hundred with each connection, would be more. The first half is left out, since caches fill
-in it: the database's pages, the pool's arenas, the events kept for those who come back.
+The players drop some 1,100 balls a minute and connect 260 times: a leak of a hundred bytes a ball,
+or of four hundred a connection, would exceed it. The first half is left out because caches fill
+then: the database's pages, the workers' memory, the events kept for clients that reconnect.
 """
 
 ROOMS = ("main", "triangle-8", "classic")
 
 
 async def soak(server: Served, seconds: float) -> list[tuple[float, float]]:
-    """Waves of clients of both streams in several rooms; time in s and resident bytes on the way.
+    """Run waves of clients in several rooms; returns samples of time in s and resident bytes.
 
-    In each wave one room has viewers of both, one of snapshots and one of segments alone.
+    In each wave one room has clients of both streams, one of snapshots only, one of segments only.
     """
     memory = []
     end = time.monotonic() + seconds
@@ -59,9 +59,9 @@ async def soak(server: Served, seconds: float) -> list[tuple[float, float]]:
 
 
 def creep(memory: list[tuple[float, float]]) -> float:
-    """By how much the second half of the samples grows, bytes a minute.
+    """The growth of the second half of the samples, bytes a minute.
 
-    The median of the slopes between all pairs (Theil and Sen): no single sample moves it.
+    It is the median of the slopes between all pairs (Theil-Sen), robust against outliers.
     """
     times, sizes = np.array(memory[len(memory) // 2 :]).T
     one, two = np.triu_indices(len(times), 1)
@@ -82,7 +82,7 @@ def test_creep_is_the_slope_whatever_single_samples_say() -> None:
 @pytest.mark.timeout(3 * SECONDS + 600.0)
 @pytest.mark.skipif(not can_watch(), reason="memory is read from /proc")
 async def test_a_server_in_use_keeps_its_size(tmp_path: Path) -> None:
-    # On disk, as a server that is used has it: a ledger in memory grows with every drop.
+    # On disk, as in production: a ledger in memory grows with every drop.
     ledger = f"sqlite:///{tmp_path / 'plinko.db'}"
     options = ["--drop-rate", "100", "--database-url", ledger]
     with (tmp_path / "log").open("w+") as log, serving(options, log=log) as server:

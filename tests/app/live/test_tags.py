@@ -1,4 +1,4 @@
-"""Names and colours of drops: told, kept, and part of nothing that decides or proves anything."""
+"""Names and colours of drops are sent and stored, but change no result and no proof."""
 
 import csv
 import io
@@ -14,7 +14,7 @@ from tests.app.conftest import TINY
 from tests.kit.player import Player, playing
 from tests.kit.serving import Running, serving
 
-# From right to left, with an emoji.
+# A right-to-left name with an emoji.
 TAG = {"name": "\u05e9\u05e8\u05d4 \U0001f388", "colour": "#e91e63"}
 NO_TAG: dict[str, str] = {}
 
@@ -24,7 +24,7 @@ def tag_of(told: dict[str, Any]) -> dict[str, Any]:
 
 
 async def both(player: Player, kind: str) -> list[dict[str, Any]]:
-    """The first two events of this kind, by ball."""
+    """The first two events of this type, sorted by ball."""
     while player.kinds().count(kind) < 2:
         await player.step()
     return sorted((e for e in player.events if e["type"] == kind), key=lambda e: str(e["ball"]))
@@ -35,7 +35,7 @@ def opened(http: httpx.Client, board: Any = TINY, **more: Any) -> tuple[str, dic
     return reply["id"], {"authorization": f"Bearer {reply['token']}"}
 
 
-async def test_a_tag_is_told_with_its_drop_and_adds_no_field_to_others(
+async def test_a_tag_is_sent_with_its_drop_and_adds_no_other_field(
     server: Running, http: httpx.Client
 ) -> None:
     room, own = opened(http)
@@ -131,7 +131,7 @@ def test_balls_that_touch_each_other_have_no_tags(http: httpx.Client) -> None:
 
 
 def test_what_falls_over_a_restart_keeps_its_tag(tmp_path: Path) -> None:
-    """Of a ball in the checkpoint, and of one that was dropped after it."""
+    """One ball is in the checkpoint, one was dropped after it."""
     kept = {"database_url": f"sqlite:///{tmp_path / 'plinko.db'}"}
     slow = {**TINY, "gravity": 0.01}
     flying = []

@@ -1,4 +1,4 @@
-"""Metrics that only some servers have."""
+"""Metrics that only some servers expose."""
 
 from typing import cast
 
@@ -15,7 +15,7 @@ from engine import Board
 
 
 def rare_readings() -> list[Reading]:
-    """Those of plays once something was staked, of a server among others, and of webhooks."""
+    """Readings that need a staked drop, a cluster or a webhook."""
     board = Board.preset("triangle-8")
     play = Total(board.digest, 100, False, plays=1, staked=100, squares=1e4, paid=0)
     among = Standing(

@@ -1,4 +1,4 @@
-"""Dashboard and alert rules ask for what /metrics has, and for nothing else."""
+"""Dashboard and alert rules use only metrics that /metrics has."""
 
 import json
 import re
@@ -34,22 +34,22 @@ def panels() -> list[dict[str, Any]]:
 
 @pytest.fixture
 def samples(server: Running) -> dict[str, set[str]]:
-    """The labels of each sample that there is, by its name, and of those once somebody staked."""
+    """The labels of each sample in /metrics by its name, including those of rare metrics."""
     found: dict[str, set[str]] = {}
     for family in text_string_to_metric_families(
         httpx.get(f"{server.url}/metrics", timeout=LIMIT).text
     ):
         for sample in family.samples:
             found.setdefault(sample.name, set()).update(sample.labels)
-    found["up"] = set()  # Prometheus' own, of each server that it asks
-    found.setdefault("plinko_errors_total", {"code"})  # there once there was one
+    found["up"] = set()  # made by Prometheus for each server that it scrapes
+    found.setdefault("plinko_errors_total", {"code"})  # exists after the first error
     for name, _, _, labels in rare_readings():
         found[name] = set(labels)
     return found
 
 
 def asked(expression: str, samples: dict[str, set[str]]) -> set[str]:
-    """The metrics that an expression names; they must be there, with the labels it groups by."""
+    """The metrics in an expression; asserts that they exist, with the labels it groups by."""
     names = set(METRIC.findall(expression))
     assert names, expression
     assert names - samples.keys() == set(), expression

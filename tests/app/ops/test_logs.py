@@ -1,4 +1,4 @@
-"""The log: readable lines, or JSON objects with the same content; nothing secret in either."""
+"""The server's log as lines or as JSON has the same content, and no secrets."""
 
 import asyncio
 import json
@@ -61,7 +61,7 @@ def test_a_failing_request_is_logged_without_its_query(
     assert vars(line)["path"] == "/api/v1/drops/triangle-8/1"
 
 
-def test_what_is_told_already_has_no_line_of_its_own(
+def test_events_already_logged_get_no_second_line(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in ("", "plinko", "uvicorn", "asyncio"):

@@ -1,4 +1,4 @@
-"""What /metrics says is what happened."""
+"""The values in /metrics agree with the events that a client sees."""
 
 import re
 from pathlib import Path
@@ -14,7 +14,7 @@ from tests.kit.waiting import LIMIT, eventually
 
 
 def scrape(server: Running) -> dict[str, float]:
-    """Every sample without labels by its name, and those with a code by name and code."""
+    """Samples without labels by name, and samples with a code by name and code."""
     response = httpx.get(f"{server.url}/metrics", timeout=LIMIT)
     assert response.status_code == 200
     assert response.headers["content-type"].startswith("text/plain")
@@ -37,7 +37,7 @@ async def test_a_game_shows_in_every_count() -> None:
             await player.send(type="drop", seed=42)
             await player.send(type="fly")
             await player.until("error")
-            while not player.binaries:  # a snapshot is what a tick shows
+            while not player.binaries:  # until a tick has sent a snapshot
                 await player.step()
             during = scrape(server)
             assert during["plinko_clients"] == during["plinko_rooms_awake"] == 1
@@ -72,7 +72,7 @@ def test_errors_over_http_are_counted_by_code() -> None:
         assert found["plinko_errors_total bad-seed"] == 1
 
 
-def test_openmetrics_is_spoken_to_those_who_ask() -> None:
+def test_openmetrics_is_served_on_request() -> None:
     body, media_type = Metrics().exposition("application/openmetrics-text; version=1.0.0")
     assert media_type.startswith("application/openmetrics-text")
     assert body.endswith(b"# EOF\n")

@@ -1,4 +1,4 @@
-"""All that the product does works where numba is not installed, which is the usual place."""
+"""The product works without numba, which users need not install."""
 
 import json
 import os
@@ -12,7 +12,7 @@ found = PathFinder.find_spec
 PathFinder.find_spec = lambda name, path=None, target=None: (
     None if name.partition(".")[0] in ("numba", "llvmlite") else found(name, path, target))
 """
-"""For every process of Python that has it in its path as `sitecustomize`: there is no numba."""
+"""As `sitecustomize` in Python's path, it hides numba from every process."""
 
 MAKERS = (
     "engine.artifact.",
@@ -22,7 +22,7 @@ MAKERS = (
     "engine.jit.kernel_compiler",
     "app.cli.__main",
 )
-"""Modules that make machine code of kernels, and one that runs when it is imported."""
+"""Modules that compile kernels, which need numba, and one that runs when it is imported."""
 
 PROGRAM = f"""
 import importlib, json, pkgutil, sys, warnings

@@ -1,1 +1,1 @@
-"""The ledger: on SQLite and PostgreSQL, through failures, crashes and restarts."""
+"""Tests of the ledger on SQLite and PostgreSQL, with failures, crashes and restarts."""

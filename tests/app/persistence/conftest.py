@@ -1,4 +1,4 @@
-"""Databases to keep a ledger in: SQLite's file, and a real PostgreSQL where it is installed."""
+"""Databases for a ledger: an SQLite file, and a real PostgreSQL if installed."""
 
 import contextlib
 import os
@@ -14,21 +14,21 @@ from tests.kit.postgres import PostgreSQL
 from tests.long import tries
 
 KILLS = int(os.environ.get("PLINKO_TEST_KILLS", "50"))
-"""How often a crash test kills its server: once as it was begun, once as it was found again."""
+"""How often a crash test kills its server."""
 
-# Kinds of database to keep a ledger in, see the fixture `url`.
+# Kinds of database; see the fixture `url`.
 SQLITE = pytest.param("sqlite", id="sqlite")
 POSTGRESQL = pytest.param("postgresql", id="postgresql", marks=pytest.mark.postgresql)
 
 
 @pytest.fixture(params=[SQLITE, POSTGRESQL])
 def url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
-    """An empty database's address, of each kind in turn."""
+    """The address of an empty database; the test runs once for each kind."""
     return new_database(request, tmp_path)
 
 
 def new_database(request: pytest.FixtureRequest, folder: Path) -> str:
-    """An empty database's address, of the kind that the fixture which asks is parametrized with."""
+    """The address of an empty database of the kind in the fixture's `request.param`."""
     if request.param == "sqlite":
         return f"sqlite:///{folder / 'plinko.db'}"
     postgresql: PostgreSQL = request.getfixturevalue("postgresql")
@@ -37,7 +37,7 @@ def new_database(request: pytest.FixtureRequest, folder: Path) -> str:
 
 @pytest.fixture(scope="session")
 def empty(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A ledger in SQLite's file, with its tables and nothing in them."""
+    """An SQLite file with the ledger's empty tables, for tests to copy."""
     file = tmp_path_factory.mktemp("empty") / "plinko.db"
     database = Database(f"sqlite:///{file}")
     database.open()
@@ -54,7 +54,7 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
 
 @pytest.fixture
 def database_on_small_disk(postgresql: PostgreSQL) -> Iterator[tuple[str, Path]]:
-    """An empty PostgreSQL database's address, and the disk of some megabytes that it is on."""
+    """The address of an empty PostgreSQL database on a small disk, and the disk."""
     # An empty database has 8 MB.
     with mounted(postgresql.folder / "disk", 64) as disk, postgresql.database_on(disk) as address:
         yield address, disk
@@ -62,7 +62,7 @@ def database_on_small_disk(postgresql: PostgreSQL) -> Iterator[tuple[str, Path]]
 
 @contextlib.contextmanager
 def mounted(place: Path, megabytes: int) -> Iterator[Path]:
-    """A real file system of so many megabytes at a new folder; skips where there can be none."""
+    """Mount a tmpfs of this size at a new folder; skips the test if that is impossible."""
     place.mkdir()
     mount = shutil.which("mount")
     done = subprocess.run(

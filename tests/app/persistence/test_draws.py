@@ -1,4 +1,4 @@
-"""A draw outlives its server: weights, seeds, sessions and names are as they were."""
+"""A draw survives a restart: its weights, seeds, sessions and names are unchanged."""
 
 from pathlib import Path
 from typing import Any
@@ -61,7 +61,7 @@ def test_a_session_of_a_draw_goes_on_after_a_restart(url: str, tmp_path: Path) -
 
 @pytest.mark.parametrize("url", ["sqlite"], indirect=True)
 async def test_a_draw_of_another_physics_ends(url: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its seeds may land elsewhere now, so nobody goes on as if they did not."""
+    """Its seeds may land in other bins now, so the room ends."""
     monkeypatch.setattr(room_runs, "PHYSICS_VERSION", PHYSICS_VERSION - 1)
     async with living(url) as life:
         room = await life.rooms.create(OVER, DRAW)

@@ -1,4 +1,4 @@
-"""When a drop starts and what a rebuilt room is, with a ledger that answers when the test says."""
+"""When drops enter, and how rooms are rebuilt; the test decides when the ledger answers."""
 
 import asyncio
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ LIMITS = BallLimits(200, 200)
 
 
 class Patient(NullLedger):
-    """Keeps what is submitted until the test lets it through or refuses it."""
+    """A ledger whose writes wait until the test commits or refuses them."""
 
     def __init__(self) -> None:
         self.waiting: list[tuple[Sequence[Write], asyncio.Future[None]]] = []
@@ -59,7 +59,7 @@ class Patient(NullLedger):
 
 
 class Table:
-    """Rooms over a patient ledger, ticked by hand."""
+    """Rooms over a Patient ledger, ticked by hand."""
 
     def __init__(self) -> None:
         self.ledger = Patient()
@@ -78,7 +78,7 @@ class Table:
         return asked
 
 
-async def test_a_drop_is_told_once_it_is_durable_and_not_before() -> None:
+async def test_a_drop_is_accepted_only_when_it_is_durable() -> None:
     table = Table()
     asked = await table.ask(1)
     table.tick(5)
@@ -122,7 +122,7 @@ async def test_while_a_start_is_undecided_the_others_fall_on() -> None:
     assert table.room.drops == 1
 
 
-async def test_no_tick_is_shown_that_the_ledger_has_not_heard_of() -> None:
+async def test_no_tick_is_shown_before_the_ledger_allows_it() -> None:
     table = Table()
     defer = table.ledger.defer
     await table.ask(1)
@@ -157,7 +157,7 @@ async def test_a_slow_ledger_is_not_given_more_marks_than_it_needs() -> None:
 
     answered, table.ledger.defer = table.ledger.defer, defer  # type: ignore[method-assign]
     record = table.rooms.persistence.runs.of(table.room)
-    record.horizon = 1 << 30  # so that it ticks whatever the ledger has heard of
+    record.horizon = 1 << 30  # so that it ticks without waiting for the ledger
     for _ in range(100):
         table.rooms.persistence.ticked(60, [table.room])
     assert len(unanswered) == 8
@@ -220,9 +220,9 @@ def row_of(room: IndependentRoom, tick: int, checkpoint: bytes | None, drops: in
 def test_wherever_it_is_cut_a_rebuilt_room_is_the_one_that_was(
     plays: list[tuple[int, int]], crash: float, save: float, ahead: int
 ) -> None:
-    """From any checkpoint before any crash: the same world, to the last bit, and the same results.
+    """From any checkpoint before any crash, the world has the same bits and the same results.
 
-    The room that was not cut short is stepped as far as the rebuilt one went.
+    The original room is stepped to the tick of the rebuilt one, and compared.
     """
     room = IndependentRoom("r", BOARD, tick_rate=60, max_balls=200)
     kept: list[tuple[DropRow, ResultRow | None]] = []

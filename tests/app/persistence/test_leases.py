@@ -1,4 +1,4 @@
-"""A room is one server's at a time: what another one writes of it is refused, at every step."""
+"""One server at a time leases a room; the ledger refuses another server's writes."""
 
 import asyncio
 import functools
@@ -54,7 +54,7 @@ def address(postgresql: PostgreSQL) -> str:
 
 
 class Server:
-    """One of several servers over a ledger, with nothing but the ledger."""
+    """One of several servers that share a ledger, without rooms."""
 
     def __init__(self, url: str, name: str) -> None:
         self.database = Steps(url, shared=True)
@@ -80,7 +80,7 @@ class Server:
         return await self.leases.take(room, after, self.lost.append)
 
     async def all_rows(self) -> dict[str, list[Any]]:
-        """Everything that the ledger has but the leases, and how often who has written."""
+        """All rows of the ledger, except leases and the writers' counters."""
         return await self.ledger.read(everything)
 
 
@@ -129,13 +129,13 @@ async def test_nothing_of_a_room_is_written_that_is_another_server_s(
         assert isinstance(await heard, LeaseLostError)
         assert await newer.all_rows() == before
         assert (older.lost, older.book.rooms, older.ledger.problem) == (["r"], [], None)
-        # The server that has it writes the very same.
+        # The server that leases the room can write the same rows.
         newer.book.note(2, "r")
         await newer.ledger.commit(*writes)
         assert await newer.all_rows() != before
 
 
-async def test_what_is_of_other_rooms_is_written_all_the_same(address: str) -> None:
+async def test_writes_of_other_rooms_still_succeed(address: str) -> None:
     async with Server(address, "older") as older, Server(address, "newer") as newer:
         await older.takes("r")
         await older.takes("other", 3)
@@ -186,7 +186,7 @@ async def test_of_two_that_take_a_room_after_the_same_lease_one_has_it(address: 
             assert sorted(type(each).__name__ for each in came) == ["Lease", "LeaseLostError"]
 
 
-async def test_a_released_room_is_written_no_more_by_who_had_it(address: str) -> None:
+async def test_a_released_room_is_not_written_by_its_former_server(address: str) -> None:
     async with Server(address, "a") as a:
         await a.takes("r")
         await a.ledger.commit(*BEFORE)
@@ -194,7 +194,7 @@ async def test_a_released_room_is_written_no_more_by_who_had_it(address: str) ->
         assert lease is not None
         await a.leases.release(lease)
         before = await a.all_rows()
-        a.book.add(lease, a.lost.append)  # as if it had been handed in before
+        a.book.add(lease, a.lost.append)  # as if the write had been submitted before the release
         a.book.note(1, "r")
         with pytest.raises(LeaseLostError):
             await a.ledger.commit(replace(DROP, ball=1))
@@ -205,7 +205,7 @@ async def test_a_released_room_is_written_no_more_by_who_had_it(address: str) ->
 
 
 class _Taken:
-    """Another server takes the room at one step of this one's ledger."""
+    """Lets another server take the room at one step of this server's ledger."""
 
     def __init__(self, url: str, step: int) -> None:
         self.other = Database(url, shared=True)
@@ -233,7 +233,7 @@ class _Taken:
             )
 
 
-def test_a_room_taken_during_a_commit_keeps_what_was_told(address: str) -> None:
+def test_a_room_taken_during_a_commit_keeps_accepted_drops(address: str) -> None:
     met, step = [], 0
     while True:
         step += 1
@@ -249,11 +249,11 @@ def test_a_room_taken_during_a_commit_keeps_what_was_told(address: str) -> None:
         table.work()
         table.database.at = lambda step: None
         told = [future.result() for future in asked if future and _came(future)]
-        now = other.take()  # before that step it had to wait for this server's transaction
+        now = other.take()  # at that step it may have had to wait for this server's transaction
         assert now is not None
         kept = other.drops()
         assert [int(each.seed) for each in told] == kept[len(before) :], other.met
-        if table.rooms.all():  # it has not heard yet
+        if table.rooms.all():  # the server has not noticed yet
             late = table.asks("main", 100 * step + 3)
             assert late is not None
             table.work()
@@ -267,7 +267,7 @@ def test_a_room_taken_during_a_commit_keeps_what_was_told(address: str) -> None:
         met.append((other.met, len(kept) - len(before), other.took is not None))
     steps = [name for name, _, _ in met]
     assert {"connect", "SELECT", "INSERT INTO drops", "commit", "committed"} <= _short(steps)
-    # Before the look at the lease the room is the other's; from then on it waits for the commit.
+    # Until the transaction reads the lease, the other can take the room; then it must wait.
     assert {kept for _, kept, took in met if took} == {0, 2}
     assert {kept for _, kept, took in met if not took} == {2}
 
@@ -281,7 +281,7 @@ def _short(steps: list[str]) -> set[str]:
     return {" ".join(each[:3]) if each[0] == "INSERT" else each[0] for each in words}
 
 
-# Who may use the database.
+# Exclusive and shared use of the database.
 
 
 def test_sharing_and_unsharing_servers_exclude_each_other(
@@ -375,7 +375,7 @@ async def test_receipts_of_several_servers_make_one_log(address: str) -> None:
 
 
 async def begin(server: Server, number: int) -> None:
-    """A room with a player's session."""
+    """Write a room with a player's session."""
     await server.takes(f"r{number}", number)
     room = replace(ROOM, number=number, id=f"r{number}")
     session = replace(SESSION, id=f"s{number}", room=f"r{number}")
@@ -389,7 +389,7 @@ def drop_of(number: int, ball: int) -> list[Write]:
 
 
 def answers_nothing(server: Server) -> threading.Event:
-    """The next commit is made and its line cut; no other is begun until the event is set."""
+    """Cut the connection after the next commit; later ones wait until the event is set."""
     go_on = threading.Event()
     cuts: list[str] = []
 
@@ -404,7 +404,7 @@ def answers_nothing(server: Server) -> threading.Event:
     return go_on
 
 
-async def test_a_commit_without_an_answer_is_told_once_it_is_found(
+async def test_an_unanswered_commit_is_reported_when_it_is_found(
     address: str,
 ) -> None:
     async with Server(address, "a") as a, Server(address, "b") as b:

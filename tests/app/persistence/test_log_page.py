@@ -1,4 +1,4 @@
-"""Pages of a room's log are read by another process, which cannot write and may die."""
+"""Another process reads the pages of a room's log; it cannot write, and it may die."""
 
 import os
 import signal
@@ -37,7 +37,7 @@ def test_a_log_is_read_by_another_process_that_may_die(url: str) -> None:
         assert verify_log(log).ok
 
 
-def test_who_reads_a_ledger_cannot_write_it(url: str) -> None:
+def test_a_reader_of_a_ledger_cannot_write(url: str) -> None:
     database = Database(url)
     database.open()
     with (
@@ -48,7 +48,7 @@ def test_who_reads_a_ledger_cannot_write_it(url: str) -> None:
     database.close()
 
 
-def test_who_reads_a_file_that_is_gone_makes_none(tmp_path: Path) -> None:
+def test_reading_a_missing_file_creates_none(tmp_path: Path) -> None:
     with pytest.raises(LedgerError, match="cannot be read"):
         PAGE.elsewhere(f"sqlite:///{tmp_path / 'plinko.db'}")
     assert not list(tmp_path.iterdir())

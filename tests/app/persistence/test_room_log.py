@@ -1,6 +1,6 @@
-"""Reading logs of rooms takes turns, rests in between, and has a bound for one address and for all.
+"""Readers of rooms' logs take turns with rests in between; their number is bounded.
 
-A hundred readers of a room of 20,000 drops once stopped `main`.
+Without that, a hundred readers of a room of 20,000 drops stopped `main`.
 """
 
 import asyncio
@@ -23,7 +23,7 @@ ENTRY = {"ball": 0, "who": "x", "result": None}
 
 
 class Disk:
-    """A ledger whose every page takes 10 ms of a clock of its own."""
+    """A ledger with its own clock, on which each page takes 10 ms."""
 
     keeps = True
 
@@ -33,7 +33,7 @@ class Disk:
         self.reading = self.most = 0
         self.broken = False
         self.pages: list[int] = []
-        self.runs: list[int] = []  # of these pages
+        self.runs: list[int] = []  # the room runs of these pages
 
     async def read(self, entries: Any) -> Entries:
         if self.broken:
@@ -102,7 +102,7 @@ async def test_one_address_s_many_logs_do_not_delay_another_s() -> None:
     several = [asyncio.create_task(read("several", 1)) for _ in range(MOST_OF_ONE)]
     await read("one", 2)
     assert disk.runs.count(2) == 8
-    # A turn passes before the other asks for its next page: two of these for one of its own.
+    # `one` asks for its next page a turn later, so `several` read two pages for one of `one`.
     assert disk.runs.count(1) <= 2 * 8
     await asyncio.gather(*several)
     assert disk.runs.count(1) == 8 * MOST_OF_ONE
@@ -117,7 +117,7 @@ async def test_one_address_reads_few_logs_and_all_a_bounded_number() -> None:
         held.append(await logs.read(room, f"b{n}", marks=False))
     with pytest.raises(BusyError):
         await logs.read(room, "c", marks=False)
-    # Who leaves before the first piece was sent gives up the place, too.
+    # A reader that leaves before the first piece was sent gives up its place, too.
     held.clear()
     gc.collect()
     assert logs.readers == 0
@@ -151,5 +151,5 @@ _BODY = ["http.response.body"]
 
 
 async def connected() -> Any:
-    """A client that does not leave."""
+    """Receive from a client that stays connected: never returns."""
     await asyncio.Event().wait()

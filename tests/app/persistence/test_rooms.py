@@ -1,4 +1,4 @@
-"""Rooms of one's own over a real server: tokens, resets, logs, and what a restart finds again."""
+"""Private rooms on a real server: tokens, resets, logs and restarts."""
 
 import asyncio
 import hashlib
@@ -32,7 +32,7 @@ from tests.kit.waiting import eventually, until
 def server(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Running]:
-    """For all that is done in rooms of a test's own."""
+    """A server for tests that use only rooms they create."""
     url = new_database(request, tmp_path_factory.mktemp("rooms"))
     with serving(database_url=url, drop_rate=1000.0, creator_rooms=1000) as running:
         yield running
@@ -49,7 +49,7 @@ def http(server: Running) -> Iterator[httpx.Client]:
 
 
 def opened(http: httpx.Client, board: Any = TINY) -> tuple[str, dict[str, str]]:
-    """A new room's id and the headers that open it."""
+    """Create a room; returns its id and the headers with its token."""
     reply = http.post("/rooms", json={"board": board})
     assert reply.status_code == 201
     return reply.json()["id"], {"authorization": f"Bearer {reply.json()['token']}"}
@@ -63,7 +63,7 @@ def land(http: httpx.Client, room: str, *seeds: int) -> list[dict[str, Any]]:
 
 
 def verify(tmp_path: Path, log: dict[str, Any]) -> int:
-    """The exit code of `plinko verify`."""
+    """Run `plinko verify` on a log; returns the exit code."""
     file = tmp_path / "room.json"
     file.write_text(json.dumps(log))
     return main(["verify", str(file)])
@@ -133,7 +133,7 @@ def test_a_secret_is_made_once_for_its_owner_and_bad_ones_named(tmp_path: Path) 
 def test_a_killed_process_s_leavings_do_not_block_its_namesake(
     tmp_path: Path,
 ) -> None:
-    """In a container every server is process 1."""
+    """In a container every server has the process id 1."""
     (tmp_path / f"secret.{os.getpid()}").write_text("half of a sec")
     assert len(secret_of("", tmp_path / "secret")) >= 32
 
@@ -141,7 +141,7 @@ def test_a_killed_process_s_leavings_do_not_block_its_namesake(
 # Changing, resetting, closing.
 
 
-async def test_a_reset_room_begins_anew_for_everyone_in_it(
+async def test_a_reset_begins_a_new_run_for_all_clients(
     server: Running, http: httpx.Client
 ) -> None:
     room, own = opened(http)
@@ -195,7 +195,7 @@ async def test_a_ball_in_flight_is_paid_whatever_its_owner_does(
 
 
 def begun(http: httpx.Client, room: str) -> tuple[str, dict[str, str]]:
-    """A session that is open, and what shows its token."""
+    """Begin and open a session; returns its id and the header with its token."""
     seed = b"\x11" * 32
     commitment = hashlib.sha256(seed).hexdigest()
     form = {"room": room, "commitment": commitment}
@@ -222,7 +222,7 @@ def test_the_same_drop_asked_for_again_is_dropped_once(server: Running, http: ht
     assert http.post(path, headers={"idempotency-key": "another"}).json()["ball"] == 1
 
 
-async def test_a_drop_whose_line_broke_is_asked_for_again_over_another(
+async def test_a_drop_is_not_repeated_on_a_new_connection(
     server: Running, http: httpx.Client
 ) -> None:
     room, _ = opened(http, "triangle-8")
@@ -233,7 +233,7 @@ async def test_a_drop_whose_line_broke_is_asked_for_again_over_another(
     async with playing(server.socket(room)) as player:
         await player.send(type="drop", ref=7, key=key)
         again = await player.until("accepted")
-        await player.send(type="drop", ref=8, key=key)  # never arrived before
+        await player.send(type="drop", ref=8, key=key)  # this one had not arrived before
         second = await player.until("accepted")
     assert (again, second["ball"]) == (first, 1)
 
@@ -409,10 +409,10 @@ def test_a_restart_finds_rooms_tokens_counts_and_balls_again(url: str, tmp_path:
         assert room not in {each.id for each in server.services.rooms.parked()}
 
 
-# A connection that broke.
+# Connections that broke.
 
 
-async def test_a_client_that_comes_back_hears_what_it_missed(
+async def test_a_reconnected_client_receives_what_it_missed(
     server: Running, http: httpx.Client
 ) -> None:
     room, own = opened(http)
@@ -454,7 +454,7 @@ async def test_a_client_that_comes_back_hears_what_it_missed(
         assert (await again.until("missed", events=None))["since"] == since
 
 
-def test_only_so_much_is_remembered_and_what_is_lost_is_said() -> None:
+def test_kept_events_are_bounded_and_losses_are_reported() -> None:
     from app.live.broadcast.replay_buffer import KEPT, Recent
     from app.protocol import messages
 

@@ -1,4 +1,4 @@
-"""Rooms of a ledger that several servers share: taken over, handed over, the same for all."""
+"""Rooms in a ledger that several servers share are taken over and handed over unchanged."""
 
 import asyncio
 import contextlib
@@ -51,7 +51,7 @@ def address(postgresql: PostgreSQL) -> str:
 async def two(
     address: str, *, claim: Claim = any_room, **settings: Any
 ) -> AsyncIterator[tuple[Life, Life]]:
-    """Two servers over one ledger; `claim` is the second one's."""
+    """Two servers that share a ledger; `claim` is the second one's."""
     async with (
         living(address, holder="a", **settings) as a,
         living(address, holder="b", claim=claim, **settings) as b,
@@ -60,7 +60,7 @@ async def two(
 
 
 def sound(address: str) -> Audit:
-    """The ledger's check, of a ledger that no server uses now."""
+    """Check a ledger that no server uses; returns the audit."""
     audit, database = Audit(), Database(address)
     database.open()
     with database.transaction() as connection:
@@ -73,7 +73,7 @@ def sound(address: str) -> Audit:
 
 
 class Watcher:
-    """A client that keeps what it is sent."""
+    """A client that records the messages sent to it."""
 
     def __init__(self, life: Life, room_id: str) -> None:
         self.heard: list[bytes] = []
@@ -103,7 +103,7 @@ async def test_a_room_goes_on_at_the_server_that_takes_it_over(address: str) -> 
         await b.run(taken, 20)
         while room.room.world.tick < taken.room.world.tick:
             room.room.look_ahead()
-            room.room.step(watched=True)  # as if it had stayed where it was
+            room.room.step(watched=True)  # as if it had stayed at its server
         assert taken.room.world.digest() == room.room.world.digest()
         await b.rest()
         await b.leave()
@@ -136,11 +136,11 @@ async def test_a_server_shows_no_tick_that_the_next_did_not_start_from(
         taken = await b.shared.arriving.take_over("main")
         assert taken is not None
         begun = taken.room.world.tick
-        a.tick(600)  # a process that wakes up ticks before it hears of anything
+        a.tick(600)  # a process that wakes up ticks before it notices the loss
         assert 0 < room.room.world.tick <= begun
 
 
-async def test_viewers_of_a_lost_room_are_sent_away_and_told_no_more(address: str) -> None:
+async def test_clients_of_a_lost_room_are_disconnected_at_once(address: str) -> None:
     async with two(address) as (a, b):
         room = await a.rooms.seek("main")
         await a.drop(room, 7)
@@ -155,7 +155,7 @@ async def test_viewers_of_a_lost_room_are_sent_away_and_told_no_more(address: st
             await watcher.running
         with pytest.raises(LeaseLostError):
             await asked
-        assert await waiting is None  # it was taken, and lands elsewhere
+        assert await waiting is None  # accepted; the ball lands at the other server
         assert watcher.heard[heard:] == []
         assert (a.rooms.all(), a.shared.leases.book.rooms, a.rooms.runner.awake) == ([], [], [])
         with pytest.raises(LeaseLostError):
@@ -163,18 +163,18 @@ async def test_viewers_of_a_lost_room_are_sent_away_and_told_no_more(address: st
         a.tick(100)
         await a.heard()
         assert (await b.row("main")).id == "main"
-        back = await a.rooms.seek("main")  # nobody keeps it from coming back
+        back = await a.rooms.seek("main")  # the first server can take the room again
         assert back.room.taken == 1
 
 
 def not_a_s(room_id: str, row: LeaseRow | None) -> int | None:
-    """As the cluster's claim while server a lives."""
+    """The cluster's claim while server `a` is alive: only rooms that `a` does not lease."""
     if row is not None and row.holder == "a":
         raise LeaseLostError(f"{room_id} is at a", holder="a")
     return None
 
 
-async def test_nobody_comes_to_a_room_at_the_server_that_lost_it(address: str) -> None:
+async def test_a_lost_room_cannot_be_joined_at_its_former_server(address: str) -> None:
     async with two(address, claim=not_a_s) as (a, b):
         room = await b.rooms.seek("main")
         await b.drop(room, 7)
@@ -202,7 +202,7 @@ async def test_a_room_is_handed_over_without_a_tick_in_between(address: str) -> 
                 a.tick(1)
                 await asyncio.sleep(0)
             await leaving
-            accepted = await asked  # what was taken is told before the room goes
+            accepted = await asked  # answered before the room leaves
             assert accepted.ball == 1
             at = room.room.world.tick
             assert await a.shared.leases.holder_of(room.id) is not None
@@ -227,7 +227,7 @@ async def test_viewers_are_sent_on_only_when_the_next_server_is_ready(address: s
             await turns()
             assert not watcher.running.done()
             with pytest.raises(LeaseLostError):
-                a.rooms.find(room.id)  # whatever they ask for meanwhile
+                a.rooms.find(room.id)  # requests meanwhile find no room
 
         await a.shared.leaving.hand_over(room.id, receive)
         assert [each.room.world.tick for each in taken] == [room.room.world.tick]
@@ -292,7 +292,7 @@ async def test_a_room_is_handed_to_one_server_and_none_comes_between(
         assert lease.number == row.number + 1
 
 
-async def test_hundreds_who_seek_a_room_at_once_cost_one_query(
+async def test_hundreds_of_simultaneous_seeks_cost_one_query(
     address: str,
 ) -> None:
     looks = []
@@ -305,7 +305,7 @@ async def test_hundreds_who_seek_a_room_at_once_cost_one_query(
         await a.rooms.seek("main")
         asking = [asyncio.create_task(b.rooms.seek("main")) for _ in range(300)]
         await turns()
-        asking[0].cancel()  # and takes the answer from nobody
+        asking[0].cancel()  # must not cancel the other caller's answer
         found = await asyncio.gather(*asking[1:], return_exceptions=True)
         assert {type(each) for each in found} == {LeaseLostError}
         assert looks == ["main"]
@@ -331,7 +331,7 @@ async def test_a_client_of_a_leaving_room_waits_until_it_is_there(address: str) 
         assert (await a.rooms.seek(room.id)).id == room.id
 
 
-async def test_of_many_who_ask_at_once_each_finds_the_one_room(address: str) -> None:
+async def test_simultaneous_requests_find_the_same_room(address: str) -> None:
     async with two(address) as (a, b):
         room = await a.rooms.create(BOARD)
         await a.shared.leaving.hand_over(room.id)
@@ -354,7 +354,7 @@ async def test_a_take_over_that_is_overtaken_is_no_damage(
         reading, overtaken = recovery._read, asyncio.Event()
 
         async def overtake(read: Any, **values: Any) -> Any:
-            if "replay" in values and not overtaken.is_set():  # the inputs of the row before
+            if "replay" in values and not overtaken.is_set():  # inputs after the previous row
                 overtaken.set()
                 again = await a.shared.arriving.take_over("main")
                 assert again is not None
@@ -429,12 +429,12 @@ async def test_an_unused_room_closes_anywhere_once_the_ledger_answers(
 
 
 def no_answer(*_: object, **__: object) -> None:
-    """What comes of a statement to a database that is not there."""
+    """Raise the error of a statement to an unreachable database."""
     raise OSError("nobody answers")
 
 
 async def asked_again(work: Callable[[], Awaitable[object]]) -> None:
-    """Do this, again and again where the ledger of a busy machine does not answer in time."""
+    """Await this work, with retries if the ledger of a busy machine does not answer in time."""
     async with asyncio.timeout(LIMIT):
         while True:
             with contextlib.suppress(LedgerError):
@@ -500,7 +500,7 @@ async def test_a_player_s_session_goes_on_where_its_room_does(address: str) -> N
         for _ in range(2):
             await b.drop(moved, None, session=there, stake=10)
         await b.rest()
-        # Back again: what was known of it here was let go with the room.
+        # The room returns: the first server forgot the session when the room left.
         await b.shared.leaving.hand_over(room.id)
         again = await at_a.find(session.id)
         assert again.drops == 5

@@ -1,4 +1,4 @@
-"""What was staked and paid is counted once, by board and size of stake, and held to what should."""
+"""Stakes and payouts are counted once, by board and stake, and compared with expectation."""
 
 from math import sqrt
 
@@ -54,7 +54,7 @@ def test_staked_plays_count_once_however_often_written(url: str) -> None:
     database.close()
 
 
-def test_stakes_are_told_apart_by_powers_of_ten() -> None:
+def test_stakes_are_grouped_by_powers_of_ten() -> None:
     assert [band(stake) for stake in (1, 9, 10, 999, 1000, 10**9)] == [1, 1, 10, 100, 1000, 10**9]
 
 
@@ -65,7 +65,7 @@ def test_the_tolerance_is_k_sigma_by_the_root_of_the_plays() -> None:
     assert (found.actual, found.expected) == (0.95, 0.99)
     rounding = 400 / 400_000
     assert found.tolerance == pytest.approx(DEVIATIONS * 2.0 / sqrt(400) + rounding)
-    # One large stake among small ones is as good as one play, whatever their number.
+    # One large stake among many small ones counts like a single play.
     rare = return_of(
         plays=101, staked=10_100, squares=1e8, paid=0, expected=0.99, doubt=0.0, sigma=2.0
     )
@@ -73,7 +73,7 @@ def test_the_tolerance_is_k_sigma_by_the_root_of_the_plays() -> None:
 
 
 def told(*found: Total) -> dict[tuple[str, str, str], float]:
-    """What the metrics say of these totals: by name, board and size of stake."""
+    """The metrics of these totals, by name, board and size of stake."""
     returns = Returns(NullLedger(), lambda: [BOARD], found)
     return {
         (name, labels["board"], labels["stake"]): value
@@ -81,7 +81,7 @@ def told(*found: Total) -> dict[tuple[str, str, str], float]:
     }
 
 
-def test_a_preset_s_return_is_told_beside_what_it_should_be() -> None:
+def test_a_preset_s_return_is_shown_with_its_expectation() -> None:
     found = told(Total(BOARD.digest, 100, False, 100, 10_000, 1e6, 20_000))
     where = (BOARD.name, "100")
     (own, *_) = odds_of_record(BOARD)

@@ -1,5 +1,4 @@
-"""What is told of drops and results: there with them or not at all, told by a real server twice
-rather than never."""
+"""Webhooks are stored in the same transaction as drops and results, and sent at least once."""
 
 import asyncio
 import dataclasses
@@ -74,7 +73,7 @@ def test_each_target_gets_each_drop_and_each_result_once(url: str) -> None:
         async with opened(url, (URL, "http://other.test")) as ledger:
             await ledger.commit(*begun(), drop(0), drop(1))
             await ledger.commit(result(1))
-            await ledger.commit(result(1), result(0))  # as after a crash: computed again
+            await ledger.commit(result(1), result(0))  # computed again, as after a crash
             for target in (URL, "http://other.test"):
                 assert await ids(ledger, target) == [
                     (0, "accepted"), (1, "accepted"), (1, "landed"), (0, "landed")
@@ -87,7 +86,7 @@ def test_each_target_gets_each_drop_and_each_result_once(url: str) -> None:
     asyncio.run(scene())
 
 
-def test_a_drop_that_is_refused_is_told_to_nobody(url: str) -> None:
+def test_a_refused_drop_is_sent_to_no_target(url: str) -> None:
     async def scene() -> None:
         async with opened(url) as ledger:
             await ledger.commit(*begun(), drop(0))
@@ -98,7 +97,7 @@ def test_a_drop_that_is_refused_is_told_to_nobody(url: str) -> None:
     asyncio.run(scene())
 
 
-def test_a_ball_that_is_given_up_is_told_as_landed(url: str) -> None:
+def test_a_voided_ball_is_sent_as_landed(url: str) -> None:
     async def scene() -> None:
         async with opened(url) as ledger:
             await ledger.commit(*begun(), drop(0, stake=100))
@@ -118,7 +117,7 @@ def test_without_targets_nothing_is_written_down(url: str) -> None:
     asyncio.run(scene())
 
 
-def test_what_waits_of_a_room_goes_when_the_room_is_pruned(url: str) -> None:
+def test_pruning_a_room_deletes_its_waiting_webhooks(url: str) -> None:
     async def scene() -> None:
         async with opened(url) as ledger:
             await ledger.commit(*begun(), drop(0), Close(RUN, 50, 1.0))
@@ -128,7 +127,7 @@ def test_what_waits_of_a_room_goes_when_the_room_is_pruned(url: str) -> None:
     asyncio.run(scene())
 
 
-def test_more_boards_than_are_remembered_are_told_of(
+def test_more_boards_are_sent_than_are_cached(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("app.webhooks.sender.MOST_BOARDS", 1)
@@ -156,7 +155,7 @@ def test_more_boards_than_are_remembered_are_told_of(
 
 
 class Sending:
-    """A sender whose waits take no time; `waited` are those between tries."""
+    """A sender whose waits take no time; `waited` lists the waits between attempts."""
 
     def __init__(self, ledger: Ledger, target: FakeTarget, patience: float = 10.0) -> None:
         self.waited: list[float] = []
@@ -194,10 +193,10 @@ def test_a_failing_target_gets_all_in_order_once_it_is_well(fault: Any, tmp_path
     accepted = [f"1.{ball}.accepted" for ball in range(MOST)]
     assert target.ids == accepted + [f"1.{ball}.landed" for ball in reversed(range(MOST))]
     assert sending.waited == [FIRST, 2 * FIRST, 4 * FIRST]
-    assert len(set(target.bodies[:4])) == 1  # what is sent again is the same
+    assert len(set(target.bodies[:4])) == 1  # every attempt sends the same body
 
 
-def test_what_the_ledger_could_not_forget_is_told_again(tmp_path: Path) -> None:
+def test_events_not_deleted_from_the_ledger_are_sent_again(tmp_path: Path) -> None:
     target = FakeTarget()
 
     class Forgetful(Ledger):
@@ -222,7 +221,7 @@ def test_what_the_ledger_could_not_forget_is_told_again(tmp_path: Path) -> None:
     assert target.ids[:3] == ["1.0.accepted"] * 3
 
 
-def test_a_prize_and_whose_it_is_are_told(tmp_path: Path) -> None:
+def test_a_prize_is_sent_with_its_winner(tmp_path: Path) -> None:
     target = FakeTarget()
     form = msgspec.json.decode(BOARD.to_json())
     form["bins"]["labels"] = [{"text": f"prize {number}"} for number in range(9)]
@@ -263,7 +262,7 @@ def test_a_sender_that_fails_says_so_counts_as_late_and_goes_on(
 
 @pytest.mark.parametrize("url", [SQLITE], indirect=True)
 def test_a_target_gets_every_ball_despite_failures_and_a_kill(url: str, tmp_path: Path) -> None:
-    """A show: 40 drops, a target that answers every other request with 500, and SIGKILL."""
+    """40 drops, a target that answers every other request with 500, and a killed server."""
     target = FlakyTarget()
 
     async def scene() -> None:
@@ -273,7 +272,7 @@ def test_a_target_gets_every_ball_despite_failures_and_a_kill(url: str, tmp_path
                 for seed in range(20):
                     answer = await client.post("/api/v1/rooms/main/drops", json={"seed": str(seed)})
                     answer.raise_for_status()
-            served.end(signal.SIGKILL)  # nobody has heard of anything yet
+            served.end(signal.SIGKILL)  # before the target received anything
             served.start()
             async with target.served():
                 await eventually(lambda: target.heard)

@@ -1,4 +1,4 @@
-"""Pictures over HTTP: every format, cacheable, shared by all who ask, refused with the reason."""
+"""Pictures over HTTP: all formats, cached and computed once; refusals give the reason."""
 
 import asyncio
 import functools
@@ -80,7 +80,7 @@ def test_a_picture_is_cacheable_under_a_tag_for_each_query(http: httpx.Client) -
 
 @pytest.fixture
 def no_worker(server: Running, monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
-    """Once it is called, whatever would be computed by a worker fails."""
+    """A function; after it is called, every computation in a worker fails."""
 
     async def refuse(*_: object, **__: object) -> None:
         raise AssertionError("a worker was asked")
@@ -208,7 +208,7 @@ def test_many_drops_that_cannot_be_drawn_are_named(
 
 @pytest.mark.parametrize("draw", [tasks.density, functools.partial(tasks.sheet, columns=None)])
 def test_drops_that_take_too_long_are_given_up(draw: Callable[..., bytes]) -> None:
-    """A clock that runs fast stands for a board on which balls bounce for ever."""
+    """A time limit below zero stands for a board on which balls bounce for ever."""
     with pytest.raises(InvalidValueError, match="too long") as refused:
         draw(tasks.Many(BOARD, 150, 77), "png", 760, "light", seconds=-1.0)
     assert refused.value.field == "drops"
@@ -217,7 +217,7 @@ def test_drops_that_take_too_long_are_given_up(draw: Callable[..., bytes]) -> No
 # made once
 
 
-async def test_those_who_ask_at_once_share_one_drawing() -> None:
+async def test_simultaneous_callers_share_one_drawing() -> None:
     pictures, go, started = Pictures(100), asyncio.Event(), []
 
     async def draw() -> bytes:
@@ -226,7 +226,7 @@ async def test_those_who_ask_at_once_share_one_drawing() -> None:
         return b"picture"
 
     asking = [asyncio.create_task(pictures.get("a", draw)) for _ in range(20)]
-    await asyncio.sleep(0)  # they all begin
+    await asyncio.sleep(0)  # all tasks begin
     asking[0].cancel()
     go.set()
     assert await asyncio.gather(*asking[1:]) == [b"picture"] * 19
@@ -254,7 +254,7 @@ async def test_cached_pictures_are_bounded_and_the_unused_go_first() -> None:
     assert pictures.size <= 100
 
 
-async def test_a_picture_that_nobody_waits_for_any_more_is_not_drawn() -> None:
+async def test_a_picture_without_callers_is_not_drawn() -> None:
     begun, ended = asyncio.Event(), asyncio.Event()
 
     async def draw() -> bytes:

@@ -1,4 +1,4 @@
-"""Live pictures: drawn while somebody watches and something moves, once for all who do."""
+"""Live pictures are drawn only while a client watches and a ball moves, once for all clients."""
 
 import asyncio
 import io
@@ -36,7 +36,7 @@ def decode(picture: bytes) -> Any:
 
 
 def picture_in(part: bytes) -> Any:
-    """The picture of a part, after which the next one's head must follow."""
+    """The picture in a part of the stream, which must end with the next part's head."""
     end = b"\r\n" + PART_HEAD
     assert part.endswith(end)
     assert f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\n\r\n".encode() == PART_HEAD
@@ -174,18 +174,18 @@ async def test_a_frame_shows_the_balls_where_they_are_with_their_trails() -> Non
 
 
 def never_pausing(cameras: Cameras) -> None:
-    """A clock on which every frame is long due: cameras film whenever there is something to."""
+    """Set a clock on which every frame is due: cameras draw whenever the room has changed."""
     cameras._clock = itertools.count(0.0, 1.0).__next__
 
 
 async def settled(cameras: Cameras) -> None:
-    """Wait until every camera waits for something to happen: it begins nothing by itself."""
+    """Wait until every camera waits for a change in its room."""
     for _ in range(2):
         await turns()
         await eventually(lambda: cameras._workers.jobs == 0)
 
 
-async def test_nothing_is_drawn_for_nobody_or_of_a_room_that_sleeps() -> None:
+async def test_nothing_is_drawn_without_viewers_or_of_an_idle_room() -> None:
     async with filming() as cameras:
         room = room_of()
         room.drop(DropCommand(1))
@@ -199,7 +199,7 @@ async def test_nothing_is_drawn_for_nobody_or_of_a_room_that_sleeps() -> None:
         assert cameras.drawn == 1  # time passed, but the room did not move
         advance(room, cameras)
         await more
-        for _ in range(5):  # moves, but nobody waits for a frame
+        for _ in range(5):  # the room moves, but no client waits for a frame
             advance(room, cameras)
             await settled(cameras)
         assert cameras.drawn == 2
@@ -211,7 +211,7 @@ async def test_nothing_is_drawn_for_nobody_or_of_a_room_that_sleeps() -> None:
         assert cameras.drawn == 2
 
 
-async def test_a_viewer_that_reads_slowly_gets_the_newest_and_delays_nobody() -> None:
+async def test_a_slow_viewer_gets_the_newest_and_delays_no_other() -> None:
     async with filming() as cameras:
         room = room_of()
         room.drop(DropCommand(1))
@@ -225,13 +225,13 @@ async def test_a_viewer_that_reads_slowly_gets_the_newest_and_delays_nobody() ->
 
 
 async def test_a_camera_keeps_to_its_rate(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ten frames a second, each of which takes a hundredth to draw."""
+    """Ten frames a second, each of which takes a hundredth of a second to draw."""
     now, real = [50.0], asyncio.sleep
 
     here = asyncio.get_running_loop()
 
     async def sleep(seconds: float) -> None:
-        if asyncio.get_running_loop() is not here:  # another test's server is in this process
+        if asyncio.get_running_loop() is not here:  # another test's server in this process
             await real(seconds)
             return
         now[0] += seconds
@@ -273,7 +273,7 @@ async def test_a_bin_lights_up_and_the_light_goes_out_while_the_room_sleeps() ->
         assert abs(picture_in(part) - dark)[-30:].max() < 40
 
 
-async def test_who_watches_pays_and_without_a_budget_waits_for_it() -> None:
+async def test_viewers_pay_and_wait_when_their_budget_is_empty() -> None:
     now = [50.0]
     budgets = Budgets(rate=0.5, burst=0.001)
     async with filming() as cameras:
@@ -311,10 +311,10 @@ def test_a_shot_that_cannot_be_is_refused_before_any_camera_films_it() -> None:
         assert refused.value.field == field
 
 
-async def test_a_camera_that_fails_tells_its_viewer_and_is_put_away(
+async def test_a_failed_camera_raises_at_its_viewer_and_is_removed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("app.pictures.film.draw", len)  # which takes less than a frame has
+    monkeypatch.setattr("app.pictures.film.draw", len)  # fails, as len takes one argument
     async with filming() as cameras:
         with pytest.raises(TypeError):
             await cameras.open(room_of(), SHOT)
@@ -361,7 +361,7 @@ def test_a_rooms_frame_has_a_tag_that_changes_when_it_moves(
 
 
 async def parts(response: httpx.Response) -> AsyncIterator[bytes]:
-    """The parts of a stream, each with the head of the next; the first head opens the stream."""
+    """The parts of a stream, each with the next part's head; the first begins the stream."""
     rest, end, opened = b"", b"\r\n" + PART_HEAD, False
     async for chunk in response.aiter_raw():
         rest += chunk
@@ -373,7 +373,7 @@ async def parts(response: httpx.Response) -> AsyncIterator[bytes]:
             rest = rest[at + len(end) :]
 
 
-async def test_a_stream_shows_a_fall_to_all_who_watch_and_ends_with_them(
+async def test_a_stream_shows_a_fall_to_all_and_ends_with_them(
     server: Running, http: httpx.Client
 ) -> None:
     room = new_room(http)
@@ -396,7 +396,7 @@ async def test_a_stream_shows_a_fall_to_all_who_watch_and_ends_with_them(
         await eventually(lambda: cameras.viewers == 3)
         assert cameras.films(room)
         drawn = cameras.drawn
-        for seed in itertools.count():  # a camera may have to wait for a core
+        for seed in itertools.count():  # a camera may wait long for a worker
             await client.post(f"{server.url}/api/v1/rooms/{room}/drops?wait=1", json={"seed": seed})
             if all(each.done() for each in watching):
                 break

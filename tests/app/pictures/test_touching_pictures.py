@@ -1,4 +1,4 @@
-"""Pictures of rooms whose balls touch: balls of many sizes, sleepers grey, scenes begun anew."""
+"""Pictures of rooms of touching balls: many sizes, sleeping balls in grey, reset scenes."""
 
 import asyncio
 from typing import Any
@@ -47,7 +47,7 @@ def change(room: TouchingRoom, message: Change) -> None:
 
 
 def frame_of(room: TouchingRoom) -> tuple[Any, Any]:
-    """The stage of a room, and the room's frame on it."""
+    """The stage that draws a room, and the room's picture."""
     still = still_of(room)
     stage = stage_of(still.scenery, WIDTH, "light")
     return stage, stage.frame(still.bodies, facts=still.facts).astype(int)
@@ -68,14 +68,14 @@ def test_each_ball_of_a_box_is_as_large_as_it_is() -> None:
     for x, radius in sizes.items():
         columns = slice(int(stage.view.px(x - 0.8)), int(stage.view.px(x + 0.8)))
         new = np.abs(pixels - bare)[rows, columns].max(axis=-1) > 30
-        across = new.any(axis=0).sum()  # the shadow makes it a little wider, to the right
+        across = new.any(axis=0).sum()  # the shadow widens it a little to the right
         wide = 2.0 * radius * stage.view.scale
         assert wide - 1.0 <= across <= 1.2 * wide + 2.0
         centre = stage.view.px(x), stage.view.py(1.5)
         assert redness(pixels, *centre, int(0.7 * radius * stage.view.scale)) > 0.3
 
 
-def test_who_sleeps_is_grey() -> None:
+def test_sleeping_balls_are_grey() -> None:
     arena = sandbox(12, seed=3, speed=0.0, drag=0.5)
     while arena.awake:
         arena.step()
@@ -93,7 +93,7 @@ def test_a_box_has_rails_outside_and_pegs_and_bins_inside() -> None:
     rail = np.array(THEMES["light"]["rail"])
     stage = BoxStage(Place.box(4.0, 3.0), WIDTH)
     pixels = stage.frame(sandbox(0).bodies).astype(int)
-    edge = 1.0 / stage.view.scale  # m of a pixel
+    edge = 1.0 / stage.view.scale  # metres per pixel
     for x, y in ((-2.0 - edge, 1.5), (2.0 + edge, 1.5), (0.3, -edge), (0.3, 3.0 + edge)):
         assert (colour_at(stage, pixels, x, y) == rail).all()
     for x, y in ((-2.0 + edge, 1.5), (2.0 - edge, 1.5), (0.3, 3.0 - edge)):

@@ -1,4 +1,4 @@
-"""Binary messages read as docs/protocol.md says: what a client sees, to test who writes them."""
+"""Decoders of binary messages, written after docs/protocol.md, to test the encoders."""
 
 import math
 
@@ -15,13 +15,13 @@ from app.protocol.segments import MAGIC as SEGMENTS_MAGIC
 from app.protocol.snapshots import BALL, FLAG_ASLEEP, FLAG_BOUNCED, HEADER, MAGIC
 from engine.physics.flight import basis
 
-GRID = 65535  # steps of a coordinate across the extent
+GRID = 65535  # steps of a coordinate over the extent
 TURN = 256  # steps of an angle in a full turn
-STEPS = 1024  # of a tick, in which a segment's age is told
+STEPS = 1024  # steps of a segment's age in one tick
 
 
 class Snapshot(msgspec.Struct, frozen=True):
-    """A decoded snapshot: `balls` has fields id x y theta vx vy (SI units), bounced, asleep."""
+    """A decoded snapshot; `balls` has the fields id x y theta vx vy (SI units), bounced, asleep."""
 
     tick: int
     seq: int
@@ -43,9 +43,9 @@ DECODED = np.dtype(
 
 
 def decode_snapshot(data: bytes, extent: Extent, velocity_scale: float) -> Snapshot:
-    """A snapshot's bytes as values in SI units.
+    """Decode a snapshot into SI units.
 
-    Raises MalformedError naming the byte count, magic or version that is wrong.
+    Raises MalformedError if byte count, magic or version is wrong.
     """
     if len(data) < HEADER.size:
         raise MalformedError(f"a snapshot of {len(data)} bytes has no whole header")
@@ -68,9 +68,10 @@ def decode_snapshot(data: bytes, extent: Extent, velocity_scale: float) -> Snaps
 
 
 class Segments(msgspec.Struct, frozen=True):
-    """A decoded message: its tick, the room's events so far, whether it is full, and its segments.
+    """A decoded message of segments: straight `flights` and bent `curves`.
 
-    Times count from the room's start; balls are known by their number modulo 65536.
+    seq: the number of the room's events until now. Times are seconds since the room's start; a
+    ball's number is given modulo 65536.
     """
 
     tick: int
@@ -81,9 +82,9 @@ class Segments(msgspec.Struct, frozen=True):
 
 
 def decode_segments(data: bytes, scale: Scale) -> Segments:
-    """A message's bytes as segments.
+    """Decode a message of segments.
 
-    Raises MalformedError naming the byte count, magic or version that is wrong.
+    Raises MalformedError if byte count, magic or version is wrong.
     """
     if len(data) < SEGMENTS_HEADER.size:
         raise MalformedError(f"segments of {len(data)} bytes have no whole header")
@@ -126,7 +127,7 @@ def _segment(tick: int, row: tuple[float, ...], scale: Scale) -> Segment:
 def pose_at(
     segment: Segment, t: float, *, gravity: float, drag: float
 ) -> tuple[float, float, float]:
-    """x, y (m) and angle (rad) on a segment at t, counted as its own start is."""
+    """x, y (m) and angle (rad) of a ball on a segment at t, in s since the room's start."""
     s = t - segment.t
     psi = 0.5 * s * s if segment.bend else basis(drag, s)[2]
     ax, ay = segment.bend or (-drag * segment.vx, gravity - drag * segment.vy)

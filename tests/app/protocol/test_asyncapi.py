@@ -1,4 +1,4 @@
-"""The AsyncAPI document: valid, and what it says of messages holds for the golden examples."""
+"""The AsyncAPI document is valid, and the golden messages match its schemas."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What clients say: a message keeps its values, and what is malformed is told why."""
+"""Client messages are decoded with their values; errors say what is malformed."""
 
 import contextlib
 import json
@@ -43,7 +43,7 @@ def test_a_drop_message_keeps_its_values_as_they_came() -> None:
         ('{"type":"drop","seed":' + "9" * 4500 + "}", "out of range"),
     ],
 )
-def test_a_message_of_no_known_shape_is_told_why(text: str, said: str) -> None:
+def test_the_error_names_what_is_malformed(text: str, said: str) -> None:
     with pytest.raises((MalformedError, EngineError), match=said):
         client_messages.decode_message(text)
 
@@ -82,7 +82,7 @@ def nested(depth: int) -> str:
 
 @pytest.mark.parametrize("depth", [64, 65, 500, 900, 940, 960, 980, 1000, 2000])
 def test_a_note_nested_too_deeply_to_be_sent_back_is_refused(depth: int) -> None:
-    """It may be read where Python's stack is shallow, and fail to be written where it is not."""
+    """Decoding could succeed on a shallow Python stack, and encoding fail on a deeper one."""
     with pytest.raises(JsonSyntaxError, match="nested too deeply: more than 64 levels"):
         client_messages.decode_message(nested(depth))
     assert client_messages.peek(nested(depth), "ref") is None

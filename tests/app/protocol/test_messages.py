@@ -1,4 +1,4 @@
-"""What the server says: golden events, and several of them as one message."""
+"""The server's events are encoded as in the golden files, alone and several in a message."""
 
 import json
 from pathlib import Path

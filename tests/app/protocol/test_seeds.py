@@ -1,4 +1,4 @@
-"""Rooms told by seeds alone: from what is told, each drop comes out as it did in the room."""
+"""The stream `seeds`: a client computes the same drops as the room from its events."""
 
 import json
 from typing import Any
@@ -19,7 +19,7 @@ RATE = 60
 
 
 class Ear:
-    """A connection that keeps what is written to it."""
+    """A connection that records the bytes written to it."""
 
     def __init__(self) -> None:
         self.wire: list[bytes] = []
@@ -33,7 +33,7 @@ class Ear:
 
     @property
     def messages(self) -> list[list[dict[str, Any]]]:
-        """The events of each message."""
+        """The events of each text frame."""
         told = []
         for wire in self.wire:
             assert wire[0] == 0x81, "a text frame, and never a binary one"
@@ -48,7 +48,7 @@ class Ear:
 
 
 class Watched:
-    """A room that some clients watch by seeds, ticked by hand."""
+    """A room, ticked by hand, with clients of the stream `seeds`."""
 
     def __init__(self, presence: Presence | None = None) -> None:
         self.hub = Hub(10)
@@ -78,7 +78,7 @@ class Watched:
             self.tick()
 
 
-def test_from_what_is_told_every_drop_comes_out_again() -> None:
+def test_clients_recompute_every_drop_from_the_events() -> None:
     watched = Watched()
     ear = watched.join()
     for seed in range(6):
@@ -95,7 +95,7 @@ def test_from_what_is_told_every_drop_comes_out_again() -> None:
     assert not any(e["type"] == "contact" for e in ear.events)
 
 
-def test_the_clock_is_told_once_a_second_only_while_balls_move() -> None:
+def test_the_clock_is_sent_once_a_second_while_balls_move() -> None:
     watched = Watched()
     ear = watched.join()
     watched.drop(7)
@@ -123,7 +123,7 @@ def test_landings_are_grouped_for_a_tenth_of_a_second_at_most() -> None:
     assert len([m for m in ear.messages if m[0]["type"] == "landed"]) < 40
 
 
-def test_a_late_client_hears_of_no_landing_before_its_hello() -> None:
+def test_a_late_client_receives_no_landing_before_its_hello() -> None:
     watched = Watched()
     early = watched.join(1)
     watched.drop(7)
@@ -139,7 +139,7 @@ def test_a_late_client_hears_of_no_landing_before_its_hello() -> None:
     assert {e["ball"] for e in early.events if e["type"] == "landed"} == {0, 1}
 
 
-def test_only_the_player_hears_of_a_drop_by_its_ref() -> None:
+def test_only_the_player_receives_a_drop_s_ref() -> None:
     watched = Watched()
     own, other = watched.join(1), watched.join(2)
     whole = watched.join(3, messages.SEGMENTS)
@@ -149,7 +149,7 @@ def test_only_the_player_hears_of_a_drop_by_its_ref() -> None:
     assert json.loads(whole.wire[-1][2:] if whole.wire[-1][1] < 126 else whole.wire[-1][4:])["x"]
 
 
-def test_a_landing_that_is_held_is_told_with_what_comes_next() -> None:
+def test_a_delayed_landing_is_sent_with_the_next_event() -> None:
     watched = Watched()
     ear = watched.join()
     for seed in range(2):
@@ -161,7 +161,7 @@ def test_a_landing_that_is_held_is_told_with_what_comes_next() -> None:
     assert (landed["type"], accepted["type"]) == ("landed", "accepted")
 
 
-def test_drops_given_up_with_their_room_are_told_before_it_goes() -> None:
+def test_voided_drops_are_sent_before_their_room_closes() -> None:
     watched = Watched()
     ear = watched.join()
     watched.drop(7)

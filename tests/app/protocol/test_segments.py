@@ -1,4 +1,4 @@
-"""Paths in segments: drawn from the bytes alone, a ball is where the drop says it is."""
+"""The stream `segments`: a ball drawn from the bytes follows the path of the drop."""
 
 import bisect
 import json
@@ -34,9 +34,9 @@ from tests.long import tries
 GOLDEN = json.loads((Path(__file__).parents[2] / "golden" / "segments.json").read_text())
 BOARDS = ("triangle-8", "triangle-12", "triangle-16", "classic", "galton")
 
-PIXEL = 0.01  # m, where a page draws 100 pixels a metre
-FLIGHTS_OFF = 0.03 * PIXEL  # the most that rounding may do to a flight on the presets
-HALF_STEP = 1.0 / (2 * 1024 * 60)  # s by which the beginning of a segment is rounded
+PIXEL = 0.01  # m, at 100 pixels a metre
+FLIGHTS_OFF = 0.03 * PIXEL  # the largest error by rounding of a flight on a preset
+HALF_STEP = 1.0 / (2 * 1024 * 60)  # s, the largest rounding error of a segment's start
 BYTES = {"flight": 18, "curve": 26}
 
 
@@ -99,7 +99,7 @@ def test_a_damaged_frame_is_refused(data: bytes) -> None:
 
 
 class Drawing:
-    """A client that draws balls from messages alone; times are the room's."""
+    """A client that draws balls from messages; times are seconds since the room's start."""
 
     def __init__(self, scale: segments.Scale) -> None:
         self.scale = scale
@@ -111,7 +111,7 @@ class Drawing:
             self.segments.setdefault(segment.ball, []).append(segment)
 
     def drawn(self, ball: int, times: Any) -> tuple[Any, list[Segment]]:
-        """x, y and angle at each of the times, and the segment that each is on."""
+        """x, y and angle of a ball at each time, and its segment then."""
         shown = sorted(self.segments[ball], key=lambda segment: segment.t)
         starts = [segment.t for segment in shown]
         on = [shown[max(bisect.bisect(starts, t) - 1, 0)] for t in times]
@@ -122,10 +122,10 @@ class Drawing:
 def assert_drawn_true(
     drawing: Drawing, ball: int, alone: Any, start: int, since: float = 0.0
 ) -> float:
-    """Compare a drawn ball with the same drop alone; returns how far off its flights may be, m.
+    """Compare a drawn ball with the drop; returns the largest tolerance of its flights, m.
 
-    That is half a step of place, and half a step of speed for as long as the flight lasts: with
-    drag k a velocity counts for (1 - exp(-k age)) / k.
+    The tolerance is half a step of place, plus half a step of speed times the flight's age; with
+    drag k the age is replaced by (1 - exp(-k age)) / k.
     """
     scale = drawing.scale
     times = np.arange(since, alone.duration, 1.0 / 240.0)
@@ -138,7 +138,7 @@ def assert_drawn_true(
     rounded = 0.25 * scale.velocity_scale * np.where(curved, age, lasting) + 1e-9
     by_place = (box.x_max - box.x_min, 0.5 * (box.y_max - box.y_min))
     may_x, may_y = (rounded + each / segments._GRID for each in by_place)
-    # A bounce may be told half a step of time too soon or too late.
+    # A segment may start half a step of time before or after the bounce.
     begins = np.array(sorted(segment.t for segment in drawing.segments[ball]))
     from_bounce = np.abs(times[:, None] + start / scale.tick_rate - begins).min(axis=1)
     speed = np.hypot(states["vx"], states["vy"])
@@ -154,7 +154,7 @@ def assert_drawn_true(
 
 
 class Played(NamedTuple):
-    """Seeds played in a room watched both ways: the drawing, balls by seed, bytes of streams."""
+    """A played room: drawing, balls by seed, bytes of segments (cut) and snapshots (whole)."""
 
     drawing: Drawing
     balls: dict[int, int]
@@ -188,18 +188,18 @@ def test_drawn_from_the_bytes_a_ball_is_off_by_part_of_a_pixel(name: str) -> Non
         assert assert_drawn_true(played.drawing, ball, drop(board, seed), 0) <= FLIGHTS_OFF
 
 
-@pytest.mark.long  # the more balls, the less the heads of messages count
+@pytest.mark.long  # with more balls the messages' headers matter less
 @pytest.mark.parametrize("name", BOARDS)
 @pytest.mark.parametrize("balls", tries([50], [50, 200]))
 def test_segments_are_a_fifth_of_the_bytes_of_snapshots_or_less(name: str, balls: int) -> None:
-    """A segment a bounce against a snapshot a tick: the shorter the flights, the less is gained."""
+    """One segment a bounce instead of one snapshot a tick; short flights save less."""
     played = drawn_room(Board.preset(name), range(balls))
     assert played.cut <= played.whole / 5
 
 
 @pytest.mark.parametrize("name", BOARDS)
 def test_balls_that_fall_alone_take_a_fifth_of_the_bytes_too(name: str) -> None:
-    """Their messages are mostly header in both streams; one that hops for long may take more."""
+    """Headers dominate both streams; a ball that hops for long may take up to a third."""
     alone = [drawn_room(Board.preset(name), range(seed, seed + 1)) for seed in range(10)]
     assert sum(each.cut for each in alone) <= sum(each.whole for each in alone) / 5
     assert max(each.cut / each.whole for each in alone) <= 1 / 3
@@ -297,7 +297,7 @@ def test_a_long_flight_starts_where_the_ball_was_a_second_ago() -> None:
 
 
 @pytest.mark.parametrize(("x", "kept"), [(-6.0, -6.0), (-20.0, -8.0), (9.0, 8.0)])
-def test_a_ball_beside_the_board_is_sent_up_to_half_a_board_away(x: float, kept: float) -> None:
+def test_a_ball_is_sent_up_to_half_a_board_outside(x: float, kept: float) -> None:
     scale = segments.Scale(Extent(-4.0, 4.0, 0.0, 6.0), 1 / 1024, 1 / 64, 60, 9.81, 0.0)
     segment = Segment(1, OFF_WALL, 3, 0.5, x, 2.0, -1.0, 0.0, 0.0, 0.0)
     stream = segments.SegmentStream(scale, 0)
@@ -363,7 +363,7 @@ async def test_a_live_client_draws_the_drop(server: Running) -> None:
     assert decode_segments(player.binaries[0], drawing.scale).full
 
 
-async def test_both_streams_of_a_room_tell_of_the_same_landing(server: Running) -> None:
+async def test_both_streams_of_a_room_have_the_same_landing(server: Running) -> None:
     async with (
         playing(server.socket("triangle-8")) as whole,
         playing(server.socket("triangle-8?stream=segments")) as cut,
@@ -376,7 +376,7 @@ async def test_both_streams_of_a_room_tell_of_the_same_landing(server: Running) 
 
 async def test_segments_are_stamped_with_the_events_so_far(server: Running) -> None:
     async with (
-        playing(server.socket("triangle-8")),  # who is told of contacts
+        playing(server.socket("triangle-8")),  # its client receives contacts
         playing(server.socket("triangle-8?stream=segments")) as player,
     ):
         scale = scale_of(player.hello)
@@ -385,7 +385,7 @@ async def test_segments_are_stamped_with_the_events_so_far(server: Running) -> N
         seen = [decode_segments(data, scale).seq for data in player.binaries]
         assert seen == sorted(seen)
         assert seen[0] == player.hello["seq"]
-        # More than the one event it was told, since contacts count though they are not sent.
+        # More than the one event it received: contacts count, although `segments` omits them.
         assert seen[-1] > player.hello["seq"] + 1
         hello = player.hello
         asked = {"run": hello["run"], "key": hello["key"], "since": seen[-1]}

@@ -1,4 +1,4 @@
-"""Snapshots: golden bytes, what rounding and clamping leave, and what damaged ones are told."""
+"""Snapshots: golden bytes, errors by rounding and clamping, and damaged messages."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""What visitors may call themselves: people's names are taken, tricks on the reader are not."""
+"""Visitors' names: real names are accepted, deceptive characters are refused."""
 
 from typing import Any
 
@@ -34,17 +34,17 @@ def test_a_name_has_one_spelling() -> None:
         "Ada\n",
         "Ada\x00",
         "Ada\x1b[31m",
-        "\u202eadA",  # turns what follows
+        "\u202eadA",  # reverses the text after it
         "A\u2066da",
         "A\u200fda",
-        "Ad\u200ba",  # seen as another name
+        "Ad\u200ba",  # looks like another name
         "\ufeffAda",
-        "\u3164",  # seen as none
+        "\u3164",  # looks empty
         "\u2800",
         "Ada\ufe0f",
         "Ada\u00a0B",
         "Ada\u2028",
-        "\u0301Ada",  # marks on what is before it
+        "\u0301Ada",  # puts an accent on the text before it
         "A\u0336\u0337\u0338da",
         "\ud800",
         "\ue000",

@@ -1,4 +1,4 @@
-"""A relay of the tests' own, in a thread, on a free port of the loopback."""
+"""A private relay for a test, in a thread, on a free port of the loopback."""
 
 import contextlib
 from collections.abc import Iterator
@@ -19,8 +19,6 @@ from tests.kit.serving import in_thread
 
 @dataclass(frozen=True)
 class Relayed(Address):
-    """A running relay."""
-
     url: str
     here: Spectators
 

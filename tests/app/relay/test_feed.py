@@ -1,4 +1,4 @@
-"""A room and a relay over a bus in memory: spectators of both hear the same."""
+"""A room and a relay on a bus in memory: spectators of both receive the same events."""
 
 import asyncio
 from collections.abc import Iterator
@@ -29,7 +29,7 @@ from tests.kit.waiting import eventually, turns
 
 @dataclass
 class Ear:
-    """A client by seeds that keeps what it is told."""
+    """A client of the stream `seeds`, which records its events."""
 
     number: int
     told: list[dict[str, Any]] = field(default_factory=list)
@@ -51,20 +51,20 @@ class Ear:
         self.handed_over = True
 
     def since_hello(self) -> list[dict[str, Any]]:
-        """What it was told after the latest hello."""
+        """The events received since the latest hello."""
         kinds = [event["type"] for event in self.told]
         return self.told[len(kinds) - kinds[::-1].index("hello") :]
 
 
 @dataclass
 class Scene:
-    """Rooms with their feeds at one end of a bus, a relay at the other, and a clock."""
+    """Rooms with their feeds at one end of a bus, a relay at the other end, and a clock."""
 
     bus: MemoryBus = field(default_factory=MemoryBus)
     now: float = 10.0
     numbers: Iterator[int] = field(default_factory=count)
     kept: float = KEPT
-    lost: int = 0  # number of messages that the bus is to lose
+    lost: int = 0  # how many of the next messages the bus loses
 
     def __post_init__(self) -> None:
         self.rooms = Rooms(Settings(), Boards(8), Hub(64), Board.preset("triangle-8"))
@@ -95,7 +95,7 @@ class Scene:
         return Ear(next(self.numbers))
 
     def direct(self) -> Ear:
-        """ServerProcess who watches `main` without a relay."""
+        """A client that watches `main` without a relay."""
         ear = self.ear()
         self.rooms.enter(self.rooms.find("main"), ear.client)
         return ear
@@ -111,7 +111,7 @@ def scene(kept: float = KEPT) -> Iterator[Scene]:
 
 
 async def dropped(one: Scene, seed: int) -> None:
-    """Drop into `main`, and tick until the ball is in it."""
+    """Drop into `main`, and tick until the ball has entered."""
     asked = ask(one.rooms.find("main"), seed)
     while not asked.done():
         run_pass(one.rooms.runner)
@@ -119,13 +119,12 @@ async def dropped(one: Scene, seed: int) -> None:
 
 
 async def joined(replica: Replica, ear: Ear) -> Ear:
-    """Join, and wait for the hello."""
     replica.join(ear.client, ear.hand_over)
     await eventually(lambda: ear.told or ear.handed_over)
     return ear
 
 
-async def test_who_watches_over_a_relay_hears_what_the_others_hear() -> None:
+async def test_a_relay_s_spectators_receive_the_same_events() -> None:
     with scene() as one:
         near = one.direct()
         replica = one.replica()
@@ -138,7 +137,7 @@ async def test_who_watches_over_a_relay_hears_what_the_others_hear() -> None:
         await finish(one.rooms)
         assert far.since_hello() == near.since_hello()
         assert [event["type"] for event in far.told].count("landed") == 5
-        # Who came in the middle has what was before in the hello, and the rest in order.
+        # The late client has the earlier balls in its hello, and the later events in order.
         heard = late.since_hello()
         assert [event["ball"] for event in heard if event["type"] == "accepted"] == [3, 4]
         assert heard == far.since_hello()[-len(heard) :]
@@ -225,14 +224,14 @@ async def test_a_room_that_moves_keeps_its_viewers_over_a_relay() -> None:
         other.feeds.close()
 
 
-async def test_a_room_that_is_closed_hands_over_who_watches() -> None:
+async def test_a_closed_room_hands_its_spectators_over() -> None:
     with scene() as one:
         far = await joined(one.replica(), one.ear())
         one.rooms.hub.close("main", ClosedRoomError("closed by its creator"))
         await eventually(lambda: far.handed_over)
 
 
-async def test_a_process_answers_for_its_own_rooms_alone() -> None:
+async def test_a_process_answers_only_for_its_own_rooms() -> None:
     with scene() as one:
         one.feeds._holds = lambda room_id: room_id != "main"
         replica = one.replica()

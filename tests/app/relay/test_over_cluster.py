@@ -1,4 +1,4 @@
-"""Who watches over a relay stays there, whichever of several servers has the room."""
+"""A relay's spectators stay connected when their room moves to another server."""
 
 import signal
 from typing import Any
@@ -15,7 +15,7 @@ from tests.kit.redis import MISSING, PROGRAM, Redis
 
 
 def as_alone(landed: dict[str, Any], seed: int) -> bool:
-    """Whether a ball landed as it does with nobody around; spectators compute where that is."""
+    """Whether a ball landed as the engine alone computes it."""
     digest: str = drop(Board.preset(BOARD), seed).digest
     return digest.startswith(landed["digest"])
 
@@ -35,7 +35,7 @@ async def test_a_room_is_followed_between_servers_even_after_a_kill(
                 drop_at(second, room, 42)
                 assert as_alone(await far.until("landed"), 42)
                 assert move(room, first, ask=second).status_code == 200
-                await far.until("hello")  # from where it is now
+                await far.until("hello")  # from the room's new server
                 drop_at(second, room, 43)
                 assert as_alone(await far.until("landed"), 43)
                 first.end(signal.SIGKILL)

@@ -1,4 +1,4 @@
-"""A server and a relay over a real Redis: who watches, who plays, and who ends in between."""
+"""A server and a relay over a real Redis: spectators, players, and restarts of each part."""
 
 import contextlib
 import signal
@@ -36,7 +36,7 @@ def both(redis: Redis) -> Iterator[tuple[Running, Relayed]]:
 
 
 @needs_redis
-async def test_who_watches_over_a_relay_sees_the_play_of_others(
+async def test_a_relay_s_spectator_sees_other_players_drops(
     both: tuple[Running, Relayed],
 ) -> None:
     server, relay = both
@@ -151,7 +151,7 @@ async def test_redis_may_end_and_come_back() -> None:
         await player.send(type="drop", seed=1)
         await player.until("accepted")
         own.start()
-        # Once it is back a hello says what was missed.
+        # After the restart a hello has the missed events.
         anew = await far.until("hello")
         assert anew["stats"]["drops"] == 1
         await player.send(type="drop", seed=2)

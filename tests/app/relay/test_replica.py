@@ -1,4 +1,4 @@
-"""A relay's room: spectators wait for a hello, and get another one when a message is missing."""
+"""A relay's room: spectators wait for a hello, and get another after a lost message."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -31,7 +31,7 @@ ROOM = IndependentRoom("main", Board.preset("triangle-8"), tick_rate=60, max_bal
 
 
 def hello(run: str = "r1") -> bytes:
-    """What the room greets with, in this life of it."""
+    """The room's hello in this run."""
     limits = Limits(8, 1.0, 4096)
     told = msgspec.structs.replace(ROOM.hello(50.0, limits, "seeds"), run=run, key="feed")
     return msgspec.json.encode(told)
@@ -39,7 +39,7 @@ def hello(run: str = "r1") -> bytes:
 
 @dataclass
 class Watching:
-    """A client of a relay, and all that it was sent."""
+    """A client of a relay that records its events."""
 
     number: int
     heard: list[Any] = field(default_factory=list)
@@ -69,7 +69,7 @@ class Watching:
 
 @dataclass
 class Relay:
-    """A replica with a clock that stands still, and the requests that it has sent."""
+    """A replica whose clock the test sets, and the requests that it has sent."""
 
     limit: int = 8
     now: float = 100.0
@@ -97,7 +97,7 @@ class Relay:
         self.hear(EVENTS, msgspec.json.encode({"type": "landed", "ball": ball, "digest": "0"}))
 
 
-def test_a_new_client_hears_the_whole_first_and_then_events() -> None:
+def test_a_new_client_receives_the_hello_and_then_events() -> None:
     relay = Relay()
     first, second = relay.joined(1), relay.joined(2)
     assert relay.requests == [True], "one hello is for all who wait"
@@ -129,7 +129,7 @@ def test_after_a_missing_message_all_wait_for_a_hello() -> None:
     assert one.kinds == ["hello", "hello", "landed"]
 
 
-def test_another_process_with_the_room_has_everyone_begin_anew() -> None:
+def test_another_process_of_the_room_restarts_all_clients() -> None:
     relay = Relay()
     one = relay.joined()
     relay.hear(HELLO, hello("r1"))
@@ -153,7 +153,7 @@ def test_times_are_those_of_the_relay_s_own_clock() -> None:
     relay = Relay()
     one = relay.joined()
     assert relay.replica.pong(1.5) is None
-    # The room's clock is 59 s behind; this message took 0.2 s, the next no time at all.
+    # The room's clock is 59 s behind. This message took 0.2 s, the next takes no time.
     relay.now = 100.2
     relay.hear(HELLO, hello(), tick=7, tick_time=40.9, now=41.0)
     relay.now = 101.0
@@ -167,7 +167,7 @@ def test_times_are_those_of_the_relay_s_own_clock() -> None:
     assert one.heard[0]["server_time"] == pytest.approx(50.0 + 59.2)
 
 
-def test_who_has_waited_too_long_is_handed_over() -> None:
+def test_a_client_that_waited_too_long_is_handed_over() -> None:
     relay = Relay()
     one = relay.joined(1)
     relay.now += rules.PATIENCE + 0.1
@@ -177,7 +177,7 @@ def test_who_has_waited_too_long_is_handed_over() -> None:
     assert relay.replica.count == 1
 
 
-def test_when_nobody_is_there_any_more_all_are_handed_over() -> None:
+def test_without_the_room_s_process_all_are_handed_over() -> None:
     relay = Relay()
     one = relay.joined()
     relay.hear(HELLO, hello())
@@ -204,7 +204,7 @@ def test_a_room_that_ends_hands_everyone_over() -> None:
     assert one.kinds == ["hello"]
 
 
-def test_a_full_room_takes_nobody_and_one_who_left_hears_nothing() -> None:
+def test_a_full_room_refuses_and_former_clients_get_nothing() -> None:
     relay = Relay(limit=1)
     one = relay.joined(1)
     with pytest.raises(RoomFullError, match="main"):

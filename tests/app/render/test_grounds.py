@@ -1,6 +1,6 @@
-"""Grounds of places in pictures: printed within the walls, whatever the size; at home none.
+"""Backdrops of places in pictures: within the walls, at any size, and none at home.
 
-That they look as on the page is for tests/browser/test_places.py.
+tests/browser/test_places.py compares them with the page.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""The machine code of pictures: made from what is there, and the bytes that Python gives."""
+"""The pictures' WebAssembly matches its source, and paints the same bytes as Python."""
 
 import os
 from typing import Any, cast
@@ -22,12 +22,12 @@ def test_the_artifact_was_made_from_the_kernels_that_are_there() -> None:
 
 
 @pytest.mark.long("numba compiles for a while")
-def test_the_artifact_made_anew_is_the_one_that_is_there() -> None:
+def test_the_artifact_made_again_is_the_same() -> None:
     assert make.made() == make.ARTIFACT.read_bytes()
 
 
 def painted(width: int, height: int) -> list[bytes]:
-    """A picture with trails and balls, some of them beyond its edges, and its colours' indices."""
+    """A picture of trails and balls, some beyond its edges, and its indices of colours."""
     picture = np.full((height, width, 3), 90, np.uint8)
     look, lowest = look_of(5.0, "light"), height - 6
     xs, ys = np.array([-2.0, 20.3, 40.7, 1e300]), np.array([10.2, -3.0, height - 4.0, 1e300])

@@ -1,4 +1,4 @@
-"""Labels in pictures: in their bins, in their colours, cut rather than dirt, and nowhere else."""
+"""Labels in pictures lie within their bins, in their colours; too long ones are cut."""
 
 import pytest
 

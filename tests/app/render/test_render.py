@@ -1,4 +1,4 @@
-"""Pictures of drops: they show where the ball went, in the page's colours, on any board."""
+"""Pictures of drops show the ball's path in the page's colours, on any board."""
 
 import io
 import json
@@ -38,7 +38,7 @@ def decode(picture: bytes) -> Pixels:
 
 
 def frames(animation: bytes) -> Iterator[tuple[Pixels, float]]:
-    """Each frame and how long it stays, s."""
+    """Each frame and its duration in s."""
     with Image.open(io.BytesIO(animation)) as image:
         for number in range(getattr(image, "n_frames", 1)):
             image.seek(number)
@@ -46,13 +46,13 @@ def frames(animation: bytes) -> Iterator[tuple[Pixels, float]]:
 
 
 def distance(pixels: Pixels, colour: tuple[int, int, int]) -> npt.NDArray[np.float64]:
-    """How far each pixel is from a colour: 0 to 441."""
+    """The distance of each pixel's colour from a colour: 0 to 441."""
     apart: npt.NDArray[np.float64] = np.sqrt(((pixels - np.array(colour)) ** 2).sum(axis=-1))
     return apart
 
 
 def painted_over(pixels: Pixels, board: Pixels) -> npt.NDArray[np.bool_]:
-    """Where a picture differs from the empty board by more than its palette makes it."""
+    """The pixels where a picture differs from the empty board by more than its palette does."""
     far: npt.NDArray[np.bool_] = np.sqrt(((pixels - board) ** 2).sum(axis=-1)) > 50.0
     return far
 
@@ -116,7 +116,7 @@ def test_the_path_is_sampled_at_every_impact_and_finely(fall: Drop, view: View) 
 
 
 def test_the_ball_is_at_its_start_and_in_its_bin(fall: Drop, view: View, picture: Pixels) -> None:
-    """A little right of the band through its middle the ball is red."""
+    """A little to the right of the band through its middle the ball is red."""
     ball = THEMES["light"]["ball"]
     radius = fall.board.ball.radius * view.scale
     for x, y in ((fall.x_start, fall.board.drop.y), (fall.x_end, fall.board.bins.y)):
@@ -147,7 +147,7 @@ def test_bins_have_the_page_s_colours_and_the_hit_one_a_rim(
 def test_contacts_are_marked_where_ball_and_peg_touch(
     fall: Drop, view: View, picture: Pixels
 ) -> None:
-    """The last mark at each place: bounces that die on a peg are marked one over the other."""
+    """Checks only the last mark at each place: small bounces on one peg cover each other."""
     hits = fall.impacts[fall.impacts["kind"] == 0]
     pegs = hits["index"].tolist()
     last = [hits[i] for i in range(len(hits)) if pegs[i] not in pegs[i + 1 :]]
@@ -194,7 +194,7 @@ def test_an_unknown_theme_is_refused(fall: Drop) -> None:
 
 
 def red_spots(pixels: Pixels, d: Drop, view: View, at: float) -> float:
-    """How much of the square around the ball's place at a time is the ball's red."""
+    """The red part of the square around the ball's place at a time."""
     x, y = points_at(d, view, np.array([at]))[0]
     radius = d.board.ball.radius * view.scale
     square = pixels[int(y - radius) : int(y + radius), int(x - radius) : int(x + radius)]
@@ -247,7 +247,7 @@ def test_a_format_that_is_none_is_refused(fall: Drop) -> None:
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_a_palette_leaves_smooth_plates_without_bands(fall: Drop, view: View, theme: str) -> None:
-    """Averaged over small squares, no part of the plate is a whole step of brightness off."""
+    """Averaged over small squares, the plate's brightness is off by less than one step."""
     exact = drop_pixels(fall, view, theme)
     shown = decode(drop_picture(fall, theme=theme))
     plate = slice(round(view.start), round(view.bin_top))
@@ -293,7 +293,7 @@ def test_a_png_is_read_back_as_it_was() -> None:
 
 
 def test_a_ball_covers_its_area_wherever_it_lies() -> None:
-    """Its shadow is of the plate's own colour here, so that the ball alone is seen."""
+    """The shadow has the plate's colour here, so only the ball is visible."""
     look = look_of(6.3, "light")
     for x, y in ((20.0, 20.0), (20.37, 19.81), (20.5, 20.25)):
         plate = np.empty((40, 40, 3), np.uint8)
@@ -306,7 +306,7 @@ def test_a_ball_covers_its_area_wherever_it_lies() -> None:
 
 
 def test_a_balls_band_turns_with_it_clockwise() -> None:
-    """Positive angles turn +x towards +y, which is down."""
+    """Positive angles turn +x towards +y, which points down."""
     look = look_of(12.0, "light")
     for theta, along, across in ((0.0, (8, 0), (0, 8)), (math.pi / 4, (6, 6), (6, -6))):
         plate = np.zeros((40, 40, 3), np.uint8)
@@ -384,7 +384,7 @@ def test_a_frame_shows_the_ball_where_it_is_and_leaves_the_rest(
     bare = bare_frame(shown)
     for number in range(0, len(shown) - 1, 10):
         assert red_spots(shown[number], fall, view, number / 20) > 0.2
-        # Outside of the ball, its shadow and its trail the board is bare.
+        # Outside the ball, its shadow and its trail the board is empty.
         behind = np.maximum(number / 20 - TRAIL_STEP * np.arange(TRAIL_POINTS), 0.0)
         points = points_at(fall, view, behind)
         reach = 1.6 * fall.board.ball.radius * view.scale + 3
@@ -397,7 +397,7 @@ def test_a_frame_shows_the_ball_where_it_is_and_leaves_the_rest(
 
 
 def bare_frame(shown: list[Pixels]) -> Pixels:
-    """The board behind all frames but the last: at each pixel what most of them show."""
+    """The empty board of an animation: each pixel's median over the frames."""
     bare: Pixels = np.median(np.stack(shown[:-1:4]), axis=0).astype(np.int64)
     return bare
 
@@ -409,7 +409,7 @@ def test_the_last_frame_is_the_still_picture(fall: Drop, fmt: str, apart: float)
 
 
 def test_a_gif_is_small_and_has_one_palette(fall: Drop) -> None:
-    """Less than a megabyte for four seconds at 30 frames a second, and this drop is longer."""
+    """Less than 250 kB a second, at 30 frames a second."""
     gif = drop_animation(fall, "gif")
     assert len(gif) < 250_000 * fall.duration
     with Image.open(io.BytesIO(gif)) as image:
@@ -423,7 +423,7 @@ def test_a_gif_is_small_and_has_one_palette(fall: Drop) -> None:
 
 
 def test_a_short_fall_and_a_long_one_are_shown(fall: Drop) -> None:
-    """The film of a fall of minutes stops after one; its result is shown all the same."""
+    """The film of a long fall stops after LONGEST seconds, and then shows the result."""
     assert (
         len(list(frames(drop_animation(fall, "gif", 240, fps=1)))) == math.ceil(fall.duration) + 1
     )
@@ -435,7 +435,7 @@ def test_a_short_fall_and_a_long_one_are_shown(fall: Drop) -> None:
 
 
 def video(film: bytes) -> tuple[Any, list[Pixels]]:
-    """The stream of a film as MP4, and its frames."""
+    """The video stream of an MP4 film, and its frames."""
     with av.open(io.BytesIO(film), "r") as container:
         pictures = [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
         stream = container.streams.video[0]
@@ -570,7 +570,7 @@ def test_the_page_and_the_pictures_read_the_same_file() -> None:
     assert look.paint.shadow_across == shapes["ball"]["shadow"]["across"]
     opacity = shapes["ball"]["gloss"][0]["alpha"]
     assert look.paint.gloss[..., 3].max() == pytest.approx(opacity, abs=0.05)
-    for name in ("ball.js", "board.js"):  # the page has no such numbers of its own
+    for name in ("ball.js", "board.js"):  # the page reads the numbers from the theme
         script = (static_directory() / "js" / "paint" / name).read_text(encoding="utf-8")
         assert "0.24" not in script
         assert "0.45" not in script.replace("0.45 + 0.55", "")

@@ -1,4 +1,4 @@
-"""Walls in pictures: those at the sides are lined from outside, those inside lie where they are."""
+"""Walls in pictures: side walls have their rail outside, inner walls on themselves."""
 
 import itertools
 import math
@@ -22,13 +22,13 @@ def walled(*walls: dict[str, float], **more: Any) -> Board:
 
 
 def closed(*corners: tuple[float, float]) -> list[dict[str, float]]:
-    """Walls from corner to corner and back to the first."""
+    """Walls from corner to corner, and back to the first corner."""
     ends = itertools.pairwise([*corners, corners[0]])
     return [{"x1": a[0], "y1": a[1], "x2": b[0], "y2": b[1]} for a, b in ends]
 
 
 def hexagon(x: float) -> list[dict[str, float]]:
-    """About (x, 1), with a corner on top."""
+    """A hexagon around (x, 1), with a corner on top."""
     angles = (math.pi * k / 3.0 for k in range(6))
     return closed(*((x + 0.4 * math.sin(a), 1.0 - 0.4 * math.cos(a)) for a in angles))
 
@@ -50,7 +50,7 @@ def test_walls_inside_a_board_are_at_no_side(x: float) -> None:
 
 
 def test_walls_that_lead_to_the_bins_outer_ends_are_at_the_sides() -> None:
-    """In two pieces, slanted, as a funnel; and a lid that joins both is at neither."""
+    """Side walls in two pieces, as a funnel. A lid that joins both sides belongs to neither."""
     pieces = [
         {"x1": -0.75, "y1": -1.0, "x2": -0.75, "y2": 0.5},
         {"x1": -0.75, "y1": 0.5, "x2": -1.5, "y2": 2.0},
@@ -78,12 +78,12 @@ def test_an_inner_wall_s_rail_lies_on_it_and_closes_its_corner() -> None:
 
 
 def test_the_plate_goes_on_around_walls_inside() -> None:
-    """Its edge is the walls at the sides: with and without a hexagon the same plate lies there."""
+    """Only side walls end the plate: it is the same with and without the hexagon."""
     bare = walled()
     view = lay_out(HEXAGON, 600)
     assert view == lay_out(bare, 600)
     one, other = (board_pixels(board, view, "light").astype(int) for board in (HEXAGON, bare))
-    rail = 0.12 * view.scale  # further from the hexagon than its rail and shade reach
+    rail = 0.12 * view.scale  # pixels; the hexagon's rail and shadow reach less far
     rows, columns = np.mgrid[: view.height, : view.width]
     reach = 0.4 * view.scale + rail
     away = np.hypot(columns - view.px(0.0), rows - view.py(1.0)) > reach

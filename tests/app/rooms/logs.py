@@ -1,4 +1,4 @@
-"""Logs of rooms that were played, as a server exports them, with no server."""
+"""Logs of played rooms, as a server exports them, made without a server."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -32,9 +32,9 @@ SCENE = {"scene": "sandbox", "balls": 3, "width": 3.0, "height": 2.0, "radii": [
 
 
 def of_drops() -> Log:
-    """Drops of independent balls, with every field that a log has.
+    """Drops of independent balls that use every field of a log.
 
-    Landed and in flight, by seed, aim and x, staked, practice and neither.
+    Landed and in flight; by seed, aim and x; staked, practice and neither.
     """
     room = IndependentRoom("own-room", Board.from_json(OWN), tick_rate=TICKS, max_balls=9)
     rows: list[Any] = []
@@ -59,7 +59,7 @@ def of_drops() -> Log:
 
 
 def of_inputs(room: TouchingRoom, told: Sequence[dict[str, Any] | DropCommand]) -> Log:
-    """What was told to a room whose balls touch, five ticks apart."""
+    """Inputs to a room of touching balls, five ticks apart."""
     rows: list[InputRow] = []
     for what in told:
         if isinstance(what, DropCommand):
@@ -75,7 +75,7 @@ def of_inputs(room: TouchingRoom, told: Sequence[dict[str, Any] | DropCommand]) 
 
 
 def of_scene() -> Log:
-    """A sandbox in which whole numbers of type float are thrown, set and begun with."""
+    """A sandbox whose inputs, settings and scene have floats with whole values."""
     scene = Scene.of(SCENE, tick_rate=TICKS, max_balls=100)
     room = TouchingRoom("box", scene, tick_rate=TICKS, max_balls=100)
     return of_inputs(
@@ -91,7 +91,7 @@ def of_scene() -> Log:
 
 
 def of_board() -> Log:
-    """Drops among balls that touch, with whose they are."""
+    """Drops in a room of touching balls, with their players."""
     board = Board.preset("triangle-8")
     room = TouchingRoom("table", board, tick_rate=TICKS, max_balls=100)
     return of_inputs(
@@ -101,7 +101,7 @@ def of_board() -> Log:
 
 
 def finished(room: Room, entries: list[dict[str, Any]]) -> Log:
-    """A log of these entries, with its digest."""
+    """Complete a log of these entries with its digest."""
     digest = roomlog.LogDigest(roomlog.head(room))
     digest.add(entries)
     return {**roomlog.head(room), room.format.name: entries, "digest": digest.hex()}

@@ -1,4 +1,4 @@
-"""Registered boards are bounded by their number and by what they hold; the longest unused goes."""
+"""Registered boards are bounded in number and size; the least recently used is removed."""
 
 import pytest
 

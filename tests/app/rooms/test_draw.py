@@ -1,4 +1,4 @@
-"""A draw: exact odds for bins, and seeds whose balls land there, checked before it counts."""
+"""A draw: exact odds of bins, with seeds that are checked to land there."""
 
 import random
 from typing import Any
@@ -31,7 +31,7 @@ def test_a_bin_begins_just_where_the_weights_before_it_end() -> None:
     for bin_, weight in enumerate(weights):
         if not weight:
             continue
-        # The least x with x * total // 2^128 >= before, and the greatest below the next bin's.
+        # The least x with x * total // 2^128 >= before; `last` is one less than the next bin's.
         first = -(-(before << 128) // total)
         before += weight
         last = -(-(before << 128) // total) - 1
@@ -49,7 +49,7 @@ def test_a_seed_is_picked_evenly_from_its_bins_list() -> None:
 
 
 def test_bins_come_as_often_as_their_weights_say() -> None:
-    """Chi-square over 20,000 HMACs of seeded secrets, 7 degrees of freedom: 24.3 is 1 in 1,000."""
+    """Chi-square of 20,000 HMACs, 7 degrees of freedom: it exceeds 24.3 once in 1,000 times."""
     weights = [1, 2, 5, 10, 0, 100, 30, 2, 50]
     draw, total, n = draw_of(weights), sum(weights), 20_000
     chance = random.Random(47)
@@ -109,7 +109,7 @@ EQUAL: list[Any] = [1] * BINS
         (EQUAL, [*SOME[:8], ["1"] * MAX_SEEDS], "draw.seeds", "at most 10000"),
     ],
 )
-def test_what_is_no_draw_is_named(weights: Any, seeds: Any, field: str, message: str) -> None:
+def test_an_invalid_draw_is_named(weights: Any, seeds: Any, field: str, message: str) -> None:
     with pytest.raises(InvalidValueError, match=message.replace("^", r"\^")) as refused:
         Draw.of(BOARD, weights, seeds)
     assert refused.value.field == field

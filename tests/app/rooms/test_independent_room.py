@@ -1,4 +1,4 @@
-"""A room alone, with no server: commands in, events and frames out, the same each time."""
+"""A room of independent balls without a server: equal commands give equal events and frames."""
 
 import itertools
 from typing import Any

@@ -1,4 +1,4 @@
-"""A room's log: every field of it is covered or refused, in this version of it and in the first."""
+"""A log's digest covers every field, or the field is refused; also in the first version."""
 
 import copy
 import hashlib
@@ -23,7 +23,7 @@ Path = tuple[str | int, ...]
 
 
 def paths(value: Any, here: Path = ()) -> Iterator[Path]:
-    """Where every number, text and null of a JSON value is."""
+    """The paths of all numbers, strings, booleans and nulls in a JSON value."""
     if isinstance(value, dict | list):
         for key, part in value.items() if isinstance(value, dict) else enumerate(value):
             yield from paths(part, (*here, key))
@@ -32,7 +32,7 @@ def paths(value: Any, here: Path = ()) -> Iterator[Path]:
 
 
 def objects(value: Any, here: Path = ()) -> Iterator[Path]:
-    """Where every object of a JSON value is."""
+    """The paths of all objects in a JSON value."""
     if isinstance(value, dict | list):
         if isinstance(value, dict):
             yield here
@@ -47,7 +47,7 @@ def at(value: Any, path: Path) -> Any:
 
 
 def other(value: Any) -> Any:
-    """Another value of the same kind, as near as it gets."""
+    """The nearest other value of the same type."""
     match value:
         case None:
             return "someone"
@@ -128,7 +128,7 @@ def test_a_mark_that_no_player_can_have_is_refused(kind: str, who: Any) -> None:
 
 
 def of_first_version(log: Log) -> Log:
-    """The same log as releases before exported it."""
+    """The same log as earlier releases exported it."""
     if "drops" in log:
         lines = [(each["result"] or {"digest": "-"})["digest"].encode() for each in log["drops"]]
     else:
@@ -157,7 +157,7 @@ JSON = st.recursive(
 
 
 @given(JSON)
-@example(1.0577017964096304e-06)  # was written with an exponent, which JavaScript does from 1e-7 on
+@example(1.0577017964096304e-06)  # JavaScript uses an exponent only below 1e-6
 @example([1e-6, -9.999999999999999e-06, 1e-5, 9.999999999999999e-07])
 def test_the_canonical_form_is_that_of_rfc_8785(value: Any) -> None:
     assert canonical(value) == rfc8785.dumps(value)
@@ -197,19 +197,19 @@ def test_every_field_of_a_record_is_covered_or_refused(kind: str) -> None:
                 unseen.append(path)
         except RecordError:
             continue
-    # Beside an x a seed decides nothing.
+    # With an explicit x the seed has no effect.
     assert unseen == ([("seed",)] if kind == "x" else [])
     with pytest.raises(RecordError, match="note"):
         verify(record | {"note": 1})
 
 
-def test_a_time_step_beside_the_exact_solver_is_refused() -> None:
+def test_a_time_step_with_the_exact_solver_is_refused() -> None:
     record = drop("triangle-8", 1).to_dict()
     assert verify(record | {"dt": None}).ok, "a client that writes every field writes null"
     with pytest.raises(RecordError, match="dt belongs to the stepped solver"):
         verify(record | {"dt": 0.01})
 
 
-def test_the_log_of_drops_tells_stakes_and_whose_they_are() -> None:
+def test_the_log_of_drops_has_stakes_and_players() -> None:
     told = [(each["stake"], each["who"]) for each in of_drops()["drops"]]
     assert told == [(100, "ann"), (0, "ben"), (0, None), (7, "ann")]

@@ -1,4 +1,4 @@
-"""What falls in a room that ends is computed to its end, unless that takes too long."""
+"""When a room ends, its falling balls are computed to their end, within a time limit."""
 
 import pytest
 

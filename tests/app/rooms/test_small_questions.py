@@ -1,4 +1,4 @@
-"""What docs/protocol.md answers about appearing, stalls and flags, as rooms do it."""
+"""Rooms behave as docs/protocol.md says about new balls, stalls and flags."""
 
 import pytest
 
@@ -23,7 +23,7 @@ def independent() -> IndependentRoom:
 
 
 def seen(room: Room) -> decoder.Row:
-    """The room's snapshot, as a client reads it."""
+    """The room's snapshot, as a client decodes it."""
     box = {name: getattr(room.extent, name) for name in ("x_min", "x_max", "y_min", "y_max")}
     return decoder.snapshot(room.snapshot(), box, room.velocity_scale)
 
@@ -68,7 +68,7 @@ def test_a_flight_begins_at_its_drop_s_tick_and_is_sent_next() -> None:
     assert (told["tick"], flight["kind"], flight["t"]) == (tick + 1, 4, tick / 60)
 
 
-def test_bit_0_marks_impacts_too_soft_to_be_told() -> None:
+def test_bit_0_marks_impacts_too_soft_for_an_event() -> None:
     form = BOARD.to_dict()
     dull = {"restitution": 0.3, "friction": 0.2}
     form |= {"ball": form["ball"] | dull, "peg_material": dull, "wall_material": dull}

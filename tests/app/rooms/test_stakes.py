@@ -1,4 +1,4 @@
-"""Stakes and payouts: whole minor units that cannot go below zero or out of range."""
+"""Stakes and payouts are whole minor units within their range."""
 
 import hashlib
 from fractions import Fraction
@@ -36,13 +36,13 @@ def test_a_multiplier_counts_as_it_is_written() -> None:
 
 
 @pytest.mark.parametrize("stake", [-1, MAX_STAKE + 1, 1.5, 1.0, True, "5", [], 10**400])
-def test_what_is_no_stake_is_named(stake: Any) -> None:
+def test_an_invalid_stake_is_named(stake: Any) -> None:
     with pytest.raises(InvalidValueError, match=r"stake .* is not a whole number of minor units"):
         parse_stake(stake)
 
 
 @pytest.mark.parametrize("who", ["", "x" * 65, "a\nb", 5, {}])
-def test_what_is_no_mark_is_named(who: Any) -> None:
+def test_an_invalid_mark_is_named(who: Any) -> None:
     with pytest.raises(InvalidValueError, match="who "):
         parse_who(who)
 
@@ -62,7 +62,7 @@ def test_a_stake_survives_a_checkpoint_in_mid_flight() -> None:
 
 
 async def begun(player: Player) -> tuple[str, dict[str, str]]:
-    """An open session of the room that a player is in, and the header that shows its token."""
+    """Begin and open a session in a player's room; returns it, and the header with its token."""
     secret = b"\x11" * 32
     await player.send(type="session", commitment=hashlib.sha256(secret).hexdigest())
     begun = await player.until("session")
@@ -102,7 +102,7 @@ async def test_stakes_are_kept_told_and_paid(server: Running, http: httpx.Client
     assert (refused.status_code, refused.json()["field"]) == (422, "stake")
 
 
-async def test_a_stake_of_nothing_is_none(server: Running, http: httpx.Client) -> None:
+async def test_a_stake_of_zero_is_no_stake(server: Running, http: httpx.Client) -> None:
     room = http.post("/api/v1/rooms", json={"board": TINY}).json()["id"]
     async with playing(server.socket(room)) as player:
         await player.send(type="drop", seed=1, stake=0)

@@ -1,4 +1,4 @@
-"""A room whose balls touch, with no server: inputs in, events and frames out, each time alike."""
+"""A room of touching balls without a server: equal inputs give equal events and frames."""
 
 import random
 import threading
@@ -102,7 +102,7 @@ def test_a_held_ball_follows_the_hand_and_flies_on_when_let_go() -> None:
     assert places(room)[0][0] > x + 0.2, "it flies on as fast as it was led"
 
 
-def test_a_hand_of_which_nothing_is_heard_lets_go() -> None:
+def test_a_silent_hand_releases_its_ball() -> None:
     room = box()
     tell(room, "add", x=0.0, y=1.0)
     tell(room, "drag", ball=0, x=0.0, y=1.0)
@@ -112,7 +112,7 @@ def test_a_hand_of_which_nothing_is_heard_lets_go() -> None:
     assert places(room)[0][1] > 3.0
 
 
-def test_settings_and_edits_are_told_and_hold() -> None:
+def test_settings_and_edits_are_sent_and_take_effect() -> None:
     room = box(balls=3)
     edited, told = tell(room, "settings", gravity="Moon", restitution="Glass on glass")
     assert isinstance(edited, messages.Edited)
@@ -174,7 +174,7 @@ def test_drops_on_a_board_knock_each_other_and_land_in_bins() -> None:
 def play(  # noqa: PLR0912 - one branch for each thing that people do
     room: TouchingRoom, seed: int, ticks: int = 240
 ) -> list[InputRow]:
-    """Everything that people do, at random; returns the inputs as a ledger keeps them."""
+    """Do everything that players can do, at random; returns the inputs as the ledger's rows."""
     chance = random.Random(seed)
     kept = []
 
@@ -258,7 +258,7 @@ def test_a_log_that_was_changed_is_found_out() -> None:
 
 @pytest.mark.parametrize("kind", ["box", "table"])
 def test_a_room_restored_from_a_checkpoint_goes_on_bit_for_bit(kind: str) -> None:
-    # A dt that does not divide the tick leaves a remainder, which must be kept too.
+    # A dt that does not divide the tick leaves a remainder, which the checkpoint must have.
     room = box(balls=8, dt=0.013) if kind == "box" else table()
     if kind == "table":
         for seed in range(9):
@@ -405,7 +405,7 @@ def test_every_slider_has_a_range_and_a_default_within_it() -> None:
 
 
 def aside(room: TouchingRoom) -> None:
-    """Compute the next tick as another thread does, if the room wants that."""
+    """Compute the next tick on another thread, if the room offers that."""
     compute = room.begin_step()
     if compute is not None:
         thread = threading.Thread(target=compute)
@@ -431,7 +431,7 @@ def test_ticks_that_another_thread_computes_have_the_same_bits() -> None:
                 assert dear.begin_step() is None, "it is computed once"
                 told = [room.step(watched=True) for room in (dear, plain)]
                 assert told[0] == told[1]
-        aside(dear)  # for nothing, as an input comes before it is taken
+        aside(dear)  # discarded, as an input comes before the tick
         assert tell(dear, kind, **values) == tell(plain, kind, **values)
         assert dear.checkpoint() == plain.checkpoint()
         assert dear.snapshot() == plain.snapshot()
@@ -463,7 +463,7 @@ def test_no_ball_is_put_into_a_crowd_that_a_step_could_not_part() -> None:
     for _ in range(MOST_OVERLAPS + 1):
         room.plan_change(message).durable = True
     with pytest.raises(BallLimitError, match="33 balls are at"):
-        room.plan_change(message)  # those that are planned count
+        room.plan_change(message)  # planned changes count
     room.enter()
     with pytest.raises(BallLimitError, match="33 balls are at"):
         room.plan_change(AddMessage(x=0.15, y=1.0, radius=0.1))

@@ -1,4 +1,4 @@
-"""What is computed for a client that has left is ended."""
+"""When a client leaves, its computation is cancelled."""
 
 import asyncio
 from typing import Any
@@ -29,7 +29,7 @@ class Client:
         return Request({"type": "http", "headers": []}, self.receive)
 
 
-async def test_who_stays_gets_the_answer_or_the_error() -> None:
+async def test_a_client_that_stays_gets_the_answer_or_the_error() -> None:
     async def seven() -> int:
         return 7
 
@@ -41,7 +41,7 @@ async def test_who_stays_gets_the_answer_or_the_error() -> None:
         await attended(Client().request, fail())
 
 
-async def test_who_leaves_ends_the_work() -> None:
+async def test_a_client_that_leaves_ends_its_work() -> None:
     client, ended, begun = Client(), asyncio.Event(), asyncio.Event()
 
     async def work() -> None:

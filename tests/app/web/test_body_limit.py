@@ -1,4 +1,4 @@
-"""Bodies over the limit: answered before they are read, whatever the client does meanwhile."""
+"""Bodies over the limit are refused before they are read, whether the client reads or not."""
 
 import http.client
 import json
@@ -45,7 +45,7 @@ def test_an_unannounced_body_is_refused_once_over_the_limit(server: Running) -> 
         )
         for _ in range(20):
             connection.sendall(b"10000\r\n" + bytes(65536) + b"\r\n")
-        status, problem = answer(connection)  # the body goes on, unfinished
+        status, problem = answer(connection)  # the body is not finished
     assert (status, problem["code"]) == (413, "too-large")
 
 

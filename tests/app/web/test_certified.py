@@ -1,4 +1,4 @@
-"""Proofs over HTTP: what they say, what may not be asked, and what they may cost."""
+"""Proofs over HTTP: their content, refused requests, and their price."""
 
 import io
 import json

@@ -1,4 +1,4 @@
-"""A room can be closed and begun anew at once, unless what falls in it falls for very long."""
+"""A room can be closed or reset at once, unless its balls would fall for very long."""
 
 import httpx
 import pytest
@@ -33,7 +33,7 @@ def test_after_an_endless_bounce_a_room_goes_on_its_owner_pays(
             return http.post(f"{room}/reset", headers=bearer)
 
         drop()
-        tried = [end(), end()]  # the first leaves a debt that takes seconds to go
+        tried = [end(), end()]  # the first overdraws the address's budget for seconds
         assert [each.status_code for each in tried] == [503, 429]
         assert tried[0].json()["code"] == "busy"
         assert "retry-after" in tried[0].headers

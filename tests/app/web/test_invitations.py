@@ -1,4 +1,4 @@
-"""A room's QR code, read again by a reader that is not the one which wrote it."""
+"""A room's QR code can be read by another library than the one that wrote it."""
 
 import re
 
@@ -11,11 +11,11 @@ from tests.app.conftest import TINY
 from tests.kit.serving import Running
 from tests.kit.waiting import LIMIT
 
-SCALE = 8  # pixels a module
+SCALE = 8  # pixels per module
 
 
 def pixels(svg: str) -> npt.NDArray[np.uint8]:
-    """The picture of a code's SVG: modules drawn as horizontal strokes, one after the other."""
+    """Draw a code's SVG, in which modules are horizontal strokes."""
     found = re.search(r'viewBox="0 0 (\d+) (\d+)"', svg)
     assert found is not None
     width, height = map(int, found.groups())

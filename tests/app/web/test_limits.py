@@ -1,4 +1,4 @@
-"""What a rate allows, whenever it is asked, and what a quota does."""
+"""Token buckets, budgets and quotas."""
 
 import contextlib
 
@@ -50,7 +50,7 @@ def test_keys_do_not_share_and_the_longest_unseen_is_forgotten() -> None:
     buckets.take("b", 0.0, "drops")
     with pytest.raises(RateLimitError):
         buckets.take("a", 0.0, "drops")
-    buckets.take("c", 0.0, "drops")  # b is forgotten
+    buckets.take("c", 0.0, "drops")  # the bucket of b is removed
     with pytest.raises(RateLimitError):
         buckets.take("a", 0.0, "drops")
     buckets.take("b", 0.0, "drops")
@@ -80,7 +80,7 @@ def test_a_quota_counts_what_is_open_and_what_is_in_the_making() -> None:
     assert retry_after(QuotaError("x")) == 1
 
 
-def test_a_quota_forgets_those_who_have_nothing() -> None:
+def test_a_quota_forgets_clients_without_places() -> None:
     still_open: set[str] = set()
     quota = Quota(5, "rooms", still_open.__contains__)
     for number in range(100):
@@ -110,7 +110,7 @@ def test_the_less_is_left_the_less_each_client_may_take() -> None:
 def test_a_budget_is_spent_by_prices_and_comes_back_with_time() -> None:
     budgets = Budgets(rate=0.5, burst=10.0)
     budgets.charge("a", 0.0, 8.0, "pixels")
-    budgets.charge("a", 0.0, 8.0, "pixels")  # who has something left may overdraw it once
+    budgets.charge("a", 0.0, 8.0, "pixels")  # a budget that is not empty may be overdrawn once
     with pytest.raises(BudgetError, match=r"takes about 8 s .* 10 s, .* 0\.5 s each") as refused:
         budgets.charge("a", 0.0, 8.0, "pixels")
     assert refused.value.retry_after == pytest.approx(28.0)

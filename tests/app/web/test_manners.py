@@ -1,4 +1,4 @@
-"""What every page owes who opens it: words that can be read, and a place on a phone's screen."""
+"""Every page has readable colours, and can be installed on a phone."""
 
 import json
 import struct
@@ -29,7 +29,7 @@ def contrast(one: str, other: str) -> float:
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_words_stand_out_from_all_that_they_are_written_on(scheme: str) -> None:
-    """The green of "It can be played" had 3.4 on the deep end of the page, and 4.2 on the case."""
+    """The green of "It can be played" had contrasts of only 3.4 and 4.2 on two backgrounds."""
     assert contrast("#000000", "#ffffff") == pytest.approx(21.0)
     colours = THEME[scheme]
     faint = {
@@ -59,6 +59,6 @@ def test_the_pages_can_be_installed() -> None:
 @pytest.mark.parametrize("page", PAGES)
 def test_each_page_names_what_installs_it(http: httpx.Client, page: str) -> None:
     text = http.get(f"/{page}").text
-    root = "/" if page == "404.html" else ""  # shown at any depth, so its links are from the root
+    root = "/" if page == "404.html" else ""  # shown for any path, so its links are absolute
     assert f'<link rel="manifest" href="{root}manifest.json">' in text
     assert f'<link rel="apple-touch-icon" href="{root}icons/192.png">' in text

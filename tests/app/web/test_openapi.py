@@ -1,4 +1,4 @@
-"""The OpenAPI document: loads, reads well, and says what the server does."""
+"""The OpenAPI document is valid and complete, and agrees with the server."""
 
 import json
 import re
@@ -151,7 +151,7 @@ def test_what_the_boards_schema_refuses_the_server_refuses(path: tuple[str, ...]
 
 
 def test_the_boards_schema_has_the_servers_defaults() -> None:
-    """A board of nothing but defaults is the same as one that spells them all out."""
+    """A board without optional fields equals a board with the schema's defaults."""
 
     def filled(name: str) -> dict[str, Any]:
         result = {}
@@ -184,7 +184,7 @@ def test_every_operation_reads_well(document: dict[str, Any]) -> None:
 def test_failures_are_problem_details(document: dict[str, Any]) -> None:
     for path, _, operation in operations(document):
         for code, response in operation["responses"].items():
-            if int(code) >= 400 and path != "/readyz":  # whose 503 lists its checks
+            if int(code) >= 400 and path != "/readyz":  # its 503 lists its checks
                 schema = response["content"]["application/problem+json"]["schema"]
                 assert schema == {"$ref": "#/components/schemas/Problem"}, path
 
@@ -200,7 +200,7 @@ def test_every_reference_resolves_and_every_schema_is_described(
 
 
 def test_arrays_are_described_as_openapi_3_1_wants_them() -> None:
-    """One schema for all items; a list of schemas was the older drafts' way."""
+    """One schema for all items; older drafts used a list of schemas."""
 
     def check(value: object) -> None:
         if isinstance(value, dict):

@@ -1,4 +1,4 @@
-"""A player's last plays: found by the mark alone, with paths that are the drops' own, in pages."""
+"""A player's last plays, by the player's mark: with links to the drops' paths, in pages."""
 
 import csv
 import io
@@ -37,7 +37,7 @@ def recalled(http: httpx.Client, **query: Any) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def rooms(http: httpx.Client) -> tuple[str, str]:
-    """Two tables, on the second of which four plays were made, and others'."""
+    """Two rooms; the second has four plays of the player, and plays of others."""
     first, second = (http.post("/api/v1/rooms", json={"board": BOARD}).json()["id"] for _ in "ab")
     session, shown = begun(http, second)
     staked = {"stake": 100, "session": session["session"], "who": MARK, "aim": 0.1}
@@ -160,7 +160,7 @@ def test_plays_and_their_paths_outlive_the_server(tmp_path: Path) -> None:
     with first as server, server.client() as http:
         played(http, "main", seed="5", x=0.25, who=MARK)
         before = recalled(http)
-    # The next server has another main board: this one is known from the ledger alone.
+    # The next server has another main board: only the ledger knows this one.
     second = serving(database_url=url, board="triangle-8")
     with second as server, server.client() as http:
         assert recalled(http) == before

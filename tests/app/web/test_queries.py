@@ -1,4 +1,4 @@
-"""What a query may hold: decimal numbers, and values that are checked before they are used."""
+"""Query parameters: numbers are decimal, and values are checked before they are used."""
 
 from urllib.parse import quote
 
@@ -92,7 +92,7 @@ def test_a_theme_is_known_before_it_names_anything(
 ) -> None:
     address = f"{path}?theme={quote(theme)}"
     named(http, address, "theme")
-    whatever = http.get(address, headers={"if-none-match": "*"})  # answered by the ETag alone
+    whatever = http.get(address, headers={"if-none-match": "*"})  # would match any ETag
     assert whatever.status_code == 422
 
 

@@ -1,4 +1,4 @@
-"""Replays over REST: the same reply wherever the drop is computed and however it is asked for."""
+"""Drops over REST: the reply is the same whether the server or a worker computes it."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ OWN = Board.preset("triangle-8").replace(name="own").to_dict()
 
 
 class Counted:
-    """Calls of a method, which are carried out as well."""
+    """Counts the calls of a method, and passes them on."""
 
     def __init__(self, patch: pytest.MonkeyPatch, owner: object, name: str) -> None:
         self.calls = 0
@@ -27,7 +27,7 @@ class Counted:
 
 @pytest.fixture
 def here(http: httpx.Client, server: Running, monkeypatch: pytest.MonkeyPatch) -> Counted:
-    """Drops that the server computes itself; DROP's preset is ready."""
+    """Counts the drops computed by the server itself, for which DROP's preset is ready."""
     counted = Counted(monkeypatch, server.services.short, "measured")
     while not counted.calls:
         assert http.get(DROP).status_code == 200
@@ -37,7 +37,7 @@ def here(http: httpx.Client, server: Running, monkeypatch: pytest.MonkeyPatch) -
 
 @pytest.fixture
 def by_workers(server: Running, monkeypatch: pytest.MonkeyPatch) -> Counted:
-    """What workers were asked for."""
+    """Counts the computations in workers."""
     return Counted(monkeypatch, server.services.workers, "measured")
 
 

@@ -1,4 +1,4 @@
-"""Boards, drops and rooms over HTTP: right answers, and clear ones to wrong questions."""
+"""Boards, drops and rooms over HTTP: right answers, and clear errors."""
 
 import json
 from typing import Any
@@ -22,7 +22,7 @@ BOARD = Board.preset("triangle-16")
 
 
 def problem(response: httpx.Response, status: int, code: str, *named: str) -> dict[str, Any]:
-    """The problem details of a response, which must be of this kind and name these values."""
+    """The problem details of a response, which must have this code and name these values."""
     assert response.status_code == status, response.text
     assert response.headers["content-type"] == "application/problem+json"
     value = msgspec.json.decode(response.content, type=Problem)
@@ -163,7 +163,7 @@ def test_an_unplayable_board_is_refused_and_its_field_named(
 
 
 def test_a_board_whose_ball_cannot_pass_is_refused_everywhere(http: httpx.Client) -> None:
-    """Two walls closer together than the ball is wide, all the way across."""
+    """Two walls across the whole board, closer together than the ball's diameter."""
     pegs = [{"x": -1.5 + 0.1 * i, "y": 1.0, "radius": 0.01} for i in range(1, 30)]
     board = {**TINY, "pegs": pegs}
     for response in (
@@ -354,11 +354,13 @@ def test_a_bad_query_is_named(http: httpx.Client, query: str, field: str) -> Non
     ],
     ids=lambda value: repr(value)[:40],
 )
-def test_a_bad_body_is_told_why(http: httpx.Client, body: bytes, status: int, code: str) -> None:
+def test_the_error_says_why_a_body_is_bad(
+    http: httpx.Client, body: bytes, status: int, code: str
+) -> None:
     problem(http.post("/api/v1/drops", content=body), status, code)
 
 
-def test_after_all_that_the_server_goes_on(http: httpx.Client) -> None:
+def test_after_all_these_errors_the_server_still_answers(http: httpx.Client) -> None:
     assert http.get("/readyz").json()["ready"]
     assert http.get("/api/v1/drops/triangle-16/42").json()["digest"] == drop(BOARD, 42).digest
 
@@ -375,8 +377,8 @@ def test_frames_are_states_at_their_rate_and_at_the_landing(http: httpx.Client) 
 
 
 @pytest.mark.parametrize("solver", ["exact", "stepped"])
-def test_frames_tell_the_state_right_before_each_impact(http: httpx.Client, solver: str) -> None:
-    """The material's law holds between before and after, to rounding, at every free impact."""
+def test_frames_have_the_state_right_before_each_impact(http: httpx.Client, solver: str) -> None:
+    """The speeds before and after each free impact obey the material's law up to rounding."""
     path = "/api/v1/drops/triangle-16/42"
     record = http.get(f"{path}?solver={solver}").json()
     body = http.get(f"{path}/frames?fps=1&solver={solver}").json()
@@ -402,7 +404,7 @@ def test_frames_tell_the_state_right_before_each_impact(http: httpx.Client, solv
 
 
 def test_of_two_events_at_one_instant_the_later_starts_there(http: httpx.Client) -> None:
-    """A ball that does not bounce hits a peg and rides it, both at once."""
+    """A ball with restitution 0 hits a peg and begins to roll on it at the same time."""
     dead = {"restitution": 0.0, "friction": 0.1}
     board = {**TINY, "name": "dead", "ball": dead, "peg_material": dead}
     digest = http.post("/api/v1/boards", json=board).json()["digest"]
@@ -632,7 +634,7 @@ def test_an_unknown_mode_is_refused(http: httpx.Client) -> None:
 
 
 def test_limits_answer_429_with_when_to_come_back() -> None:
-    slow = {"gravity": 1e-3}  # no ball lands while this goes on
+    slow = {"gravity": 1e-3}  # no ball lands during the test
     for settings, code in (
         ({"max_balls": 3, "drop_rate": 1000.0}, "too-many-balls"),
         ({"drop_rate": 0.5}, "rate-limited"),
@@ -751,7 +753,7 @@ def test_an_allowed_site_may_act_and_read() -> None:
         assert response.headers["access-control-allow-origin"] == origin
 
 
-# How sure a drop is.
+# The certainty of a drop.
 
 
 def test_a_drop_says_how_sure_it_is_when_asked(http: httpx.Client) -> None:
@@ -772,7 +774,7 @@ def test_the_stepped_solver_is_not_asked_how_sure_it_is(http: httpx.Client) -> N
     problem(response, 422, "bad-parameter", "use 'exact'")
 
 
-def test_an_address_may_have_so_many_rooms_and_no_more() -> None:
+def test_an_address_s_rooms_are_limited() -> None:
     with (
         serving(creator_rooms=2) as server,
         server.client() as http,
@@ -837,7 +839,12 @@ def test_all_faults_of_a_board_are_named_at_once(http: httpx.Client) -> None:
     wedged = [{"x": x, "y": 2.0, "radius": 0.2} for x in (-1.25, -0.8, 0.8, 1.25)]
     refused = http.post("/api/v1/boards", json={**TINY, "ball": {"radius": 0.1}, "pegs": wedged})
     fields = [fault["field"] for fault in refused.json()["faults"]]
-    assert fields == ["pegs[0]", "pegs[2]", "pegs[0]", "pegs[3]"]  # with each other, with a side
+    assert fields == [
+        "pegs[0]",
+        "pegs[2]",
+        "pegs[0]",
+        "pegs[3]",
+    ]  # two pegs together, and each with a side
     alone = http.post("/api/v1/boards", json={"gravity": -1.0})
     assert "faults" not in alone.json()
 

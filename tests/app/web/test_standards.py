@@ -1,4 +1,4 @@
-"""HTTP as its standards have it: HEAD, compressed and conditional replies, pages, queries."""
+"""Standards of HTTP: HEAD, compressed and conditional replies, pages, queries."""
 
 import gzip
 import json
@@ -22,7 +22,7 @@ DROP = "/api/v1/drops/triangle-8/42"
 
 
 def opened(http: httpx.Client, **body: Any) -> tuple[str, dict[str, str]]:
-    """A new room's path and the headers that open it."""
+    """Create a room; returns its path and the headers with its token."""
     room = http.post("/api/v1/rooms", json=body or {"board": TINY}).json()
     return f"/api/v1/rooms/{room['id']}", {"authorization": f"Bearer {room['token']}"}
 
@@ -43,7 +43,7 @@ def land(http: httpx.Client, room: str, *seeds: int) -> None:
      "/api/v1/scenes", DROP, f"{DROP}.png", f"{DROP}/frames", "{room}/frame.png"],
 )  # fmt: skip
 def test_head_says_what_get_would_and_sends_no_body(http: httpx.Client, path: str) -> None:
-    room, _ = opened(http)  # where nothing moves between the two
+    room, _ = opened(http)  # nothing moves in it between the two requests
     path = path.format(room=room)
     head = http.head(path)
     assert (head.status_code, head.content) == (200, b"")
@@ -150,7 +150,7 @@ def test_a_page_s_parts_are_cached_for_good_the_page_is_not(http: httpx.Client) 
 @pytest.mark.parametrize(
     "path", [f"{DROP}/frames?fps=1000", "/api/v1/boards", "/js/play/main.js", "/openapi.json"]
 )
-def test_text_is_compressed_for_who_takes_it(http: httpx.Client, path: str) -> None:
+def test_text_is_compressed_for_clients_that_accept_it(http: httpx.Client, path: str) -> None:
     with http.stream("GET", path, headers={"accept-encoding": "gzip"}) as small:
         packed = b"".join(small.iter_raw())
     plain = http.get(path, headers={"accept-encoding": "identity"})
@@ -161,7 +161,7 @@ def test_text_is_compressed_for_who_takes_it(http: httpx.Client, path: str) -> N
     assert gzip.decompress(packed) == plain.content
     assert len(packed) < len(plain.content) / 2
     if "etag" in plain.headers:
-        # Other bytes, so another tag: a weak one, which says that both mean the same.
+        # The compressed bytes differ, so their ETag is weak: it means an equivalent reply.
         strong, weak = plain.headers["etag"], small.headers["etag"]
         assert weak == f"W/{strong}"
         for tag in (strong, weak):
@@ -269,7 +269,7 @@ def test_a_log_comes_in_parts(http: httpx.Client) -> None:
     assert (beyond["drops"], beyond["next"]) == ([], None)
 
 
-# Logs of closed rooms, and what verifies.
+# Logs of closed rooms, and their verification.
 
 
 def test_a_closed_rooms_log_stays_readable_and_verifies(http: httpx.Client) -> None:

@@ -1,4 +1,4 @@
-"""A box that was played elsewhere goes on in a room, at the tick and to the bit where it was."""
+"""A sandbox played in a page continues in a room, at the same tick with the same bits."""
 
 import copy
 from pathlib import Path
@@ -36,7 +36,7 @@ def opened(http: httpx.Client, told: dict[str, Any]) -> dict[str, Any]:
 
 
 def positions(running: Running, room: str) -> list[float]:
-    """Of a room that is paused, so that it stays as it is."""
+    """The balls' x in a paused room."""
     found: list[float] = running.services.rooms.find(room).room.world.bodies["x"].tolist()
     return found
 
@@ -55,7 +55,7 @@ def test_a_room_goes_on_where_a_story_ends(server: Running, http: httpx.Client, 
     assert positions(server, room["id"]) == true[:-4:4]
 
 
-def test_its_log_tells_the_whole_story_and_holds(http: httpx.Client) -> None:
+def test_its_log_has_the_whole_story_and_verifies(http: httpx.Client) -> None:
     told = paused(story())
     room = opened(http, told)
     log = http.get(f"/api/v1/rooms/{room['id']}/log").json()
@@ -66,7 +66,7 @@ def test_its_log_tells_the_whole_story_and_holds(http: httpx.Client) -> None:
     assert verify_log(log).ok
 
 
-def test_it_is_its_creator_s_alone(http: httpx.Client) -> None:
+def test_it_belongs_to_its_creator(http: httpx.Client) -> None:
     room = opened(http, story())
     assert room["owned"]
     assert room["token"]

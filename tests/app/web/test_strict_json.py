@@ -1,4 +1,4 @@
-"""JSON that could be read in two ways is refused wherever it comes in, and its place is named."""
+"""Ambiguous JSON is refused in every request, with its place."""
 
 import asyncio
 import json
@@ -11,7 +11,7 @@ from tests.app.conftest import TINY
 from tests.kit.player import playing
 from tests.kit.serving import Running
 
-BIG = 1 << 12  # bytes; a body over this is checked by a worker
+BIG = 1 << 12  # bytes; a worker checks larger bodies
 
 ENTRANCES: dict[str, dict[str, Any]] = {
     "boards": TINY,
@@ -27,7 +27,7 @@ ENTRANCES: dict[str, dict[str, Any]] = {
 
 
 def refused(http: httpx.Client, path: str, body: str, padding: int = 0) -> dict[str, Any]:
-    """The problem details of a 422 for a body, which may be made longer by blanks."""
+    """Send a body, lengthened by `padding` blanks; returns the problem details of the 422."""
     response = http.post(f"/api/v1/{path}", content=(body + " " * padding).encode())
     assert response.status_code == 422, response.text
     found: dict[str, Any] = response.json()

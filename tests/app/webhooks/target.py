@@ -1,4 +1,4 @@
-"""A target of webhooks that tests can have hang, refuse or fail."""
+"""Targets of webhooks that hang, refuse or fail as a test decides."""
 
 import asyncio
 import base64
@@ -29,11 +29,11 @@ URL = "http://target.test/hook"
 
 @dataclass
 class FakeTarget:
-    """What one target heard; `answers` are its next ones: a status, or what it raises or does."""
+    """A target without a network; `answers` has its next statuses, errors, or "hangs"."""
 
     answers: list[Any] = field(default_factory=list)
     bodies: list[bytes] = field(default_factory=list)
-    heard: list[dict[str, Any]] = field(default_factory=list)  # what it has said that it has
+    heard: list[dict[str, Any]] = field(default_factory=list)  # events it has acknowledged
 
     async def handle(self, request: httpx.Request) -> httpx.Response:
         body = await request.aread()
@@ -58,7 +58,7 @@ class FakeTarget:
 
 
 def check_signature(headers: dict[str, str], body: bytes) -> None:
-    """As a target does it."""
+    """Check a message's signature, as a target does."""
     whole = f"{headers['webhook-id']}.{headers['webhook-timestamp']}.".encode() + body
     code = hmac.new(KEY, whole, hashlib.sha256).digest()
     assert headers["webhook-signature"] == f"v1,{base64.b64encode(code).decode()}"
@@ -66,9 +66,9 @@ def check_signature(headers: dict[str, str], body: bytes) -> None:
 
 @dataclass
 class FlakyTarget:
-    """A real target that answers every other request with 500."""
+    """A target over HTTP that answers every other request with 500."""
 
-    heard: list[dict[str, Any]] = field(default_factory=list)  # what it has said that it has
+    heard: list[dict[str, Any]] = field(default_factory=list)  # events it has acknowledged
     port: int = field(default_factory=free_port)
     tries: Iterator[int] = field(default_factory=count)
 
@@ -81,7 +81,7 @@ class FlakyTarget:
         return Response(status_code=204)
 
     def options(self, folder: Path) -> tuple[str, str]:
-        """What has a server tell it."""
+        """The flags that make a server send webhooks to it."""
         listed = folder / "webhooks.json"
         url = f"http://127.0.0.1:{self.port}/hook"
         listed.write_bytes(msgspec.json.encode([{"url": url, "secret": SECRET}]))
@@ -101,9 +101,9 @@ class FlakyTarget:
             await serving
 
     async def has_heard_of(self, balls: int) -> None:
-        """Return once it has heard of so many drops and their landings, of one room's seeds 0, 1, …
+        """Wait for this many drops and their landings, of one room with the seeds 0, 1, …
 
-        Each came at first in the order of the drops, and before its landing.
+        First deliveries must be in the order of the drops, and each drop before its landing.
         """
         await eventually(lambda: len({event["id"] for event in self.heard}) == 2 * balls)
         first = list({event["id"]: event for event in self.heard}.values())

@@ -1,4 +1,4 @@
-"""What a target is sent, and how it is signed."""
+"""The events sent to a webhook's target, and their signature."""
 
 import base64
 from typing import Any
@@ -33,7 +33,7 @@ def test_an_accepted_drop_has_its_own_id_and_no_client_s_key() -> None:
     }  # fmt: skip
 
 
-def test_a_landing_tells_the_end_and_the_prize() -> None:
+def test_a_landing_has_the_result_and_the_prize() -> None:
     told = event_of({**ROW, **RESULT, "event": "landed", "practice": True}, (None, "Teapot"))
     assert told["id"] == "3.7.landed"
     assert told["label"] == "Teapot"

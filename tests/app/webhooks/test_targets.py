@@ -1,4 +1,4 @@
-"""The operator's list of targets: read at the start, or refused with the reason."""
+"""The operator's list of webhook targets is read at the start; errors give the reason."""
 
 import base64
 from pathlib import Path
@@ -58,7 +58,7 @@ def test_a_file_that_is_not_there_is_named() -> None:
         read_targets("none.json")
 
 
-def test_what_a_target_is_called_tells_no_secret(tmp_path: Path) -> None:
+def test_a_target_s_name_reveals_no_secret(tmp_path: Path) -> None:
     file = listed(tmp_path, {"url": "https://me:word@example.org:8443/t0ken", "secret": SECRET})
     (target,) = read_targets(file)
     assert target.name == "example.org:8443"

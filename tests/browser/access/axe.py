@@ -1,4 +1,4 @@
-"""Accessibility by rule: axe-core run over a page as it is now; no violation is let pass."""
+"""Run axe-core, which checks rules of accessibility, on a page in its present state."""
 
 from typing import Any
 
@@ -7,17 +7,17 @@ from axe_playwright_python.sync_playwright import Axe
 from tests.browser.screen import Screen
 from tests.long import LONG
 
-# Of the screens in looks.py, those that come in both colour schemes.
+# The names of screens in looks.py that exist in both colour schemes begin like this.
 _IN_BOTH = ("360x", "1280x")
 
 
 def asks_axe(name: str) -> bool:
-    """Whether axe looks at a screen of this name: with LONG=1 at each, else at those in both."""
+    """Whether axe checks a screen of this name: one in both schemes, or any with LONG=1."""
     return LONG or name.startswith(_IN_BOTH)
 
 
 def check_axe_on(screen: Screen, name: str) -> None:
-    """`check_axe` on a screen of this name, if axe looks at it."""
+    """Check a screen of this name if axe checks such screens."""
     if asks_axe(name):
         check_axe(screen)
 
@@ -27,12 +27,12 @@ _ENDED = """() => Promise.allSettled(
     .filter((each) => Number.isFinite(each.effect?.getComputedTiming().endTime ?? Infinity))
     .map((each) => each.finished)
 )"""
-"""Waits for all animations that end."""
+"""Waits for the end of all animations that have one."""
 
 
 def check_axe(screen: Screen) -> None:
-    """Fail with each rule that is broken, and the elements that break it."""
-    screen.page.evaluate(_ENDED)  # colours halfway through a fade are nobody's
+    """Fail if a rule is broken, with each broken rule and the elements that break it."""
+    screen.page.evaluate(_ENDED)  # colours in the middle of a fade would be measured
     found = Axe().run(screen.page).response
     broken = [_told(violation) for violation in found["violations"]]
     assert not broken, "\n".join(broken)

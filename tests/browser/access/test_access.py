@@ -1,4 +1,4 @@
-"""Playable without a mouse, without sight of the picture, without motion, on a phone and a wall."""
+"""The page is playable without mouse, picture or motion, on a phone and on a wall."""
 
 import re
 
@@ -38,7 +38,7 @@ def test_a_whole_game_by_keyboard_alone(opened: Open, server: ServerProcess) -> 
     keyboard.press("ArrowRight")
     expect(screen.page.get_by_role("radio", name="Slot 1")).to_be_checked()
     keyboard.press("Escape")
-    keyboard.press("Space")  # on More, which has the focus: the button is pressed
+    keyboard.press("Space")  # presses the button More, which has the focus
     expect(screen.page.locator("#more")).to_have_attribute("aria-expanded", "true")
     screen.page.evaluate("document.activeElement.blur()")
     keyboard.press("Space")
@@ -57,7 +57,7 @@ def test_space_in_the_seed_field_is_typed_and_does_not_drop(opened: Open, quick:
 
 def test_what_has_the_focus_is_seen_to_have_it(opened: Open) -> None:
     screen = opened().ready()
-    screen.page.keyboard.press("Tab")  # to the link that skips the head: nothing covers it
+    screen.page.keyboard.press("Tab")  # to the link that skips the head, which nothing may cover
     assert (
         screen.page.evaluate(
             """() => {
@@ -84,7 +84,7 @@ def test_what_has_the_focus_is_seen_to_have_it(opened: Open) -> None:
     assert seen >= 8
 
 
-def test_the_result_is_told_to_those_who_do_not_see_the_board(opened: Open, quick: Quick) -> None:
+def test_screen_readers_receive_the_result(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
     expect(screen.result).to_have_attribute("aria-live", "polite")
     board = screen.page.get_by_role("img", name=re.compile(r"8 rows of pegs over 9 bins"))
@@ -106,7 +106,7 @@ def test_reduced_motion_shows_path_and_result_but_no_moving_ball(
     screen.state("live")
     assert painted(screen, "board-moving") == 0
     screen.landed(screen.api(f"drops/{quick.board}/42")["bin"])
-    screen.ready().at_rest()  # the bin's light has faded, the path stays
+    screen.ready().at_rest()  # the bin's light has faded, but the path stays
     first = painted(screen, "board-moving")
     assert first > 500, "the path is drawn"
     screen.frames(12)

@@ -1,4 +1,4 @@
-"""axe finds nothing to complain about at the table, on phone and desk, in light and in dark."""
+"""axe finds no fault in the table, on phone and desk, in light and dark."""
 
 import pytest
 from playwright.sync_api import expect
@@ -12,7 +12,7 @@ from tests.kit.process import ServerProcess
 @pytest.mark.long
 @pytest.mark.parametrize("device", SCREENS)
 def test_axe_has_nothing_to_say(opened: Open, server: ServerProcess, device: str) -> None:
-    quick = quick_table(server, "classic")  # where one may aim
+    quick = quick_table(server, "classic")  # its drops can be aimed
     screen = opened(quick.page, **context_for(device)).ready()
     screen.drawer("Lab").locator("#measure summary").click()
     screen.drop.click()

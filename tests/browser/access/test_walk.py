@@ -1,4 +1,4 @@
-"""The desk at every size: each control is in view, uncovered, can be hit and says all its text."""
+"""At every size each control of the desk is visible, uncovered, hittable and has all its text."""
 
 import re
 
@@ -16,7 +16,7 @@ SIZES = [
     (640, 400),  # 1280x800 at 200 %
 ]
 
-# What is wrong with any control of the head, the board and the desk.
+# All faults of the controls of the head, the board and the desk.
 _FAULTS = """
 () => {
   const faults = [];
@@ -62,7 +62,7 @@ _FAULTS = """
 
 def faults_at(screen: Screen, width: int, height: int) -> list[str]:
     screen.page.set_viewport_size({"width": width, "height": height})
-    screen.frames(2)  # laid out anew in the next one, and drawn by the one after
+    screen.frames(2)  # the layout changes in the next frame, which the one after shows
     return [f"{width}x{height}: {fault}" for fault in screen.page.evaluate(_FAULTS)]
 
 
@@ -74,7 +74,7 @@ def test_every_control_is_visible_uncovered_large_and_whole(
 ) -> None:
     screen = opened("/?room=triangle-8", locale=language, has_touch=touch, is_mobile=touch).ready()
     faults = [fault for width, height in SIZES for fault in faults_at(screen, width, height)]
-    # In practice, and with the fields of auto-drop.
+    # In practice mode, and with the fields of auto-drop.
     screen.page.locator("input[value=auto]").check(force=True)
     faults += [fault for size in SIZES for fault in faults_at(screen, *size)]
     screen.page.set_viewport_size({"width": 1280, "height": 800})
@@ -105,7 +105,7 @@ def test_what_many_balls_came_to_is_whole(opened: Open, language: str, words: st
 
 
 @pytest.mark.parametrize(("width", "height"), SIZES)
-def test_the_board_keeps_its_size_beside_the_desk(opened: Open, width: int, height: int) -> None:
+def test_the_board_keeps_its_size_next_to_the_desk(opened: Open, width: int, height: int) -> None:
     screen = opened("/?room=triangle-16", viewport={"width": width, "height": height}).ready()
     box = screen.page.locator("#board").bounding_box()
     assert box is not None

@@ -1,1 +1,1 @@
-"""The live table in a real Chromium: play, motion, instruments, lines that break."""
+"""Tests of the live table in a real Chromium: play, motion, instruments, lost connections."""

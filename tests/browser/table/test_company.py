@@ -1,4 +1,4 @@
-"""Two visitors of a table see each other and what they won; demo balls give way to real ones."""
+"""Two visitors of a table see each other and their wins; real balls replace demo balls."""
 
 import re
 

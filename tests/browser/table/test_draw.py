@@ -1,4 +1,4 @@
-"""A table with a draw says so, shows its odds, and its session is checked as one."""
+"""A table with a draw shows that and its odds, and its session's check covers the draw."""
 
 from playwright.sync_api import expect
 

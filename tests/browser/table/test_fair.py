@@ -1,4 +1,4 @@
-"""A staked drop that nobody chose: checked beside the button, and again from its export alone."""
+"""A staked drop of a fair session is checked in the page, and again from its export alone."""
 
 import copy
 import json

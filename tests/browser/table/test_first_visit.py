@@ -1,4 +1,4 @@
-"""Somebody new on a slow line: what comes before the first drop, and whether it stands still."""
+"""A first visit: few bytes before the first drop, and no shifts of the layout."""
 
 from typing import Any
 
@@ -15,7 +15,7 @@ PAGES = [
 ]
 SCREENS = [(360, 640), (390, 844), (700, 900), (1280, 800)]
 
-# To be run before the page: how far its parts move once they are painted, as browsers count it
+# Run before the page: sums up how far parts move after they are painted, as browsers measure it
 # (https://wicg.github.io/layout-instability).
 WATCH = """
 window.shifted = 0;
@@ -24,7 +24,7 @@ new PerformanceObserver((list) => {
 }).observe({ type: "layout-shift", buffered: true });
 """
 
-# Bytes on the line for the page and all that it has fetched, and how many files those were.
+# The transferred bytes of the page and of each file that it has fetched.
 FETCHED = """
 ["navigation", "resource"].flatMap((kind) => performance.getEntriesByType(kind))
   .map(({ transferSize }) => transferSize)

@@ -1,4 +1,4 @@
-"""Nothing of a player is lost: by reload, a change of table, a new tab; and what credits allow."""
+"""A reload, another table or a new tab loses nothing of a player; credits limit stakes."""
 
 import json
 
@@ -14,12 +14,12 @@ GRANT = 1000
 
 @pytest.fixture
 def other(server: ServerProcess) -> Quick:
-    """Another table to go to, where one may aim."""
+    """Another table, whose drops can be aimed."""
     return quick_table(server, "classic")
 
 
 def settled(page: Page, drops: int) -> None:
-    """Score and balance agree, and all that was staked has come to an end."""
+    """Check that all staked drops have landed, and that score and balance agree."""
     expect(page.locator("#drops > li")).to_have_count(drops)
     expect(page.locator("#staked")).to_have_text(str(drops))
     net = float(page.locator("#net").inner_text().replace("−", "-").replace(",", ""))
@@ -27,7 +27,7 @@ def settled(page: Page, drops: int) -> None:
 
 
 def staked(screen: Screen, balls: int) -> None:
-    """So many are taken by the table: their stakes are off the balance, and they fall."""
+    """Drop this many balls, and wait until the table has accepted their stakes."""
     screen.page.get_by_role("radio", name=f"{balls} balls").check(force=True)
     screen.drop.click()
     screen.page.wait_for_function(

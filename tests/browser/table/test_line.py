@@ -1,4 +1,4 @@
-"""The line alone breaks, and the server lives: what was dropped stays ours."""
+"""Only the connection breaks, not the server: the player keeps the drops."""
 
 import pytest
 from playwright.sync_api import expect
@@ -34,7 +34,7 @@ def test_a_lost_line_moves_nothing_on_the_desk(
     complaints.allow("WebSocket")
 
 
-def test_a_drop_whose_acceptance_was_never_heard_is_ours_too(opened: Open) -> None:
+def test_a_drop_whose_acceptance_was_lost_is_kept(opened: Open) -> None:
     screen = opened("/?room=triangle-8", before=_BREAKS_AFTER_A_DROP).ready()
     screen.drop.click()
     screen.state("reconnecting")
@@ -74,7 +74,7 @@ window.WebSocket = class extends WebSocket {
 };
 """
 
-# From `lose()` on no line opens.
+# After `lose()` no connection opens.
 _LOSABLE = """
 window.WebSocket = class extends WebSocket {
   constructor(...all) {

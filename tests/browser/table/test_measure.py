@@ -1,4 +1,4 @@
-"""The instruments: what a person reads off them."""
+"""The instruments show true values."""
 
 import json
 import math
@@ -17,7 +17,7 @@ from tests.browser.screen import COUNT_FRAMES
 
 
 def measuring(screen: Any) -> Any:
-    """The screen with its instruments open."""
+    """Open the instruments of a page; returns its screen."""
     screen.drawer("Lab").locator("#measure summary").click()
     expect(screen.page.get_by_role("heading", name="Server connection")).to_be_visible()
     return screen
@@ -93,7 +93,7 @@ def test_one_ball_is_followed_and_its_speed_and_energy_drawn(opened: Open) -> No
     board = screen.api("boards/triangle-16")["board"]
     frames = screen.api("drops/triangle-16/42/frames?fps=60")
     at = {name: index for index, name in enumerate(frames["fields"])}
-    # The ball is fastest right before it hits something.
+    # The ball is fastest immediately before an impact.
     states = frames["frames"] + frames["before"]
     speeds = [math.hypot(row[at["vx"]], row[at["vy"]]) for row in states]
     said = re.search(r"at most ([\d.]+[\d])", speed.get_attribute("aria-label") or "")
@@ -119,13 +119,13 @@ def test_a_ball_is_chosen_by_a_click_on_it(opened: Open) -> None:
     other.drop.click()
     screen.state("live")
     expect(screen.page.locator("#ball-note")).to_contain_text("Click a ball")
-    # Found and clicked within one frame: on a busy machine the ball would be gone meanwhile.
+    # Found and clicked within one frame: on a busy machine the ball would move on.
     screen.page.wait_for_function(_CLICK_SILVER)
     expect(screen.page.locator("#ball-note")).to_have_text("Following seed 77.")
 
 
-# A click in the middle of the pixels of somebody else's ball, light and nearly grey; true once
-# there was one, below the place where a click would drop.
+# Click in the middle of another player's ball, whose pixels are light and nearly grey. Returns true
+# if there was one, below the area where a click drops a ball.
 _CLICK_SILVER = """() => {
   const canvas = document.querySelector("#board-moving");
   const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
@@ -161,7 +161,7 @@ def test_the_line_is_measured_only_while_something_moves(
     expect(screen.page.locator("#received")).to_have_text("0 B/s")
     screen.at_rest()
     sent = len(screen.sent)
-    screen.frames(150)  # of a table that moves, some would bring a question
+    screen.frames(150)  # enough for a ping if the table moved
     assert len(screen.sent) == sent, "a table at rest is not asked"
 
 

@@ -1,4 +1,4 @@
-"""What the page does about time that nobody watches: long flights, hidden tabs."""
+"""Long flights without events, and hidden tabs, do not confuse the page."""
 
 import re
 
@@ -12,12 +12,12 @@ from tests.kit.waiting import LIMIT
 
 
 def test_a_long_flight_without_news_is_no_broken_line(opened: Open, server: ServerProcess) -> None:
-    # The first peg is nearly two minutes away; a free fall takes less than the 1000 s of a drop.
+    # The ball reaches the first peg after nearly two minutes, within a drop's limit of 1000 s.
     weightless = {"name": "weightless", "gravity": 2e-5, "drag": 0.0}
     form = {**Board.preset("triangle-8").to_dict(), **weightless}
     rooms = f"{server.url}/api/v1/rooms"
     room = httpx.post(rooms, json={"board": form}, timeout=LIMIT).raise_for_status().json()["id"]
-    # Timers run four times as fast: what waits 8 s waits 2, which no pong on a busy machine takes.
+    # Timers run four times as fast: a time-out of 8 s takes 2 s, longer than any pong.
     screen = opened(f"/?room={room}&stream=segments", before=_HASTY).ready()
     screen.drop.click()
     screen.state("live")
@@ -25,7 +25,7 @@ def test_a_long_flight_without_news_is_no_broken_line(opened: Open, server: Serv
     def pings() -> int:
         return sum('"ping"' in str(sent) for sent in screen.sent)
 
-    enough = pings() + 8  # each after a silence of half of what the page bears
+    enough = pings() + 8  # each is sent after half of the silence that the page accepts
     screen.until(lambda: pings() >= enough)
     screen.state("live")
     assert screen.page.evaluate("sockets") == 1
@@ -75,11 +75,11 @@ def test_a_hidden_tab_catches_up_without_a_burst(opened: Open, quick: Quick) -> 
         screen.drop.click()
     screen.state("live")
     screen.page.evaluate("look('hidden')")
-    expect(screen.rows).to_have_count(12)  # all have landed and are counted, unseen
+    expect(screen.rows).to_have_count(12)  # all have landed and are counted while hidden
     expect(screen.page.locator("#staked")).to_have_text("12")
     screen.frames(90)
     screen.page.evaluate("look('visible')")
-    # The first pictures after it: no ball, no light, no ticket of what is long over.
+    # The first pictures afterwards: no ball, light or ticket of past landings.
     painted = screen.page.evaluate(
         f"""async () => {{
           const painted = [];
@@ -91,10 +91,10 @@ def test_a_hidden_tab_catches_up_without_a_burst(opened: Open, quick: Quick) -> 
         }}"""
     )
     assert painted == [0] * 5
-    # Seeds by chance may fill a bin so high that one disc stands for two balls: then it says so.
+    # By chance a bin may fill so high that a disc stands for two balls: the text then adds that.
     expect(screen.page.locator("#tray-count")).to_have_text(re.compile("^12 drops"))
 
-    # Watched from before the drop: a quick ball may be down before a busy machine looks again.
+    # The script watches before the drop: on a busy machine the ball may land before the next call.
     screen.page.evaluate(
         f"""() => {{
           const look = (done) => (({_PAINTED})() ? done(true)

@@ -1,4 +1,4 @@
-"""What landed as a pile: fetched when it is chosen, drawn disc by disc, asleep when it rests."""
+"""The pile of landed balls: its code is fetched when needed, each ball is a disc, it sleeps."""
 
 import re
 from typing import Any
@@ -10,8 +10,8 @@ from tests.browser.screen import COUNT_FRAMES, Screen
 
 PHONE: ViewportSize = {"width": 360, "height": 780}
 
-# The longest row of painted pixels between the walls of each bin's column, CSS pixels, and the
-# column's width: bars are as wide as their column, discs are not.
+# For each bin the longest painted row in its column, and the column's width, in CSS pixels: bars
+# are as wide as their column, discs are not.
 _WIDEST = """
 async ([board, walls]) => {
   const { layOut } = await import("/js/paint/geometry.js");
@@ -36,7 +36,7 @@ async ([board, walls]) => {
 }
 """
 
-# Names of all that the page has fetched.
+# The addresses of all files that the page has fetched.
 _FETCHED = "performance.getEntriesByType('resource').map(({ name }) => name)"
 
 
@@ -50,7 +50,7 @@ def fetched(screen: Screen) -> bool:
 
 
 def landed(screen: Screen, quick: Quick, seed: int) -> int:
-    """The bin of a ball that was dropped by its seed, once nothing moves."""
+    """Drop a ball by its seed, and wait until nothing moves; returns its bin."""
     rows = screen.rows.count()
     screen.seed.fill(str(seed))
     screen.drop.click()

@@ -1,4 +1,4 @@
-"""A person plays: drops, watches, is paid."""
+"""A player drops a ball, watches it, and is paid."""
 
 import itertools
 import math
@@ -14,7 +14,7 @@ from tests.kit.process import ServerProcess
 
 
 def distance_to_path(place: list[float], path: list[list[float]]) -> float:
-    """Least distance of a place from a polyline."""
+    """The least distance of a place from a polyline."""
     best = math.inf
     for (ax, ay), (bx, by) in itertools.pairwise(path):
         dx, dy = bx - ax, by - ay
@@ -42,7 +42,7 @@ def test_a_seeded_ball_falls_as_predicted_into_the_predicted_bin(
 
     fall = drawn["points"][-1][1] - drawn["points"][0][1]
 
-    # On a machine so busy that most frames are guesses, the same drop is looked at again.
+    # On a busy machine most frames are extrapolated: then the same drop is watched again.
     places: list[list[float]] = []
     seen = 0.0
     for count in range(1, 6):
@@ -55,10 +55,9 @@ def test_a_seeded_ball_falls_as_predicted_into_the_predicted_bin(
             break
     assert len(places) > 60, "the ball was drawn in many frames"
     assert seen > 0.8 * fall, "it was seen from the top to the bottom"
-    # The mean of a striped, glossy disc's red pixels wobbles about its centre by a part of its
-    # radius; another ball's path is further off than that. Corners are test_modules' to judge.
-    # What is looked at in a frame was drawn in it or in the one before, which may have been a guess
-    # though this one is none: that is let pass for one in twenty.
+    # The mean of the red pixels of a striped, glossy disc wobbles about its centre by a part of its
+    # radius; another ball's path would be further away. A frame may show the picture of the frame
+    # before, which was perhaps extrapolated: so one place in twenty may be further off.
     off = sorted(distance_to_path(place, drawn["points"]) for place in places)
     most = off[int(0.95 * len(off))]
     assert most < 0.5 * radius, f"{most:.2f} px off a path of a ball of {radius:.2f} px"
@@ -83,7 +82,7 @@ def test_statistics_count_each_stake_and_what_came_back(opened: Open, quick: Qui
     expect(screen.rows).to_have_count(3)
 
 
-# To be run before the page: what each ticket says that rises from a bin.
+# Run before the page: records the text of each ticket that rises from a bin.
 TICKETS = """
 window.tickets = [];
 new MutationObserver((changes) => {
@@ -208,7 +207,7 @@ def test_everyone_at_a_table_sees_the_same_histogram(opened: Open, quick: Quick)
     count = "3 drops landed at this table"
     expect(one.page.locator("#tray-count")).to_have_text(count)
     expect(two.page.locator("#tray-count")).to_have_text(count)
-    # What is said of it follows what is drawn, some moments later.
+    # The label follows the picture some moments later.
     for each in (one, two):
         label = re.compile("^Histogram of 3 drops")
         expect(each.page.locator("#histogram")).to_have_attribute("aria-label", label)
@@ -222,7 +221,7 @@ def test_everyone_at_a_table_sees_the_same_histogram(opened: Open, quick: Quick)
 def test_nothing_is_drawn_while_nothing_moves(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page, before=COUNT_FRAMES).ready().at_rest()
     before = screen.frames_asked()
-    # One fall may be too short for a machine that draws few frames a second.
+    # During one fall a slow machine may draw too few frames.
     for count in range(1, 6):
         screen.seed.fill("42")
         screen.drop.click()
@@ -230,11 +229,11 @@ def test_nothing_is_drawn_while_nothing_moves(opened: Open, quick: Quick) -> Non
         if screen.frames_asked() - before > 60:
             break
     assert screen.frames_asked() - before > 60, "the count is of what is drawn"
-    # The bin's light fades for a while yet; then half a second's frames go by unasked for.
+    # After the bin's light has faded, the page requests no frame for half a second.
     screen.ready().at_rest(30)
 
 
-# To be run before the page: the table answers each drop as one that came too fast.
+# Run before the page: each drop is answered with the error `rate-limited`.
 _REFUSE = """
 window.WebSocket = class extends WebSocket {
   send(data) {
@@ -248,7 +247,7 @@ window.WebSocket = class extends WebSocket {
 """
 
 
-def test_a_refused_drop_is_told_in_own_words_and_paid_back(opened: Open, quick: Quick) -> None:
+def test_a_refused_drop_is_explained_and_paid_back(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page, before=_REFUSE, locale="es-ES").ready()
     screen.drop.click()
     expect(screen.result).to_contain_text("Demasiado rápido")
@@ -256,7 +255,7 @@ def test_a_refused_drop_is_told_in_own_words_and_paid_back(opened: Open, quick: 
     expect(screen.page.locator("#staked")).to_have_text("0")
 
 
-def test_a_missing_room_is_told_in_the_page_s_language(
+def test_a_missing_room_is_reported_in_the_page_s_language(
     opened: Open,
 ) -> None:
     screen = opened("/?room=nonsense", locale="de-DE").state("closed")

@@ -1,4 +1,4 @@
-"""The server dies: the page says so, comes back by itself, and loses no drop that was taken."""
+"""When the server dies, the page says so, reconnects, and loses no accepted drop."""
 
 import signal
 from collections.abc import Iterator
@@ -10,7 +10,7 @@ from engine import drop
 from tests.browser.conftest import Complaints, Open, browsed, quick_table
 from tests.kit.process import ServerProcess
 
-# What a browser writes of requests that were under way, or made, while the server was gone.
+# The browser's errors about requests while the server was down.
 GONE = (
     r"WebSocket connection .* failed"
     r"|net::ERR_(CONNECTION_\w+|EMPTY_RESPONSE|CONTENT_LENGTH_MISMATCH)"
@@ -19,7 +19,7 @@ GONE = (
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
-    """A server of these tests' own, to be killed."""
+    """A private server for these tests to kill."""
     with browsed(tmp_path_factory.mktemp("server")) as running:
         yield running
 

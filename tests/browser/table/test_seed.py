@@ -1,4 +1,4 @@
-"""The seed field: what is a seed is taken to the last digit, what is none is refused by name."""
+"""The seed field accepts seeds to the last digit, and names invalid ones."""
 
 from playwright.sync_api import expect
 

@@ -1,4 +1,4 @@
-"""A live room in an image tag: it shows balls falling, without a script of the page's own."""
+"""A live room in an image tag shows falling balls, without a script in the page."""
 
 import io
 from typing import Any
@@ -47,7 +47,7 @@ def test_an_image_tag_shows_a_room_as_it_moves(opened: Open, server: ServerProce
 
 
 def changed(one: Any, other: Any) -> int:
-    """How many pixels differ clearly."""
+    """How many pixels of two pictures differ clearly."""
     return int((abs(one - other).max(axis=-1) > 60).sum())
 
 

@@ -1,4 +1,4 @@
-"""More than one ball at a time: showers, auto-drop, stakes, keys, other worlds, sound, ghosts."""
+"""Play with many balls: showers, auto-drop, stakes, keys, other worlds, sound, ghosts."""
 
 import re
 
@@ -33,14 +33,14 @@ def test_several_balls_of_one_push_have_one_seed_after_the_other(
 
 
 def auto(screen: Screen, **fields: str) -> None:
-    """Choose auto-drop, with its fields by their names."""
+    """Choose auto-drop, and fill its fields by name."""
     screen.page.get_by_role("radio", name="Auto").check()
     for name, value in fields.items():
         field = screen.page.locator(f"#auto-{name}")
         field.select_option(value) if name == "rate" else field.fill(value)
 
 
-def test_auto_drop_gives_so_many_and_says_what_they_came_to(opened: Open, quick: Quick) -> None:
+def test_auto_drop_drops_its_count_and_reports_the_net(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
     auto(screen, count="6", rate="8")
     expect(screen.drop).to_contain_text("Start auto")
@@ -69,9 +69,7 @@ def number(text: str) -> float:
     return float(text.replace("−", "-").replace("+", "").replace(",", ""))
 
 
-def test_a_stopped_auto_drop_is_told_alike_in_every_panel(
-    opened: Open, server: ServerProcess
-) -> None:
+def test_every_panel_reports_a_stopped_auto_drop_alike(opened: Open, server: ServerProcess) -> None:
     screen = opened(quick_table(server, "triangle-8", pays=0.4).page).ready()
     screen.page.get_by_role("radio", name="Instant").check()
     auto(screen, count="", rate="16", loss="5")
@@ -112,7 +110,7 @@ def test_half_double_and_all_of_a_stake(opened: Open, quick: Quick) -> None:
         expect(stake).to_have_value(value)
 
 
-def test_a_ball_that_landed_is_handed_on_from_where_it_is_told(opened: Open, quick: Quick) -> None:
+def test_a_landed_ball_can_be_shared_from_its_result(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
     key = screen.page.get_by_role("link", name="Share this ball")
     expect(key).to_be_hidden()
@@ -181,7 +179,9 @@ def test_space_presses_a_focused_button_and_drops_nothing(opened: Open, quick: Q
     expect(more).to_have_attribute("aria-expanded", "false")
     assert screen.drops_sent == []
     screen.page.get_by_role("radio", name="5 balls").check()
-    screen.page.keyboard.press("Space")  # chosen already: there is nothing to press
+    screen.page.keyboard.press(
+        "Space"
+    )  # the focused radio button is chosen already, so Space drops
     expect(screen.rows).to_have_count(5)
 
 
@@ -212,7 +212,7 @@ def test_a_change_of_table_waits_for_balls_in_flight(opened: Open) -> None:
     assert screen.page.url.endswith("?room=triangle-8")
 
 
-def test_balls_left_behind_are_told_by_the_name_of_their_board(opened: Open) -> None:
+def test_balls_of_a_left_table_are_reported_with_its_board(opened: Open) -> None:
     screen = opened("/?room=triangle-8").ready()
     screen.page.evaluate("history.pushState(null, '', '?room=triangle-9')")
     screen.page.evaluate("history.back()")
@@ -353,14 +353,14 @@ def test_another_gravity_and_material_make_a_table_of_their_own(opened: Open) ->
     screen.landed(screen.api(f"drops/{digest}/3")["bin"])
     screen.shot("jupiter")
 
-    # A friend with the link sees the same table, and the same choice.
+    # A friend who opens the link sees the same table and the same choice.
     friend = opened(f"/?room={room}").ready()
     expect(friend.page.get_by_label("Gravity")).to_have_value("Jupiter")
     expect(friend.page.get_by_label("Material")).to_have_value("Rubber on concrete")
     expect(friend.page.get_by_label("Rows", exact=True)).to_have_value("8")
     expect(friend.root).to_have_attribute("data-ground", "bands")
 
-    # The table is found again rather than opened twice.
+    # The page finds the table again instead of creating a second one.
     screen.drawer("Table").get_by_label("Material").select_option("own")
     expect(screen.page.locator("#board-moving")).not_to_have_attribute(
         "aria-label", re.compile("Rubber")
@@ -496,7 +496,7 @@ def test_ghost_trails_stay_and_can_be_turned_off(opened: Open, quick: Quick) -> 
     expect(ghost).to_be_visible()
 
 
-def test_a_shower_of_results_is_told_in_one_sentence(opened: Open, quick: Quick) -> None:
+def test_a_shower_of_results_is_reported_in_one_sentence(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
     screen.page.get_by_role("radio", name="20 balls").check()
     screen.drop.click()

@@ -1,4 +1,4 @@
-"""Clients that do not read: bounded memory, nobody else delayed, closed with a reason."""
+"""Clients that do not read: the hub bounds their memory, delays no other, closes them."""
 
 import asyncio
 
@@ -77,7 +77,7 @@ def test_a_mailbox_never_holds_more_than_its_bounds(
 
 
 class Wire:
-    """What a client's connection does: takes frames, or blocks until let go."""
+    """A client's connection: it accepts frames, or blocks until the test releases it."""
 
     def __init__(self, *, direct: bool, blocked: bool = False) -> None:
         self.direct = direct
@@ -98,7 +98,7 @@ class Wire:
 
 
 def unframed(wire: bytes) -> list[WireMessage]:
-    """Short frames on a wire, one by one."""
+    """The messages of WebSocket frames shorter than 126 bytes."""
     frames = []
     while wire:
         size = wire[1]
@@ -120,7 +120,7 @@ async def stop(task: "asyncio.Task[None]") -> None:
 
 
 @pytest.mark.parametrize("direct", [True, False])
-async def test_a_stalled_client_delays_nobody_and_misses_old_snapshots(direct: bool) -> None:
+async def test_a_stalled_client_delays_no_other_and_skips_snapshots(direct: bool) -> None:
     hub = Hub(10)
     stuck, free = Wire(direct=direct, blocked=True), Wire(direct=direct)
     one, two = client(stuck, 1), client(free, 2)
@@ -169,7 +169,7 @@ async def test_a_failed_client_ends_with_that_reason_even_when_idle() -> None:
 
 
 @pytest.mark.parametrize("direct", [True, False])
-async def test_who_asked_is_told_otherwise_than_everyone_else(direct: bool) -> None:
+async def test_the_sender_can_receive_another_message_than_the_rest(direct: bool) -> None:
     hub = Hub(10)
     connections = [Wire(direct=direct) for _ in range(3)]
     clients = [client(each, number) for number, each in enumerate(connections)]
@@ -224,7 +224,7 @@ async def test_skipped_snapshots_and_clients_given_up_are_counted() -> None:
     assert hub.traffic == Traffic(skipped=4, too_slow=1)
 
 
-async def test_a_full_room_takes_nobody_and_an_empty_one_is_forgotten() -> None:
+async def test_a_full_room_refuses_clients_an_empty_one_is_forgotten() -> None:
     hub = Hub(2)
     clients = [client(Wire(direct=True), number) for number in range(3)]
     hub.join("r", clients[0])

@@ -1,4 +1,4 @@
-"""Who is at a table: told to those who said so alone, seldom, and never all of a crowd."""
+"""Presence: the server sends visitors' names seldom, and only some of a crowd."""
 
 from collections.abc import Callable
 from typing import Any
@@ -17,7 +17,7 @@ ACCEPTED = messages.Accepted(ball=0, seed="1", x=0.0, explicit_x=False, tick=1)
 
 
 class Salon:
-    """Rooms with visitors, on a clock that a test turns."""
+    """Rooms with visitors, and a clock that the test sets."""
 
     def __init__(self) -> None:
         self.now = 100.0
@@ -50,7 +50,7 @@ def names(event: dict[str, Any]) -> list[str | None]:
     return [visitor.get("name") for visitor in event["visitors"]]
 
 
-def test_who_appears_knows_at_once_and_the_others_soon() -> None:
+def test_a_visitor_learns_of_others_at_once_and_they_soon() -> None:
     salon = Salon()
     first = salon.appear(7, "Ada")
     assert (first.you, first.here) == (1, 1)
@@ -86,7 +86,7 @@ def test_however_often_something_changes_a_second_has_one_event() -> None:
     assert salon.idle
 
 
-def test_where_nothing_changes_nothing_is_told() -> None:
+def test_without_changes_no_presence_is_sent() -> None:
     salon = Salon()
     salon.appear(1)
     salon.wait(1.0)
@@ -97,7 +97,7 @@ def test_where_nothing_changes_nothing_is_told() -> None:
     assert len(salon.ears[1].events) == before
 
 
-def test_of_thousands_the_last_are_named_and_told_less_often() -> None:
+def test_a_crowd_receives_few_names_less_often() -> None:
     salon = Salon()
     for number in range(2000):
         salon.appear(number, f"v{number}")
@@ -115,7 +115,7 @@ def test_of_thousands_the_last_are_named_and_told_less_often() -> None:
     assert max(map(len, ear.wire)) < 2000
 
 
-def test_a_room_is_forgotten_with_its_last_visitor_and_alone() -> None:
+def test_a_room_s_presence_ends_with_its_last_visitor() -> None:
     salon = Salon()
     salon.appear(1)
     salon.appear(2, room="s")
@@ -130,7 +130,7 @@ def test_a_room_is_forgotten_with_its_last_visitor_and_alone() -> None:
 
 
 @pytest.mark.parametrize("stream", messages.STREAMS)
-def test_a_ball_names_its_visitor_and_others_hear_of_balls_only(stream: str) -> None:
+def test_a_ball_names_its_visitor_others_receive_only_balls(stream: str) -> None:
     salon = Salon()
     watched = Watched(salon.presence)
     ear = watched.join(1, stream)

@@ -1,4 +1,4 @@
-"""Frames written straight to the transport are the same bytes as uvicorn's own."""
+"""Frames written directly to the transport have the same bytes as uvicorn's."""
 
 import asyncio
 from collections.abc import Callable
@@ -38,7 +38,7 @@ def test_a_directly_written_frame_is_what_uvicorn_would_send(
     connection, sink = _open_connection()
     asked: Any = {"type": "websocket.send"}
     asked |= {"text": message.payload.decode()} if message.text else {"bytes": message.payload}
-    with pytest.raises(StopIteration):  # an open connection makes nobody wait
+    with pytest.raises(StopIteration):  # while the transport takes data, `send` never waits
         connection.send(asked).send(None)
     public, sink.written = sink.written, b""
     assert DirectConnection(connection).write(message.wire)
@@ -58,7 +58,7 @@ async def test_a_game_is_streamed_over_it() -> None:
 
 
 class _Sink:
-    """A transport that keeps what is written to it."""
+    """A transport that records the bytes written to it."""
 
     def __init__(self) -> None:
         self.written = b""
@@ -77,11 +77,11 @@ class _Sink:
 
 
 def _open_connection() -> tuple[DirectProtocol, _Sink]:
-    """An open WebSocket of uvicorn's over a sink."""
+    """uvicorn's protocol with an open WebSocket over a sink."""
     config = uvicorn.Config(
         lambda: None, interface="asgi3", log_config=None, ws_per_message_deflate=False
     )
-    config.loaded, config.loaded_app = True, None  # it is not going to run anything
+    config.loaded, config.loaded_app = True, None  # it never runs an application
     loop = cast(asyncio.AbstractEventLoop, object())
     connection, sink = DirectProtocol(config, ServerState(), {}, _loop=loop), _Sink()
     connection.connection_made(cast(asyncio.Transport, sink))

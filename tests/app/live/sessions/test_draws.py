@@ -1,4 +1,4 @@
-"""Rooms with a draw as clients have them: what is published, what is taken, and what is refused."""
+"""Rooms with a draw over REST and WebSocket: what is published, accepted and refused."""
 
 import hashlib
 from typing import Any
@@ -152,7 +152,7 @@ LEFT, RIGHT = DRAW["seeds"]
         ({"draw": DRAW | {"seeds": [["1"] * 10_001, RIGHT]}}, "draw.seeds", "at most 10000"),
     ],
 )
-def test_what_is_no_draw_opens_no_room(
+def test_an_invalid_draw_opens_no_room(
     http: httpx.Client, changes: dict[str, Any], field: str, words: str
 ) -> None:
     refused(http.post("/api/v1/rooms", json=opening(**changes)), field, words)
@@ -161,7 +161,7 @@ def test_what_is_no_draw_opens_no_room(
 def test_the_owner_of_a_room_names_the_drops_of_a_session(
     http: httpx.Client, opened: dict[str, Any]
 ) -> None:
-    """The session's token is enough, if it was begun with the room's: there is but one header."""
+    """A request has one token: a session's, if the session was begun with the room's token."""
     room, own = opened["id"], bearer(opened["token"])
     body = {"room": room, "commitment": COMMITMENT}
     session = http.post("/api/v1/sessions", json=body, headers=own).json()
@@ -175,7 +175,7 @@ def test_the_owner_of_a_room_names_the_drops_of_a_session(
     http.post(f"{place}/end", headers=shown)
     assert checked(http, session["session"], shown).failed == []
 
-    # Others may not, whatever session they show.
+    # Other clients may not, also with a session of theirs.
     theirs, their_token = begun(http, room)
     answer = http.post(drops, json=tagged | {"session": theirs["session"]}, headers=their_token)
     assert (answer.status_code, answer.json()["code"]) == (403, "not-yours")

@@ -1,4 +1,4 @@
-"""Sessions as players have them: over REST and WebSocket, several balls, many players."""
+"""Fair sessions over REST and WebSocket, with several balls and many players."""
 
 import asyncio
 import copy
@@ -28,7 +28,7 @@ def bearer(token: str) -> dict[str, str]:
 
 
 def begun(http: httpx.Client, room: str = "main") -> tuple[dict[str, Any], dict[str, str]]:
-    """An open session of a room, and the header that shows its token."""
+    """Begin and open a session; returns it, and the header with its token."""
     answer = http.post("/api/v1/sessions", json={"room": room, "commitment": COMMITMENT})
     assert answer.status_code == 201, answer.text
     session = answer.json()
@@ -98,7 +98,7 @@ def test_a_session_over_rest_is_proven_from_its_export(http: httpx.Client, tiny:
         ({"session": "none", "stake": 1}, "not-yours"),
     ],
 )
-def test_nothing_is_staked_where_somebody_chose(
+def test_no_stake_with_a_chosen_start(
     http: httpx.Client, tiny: str, body: dict[str, Any], code: str
 ) -> None:
     session, shown = begun(http, tiny)
@@ -111,7 +111,7 @@ def test_nothing_is_staked_where_somebody_chose(
     assert http.get(f"/api/v1/rooms/{tiny}").json()["stats"]["drops"] == before
 
 
-def test_a_chosen_start_is_practice_wherever_it_is_told(http: httpx.Client, tiny: str) -> None:
+def test_a_chosen_start_is_practice_in_every_reply_and_log(http: httpx.Client, tiny: str) -> None:
     drops = f"/api/v1/rooms/{tiny}/drops"
     told = [
         http.post(drops, params={"wait": 1}, json=body).json()
@@ -175,7 +175,7 @@ async def test_many_players_and_many_balls_in_one_room(
                 accepted = await player.until("accepted", ref=number)
                 heard[session].append(accepted["receipt"])
                 assert accepted["receipt"]["receipt"]["drop"] == number
-        # What one is told the other is told too: the log is everybody's.
+        # The log is public: both clients received the same receipts.
         for balls in heard.values():
             for receipt in balls:
                 ball = receipt["receipt"]["ball"]
@@ -219,7 +219,7 @@ async def test_a_session_that_broke_off_goes_on_where_it_was(
     assert (verdict.failed, verdict.drops) == ([], 2)
 
 
-async def test_all_who_end_a_session_at_once_get_the_same_answer(
+async def test_simultaneous_ends_of_a_session_get_the_same_answer(
     server: Running, http: httpx.Client, tiny: str
 ) -> None:
     session, shown = begun(http, tiny)
@@ -230,8 +230,8 @@ async def test_all_who_end_a_session_at_once_get_the_same_answer(
     assert len({answer.content for answer in answers}) == 1
 
 
-def test_a_session_is_exported_to_its_player_alone(http: httpx.Client, tiny: str) -> None:
-    """Everybody in the room hears its id with each receipt."""
+def test_only_its_player_can_export_a_session(http: httpx.Client, tiny: str) -> None:
+    """Every client in the room receives the session's id with each receipt."""
     session, shown = begun(http, tiny)
     path = f"/api/v1/sessions/{session['session']}/export"
     nobody = http.get(path)

@@ -1,4 +1,4 @@
-"""A room whose balls bounce a hundred thousand times slows down, and no other does."""
+"""A room whose balls bounce a hundred thousand times slows down, but no other room."""
 
 import asyncio
 from typing import Any
@@ -28,11 +28,11 @@ from tests.kit.waiting import turns
 
 MAIN = Board.preset("triangle-8")
 HALL = Board.from_json(hall())
-CALL = 1e-4  # s by which each look at the clock moves it: a slice of a path is as long
+CALL = 1e-4  # s that each reading of the clock takes, as long as a slice of a path
 
 
 class Clock:
-    """Time passes with each look."""
+    """A clock that advances by CALL each time it is read."""
 
     def __init__(self) -> None:
         self.time = 0.0
@@ -43,7 +43,7 @@ class Clock:
 
 
 def followed(room: Any) -> int:
-    """Events that were computed of the balls in flight."""
+    """How many events of the balls in flight are computed."""
     assert isinstance(room.world, World)
     return sum(path.sliced.events for path in room.world._exact()._paths)
 
@@ -98,7 +98,7 @@ async def test_main_and_requests_come_before_an_expensive_room(
             assert now == [before[0] + 1, *before[1:]]
         times.append(clock.time)
         assert awake
-    # Main's turn, and one each for those that take 3 ms.
+    # Main's turn is short; then come the turns of the two rooms that take 3 ms.
     assert [each > 0.003 for each in np.diff(times)] == [False, True, True]
     assert all(each.done() for each in asked)
 
@@ -112,14 +112,14 @@ async def test_requests_between_rooms_do_not_delay_the_next_tick() -> None:
     run_pass(rooms.runner)
 
     def ticked(requests: float) -> int:
-        """Rooms that tick in a pass with requests that take so many s each time."""
+        """How many rooms tick in a pass when requests take this many seconds."""
         before = [room.room.world.tick for room in others]
         for _ in rooms.runner.tick(1):
             clock.time += requests
         return sum(a < room.room.world.tick for a, room in zip(before, others, strict=True))
 
     assert ticked(0.0) == 4
-    # Main's turn is over, and half of the time to its next one; then only whose turn it is anyway.
+    # Half of the time to main's next tick is over: only the room whose turn it is ticks.
     assert ticked(0.009) == 1
     assert ticked(0.0) == 4
     assert all(each.done() for each in asked)
@@ -150,7 +150,7 @@ async def test_forty_drops_of_a_dear_board_are_computed_in_turns() -> None:
     for _ in range(60):
         before, tick = followed(dear.room), main.room.world.tick
         run_pass(rooms.runner)
-        # A turn has 2 ms: some twenty slices of 64 events and the few that end one.
+        # A turn has 2 ms: about twenty slices of 64 events, and the few events that end a slice.
         assert followed(dear.room) - before <= 20 * (64 + 8)
         assert main.room.world.tick == tick + 1
         if tick % 20 == 0:
@@ -232,7 +232,7 @@ SHAFT = {
     "bins": {"y": 1.0, "edges": [-5e-3, 0.0, 5e-3], "multipliers": [1.0, 1.0]},
     "drop": {"x": -1.25e-3, "y": 0.0, "jitter": 1e-4},
 }
-"""The way to an impact is hundreds of times as long as the ball is wide."""
+"""A ball's way between two impacts is hundreds of times as long as the ball is wide."""
 
 
 async def test_a_board_with_too_slow_an_impact_closes_its_room(

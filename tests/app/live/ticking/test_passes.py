@@ -1,4 +1,4 @@
-"""A pass of the ticker divides its time equally, and the next one begins with whom it left out."""
+"""A pass of the ticker shares its time equally; the next begins with the rooms left out."""
 
 import math
 from collections import Counter
@@ -13,7 +13,7 @@ MAIN = "main"
 
 
 def run(rooms: list[str], costs: dict[str, float], now: float = 0.0) -> tuple[list[str], float]:
-    """A pass in which each turn takes what it costs: who ran, and when it was over."""
+    """Run one pass with these costs of turns; returns the rooms that ran and the end's time."""
     this = Pass(rooms, MAIN, now, BUDGET)
     ran = []
     while (turn := this.next(now)) is not None:
@@ -23,7 +23,7 @@ def run(rooms: list[str], costs: dict[str, float], now: float = 0.0) -> tuple[li
 
 
 def passes(costs: dict[str, float], count: int) -> list[list[str]]:
-    """Who ran in each of `count` passes, those first that waited longest."""
+    """The rooms that ran in each of `count` passes."""
     order = list(costs)
     found = []
     for _ in range(count):

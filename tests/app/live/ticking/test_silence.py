@@ -1,4 +1,4 @@
-"""A room that was slow once, or is slow always, silences neither itself nor any other."""
+"""A room that is slow once or always still ticks, and so does every other room."""
 
 import pytest
 
@@ -18,7 +18,7 @@ MAIN = Board.preset("triangle-8")
 
 
 class Clock:
-    """Time passes when somebody spends it, and a little with each look."""
+    """A clock that the test advances, and that advances a little each time it is read."""
 
     def __init__(self) -> None:
         self.time = 0.0
@@ -29,7 +29,7 @@ class Clock:
 
 
 async def seven_rooms(clock: Clock) -> tuple[Rooms, list[LiveRoom]]:
-    """`main` and six others, in each of which a ball falls."""
+    """`main` and six other rooms; a ball falls in each."""
     rooms = Rooms(Settings(), Boards(8), Hub(8), MAIN, clock=clock)
     others = [await rooms.create(MAIN, INTERACTING) for _ in range(6)]
     asked = [ask(room, 0) for room in (rooms.find("main"), *others)]
@@ -40,7 +40,7 @@ async def seven_rooms(clock: Clock) -> tuple[Rooms, list[LiveRoom]]:
 
 
 def slow(room: LiveRoom, clock: Clock, seconds: float, patch: pytest.MonkeyPatch) -> None:
-    """Have each tick of a room take so long from here on, in which nothing moves."""
+    """Make each further tick of a room take this long, without moving its balls."""
 
     def step(*, watched: bool) -> list[messages.Event]:
         clock.time += seconds

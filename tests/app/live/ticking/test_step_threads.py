@@ -1,4 +1,4 @@
-"""Rooms of many touching balls tick by other threads: nobody waits for them, and no bit changes."""
+"""Rooms of many touching balls tick on other threads: they delay no room, no bit changes."""
 
 import asyncio
 import functools
@@ -30,7 +30,7 @@ HEAP = {"scene": "sandbox", "balls": 60, "substeps": 8}
 
 
 class Gate:
-    """Where threads wait before they compute; `open` lets so many go on."""
+    """A gate where threads wait before they compute; `open(n)` lets n computations through."""
 
     def __init__(self) -> None:
         self._passes = threading.Semaphore(0)
@@ -68,12 +68,12 @@ async def rooms() -> AsyncIterator[Rooms]:
 async def heap_of(rooms: Rooms) -> LiveRoom:
     live = await rooms.create(rooms.scene(HEAP), SCENE)
     assert live.room.steps_aside
-    rooms.persistence.ticked(60, [live.room])  # the ledger has heard how far it may tick
+    rooms.persistence.ticked(60, [live.room])  # the ledger has committed how far it may tick
     return live
 
 
 def alone(ticks: int, *, ball_at: int | None = None) -> TouchingRoom:
-    """The same heap by itself, on one thread; with a ball thrown in at a tick."""
+    """The same heap computed on one thread, with a ball thrown in at a tick."""
     held = Rooms(Settings(), Boards(8), Hub(8), MAIN)
     room = TouchingRoom("alone", held.scene(HEAP), tick_rate=60, max_balls=500)
     for tick in range(ticks):
@@ -95,7 +95,7 @@ async def test_others_tick_during_a_long_step_and_its_room_catches_up(
         assert (heap.room.world.tick, main.room.world.tick) == (0, tick + 1)
     assert drop.done()
     assert heap.room.checkpoint(), "it is read while another thread computes"
-    gate.open(4)  # the ticks that it has missed; it needs no pass of the ticker for them
+    gate.open(4)  # the missed ticks, which follow without a pass of the ticker
     await eventually(lambda: heap.room.world.tick == 4)
     assert heap.room.world.digest() == alone(4).world.digest()
 
@@ -211,7 +211,7 @@ async def test_rooms_have_equally_many_ticks_whatever_they_cost() -> None:
     finished = asyncio.Semaphore(0)
 
     def ask(name: str) -> None:
-        """As a room does: for its next tick once the one before is there."""
+        """Ask as a room does: for the next tick when the last one is finished."""
         if left[name]:
             left[name] -= 1
             threads.submit(name, functools.partial(order.append, name), lambda: ask(name))

@@ -1,4 +1,4 @@
-"""The clock of the rooms: drift-free, capped in catching up, asleep when nothing moves."""
+"""The ticker does not drift, catches up a bounded number of ticks, and sleeps when idle."""
 
 import asyncio
 import random
@@ -14,7 +14,7 @@ PERIOD = 1.0 / 60.0
 
 
 class FakeClock:
-    """A clock that moves only when somebody sleeps; each sleep may take longer than asked."""
+    """A clock that advances only during sleeps; each may take longer than asked."""
 
     def __init__(self, late: list[float] | None = None) -> None:
         self.now = 1000.0
@@ -32,7 +32,7 @@ class FakeClock:
 
 
 def test_lateness_never_adds_up() -> None:
-    """A thousand wake-ups, each late by up to half a period, make a thousand ticks and no more."""
+    """A thousand wake-ups, each up to half a period late, make exactly a thousand ticks."""
     schedule = Schedule(PERIOD, 5)
     chance = random.Random(7)
     now = 1000.0
@@ -155,7 +155,7 @@ async def test_a_slow_tick_is_an_overrun_and_is_caught_up() -> None:
 
 
 class Journal:
-    """A watcher that writes down what it is told."""
+    """A watcher that records its calls."""
 
     def __init__(self) -> None:
         self.lines: list[object] = []
@@ -170,7 +170,7 @@ class Journal:
         self.lines.append("slept")
 
 
-async def test_watchers_are_told_how_late_and_how_long_each_tick_was() -> None:
+async def test_watchers_receive_each_tick_s_lateness_and_duration() -> None:
     clock = FakeClock(late=[0.001, 0.0, 0.004])
     journal = Journal()
     left = [3]

@@ -1,4 +1,4 @@
-"""`plinko ledger check` finds what is wrong with any room; `retire` gives one up, stakes back."""
+"""`plinko ledger check` finds damaged rooms; `retire` closes one and returns its stakes."""
 
 import asyncio
 import json
@@ -87,7 +87,7 @@ FINDINGS: dict[str, tuple[str, str, str]] = {
 
 @dataclass(frozen=True)
 class Ledger:
-    """Rooms at rest, of both kinds, and `main` cut short with a ball in flight."""
+    """A ledger with idle rooms of both kinds, and `main` with a ball in flight."""
 
     file: Path
     own: str
@@ -129,14 +129,14 @@ async def test_a_sound_ledger_is_sound(url: str, capsys: pytest.CaptureFixture[s
 
 
 def harm(file: Path, statement: str) -> None:
-    """Past all that the tables forbid."""
+    """Execute a statement without the server's checks."""
     with sqlite3.connect(file) as connection:
         connection.execute(statement)
     connection.close()
 
 
 @pytest.mark.parametrize("name", FINDINGS)
-def test_what_is_damaged_is_named(
+def test_each_damage_is_named(
     played: Ledger, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
 ) -> None:
     url = f"sqlite:///{shutil.copy(played.file, tmp_path)}"
@@ -156,7 +156,7 @@ def test_a_checkpoint_that_is_another_is_found_by_playing_again(
     with sqlite3.connect(tmp_path / "plinko.db") as connection:
         where = "WHERE mode = 'interacting'"
         (kept,) = connection.execute(f"SELECT checkpoint FROM rooms {where}").fetchone()
-        # The next ball's number, from 1 to 2: as good a room, but not this one.
+        # The next ball's number becomes 2 instead of 1: a valid checkpoint, but not this room's.
         harmed = kept.replace(b"next_id\x01", b"next_id\x02")
         assert harmed != kept
         connection.execute(f"UPDATE rooms SET checkpoint = ? {where}", (harmed,))
@@ -181,7 +181,7 @@ def test_sessions_of_another_physics_are_held_to_their_payouts(
     assert check(capsys, url)[0] == 1
 
 
-def test_damaged_pages_are_told_and_the_rest_is_read(
+def test_damaged_pages_are_reported_and_the_rest_is_read(
     played: Ledger, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = Path(shutil.copy(played.file, tmp_path))
@@ -210,7 +210,7 @@ def test_postgresqls_own_check_is_asked_where_it_is_installed(
     with psycopg.connect(url, autocommit=True) as connection:
         connection.execute("CREATE EXTENSION amcheck")
         assert check(capsys, url)[0] == 0
-        # An index that is not its table's any more, made by writing behind its back.
+        # An index that lacks a row: PostgreSQL does not update it while it is not ready.
         connection.execute(
             "UPDATE pg_index SET indisready = false WHERE indexrelid = 'drops_pkey'::regclass"
         )
@@ -226,7 +226,7 @@ def test_postgresqls_own_check_is_asked_where_it_is_installed(
     assert "index drops_pkey: " in said["database"][0]
 
 
-# Giving a room up.
+# Retiring a room.
 
 
 def test_a_room_that_is_given_up_returns_what_was_staked(

@@ -1,7 +1,7 @@
-"""A server over a shared ledger that stops itself at one step of a commit, in its own process.
+"""A process with a server on a shared ledger, which freezes itself at one step of a commit.
 
-`python -m tests.app.persistence.freezing URL STEP` prints that step's name and stops (SIGSTOP);
-once it goes on, it plays on and prints what its players were told, as JSON.
+`python -m tests.app.persistence.crash.freezing URL STEP` prints that step's name and freezes
+(SIGSTOP). After SIGCONT it plays on, and prints as JSON which drops its players saw accepted.
 """
 
 import json

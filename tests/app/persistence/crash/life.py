@@ -1,4 +1,4 @@
-"""One life of a server's rooms over a ledger: a real database, ticks by hand, no network."""
+"""A server's rooms from start to stop: a real database, ticks by hand, no network."""
 
 import asyncio
 import contextlib
@@ -36,13 +36,13 @@ BOARD = Board.preset("triangle-8")
 
 @dataclass
 class Life:
-    """The rooms from a start until a kill."""
+    """The rooms and the ledger of one run of a server."""
 
     rooms: Rooms
     ledger: Ledger
 
     async def drop(self, live: LiveRoom, seed: int | None, **values: Any) -> messages.Accepted:
-        """Drop a ball, ticking until it is in."""
+        """Drop a ball, and tick until it has entered."""
         asked = ask(live, seed, **values)
         await turns()
         await self.heard()
@@ -54,18 +54,18 @@ class Life:
             run_pass(self.rooms.runner)
 
     async def heard(self) -> None:
-        """Wait until the ledger has heard of all so far: ticks here are faster than a clock's."""
+        """Wait until the ledger has written everything: ticks here are faster than real time."""
         await self.ledger.read(lambda connection: None)
 
     async def until(self, condition: Callable[[], object], ticks: int = 20) -> None:
-        """Tick, and let the ledger hear of it, until the condition holds."""
+        """Tick, with the ledger's writes in between, until the condition holds."""
         async with asyncio.timeout(LIMIT):
             while not condition():
                 self.tick(ticks)
                 await self.heard()
 
     async def run(self, live: LiveRoom, ticks: int) -> None:
-        """Tick until the room has come so far or sleeps."""
+        """Tick until the room has advanced by this many ticks or sleeps."""
         room = live.room
         last = room.world.tick + ticks
         await self.until(lambda: room.world.tick + 20 > last or not room.awake)
@@ -76,23 +76,23 @@ class Life:
         await self.until(lambda: not self.rooms.runner.awake)
 
     async def back(self) -> None:
-        """Wait until all rooms are back."""
+        """Wait until all rooms are rebuilt."""
         await eventually(lambda: not self.rooms.rebuilding.waiting)
 
     @property
     def shared(self) -> SharedRooms:
-        """The rooms of the ledger, where several servers share it."""
+        """The part of the rooms that leases them, if several servers share the ledger."""
         assert isinstance(self.rooms.shared, SharedRooms)
         return self.rooms.shared
 
     async def row(self, room_id: str) -> RoomRow:
-        """The room's session as the ledger has it."""
+        """The room's current run, as the ledger has it."""
         found = await self.ledger.read(lambda connection: store.open_room(connection, room_id))
         assert found is not None
         return found
 
     async def leave(self) -> None:
-        """Stop in order; without, it is as if killed: what only memory knew is gone."""
+        """Stop in order. A life that ends without it acts as if killed: it loses its memory."""
         self.rooms.leave()
         await self.heard()
 
@@ -107,10 +107,10 @@ async def living(
     claim: Claim = any_room,
     **settings: Any,
 ) -> AsyncIterator[Life]:
-    """A life over the ledger at `url`; without `rebuild`, only rooms asked for come back.
+    """A life over the ledger at `url`.
 
-    A `holder` is the name of one of several servers that share the ledger; `claim` says which rooms
-    it may take.
+    rebuild: rebuild all rooms, not only those asked for; holder: the server's name, if several
+    servers share the ledger; claim: decides which rooms it may lease.
     """
     chosen = Settings(**settings)
     limits = BallLimits(chosen.max_balls, MAX_TOUCHING)
@@ -135,7 +135,7 @@ async def living(
 
 
 def change(url: str, *statements: str) -> None:
-    """Do to a ledger what its server never would."""
+    """Change a ledger by statements that the server never executes."""
     database = Database(url)
     database.open()
     with database.transaction() as connection:
@@ -145,7 +145,7 @@ def change(url: str, *statements: str) -> None:
 
 
 def look(url: str, read: Callable[..., Any], *values: Any) -> Any:
-    """What `read` finds in a ledger that no server uses."""
+    """Call `read` on a ledger that no server uses."""
     database = Database(url)
     database.open()
     try:
@@ -156,7 +156,7 @@ def look(url: str, read: Callable[..., Any], *values: Any) -> Any:
 
 
 def break_page(file: Path, table: str) -> None:
-    """Flip a bit of a table's first page, so that it is no page any more."""
+    """Flip a bit in the header of a table's first page, so that the page is invalid."""
     with sqlite3.connect(file) as connection:
         (size,) = connection.execute("PRAGMA page_size").fetchone()
         wanted = "SELECT rootpage FROM sqlite_master WHERE name = ?"

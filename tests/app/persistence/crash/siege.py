@@ -1,4 +1,4 @@
-"""Players of a server that strangers attack, and that is killed and stalled meanwhile."""
+"""Players of a server that other clients attack, and that is killed and stalled meanwhile."""
 
 import asyncio
 import contextlib
@@ -20,10 +20,10 @@ from tests.kit.process import ServerProcess
 from tests.kit.waiting import LIMIT
 
 SHARE: Final = 0.5
-"""Cores that all of it takes on average, attackers included: it lasts hours, and others work."""
+"""Average number of cores for server and attackers, so that others can use the machine."""
 
 REST: Final = 30.0
-"""s after which the next attack begins in any case: rooms that attackers left may take as much."""
+"""Seconds after which the next attack begins anyway: left rooms may use as much time."""
 
 STALLS: Final = (0.5, 1.0, 2.0, 2.5, 4.0, 10.0)  # s
 FAULTS: Final = ("kill", "stop", "stall", "lock", "nothing")
@@ -31,9 +31,9 @@ FAULTS: Final = ("kill", "stop", "stall", "lock", "nothing")
 
 @dataclass(kw_only=True)
 class Siege(siege.Siege):
-    """Players of a server, and what happens to it meanwhile.
+    """Players of a server, and its attacks and faults.
 
-    The log of the room `logged` is what attackers read.
+    logged: the room whose log attackers read; happened: how often each attack and fault came.
     """
 
     server: ServerProcess
@@ -41,18 +41,18 @@ class Siege(siege.Siege):
     logged: str = ""
     happened: Counter[str] = field(default_factory=Counter)
     answers: Counter[str] = field(default_factory=Counter)
-    gone: float = 0.0  # s of processor time of servers that have ended
+    gone: float = 0.0  # processor time of servers that have ended, s
 
     def somewhere(self) -> ServerProcess:
         return self.server
 
     @property
     def effort(self) -> float:
-        """Processor time of server and attackers so far, in s."""
+        """Processor time of server and attackers until now, s."""
         return time.process_time() + self.gone + worked(self.server.running.pid)
 
     async def stand(self, seconds: float) -> None:
-        """Attack after attack, with a fault amid each, and rest between them."""
+        """Run attack after attack, each with a fault in the middle and a rest afterwards."""
         began, before = time.monotonic(), self.effort
         kinds = [name for name in KINDS if name != "nothing"]
         for number in itertools.count():
@@ -67,18 +67,18 @@ class Siege(siege.Siege):
                 return
             rested = time.monotonic() + REST
             while time.monotonic() < rested and self._works_much(before, began):
-                await asyncio.sleep(1.0)  # no wait: others work here
+                await asyncio.sleep(1.0)  # no wait: leaves the machine to others
 
     def _works_much(self, before: float, began: float) -> bool:
         return self.effort - before > SHARE * (time.monotonic() - began)
 
     @contextlib.asynccontextmanager
     async def attacked(self, name: str, address: str) -> AsyncIterator[None]:
-        """Strangers of one kind and address at work until the block ends."""
+        """Run an attack of this kind from this address until the block ends."""
         attack = Attack(self.server.url, address, self.logged)
         try:
             acts = await asyncio.to_thread(KINDS[name], attack)
-        except MissingError:  # the server is not up to what they need to begin with
+        except MissingError:  # the server lacks something that the attack needs
             acts = []
         self.happened[name if acts else f"{name}: not begun"] += 1
         with contextlib.ExitStack() as going_on:
@@ -99,17 +99,17 @@ class Siege(siege.Siege):
                 await self.again(signal.SIGTERM)
             case "stall":
                 self.server.send(signal.SIGSTOP)
-                await asyncio.sleep(seconds)  # no wait: how long it stalls
+                await asyncio.sleep(seconds)  # no wait: the duration of the stall
                 self.server.send(signal.SIGCONT)
             case "lock":
                 other = sqlite3.connect(self.file, isolation_level=None, timeout=LIMIT)
                 with contextlib.closing(other):
                     other.execute("BEGIN IMMEDIATE")
-                    await asyncio.sleep(seconds)  # no wait: how long it is locked
+                    await asyncio.sleep(seconds)  # no wait: the duration of the lock
                     other.execute("ROLLBACK")
 
     async def again(self, how: signal.Signals) -> None:
-        """End the server, and start it over the same ledger."""
+        """End the server, and start it again with the same ledger."""
         self.gone += worked(self.server.running.pid)
         code = await asyncio.to_thread(self.server.end, how)
         assert how is signal.SIGKILL or code == 0, f"the server ended with exit code {code}"

@@ -1,4 +1,4 @@
-"""The server is killed at random moments under load: nothing that was told is lost or changed."""
+"""Kills at random moments under load lose and change nothing that clients received."""
 
 import asyncio
 import os
@@ -15,13 +15,13 @@ from tests.kit.process import ServerProcess
 from tests.kit.siege import Siege, prove
 from tests.kit.waiting import eventually
 
-ACKNOWLEDGED = 10  # drops at least, between one kill and the next
+ACKNOWLEDGED = 10  # drops at least, between two kills
 ROOMS = {"main": "triangle-16", "triangle-8": "triangle-8", "classic": "classic"}
 
 
 @dataclass(kw_only=True)
 class Load(Siege):
-    """Players in several rooms, who come back whenever the server does."""
+    """Players in several rooms, which reconnect after each restart."""
 
     server: ServerProcess
     pauses: tuple[float, float] = (0.01, 0.1)
@@ -31,14 +31,14 @@ class Load(Siege):
 
     @property
     def receipts(self) -> int:
-        """Staked drops that the players hold a receipt of."""
+        """The number of receipts that the players received."""
         return sum(len(each) for told in self.rooms.values() for each in told.receipts.values())
 
     async def until_killed(self, seconds: float) -> None:
-        """Wait, then until some drops are acknowledged, one of them staked, and kill."""
+        """Wait, also for some acknowledged drops, one of them staked, and kill the server."""
         enough = self.acknowledged + ACKNOWLEDGED
         receipts = self.receipts
-        await asyncio.sleep(seconds)  # no wait: the moment of the kill, left to chance
+        await asyncio.sleep(seconds)  # no wait: a random moment
         await eventually(lambda: self.acknowledged >= enough and self.receipts > receipts)
         self.server.end(signal.SIGKILL)
 

@@ -1,7 +1,7 @@
-"""A server that strangers attack for hours, and that is killed and stalled too, loses no ball.
+"""A server that is attacked, killed and stalled for hours loses no ball.
 
-`make test-attack HOURS=2` does it for two hours. It is left out of `make test`, whose tests of each
-attack by itself take no server.
+`make test-attack HOURS=2` runs it for two hours. `make test` leaves it out: other tests try each
+attack alone, without a server process.
 """
 
 import asyncio
@@ -32,7 +32,7 @@ TOUCHING: Final = "interacting-triangle-8"
 READERS: Final = f"100 logs of {LOGGED:,} drops"
 READING: Final = 12.0  # s
 
-# Few rooms, so that newcomers want those of others, and ones that are left soon make way.
+# Few rooms, which are soon closed when unused: new rooms must replace older ones.
 FLAGS: Final = ("--max-rooms", "100")
 PROGRAM: Final = (
     "-c",
@@ -83,7 +83,7 @@ async def test_a_hundred_log_readers_cost_no_room_and_no_restart(tmp_path: Path)
         async with siege.playing():
             for how in (signal.SIGTERM, signal.SIGKILL, signal.SIGTERM):
                 async with siege.attacked(READERS, "127.0.0.2"):
-                    await asyncio.sleep(READING)  # no wait: how long it lasts
+                    await asyncio.sleep(READING)  # no wait: the attack's duration
                 await siege.until_all_take_drops()
                 await siege.again(how)
                 await siege.until_all_take_drops()
@@ -93,7 +93,7 @@ async def test_a_hundred_log_readers_cost_no_room_and_no_restart(tmp_path: Path)
 
 
 async def _fill(siege: Siege, drops: int) -> None:
-    """A player's room gets its long log."""
+    """Fill a private room with a long log."""
     told = siege.open(board_that_ends_at_once())
     siege.logged = told.room
     filling = asyncio.create_task(siege.play(told, itertools.count(), 0.004))
@@ -104,7 +104,7 @@ async def _fill(siege: Siege, drops: int) -> None:
 
 
 def _hold_logs(siege: Siege) -> None:
-    """Every room's log verifies, and has what players were told."""
+    """Verify every room's log, and compare it with the events that players received."""
     for name, told in siege.rooms.items():
         log = siege.server.get(f"/api/v1/rooms/{name}/log").json()
         found = verify_log(log)

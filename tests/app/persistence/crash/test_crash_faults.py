@@ -1,7 +1,7 @@
-"""A server under load whose database or whose own process stalls, is cut off or full at random.
+"""A server under load whose process or database stalls, is cut off or full at random moments.
 
-It is not killed, so everything must be as it was told, to the last drop: one that was refused is
-not in the ledger, and one that is there was told to all.
+The server is not killed, so ledger and events must agree on every drop: no refused drop is in the
+ledger, and every drop in the ledger was sent to all clients.
 """
 
 import asyncio
@@ -34,22 +34,22 @@ Fault = Callable[["Load", float], AbstractAsyncContextManager[None]]
 
 @dataclass(kw_only=True)
 class Load(Siege):
-    """Players at three rooms of a server that is not to lose them."""
+    """Players in three rooms, whose connections must survive every fault."""
 
     server: ServerProcess
     file: Path | None = None  # SQLite's
-    disk: Path | None = None  # that may be filled
+    disk: Path | None = None  # a small disk for the test to fill
 
     def somewhere(self) -> ServerProcess:
         return self.server
 
     async def play(self, told: Heard, seeds: Iterator[int], pause: float | None = 0.3) -> None:
-        """Play while the line lasts, which is to be to the end."""
+        """Play without reconnecting: the connection must last to the end."""
         await play(self.server, told, seeds, 0.3, stakes=told.room in self.boards)
 
     async def until_still(self) -> None:
         await super().until_still()
-        # What was said last is on its way.
+        # The last events may still be on their way.
         tables = [self.rooms[name] for name in self.boards]
         await eventually(lambda: all(t.accepted.keys() == t.landed.keys() for t in tables))
 
@@ -57,7 +57,7 @@ class Load(Siege):
         return len(told.accepted)
 
     async def ready(self) -> None:
-        """Until the server says so, and takes drops in every room."""
+        """Wait until the server is ready and accepts drops in every room."""
         async with self.server.async_client() as http:
             while (await http.get("/readyz")).status_code != 200:
                 await asyncio.sleep(0.05)
@@ -79,7 +79,7 @@ async def full_disk(load: Load, seconds: float) -> AsyncIterator[None]:
     assert load.disk is not None
     filler = load.disk / "filler"
     if load.file is not None:
-        # Else there may be room left in the write-ahead log's file for what is written next.
+        # Without this, the file of the write-ahead log may have space for the next writes.
         with contextlib.closing(sqlite3.connect(load.file, timeout=LIMIT)) as other:
             other.execute("PRAGMA wal_checkpoint(TRUNCATE)")
     with filler.open("wb", buffering=0) as file:
@@ -99,7 +99,7 @@ async def locked_tables(load: Load, seconds: float) -> AsyncIterator[None]:
 
 
 async def _backend(load: Load) -> int:
-    """The process that PostgreSQL has for the server's connection."""
+    """The id of the PostgreSQL process that serves the server's connection."""
     async with await psycopg.AsyncConnection.connect(load.server.ledger) as connection:
         while True:
             found = await connection.execute(
@@ -161,7 +161,7 @@ CASES = [
 def _ledger(
     database: str, kind: str, request: pytest.FixtureRequest
 ) -> tuple[str, Path | None, Path | None]:
-    """A new ledger's address, SQLite's file, and the disk that may be filled."""
+    """The address of a new ledger, its SQLite file, and its small disk."""
     if database == "sqlite":
         disk: Path = request.getfixturevalue("small_disk")
         return f"sqlite:///{disk / 'plinko.db'}", disk / "plinko.db", disk
@@ -174,7 +174,7 @@ def _ledger(
 @pytest.mark.long("a server under load meets stalls and frozen back ends")
 @pytest.mark.timeout(7200)
 @pytest.mark.parametrize(("database", "kind"), CASES)
-async def test_stalls_and_full_disks_leave_the_ledger_as_told(
+async def test_after_stalls_and_full_disks_ledger_and_events_agree(
     database: str, kind: str, request: pytest.FixtureRequest
 ) -> None:
     url, file, disk = _ledger(database, kind, request)
@@ -190,7 +190,7 @@ async def test_stalls_and_full_disks_leave_the_ledger_as_told(
                 seconds = load.chance.choice(SECONDS)
                 await asyncio.sleep(load.chance.uniform(0.0, 0.3))  # no wait: left to chance
                 async with KINDS[database][kind](load, seconds):
-                    await asyncio.sleep(seconds)  # no wait: how long it takes is the claim
+                    await asyncio.sleep(seconds)  # no wait: the duration of the fault
             await load.ready()
             assert not any(player.done() for player in players), "no player was sent away"
         logs = {name: server.get(f"/api/v1/rooms/{name}/log").json() for name in load.rooms}

@@ -1,4 +1,4 @@
-"""A room whose balls touch each other is killed with the server, and goes on to the last bit."""
+"""A room of touching balls survives kills of its server with every bit unchanged."""
 
 import asyncio
 import random
@@ -15,15 +15,15 @@ from tests.kit.player import events_of, joining, send, tick_of
 from tests.kit.process import ServerProcess
 from tests.kit.waiting import eventually
 
-PLACED = 2  # balls at least, between one kill and the next
+PLACED = 2  # balls at least, between two kills
 
 
 class Told:
-    """What one player of the room was told, over every life of the server."""
+    """The events that one player of the room received, over all restarts of the server."""
 
     def __init__(self) -> None:
         self.tick = 0
-        self.placed: list[tuple[int, float]] = []  # tick and x of every ball that was put in
+        self.placed: list[tuple[int, float]] = []  # tick and x of every ball that players added
         self.balls: list[int] = []
 
     def hear(self, frame: str | bytes) -> None:
@@ -42,7 +42,7 @@ class Told:
 
 
 async def play(line: ClientConnection, told: Told, chance: random.Random, kill: Any) -> None:
-    """Throw, kick and drag until the line breaks."""
+    """Throw, kick and drag balls until the connection breaks."""
 
     async def act() -> None:
         while True:
@@ -80,7 +80,7 @@ def log_of(server: ServerProcess, room: str) -> dict[str, Any]:
 @pytest.mark.parametrize("url", [SQLITE, POSTGRESQL], indirect=True)
 @pytest.mark.long("a server under load is killed")
 @pytest.mark.timeout(3600)
-async def test_what_a_box_was_told_survives_every_kill_and_replays(url: str) -> None:
+async def test_inputs_of_a_box_survive_every_kill_and_replay(url: str) -> None:
     chance, told = random.Random(3), Told()
     with ServerProcess(url) as server:
         body = {"scene": {"scene": "sandbox", "balls": 15, "restitution": 0.9}}
@@ -89,7 +89,7 @@ async def test_what_a_box_was_told_survives_every_kill_and_replays(url: str) -> 
 
         async def kill() -> None:
             enough = len(told.placed) + PLACED
-            await asyncio.sleep(chance.uniform(0.5, 2.0))  # no wait: the moment is left to chance
+            await asyncio.sleep(chance.uniform(0.5, 2.0))  # no wait: a random moment
             await eventually(lambda: len(told.placed) >= enough)
             await asyncio.to_thread(server.end, signal.SIGKILL)
 

@@ -1,8 +1,8 @@
-"""A whole table whose ledger works step by step in the test's own thread, by a clock of the test's.
+"""Rooms and their ledger in one thread, where the test decides the order of all steps.
 
-Between any two steps of a commit anything may happen: time passes, players drop, rooms tick, the
-database fails, the process ends. So every interleaving of the two threads can be had again. The
-event loop is the test's as well: it goes round when it is told to, in between.
+On a server the event loop and the ledger's thread run at the same time. Here the test runs both by
+turns, with a clock that it sets. Between any two steps of a commit it can let time pass, drop
+balls, tick rooms, fail the database or end the process. So it can reproduce every interleaving.
 """
 
 import asyncio
@@ -41,17 +41,17 @@ from tests.kit.told import Told
 T = TypeVar("T")
 
 PATIENCE = 2.0  # s
-_ROUNDS = 12  # of the event loop, more than any chain of awaits that needs no time has
+_ROUNDS = 12  # iterations of the event loop, more than the longest chain of ready awaits
 LIMITS = BallLimits(200, 200)
 
 
 def failure() -> Exception:
-    """What a database says that cannot go on."""
+    """The error of a database whose disk fails."""
     return sa.exc.OperationalError("COMMIT", {}, sqlite3.OperationalError("disk I/O error"))
 
 
 class Steps(Database):
-    """A database that calls `at` with the name of each step before it, and after the last one."""
+    """A database that calls `at` with each step's name before that step, and after a commit."""
 
     def __init__(self, url: str, *, shared: bool = False) -> None:
         super().__init__(url, shared=shared)
@@ -77,7 +77,7 @@ class Steps(Database):
 
 
 class Clockwork:
-    """An event loop's timers and messages, by hand; `within` runs something on the loop."""
+    """The event loop as the ledger sees it: timers and callbacks, which the test runs."""
 
     def __init__(self, within: Callable[[Callable[[], None]], None]) -> None:
         self.now = 0.0
@@ -96,12 +96,12 @@ class Clockwork:
         return False
 
     def deliver(self) -> None:
-        """Let the loop hear what the ledger's thread has said."""
+        """Run the callbacks that the ledger's thread has sent to the loop."""
         while self._inbox:
             self._within(self._inbox.popleft())
 
     def pass_time(self, seconds: float) -> None:
-        """So much time passes, and the loop runs all the while."""
+        """Let time pass while the loop runs."""
         end = self.now + max(0.0, seconds)
         while self._timers and self._timers[0][0] <= end:
             due, _, callback = heapq.heappop(self._timers)
@@ -111,13 +111,13 @@ class Clockwork:
         self.now = end
 
     def freeze(self, seconds: float) -> None:
-        """So much time passes in which the process does not run."""
+        """Let time pass while the whole process is frozen."""
         self.now += seconds
         self.pass_time(0.0)
 
 
 class _Heard(PersistenceService):
-    """Notes what is told as landed."""
+    """Records the landings that rooms send."""
 
     told: dict[str, Told]
 
@@ -127,9 +127,9 @@ class _Heard(PersistenceService):
 
 
 class Table:
-    """Rooms over a ledger of which each commit is made when the test says.
+    """Rooms over a ledger; the test decides when each commit is made.
 
-    A `holder` is the name of one of several servers that share the ledger.
+    holder: the server's name, if several servers share the ledger.
     """
 
     def __init__(self, url: str, told: dict[str, Told], holder: str = "") -> None:
@@ -167,7 +167,7 @@ class Table:
         self.ledger.start = lambda: None  # type: ignore[method-assign]
 
     def within(self, call: Callable[[], T]) -> T:
-        """What `call()` returns on the event loop, once all has happened that needs no time."""
+        """Run `call` on the event loop, and then every ready callback; returns its result."""
         called: asyncio.Future[T] = self._aio.create_future()
 
         def run() -> None:
@@ -186,7 +186,7 @@ class Table:
             self._aio.run_forever()
 
     def asks(self, room_id: str, seed: int, stake: int = 0) -> "asyncio.Task[Any] | None":
-        """A player drops; None when that is refused at once."""
+        """Drop a ball; returns None if the room refuses it at once."""
         live = self.within(lambda: self.rooms.find(room_id))
         command = DropCommand(seed, stake=stake, practice=True)
         asked = self._aio.create_task(_decided(live.drop(command)))
@@ -203,20 +203,20 @@ class Table:
             self.told[room_id].refused.add(str(seed))
 
     def turn(self) -> None:
-        """The ledger's thread does one piece of work; what it says waits to be heard."""
+        """Do one piece of the ledger thread's work; the loop does not yet run its callbacks."""
         self.loop.pass_time(self.ledger.committer.pause())
-        if not self.ledger.idle:  # what the loop heard meanwhile may have left nothing to do
+        if not self.ledger.idle:  # a timer may have refused all work during the pause
             self.ledger.committer.turn()
 
     def work(self) -> None:
-        """The ledger's thread does all that waits, and the loop hears of it."""
+        """Do all of the ledger thread's work, and run its callbacks on the loop."""
         self.loop.deliver()
         while not self.ledger.idle:
             self.turn()
             self.loop.deliver()
 
     def until(self, wanted: Coroutine[Any, Any, T]) -> T:
-        """What comes of something that waits for the ledger."""
+        """The result of a coroutine that waits for the ledger."""
         task = self._aio.create_task(_decided(wanted))
         try:
             while not task.done():
@@ -227,7 +227,7 @@ class Table:
             task.cancel()
 
     def tick(self, times: int) -> bool:
-        """Tick so often; whether something still moves."""
+        """Tick this often; returns whether something still moves."""
 
         def passes() -> bool:
             return [run_pass(self.rooms.runner) for _ in range(times)][-1:] == [True]
@@ -235,12 +235,12 @@ class Table:
         return self.within(passes)
 
     def until_still(self) -> None:
-        """Let all that moves land, and the ledger hear of it."""
+        """Tick until nothing moves and the ledger has written everything."""
         while self.tick(1) or not self.ledger.idle:
             self.work()
 
     def log(self, room_id: str) -> dict[str, Any]:
-        """A room's log, as a client gets it."""
+        """A room's log, as a client receives it."""
 
         async def read() -> bytes:
             live = await self.rooms.seek(room_id)
@@ -251,7 +251,7 @@ class Table:
         return log
 
     def end(self) -> None:
-        """The process ends, as if it were killed; nothing where it has ended."""
+        """End the process as if killed; does nothing if it has ended."""
         if self._aio.is_closed():
             return
         self.database.close()
@@ -262,7 +262,7 @@ class Table:
 
 
 async def _decided(wanted: Coroutine[Any, Any, T]) -> T:
-    """What comes of something in the end, however long that is undecided."""
+    """The final result of a coroutine, also if it was undecided at first."""
     try:
         return await wanted
     except UndecidedError as undecided:

@@ -1,4 +1,4 @@
-"""What stands between a server and its database, and swallows the answer to a COMMIT."""
+"""Swallow the answer to a COMMIT between the database and the server."""
 
 import contextlib
 import os
@@ -16,7 +16,7 @@ _COMMIT = b"COMMIT\0"
 
 
 class Swallower:
-    """Has the answer to a batch's COMMIT lost; that of a transaction that reads is left alone."""
+    """Loses the answer to a COMMIT of writes, not of a transaction that only reads."""
 
     def __init__(self, database: Database) -> None:
         self.swallowed = 0
@@ -25,7 +25,7 @@ class Swallower:
         database.batch = self._aimed  # type: ignore[method-assign]
 
     def arm(self, *, cut: bool) -> None:
-        """Swallow the next answer; with `cut` the line ends then, else it goes on in silence."""
+        """Swallow the next answer. `cut` closes the connection, too; otherwise it stays silent."""
         self._armed = "cut" if cut else "silence"
 
     @contextlib.contextmanager
@@ -38,12 +38,12 @@ class Swallower:
                 self.swallowed += 1
 
     def swallow(self, order: str) -> None:
-        """Do so with the COMMIT that comes now."""
+        """Swallow the answer to the COMMIT that comes now."""
         raise NotImplementedError
 
 
 class SQLiteSwallower(Swallower):
-    """SQLite has no line, but a commit that was made can be followed by an error."""
+    """SQLite has no connection to cut: the swallower raises an error after the commit."""
 
     def __init__(self, database: Database) -> None:
         super().__init__(database)
@@ -64,7 +64,7 @@ class SQLiteSwallower(Swallower):
 
 
 class LineSwallower(Swallower):
-    """A PostgreSQL reached by a proxy that sends on what is asked and not what is answered."""
+    """PostgreSQL behind a proxy, which forwards the COMMIT but not its answer."""
 
     def __init__(self, database: Database, proxy: "Proxy") -> None:
         super().__init__(database)
@@ -75,7 +75,7 @@ class LineSwallower(Swallower):
 
 
 class Proxy:
-    """A PostgreSQL reached by another socket, in `folder`."""
+    """A proxy of PostgreSQL, with its socket in `folder`."""
 
     def __init__(self, folder: Path, real: Path) -> None:
         self.order = ""
@@ -139,7 +139,7 @@ class _Line:
 
 @contextlib.contextmanager
 def proxied(url: str, folder: Path) -> Iterator[tuple[str, Proxy]]:
-    """A PostgreSQL's address by way of a proxy, and the proxy."""
+    """Run a proxy; gives PostgreSQL's address through it, and the proxy."""
     plain, _, real = url.partition("?host=")
     place = folder / "line"
     place.mkdir()

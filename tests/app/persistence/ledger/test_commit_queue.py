@@ -1,4 +1,4 @@
-"""Who is told what of a commit: once, all that hangs together, and nobody for another's fault."""
+"""The commit queue gives every write one outcome, the same for writes that depend on another."""
 
 import shutil
 import threading
@@ -90,7 +90,7 @@ def test_a_failure_after_a_commit_came_back_does_not_end_with_it() -> None:
     outlived = queue.done(probe)
     queue.put(Job(read=last_number))
     again = LedgerError("again")
-    queue.give_up(again)  # whoever reads has lost patience
+    queue.give_up(again)  # the reader has waited too long
     assert outlived is GONE
     queue.open(outlived)
     assert queue.failure is again
@@ -133,7 +133,7 @@ def test_writes_never_wait_for_more_than_one_read() -> None:
 def test_a_read_never_overtakes_writes_queued_before_it() -> None:
     write, read = Job([row(0)]), Job(read=lambda connection: None)
     queue = queue_of(write, read)
-    pauses = iter([0.001, 0.0, 0.0])  # a commit was just made: the next is not due yet
+    pauses = iter([0.001, 0.0, 0.0])  # right after a commit, the next one is not yet due
     assert queue.take(lambda: next(pauses)) == [write]
     assert queue.take(lambda: next(pauses)) == [read]
 
@@ -147,13 +147,13 @@ def test_while_writes_fail_what_is_there_can_be_read() -> None:
     assert queue.take(lambda: 1.0) == [read]
 
 
-# With rooms over it.
+# The queue with rooms.
 
 
 def test_an_input_that_cannot_be_written_refuses_the_later_ones(
     empty: Path, tmp_path: Path
 ) -> None:
-    """A later one that stayed would leave a gap; other rooms' drops have nothing to do with it."""
+    """An accepted later input would leave a gap. Other rooms' drops are not affected."""
     table = table_over(empty, tmp_path)
     for seed in range(3):
         table.asks("main", seed)
@@ -225,7 +225,7 @@ def test_a_frozen_process_with_a_waiting_drop_refuses_nothing(empty: Path, tmp_p
     table.end()
 
 
-def test_an_owner_that_fails_keeps_its_news_from_nobody(empty: Path, tmp_path: Path) -> None:
+def test_a_failing_callback_does_not_stop_the_others(empty: Path, tmp_path: Path) -> None:
     table = table_over(empty, tmp_path)
 
     def fail(error: LedgerError | None) -> None:

@@ -1,7 +1,7 @@
-"""At every step of a commit something happens: an error, a stall, a cut line, the end of all.
+"""A fault at every step of a commit: an error, a stall, a cut connection, the process's end.
 
-As SQLite tests itself: the same play again and again, with the fault one step later each time,
-until it comes to its end without having met it.
+SQLite tests itself in this way: the same play runs again and again, with the fault one step later
+each time, until a play ends before the fault happens.
 """
 
 import asyncio
@@ -26,7 +26,7 @@ from tests.app.persistence.ledger.stepped import PATIENCE, Table, failure
 from tests.kit.told import Told, hold
 from tests.long import tries
 
-pytestmark = pytest.mark.timeout(7200)  # each with LONG=1: four hundred plays, or each step of one
+pytestmark = pytest.mark.timeout(7200)  # LONG=1: four hundred plays, or every step of one
 
 BOARD = Board.from_json(TINY)
 PUBLIC = "triangle-8"
@@ -38,15 +38,15 @@ class EndError(BaseException):
 
 @dataclass
 class Play:
-    """Players at three rooms: one of nobody's in its first drops, one's own, one of touching balls.
+    """Players in three rooms: a public room that is new, a private room, a room of touching balls.
 
-    Once `step` steps of the ledger were made after the fault was armed, `fault` happens.
+    `fault` happens at the step number `step` of the ledger after the fault is armed.
     """
 
     url: str
     fault: Callable[["Play"], None]
     step: int
-    only: Sequence[str] = ()  # steps of these names, if any are given
+    only: Sequence[str] = ()  # if given, only at steps of these names
     table: Table = field(init=False)
     told: dict[str, Told] = field(default_factory=dict)
     steps: int = 0
@@ -82,7 +82,7 @@ class Play:
         self.ask(self.own, PUBLIC, self.touching, self.own, self.touching)
 
     def amid_faults(self) -> None:
-        """All that makes the ledger work, with the fault somewhere on the way."""
+        """Play everything that makes the ledger write; the fault happens somewhere on the way."""
         table = self.table
         self.drop_everywhere()
         table.work()
@@ -90,9 +90,9 @@ class Play:
         self.armed = True
         self.drop_everywhere()
         table.turn()
-        self.drop_everywhere()  # before the loop has heard
+        self.drop_everywhere()  # before the loop runs the ledger's callbacks
         table.work()
-        table.tick(40)  # balls land, marks are written ahead
+        table.tick(40)  # balls land, and rooms write how far they may tick
         self.drop_everywhere()
         with contextlib.suppress(LedgerError):
             table.until(self._own_room())
@@ -100,13 +100,13 @@ class Play:
         table.work()
 
     async def _own_room(self) -> None:
-        """A room that is opened, begun anew and closed; raises LedgerError."""
+        """Create, reset and close a room; raises LedgerError."""
         room = await self.table.rooms.create(BOARD)
         await self.table.rooms.reset(room)
         await self.table.rooms.delete(room)
 
     def calm(self) -> None:
-        """The fault is over: drops are taken again, everywhere."""
+        """After the fault: check that every room accepts drops again."""
         table = self.table
         self.armed = False
         table.work()
@@ -122,7 +122,7 @@ class Play:
         table.until_still()
 
     def check(self, *, killed: bool = False) -> None:
-        """Told, stored and computed are the same in every room."""
+        """Check that events, ledger and physics agree in every room."""
         logs = {room: self.table.log(room) for room in self.told}
         assert all(verify_log(log).ok for log in logs.values())
         touching = self.told[self.touching]
@@ -135,7 +135,7 @@ class Play:
         hold(self.url, self.told[self.own], BOARD, killed=killed)
 
     def again(self) -> None:
-        """Another server over the same ledger."""
+        """Start another server with the same ledger."""
         self.table.end()
         self.table = Table(self.url, self.told)
         self.table.until(self.table.rooms.resume())
@@ -148,7 +148,7 @@ def error(play: Play) -> None:
 
 
 def stall(seconds: float) -> Callable[[Play], None]:
-    """The database does not answer for so long; everybody plays on meanwhile."""
+    """The database does not answer for this long; players go on meanwhile."""
 
     def fault(play: Play) -> None:
         table = play.table
@@ -195,22 +195,20 @@ FAULTS = {
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", FAULTS)
-def test_whatever_happens_at_whatever_step_nothing_is_lost(
-    name: str, empty: Path, tmp_path: Path
-) -> None:
+def test_no_fault_at_any_step_loses_anything(name: str, empty: Path, tmp_path: Path) -> None:
     at_each_step(empty, tmp_path, FAULTS[name], killed=False)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("fault", [end, end_after_a_stall])
-def test_after_any_crash_the_next_process_has_all_that_was_told(
+def test_after_any_crash_the_next_process_has_all_accepted(
     fault: Callable[[Play], None], empty: Path, tmp_path: Path
 ) -> None:
     at_each_step(empty, tmp_path, fault, killed=True)
 
 
 SECONDS = tries((1.7, 10.0), (0.5, 1.0, 1.7, 2.0, 2.2, 2.5, 3.0, 4.0, 6.0, 8.0, 10.0))
-"""s of a stall, on both sides of the ledger's patience."""
+"""Durations of stalls in s, shorter and longer than the ledger's patience."""
 
 STALLED = {
     "lock": ("BEGIN IMMEDIATE", False),
@@ -224,7 +222,7 @@ STALLED = {
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", STALLED)
-def test_however_long_it_stalls_nothing_is_lost(name: str, empty: Path, tmp_path: Path) -> None:
+def test_no_stall_of_any_length_loses_anything(name: str, empty: Path, tmp_path: Path) -> None:
     step, cut = STALLED[name]
     for seconds in SECONDS:
 
@@ -240,8 +238,8 @@ def test_however_long_it_stalls_nothing_is_lost(name: str, empty: Path, tmp_path
         play.amid_faults()
         assert play.met == step
         refused = bool(play.told[PUBLIC].refused)
-        lost = cut and step != "committed"  # what came through is found, whatever was cut
-        # The thread is looked at four times in one patience, so that it may have a fourth more.
+        lost = cut and step != "committed"  # a finished commit is found after the cut
+        # The thread is checked four times within the patience: a stall may be a quarter longer.
         assert refused or not (lost or seconds > 1.25 * PATIENCE)
         assert cut or not (refused and seconds < PATIENCE)
         play.calm()
@@ -249,7 +247,7 @@ def test_however_long_it_stalls_nothing_is_lost(name: str, empty: Path, tmp_path
 
 
 def at_each_step(empty: Path, folder: Path, fault: Callable[[Play], None], *, killed: bool) -> None:
-    """The play with the fault at one step after the other, or at the two ends of a commit."""
+    """Run the play with the fault at each step in turn, or only before and after a commit."""
     step, met = 0, ""
     while step == 0 or met:
         step += 1
@@ -272,7 +270,7 @@ def at_each_step(empty: Path, folder: Path, fault: Callable[[Play], None], *, ki
 @given(chance=st.randoms(use_true_random=False))
 @settings(max_examples=tries(3, 400), suppress_health_check=[HealthCheck.function_scoped_fixture])
 @pytest.mark.long
-def test_in_whatever_order_the_two_threads_do_it_nothing_is_lost(
+def test_no_order_of_the_two_threads_loses_anything(
     chance: random.Random, empty: Path, tmp_path: Path
 ) -> None:
     file = tmp_path / "plinko.db"
@@ -283,12 +281,12 @@ def test_in_whatever_order_the_two_threads_do_it_nothing_is_lost(
 
 
 def _at_random(chance: random.Random, url: str) -> None:
-    """Players, clock and database do what they like, the latter at every step."""
+    """Players, clock and loop act at random, also at every step of the database."""
 
     def anything(play: Play) -> None:
         if not play.met:
             return
-        play.met = ""  # no step within a step
+        play.met = ""  # a step must not start another random action
         match chance.randrange(40):
             case 0:
                 raise failure()
@@ -306,7 +304,7 @@ def _at_random(chance: random.Random, url: str) -> None:
 
     play = Play(url, anything, 0)
     play.begin()
-    try:  # Hypothesis leaves an example that takes too many choices
+    try:  # Hypothesis aborts an example that makes too many choices
         table = play.table
         table.database.at = lambda step: anything(play)
         play.met = "between two steps"

@@ -1,4 +1,4 @@
-"""Opening a ledger: its address, its tables, one server at a time; what cannot be used is named."""
+"""Opening a ledger: address, tables, one server at a time; errors name the reason."""
 
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Who hears that a write is refused, and who that nobody knows yet."""
+"""When a write counts as refused, and when as undecided."""
 
 import asyncio
 from collections.abc import Iterator
@@ -9,7 +9,7 @@ import pytest
 from app.errors import LedgerError, UndecidedError
 from tests.app.persistence.ledger.stepped import Table, failure
 
-_LONG = 100  # awaits between a refusal and the end of the work, more than any of ours has
+_LONG = 100  # awaits between a refusal and the end of the work, more than the server has
 
 
 @pytest.fixture
@@ -20,7 +20,7 @@ def table(tmp_path: Path) -> Iterator[Table]:
 
 
 def fail_at(table: Table, wanted: str) -> None:
-    """The database fails once, at this step of a commit."""
+    """Let the database fail once, at this step of a commit."""
 
     def at(step: str) -> None:
         if step == wanted:
@@ -31,7 +31,7 @@ def fail_at(table: Table, wanted: str) -> None:
 
 
 async def write_slowly(table: Table) -> None:
-    """Write, and take many turns of the event loop to make something of a refusal."""
+    """Write, and take many iterations of the event loop to pass a refusal on."""
     try:
         await table.ledger.commit()
     except LedgerError:
@@ -50,7 +50,7 @@ def test_a_refusal_stays_one_however_long_its_owner_takes(table: Table) -> None:
     assert not isinstance(table.until(refused()), UndecidedError)
 
 
-def test_who_waits_while_the_ledger_fails_hears_undecided(
+def test_waiting_work_is_undecided_while_the_ledger_fails(
     table: Table,
 ) -> None:
     async def both() -> None:

@@ -1,4 +1,4 @@
-"""A ledger that cannot be written: drops get 503, nothing is half-done, rooms play on, it heals."""
+"""While the ledger cannot be written, drops get 503 and rooms play on; then it recovers."""
 
 import contextlib
 import os
@@ -29,7 +29,7 @@ ROOM = "triangle-8"
 async def suffers_and_heals(
     server: Running, broken: Break, wanted: str, *, noticed: bool = False
 ) -> None:
-    """What must hold however the ledger is lost; `noticed`: a probe finds it out, not a drop."""
+    """Check a server before, during and after a failure; `noticed`: a probe finds it first."""
     rooms = server.services.rooms
     with server.client() as first:
         room = first.post("/api/v1/rooms", json={"board": TINY}).json()["id"]
@@ -46,10 +46,10 @@ async def suffers_and_heals(
             assert refused.status_code == 503
             assert refused.headers["content-type"] == "application/problem+json"
             assert refused.json()["code"] == "ledger-unavailable"
-            assert wanted in str(server.services.ledger.problem)  # for the log, not for clients
+            assert wanted in str(server.services.ledger.problem)  # in the log, not in the answer
             assert "the server's log has the reason" in refused.json()["detail"]
             assert int(refused.headers["retry-after"]) >= 1
-            # Over the WebSocket too, to the sender, with its own note; the connection goes on.
+            # The WebSocket's sender receives the error with its `ref`, and stays connected.
             await player.send(type="drop", seed=3, ref="mine")
             error = await player.until("error")
             assert (error["code"], error["ref"]) == ("ledger-unavailable", "mine")
@@ -58,7 +58,7 @@ async def suffers_and_heals(
             assert (await http.get("/healthz")).status_code == 200
             opened = await http.post("/api/v1/rooms", json={"board": "triangle-8"})
             assert opened.status_code == 503
-            # The room can be watched: the ball that was in flight lands, late comers see it.
+            # Clients can still join and watch: the ball in flight lands.
             async with playing(server.socket(room)) as late:
                 assert late.hello["type"] == "hello"
             landed = await player.until("landed", ball=flying["ball"])
@@ -92,7 +92,7 @@ async def test_a_full_disk(small_disk: Path) -> None:
 
 
 async def test_a_database_that_may_not_grow(tmp_path: Path) -> None:
-    """SQLITE_FULL without a disk of its own."""
+    """SQLite reports SQLITE_FULL without a full disk."""
     url = f"sqlite:///{tmp_path / 'plinko.db'}"
     with serving(database_url=url, drop_rate=1000.0) as server:
         engine = server.services.ledger.database._engine
@@ -105,9 +105,9 @@ async def test_a_database_that_may_not_grow(tmp_path: Path) -> None:
         @contextlib.contextmanager
         def full() -> Iterator[None]:
             nonlocal limit
-            limit = 1  # less than there is: not one page more
+            limit = 1  # fewer pages than the file has: it cannot grow
             with sqlite3.connect(tmp_path / "plinko.db") as other:
-                # What is free inside the file would still be used.
+                # SQLite would still use free pages inside the file: fill them.
                 (free,) = other.execute("PRAGMA freelist_count").fetchone()
                 other.execute("CREATE TABLE filler (x)")
                 other.execute("INSERT INTO filler VALUES (zeroblob(?))", (4096 * (free + 4),))
@@ -115,7 +115,7 @@ async def test_a_database_that_may_not_grow(tmp_path: Path) -> None:
             yield
             limit = 0
 
-        # A drop's row may still find a place; a page's worth does not.
+        # A drop's row may still fit into a page; the probe, a whole page, does not.
         await suffers_and_heals(server, full, "full", noticed=True)
 
 
@@ -145,7 +145,7 @@ async def test_a_postgresql_that_crashed(postgresql: PostgreSQL) -> None:
 
 
 async def test_a_database_that_does_not_answer(url: str, tmp_path: Path) -> None:
-    """Held by another's lock, a commit hangs; what becomes of it is not known for long."""
+    """Another connection's lock blocks a commit: its outcome is unknown for some time."""
 
     @contextlib.contextmanager
     def locked() -> Iterator[None]:
@@ -161,7 +161,7 @@ async def test_a_database_that_does_not_answer(url: str, tmp_path: Path) -> None
                 yield
 
     with serving(database_url=url, drop_rate=1000.0) as server:
-        server.services.ledger.patience = 0.3  # not before: it may take longer to begin
+        server.services.ledger.patience = 0.3  # not before: the start may take longer
         await suffers_and_heals(server, locked, "has not answered for 0.3 seconds")
 
 
@@ -173,14 +173,14 @@ def test_a_late_commit_is_undecided_until_then_and_true_after(
         server.client("/api/v1") as http,
     ):
         ledger = server.services.ledger
-        batch, patience = ledger.database.batch, ledger.patience  # of writes: reads go by
+        batch, patience = ledger.database.batch, ledger.patience  # `batch` is for writes only
         told = threading.Event()
 
         @contextlib.contextmanager
         def slow() -> Iterator[Any]:
             with batch() as connection:
                 yield connection
-                ledger.patience = 0.1  # not before: what is not sent by then is refused
+                ledger.patience = 0.1  # not before: unsent writes would be refused
             assert told.wait(LIMIT)
 
         ledger.database.batch = slow  # type: ignore[method-assign]

@@ -1,4 +1,4 @@
-"""What was committed cannot go away unnoticed, and one file has one server, by whatever name."""
+"""The server notices lost commits, and one file has one server, also by another path."""
 
 import os
 import shutil
@@ -33,7 +33,7 @@ def holds(file: Path, number: int) -> bool:
 
 @pytest.fixture
 def killed(tmp_path: Path) -> Path:
-    """The file of a server that was killed: commits 1 to 4, the last two in the log alone."""
+    """The file of a killed server: of commits 1 to 4, the last two are only in the log."""
     file, place = tmp_path / "plinko.db", tmp_path / "killed"
     place.mkdir()
     database = Database(url_of(file))

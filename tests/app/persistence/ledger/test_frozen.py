@@ -1,4 +1,4 @@
-"""A server that is frozen while another takes its room harms nothing when it wakes up."""
+"""A server that is frozen while another takes its room does no damage when it wakes up."""
 
 import asyncio
 import json
@@ -24,7 +24,7 @@ def address(postgresql: PostgreSQL) -> str:
 
 
 async def play_on(url: str) -> list[dict[str, Any]]:
-    """Another server takes the room over and plays; what it told."""
+    """Another server takes the room over and plays; returns the drops it accepted."""
     async with living(url, holder="newer") as newer:
         room = await newer.shared.arriving.take_over("main")
         assert room is not None
@@ -42,7 +42,7 @@ def kept(connection: Any) -> list[dict[str, Any]]:
 
 
 async def frozen_at(url: str, step: int) -> tuple[str, list[str]]:
-    """Freeze a server at this step; its name, "" where it has fewer, and the seeds it refused."""
+    """Freeze a server at this step; returns the step's name ("" if none) and refused seeds."""
     command = [sys.executable, "-m", "tests.app.persistence.crash.freezing", url, str(step)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as older:
         try:
@@ -60,8 +60,8 @@ async def frozen_at(url: str, step: int) -> tuple[str, list[str]]:
     sound(url)
     in_ledger = look(url, kept)
     told = [{name: each[name] for name in ("ball", "seed", "tick")} for each in said["accepted"]]
-    # What was told is there as it was told, and all that is there was told, but what was taken
-    # and had not entered when the process froze.
+    # Every accepted drop is in the ledger unchanged. Every drop in the ledger was accepted, except
+    # those committed whose players had no answer when the process froze.
     assert [each for each in [*told, *newer] if each not in in_ledger] == []
     untold = {each["seed"] for each in in_ledger if each not in [*told, *newer]}
     assert untold <= {"1", "2", "3", "4"} - set(said["refused"])

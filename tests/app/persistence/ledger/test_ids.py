@@ -1,4 +1,4 @@
-"""An id with a NUL, which PostgreSQL's text cannot hold, is not there: on either database."""
+"""An id with a NUL character, which PostgreSQL cannot store, is not found on either database."""
 
 from tests.kit.serving import serving
 

@@ -1,4 +1,4 @@
-"""A log is told whole or not at all, also while the ledger takes no writes."""
+"""While the ledger takes no writes, a room's log is sent complete or not at all."""
 
 import asyncio
 from pathlib import Path
@@ -17,8 +17,8 @@ ROOM = "triangle-8"
 
 
 def refuse_writes(step: str) -> None:
-    """The disk is full: what is there can be read."""
-    if step.startswith("UPDATE writers"):  # as every batch begins
+    """Fail every write, as on a full disk; reads work."""
+    if step.startswith("UPDATE writers"):  # the first statement of every batch
         raise failure()
 
 
@@ -29,7 +29,7 @@ def work(table: Table) -> None:
 
 
 def log(table: Table) -> Any:
-    """The room's log, as a client gets it while writes fail; raises what the client is told."""
+    """The room's log as a client receives it while writes fail, or the error raised."""
 
     async def read() -> bytes:
         live = await table.rooms.seek(ROOM)
@@ -37,7 +37,7 @@ def log(table: Table) -> Any:
         return b"".join([piece async for piece in pieces])
 
     asked = table.within(lambda: asyncio.ensure_future(read()))
-    while not asked.done():  # between two attempts to write there is time to read
+    while not asked.done():  # the ledger reads between two attempts to write
         table.ledger.committer.turn()
         table.loop.deliver()
     return msgspec.json.decode(asked.result())

@@ -1,4 +1,4 @@
-"""Old rooms are deleted on demand: those that are closed for long, with all that was in them."""
+"""`prune` deletes the rooms closed long ago, with all their rows."""
 
 import time
 from dataclasses import replace
@@ -17,7 +17,7 @@ BOARD = "b" * 64
 
 
 def fill(url: str) -> None:
-    """Rooms 1 closed a hundred days ago, 2 yesterday, 3 open and just as old, with a drop each."""
+    """Three old rooms with a drop each: 1 closed 100 days ago, 2 closed yesterday, 3 open."""
     now = time.time()
     old = RoomRow(1, "r1", BOARD, "independent", True, 60, 1, now - 200 * DAY, now - 200 * DAY)
     writes: list[Write] = [BoardRow(BOARD, "board", "{}")]
@@ -34,7 +34,7 @@ def fill(url: str) -> None:
 
 
 def rooms_of(url: str) -> dict[str, list[int]]:
-    """Which rooms each table still has rows of."""
+    """The rooms that still have rows, for each table."""
     database = Database(url)
     database.open()
     columns = {

@@ -1,7 +1,7 @@
-"""A COMMIT whose answer is lost: nothing is taken back, and nothing told that is not final.
+"""After a COMMIT whose answer is lost, the server takes nothing back and publishes only facts.
 
-For each kind of write, on both databases, with the line cut or silent. An attacker polls exports
-and the log all the while; every signed head, seed and receipt is held against the ledger at last.
+Each kind of write is tried on both databases, with the connection cut or silent. A spy polls
+exports and the log meanwhile; at the end every signed head, seed and receipt must be in the ledger.
 """
 
 import contextlib
@@ -36,18 +36,18 @@ SEED = b"\x33" * 32
 _POLL = 0.1  # s
 
 _PATIENT = 60.0
-"""s: a line that is cut is noticed at once, and a slow machine loses nobody's patience."""
+"""Seconds: the server notices a cut connection at once; a slow machine must not time out."""
 
-_IMPATIENT = 1.0  # s: nothing but its patience tells a server that a line is silent
+_IMPATIENT = 1.0  # s: the server notices a silent connection only by this time-out
 
 
 @dataclass
 class Spy:
-    """Asks for the log and for exports ten times a second, and keeps what it gets."""
+    """Requests the log and exports ten times a second, and keeps the replies."""
 
     url: str
     sessions: list[tuple[str, dict[str, str]]] = field(default_factory=list)
-    """The id of each, and what shows its token: nobody else is given an export."""
+    """Each session's id and the header with its token, which an export needs."""
     heads: list[dict[str, Any]] = field(default_factory=list)
     exports: list[dict[str, Any]] = field(default_factory=list)
     over: threading.Event = field(default_factory=threading.Event)
@@ -56,7 +56,7 @@ class Spy:
         with httpx.Client(base_url=f"{self.url}/api/v1", timeout=LIMIT) as http:
             while not self.over.wait(_POLL):
                 self._ask(http)
-            self._ask(http)  # once when all is over, however little was answered meanwhile
+            self._ask(http)  # once at the end, in case no earlier request was answered
 
     def _ask(self, http: httpx.Client) -> None:
         exports = [(f"/sessions/{each}/export", own) for each, own in self.sessions[-2:]]
@@ -67,7 +67,7 @@ class Spy:
                 (self.heads if path == "/log" else self.exports).append(reply.json())
 
     def hold(self, url: str) -> None:
-        """Everything that was told is so in the ledger."""
+        """Check that every kept reply agrees with the ledger."""
         receipts = look(url, lambda c: c.execute(select(tables.receipts)).mappings().all())
         rows = look(url, lambda c: c.execute(select(tables.fair_sessions)).mappings().all())
         roots = {row["leaf"] + 1: row["root"] for row in receipts}
@@ -94,7 +94,7 @@ class Spy:
 
 @dataclass
 class Attack:
-    """A server whose answers are swallowed, and what is asked of it."""
+    """A server whose database's answers are swallowed, and requests to it."""
 
     server: Running
     http: httpx.Client
@@ -104,7 +104,7 @@ class Attack:
     keys: Iterator[int] = field(default_factory=itertools.count)
 
     def swallowed(self, method: str, path: str, **rest: Any) -> httpx.Response:
-        """The answer to a request, asked again as long as nothing is decided."""
+        """Send a request, with retries until it is decided; returns the final answer."""
         before = self.swallower.swallowed
         headers = {"idempotency-key": f"key {next(self.keys)}", **rest.pop("headers", {})}
         self.swallower.arm(cut=self.cut)
@@ -133,9 +133,9 @@ class Attack:
         return made["session"], shown
 
     def still(self, room: str) -> dict[str, Any]:
-        """The room once nothing moves in it and the ledger has heard so."""
+        """The room when nothing moves in it and the ledger has written all of it."""
         until(lambda: not self.http.get(f"/rooms/{room}").json()["awake"])
-        self.http.get(f"/rooms/{room}/log").raise_for_status()  # after all that was written before
+        self.http.get(f"/rooms/{room}/log").raise_for_status()  # waits for all earlier writes
         found: dict[str, Any] = self.http.get(f"/rooms/{room}").json()
         return found
 

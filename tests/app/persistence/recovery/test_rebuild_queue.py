@@ -1,4 +1,4 @@
-"""Whose room comes back first, with rebuilds that go on when the test says."""
+"""The order in which rooms are rebuilt; the test decides when a rebuild continues."""
 
 import asyncio
 
@@ -15,7 +15,7 @@ def parked(room_id: str) -> Parked:
 
 
 class Bench:
-    """A queue over rooms that take so many slices each; `done` is every slice, in order."""
+    """A queue of rooms with `slices` slices each; `done` lists the rooms of slices, in order."""
 
     def __init__(self, *rooms: str, slices: int = 3, patience: float = 60.0) -> None:
         self.done: list[str] = []
@@ -47,7 +47,7 @@ async def test_all_come_back_one_after_another() -> None:
     await bench.queue.need("a")
 
 
-async def test_who_is_asked_for_comes_at_once_while_the_others_wait() -> None:
+async def test_a_requested_room_is_rebuilt_at_once() -> None:
     bench = Bench("a", "b", "c")
     running = asyncio.create_task(bench.queue.run())
     await turns()
@@ -93,7 +93,7 @@ async def test_a_ledger_that_cannot_be_read_is_asked_again() -> None:
     assert bench.done == [*"aaabbb"]
 
 
-async def test_a_room_that_is_set_aside_keeps_nobody_waiting() -> None:
+async def test_requests_do_not_wait_for_a_damaged_room() -> None:
     bench = Bench("a", "b")
     bench.go_on.set()
     bench.faults["a"] = [DamagedRoomError("damaged")]
@@ -105,7 +105,7 @@ async def test_a_room_that_is_set_aside_keeps_nobody_waiting() -> None:
     assert bench.queue.waiting == []
 
 
-async def test_who_waits_too_long_is_told_and_the_rebuild_goes_on() -> None:
+async def test_a_rebuild_outlasts_a_request_that_timed_out() -> None:
     bench = Bench("a", patience=0.0)
     bench.slices = 1
     begun = asyncio.Event()

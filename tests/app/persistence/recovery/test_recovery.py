@@ -1,4 +1,4 @@
-"""What a new life of the server finds again: rooms as they were, promises kept, in a short time."""
+"""After a restart the rooms are as before, every promise is kept, and the start is short."""
 
 import asyncio
 import json
@@ -30,11 +30,11 @@ from tests.kit.waiting import eventually, until
 OTHER = Board.preset("triangle-9")
 
 on_sqlite = pytest.mark.parametrize("url", ["sqlite"], indirect=True)
-"""For what is the same over every database."""
+"""For tests that do not depend on the kind of database."""
 
 
 async def busy(life: Life, live: LiveRoom, seeds: range, ticks: int = 20) -> None:
-    """Balls one after another, and some ticks after the last."""
+    """Drop balls one after another, and tick some more."""
     for seed in seeds:
         await life.drop(live, seed, stake=100 + seed)
     await life.run(live, ticks)
@@ -134,7 +134,7 @@ async def test_main_with_another_board_lands_its_balls_and_restarts(url: str) ->
 async def test_a_ball_long_in_flight_is_refunded_whatever_came_after(
     url: str,
 ) -> None:
-    """Not only as many of the last drops count as the room may hold now."""
+    """Recovery considers more than the last `max_balls` drops."""
     async with living(url) as life:
         main = life.rooms.find("main")
         await busy(life, main, range(6), 600)
@@ -158,7 +158,7 @@ async def test_a_ball_long_in_flight_is_refunded_whatever_came_after(
 
 @on_sqlite
 async def test_lives_too_short_for_a_checkpoint_leave_one_all_the_same(url: str) -> None:
-    """So what a start has to replay is what the life before played, and never adds up."""
+    """So a start replays at most one previous run, never several."""
     taken = []
     for life_number in range(4):
         async with living(url) as life:
@@ -259,7 +259,7 @@ DAMAGES = {
 
 @dataclass(frozen=True)
 class Played:
-    """A ledger of a server that was killed: an own room and `main`, with balls in flight."""
+    """The ledger of a killed server: a private room and `main`, both with balls in flight."""
 
     file: Path
     own: str
@@ -339,7 +339,7 @@ async def test_a_damaged_list_of_rooms_stops_no_start(
     assert "0 open ones can be read, and 2 runs not" in caplog.text
 
 
-async def test_of_a_damaged_list_of_rooms_what_can_be_read_goes_on(
+async def test_readable_rooms_of_a_damaged_list_continue(
     played: Played, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     url = f"sqlite:///{shutil.copy(played.file, tmp_path)}"
@@ -410,7 +410,7 @@ async def test_drops_of_a_room_that_failed_get_their_stake_back(
 
 
 @on_sqlite
-async def test_who_goes_away_leaves_no_room_half_made(url: str) -> None:
+async def test_a_cancelled_request_leaves_no_half_made_room(url: str) -> None:
     async with living(url) as life:
         kept_rooms = await life.rooms.create(BOARD, INDEPENDENT)
         gone = [

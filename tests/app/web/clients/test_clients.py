@@ -1,4 +1,4 @@
-"""Clients that others generate from the OpenAPI document work as they come: Python, TypeScript."""
+"""Python and TypeScript clients generated from the OpenAPI document work unchanged."""
 
 import importlib
 import json
@@ -43,7 +43,7 @@ def document(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def python(document: Path) -> Iterator[ModuleType]:
-    """The package that openapi-python-client makes of the document."""
+    """The package that openapi-python-client generates from the document."""
     config = document.with_name("config.json")
     config.write_text(json.dumps(CONFIG))
     package = document.with_name("plinko_client")
@@ -58,7 +58,7 @@ def python(document: Path) -> Iterator[ModuleType]:
     )
     assert done.returncode == 0, done.stdout + done.stderr
     left_out = re.findall("^WARNING .*", done.stdout + done.stderr, re.MULTILINE)
-    # A stream without end is for image tags; what the generator cannot do is only its body.
+    # The endless stream is for image tags; the generator does not support its content type.
     assert left_out == ["WARNING parsing GET /api/v1/rooms/{room}/stream.mjpg within rooms."]
     sys.path.insert(0, str(package.parent))
     try:
@@ -68,7 +68,7 @@ def python(document: Path) -> Iterator[ModuleType]:
 
 
 def call(name: str) -> Any:
-    """The function of an operation, by its tag and id."""
+    """The generated function of an operation, by its tag and id."""
     return importlib.import_module(f"plinko_client.api.{name}").sync
 
 
@@ -83,7 +83,7 @@ def test_a_generated_python_client_plays(python: ModuleType, server: Running) ->
 
 
 def look_and_play(client: Any, models: Any) -> Any:
-    """Boards, drops and pictures, and a ball in a room of one's own, which it returns."""
+    """Request boards, drops and pictures, and drop a ball in a new room; returns that drop."""
     names = {each.name for each in call("boards.list_boards")(client=client).boards}
     assert "triangle-8" in names
     view = call("boards.get_board")("triangle-8", client=client)
@@ -113,7 +113,7 @@ def look_and_play(client: Any, models: Any) -> Any:
 def test_a_generated_typescript_client_plays(
     document: Path, server: Running, tmp_path: Path
 ) -> None:
-    """Types by openapi-typescript, compiled with all of its checks on, run by Node.js."""
+    """Types by openapi-typescript, compiled with strict checks, run by Node.js."""
     node = shutil.which("node")
     assert node, "Node.js is not installed; tools/node sees to that"
     modules = REPOSITORY / "node_modules"
@@ -157,7 +157,7 @@ def test_a_generated_typescript_client_plays(
 
 
 def run(*command: Any) -> str:
-    """What a command prints; it must not fail."""
+    """Run a command that must succeed; returns its output."""
     done = subprocess.run(
         list(map(str, command)), capture_output=True, text=True, check=False, cwd=REPOSITORY
     )

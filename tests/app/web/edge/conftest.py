@@ -1,4 +1,4 @@
-"""What tests of the edge have in common."""
+"""Ends every waiting request at the end of each test of the edge."""
 
 from collections.abc import Iterator
 
@@ -9,6 +9,5 @@ from tests.app.web.edge import lines
 
 @pytest.fixture(autouse=True)
 def finished() -> Iterator[None]:
-    """No request is left waiting, to be ended at some other time."""
     yield
     lines.finish()

@@ -1,6 +1,6 @@
-"""Clients of a server without a network: bytes go into its connections and come out of them.
+"""Connections of a server without a network: tests put bytes in and read bytes out.
 
-The clock is set by hand, and the event loop turns when it is told to.
+The test sets the clock, and runs each iteration of the event loop.
 """
 
 import asyncio
@@ -24,7 +24,7 @@ _LOOPS: list["Loop"] = []
 
 
 def finish() -> None:
-    """Have all clients of all servers leave, and whatever still waits for them end."""
+    """Close all connections of all servers, and let their waiting requests end."""
     while _LOOPS:
         loop = _LOOPS.pop()
         for line in loop.lines:
@@ -35,7 +35,7 @@ def finish() -> None:
 
 
 class Loop:
-    """An event loop with a clock that is set, and tasks that run when they can."""
+    """An event loop whose clock and iterations the test controls."""
 
     def __init__(self) -> None:
         self.now = 0.0
@@ -72,15 +72,15 @@ class Loop:
         raise context["exception"]
 
     def create_task(self, running: Coroutine[Any, Any, None], **_: Any) -> Any:
-        """Keep a request until its turn."""
+        """Keep a request for the next iteration."""
         self.ready.append(running)
         return self
 
     def add_done_callback(self, callback: Callable[..., None]) -> None:
-        """As a task has it; nobody here counts them."""
+        """Part of a task's interface; uvicorn counts its tasks with it."""
 
     def turn(self) -> bool:
-        """Turn once: what was asked for, then tasks, then what has arrived; whether it did any."""
+        """Run one iteration: callbacks, tasks, arrived bytes; returns whether there were any."""
         soon, self.soon = self.soon, []
         for callback in soon:
             callback()
@@ -95,17 +95,17 @@ class Loop:
         return bool(soon or ready or arrived)
 
     def run(self) -> None:
-        """Turn until there is nothing more to do."""
+        """Run iterations until there is nothing to do."""
         while self.turn():
             pass
 
     def go_on(self) -> None:
-        """Let the requests that waited go on, and run."""
+        """Continue the waiting requests, and run."""
         self.ready, self.waiting = self.ready + self.waiting, []
         self.run()
 
     def pass_(self, seconds: float) -> None:
-        """Let so much time pass, and whatever is due in it happen."""
+        """Advance the clock, and run the timers that become due."""
         end = self.now + seconds
         while self.timers and self.timers[0][0] <= end:
             self.now, _, handle = heapq.heappop(self.timers)
@@ -115,14 +115,14 @@ class Loop:
 
 
 class Waiting:
-    """What waits until the loop goes on."""
+    """An awaitable that suspends a request until `go_on`."""
 
     def __await__(self) -> Generator[None, None, None]:
         yield
 
 
 class Line:
-    """A transport to a client that reads when it is told to, and the bytes on their way from it."""
+    """The transport of one connection: bytes from the client, bytes written to it."""
 
     def __init__(self, host: str) -> None:
         self.host = host
@@ -134,7 +134,7 @@ class Line:
         self.closed = self.aborted = self.lost = False
 
     def deliver(self) -> bool:
-        """Hand on what has arrived as libuv does, in up to 32 pieces; whether there was any."""
+        """Give arrived bytes to the protocol in up to 32 pieces, as libuv does; whether any."""
         some = False
         for _ in range(32):
             if self.arriving and self.reading and not self.closed:
@@ -146,7 +146,7 @@ class Line:
         return some
 
     def lose(self) -> None:
-        """The client is gone."""
+        """Lose the connection, as when the client has left."""
         self.lost = self.closed = True
         self.connection.connection_lost(None)
 
@@ -182,7 +182,7 @@ class Line:
 
 
 class Server:
-    """Connections of one server, which takes its time to answer /slow, and accepts WebSockets."""
+    """One server's connections; it answers /slow only after `go_on`, and accepts WebSockets."""
 
     def __init__(self, most: int = 100, **limits: Any) -> None:
         self.loop = Loop()
@@ -220,7 +220,7 @@ class Server:
         await send({"type": "http.response.body", "body": b"ok"})
 
     def feed(self, line: Line, data: bytes) -> None:
-        """Let these bytes come, and what they ask for be done."""
+        """Receive these bytes, and run until everything is done."""
         line.arriving += data
         self.loop.run()
 
@@ -235,13 +235,13 @@ class Server:
         return line
 
     def stop(self) -> None:
-        """As uvicorn's server does."""
+        """Shut down all connections, as uvicorn's server does."""
         for each in list(self.state.connections):
             each.shutdown()
 
 
 def problem(line: Line) -> dict[str, Any]:
-    """What the client was told; the connection must end with it."""
+    """The problem in the response; the response must close the connection."""
     assert line.closed
     head, _, body = line.written.partition(b"\r\n\r\n")
     assert b"\r\nconnection: close" in head

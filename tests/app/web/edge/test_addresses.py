@@ -1,4 +1,4 @@
-"""Who counts as one client, whom a proxy may speak for, and how many connections each may have."""
+"""Which addresses count as one client, also behind proxies, and how many connections it has."""
 
 import pytest
 
@@ -21,7 +21,7 @@ def test_what_is_no_address_stands_for_itself(host: str) -> None:
     assert one_client(host) == host
 
 
-def test_a_client_has_so_many_connections_and_another_its_own() -> None:
+def test_each_client_has_its_own_limit_of_connections() -> None:
     connections = Connections(2, Proxies(()))
     assert [connections.enter("192.0.2.7") for _ in range(3)] == [True, True, False]
     assert connections.enter("192.0.2.8")

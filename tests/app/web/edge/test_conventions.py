@@ -1,4 +1,4 @@
-"""What REST clients rely on in any API: ids, limits in headers, links between pages, 415, docs."""
+"""Conventions of REST: request ids, limits in headers, links between pages, 415, docs."""
 
 import re
 from pathlib import Path
@@ -26,7 +26,7 @@ def test_every_answer_has_an_id_which_the_client_may_choose(http: httpx.Client) 
         assert re.fullmatch(r"[0-9a-f]{32}", answer.headers["x-request-id"])
 
 
-def test_a_bucket_tells_what_is_left_and_when_it_is_full_again() -> None:
+def test_a_bucket_reports_its_rest_and_when_it_is_full() -> None:
     bucket = TokenBucket(rate=2.0, burst=10.0, now=0.0)
     for _ in range(4):
         assert bucket.take(0.0)
@@ -36,11 +36,11 @@ def test_a_bucket_tells_what_is_left_and_when_it_is_full_again() -> None:
     assert bucket.allowance("drops", 0.5).rest == '"drops";r=0;t=12'
 
 
-def test_a_response_tells_what_is_left_of_the_limits_it_used() -> None:
+def test_a_response_has_the_rest_of_the_limits_it_used() -> None:
     with serving(drop_rate=0.5) as running:
         at = f"{running.url}/api/v1/rooms/main/drops"
         answers = [httpx.post(at, timeout=LIMIT)]
-        while answers[-1].status_code == 202:  # a slow machine may send few in two seconds
+        while answers[-1].status_code == 202:  # a slow machine sends few in two seconds
             answers.append(httpx.post(at, timeout=LIMIT))
         assert answers[-1].status_code == 429
         assert {answer.headers["ratelimit-policy"] for answer in answers} == {'"drops";q=1;w=2'}

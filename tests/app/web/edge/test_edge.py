@@ -1,4 +1,4 @@
-"""What strangers try on a real server: foreign names, hasty departures, prying, hoarding."""
+"""Attacks on a real server: foreign host names, aborted requests, too many connections."""
 
 import contextlib
 import json
@@ -25,7 +25,7 @@ TOKEN = "scrape" * 6
 
 @pytest.fixture(scope="module")
 def edge() -> Iterator[Running]:
-    """A server with little patience, and a token for its metrics."""
+    """A server with short time-outs, and a token for its metrics."""
     with (
         constants(**{"app.listening.HEAD_SECONDS": 0.2}),
         serving(address_connections=8, metrics_token=TOKEN, hosts=("plinko.example",)) as running,
@@ -50,7 +50,7 @@ def metrics(client: httpx.Client) -> str:
 
 @pytest.mark.parametrize("path", ["/", "/api/v1/rooms", "/metrics", "/nothing"])
 def test_a_strangers_name_that_points_here_gets_nothing(client: httpx.Client, path: str) -> None:
-    """DNS rebinding: the browser asks in the name of the page's own site."""
+    """DNS rebinding: the browser believes that the server belongs to the attacker's site."""
     port = client.base_url.port
     headers = {"host": f"evil.example:{port}", "origin": f"http://evil.example:{port}"}
     for method in ("GET", "HEAD", "POST", "OPTIONS"):
@@ -71,7 +71,7 @@ def test_nor_does_it_get_a_socket(edge: Running) -> None:
     assert caught.value.response.status_code == 421
 
 
-def test_a_name_that_the_server_was_told_is_its_own(client: httpx.Client) -> None:
+def test_a_configured_host_name_is_accepted(client: httpx.Client) -> None:
     headers = {"host": "plinko.example", "origin": "https://plinko.example"}
     assert client.post("/api/v1/rooms/main/drops", headers=headers).status_code == 202
 
@@ -86,7 +86,7 @@ def test_a_garbled_origin_is_a_foreign_one(edge: Running, origin: str) -> None:
     assert caught.value.response.status_code == 403
 
 
-def test_an_aborted_request_is_nobodys_failure(
+def test_an_aborted_request_counts_as_no_failure(
     edge: Running, client: httpx.Client, caplog: pytest.LogCaptureFixture
 ) -> None:
     before = metrics(client)
@@ -103,12 +103,12 @@ def test_an_aborted_request_is_nobodys_failure(
     assert errors == [line for line in before.splitlines() if "server-error" in line]
 
 
-def test_those_who_connect_and_say_nothing_are_few_and_soon_gone(
+def test_silent_connections_are_limited_and_soon_closed(
     edge: Running, client: httpx.Client
 ) -> None:
     with contextlib.ExitStack() as held:
         lines = [held.enter_context(dial(edge)) for _ in range(20)]
-        received = [line.recv(1000) for line in lines]  # each ends, told why or not at all
+        received = [line.recv(1000) for line in lines]  # each is closed, with a reason or without
         assert sum(b"429 Too Many" in each for each in received) >= 12
         assert sum(not each for each in received) <= 8
     until(lambda: client.get("/healthz").status_code == 200)
@@ -142,7 +142,7 @@ def test_the_metrics_can_have_a_token(client: httpx.Client) -> None:
         "the ledger refuses it: UNIQUE constraint failed: drops.room, drops.ball",
     ],
 )
-def test_what_a_database_says_is_for_the_log_alone(cause: str) -> None:
+def test_a_database_s_error_appears_only_in_the_log(cause: str) -> None:
     told_outside = json.dumps(vars_of(problem_of(LedgerError(cause)))) + told(LedgerError(cause))
     for secret in ("/var", "plinko.db", "10.0.0.7", "5432", "UNIQUE", "drops"):
         assert secret not in told_outside
@@ -153,7 +153,7 @@ def vars_of(problem: Any) -> dict[str, Any]:
     return {name: getattr(problem, name) for name in problem.__struct_fields__}
 
 
-def test_the_ledgers_files_are_their_owners_alone(tmp_path: Path) -> None:
+def test_only_their_owner_can_read_the_ledger_s_files(tmp_path: Path) -> None:
     file = tmp_path / "plinko.db"
     for old in ("plinko.db", "plinko.db-wal"):
         (tmp_path / old).touch(0o644)

@@ -1,4 +1,4 @@
-"""Whom a stop of the server cuts off is told so, not that the server failed."""
+"""A client whose request a stop of the server cuts off is told of the stop, not of a failure."""
 
 import asyncio
 from concurrent.futures import ThreadPoolExecutor

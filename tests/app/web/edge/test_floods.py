@@ -1,4 +1,4 @@
-"""What clients send to do harm, to a real server: each is told why it is refused, and only it."""
+"""Floods of a real server: each attacker is refused with the reason, and no other client."""
 
 import base64
 import contextlib
@@ -37,9 +37,9 @@ def dialled(running: Running) -> Iterator[socket.socket]:
 
 
 def all_of(line: socket.socket) -> bytes:
-    """What comes until the server ends the connection."""
+    """Everything that the server sends until it closes the connection."""
     got = b""
-    with contextlib.suppress(ConnectionError):  # as it does not read what is still on its way
+    with contextlib.suppress(ConnectionError):  # the server leaves the rest unread
         while some := line.recv(1 << 16):
             got += some
     return got
@@ -114,7 +114,7 @@ def test_two_host_lines_are_refused(flooded: Running) -> None:
     assert b"2 Host lines" in got
 
 
-def test_pipelined_requests_that_are_cut_off_are_nobodys_failure(
+def test_pipelined_requests_cut_off_count_as_no_failure(
     flooded: Running, caplog: pytest.LogCaptureFixture
 ) -> None:
     with caplog.at_level(logging.WARNING):
@@ -163,6 +163,6 @@ def test_no_connection_keeps_a_server_from_an_orderly_end(sent: bytes) -> None:
             line = held.enter_context(dialled(running))
             line.sendall(sent)
             httpx.get(f"{running.url}/healthz")
-        # A failure in the server's thread would fail this test, too.
+        # A failure on the server's thread would fail this test, too.
         assert running.services.ticking is not None
         assert running.services.ticking.done()

@@ -1,4 +1,4 @@
-"""A proxy that the server was not told of is named in its log, before players share one limit."""
+"""The log names an unconfigured proxy, behind which all players would share one limit."""
 
 import logging
 

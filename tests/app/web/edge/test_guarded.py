@@ -1,4 +1,4 @@
-"""Connections whose clients send without end, slowly, too much at once, or do not read."""
+"""Clients that send without end, slowly or too much at once, or do not read."""
 
 import pytest
 
@@ -93,7 +93,7 @@ def test_a_body_that_stalls_is_given_up_in_time() -> None:
     assert "body was not complete after 30 seconds" in found["detail"]
 
 
-def test_line_ends_between_requests_keep_nobody_connected() -> None:
+def test_line_ends_between_requests_keep_no_connection_open() -> None:
     server = Server()
     line = server.dial()
     server.feed(line, HEAD + b"\r\n")
@@ -114,7 +114,7 @@ def test_each_request_of_a_connection_has_its_own_time() -> None:
     assert len(server.taken) == 10
 
 
-def test_who_waits_for_an_answer_has_time() -> None:
+def test_a_client_that_waits_for_an_answer_is_not_cut_off() -> None:
     server = Server()
     line = server.dial()
     server.feed(line, SLOW + b"\r\n")
@@ -123,7 +123,7 @@ def test_who_waits_for_an_answer_has_time() -> None:
     assert not line.closed
 
 
-def test_who_reads_nothing_of_an_answer_is_cut_off() -> None:
+def test_a_client_that_does_not_read_is_cut_off() -> None:
     server = Server()
     line = server.dial()
     server.feed(line, SLOW + b"\r\n")
@@ -133,21 +133,21 @@ def test_who_reads_nothing_of_an_answer_is_cut_off() -> None:
     assert server.refused == {"unread": 1}
 
 
-def test_who_reads_slowly_is_not() -> None:
+def test_a_client_that_reads_slowly_is_not_cut_off() -> None:
     server = Server()
     line = server.dial()
     server.feed(line, SLOW + b"\r\n")
     for left in range(5000, 0, -100):
         line.unread = left
         server.loop.pass_(15.0)
-    for _ in range(20):  # a stream: what was read is replaced by more
+    for _ in range(20):  # a stream: new data replaces the data read
         line.unread = 5000
         line.connection.write(b"more")
         server.loop.pass_(15.0)
     assert not line.closed
 
 
-def test_one_address_has_so_many_connections_and_others_theirs() -> None:
+def test_each_address_has_its_own_limit_of_connections() -> None:
     server = Server(most=3)
     held = [server.dial() for _ in range(3)]
     refused = server.dial()
@@ -169,7 +169,7 @@ def test_a_refused_connection_is_not_counted_when_it_ends() -> None:
     assert len(server.connections) == 0
 
 
-def test_nonsense_is_answered_as_a_problem_and_logged_by_nobody(
+def test_nonsense_is_answered_as_a_problem_and_not_logged(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     server = Server()

@@ -1,4 +1,4 @@
-"""Whatever clients send, a turn of the event loop parses little of it, and clients take turns."""
+"""An iteration of the event loop parses little input, and clients take turns."""
 
 import itertools
 from collections.abc import Callable
@@ -11,11 +11,11 @@ from app.web.edge.intake import Intake
 from tests.app.web.edge.lines import Line, Server
 
 GIVEN: list[tuple[str, bytes]] = []
-"""What protocols were given, and whose."""
+"""The client and bytes of each piece that a protocol received."""
 
 
 class Parser:
-    """A protocol that notes what it is given."""
+    """A protocol that records the pieces it receives."""
 
     def __init__(self, server: Server, name: str) -> None:
         self.loop = server.loop
@@ -46,7 +46,7 @@ def dial(server: Server, host: str = "192.0.2.1", parser: Parser | None = None) 
 
 
 def turns(server: Server) -> list[list[tuple[str, bytes]]]:
-    """What was parsed in each turn of the loop until there was nothing left."""
+    """The pieces parsed in each iteration of the loop, until nothing is left."""
     found = [len(GIVEN)]
     while server.loop.turn():
         found.append(len(GIVEN))
@@ -96,7 +96,7 @@ def test_a_small_client_waits_for_one_piece_of_a_flood() -> None:
     before = len(GIVEN)
     while ("192.0.2.2", b"hello") not in GIVEN:
         server.loop.turn()
-    # What of this turn was left before it came, and one.
+    # The rest of the pieces of this iteration, and one more.
     assert GIVEN.index(("192.0.2.2", b"hello")) - before <= 5
 
 
@@ -128,7 +128,7 @@ def test_a_protocol_is_given_no_more_until_it_wants_more() -> None:
     assert [piece for _, piece in GIVEN] == [b"one\r\n\r\n", b"two\r\n\r\n"]
 
 
-def test_a_protocol_that_fails_ends_its_own_connection_alone() -> None:
+def test_a_failing_protocol_ends_only_its_own_connection() -> None:
     server = Server()
     failing = Parser(server, "")
 

@@ -1,4 +1,4 @@
-"""WebSockets whose clients send what no player does: each is answered, limited, and ended alone."""
+"""Hostile WebSocket clients: each is answered, limited and closed without harm to others."""
 
 import base64
 import struct
@@ -28,7 +28,7 @@ def upgraded(server: Server) -> Line:
 
 
 def closing(line: Line) -> tuple[int, str]:
-    """The close frame that was sent last."""
+    """Code and reason of the last close frame."""
     start = line.written.rindex(b"\x88")
     size = line.written[start + 1]
     payload = line.written[start + 2 :]
@@ -61,7 +61,7 @@ def test_frames_within_the_limit_go_on_for_ever() -> None:
     assert line.written == b"\x8a\x00" * 10_000
 
 
-def test_a_message_has_so_many_fragments() -> None:
+def test_a_message_s_fragments_are_limited() -> None:
     server = Server()
     line = upgraded(server)
     whole = framed(TEXT, b"a", fin=False) + framed(CONTINUATION, b"a", fin=False) * 63

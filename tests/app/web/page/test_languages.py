@@ -1,4 +1,4 @@
-"""Which language a page comes in, and the texts it is filled with."""
+"""The language of a page, and its texts."""
 
 from pathlib import Path
 
@@ -55,7 +55,7 @@ def test_every_page_has_every_text_in_every_language() -> None:
             assert "{{" not in filled(whole, texts)
 
 
-async def test_caches_are_told_what_a_page_goes_by() -> None:
+async def test_caches_learn_which_headers_a_page_depends_on() -> None:
     app = Starlette()
     app.mount("/", Page(STATIC))
     async with httpx.AsyncClient(

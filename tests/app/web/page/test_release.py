@@ -1,4 +1,4 @@
-"""A page's modules as one script, and its styles as one sheet."""
+"""Bundling: a page's modules become one script, and its styles one sheet."""
 
 import json
 import re
@@ -38,7 +38,7 @@ def test_one_script_does_what_its_modules_do(tmp_path: Path) -> None:
 
 
 def test_a_comment_ends_where_it_ends(tmp_path: Path) -> None:
-    """What followed one that stands before code was taken for a part of it, up to the next."""
+    """A bug took the code after a comment for a part of it, up to the next comment."""
     written(
         tmp_path,
         main="export const one = (\n  /** @type {any} */ (1)\n);\n/** Two. */\nconsole.log(one);\n",
@@ -70,7 +70,7 @@ def test_an_export_without_a_name_is_refused_with_its_file(tmp_path: Path) -> No
         script(tmp_path, "main.js")
 
 
-def test_a_file_beside_a_module_is_found_from_the_script() -> None:
+def test_a_file_next_to_a_module_is_found_from_the_script() -> None:
     whole = script(STATIC, "js/play/main.js")
     beside = re.findall(r'new URL\("([^"]+)",import\.meta\.url\)', whole)
     assert "../solver/kernels.wasm" in beside
@@ -84,7 +84,7 @@ def test_every_page_has_one_script_and_one_sheet(page: str) -> None:
     every = set()
     for text in pages.values():
         named = re.findall(r'<(?:script|link rel="stylesheet")[^>]* (?:src|href)="([^"]+)"', text)
-        assert len(named) == (1 if page == "404.html" else 2)  # it has nothing to run
+        assert len(named) == (1 if page == "404.html" else 2)  # 404.html has no script
         every |= set(named)
     assert every == set(made)
 
@@ -177,7 +177,7 @@ def test_a_sheet_begins_with_the_colours_of_both_schemes() -> None:
     theme = json.loads((STATIC / "theme.json").read_text())
     told = sheet(STATIC, ["css/base.css"])
     light, dark = theme["light"]["pageDeep"], theme["dark"]["pageDeep"]
-    # By day, by night unless day was chosen, and where night was.
+    # Light; dark if the system is dark and light is not chosen; dark if dark is chosen.
     assert re.findall(r"--page-deep:(#\w+)", told) == [light, dark, dark]
     assert told.index("prefers-color-scheme:dark") < told.index("--touch")
 

@@ -1,4 +1,4 @@
-"""Links to drops unfold on other sites, and one page may be shown there in a frame."""
+"""Other sites can preview links to drops, and show one of the pages in a frame."""
 
 import html
 import re
@@ -14,7 +14,7 @@ BASE = "https://plinko.example/"
 
 
 def properties(text: str) -> dict[str, str]:
-    """What the `<meta>` elements say."""
+    """The properties of the `<meta>` elements."""
     found = re.findall('<meta property="([^"]+)" content="([^"]*)">', text)
     return {name: html.unescape(content) for name, content in found}
 
@@ -49,13 +49,13 @@ def test_a_riddle_stays_one_on_other_sites() -> None:
         {"board": "triangle-8", "seed": "1" * 21},
     ],
 )
-def test_what_names_no_drop_has_a_card_without_a_picture(query: dict[str, str]) -> None:
+def test_a_link_without_a_drop_has_a_card_without_a_picture(query: dict[str, str]) -> None:
     text = card(query, BASE)
     assert properties(text).keys() == {"og:type", "og:site_name", "og:title", "og:description"}
     assert "<script" not in text
 
 
-def test_what_a_link_says_besides_cannot_leave_its_attribute() -> None:
+def test_a_link_s_parameters_cannot_leave_their_attribute() -> None:
     about = card({"board": "classic", "seed": "1", "x": '"><script>'}, BASE)
     assert "<script>" not in about
     assert properties(about)["og:image"].startswith(f"{BASE}api/v1/drops/classic/1.png?x=%22%3E")
