@@ -1,54 +1,54 @@
 """The server's error tree, and the one place where HTTP statuses and close codes are assigned.
 
-AppError                  `code` is its stable slug, `field` names the bad value's place
-├── SettingError          a setting that cannot be used (start-up only)
-├── MalformedError        a message of no known shape
+AppError
+├── SettingError          a setting that cannot be used (only at start)
+├── MalformedError        a message of an unknown shape
 │   ├── UnknownMessageError
-│   ├── MediaTypeError    a body that says it is something else than JSON
-│   └── HeadError         no HTTP request
+│   ├── MediaTypeError    a body whose Content-Type is not JSON
+│   └── HeadError         not an HTTP request
 ├── InvalidValueError     well-formed, but a value is out of range
-│   └── CostError          it costs more than any one request may
-│       └── DeadlineError   it did, and was ended
+│   └── CostError          the request costs more than a request may
+│       └── DeadlineError   the work took too long and was cancelled
 ├── NotFoundError
 │   ├── UnknownBoardError
 │   ├── UnknownRoomError
-│   ├── UnknownSessionError  no player's session has this id, or it was not joined here
-│   ├── MissingBallError   it may have landed or been taken out meanwhile
-│   └── ClosedRoomError    it was there, and its creator closed it
-├── SessionStateError     a player's session that cannot do this now: not open yet, or over
-├── HaltedError           an operator has halted the room: it takes nothing new
-├── RepeatedError         a key that was used before, where only a log can say for what
-├── ResetError            a drop that a room's creator took back by resetting the room
-├── OriginError           a page of another site asked
-├── HostError             asked under a name that is not this server's
-├── TooLateError          a request that does not arrive
+│   ├── UnknownSessionError  no fair session has this id, or it was not joined here
+│   ├── MissingBallError   the ball may have landed or been removed
+│   └── ClosedRoomError    the room's owner has closed it
+├── SessionStateError     a fair session that is not open yet, or has ended
+├── HaltedError           an operator has halted the room: it refuses all inputs
+├── RepeatedError         a key that was used before; only the room's log has the outcome
+├── ResetError            the room's owner reset the room while the drop was in flight
+├── OriginError           a request from another site's page
+├── HostError             a request for a host that is not this server
+├── TooLateError          a request that does not arrive in time
 ├── TooLargeError         a body or a message over its limit
 │   └── HeadTooLargeError
-├── LimitError            a limit was reached; `retry_after` seconds when waiting helps
+├── LimitError            a limit was reached; `retry_after` is set if waiting helps
 │   ├── RateLimitError
 │   │   └── MessageFloodError
 │   ├── BallLimitError
 │   ├── ConnectionLimitError
 │   ├── RoomFullError
 │   ├── QuotaError
-│   ├── ReadersError       one client reads as many logs at a time as it may
-│   ├── BudgetError        this address has had computed what it may for now
+│   ├── ReadersError       a client reads too many logs at a time
+│   ├── BudgetError        a client's address has used up its computing time
 │   └── RoomLimitError
-├── BusyError             the server cannot take more work now
-│   └── RebuildingError    the room is on its way back from the ledger
-├── EndedError            the process that computed it ended by itself
-├── GoneError             who asked has left before there was an answer
+├── BusyError             the server cannot accept more work now
+│   └── RebuildingError    the room is being rebuilt from the ledger
+├── EndedError            the worker process ended unexpectedly
+├── GoneError             the client has left before the response
 ├── MissingPartError      a part of the program that is not installed here
-├── LedgerError           what must be kept cannot be written or read now
-│   ├── DamagedRoomError   what the ledger has of one room contradicts itself
+├── LedgerError           the ledger cannot be written or read now
+│   ├── DamagedRoomError   a room's record in the ledger contradicts itself
 │   └── LeaseLostError     another server has the room now
-├── UndecidedError        what the ledger was given may be in it; what became of it is told later
-├── TokenError            only the creator of a room may do this
-│   └── NoTokenError      and no token was shown
-├── AbuseError            a client that goes on sending what it was told not to
+├── UndecidedError        the ledger has not answered: the outcome is sent later
+├── TokenError            a wrong token, or a room without an owner
+│   └── NoTokenError       the token is missing
+├── AbuseError            a client that keeps sending bad messages
 └── SlowClientError       a client that does not read what it is sent
 
-Errors of the engine (`engine.errors`) pass through unchanged and are assigned here beside these.
+Errors of the engine (`engine.errors`) pass through unchanged; their answers are assigned here too.
 """
 
 from collections.abc import Awaitable
@@ -68,7 +68,10 @@ from engine.errors import (
 
 
 class AppError(Exception):
-    """Root of the server's errors; the message names the bad value and what would be right."""
+    """Root of the server's errors. The message names the bad value and what would be right.
+
+    `field` is the bad value's place; `retry_after` the seconds after which to try again.
+    """
 
     def __init__(self, message: str, *, field: str = "", retry_after: float | None = None) -> None:
         super().__init__(message)
@@ -93,7 +96,7 @@ class MediaTypeError(MalformedError):
 
 
 class HeadError(MalformedError):
-    """What was received is no HTTP request."""
+    """The received bytes are not an HTTP request."""
 
 
 class InvalidValueError(AppError):
@@ -101,15 +104,15 @@ class InvalidValueError(AppError):
 
 
 class CostError(InvalidValueError):
-    """What a request asks for costs more than one request may."""
+    """A request's work costs more than one request may."""
 
 
 class DeadlineError(CostError):
-    """What was asked took longer than it may."""
+    """A request's work took longer than it may."""
 
 
 class NotFoundError(AppError):
-    """Something asked for by name that is not there."""
+    """Nothing has the requested name."""
 
 
 class UnknownBoardError(NotFoundError):
@@ -121,31 +124,31 @@ class UnknownRoomError(NotFoundError):
 
 
 class UnknownSessionError(NotFoundError):
-    """No player's session has this id, or this connection has not joined it."""
+    """No fair session has this id, or this connection has not joined it."""
 
 
 class SessionStateError(AppError):
-    """A player's session cannot do this now: it is not open yet, over, or of another table."""
+    """The fair session is not open yet, has ended, or belongs to another room."""
 
 
 class MissingBallError(NotFoundError):
-    """The room has no such ball, or no more."""
+    """The room has no such ball, or no longer has it."""
 
 
 class ClosedRoomError(NotFoundError):
-    """The room's creator closed it."""
+    """The room's owner has closed it."""
 
 
 class HaltedError(AppError):
-    """The room takes nothing new until who runs the server lets it go on."""
+    """The room refuses all inputs until the operator resumes it."""
 
 
 class RepeatedError(AppError):
-    """A request with the key of another one, of which only a log can tell what came."""
+    """A request with the key of an earlier one, whose outcome only the room's log has."""
 
 
 class ResetError(AppError):
-    """The room began anew while the drop was in flight; it has no result."""
+    """The room was reset while the drop was in flight; the drop has no result."""
 
 
 class OriginError(AppError):
@@ -153,7 +156,7 @@ class OriginError(AppError):
 
 
 class HostError(AppError):
-    """A request for a host that this server was not told it is."""
+    """A request for a host that is not one of this server's names."""
 
 
 class TooLateError(AppError):
@@ -181,7 +184,7 @@ class MessageFloodError(RateLimitError):
 
 
 class BallLimitError(LimitError):
-    """The room holds as many balls as it may."""
+    """The room has as many balls as it may."""
 
 
 class ConnectionLimitError(LimitError):
@@ -197,15 +200,15 @@ class QuotaError(LimitError):
 
 
 class BudgetError(LimitError):
-    """One client has had computed what it may for now."""
+    """One client's address has used up its computing time for now."""
 
 
 class ReadersError(LimitError):
-    """One client reads as many logs of rooms at a time as it may."""
+    """One client reads as many room logs at a time as it may."""
 
 
 class RoomLimitError(LimitError):
-    """The server holds as many rooms as it may, all in use."""
+    """The server has as many rooms as it may, all in use."""
 
 
 class BusyError(AppError):
@@ -213,29 +216,29 @@ class BusyError(AppError):
 
 
 class RebuildingError(BusyError):
-    """The room is on its way back from the ledger, and that takes longer than one waits."""
+    """The room is being rebuilt from the ledger, which takes longer than a request waits."""
 
 
 class EndedError(AppError):
-    """A worker's process ended before it had an answer."""
+    """A worker process ended before it had a result."""
 
 
 class GoneError(AppError):
-    """Who asked has left; nobody reads the answer."""
+    """The client has left, so nobody reads the response."""
 
 
 class MissingPartError(AppError):
-    """Something asked for that needs a library which this server was installed without."""
+    """A request needs a library that is not installed on this server."""
 
 
 class LedgerError(AppError):
-    """The ledger cannot be written or read now; nothing of what was asked has been done."""
+    """The ledger cannot be written or read now; the request had no effect."""
 
 
 class UndecidedError(AppError):
-    """It is not known yet whether what was asked has been done; it is neither refused nor lost.
+    """The ledger has not answered in time: the request may have had its effect or may yet have it.
 
-    `outcome`: where somebody may wait on for what comes of it.
+    `outcome`, if set, can be awaited for the final result.
     """
 
     def __init__(
@@ -251,13 +254,13 @@ class UndecidedError(AppError):
 
 
 class DamagedRoomError(LedgerError):
-    """What the ledger has of one room is not whole, or contradicts itself; others are sound."""
+    """The record of one room is incomplete or contradicts itself; other rooms are not affected."""
 
 
 class LeaseLostError(LedgerError):
-    """The room is another server's by now: nothing of what was asked has been done here.
+    """Another server has the room now: the request had no effect here.
 
-    `holder` is that server's name in the ledger, where it is known.
+    `holder` is that server's name in the ledger, if it is known.
     """
 
     def __init__(self, message: str, *, field: str = "", holder: str = "") -> None:
@@ -266,11 +269,11 @@ class LeaseLostError(LedgerError):
 
 
 class TokenError(AppError):
-    """A token that does not open this room, or a room that nobody may change."""
+    """The token is not the one that this request needs, or the room has no owner."""
 
 
 class NoTokenError(TokenError):
-    """A request that needs a room's token shows none."""
+    """The request needs a token and has none."""
 
 
 class AbuseError(AppError):
@@ -283,7 +286,7 @@ class SlowClientError(AppError):
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What an error becomes outside: an HTTP status and title, an event code, a close code."""
+    """An error as clients see it: HTTP status and title, event code, WebSocket close code."""
 
     status: int
     code: str
@@ -291,8 +294,8 @@ class Answer:
     close: int = 1008
 
 
-# Close codes below 4000 are RFC 6455's; 4004 and 4008 are ours, after HTTP's 404 and 408, because
-# no standard code tells a page 'do not come back' and 'come back, you were too slow'.
+# Close codes below 4000 are RFC 6455's. 4004 and 4008 are our own, after HTTP's 404 and 408: no
+# standard code says 'do not reconnect' (4004) or 'you were too slow, reconnect' (4008).
 ANSWERS: dict[type[Exception], Answer] = {
     AppError: Answer(500, "server-error", "The server failed", 1011),
     MalformedError: Answer(400, "malformed", "Malformed request", 1007),
@@ -305,11 +308,11 @@ ANSWERS: dict[type[Exception], Answer] = {
     UnknownBoardError: Answer(404, "unknown-board", "Unknown board", 4004),
     UnknownRoomError: Answer(404, "unknown-room", "Unknown room", 4004),
     UnknownSessionError: Answer(404, "unknown-session", "Unknown session"),
-    SessionStateError: Answer(409, "session-state", "Not in this state of the session"),
+    SessionStateError: Answer(409, "session-state", "Not possible in this state of the session"),
     MissingBallError: Answer(404, "no-such-ball", "No such ball"),
     ClosedRoomError: Answer(404, "room-closed", "The room was closed", 4004),
     HaltedError: Answer(409, "room-halted", "The room is halted"),
-    RepeatedError: Answer(409, "repeated", "Done before"),
+    RepeatedError: Answer(409, "repeated", "Already done"),
     ResetError: Answer(409, "room-reset", "The room was reset"),
     OriginError: Answer(403, "foreign-origin", "Foreign origin"),
     HostError: Answer(421, "unknown-host", "Not this server's host"),
@@ -325,7 +328,7 @@ ANSWERS: dict[type[Exception], Answer] = {
     RoomFullError: Answer(429, "room-full", "The room is full", 1013),
     QuotaError: Answer(429, "room-quota", "Too many rooms of one client", 1013),
     ReadersError: Answer(429, "too-many-logs", "Too many logs read at a time"),
-    BudgetError: Answer(429, "budget-spent", "Too much to compute for one client"),
+    BudgetError: Answer(429, "budget-spent", "Computing time used up"),
     RoomLimitError: Answer(429, "too-many-rooms", "Too many rooms", 1013),
     BusyError: Answer(503, "busy", "The server is busy", 1013),
     RebuildingError: Answer(503, "room-rebuilding", "The room is being rebuilt", 1013),
@@ -334,10 +337,10 @@ ANSWERS: dict[type[Exception], Answer] = {
     MissingPartError: Answer(501, "not-installed", "Not installed on this server"),
     LedgerError: Answer(503, "ledger-unavailable", "The ledger cannot be reached", 1013),
     UndecidedError: Answer(503, "undecided", "Not decided yet", 1013),
-    DamagedRoomError: Answer(503, "room-damaged", "The room is set aside", 1013),
-    LeaseLostError: Answer(503, "room-moved", "The room is at another server", 1012),
+    DamagedRoomError: Answer(503, "room-damaged", "The room's record is damaged", 1013),
+    LeaseLostError: Answer(503, "room-moved", "Another server has the room", 1012),
     TokenError: Answer(403, "not-yours", "Not your room"),
-    NoTokenError: Answer(401, "token-missing", "A room's token is missing"),
+    NoTokenError: Answer(401, "token-missing", "The token is missing"),
     AbuseError: Answer(429, "abuse", "Too many bad messages"),
     SlowClientError: Answer(408, "too-slow", "The client is too slow", 4008),
     EngineError: Answer(422, "invalid-value", "Invalid value"),
@@ -350,11 +353,11 @@ ANSWERS: dict[type[Exception], Answer] = {
     JsonValueError: Answer(422, "invalid-value", "Invalid value"),
 }
 
-RETRY_AFTER = 1.0  # seconds; what 429 and 503 suggest when the error knows nothing better
+RETRY_AFTER = 1.0  # s; sent with 429 and 503 if the error has no `retry_after`
 
 
 def answer(error: BaseException) -> Answer:
-    """The `Answer` assigned to the nearest class of `error`; a plain 500 for a stranger."""
+    """The `Answer` for the nearest class of `error`; a plain 500 for a foreign exception."""
     for kind in type(error).__mro__:
         if kind in ANSWERS:
             return ANSWERS[kind]
@@ -362,26 +365,29 @@ def answer(error: BaseException) -> Answer:
 
 
 def retry_after(error: Exception) -> int | None:
-    """Whole seconds after which trying again makes sense, or None when it does not."""
+    """Whole seconds after which to try again; None if trying again does not help."""
     if answer(error).status not in (429, 503):
         return None
     seconds = error.retry_after if isinstance(error, AppError) else None
     return max(1, int(-(-(RETRY_AFTER if seconds is None else seconds) // 1)))
 
 
-_LEDGER_SECRET = "the ledger cannot be used now, and nothing was done; the server's log says why"
-_DAMAGED_SECRET = (
-    "the room is set aside, as what the ledger has of it is damaged; whoever runs the server can "
-    "mend it"
+_LEDGER_SECRET = (
+    "the ledger is not available now, and nothing was done; try again later (the server's log has "
+    "the reason)"
 )
-_MOVED = "the room is at another server now; ask again, and you are brought there"
+_DAMAGED_SECRET = (
+    "the room cannot open because its record in the ledger is damaged; the server's operator can "
+    "repair it"
+)
+_MOVED = "another server has the room now; try again, and you will reach the room there"
 
 
 def told(error: BaseException) -> str:
-    """What a client may read of an error.
+    """The message of an error for clients.
 
-    What a database says is not for it: that has file names, addresses and the tables' insides.
-    Nor is what a stranger says.
+    A database's own message stays in the log: it has file names, addresses and database tables. So
+    does the message of a foreign exception.
     """
     if isinstance(error, DamagedRoomError):
         return _DAMAGED_SECRET
@@ -391,7 +397,7 @@ def told(error: BaseException) -> str:
         return _LEDGER_SECRET
     if isinstance(error, AppError | EngineError):
         return str(error)
-    return "An error of the server's own, which it has logged."
+    return "The server failed; its log has the reason."
 
 
 def shorten(value: object, limit: int = 40) -> str:

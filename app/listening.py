@@ -1,4 +1,4 @@
-"""Where the server listens: the socket, the connections' limits, and uvicorn over them."""
+"""The listening socket, the limits of connections, and uvicorn configured with both."""
 
 import asyncio
 import gc
@@ -25,25 +25,26 @@ from app.web.edge.middleware import ForwardedCheck, SecurityHeaders
 from app.web.edge.sockets import guarded_socket
 from app.web.services import Services
 
-HEAD_BYTES = 1 << 14  # of a request's line and its headers
-HEAD_SECONDS = 10.0  # in which a request's head must arrive, a WebSocket's handshake too
+HEAD_BYTES = 1 << 14  # of a request's line and headers together
+HEAD_SECONDS = 10.0  # in which a head must arrive, also that of a WebSocket's handshake
 BODY_SECONDS = 30.0  # in which a request's body must arrive after its head
-UNREAD_SECONDS = 30.0  # after which a client that reads nothing of its answer is cut off
-SEND_BUFFER = 1 << 16  # bytes that the kernel holds for a connection
+UNREAD_SECONDS = 30.0  # after which a client that does not read its response is cut off
+SEND_BUFFER = 1 << 16  # bytes that the kernel buffers for a connection
 
 MAX_CONNECTIONS = 10_000  # open at once, of all addresses; one may have a tenth of those left
-_OWN_FILES = 100  # that the server opens besides connections: its ledger, workers, the page's
-_FRAMES = 2.0  # WebSocket frames of every kind to a message: pings, pongs and fragments are few
+_OWN_FILES = 100  # files that the server opens besides connections: ledger, workers, pages
+_FRAMES = 2.0  # WebSocket frames allowed for each message: pings, pongs and fragments are few
 
 SHUTDOWN_SECONDS = 3
-"""that open requests have once the server stops. Longer, and clients wait for the next server; what
-is computed rarely takes longer. Service managers wait longer than this before they kill."""
+"""Seconds that open requests have when the server stops. Few requests take longer, clients must
+wait for the next server meanwhile, and service managers kill a process only after more than this.
+"""
 
-_ENDS_WORK = 0.7  # of these, for which what is computed may go on
+_ENDS_WORK = 0.7  # share of SHUTDOWN_SECONDS in which workers may finish
 
 
 class Server(uvicorn.Server):
-    """uvicorn's server, which says where it is once it can be used."""
+    """uvicorn's server, which prints its address when it accepts connections."""
 
     def __init__(self, services: Services, config: uvicorn.Config) -> None:
         super().__init__(config)
@@ -51,22 +52,22 @@ class Server(uvicorn.Server):
         self.listening = threading.Event()
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Start, then leave what lives for good out of every later garbage collection."""
+        """Start, then exclude all present objects from garbage collection, which delays ticks."""
         await super().startup(sockets)
         gc.collect()
         gc.freeze()
         for listener in sockets or ():
-            print(f"Plinko is at {address_of(listener)}", flush=True)  # noqa: T201 - it says where
+            print(f"Plinko is at {address_of(listener)}", flush=True)  # noqa: T201 - for people
         self.listening.set()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Stop; streams have no end of their own and are ended before requests are waited for."""
+        """Stop in this order: give rooms away, end streams, wait for requests, then cancel work."""
         server = self.services
         if server.others is not None:
-            # Before anything is closed: whoever comes meanwhile is brought to where the room is.
+            # First of all, while this server can still forward clients to their rooms.
             await server.others.leave()
-        server.cameras.close()
-        # What is still waited for shortly before the grace ends is ended, and its client told so.
+        server.cameras.close()  # streams would never end, and uvicorn waits for every request
+        # Cancel work shortly before the grace period ends, in time for a proper error response.
         patience = _ENDS_WORK * SHUTDOWN_SECONDS
         ending = asyncio.get_running_loop().call_later(patience, _end_work, server)
         await super().shutdown(sockets)
@@ -74,14 +75,14 @@ class Server(uvicorn.Server):
 
 
 def _end_work(server: Services) -> None:
-    """Let those go who wait for what is computed, or for a ball to land."""
+    """Release the requests that wait for a worker, or for a ball to land."""
     server.workers.close()
     server.readers.close()
     server.rooms.stop_waiting()
 
 
 def server_over(app: FastAPI, settings: Settings) -> Server:
-    """uvicorn with the application, ready to run."""
+    """A uvicorn server with the application and all limits, ready to run."""
     services: Services = app.state.services
     return Server(services, _config(app, services, settings))
 
@@ -102,9 +103,9 @@ def config_over(
     connections: Connections,
     refused: Callable[[str], None],
 ) -> uvicorn.Config:
-    """uvicorn with a fast parser and loop, no compression and no log line a request.
+    """uvicorn's configuration for `app`, with a fast parser and event loop, and no access log.
 
-    `refused` hears the code of each refusal by the limits of the edge.
+    `refused` is called with the code of each refusal by the limits in `app/web/edge/`.
     """
     proxies = Proxies(settings.trusted_proxies)
     edge = Edge(
@@ -119,7 +120,7 @@ def config_over(
     )
     served: ASGIApp = SecurityHeaders(Ending(app))
     if proxies.names:
-        # uvicorn's own types of ASGI, which are Starlette's with every message spelt out
+        # uvicorn's ASGI types differ from Starlette's, though the calls are the same
         served = ProxyHeadersMiddleware(cast(Any, served), proxies.names)  # type: ignore[assignment]
     return uvicorn.Config(
         ForwardedCheck(served, proxies),
@@ -128,18 +129,18 @@ def config_over(
         loop="uvloop",
         http=cast(Any, connection(guarded(edge), edge)),
         ws=guarded_socket(DirectProtocol, edge),
-        ws_per_message_deflate=False,  # costs five to eight times the frame
+        ws_per_message_deflate=False,  # compressing costs five to eight times as much as sending
         ws_max_size=MESSAGE_BYTES,
         access_log=False,
-        log_config=None,  # app.ops.logs has it
+        log_config=None,  # app.ops.logs configures logging
         server_header=False,
-        proxy_headers=False,  # done above, where who forwards is still known
+        proxy_headers=False,  # ProxyHeadersMiddleware above; ForwardedCheck must come before it
         timeout_graceful_shutdown=SHUTDOWN_SECONDS,
     )
 
 
 def raise_files() -> int:
-    """Connections that there may be, having raised what the system allows as far as it lets us."""
+    """Raise the process's limit of open files if needed; return how many connections it allows."""
     try:
         import resource  # noqa: PLC0415 - not on every system
     except ImportError:
@@ -154,12 +155,13 @@ def raise_files() -> int:
 
 
 def listen(settings: Settings) -> socket.socket:
-    """A listening socket; raises SettingError naming the address that cannot be had."""
+    """A listening socket; raises SettingError if the address is not available."""
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
     listener = socket.socket(family, socket.SOCK_STREAM)
     try:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        # Connections inherit it. What the kernel holds for a client is as stale as it is long.
+        # Connections inherit the size. It is small because a slow client reads everything in the
+        # kernel's buffer before it gets a newer snapshot.
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
         listener.bind((settings.host, settings.port))
         listener.listen(2048)
@@ -174,7 +176,7 @@ def listen(settings: Settings) -> socket.socket:
 
 
 def address_of(listener: socket.socket) -> str:
-    """The address to open in a browser; the wildcard is this machine too."""
+    """The address to open in a browser; for a wildcard, the loopback address."""
     host, port = listener.getsockname()[:2]
     host = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
     return f"http://[{host}]:{port}/" if ":" in host else f"http://{host}:{port}/"

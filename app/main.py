@@ -1,4 +1,4 @@
-"""The application, put together, and run: started and stopped here."""
+"""Puts the application together, starts it and stops it."""
 
 import asyncio
 import contextlib
@@ -89,12 +89,12 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger("plinko")
 
-_MOMENTS = 1 << 22  # bytes of single frames of rooms that are kept for who asks at the same moment
-_QUIET_START = 5.0  # s after which the workers are prepared, unless somebody asked before
+_MOMENTS = 1 << 22  # bytes of cached room frames, for clients that ask at the same moment
+_QUIET_START = 5.0  # s until the server prepares its workers, if no request has needed them yet
 
-_COMPRESSED = 1024  # bytes; below, compression saves less than it costs
-_EFFORT = 5  # of zlib; 9 takes three times as long for two percent
-_ASIDE = 1 << 14  # bytes; from here on compressed in a thread, as the ticker would wait
+_COMPRESSED = 1024  # bytes; compressing a shorter body saves less than it costs
+_EFFORT = 5  # zlib's level; 9 takes three times as long and saves two percent more
+_IN_THREAD = 1 << 14  # bytes; a longer body is compressed on a thread, so that no tick waits
 _PACKED = (
     "image/png",
     "image/jpeg",
@@ -107,7 +107,7 @@ _PACKED = (
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:
-    """The application for `settings`; raises SettingError when the main board cannot be used."""
+    """The application for `settings`; raises SettingError for settings that cannot be used."""
     settings = settings or Settings()
     app = FastAPI(
         title="Plinko",
@@ -115,8 +115,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         summary="Seeded drops, replayable bit for bit",
         description=openapi.DESCRIPTION,
         openapi_tags=openapi.TAGS,
-        # The framework's own pages load their code from another site, which the content security
-        # policy forbids; `api_docs` serves it from here.
+        # FastAPI's docs pages load their code from another site, which the content security policy
+        # forbids; `api_docs` replaces them.
         docs_url=None,
         redoc_url=None,
         openapi_url=None,
@@ -153,14 +153,14 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.document = None
 
     async def described() -> Response:
-        if app.state.document is None:  # by a thread: it takes longer than ten ticks
+        if app.state.document is None:  # on a thread: it takes longer than ten ticks
             app.state.document = await asyncio.to_thread(lambda: msgspec.json.encode(app.openapi()))
         return Response(app.state.document, media_type="application/json")
 
     app.add_api_route("/openapi.json", described, include_in_schema=False)
     app.state.page = page.Page(static_directory())
     app.mount("/", app.state.page, name="page")
-    # The last one added is the first to see a request.
+    # The middleware that is added last sees a request first.
     if app.state.cluster is not None:
         app.state.cluster.surround(app)
     app.add_middleware(BodyLimit, max_body=MAX_BODY)
@@ -186,7 +186,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         GZipMiddleware,
         minimum_size=_COMPRESSED,
         compresslevel=_EFFORT,
-        thread_minimum_size=_ASIDE,
+        thread_minimum_size=_IN_THREAD,
         exclude_content_types=_PACKED,
     )
     app.add_middleware(WeakWhenCompressed)
@@ -223,7 +223,7 @@ def _services(settings: Settings) -> Services:
         limits=limits,
         leases=Leases(ledger, shares.book) if shares else None,
     )
-    held = Rooms(
+    registry = Rooms(
         settings,
         known,
         hub,
@@ -238,19 +238,19 @@ def _services(settings: Settings) -> Services:
         secret = common_secret(database, TOKENS)
     else:
         secret = secret_of(settings.secret, secret_file)
-    others = shares.cluster(held, ledger) if shares else None
+    others = shares.cluster(registry, ledger) if shares else None
     server = Services(
         settings=settings,
         version=__version__,
         boards=known,
         hub=hub,
-        rooms=held,
+        rooms=registry,
         ledger=ledger,
         integrity=Integrity(ledger),
         returns=Returns(ledger, known.presets),
         self_check=SelfCheck(functools.partial(inventory.digests, settings)),
         tokens=Tokens(secret),
-        fair=_fair_sessions(settings, persistence, _signing_key(database, secret_file), held),
+        fair=_fair_sessions(settings, persistence, _signing_key(database, secret_file), registry),
         session_tokens=SessionTokens(secret),
         workers=workers,
         short=ShortDrops(),
@@ -259,7 +259,7 @@ def _services(settings: Settings) -> Services:
         moments=Pictures(_MOMENTS),
         cameras=cameras,
         room_drops=KeyedBuckets(settings.drop_rate, 2 * settings.drop_rate),
-        creators=Quota(settings.creator_rooms, "rooms of this address", held.is_open),
+        creators=Quota(settings.creator_rooms, "rooms of this address", registry.is_open),
         budgets=budgets,
         logs=RoomLogs(persistence.runs, None if database.in_memory else readers.run),
         metrics=metrics,
@@ -271,19 +271,19 @@ def _services(settings: Settings) -> Services:
 
 
 class _Shares:
-    """This server among others over the same ledger; nothing of it is imported without them."""
+    """The parts of a server that shares its ledger; a single server does not even import them."""
 
     def __init__(self, settings: Settings) -> None:
-        from app.cluster import start  # noqa: PLC0415 - for those who have one
+        from app.cluster import start  # noqa: PLC0415 - only a cluster needs it
 
         self._settings = settings
-        # Called by another name in the ledger at each start.
+        # A new name in the ledger at each start, so that leases of an earlier run are not ours.
         holder = f"{settings.name}.{secrets.token_hex(4)}"
         self.book = LeaseBook(holder, settings.address.rstrip("/"))
         self.alive = start.member(settings, self.book)
 
     def cluster(self, rooms: Rooms, ledger: Ledger) -> "Cluster":
-        """What is started and stopped, and what routes know of the other servers."""
+        """The part that the application starts and stops, and that routes use as `Others`."""
         from app.cluster.start import Cluster  # noqa: PLC0415 - as above
 
         assert isinstance(rooms.shared, SharedRooms)
@@ -291,14 +291,14 @@ class _Shares:
 
 
 def _webhooks(targets: Sequence[Target], ledger: Ledger, others: Others | None) -> "Webhooks":
-    """What tells the targets, at one of the servers that share the ledger."""
-    from app.webhooks.webhooks import Webhooks  # noqa: PLC0415 - for those who have targets
+    """The senders of webhooks; in a cluster only the first server sends."""
+    from app.webhooks.webhooks import Webhooks  # noqa: PLC0415 - only with targets
 
     return Webhooks(targets, ledger, lambda: others is None or others.first)
 
 
 def _fair_sessions(
-    settings: Settings, persistence: PersistenceService, signing_key: bytes, held: Rooms
+    settings: Settings, persistence: PersistenceService, signing_key: bytes, registry: Rooms
 ) -> FairSessions:
     return FairSessions(
         persistence,
@@ -306,21 +306,21 @@ def _fair_sessions(
         kernel_digest=kernel_digest_of(page_kernels().read_bytes()),
         draw=secrets.token_bytes,
         new_id=lambda: secrets.token_hex(16),
-        having=held.shared.having,
+        having=registry.shared.having,
     )
 
 
 def _signing_key(database: Database, secret_file: Path | None) -> bytes:
-    """What sessions are signed with: one key, however many servers share the ledger."""
+    """The key that signs fair sessions; servers that share a ledger share the key."""
     if database.shared:
         return common_secret(database, STATEMENTS)
     return signing_key_of(secret_file and secret_file.with_name(f"{secret_file.name}-signing-key"))
 
 
 def _secret_file(settings: Settings, database: Database) -> Path | None:
-    """Where the secret is kept: beside SQLite's file, else in the data directory if there is one.
+    """The file of the secret: next to SQLite's file, or in the data directory if there is one.
 
-    Rooms in memory end with the process, and so may the secret that signs their tokens.
+    None for a ledger in memory: its rooms end with the process, so their tokens may end too.
     """
     if database.in_memory:
         return None
@@ -338,7 +338,11 @@ def _main_board(name: str) -> Board:
 
 @contextlib.asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
-    """Start the ticker once the physics is compiled and the ledger read; stop all at the end."""
+    """Compile the physics, read the ledger, then start the ticker and other tasks; stop all later.
+
+    In a cluster, ticks begin when the other servers know of this one, or after five seconds. At the
+    end the tasks stop first, then rooms write their last results, then the ledger closes.
+    """
     server: Services = app.state.services
     await asyncio.to_thread(_warm_up, app)
     server.warm = True
@@ -346,7 +350,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     server.ledger.start()
     await server.rooms.resume()
     cluster = app.state.cluster
-    being = asyncio.create_task(cluster.run() if cluster else asyncio.sleep(0), name="cluster")
+    joining = asyncio.create_task(cluster.run() if cluster else asyncio.sleep(0), name="cluster")
     if cluster is not None:
         await cluster.until_joined()
     server.ticking = asyncio.create_task(server.rooms.ticker.run(), name="ticker")
@@ -355,18 +359,18 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     self_checking = asyncio.create_task(server.self_check.run(), name="self-check")
     rest = asyncio.create_task(asyncio.to_thread(_warm_up_rest, app.state.page), name="rest")
     preparing = asyncio.get_running_loop().call_later(_QUIET_START, server.workers.prepare)
-    goes_on = server.rooms.follow() if cluster else server.rooms.go_on_with_queues()
-    following = asyncio.create_task(goes_on, name="following")
+    follow = server.rooms.follow() if cluster else server.rooms.go_on_with_queues()
+    following = asyncio.create_task(follow, name="following")
     feeding = asyncio.create_task(
         feed_relays(app.state.bus, server.rooms, server.client_ids), name="feeding"
     )
     hooks = server.webhooks
-    telling = asyncio.create_task(hooks.run() if hooks else asyncio.sleep(0), name="webhooks")
+    sending = asyncio.create_task(hooks.run() if hooks else asyncio.sleep(0), name="webhooks")
     try:
         yield
     finally:
         preparing.cancel()
-        tasks = (following, being, feeding, telling, rest, self_checking, checking, rebuilding)
+        tasks = (following, joining, feeding, sending, rest, self_checking, checking, rebuilding)
         for task in (*tasks, server.ticking):
             task.cancel()
             with contextlib.suppress(asyncio.CancelledError):
@@ -379,7 +383,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
 
 
 def _warm_up(app: FastAPI) -> None:
-    """Work out the routes, and drop once, so that no request waits for either."""
+    """Resolve the routes and compile the physics, so that no request waits for either."""
     work_out_routes(app)
     world = World(Board.preset("triangle-8"), solver="exact")
     world.add(seed=0)
@@ -387,7 +391,7 @@ def _warm_up(app: FastAPI) -> None:
 
 
 def _warm_up_rest(site: page.Page) -> None:
-    """What a server that has just started need not wait for: pages, and balls that touch."""
+    """The rest of the warm-up, while the server already runs: pages and touching balls."""
     site.prepare()
     touching = TouchingRoom("warm-up", Board.preset("triangle-8"), tick_rate=60, max_balls=2)
     touching.drop(DropCommand(0))
@@ -396,10 +400,10 @@ def _warm_up_rest(site: page.Page) -> None:
 
 
 def work_out_routes(app: FastAPI) -> None:
-    """Have the framework find out what each route takes.
+    """Resolve the routes' dependencies at start, so that the first request does not pay for it.
 
-    Else it does so for the first request: a tenth of a second, for which no ball would move. Not
-    beside other work: it silences warnings meanwhile, which Python does for all threads at once.
+    It takes a tenth of a second, in which no ball would move. Nothing else may run meanwhile: the
+    framework silences warnings for it, which Python can only do for all threads at once.
     """
     for kind in ("http", "websocket"):
         nowhere: Scope = {"type": kind, "method": "GET", "path": "/nowhere", "headers": []}
@@ -408,7 +412,7 @@ def work_out_routes(app: FastAPI) -> None:
 
 
 def _check_temporary() -> None:
-    """Raise SettingError where no file can be made for a while: workers are reached by one."""
+    """Raise SettingError if there is no directory for temporary files, which workers need."""
     try:
         tempfile.gettempdir()
     except FileNotFoundError:
@@ -420,13 +424,13 @@ def _check_temporary() -> None:
 
 
 def run(settings: Settings | None = None) -> None:
-    """Serve until SIGINT or SIGTERM; raises SettingError when it cannot listen or has no board."""
+    """Serve until SIGINT or SIGTERM; raises SettingError if it cannot start with these settings."""
     settings = settings or Settings()
     logs.configure(settings.log_level, settings.log_format)
     for line in not_settings(os.environ):
         _log.warning(line)
-    native.forbid()
-    limits.limit_calls()  # all rooms share one thread
+    native.forbid()  # only WebAssembly, whose calls can be limited
+    limits.limit_calls()  # all rooms share one thread: a call that does not end would stop them
     _check_temporary()
     app = create_app(settings)
     with listen(settings) as listener:
@@ -435,10 +439,10 @@ def run(settings: Settings | None = None) -> None:
         if app.state.cluster is not None:
             app.state.cluster.listens(listener)
         server = server_over(app, settings)
-        # uvicorn raises the signal that stopped it once more at the end; an orderly end is none.
+        # After an orderly end uvicorn raises the signal that stopped it again; ignore that one.
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: None)
         if not sys.stdin or not sys.stdin.isatty():
-            # Log rotation sends it; on a terminal it says that the terminal is gone.
+            # Log rotation sends SIGHUP. On a terminal it means that the terminal has closed.
             signal.signal(signal.SIGHUP, signal.SIG_IGN)
         server.run(sockets=[listener])

@@ -13,10 +13,10 @@ from app.errors import SettingError
 ENV_PREFIX = "PLINKO_"
 
 OTHER_MESSAGES = 40.0
-"""Messages a second that one client may send besides drops: a page that is dragged over sends some
-thirty, and a client that sends far more is no page."""
+"""Messages a second that one client may send in addition to drops. A page sends about thirty while
+its player drags a ball; a client that sends many more is not a page."""
 
-_ROOT_PATH = re.compile(r"(?!/(api|ws)(/|$))(/[\w.~-]+)+")  # none that the server's own begin with
+_ROOT_PATH = re.compile(r"(?!/(api|ws)(/|$))(/[\w.~-]+)+")  # not /api or /ws: the server has those
 _SECRET = 32  # characters: 128 bits even of a secret written in hexadecimal
 
 
@@ -29,14 +29,14 @@ def _setting(
     *,
     secret: bool = False,
 ) -> Any:
-    """One setting. A secret has no flag, which every user of the machine could read."""
+    """One setting. A secret has no flag: every user of the machine can read a process's flags."""
     rules = {"text": text, "low": low, "high": high, "choices": choices, "secret": secret}
     return field(default=default, metadata=rules, repr=not secret)
 
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """Everything that can be set; validated once, at construction (raises SettingError)."""
+    """All settings, validated at construction (raises SettingError)."""
 
     host: str = _setting("127.0.0.1", "address to listen on; 0.0.0.0 for every interface")
     port: int = _setting(8000, "port to listen on; 0 takes a free one", 0, 65535)
@@ -137,8 +137,8 @@ class Settings:
             _check(entry, getattr(self, entry.name))
         if self.root_path and not _ROOT_PATH.fullmatch(self.root_path):
             raise SettingError(
-                f"root_path={self.root_path!r} is not a path such as /plinko, which begins with a "
-                "slash and ends without one",
+                f"root_path={self.root_path!r} is not a path such as /plinko: it must begin with "
+                "a slash, end without one, and not begin with /api or /ws",
                 field="root_path",
             )
         if self.address and not self.address.startswith(("http://", "https://")):
@@ -149,28 +149,28 @@ class Settings:
         for name in ("secret", "operator_token"):
             if 0 < len(given := getattr(self, name)) < _SECRET:
                 raise SettingError(
-                    f"PLINKO_{name.upper()} has {len(given)} characters, not {_SECRET} or more",
+                    f"PLINKO_{name.upper()} has {len(given)} characters; it must have at least "
+                    f"{_SECRET}",
                     field=name,
                 )
 
     @property
     def message_rate(self) -> float:
-        """Messages a second from one client: its drops and what else a page has to say."""
+        """Messages a second from one client: its drops and all other messages."""
         return self.drop_rate + OTHER_MESSAGES
 
     @property
     def data_directory(self) -> Path | None:
-        """Where the server keeps files; None when it is to keep none."""
+        """The directory of the server's files; None if it stores none."""
         if self.data:
             return Path(self.data).expanduser()
-        # A free port is another one each time: nobody would find the directory again.
+        # Port 0 is another free port each time: the next start would not find the directory.
         if self.port == 0:
             return None
         return Path("~/.local/share/plinko").expanduser() / str(self.port)
 
     @property
     def ledger_url(self) -> str:
-        """The address of the ledger's database."""
         if self.database_url:
             return self.database_url
         directory = self.data_directory
@@ -182,10 +182,10 @@ class Settings:
         environ: Mapping[str, str] | None = None,
         overrides: Mapping[str, object] | None = None,
     ) -> "Settings":
-        """Settings from PLINKO_* variables, then from flags; an override of None leaves it as is.
+        """Settings from PLINKO_* variables, then from `overrides` (flags) that are not None.
 
-        Raises SettingError naming the variable or flag. Other PLINKO_* variables are left alone,
-        see `not_settings`.
+        Raises SettingError naming the variable or flag. It ignores unknown PLINKO_* variables, on
+        which `not_settings` reports.
         """
         environ = os.environ if environ is None else environ
         known = {entry.name: entry for entry in fields(cls)}
@@ -216,7 +216,7 @@ def _parse(entry: "Field[Any]", text: str, variable: str) -> object:
 
 
 def _check(entry: "Field[Any]", value: Any) -> None:
-    """Raise SettingError unless `value` has the setting's type and lies in its range."""
+    """Raise SettingError unless `value` has the setting's type and is in its range."""
     kind: Any = type(entry.default)
     good = isinstance(value, kind) or (kind is float and isinstance(value, int))
     low, high = entry.metadata["low"], entry.metadata["high"]
@@ -241,11 +241,11 @@ def _wanted(entry: "Field[Any]") -> str:
 _ORCHESTRATORS = re.compile(
     r"SERVICE_(HOST|PORT\w*)|PORT_\d+_\w+|PORT_(TCP|UDP)\w*|ENV_\w+|TEST_\w+"
 )
-"""What containers find of a service called plinko, and the tests' own."""
+"""Variables that orchestrators set for a service called plinko, and those of the tests."""
 
 
 def not_settings(environ: Mapping[str, str]) -> list[str]:
-    """A line for each PLINKO_ variable that nothing reads, with the setting that may be meant."""
+    """A warning for each PLINKO_ variable that nothing reads, with the setting probably meant."""
     known = [row.variable for row in options()]
     found = []
     for variable in sorted(environ):
@@ -255,15 +255,15 @@ def not_settings(environ: Mapping[str, str]) -> list[str]:
         if _ORCHESTRATORS.fullmatch(name) is None:
             meant = difflib.get_close_matches(variable, known, 1, 0.85)
             hint = f": did you mean {meant[0]}?" if meant else ", and has no effect"
-            found.append(f"{variable} in the environment is no setting{hint}")
+            found.append(f"{variable} in the environment is not a setting{hint}")
     return found
 
 
 @dataclass(frozen=True, slots=True)
 class Option:
-    """One row of the table: what the command line's flags and the documentation are made from.
+    """A row of the table of settings, from which flags and documentation are made.
 
-    `flag` is empty for what is only set in the environment.
+    `flag` is empty for a setting that only the environment sets.
     """
 
     name: str
@@ -288,7 +288,7 @@ def options() -> tuple[Option, ...]:
 
 
 def table() -> str:
-    """The table of settings in Markdown, as docs/api.md shows it."""
+    """The table of settings in Markdown, for docs/api.md."""
     lines = ["| flag of `plinko serve` | environment | default | meaning |", "|---|---|---|---|"]
     for row in options():
         shown = ",".join(row.default) if isinstance(row.default, tuple) else str(row.default)
@@ -298,12 +298,12 @@ def table() -> str:
 
 
 def static_directory() -> Path:
-    """The page's files: packaged beside this module in a wheel, at the top of a checkout."""
+    """The directory of the pages' files: next to this module in a wheel, else the repository's."""
     here = Path(__file__).resolve().parent
     packaged = here / "static"
     return packaged if packaged.is_dir() else here.parent / "static"
 
 
 def page_kernels() -> Path:
-    """The exact solver as pages load it: what a session names as its kernel."""
+    """The file of the exact solver that pages load; a fair session names it as its kernel."""
     return static_directory() / "js" / "solver" / "kernels.wasm"

@@ -1,12 +1,12 @@
-"""Rolling, sliding and notches: the second half of the solver in reproduce.md.
+"""Rolling, sliding and notches: a part of the solver in reproduce.md, whose names it uses.
 
-Its other names are defined in that page's blocks, and the page calls `contact` and `meet` of here. A test runs the blocks and then this file in one namespace.
+The page calls `contact` and `meet`. A test runs the page's blocks and this file in one namespace.
 """
 
-# A ball that stays on a surface moves by power series to the degree 20, made again for each stretch
-# from where the ball is, with the centre put on the surface by a true square root. Rows: the normal,
-# speed along the tangent, spin, angle, path, normal force. Everything that may end the stretch is the
-# first zero of a polynomial; of causes at one instant the one asked first counts.
+# A ball on a surface moves by power series of degree 20 in time. Each stretch begins with new series
+# at the ball's position, after a true square root has moved the centre onto the surface. The series:
+# normal, speed along the tangent, spin, angle, path, normal force. A stretch ends at the first zero of
+# a polynomial; of several at one instant, the first one in the order below counts.
 
 ROLLING, SLIDING, FREE = range(3)
 ORDER = 20
@@ -133,7 +133,7 @@ def first_touch(f, horizon):
     return next_touch(f, horizon)
 
 
-def next_touch(f, horizon):  # of a surface that the ball touches and moves off
+def next_touch(f, horizon):  # of a surface that the ball touches and leaves
     roots = 1 if f[1] != 0.0 else 2
     return first_zero(f, roots, horizon) if f[roots] > 0.0 else NO_HIT
 
@@ -149,9 +149,9 @@ def position(board, f, number, x, y, s):
     )
 
 
-# What may end a stretch: another surface, unless it is an end of the line or a line of the end that
-# the ball is on; the landing; no normal force; the line's end, or one of the end's lines; slipping
-# that ends; rolling that needs more friction than there is.
+# What can end a stretch: another surface (not an end of the ball's own line, and not a line of its own
+# end); the landing; a normal force of zero; the end of the line, or a line of the end; the end of
+# slipping; rolling that needs more friction than there is.
 
 
 def affine(start, rate, row):
@@ -194,14 +194,14 @@ def products(p, i):
     return total
 
 
-def others_touched(board, f, number, x, y, beside, horizon):
+def others_touched(board, f, number, x, y, also, horizon):
     here = board.surfaces[number]
     known = here.ends if here.is_line else here.lines
     best, found, found_side = horizon, None, 0.0
     for other, surface in enumerate(board.surfaces):
         if other == number or other in known or surface.is_copy:
             continue
-        s, side = touch_time(board, f, number, x, y, other, other == beside, best)
+        s, side = touch_time(board, f, number, x, y, other, other == also, best)
         if s != NO_HIT and (s < best or found is None):
             best, found, found_side = s, other, side
     return best, found, found_side
@@ -241,15 +241,15 @@ def rolling_end(board, f, friction, horizon):
     return best, sign
 
 
-# A contact phase goes from stretch to stretch. `roots` says how many roots the slip has at the
-# beginning by what went before: 1 where friction has just stopped it or the ball has rolled, 2 where
-# a rolling ball has just begun to slip, in the direction `slip_sign`. `beside` is a surface that the
-# ball touches too when the phase begins, and moves off.
+# A contact phase goes from stretch to stretch. `roots` is the number of roots that the slip already has
+# at the beginning: 1 after friction has stopped it or after rolling, 2 when a rolling ball has just
+# begun to slip in the direction `slip_sign`. `also` is a second surface that the ball touches when
+# the phase begins, and leaves.
 
 LEFT, HIT, LAND, REST, LATE, MANY, STEP, MODE, OVER = range(9)
 
 
-def contact(board, ball, number, side, roots, beside, events):
+def contact(board, ball, number, side, roots, also, events):
     g, k, R, slip_sign, fresh = board.gravity, board.drag, board.radius, 0.0, False
     while True:
         if len(events) >= MAX_EVENTS and not fresh:
@@ -267,11 +267,11 @@ def contact(board, ball, number, side, roots, beside, events):
             mode, slip_sign = mode_of(board, u, ball.omega, force, nx, friction, roots == 1)
         if nx == 0.0 and mode != SLIDING and has_stopped(board, u):
             return REST, number, side, None, 0.0
-        nx, ny, _, _ = touch(board, number, side, ball.x, ball.y)  # once more, from its new place
+        nx, ny, _, _ = touch(board, number, side, ball.x, ball.y)  # again, at its new position
         u = ball.vy * nx - ball.vx * ny
         f = Series(board, number, mode, slip_sign, nx, ny, u, ball.omega, ball.theta)
         s, hit_number, sign = others_touched(
-            board, f, number, ball.x, ball.y, beside, step_length(board, f)
+            board, f, number, ball.x, ball.y, also, step_length(board, f)
         )
         cause, other = (STEP, None) if hit_number is None else (HIT, hit_number)
         row, rate = (f.path, -surface.ty) if surface.is_line else (f.ny, -surface.distance)
@@ -283,7 +283,7 @@ def contact(board, ball, number, side, roots, beside, events):
         ):
             when, why, onto, new_sign = ask(s)
             if why == MODE and fresh and when == 0.0:
-                when = NO_HIT  # the mode has changed at this very instant
+                when = NO_HIT  # the mode has just changed at this instant
             if when != NO_HIT and (when < s or cause == STEP):
                 s, cause, other, sign = when, why, onto, new_sign
         x, y = position(board, f, number, ball.x, ball.y, s)
@@ -293,7 +293,7 @@ def contact(board, ball, number, side, roots, beside, events):
         ball.theta, ball.omega = value(f.angle, s), value(f.spin, s)
         roots = 1 if mode == ROLLING else 0
         if s > 0.0:
-            beside = None
+            also = None
         fresh = cause == MODE and s == 0.0
         if cause == MODE:
             events.append(ball.event(CHANGES, board.index(number)))
@@ -340,11 +340,11 @@ def has_stopped(board, u):
     return board.radius + 1.5 * abs(u) / board.drag == board.radius
 
 
-# A ball meets a second surface when it hits it while it is on a first, or when a flight that begins
-# on the first ends at the second, and takes no time or leads no farther than rounding. It strikes
-# whichever of the two it approaches faster than 1e-8 m/s, the lower number first, until it approaches
-# neither; after a thousand impulses it is jammed, and stops. A ball that is too slow to rise by more
-# than rounding has stopped. Otherwise it is off a surface that it leaves faster than 1e-8 m/s. If it
+# A ball meets a second surface if it hits it while it is on a first one, or if a flight from the first
+# to the second takes no time or leads no farther than rounding. The ball strikes each of the two that
+# it approaches faster than 1e-8 m/s, the lower number first, until it approaches neither. After a
+# thousand impulses it is jammed and stops. A ball that is too slow to rise by more than rounding has
+# stopped, too. Otherwise it leaves each surface from which it moves away faster than 1e-8 m/s. If it
 # leaves neither, the two are nearly parallel: it slides from one onto the other, or is jammed.
 
 
@@ -411,8 +411,8 @@ def stay(board, ball, surface, other, roots, events):
     return STAYS, surface, other[0], roots
 
 
-# At rest in a notch a ball spins until friction has stopped it, if both surfaces push; or a contact
-# opens, and the ball goes on along the other surface; or it lies still.
+# A ball at rest in a notch spins until friction has stopped it, if both surfaces push; or one contact
+# opens, and the ball continues along the other surface; or it lies still.
 
 FALLS, ON_A, ON_B, SPINS, RESTS, JAMS = range(6)
 

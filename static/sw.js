@@ -1,26 +1,26 @@
-// Keeps the pages for when there is no server: all work without one, the table as practice. Its address has the release in it, so
-// that each release has a worker and a cache of its own; js/util/offline.js registers it.
+// The service worker: caches the pages, which work without a server (the game as practice). Its address contains the
+// release, so that each release has its own worker and cache. js/util/offline.js registers it.
 
 const CACHE = `plinko${new URL(self.location.href).search}`;
 const PAGES = ["", "sandbox.html", "replay.html", "compare.html", "editor.html", "map.html", "verify.html"];
 const BOARDS = "api/v1/boards";
 
-// What a page, a style sheet or a module names: its parts.
+// Finds the files that a page or a module refers to.
 const PARTS = {
   html: /(?:href|src)="([^":?#]+\.(?:css|js|json|svg))"/g,
   js: /^(?:import|export|\}) [^"\n]*"(\.[^"]+)"|new URL\("([^"]+)", ?import\.meta\.url\)/gm,
 };
 
-/** @param {string} path below the pages' own folder */
+/** @param {string} path relative to the pages' folder @returns {string} URL */
 const at = (path) => new URL(path, self.registration.scope).href;
 
-/** Pages, and all they are made of, by following what each file names. */
+/** Caches the pages and every file that they refer to, directly or through others. */
 async function keepPages() {
   const cache = await caches.open(CACHE);
   const seen = new Set(PAGES.map(at));
   for (const url of seen) {
     const response = await fetch(url);
-    if (!response.ok) throw new Error(`${url} is not there: ${response.status}`);
+    if (!response.ok) throw new Error(`${url} could not be loaded: status ${response.status}`);
     const { pathname } = new URL(url);
     const kind = pathname.endsWith("/") ? "html" : /\.(?:html|js)$/.exec(pathname)?.[0].slice(1);
     if (kind) {
@@ -33,7 +33,7 @@ async function keepPages() {
   }
 }
 
-/** The boards that are always there. */
+/** Caches the list of boards and the presets. */
 async function keepBoards() {
   const cache = await caches.open(CACHE);
   const list = await fetch(at(BOARDS));
@@ -49,7 +49,7 @@ async function forgetOtherReleases() {
   await self.clients.claim();
 }
 
-/** @param {string} path below the scope @returns {"first" | "last" | null} when the cache is asked */
+/** @param {string} path below the scope @returns {"first" | "last" | null} when the cache is tried, if at all */
 function turnOfCache(path) {
   if (/^v-[0-9a-f]{16}\//.test(path)) return "first";
   const kept = PAGES.includes(path) || /^(?:(?:theme|manifest)\.json|favicon\.svg)$/.test(path);
@@ -63,7 +63,7 @@ async function fromNetwork(request) {
   return response;
 }
 
-/** @param {Request} request @returns {string} its address: a page is the same whatever is asked of it */
+/** @param {Request} request @returns {string} its URL without the query, which does not change a page */
 function bare(request) {
   const { origin, pathname } = new URL(request.url);
   return origin + pathname;

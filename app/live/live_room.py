@@ -127,7 +127,7 @@ class LiveRoom:
 
     @property
     def owned(self) -> bool:
-        """Whether the room has an owner, the only one who may change it."""
+        """Whether the room has an owner: then only the owner may change it."""
         return self._persistence.runs.of(self.room).owned
 
     @property

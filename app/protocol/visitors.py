@@ -94,6 +94,6 @@ def parse_colour(value: object) -> str | None:
         return None
     if not isinstance(value, str) or not _COLOUR.fullmatch(value):
         raise InvalidValueError(
-            f"colour {shorten(value)} is not # and six digits from 0-9 and a-f", field="colour"
+            f"colour {shorten(value)} is not # and six digits of 0-9 and a-f", field="colour"
         )
     return value

@@ -175,22 +175,22 @@ class Quota:
         self.most = most
         self.what = what
         self._is_open = is_open
-        self._held: dict[str, list[str]] = {}
+        self._things: dict[str, list[str]] = {}
         self._coming: Counter[str] = Counter()
 
     @contextmanager
     def place(
-        self, key: str, left: int | None = None, held: int | None = None
+        self, key: str, left: int | None = None, count: int | None = None
     ) -> Iterator[Callable[[str], None]]:
         """Reserve a place for one more thing; the block calls the yielded function with its name.
 
-        `left` is how many more all keys together may open. One key may have only a tenth of them,
-        so that a few keys cannot use up the rest. `held` is how many things `key` has, if the
-        caller counts them itself. Raises QuotaError if `key` has its share already; things that are
-        still being made count.
+        `left` is how many more all keys together may open. One key may have only a tenth of them
+        (but always three), so that a few keys cannot use up the rest. `count` is how many things
+        `key` has, if the caller counts them itself. Raises QuotaError if `key` has its share
+        already; things that are still being made count.
         """
         share = self.most if left is None else max(_ALWAYS, left // 10)
-        self._check(key, min(self.most, share), held)
+        self._check(key, min(self.most, share), count)
         self._coming[key] += 1
         try:
             yield functools.partial(self._add, key)
@@ -200,24 +200,24 @@ class Quota:
                 del self._coming[key]
 
     def _check(self, key: str, most: int, counted: int | None) -> None:
-        held = [thing for thing in self._held.get(key, ()) if self._is_open(thing)]
-        if held:
-            self._held[key] = held
+        things = [thing for thing in self._things.get(key, ()) if self._is_open(thing)]
+        if things:
+            self._things[key] = things
         else:
-            self._held.pop(key, None)
-        count = (len(held) if counted is None else counted) + self._coming[key]
+            self._things.pop(key, None)
+        count = (len(things) if counted is None else counted) + self._coming[key]
         if count >= most:
             raise QuotaError(
                 f"{count} {self.what} are open already; at most {most} may be open now"
             )
 
     def _add(self, key: str, thing: str) -> None:
-        if key not in self._held:
-            for other in list(self._held):  # forget keys whose things have all closed
-                self._held[other] = [old for old in self._held[other] if self._is_open(old)]
-                if not self._held[other]:
-                    del self._held[other]
-        self._held.setdefault(key, []).append(thing)
+        if key not in self._things:
+            for other in list(self._things):  # forget keys whose things have all closed
+                self._things[other] = [old for old in self._things[other] if self._is_open(old)]
+                if not self._things[other]:
+                    del self._things[other]
+        self._things.setdefault(key, []).append(thing)
 
 
 def spend(bucket: TokenBucket, now: float, what: str) -> None:

@@ -30,7 +30,7 @@ class Tokens:
         return base64.urlsafe_b64encode(signature).rstrip(b"=").decode()
 
     def mark_of(self, address: str) -> str:
-        """A creator's mark: the same for each use of one address, without revealing it."""
+        """A creator's mark: always the same for one address, but it does not reveal the address."""
         return self.of(f"creator {address}")
 
     def check(self, room_id: str, authorization: str | None) -> None:

@@ -104,8 +104,9 @@ def _machines(folder: Path) -> str:
 
 
 def _multiplied(folder: Path) -> str:
-    """The tables that docs/scale.md derives, under its own heading."""
-    return "\n\n".join("#" + table.text() for table in tables(units_of(read(folder))))
+    """The tables that docs/scale.md derives; the first one, of costs, only repeats other files."""
+    _costs, *derived = tables(units_of(read(folder)))
+    return "\n\n".join("#" + table.text() for table in derived)
 
 
 _OTHERS: Final[dict[str, Callable[[Path], str]]] = {

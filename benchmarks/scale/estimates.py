@@ -20,7 +20,7 @@ ROOMS: Final = 100_000
 DROPS: Final = 10**12
 
 MARKS: Final = 4.0
-"""Times a second that the ledger hears how far an awake room has come."""
+"""Times a second that an awake room writes to the ledger how far it has come."""
 
 SHARE: Final = 0.5
 """Of a core that one process gives to its rooms, and to those who watch them: the rest is for
@@ -179,9 +179,9 @@ def _spectators(cost: Units) -> Table:
         ["by", "cores", "processes", "memory", "sent", "messages a second"],
         rows,
         [
-            f"Extrapolated from a room with {IN_FLIGHT} balls in flight, whose clients cost what "
-            f"they cost a thousandth of them. A process gives {SHARE:.0%} of a core to them and "
-            f"has at most {most:,} connections."
+            f"Extrapolated from a thousandth of the clients, in a room with {IN_FLIGHT} balls in "
+            f"flight. A process gives {SHARE:.0%} of a core to its clients and has at most "
+            f"{most:,} connections."
         ],
     )
 
@@ -220,11 +220,10 @@ def _rooms(cost: Units) -> Table:
         ],
         rows,
         [
-            f"Extrapolated. {rate} ticks a second; a ball falls for {FALL:g} s, then another does; "
-            f"the ledger hears {MARKS:g} times a second how far an awake room has come. "
-            "Ledgers: seconds of one committing thread and its database that a second takes; more "
-            "than one cannot be one. Rooms asleep can be had from the ledger and need no memory "
-            "then: a process holds 256 of those that nobody needs."
+            f"Extrapolated. {rate} ticks a second. A ball falls for {FALL:g} s, then the next one "
+            f"starts. Each awake room writes {MARKS:g} marks a second: how far it has come. "
+            "Ledgers: how many committing threads, each with its own database, would be busy all "
+            "the time. A process keeps 256 sleeping rooms in memory; the ledger has the others."
         ],
     )
 
@@ -246,7 +245,7 @@ def _drops(cost: Units) -> Table:
 
 
 def _first(cost: Units) -> Table:
-    """What one of each part bears."""
+    """What one of each part carries."""
     rate = Settings().tick_rate
     marks = 1.0 / (MARKS * cost.mark + cost.drop / FALL)
     ticks = SHARE / (rate * cost.ticks[1])
@@ -262,9 +261,10 @@ def _first(cost: Units) -> Table:
         ["connections", "its process", f"{MAX_CONNECTIONS:,}"],
     ]
     note = (
-        "Extrapolated, but for the settings, which can be set. The least of a kind gives in first."
+        "Extrapolated, except the last two rows, which are limits. Of several rows of one kind, "
+        "the smallest number is reached first."
     )
-    return Table("What one of each bears", ["of what", "part", "at most"], rows, [note])
+    return Table("What one of each carries", ["of what", "part", "at most"], rows, [note])
 
 
 def _bytes(count: float) -> str:

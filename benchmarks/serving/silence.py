@@ -60,7 +60,7 @@ def run(effort: Effort) -> Section:
     section.tables.append(
         Table(
             f"Silence in {ROOMS} rooms of one server",
-            ["beside", "longest in `main`, ms", "longest in any room, ms",
+            ["disturbed by", "longest in `main`, ms", "longest in any room, ms",
              "frames a second of the slowest room", "ticks skipped", "late ticks"],
             rows,
             [

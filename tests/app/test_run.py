@@ -50,7 +50,7 @@ def test_sighup_does_not_end_it_and_a_misspelt_variable_is_named() -> None:
         running.send(signal.SIGHUP)
         assert running.get("/healthz").status_code == 200
         assert running.end(signal.SIGTERM) == 0
-        assert "PLINKO_SECRETS in the environment is no setting: did you mean" in running.said[1]
+        assert "PLINKO_SECRETS in the environment is not a setting: did you mean" in running.said[1]
 
 
 def test_a_taken_port_is_named() -> None:

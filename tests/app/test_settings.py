@@ -32,8 +32,8 @@ def test_a_misspelt_variable_is_named_an_orchestrator_s_is_not() -> None:
     theirs = ("SERVICE_HOST", "SERVICE_PORT_HTTP", "PORT_8000_TCP", "PORT_8000_TCP_ADDR")
     environ = {f"PLINKO_{name}": "x" for name in (*theirs, "HOST", "SECRET", "SECRETS", "COLOUR")}
     assert not_settings(environ) == [
-        "PLINKO_COLOUR in the environment is no setting, and has no effect",
-        "PLINKO_SECRETS in the environment is no setting: did you mean PLINKO_SECRET?",
+        "PLINKO_COLOUR in the environment is not a setting, and has no effect",
+        "PLINKO_SECRETS in the environment is not a setting: did you mean PLINKO_SECRET?",
     ]
 
 
@@ -65,7 +65,9 @@ def test_a_secret_has_no_flag_and_is_never_shown() -> None:
     assert "quiet" not in repr(settings)
     (row,) = [row for row in options() if row.name == "secret"]
     assert row.flag == ""
-    with pytest.raises(SettingError, match="PLINKO_SECRET has 5 characters, not 32") as raised:
+    with pytest.raises(
+        SettingError, match="PLINKO_SECRET has 5 characters; it must have at least 32"
+    ) as raised:
         Settings.load({"PLINKO_SECRET": "quiet"})
     assert "quiet" not in str(raised.value)
 

@@ -1,4 +1,4 @@
-"""docs/reproduce.md and the file beside it are a whole solver with the engine's digests."""
+"""docs/reproduce.md and the files next to it are a whole solver with the engine's digests."""
 
 import re
 from functools import cache
@@ -16,14 +16,14 @@ from tests.long import tries
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "reproduce.md").read_text(encoding="utf-8")
-CONTACTS = (DOCS / "reproduce_contacts.py").read_text(encoding="utf-8")
+FILES = [path.read_text(encoding="utf-8") for path in sorted(DOCS.glob("reproduce_*.py"))]
 
 
 @cache
 def solver() -> dict[str, Any]:
-    """The names that the page's Python defines, and those of the file."""
+    """The names that the page's Python and the files define."""
     names: dict[str, Any] = {}
-    for block in [*re.findall(r"^```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL), CONTACTS]:
+    for block in [*re.findall(r"^```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL), *FILES]:
         exec(block, names)
     return names
 

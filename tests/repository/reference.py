@@ -1,7 +1,8 @@
 """docs/python-reference.md, made of the sources: `python -m tests.repository.reference` writes it.
 
-The page is for readers of the repository: each name with the first lines of its docstring. The site
-has the whole docstrings, by docs/python.md, which also says which members of a class are shown.
+The page is for readers of the repository: each name with its arguments and the first lines of its
+docstring. The site has types and whole docstrings, by docs/python.md, which also says which members
+of a class are shown.
 """
 
 import ast
@@ -33,10 +34,10 @@ GROUPS = {
 _HEAD = """\
 # The Python reference
 
-For Python programmers who read the repository: every public name of `plinko` with its signature.
+For Python programmers: every public name of `plinko` in one list.
 
-[The Python interface](python.md) introduces the names; `help(plinko.Board)` prints a docstring.
-`make readme` makes this page from the sources.
+[The Python interface](python.md) introduces the names; `help(plinko.Board)` prints types and
+docstrings. `make readme` makes this page from the sources.
 """
 
 
@@ -135,8 +136,14 @@ def _decorators(node: ast.FunctionDef) -> set[str]:
 
 
 def _arguments(node: Any) -> str:
-    returns = f" -> {ast.unparse(node.returns)}" if node.returns else ""
-    return f"({ast.unparse(node.args)}){returns}"
+    """Names and defaults of the arguments, and the type of the result, if there is one."""
+    arguments = node.args
+    for each in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs):
+        each.annotation = None
+    for each in filter(None, (arguments.vararg, arguments.kwarg)):
+        each.annotation = None
+    result = ast.unparse(node.returns) if node.returns else "None"
+    return f"({ast.unparse(arguments)})" + (f" -> {result}" if result != "None" else "")
 
 
 def _section(name: str, words: str, lines: list[str]) -> str:

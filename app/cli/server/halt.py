@@ -35,7 +35,10 @@ def command(url: str, room: str | None, release: bool, as_json: bool) -> None:
         return
     rooms = ", ".join(each["room"] for each in found["rooms"])
     common.print_fields(
-        {"all tables": "halted" if found["all_since"] else "go on", "halted by themselves": rooms}
+        {
+            "all tables": "halted" if found["all_since"] else "not halted",
+            "halted individually": rooms or "none",
+        }
     )
 
 

@@ -2,8 +2,8 @@
 
 ASGI cannot write frames that are already encoded, once for all clients; it does not say whether a
 client has read what it was sent; and it cannot close a connection whose write buffer is full. Under
-`DirectProtocol` a WebSocket's scope has an extension that can. No other module uses uvicorn's
-internals. They change between releases, so pyproject.toml pins the release.
+`DirectProtocol` a WebSocket's scope has an extension that can. It uses uvicorn's internals, as
+app/web/edge does. They change between releases, so pyproject.toml pins the release.
 """
 
 import asyncio

@@ -94,7 +94,7 @@ class Connection(asyncio.BufferedProtocol):
         self._protocol.connection_made(self)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        self._looking.cancel()
+        self._watching.cancel()
         self._read.clear()
         if self._counted:
             self._counted = False
@@ -189,7 +189,7 @@ class Connection(asyncio.BufferedProtocol):
             self._edge.refused("unread")
             self._transport.abort()
         self._taken = taken
-        self._looking = self._protocol.loop.call_later(self._edge.unread_seconds, self._watch)
+        self._watching = self._protocol.loop.call_later(self._edge.unread_seconds, self._watch)
 
 
 def connection(kind: type[Any], edge: Edge) -> Callable[..., Connection]:

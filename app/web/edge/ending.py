@@ -12,7 +12,7 @@ _log = logging.getLogger("plinko")
 
 
 class Ending:
-    """An ASGI application around the framework that answers what the framework does not.
+    """An ASGI application around the framework: it answers what the framework leaves unanswered.
 
     When the server stops, uvicorn cancels the requests that take longer than the grace period: they
     get 503. A failure outside the framework's own error handling gets 500. uvicorn would answer

@@ -37,7 +37,7 @@ class GuardedProtocol(HttpToolsProtocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """Stop all unanswered requests; uvicorn itself stops only the last one."""
         self._stop_watching()
-        self._give_up()
+        self._disconnect_all()
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
@@ -82,7 +82,7 @@ class GuardedProtocol(HttpToolsProtocol):
     def on_headers_complete(self) -> None:
         """The head is complete. If it is refused, raise: uvicorn then calls `send_400_response`."""
         self._in_head = False
-        self._refusal = self._why_not()
+        self._refusal = self._fault()
         if self._refusal is not None:
             raise self._refusal
         self._in_body = True
@@ -115,14 +115,14 @@ class GuardedProtocol(HttpToolsProtocol):
             self._timer.cancel()
             self._timer = None
         if self._timer is None:
-            self._timer = self.loop.call_at(self._deadline, self._look)
+            self._timer = self.loop.call_at(self._deadline, self._check_deadline)
 
-    def _look(self) -> None:
+    def _check_deadline(self) -> None:
         self._timer = None
         if self._deadline is None:
             return
         if self.loop.time() < self._deadline:
-            self._timer = self.loop.call_at(self._deadline, self._look)
+            self._timer = self.loop.call_at(self._deadline, self._check_deadline)
         elif self._late == "head" and self._unanswered:
             self._expect(self.edge.head_seconds, "head")
         elif self._late == "head" and not self._raw and not self._head:
@@ -142,7 +142,7 @@ class GuardedProtocol(HttpToolsProtocol):
 
     # Refusals.
 
-    def _why_not(self) -> AppError | None:
+    def _fault(self) -> AppError | None:
         """Why to refuse the request whose head is complete; None to accept it."""
         if self._head > self.edge.head_bytes or self._fields > _MOST_FIELDS:
             return self._too_large()
@@ -174,11 +174,11 @@ class GuardedProtocol(HttpToolsProtocol):
         earlier = [cycle for cycle in self._unanswered if cycle is not own]
         if not earlier and not (own and own.response_started):
             self.transport.write(refusal(error))
-        self._give_up()  # so that no answer follows the refusal
+        self._disconnect_all()  # so that no answer follows the refusal
         self._deadline = None
         self.transport.close()
 
-    def _give_up(self) -> None:
+    def _disconnect_all(self) -> None:
         """Tell the unanswered requests that their client has disconnected."""
         for cycle in self._unanswered:
             cycle.disconnected = True

@@ -46,7 +46,6 @@ class Intake:
         self._turning = False  # the next turn has been requested
 
     def put(self, client: str, source: Source) -> None:
-        """Queue a connection."""
         self._queue.put(client, source)
         self._turn()
 

@@ -37,7 +37,7 @@ class GuardedSocket(WebSocketsSansIOProtocol):
         super().connection_made(transport)
         rate = self.edge.frame_rate
         self._frames = TokenBucket(rate, 2 * rate + _MOST_FRAGMENTS, self.loop.time())
-        self._handshake = self.loop.call_later(self.edge.body_seconds, self._look)
+        self._handshake = self.loop.call_later(self.edge.body_seconds, self._check_handshake)
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._handshake.cancel()
@@ -80,7 +80,7 @@ class GuardedSocket(WebSocketsSansIOProtocol):
     def handle_parser_exception(self) -> None:
         """Close with the library's code and reason; the library discards all further bytes."""
         if not self.close_sent and (said := self.conn.close_sent) is not None:
-            self._part(said.code, said.reason)
+            self._close_later(said.code, said.reason)
 
     def send_500_response(self) -> None:
         """Answer a handshake on which the application failed, with a problem document."""
@@ -96,7 +96,7 @@ class GuardedSocket(WebSocketsSansIOProtocol):
         else:
             self._refuse(BusyError("the server is stopping"))
 
-    def _look(self) -> None:
+    def _check_handshake(self) -> None:
         if not self.handshake_complete and not self.transport.is_closing():
             late = f"no answer to the handshake in {self.edge.body_seconds:g} seconds"
             self._refuse(BusyError(late))
@@ -113,11 +113,11 @@ class GuardedSocket(WebSocketsSansIOProtocol):
         self.edge.refused(answer(error).code)
         code, reason = answer(error).close, str(error)
         self.conn.fail(code, reason)
-        self._part(code, reason)
+        self._close_later(code, reason)
         self.read_paused = False
         self.transport.pause_reading()
 
-    def _part(self, code: int, reason: str) -> None:
+    def _close_later(self, code: int, reason: str) -> None:
         """Send the library's pending close frame, and abort the connection after `_LINGER`."""
         self.queue.put_nowait({"type": "websocket.disconnect", "code": code, "reason": reason})
         self.transport.write(b"".join(self.conn.data_to_send()))

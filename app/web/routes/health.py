@@ -81,7 +81,7 @@ router = APIRouter(tags=["health"])
 _NAMED = 100  # rooms that readiness names
 
 
-@router.get("/healthz", summary="Is it alive", responses=documented(Health))
+@router.get("/healthz", summary="Liveness", responses=documented(Health))
 async def healthz(server: Server) -> Response:
     """The process answers. The ticker's counts do not grow while nothing moves."""
     ticker = server.rooms.ticker
@@ -97,7 +97,7 @@ async def healthz(server: Server) -> Response:
 
 @router.get(
     "/readyz",
-    summary="Is it ready",
+    summary="Readiness",
     responses={
         **documented(Readiness, description="Ready"),
         **documented(Readiness, status=503, description="Not ready; `checks` says why"),
@@ -130,7 +130,9 @@ async def readyz(server: Server) -> Response:
 
 
 @router.get(
-    "/api/v1/integrity", summary="Is it what was installed", responses=documented(IntegrityView)
+    "/api/v1/integrity",
+    summary="Integrity of the program's files",
+    responses=documented(IntegrityView),
 )
 async def integrity(server: Server) -> Response:
     """Digests of code, kernels and configuration, as they are now and as they were at the start.
@@ -162,7 +164,7 @@ def _may_read(request: Request, server: Server) -> None:
 
 @router.get(
     "/metrics",
-    summary="How does it do",
+    summary="Metrics",
     response_class=PlainTextResponse,
     responses=documented(
         None, 401, 403, media_type="text/plain", description="Prometheus' text format"

@@ -26,7 +26,7 @@ PROOFS = find_spec("flint") is not None  # whether drops can be proven in this p
 _READING = frozenset({"GET", "HEAD"})
 _METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
 
-# Every file has a second address that never changes its content: v-<digest of all files>/<path>.
+# Every file also has an address whose content never changes: v-<digest of all files>/<path>.
 _ADDRESS = re.compile("v-([0-9a-f]{16})/(.+)")
 _FOR_GOOD = "public, max-age=31536000, immutable"
 _EMBED = {"embed/replay": "embed.html"}  # the only page that other sites may show in a frame

@@ -70,7 +70,7 @@ class DrawView(msgspec.Struct, frozen=True):
 
 
 class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A room to open, over a board or as a scene."""
+    """A room to open: over a board, as a scene, or from a story."""
 
     board: OptionalBoard = msgspec.field(default_factory=functools.partial(msgspec.Raw, b"null"))
     mode: Annotated[
@@ -101,7 +101,7 @@ class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     ] = None
 
     def has(self, name: str) -> bool:
-        """Whether this field was given, and not as null."""
+        """Whether this field was given and is not null."""
         value = getattr(self, name)
         return bytes(value) != b"null" if isinstance(value, msgspec.Raw) else value is not None
 

@@ -1,4 +1,4 @@
-// The alternative text of a board, for those who do not see the picture. Pure.
+// The alternative text of a board's picture, for screen readers. Pure.
 
 import { t } from "../texts/text.js";
 import { multiplier } from "../util/format.js";

@@ -1,4 +1,4 @@
-// What the pages that look at drops share: start-up, failures told, links, the form's board list.
+// Code that the pages about drops share: start-up, failures, links, and the form for another drop.
 
 import { MAIN_BOARD, MAIN_ROOM, readBoardName } from "../model/presets.js";
 import { Visited } from "../model/player/visited.js";
@@ -14,12 +14,12 @@ import { keepOffline } from "../util/offline.js";
 /** @import { DropAddress } from "../net/drop-address.js" */
 /** @import { BoardList } from "../net/replies.js" */
 
-/** What is shown where an address names nothing. */
+/** Shown if the page's address names no board. */
 export const DEFAULT_BOARD = MAIN_BOARD;
 export const DEFAULT_SEED = "42";
 
 /**
- * Runs a page and shows what stops it.
+ * Runs a page; if that fails, shows why.
  * @param {(theme: Theme) => Promise<void> | void} open
  */
 export async function openPage(open) {
@@ -29,7 +29,7 @@ export async function openPage(open) {
   } catch (error) {
     showState("failed", t("page.failed"));
     byId("result").textContent = messageOf(error);
-    // A refusal by the server is told to the visitor; anything else is a fault to be seen.
+    // The visitor can act on a refusal by the server. Any other error is a bug: it goes to the console too.
     if (!(error instanceof ApiError || error instanceof LinkError)) throw error;
   }
 }
@@ -42,7 +42,7 @@ export function showState(state, text) {
 
 /**
  * @param {string} board what REST calls it
- * @returns {string} link back to where the visitor played, or else to this board's own table
+ * @returns {string} link to the room where the visitor last played, or to the board's public room
  */
 function tableLink(board) {
   const room = new Visited(window.localStorage).room || (readBoardName(board) ? board : MAIN_ROOM);
@@ -50,9 +50,9 @@ function tableLink(board) {
 }
 
 /**
- * Fills the form that asks for another drop with the boards the server knows.
- * @param {string} value of the one that is shown, as REST calls it; listed even if the server's list lacks it
- * @param {string} name its own
+ * Fills the form for another drop with the server's list of boards.
+ * @param {string} value the current board, as REST calls it; added to the list if it is missing
+ * @param {string} name of the current board
  */
 export async function fillBoards(value, name) {
   const select = byId("other-board", HTMLSelectElement);
@@ -67,8 +67,9 @@ export async function fillBoards(value, name) {
 }
 
 /**
- * Whether fields of the form that asks for another drop hold seeds; the first that does not is named and entered.
- * @param {HTMLInputElement[]} fields @param {string} needs what is said of an empty one
+ * Whether all these fields contain seeds. Otherwise it shows a message about the first invalid one, and
+ * focuses it.
+ * @param {HTMLInputElement[]} fields @param {string} needs the message for an empty field
  */
 export function holdSeeds(fields, needs) {
   const note = byId("other-note");
@@ -78,7 +79,7 @@ export function holdSeeds(fields, needs) {
     field.setAttribute("aria-invalid", String(!good));
     note.hidden = good;
     if (good) {
-      field.value = String(reading.seed); // without zeros before it
+      field.value = String(reading.seed); // without leading zeros
       continue;
     }
     say(note, "bad", reading.ok ? needs : reading.message);
@@ -88,9 +89,9 @@ export function holdSeeds(fields, needs) {
   return true;
 }
 
-/** Links to the other pages lead to the drop that is looked at. @param {DropAddress} drop */
+/** Makes the links to the other pages lead to this drop. @param {DropAddress} drop */
 export function linkPages(drop) {
-  const { hash } = window.location; // which may hold the board
+  const { hash } = window.location; // may contain the board
   const search = dropSearch({ ...drop, board: hash ? "" : drop.board });
   const links = {
     "to-table": tableLink(drop.board), back: tableLink(drop.board),

@@ -1,4 +1,4 @@
-// Paints scenes over one board at one size in one set of colours, and wipes what it painted last.
+// Paints scenes over one board at one size in one theme, and clears only what it painted last.
 
 import { labelOf } from "../model/board.js";
 import { fillTrail, makeFlashes, paintBall, paintFlash, paintLight, paintPaid } from "../paint/ball.js";
@@ -17,17 +17,17 @@ import { metric, multiplier } from "../util/format.js";
 /** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
 
-const PAID_RISE = 46; // CSS pixels that a paid score climbs
+const PAID_RISE = 46; // CSS pixels that a score rises
 
 /**
- * @typedef {object} Ground what a scene is painted over
- * @property {HTMLCanvasElement} still the board as it is painted
+ * @typedef {object} Ground the board that scenes are painted over
+ * @property {HTMLCanvasElement} still the painted board
  * @property {Board} board
  * @property {Geometry} geometry
  * @property {number} density device pixels a CSS pixel
  */
 
-/** Holds the stamps of its board's balls and pegs; another size or theme needs another painter. */
+/** Caches the stamps of balls and pegs; another size or theme needs another painter. */
 export class ScenePainter {
   #damage = new Damage();
   #points = new Float64Array(64);
@@ -47,7 +47,7 @@ export class ScenePainter {
     const largest = board.pegs.reduce((most, peg) => Math.max(most, peg.radius), 0.01);
     this.faces = facesOf(still, Math.floor(geometry.binTop * density));
     this.flashes = makeFlashes(largest * geometry.scale, density, palette.flash);
-    // What another painter has left on the canvas is not known here.
+    // The previous painter may have left something on the canvas.
     this.#damage.add(0, 0, geometry.width, geometry.height);
   }
 
@@ -69,8 +69,8 @@ export class ScenePainter {
   }
 
   /**
-   * Comets' tails, those of a colour at once, our own above the others: as long as the way of their last
-   * moments, so the faster a ball the longer its tail.
+   * Draws the trails colour by colour, those of the player's own balls last. A trail covers the last
+   * moments of the path, so a faster ball has a longer one.
    * @param {CanvasRenderingContext2D} ctx @param {SceneBall[]} balls
    */
   #drawTrails(ctx, balls) {
@@ -90,7 +90,7 @@ export class ScenePainter {
     ctx.restore();
   }
 
-  /** A landed ball goes on into its pocket, behind the pocket's face. @param {CanvasRenderingContext2D} ctx */
+  /** Clips to the part above the bins: a landed ball sinks behind its bin's face. @param {CanvasRenderingContext2D} ctx */
   #clipAboveBins(ctx) {
     const { binTop, width } = this.geometry;
     ctx.beginPath();
@@ -98,7 +98,7 @@ export class ScenePainter {
     ctx.clip();
   }
 
-  /** @param {SceneBall} ball @returns {SceneBall[]} those whose tails have its colour */
+  /** @param {SceneBall} ball @returns {SceneBall[]} the balls whose trails have its colour */
   #tailsOf(ball) {
     const { colour } = this.stamps.of(ball);
     let tails = this.#tails.get(colour);
@@ -109,8 +109,8 @@ export class ScenePainter {
   /**
    * @param {CanvasRenderingContext2D} ctx
    * @param {SceneBall[]} balls
-   * @param {boolean} mine which of them
-   * @param {{width: number, alpha: number, part: number}} shape part: of its length
+   * @param {boolean} mine whether to draw the player's own balls, or the others
+   * @param {{width: number, alpha: number, part: number}} shape part: of the trail's length
    */
   #fillTrails(ctx, balls, mine, { width, alpha, part }) {
     const { px, py } = this.geometry;
@@ -147,7 +147,7 @@ export class ScenePainter {
     this.#touch(atX, atY, Math.max(1.6 * radius, halo.half) + 3);
   }
 
-  /** Above its ball, within the picture. @param {CanvasRenderingContext2D} ctx @param {string} name @param {Point} ball */
+  /** Draws a name above its ball, within the picture. @param {CanvasRenderingContext2D} ctx @param {string} name @param {Point} ball */
   #drawName(ctx, name, { x, y }) {
     const { px, py, width: whole, binTop } = this.geometry;
     const { sheet, width, height } = this.names.of(name);
@@ -158,7 +158,7 @@ export class ScenePainter {
   }
 
   /**
-   * The ball whose speed is measured wears a ring.
+   * Draws a ring around the ball whose figures are shown.
    * @param {CanvasRenderingContext2D} ctx
    * @param {Point} point
    */
@@ -248,7 +248,7 @@ export class ScenePainter {
   }
 
   /**
-   * The impact that decided, and the way of the ball that took the other.
+   * Marks the impact at which the two paths part, and draws the second ball's path from there.
    * @param {CanvasRenderingContext2D} ctx @param {Parting} fork
    */
   #drawFork(ctx, { at, path, hair, score }) {

@@ -1,6 +1,6 @@
-// Tells the style sheet the shape of what is drawn, so that cabinet and desk fit the window.
+// Gives the style sheet the board's proportions, so that cabinet and desk fit the window.
 
-/** @param {number} ratio width over height of the part that scales */
+/** @param {number} ratio width over height, without the headroom */
 export function announceShape(ratio) {
   const { dataset, style } = document.documentElement;
   style.setProperty("--board-ratio", ratio.toFixed(4));

@@ -1,11 +1,11 @@
-// How large a board may be: as wide as its stage, or as wide as still fits the stage's height.
+// Computes the largest size of a board that fits both the width and the height of its stage.
 
-const STEPS = 24; // of bisection: far below a pixel
+const STEPS = 24; // of bisection; the last one is far below a pixel
 
 /**
  * @param {{width: number, height: number}} room CSS pixels
- * @param {(width: number) => number} heightOf what a picture of that width takes; never falls with it
- * @returns {number} CSS pixels, the widest whole number that fits
+ * @param {(width: number) => number} heightOf the height of a picture by its width; must not decrease
+ * @returns {number} the largest whole width that fits, CSS pixels
  */
 export function widest({ width, height }, heightOf) {
   if (heightOf(width) <= height) return Math.floor(width);
@@ -18,7 +18,7 @@ export function widest({ width, height }, heightOf) {
   return Math.floor(fits);
 }
 
-/** The stage of a board's box; a box that lies on none is as wide as what it lies in. */
+/** Fits a board's box to its stage; without a stage the box has the width of its parent. */
 export class StageFit {
   /** @param {HTMLElement} box @param {() => void} onResize */
   constructor(box, onResize) {
@@ -28,9 +28,9 @@ export class StageFit {
   }
 
   /**
-   * Makes the box as large as it may be.
+   * Makes the box as large as possible.
    * @param {(width: number) => number} heightOf of the board at a width
-   * @returns {number} its width, CSS pixels; 0 while it is not shown
+   * @returns {number} its width, CSS pixels; 0 while the stage is hidden
    */
   fit(heightOf) {
     if (!this.stage) return this.box.clientWidth;
@@ -43,8 +43,8 @@ export class StageFit {
   }
 
   /**
-   * The stage's sunburst goes on where the board's ends.
-   * @param {number} height of the board @param {number} dropY its sunburst's middle, CSS pixels
+   * Aligns the stage's sunburst with the board's.
+   * @param {number} height of the board @param {number} dropY the middle of the board's sunburst, CSS pixels
    */
   shine(height, dropY) {
     if (!this.stage) return;

@@ -1,4 +1,4 @@
-// A board with marks drawn on it: what never moves, then paths, then the balls, then arrows.
+// A board with marks, on four canvases: the board, marks under the balls, the balls, marks over them.
 
 import { ratioOf } from "../paint/geometry.js";
 import { fitted } from "../util/canvas.js";
@@ -12,9 +12,9 @@ import { BoardView } from "./view.js";
 /** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
 
-/** @typedef {{ctx: CanvasRenderingContext2D, geometry: Geometry}} Layer cleared, to be painted on */
+/** @typedef {{ctx: CanvasRenderingContext2D, geometry: Geometry}} Layer an empty canvas to paint on */
 
-/** The canvases of a page that looks at drops. `onLayout` tells that the size changed. */
+/** The canvases of a page about drops. `onLayout` is called when size or colours have changed. */
 export class Stage {
   /** @param {Theme} theme @param {() => void} onLayout */
   constructor(theme, onLayout) {
@@ -44,8 +44,8 @@ export class Stage {
 
   /**
    * @param {Scene} scene
-   * @param {(layer: Layer) => void} paintUnder what lies under the balls
-   * @param {(layer: Layer) => void} [paintOver] what lies over them
+   * @param {(layer: Layer) => void} paintUnder paints under the balls
+   * @param {(layer: Layer) => void} [paintOver] paints over the balls
    */
   draw(scene, paintUnder, paintOver = () => {}) {
     const { geometry } = this;

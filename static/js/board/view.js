@@ -1,5 +1,4 @@
-// The board on two canvases: one that never moves, one that is redrawn only where it did.
-// Knows boards, scenes and colours; nothing of the network.
+// A board on two canvases: one for what never moves, one that is redrawn only where something moved.
 
 import { placeOf } from "../model/worlds.js";
 import { ALL_GROUNDS, paintBoard } from "../paint/board.js";
@@ -15,7 +14,7 @@ import { StageFit } from "./stage-fit.js";
 /** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
 
-/** Draws one board and the scenes on it. `onLayout(geometry)` tells when the size changed. */
+/** Draws a board and the scenes on it. `onLayout(geometry)` is called when the size has changed. */
 export class BoardView {
   /** @type {Geometry | null} */
   geometry = null;
@@ -30,7 +29,7 @@ export class BoardView {
    * @param {{still: HTMLCanvasElement, moving: HTMLCanvasElement}} canvases the second on top
    * @param {Theme} theme
    * @param {(geometry: Geometry) => void} onLayout
-   * @param {Grounds} [grounds] that the board is painted with
+   * @param {Grounds} [grounds] which backdrops to paint
    */
   constructor({ still, moving }, theme, onLayout, grounds = ALL_GROUNDS) {
     this.still = still;
@@ -52,14 +51,14 @@ export class BoardView {
   setBoard(board, slots) {
     this.theme.enter(placeOf(board.name));
     this.#shown = { board, slots };
-    // Nothing shines through a board: what lies under it need not be drawn, nor the board be mixed with it.
+    // With all its backdrops the board is opaque. The browser then need not blend it with the page below.
     const { around, plate } = this.grounds;
     this.still.getContext("2d", { alpha: !around || !plate });
     this.#width = 0;
     this.relayout();
   }
 
-  /** Fits the canvases to their box and the display; does nothing when neither has changed. */
+  /** Fits the canvases to their box and the display, if one of these has changed. */
   relayout() {
     if (!this.#shown) return;
     const { board } = this.#shown;
@@ -78,7 +77,7 @@ export class BoardView {
     this.onLayout(geometry);
   }
 
-  /** Paints the still layer anew: colours or size have changed. */
+  /** Repaints the still canvas after a change of colours or size. */
   repaint() {
     const { geometry, still, theme } = this;
     if (!geometry || !this.#shown) return;
@@ -103,7 +102,7 @@ export class BoardView {
     };
   }
 
-  /** Another screen or another zoom changes the pixel ratio without changing the box. */
+  /** Follows the pixel ratio, which another screen or zoom changes without changing the box. */
   #followDensity() {
     const query = window.matchMedia(`(resolution: ${window.devicePixelRatio}dppx)`);
     query.addEventListener("change", () => {

@@ -1,13 +1,13 @@
-// How far apart two drops are, and when they part. Pure.
+// The distance between two drops over time, and when they part. Pure.
 
 /** @import { Motion } from "../model/motion/drop.js" */
 
-const SAMPLES = 240; // a second; the parting is then found by halving
+const SAMPLES = 240; // a second; bisection then refines the time of the parting
 
-/** Smallest distance shown, m: the square of a rounding error of metres. */
+/** Smallest distance on the chart, m. */
 export const FLOOR = 1e-18;
 
-/** Two drops at once. Distances are between the balls' centres, in metres. */
+/** Two drops compared. Distances are between the balls' centres, m. */
 export class Divergence {
   /** @type {{x: number, y: number}[] | null} */
   #overTime = null;
@@ -20,13 +20,13 @@ export class Divergence {
     this.end = Math.min(one.duration, two.duration);
   }
 
-  /** @param {number} t seconds */
+  /** @param {number} t s @returns {number} the distance, m */
   at(t) {
     const [a, b] = [this.one.stateAt(t), this.two.stateAt(t)];
     return Math.hypot(a.x - b.x, a.y - b.y);
   }
 
-  /** The distance against time, both balls' events included. */
+  /** The distance against time, sampled also at both balls' events. */
   get overTime() {
     if (this.#overTime) return this.#overTime;
     const times = Array.from({ length: Math.ceil(this.end * SAMPLES) }, (_, i) => i / SAMPLES);
@@ -35,16 +35,16 @@ export class Divergence {
     return this.#overTime;
   }
 
-  /** The distance when the first ball makes its nth hit; the 0th is the start. */
+  /** The distance at the first ball's nth impact; 0 is the start. */
   get overHits() {
     const hits = this.one.hits.filter(({ t }) => t <= this.end);
     return [{ t: 0 }, ...hits].map(({ t }, hit) => ({ x: hit, y: this.at(t) }));
   }
 
   /**
-   * When the balls first are further apart than a limit.
+   * Finds when the balls are first farther apart than a limit.
    * @param {number} limit metres
-   * @returns {{t: number, hits: number} | null} hits: how often the first ball had hit by then
+   * @returns {{t: number, hits: number} | null} hits: the first ball's impacts until then
    */
   parting(limit) {
     const rows = this.overTime;
@@ -61,9 +61,9 @@ export class Divergence {
   }
 
   /**
-   * By how much each hit multiplied the distance until they parted: the geometric mean.
+   * The geometric mean of the factors by which the first ball's impacts multiplied the distance until the parting.
    * @param {number} limit metres
-   * @returns {number | null} null without a hit, or when they started more than a limit apart
+   * @returns {number | null} null without a parting or an impact, or if they started farther apart than the limit
    */
   growthPerHit(limit) {
     const parted = this.parting(limit);

@@ -1,4 +1,4 @@
-// The compare page: two drops at once, both paths, the distance between them and when they part.
+// The compare page: shows two drops at once, with their paths, their distance, and when they part.
 
 import { DEFAULT_BOARD, fillBoards, holdSeeds, linkPages, openPage, showState } from "../board/page.js";
 import { Stage } from "../board/stage.js";
@@ -25,8 +25,8 @@ import { openingPair, readShift, secondDrop } from "./pair.js";
 /** @import { Theme } from "../paint/theme.js" */
 /** @import { Key } from "../texts/text.js" */
 
-const BITS = 12; // shown of a start's 64
-const TRIES = 40; // seeds looked at for one that parts
+const BITS = 12; // last bits shown of a start
+const TRIES = 40; // seeds tried to find two balls that part
 
 /** Both drops. @typedef {{board: Board, one: Replay, two: Replay, drops: [DropAddress, DropAddress]}} Pair */
 
@@ -61,7 +61,7 @@ class ComparePage {
     const { pair: { one, two }, apart } = this;
     const t = this.transport.advance(now);
     const scene = emptyScene();
-    // The first ball lies on top: where they are one, it alone is seen.
+    // The first ball is drawn on top, and hides the second while they coincide.
     two.addTo(scene, t, false);
     one.addTo(scene, t, true);
     this.stage.draw(scene, (layer) => this.#paintPaths(layer, t));
@@ -104,12 +104,12 @@ class ComparePage {
   }
 }
 
-/** What there is to read of both. @param {Pair} pair @param {Divergence} apart */
+/** Fills the table that compares both drops. @param {Pair} pair @param {Divergence} apart */
 function showBoth({ board, one, two, drops }, apart) {
   const verdict = verdictOf(board.ball.radius, apart);
   byId("result").textContent = verdict;
   byId("distance").setAttribute("aria-label", words("compare.distance-words", { verdict }));
-  const { hash } = window.location; // which may hold the board
+  const { hash } = window.location; // may contain the board
   document.title = words("compare.title-seeds", { one: one.record.seed, two: two.record.seed, board: board.name });
   /** @type {[Key, (replay: Replay, drop: DropAddress) => Node | string][]} */
   const rows = [
@@ -138,11 +138,11 @@ function showBoth({ board, one, two, drops }, apart) {
 }
 
 /**
- * The form for another pair.
+ * Fills the form for another pair.
  * @param {Board} board
  * @param {DropAddress} first
- * @param {string | null} secondSeed the second ball's own, if it has one
- * @param {string} by which the second start differs otherwise
+ * @param {string | null} secondSeed the second ball's seed; null if its start is shifted instead
+ * @param {string} by the shift of the second start
  */
 function offerOthers(board, first, secondSeed, by) {
   linkPages(first);
@@ -159,7 +159,7 @@ function offerOthers(board, first, secondSeed, by) {
   onSubmit("other", () => {
     const seeded = shift.value === "seed";
     if (!holdSeeds(seeded ? [seed, other] : [seed], words("compare.needs-seed"))) return;
-    // Another board's middle is elsewhere, and a start of one's own has none.
+    // An aim belongs to its board, and an explicit start has none.
     const aim = x.value.trim() || wanted.value !== first.board ? null : first.aim;
     const search = dropSearch({ ...first, board: wanted.value, seed: seed.value, x: x.value.trim(), aim });
     if (seeded) search.set("with", other.value);
@@ -170,7 +170,7 @@ function offerOthers(board, first, secondSeed, by) {
 }
 
 /**
- * Goes to the next seed whose two balls part; says so when none of many does.
+ * Opens the next seed whose two balls part, or says that none of TRIES does.
  * @param {Board} board
  * @param {DropAddress} first
  * @param {string} shift
@@ -192,7 +192,7 @@ async function find(board, first, shift) {
   note.textContent = words("compare.not-found", { n: TRIES });
 }
 
-/** @param {number} radius m @param {Divergence} apart @returns {string} when they parted */
+/** @param {number} radius m @param {Divergence} apart @returns {string} says when they part */
 function verdictOf(radius, apart) {
   const start = apart.at(0);
   if (start === 0) return words("compare.same-place");
@@ -207,7 +207,7 @@ function verdictOf(radius, apart) {
 }
 
 /**
- * Both drops of a comparison: the second by a seed of its own, or by a shifted start.
+ * Computes both drops. The second has its own seed or a shifted start.
  * @param {Board} board
  * @param {DropAddress} first
  * @param {string} shift
@@ -221,7 +221,7 @@ async function loadPair(board, first, shift, withSeed) {
 }
 
 /**
- * The last bits of a double, those that differ from another one's marked.
+ * The last bits of a double, with those marked that differ from another double's.
  * @param {number} x
  * @param {number} from
  */
@@ -238,7 +238,7 @@ openPage(async (theme) => {
   const asked = readDrop(search);
   const secondSeed = search.get("with");
   const open = !asked.seed && !asked.x && !search.get("shift") && !secondSeed;
-  // Of two balls that the link says nothing about, a pair that parts.
+  // A link that names no drops opens a pair that parts.
   const known = open ? openingPair(asked.board || DEFAULT_BOARD) : null;
   const shift = known?.shift ?? readShift(search.get("shift"));
   const { board, drop } = await dropOf({ ...asked, seed: known?.seed ?? asked.seed });

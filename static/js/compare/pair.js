@@ -1,5 +1,5 @@
-// Which two balls are compared: the pair that the page opens on, found in advance, and how a second one differs from
-// the first: by its seed, or by a start moved a little. Pure.
+// Chooses the two drops to compare: the pair that the page opens with, and a second drop that differs from the first
+// by its seed or by a small shift of its start. Pure.
 
 import { startSpan } from "../model/board.js";
 import { readBoardName } from "../model/presets.js";
@@ -10,14 +10,14 @@ import { nextDown, nextUp } from "../util/doubles.js";
 
 const LAST_BIT = "bit";
 
-/** Metres by which the second start may differ, by the names in links. */
+/** Allowed shifts of the second start, m, as links name them; "bit" is the next double. */
 const SHIFTS = [LAST_BIT, "1e-12", "1e-9", "1e-6", "1e-3"];
 
 /**
  * @param {Board} board
  * @param {number} x the first ball's start, m
  * @param {string} shift one of SHIFTS
- * @returns {number} m; to the left where the right is beyond the drop zone
+ * @returns {number} m; shifted to the left where the right is outside the drop zone
  */
 function secondStart({ drop }, x, shift) {
   const most = Math.max(drop.x + startSpan(drop), ...(drop.slots ?? []));
@@ -27,12 +27,12 @@ function secondStart({ drop }, x, shift) {
 }
 
 /**
- * The second drop. An aim is the middle of what a seed draws: a start of one's own has none.
+ * The second drop. A shifted start is explicit, so the drop has no aim (the middle of the starts that a seed draws).
  * @param {Board} board
  * @param {DropAddress} first
  * @param {number} x where the first starts, m
- * @param {string} shift one of SHIFTS, by which the start is moved
- * @param {string | null} seed the second's own, in place of a shift
+ * @param {string} shift one of SHIFTS
+ * @param {string | null} seed the second drop's seed, instead of a shift
  * @returns {DropAddress}
  */
 export function secondDrop(board, first, x, shift, seed) {
@@ -40,7 +40,7 @@ export function secondDrop(board, first, x, shift, seed) {
   return { ...first, x: secondStart(board, x, shift), aim: null };
 }
 
-/** @param {string | null} text of a link @returns {string} one of SHIFTS */
+/** @param {string | null} text from a link @returns {string} one of SHIFTS */
 export function readShift(text) {
   return SHIFTS.find((shift) => shift === text) ?? LAST_BIT;
 }
@@ -48,11 +48,11 @@ export function readShift(text) {
 /**
  * @typedef {object} OpeningPair
  * @property {string} seed of the first ball
- * @property {string} shift by which the second one's start differs
+ * @property {string} shift of the second ball's start
  */
 
-// By the rows of a triangle, or the board's name: of the smallest difference that parts bins within
-// a thousand seeds, one of few impacts. A triangle has the same pegs at every risk.
+// By the rows of a triangle (its pegs are the same at every risk) or the board's name. Each pair has the smallest
+// shift that leads to different bins within a thousand seeds, and few impacts.
 /** @type {Record<string, OpeningPair>} */
 const PAIRS = {
   8: { seed: "719", shift: "1e-12" },
@@ -63,12 +63,12 @@ const PAIRS = {
   13: { seed: "7", shift: "1e-12" },
   14: { seed: "956", shift: "bit" },
   15: { seed: "165", shift: "bit" },
-  16: { seed: "322243", shift: "1e-9" }, // of 400,000 seeds the one with 110x beside 0.5x
+  16: { seed: "322243", shift: "1e-9" }, // the one of 400,000 seeds whose balls get 110x and 0.5x
   classic: { seed: "38", shift: "1e-12" },
   galton: { seed: "0", shift: "bit" },
 };
 
-/** @param {string} board a preset's name or a digest @returns {OpeningPair | null} null of no preset */
+/** @param {string} board a preset's name or a digest @returns {OpeningPair | null} null for other boards */
 export function openingPair(board) {
   const known = readBoardName(board);
   if (!known) return null;

@@ -1,4 +1,4 @@
-// Asks the server whether a board can be played, a moment after it was changed, and says where not.
+// Asks the server whether the edited board is playable, a moment after each change.
 
 import { ApiError, postJson } from "../net/api.js";
 
@@ -12,7 +12,7 @@ const PAUSE = 250; // ms without a change before the server is asked
  *   | {ok: false, message: string, field: string | null}} Verdict
  */
 
-/** Checks the newest board only; `onVerdict(verdict, board)` comes for no older one. */
+/** Checks boards; `onVerdict(verdict, board)` is called only for the newest one. */
 export class BoardCheck {
   #timer = 0;
   /** @type {Board | null} */

@@ -1,4 +1,4 @@
-// The editor: joins the board being edited with its view, panels, checks, tests and links.
+// The editor: connects the edited board with its view, panels, checks, test drops and links.
 
 import { showState } from "../board/page.js";
 import { t } from "../texts/text.js";
@@ -24,11 +24,10 @@ import { EditorView } from "./view.js";
 /** @import { ElementRef, Ref } from "./draft/element.js" */
 /** @import { Bench, Command } from "./pointer.js" */
 
-/** The page's one editor. */
 export class Editor {
   /** @type {Ref | null} */
   selected = null;
-  /** @type {ElementRef[]} what the server objects to */
+  /** @type {ElementRef[]} elements that the server's error is about */
   problems = [];
   /** @type {Extract<Verdict, {ok: false}> | null} */
   #problem = null;
@@ -61,7 +60,7 @@ export class Editor {
     this.#wireKeys();
   }
 
-  /** @param {Board} board one that can be drawn @param {string} said of it */
+  /** @param {Board} board with all parts that drawing needs @param {string} said message for the visitor */
   open(board, said) {
     this.history.push(board);
     this.selected = null;
@@ -112,7 +111,7 @@ export class Editor {
     if (ref) this.#say(`${describeRef(this.history.board, ref)}.`);
   }
 
-  /** Everything that shows the board, after it has become another one. */
+  /** Updates everything that shows the board, after the board has changed. */
   #refresh() {
     const { board, canUndo, canRedo } = this.history;
     if (this.selected && !holds(board, this.selected)) this.selected = null;
@@ -127,7 +126,7 @@ export class Editor {
     this.#showSelected();
     this.#mark();
     this.test.reset();
-    document.documentElement.dataset.check = "asked"; // the verdict shown is of another board
+    document.documentElement.dataset.check = "asked"; // the verdict that is shown is about the previous board
     this.check.ask(board);
     this.keeping.keepInAddress(board);
   }
@@ -227,7 +226,7 @@ export class Editor {
   }
 
   /**
-   * Goes to the next element from the one selected last; `also` keeps what is selected.
+   * Selects the next element after the one selected last; with `also`, in addition to the selection.
    * @param {number} by
    * @param {boolean} also
    */

@@ -1,4 +1,4 @@
-// The editor's "Share and keep": link, file, registration, a room to play in, a preset to start from.
+// The editor's panel "Share and keep": link, file, registration, a room to play in, a preset to start from.
 
 import { ApiError, getJson, postJson } from "../net/api.js";
 import { packBoard } from "../net/board-link.js";
@@ -11,13 +11,13 @@ import { complete, EMPTY } from "./draft/draft.js";
 /** @import { Board } from "../model/board.js" */
 /** @import { BoardList, BoardReply, RoomReply } from "../net/replies.js" */
 
-/** The panel, and the page's address, which always holds the whole board. */
+/** The panel, and the page's address, which always contains the whole board. */
 export class Keeping {
   #packed = "";
 
   /**
-   * @param {() => Board} board the one that is edited
-   * @param {(board: Board, said: string) => void} open edits another one
+   * @param {() => Board} board the edited one
+   * @param {(board: Board, said: string) => void} open begins to edit another board
    */
   constructor(board, open) {
     this.board = board;
@@ -35,7 +35,7 @@ export class Keeping {
     this.presets.addEventListener("change", () => this.#startFrom(this.presets.value));
   }
 
-  /** Lists the presets that can be copied. */
+  /** Fills the list of presets to start from. */
   async listPresets() {
     const { boards } = /** @type {BoardList} */ (await getJson("boards"));
     const presets = boards.filter(({ preset }) => preset).map(({ name }) => name);
@@ -46,7 +46,7 @@ export class Keeping {
     );
   }
 
-  /** The address is the link: a reload, or whoever gets it, has this board. @param {Board} board */
+  /** Puts the board into the page's address, so that a reload or a shared link opens it. @param {Board} board */
   async keepInAddress(board) {
     const packed = await packBoard(board);
     if (board !== this.board() || packed === this.#packed) return;
@@ -100,7 +100,7 @@ export class Keeping {
       await navigator.clipboard.writeText(address);
       this.#note([t("editor.link-copied", { n: address.length })]);
     } catch {
-      // Without permission or a secure address the browser refuses; the field has the link.
+      // The browser refuses without permission or HTTPS. The link is selected in its field instead.
       this.#note([t("editor.link-marked")]);
     }
   }
@@ -122,7 +122,7 @@ export class Keeping {
     });
   }
 
-  /** Does what the server may refuse, and says so where it does. @param {() => Promise<void>} act */
+  /** Runs a request, and shows the message if the server refuses it. @param {() => Promise<void>} act */
   async #attempt(act) {
     try {
       await act();

@@ -1,4 +1,4 @@
-// The editor page: begins with the board that the address holds or names.
+// The editor page: opens the board that the page's address contains or names.
 
 import { openPage } from "../board/page.js";
 import { getJson } from "../net/api.js";
@@ -10,7 +10,7 @@ import { Editor } from "./editor.js";
 /** @import { Board } from "../model/board.js" */
 /** @import { BoardReply } from "../net/replies.js" */
 
-/** @returns {Promise<{board: Board, said: string}>} said: what to tell the visitor of it */
+/** @returns {Promise<{board: Board, said: string}>} said: message for the visitor */
 async function firstBoard() {
   const packed = boardInHash(window.location.hash);
   if (packed !== null) {

@@ -1,4 +1,4 @@
-// What lies over the board that is edited: grid, handles, selection, problems, band and cross.
+// Paints the marks over the edited board: grid, handles, selection, problems, selection band, cross.
 
 import { binBox } from "../paint/board.js";
 import { paintRing } from "../paint/marks.js";
@@ -12,9 +12,9 @@ import { membersOf } from "./draft/group.js";
 /** @import { ElementRef, Ref } from "./draft/element.js" */
 /** @import { Band } from "./pointer.js" */
 
-const LEAST_GRID = 9; // CSS pixels between the grid's dots; closer, they would be a wash
+const LEAST_GRID = 9; // smallest distance between the grid's dots, CSS pixels
 
-/** @typedef {{ctx: CanvasRenderingContext2D, board: Board, geometry: Geometry}} Sheet what is drawn on */
+/** @typedef {{ctx: CanvasRenderingContext2D, board: Board, geometry: Geometry}} Sheet */
 /**
  * @typedef {{colour: string, width: number}} Look width: CSS pixels at the usual text size
  * @param {Sheet} sheet
@@ -54,7 +54,7 @@ export function paintGrid({ ctx, geometry }, step, colour) {
 }
 
 /**
- * What can be taken hold of: wall ends, edges between bins, the start.
+ * Paints the handles for dragging: wall ends, edges between bins, the start.
  * @param {Sheet} sheet
  * @param {Palette} palette
  */

@@ -1,4 +1,4 @@
-// Labelled fields for the numbers and texts of a board, each at its path; what is no number is said beside it.
+// Labelled fields for the numbers and texts of a board, each for one path, with a note about invalid input.
 
 import { t } from "../texts/text.js";
 import { make, parentOf } from "../util/dom.js";
@@ -7,7 +7,7 @@ import { read } from "./draft/draft.js";
 /** @import { Board } from "../model/board.js" */
 /** @import { Row } from "./rows.js" */
 
-/** Fields in a box; `onChange(path, value)` tells of a new value. */
+/** The fields in a box; `onChange(path, value)` is called with a new value. */
 export class NumberFields {
   /** @type {Map<string, HTMLInputElement>} */
   #inputs = new Map();
@@ -35,7 +35,7 @@ export class NumberFields {
   }
 
   /**
-   * Marks the field that a refusal is about, if it is one of these.
+   * Marks the field that the server's error is about, if it is one of these.
    * @param {string | null} path
    */
   mark(path) {

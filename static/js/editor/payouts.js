@@ -1,4 +1,4 @@
-// What the bins pay, solved by the server for the board being edited.
+// Has the server solve the payout table of the edited board.
 
 import { ApiError, postJson } from "../net/api.js";
 import { t } from "../texts/text.js";
@@ -8,11 +8,11 @@ import { percent } from "../util/format.js";
 /** @import { Board } from "../model/board.js" */
 /** @import { PayoutsReply } from "../net/replies.js" */
 
-/** The button and the choice of risk beside it. */
+/** The button, and the choice of risk next to it. */
 export class PayoutSolver {
   /**
    * @param {() => Board} board
-   * @param {(board: Board) => void} change puts another board in its place
+   * @param {(board: Board) => void} change replaces the board
    * @param {(text: string) => void} say
    */
   constructor(board, change, say) {

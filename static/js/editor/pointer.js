@@ -1,4 +1,4 @@
-// The pointer controller: pointer and keys on the board become changes of it. Knows no panel, no server.
+// The pointer controller: turns pointer and keys on the board into changes of the board.
 
 import { t } from "../texts/text.js";
 import { zoom } from "../util/canvas.js";
@@ -9,27 +9,27 @@ import { contains, groupOf, inside, membersOf, toggled } from "./draft/group.js"
 /** @import { ElementRef, Made, Ref } from "./draft/element.js" */
 /** @import { EditorView } from "./view.js" */
 
-const REACH = 14; // CSS pixels by which a finger may miss
-const FREE_STEP = 0.01; // m that an arrow key moves when nothing is snapped to
-const LEAST_WALL = 0.02; // m; a shorter one was a slip of the hand
+const REACH = 14; // how far from an element a finger may be, CSS pixels
+const FREE_STEP = 0.01; // m that an arrow key moves without a snapping grid
+const LEAST_WALL = 0.02; // m; a shorter one is taken for a slip of the hand
 
 /**
- * @typedef {object} Bench what is worked on
+ * @typedef {object} Bench the current board, selection and tool
  * @property {Board} board
  * @property {Ref | null} selected
  * @property {"move" | "peg" | "wall" | "edge"} tool
- * @property {number} step m, 0 for none
+ * @property {number} step of the snapping grid, m; 0 for none
  * @property {number} pegRadius of new pegs, m
  */
 
 /**
- * What pointer and keys ask for.
+ * Called for what the player does with pointer and keys.
  * @typedef {object} PointerListener
  * @property {(ref: Ref | null) => void} onSelect
- * @property {(board: Board, ref: Ref) => void} onPreview while something is dragged
- * @property {(board: Board, ref: Ref | null) => void} onChange it is done
+ * @property {(board: Board, ref: Ref) => void} onPreview while an element is dragged
+ * @property {(board: Board, ref: Ref | null) => void} onChange when a change is complete
  * @property {(text: string) => void} onSay
- * @property {() => void} onMark the cross has moved
+ * @property {() => void} onMark when the cross or the band has moved
  * @property {(command: Command) => void} onCommand
  *
  * @typedef {"next" | "last" | "and-next" | "and-last" | "all" | "delete" | "undo" | "redo" |
@@ -43,9 +43,8 @@ const LEAST_WALL = 0.02; // m; a shorter one was a slip of the hand
  *   dx, dy: from the pointer to the element, metres
  */
 
-/** Follows pointer and keys on the field. */
 export class PointerController {
-  /** The cross that keys move when nothing is selected, m. */
+  /** The cross that arrow keys move while nothing is selected, m. */
   cursor = { x: 0, y: 0 };
   /** @type {Band | null} */
   band = null;
@@ -53,7 +52,7 @@ export class PointerController {
   #kept = null;
   /** @type {Drag | null} */
   #drag = null;
-  /** Where a finger is on an empty place: a tap, unless the page scrolls. @type {Point | null} */
+  /** Where a finger touched an empty place: becomes a tap unless the finger moves. @type {Point | null} */
   #tap = null;
   /** @type {Point | null} */
   #wallFrom = null;
@@ -71,7 +70,7 @@ export class PointerController {
     field.addEventListener("pointerdown", (event) => this.#down(event));
     field.addEventListener("pointermove", (event) => this.#move(event));
     field.addEventListener("pointerup", () => this.#up());
-    // A finger that has taken hold of something does not scroll the page.
+    // While a finger drags an element, the page must not scroll.
     field.addEventListener("touchstart", (event) => {
       if (this.#drag) event.preventDefault();
     }, { passive: false });
@@ -107,7 +106,7 @@ export class PointerController {
     else this.listener.onSelect(now);
   }
 
-  /** What a click or a tap on an empty place does. @param {Point} place */
+  /** Handles a click or a tap on an empty place. @param {Point} place */
   #hitEmpty(place) {
     const { tool } = this.bench();
     if (tool === "peg") this.#takeNew("peg", place);
@@ -115,13 +114,13 @@ export class PointerController {
     else this.listener.onSelect(null);
   }
 
-  /** A finger that has moved on is no tap. @param {Point} place */
+  /** Forgets the tap if the finger has moved too far. @param {Point} place */
   #tremble({ x, y }) {
     const tap = this.#tap;
     if (tap && Math.hypot(x - tap.x, y - tap.y) * this.view.scale > REACH) this.#tap = null;
   }
 
-  /** By how much a pointer may miss, metres. */
+  /** How far from an element the pointer may be, m. */
   get #reach() {
     return (REACH * zoom()) / this.view.scale;
   }
@@ -133,7 +132,7 @@ export class PointerController {
   }
 
   /**
-   * A new element under the pointer, which is then dragged.
+   * Adds an element under the pointer, and begins to drag it.
    * @param {"peg" | "wall"} kind
    * @param {Point} place
    */
@@ -157,7 +156,7 @@ export class PointerController {
     if (started) this.listener.onPreview(board, ref);
   }
 
-  /** Elements of this kind that the panels know of already. @param {Ref} ref */
+  /** How many elements of this kind the board had before the drag. @param {Ref} ref */
   #count({ kind }) {
     const { pegs, walls } = this.bench().board;
     if (kind === "peg") return pegs.length;
@@ -179,7 +178,7 @@ export class PointerController {
     const { x, y } = this.#snapped({ x: place.x + drag.dx, y: place.y + drag.dy });
     const now = placeOf(drag.board, drag.ref);
     if (now.x === x && now.y === y) return;
-    // A click that trembles is no move.
+    // A movement of less than 3 pixels is a click, not a drag.
     if (!drag.started && Math.hypot(x - now.x, y - now.y) * this.view.scale < 3) return;
     drag.started = true;
     drag.board = moved(drag.from, drag.ref, x, y);
@@ -209,7 +208,7 @@ export class PointerController {
     this.listener.onChange(drag.board, isNew && !ref.refs ? { kind: ref.kind, index: ref.index } : ref);
   }
 
-  /** Selects what the band is around. @param {Band} band */
+  /** Selects the elements inside the band. @param {Band} band */
   #enclose(band) {
     this.band = null;
     const refs = [...membersOf(this.#kept), ...inside(this.bench().board, band)];
@@ -270,7 +269,7 @@ export class PointerController {
     this.listener.onChange(moved(board, selected, tidy(x + right * by), tidy(y + down * by)), selected);
   }
 
-  /** What Enter does at the cross. @param {boolean} also */
+  /** Handles Enter at the cross. @param {boolean} also whether Shift is pressed */
   #put(also) {
     const { board, tool, pegRadius } = this.bench();
     const { x, y } = this.cursor;
@@ -296,7 +295,7 @@ export class PointerController {
   }
 
   /**
-   * What keys add stays unselected, so that the cross can go on to the next place.
+   * Adds an element by keys. It is not selected, so that the arrow keys still move the cross.
    * @param {Made} made
    */
   #add({ board }) {
@@ -323,7 +322,7 @@ function plainCommand(key, shift) {
   return key === "Delete" || key === "Backspace" ? "delete" : undefined;
 }
 
-/** @param {string} key held with Ctrl @param {boolean} shift @returns {Command | undefined} */
+/** @param {string} key pressed with Ctrl @param {boolean} shift @returns {Command | undefined} */
 function commandOf(key, shift) {
   /** @type {Record<string, Command>} */
   const commands = { z: shift ? "redo" : "undo", y: "redo", d: "duplicate", a: "all" };
@@ -335,7 +334,7 @@ function lengthOf({ x1, y1, x2, y2 }) {
   return Math.hypot(x2 - x1, y2 - y1);
 }
 
-/** Sums of decimal steps written in decimal. @param {number} value */
+/** Rounds to 12 digits, so that sums of decimal steps stay short. @param {number} value */
 function tidy(value) {
   return Number(value.toPrecision(12));
 }

@@ -1,4 +1,4 @@
-// What the editor's panels call the parts of a board, and the numbers that each part has. Pure.
+// The rows of the editor's panels: which fields each part of a board has, and their labels. Pure.
 
 import { labelOf } from "../model/board.js";
 import { t } from "../texts/text.js";
@@ -10,7 +10,7 @@ import { named } from "./draft/group.js";
 /** @import { Ref } from "./draft/element.js" */
 
 /** @typedef {{path: string, label: string, step?: number, text?: boolean}} Row of a panel; step: of the arrow keys;
- *  text: what is typed is kept as it is */
+ *  text: whether the value is a text instead of a number */
 
 /** @type {Row[]} the numbers of the whole board */
 export const BOARD_ROWS = [
@@ -44,7 +44,7 @@ export function rowsOf({ kind, index }, board) {
   ];
 }
 
-/** @param {Board} board @param {number} index @returns {Row[]} the prize's colour only where there is a prize */
+/** @param {Board} board @param {number} index @returns {Row[]} with the prize's colour if there is a prize */
 function binRows(board, index) {
   const label = `bins.labels[${index}]`;
   const rows = [
@@ -64,7 +64,7 @@ const NAMES = {
   peg: "editor.name-peg", wall: "editor.name-wall", edge: "editor.name-edge", bin: "editor.name-bin",
 };
 
-/** @param {Ref} ref @returns {string} what it is called */
+/** @param {Ref} ref @returns {string} its name for people */
 export function nameOf(ref) {
   if (ref.refs) return capital(named(ref));
   const { kind, index, end } = ref;

@@ -1,4 +1,4 @@
-// Test drops of the board being edited: a worker of this page computes many, the histogram counts them.
+// Test drops of the edited board: a worker computes them, and a histogram counts them.
 
 import { Histogram } from "../instruments/histogram.js";
 import { messageOf } from "../net/api.js";
@@ -11,7 +11,7 @@ import { percent, seconds } from "../util/format.js";
 /** @import { Theme } from "../paint/theme.js" */
 /** @import { Tally } from "../solver/many/batch.js" */
 
-/** The histogram, which speaks of a test instead of a table. */
+/** The histogram, with an alternative text about test drops. */
 class TestHistogram extends Histogram {
   /** @param {number} total @returns {string} */
   describe(total) {
@@ -21,7 +21,7 @@ class TestHistogram extends Histogram {
   }
 }
 
-/** The button, the tray and its numbers; each press takes the next seeds, or cancels what runs. */
+/** The button, the tray and its figures. Each press drops the next seeds, or cancels the running batch. */
 export class TestDrops {
   /** @type {Tally | null} */
   #tally = null;
@@ -42,7 +42,7 @@ export class TestDrops {
     });
   }
 
-  /** The board has changed: what was counted is no longer true of it. */
+  /** Discards the counts after a change of the board. */
   reset() {
     const board = this.board();
     this.#batch?.cancel();
@@ -96,7 +96,7 @@ export class TestDrops {
       return;
     }
     const pays = this.board().bins.multipliers;
-    // A ball that never settles gives its stake back.
+    // The stake of a ball that does not land is returned.
     const paid = tally.histogram.reduce((sum, count, bin) => sum + count * pays[bin], tally.unsettled);
     const parts = [
       t("editor.return", { share: percent(paid / tally.drops) }),

@@ -1,4 +1,4 @@
-// The board being edited on its canvases: the board itself, and over it grid, selection, problems.
+// The edited board on two canvases: the board, and over it the marks of marks.js.
 
 import { announceShape } from "../board/shape.js";
 import { StageFit } from "../board/stage-fit.js";
@@ -16,19 +16,18 @@ import { paintAround, paintBand, paintCursor, paintGrid, paintHandles } from "./
 /** @import { Band } from "./pointer.js" */
 
 const HEADROOM = 16; // CSS pixels above the highest part
-const BUBBLE_GAP = 18; // CSS pixels between a message and what it is about
+const BUBBLE_GAP = 18; // CSS pixels between a message and its element
 
 /**
- * What lies over the board.
  * @typedef {object} Marks
  * @property {Ref | null} selected
  * @property {ElementRef[]} problems
  * @property {Point | null} cursor metres
  * @property {number} step of the grid, m; 0 for none
- * @property {Band | null} band that is drawn around elements
+ * @property {Band | null} band the selection rectangle
  */
 
-/** Draws a board and marks; turns pointer places into metres. */
+/** Draws the board and its marks, and converts pointer positions to metres. */
 export class EditorView {
   /** @type {Geometry | null} */
   geometry = null;
@@ -54,7 +53,7 @@ export class EditorView {
     else this.#layOut();
   }
 
-  /** While something is dragged the board keeps its place and size under the pointer. */
+  /** Keeps the board's place and size until `release`, so that it does not move under a dragging pointer. */
   hold() {
     this.#held = true;
   }
@@ -97,7 +96,7 @@ export class EditorView {
     if (marks.cursor) paintCursor(sheet, marks.cursor, palette);
   }
 
-  /** Puts a message beside an element, within the board. @param {HTMLElement} bubble @param {Ref} ref */
+  /** Places a message next to an element, within the board. @param {HTMLElement} bubble @param {Ref} ref */
   placeBubble(bubble, ref) {
     if (!this.geometry || !this.#board) return;
     const { px, py, width, height } = this.geometry;
@@ -131,7 +130,7 @@ export class EditorView {
 }
 
 /**
- * The geometry moved down until what lies above the start is on the canvas too.
+ * The geometry, moved down so that elements above the start are on the canvas too.
  * @param {Geometry} geometry
  * @param {Board} board
  */

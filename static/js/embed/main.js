@@ -1,4 +1,4 @@
-// A drop that another site shows in a frame: guess where it lands, let it fall, see.
+// The page that other sites embed in a frame: the player guesses where a drop lands, lets it fall, and sees.
 
 import { openPage, showState } from "../board/page.js";
 import { Stage } from "../board/stage.js";
@@ -25,7 +25,7 @@ function show(theme, replay) {
       if (time >= duration) tell();
     }
     stage.draw(replay.sceneAt(time), ({ ctx, geometry }) => {
-      // What it has fallen so far; what is to come stays untold.
+      // Only the path so far: the rest would give the result away.
       const width = Math.max(1.5, 0.2 * board.ball.radius * geometry.scale);
       paintPath(ctx, geometry, replay.pathTo(time), { colour: theme.palette.trayMark, width, alpha: 0.8 });
     });
@@ -33,7 +33,7 @@ function show(theme, replay) {
     return falling;
   });
   const stage = new Stage(theme, () => loop.wake());
-  /** The ball is down. */
+  /** Shows the result. */
   const tell = () => {
     const text = bin === null ? t("embed.none") : t("embed.pays", { bin, pays: prizeOf(board, bin, score) });
     if (result.textContent !== text) result.textContent = text;

@@ -1,10 +1,10 @@
-// JSON in the one spelling that is signed and hashed (RFC 8785).
+// Canonical JSON (RFC 8785), the text that is signed and hashed.
 
 const LARGEST = 2 ** 53;
 
 /**
  * @param {unknown} value parsed JSON
- * @returns {string} keys sorted, no spaces, numbers as JavaScript writes them
+ * @returns {string} with sorted keys, no spaces, and numbers as JavaScript writes them
  */
 export function canonical(value) {
   if (Array.isArray(value)) return `[${value.map(canonical).join(",")}]`;

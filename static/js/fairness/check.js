@@ -1,6 +1,6 @@
-// Is a session honest? All in its export is computed again here: with no network, nothing is asked.
+// Checks whether a fair session was honest: recomputes everything in its export, without the network.
 //
-// The same steps under the same names as the server's own checker, `plinko verify`.
+// The steps and their names are those of `plinko verify`.
 
 import { BoardError, ParameterError } from "../solver/errors.js";
 import { PHYSICS_VERSION } from "../solver/digest.js";
@@ -17,24 +17,24 @@ import { commitment, drawn, dropSeed } from "./seeds.js";
 /** @import { ExportedDrop, Receipt, SessionExport, Signed, SignedReceipt } from "./export.js" */
 
 /**
- * One thing that was checked. said: what the export says; found: what comes out here.
+ * The result of one check. said: the value in the export; found: the recomputed one.
  * @typedef {object} Step
  * @property {string} name
  * @property {boolean} ok
- * @property {Key} text for people, by its key
+ * @property {Key} text description for people
  * @property {unknown} said
  * @property {unknown} found
- * @property {number | null} drop which it concerns
+ * @property {number | null} drop number of the drop that was checked, null for the session
  *
- * @typedef {{solver: Solver, kernelDigest: string, key?: string}} Tools key: the server's, where it is
- *   known from elsewhere
+ * @typedef {{solver: Solver, kernelDigest: string, key?: string}} Tools key: the server's, if
+ *   known from another source
  */
 
 /**
- * All steps, in their order.
+ * Runs all checks, in order.
  * @param {SessionExport} session
  * @param {Tools} tools
- * @returns {AsyncGenerator<Step>} throws an ExportError for what cannot be read
+ * @returns {AsyncGenerator<Step>} throws an ExportError if the export is malformed
  */
 export async function* checkSession(session, tools) {
   try {
@@ -98,7 +98,8 @@ class Check {
   }
 
   /**
-   * Only what the server said before it knew the player's secret binds its own.
+   * Compares the statement that the player received before revealing the client seed. Only this statement
+   * proves that the server chose its seed first.
    * @param {Signed} heard
    * @returns {Promise<Step>}
    */
@@ -242,7 +243,7 @@ class Check {
     yield same("drawn-bin", "step.drawn-bin", bin, picked.bin, drop);
   }
 
-  /** @param {SignedReceipt} heard what the player was given must be in the export @returns {Promise<Step>} */
+  /** Checks that a receipt the player received is in the export. @param {SignedReceipt} heard @returns {Promise<Step>} */
   async #heard(heard) {
     const { receipt, index, root } = heard;
     const number = receipt.drop;

@@ -1,10 +1,10 @@
-// SHA-256, HMAC and Ed25519 by the browser's own WebCrypto, over bytes and their hexadecimal digits.
+// SHA-256, HMAC and Ed25519 by WebCrypto, and conversion between bytes and hexadecimal digits.
 
 const utf8 = new TextEncoder();
 
 /** @typedef {Uint8Array<ArrayBuffer>} Bytes */
 
-/** @returns {boolean} browsers have WebCrypto on pages from https or this machine alone */
+/** Whether WebCrypto exists: browsers offer it only over HTTPS and on localhost. @returns {boolean} */
 export const hasCrypto = () => Boolean(globalThis.crypto?.subtle);
 
 /** @param {string} text @returns {Bytes} */
@@ -12,8 +12,8 @@ export const bytesOfText = (text) => utf8.encode(text);
 
 /**
  * @param {unknown} digits
- * @param {string} name of the value, for what is said of a bad one
- * @param {number} [size] bytes that it must be
+ * @param {string} name of the value, for the error
+ * @param {number} [size] required number of bytes
  * @returns {Bytes}
  */
 export function bytesOfHex(digits, name, size = 32) {
@@ -28,7 +28,7 @@ export function hexOf(bytes) {
   return Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
 }
 
-/** @param {...Uint8Array} parts @returns {Bytes} one after the other */
+/** @param {...Uint8Array} parts @returns {Bytes} their concatenation */
 export function joined(...parts) {
   const whole = new Uint8Array(parts.reduce((size, part) => size + part.length, 0));
   let at = 0;
@@ -52,7 +52,7 @@ export async function hmac(key, message) {
 }
 
 /**
- * Whether a signature (Ed25519) is the key's; a browser that has no Ed25519 throws.
+ * Whether an Ed25519 signature is valid; throws in a browser without Ed25519.
  * @param {Bytes} key
  * @param {Bytes} signature
  * @param {Bytes} message

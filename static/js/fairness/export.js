@@ -1,4 +1,4 @@
-// The form of a session's export, checked before anything is made of it.
+// The types of a fair session's export, and the check of its form.
 
 /**
  * @typedef {{statement: Record<string, unknown>, signature: string}} Signed
@@ -40,16 +40,16 @@
  * @property {ExportedDrop[]} drops
  * @property {Signed} head
  * @property {Signed | null} end
- * @property {SignedReceipt[]} [heard] what the player was given meanwhile
- * @property {Signed | null} [heard_session] the statement that they had before they opened
- * @property {Draw} [draw] of a room that has one
+ * @property {SignedReceipt[]} [heard] receipts that the player received during the session
+ * @property {Signed | null} [heard_session] the statement received before the player revealed the client seed
+ * @property {Draw} [draw] in a room that draws its bins with exact odds
  *
  * @typedef {object} Draw
  * @property {string} kind
  * @property {number} version
  * @property {string} board_digest
  * @property {number[]} weights of the bins, left to right
- * @property {string[][]} seeds whose balls land in each bin
+ * @property {string[][]} seeds for each bin, seeds whose balls land there
  */
 
 const KIND = "plinko-session";
@@ -59,14 +59,14 @@ const SIGNED = ["statement", "signature"];
 const RECEIPT = ["receipt", "index", "root", "signature"];
 const DROP = [...RECEIPT, "inclusion", "consistency", "result"];
 const RESULT = ["bin", "score", "t", "x_end", "digest", "unsettled", "payout"];
-const EARLIER = ["tick"]; // in exports of before: it follows from nothing that is signed
+const EARLIER = ["tick"]; // in exports of earlier versions; not checked, because nothing signed covers it
 const EXPORT = ["kind", "version", "key", "session", "board", "client_seed", "server_seed", "drops",
   "head", "end"];
-const HEARD = ["heard", "heard_session"]; // which the player may add
-const DRAWN = ["draw"]; // in a room that has one
+const HEARD = ["heard", "heard_session"]; // added by the player
+const DRAWN = ["draw"]; // in a room that draws its bins
 const DRAW = ["kind", "version", "board_digest", "weights", "seeds"];
 
-/** What each signed statement has beside `kind` and `version`. */
+/** The fields of each signed statement, in addition to `kind` and `version`. */
 export const STATEMENTS = {
   "plinko session": ["session", "room", "board_digest", "payouts_digest", "physics_version",
     "kernel_digest", "server_commitment", "client_commitment", "time"],
@@ -76,15 +76,15 @@ export const STATEMENTS = {
   "plinko session end": ["session", "drops", "server_seed", "time"],
 };
 
-/** What each may have besides. @type {Record<string, string[]>} */
+/** Optional fields of statements. @type {Record<string, string[]>} */
 const MORE = { "plinko session": ["draw_digest"] }; // in a room with a draw
 
-/** What is no session's export; the message says why. */
+/** A text is not a valid export; the message says why. */
 export class ExportError extends Error {}
 
 /**
  * @param {string} text JSON
- * @returns {SessionExport} throws an ExportError for what is none
+ * @returns {SessionExport} throws an ExportError
  */
 export function readExport(text) {
   let value;
@@ -99,7 +99,7 @@ export function readExport(text) {
 /** @param {unknown} value parsed JSON @returns {SessionExport} throws an ExportError */
 export function checkedExport(value) {
   const found = /** @type {SessionExport} */ (object(value, "the export"));
-  if (found.kind !== KIND) throw new ExportError("this is no session's export");
+  if (found.kind !== KIND) throw new ExportError(`kind is ${JSON.stringify(found.kind)}: this is not the export of a fair session`);
   if (found.version !== VERSION) throw new ExportError(`version ${found.version} is not ${VERSION}`);
   fields(found, "the export", EXPORT, [...HEARD, ...DRAWN]);
   statement(found.session, "session", "plinko session");
@@ -113,7 +113,7 @@ export function checkedExport(value) {
   return found;
 }
 
-/** @param {unknown} value the form alone: that its digest is the signed one is a step of the check */
+/** Checks only the form; check.js compares the digest with the signed one. @param {unknown} value */
 function checkDraw(value) {
   const draw = object(value, "draw");
   fields(draw, "draw", DRAW);
@@ -125,12 +125,12 @@ function checkDraw(value) {
   const seeds = list(draw.seeds, "draw.seeds");
   const fits = seeds.length === weights.length && weights.some(Boolean)
     && seeds.every((some, bin) => Boolean(weights[bin]) === list(some, `draw.seeds[${bin}]`).length > 0);
-  if (!fits) throw new ExportError("draw has not a list of seeds for each bin with a weight, and for no other");
+  if (!fits) throw new ExportError("draw.seeds must have seeds for exactly the bins whose weight is above 0");
   const wrong = seeds.flatMap((some) => list(some, "draw.seeds")).find((seed) => !isSeed(seed));
-  if (wrong !== undefined) throw new ExportError(`draw.seeds has ${JSON.stringify(wrong)}, no seed`);
+  if (wrong !== undefined) throw new ExportError(`draw.seeds contains ${JSON.stringify(wrong)}, which is not a seed`);
 }
 
-/** @param {unknown} value @returns {boolean} a decimal number below 2^64, as it is written */
+/** @param {unknown} value @returns {boolean} whether it is a decimal number below 2^64 without leading zeros */
 function isSeed(value) {
   return typeof value === "string" && /^(0|[1-9][0-9]{0,19})$/.test(value) && BigInt(value) < 2n ** 64n;
 }
@@ -174,19 +174,19 @@ function object(value, where) {
   if (typeof value === "object" && value !== null && !Array.isArray(value)) {
     return /** @type {Record<string, unknown>} */ (value);
   }
-  throw new ExportError(`${where} is no object`);
+  throw new ExportError(`${where} is not an object`);
 }
 
 /** @param {unknown} value @param {string} where @returns {unknown[]} */
 function list(value, where) {
   if (Array.isArray(value)) return value;
-  throw new ExportError(`${where} is no list`);
+  throw new ExportError(`${where} is not a list`);
 }
 
 /** @param {unknown} value @param {string} where */
 function whole(value, where) {
   if (!Number.isSafeInteger(value) || Number(value) < 0) {
-    throw new ExportError(`${where} is ${JSON.stringify(value)}, no whole number from 0`);
+    throw new ExportError(`${where} is ${JSON.stringify(value)}, which is not a whole number from 0`);
   }
 }
 
@@ -195,5 +195,5 @@ function fields(value, where, names, more = []) {
   const lacking = names.find((name) => !(name in value));
   if (lacking) throw new ExportError(`${where} lacks ${lacking}`);
   const unknown = Object.keys(value).find((name) => !names.includes(name) && !more.includes(name));
-  if (unknown) throw new ExportError(`${where} has ${unknown}, which is unknown`);
+  if (unknown) throw new ExportError(`${where} has an unknown field ${unknown}`);
 }

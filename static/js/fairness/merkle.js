@@ -1,4 +1,4 @@
-// Proofs of the Merkle tree of RFC 6962: a leaf is in it, and it only grew. Checked as RFC 9162 says.
+// Checks Merkle proofs of RFC 6962 as in RFC 9162: that a leaf is in the tree, and that the tree only grew.
 
 import { hexOf, joined, sha256 } from "./crypto.js";
 
@@ -11,7 +11,7 @@ export const leafHash = (leaf) => sha256(joined(Uint8Array.of(0), leaf));
 export const nodeHash = (left, right) => sha256(joined(Uint8Array.of(1), left, right));
 
 /**
- * Whether a proof shows that the leaf has this place in the tree of this size and root.
+ * Whether a proof shows that the leaf is at this index in the tree of this size and root.
  * @param {Bytes} leaf
  * @param {{index: number, size: number, root: Bytes}} tree
  * @param {Bytes[]} proof
@@ -26,7 +26,7 @@ export async function isIncluded(leaf, { index, size, root }, proof) {
 }
 
 /**
- * Whether a proof shows that the tree of `second` leaves begins with the one of `first`.
+ * Whether a proof shows that the second tree begins with all leaves of the first.
  * @param {{size: number, root: Bytes}} first
  * @param {{size: number, root: Bytes}} second
  * @param {Bytes[]} proof
@@ -54,7 +54,7 @@ export async function isConsistent(first, second, proof) {
 const half = (number) => Math.floor(number / 2);
 
 /**
- * From a node to the root, by each sibling of the proof.
+ * Climbs from a node to the root, and calls `meet` with each sibling in the proof.
  * @param {number} place
  * @param {number} last the place of the last node of this level
  * @param {Bytes[]} proof

@@ -1,8 +1,8 @@
-// What a stake comes back as: whole minor units, rounded down, the multiplier as it is written.
+// The payout of a stake in whole minor units, rounded down. The multiplier counts as the decimal that is written.
 
 /**
  * @param {number} stake whole minor units
- * @param {number} score multiplier: 0.1 of 10 is 1
+ * @param {number} score the multiplier: 0.1 of 10 is exactly 1
  * @returns {number}
  */
 export function payoutOf(stake, score) {

@@ -1,4 +1,4 @@
-// The steps of a check on the page: which hold, with both values of each to copy, and what it proves.
+// Shows the checks of a fair session on the page: which hold, both values of each, and the verdict.
 
 import { t } from "../texts/text.js";
 import { make, say } from "../util/dom.js";
@@ -8,14 +8,14 @@ import { checkSession } from "./check.js";
 /** @import { Step, Tools } from "./check.js" */
 /** @import { SessionExport } from "./export.js" */
 
-/** @typedef {{verdict: HTMLElement, list: HTMLElement}} Places where the sentence and the steps go */
+/** @typedef {{verdict: HTMLElement, list: HTMLElement}} Places elements for the verdict and the steps */
 
 /**
- * Checks a session and shows all of it.
+ * Checks a session and shows the result.
  * @param {SessionExport} session
  * @param {Tools} tools
  * @param {Places} places
- * @returns {Promise<Step[]>} those that failed
+ * @returns {Promise<Step[]>} the steps that failed
  */
 export async function report(session, tools, { verdict, list }) {
   say(verdict, "", t("page.computing"));
@@ -30,7 +30,7 @@ export async function report(session, tools, { verdict, list }) {
   list.append(...Array.from(groups, ([drop, steps]) => group(drop, steps)));
   const names = [...new Set(failed.map(({ name, drop }) => (drop === null ? name : t("check.of-drop", { name, drop }))))];
   if (failed.length > 0) say(verdict, "bad", `${t("check.forged")} ${names.slice(0, 8).join(", ")}.`);
-  // Without what the player was given at the beginning, a server could have chosen its secret late.
+  // Without the statement that the player received first, the server could have chosen its seed late.
   else say(verdict, "good", session.heard_session ? t("check.proven") : t("check.proven-late"));
   return failed;
 }
@@ -42,7 +42,7 @@ function group(drop, steps) {
   const title = drop === null ? t("check.session-steps", { n }) : t("check.drop-steps", { drop, n });
   const summary = make("summary", {}, mark(ok), " ", title);
   const details = make("details", { class: "fair-group", "data-ok": String(ok) }, summary);
-  // A long session has thousands of values, of which a reader looks at a few.
+  // A long session has thousands of values, so each table is made when the reader opens it.
   details.addEventListener("toggle", () => {
     if (details.open && details.children.length === 1) details.append(table(steps));
   });
@@ -62,7 +62,7 @@ function table(steps) {
 /** @param {boolean} ok */
 const mark = (ok) => make("span", { class: "fair-mark" }, ok ? "✓" : "✗");
 
-/** @param {string} name @param {unknown} content a value with a button that copies it */
+/** A value with a button that copies it. @param {string} name @param {unknown} content */
 export function value(name, content) {
   const text = typeof content === "string" ? content : canonical(content);
   const copy = make("button", { type: "button", class: "fair-copy", "aria-label": t("check.copy-what", { name }) }, t("check.copy"));

@@ -1,16 +1,16 @@
-// What each side commits to, and the seed of a drop that neither could choose: see docs/fairness.md.
+// Commitments, and the seed of a drop, which neither side alone can choose: see docs/fairness.md.
 
 import { bytesOfText, hexOf, hmac, joined, sha256 } from "./crypto.js";
 
 /** @import { Bytes } from "./crypto.js" */
 
-// So that an HMAC of one kind is no other's.
+// Domain separators, so that an HMAC for one purpose is never valid for the other.
 const DROP = bytesOfText("plinko drop 1\n");
 const DRAW = bytesOfText("plinko draw 1\n");
 
-/** @typedef {{server: Bytes, client: Bytes, board: Bytes}} Known both secrets, and the board's digest */
+/** @typedef {{server: Bytes, client: Bytes, board: Bytes}} Known both seeds, and the board's digest */
 
-/** @param {Bytes} secret @returns {Promise<Bytes>} what is published of it at first */
+/** @param {Bytes} secret @returns {Promise<Bytes>} published before the secret is revealed */
 export const commitment = (secret) => sha256(secret);
 
 /**
@@ -23,7 +23,7 @@ export async function dropSeed(known, number) {
 }
 
 /**
- * The bin of a draw, by its weights, and the seed from that bin's list. Whole numbers throughout.
+ * Draws a bin by its weight, and a seed from that bin's list, in integer arithmetic.
  * @param {{weights: number[], seeds: string[][]}} draw
  * @param {Known} known
  * @param {number} number of the drop in its session, from 0

@@ -1,4 +1,4 @@
-// A plot against time or count: areas and lines, marks of events, one place marked. Redrawn on change.
+// A chart over time or count: areas, lines, ticks for events, and one marked place. Redrawn only on change.
 
 import { figure, powerText, powerTicks, ticks } from "../util/scale.js";
 import { disc, fitted } from "../util/canvas.js";
@@ -8,7 +8,7 @@ import { disc, fitted } from "../util/canvas.js";
 
 const FAMILY = '"Segoe UI", "Helvetica Neue", "Liberation Sans", Arial, sans-serif';
 const MARGIN = { left: 3.7, right: 1, top: 1.6, bottom: 1.9 }; // in font sizes
-const LIMIT_LINES = 3; // font sizes that a plot is high whose limit is named in it
+const LIMIT_LINES = 3; // in font sizes: a lower plot does not name its limit
 
 /**
  * @typedef {object} Plot
@@ -25,17 +25,17 @@ const LIMIT_LINES = 3; // font sizes that a plot is high whose limit is named in
  * @property {string} colour its name in theme.json
  * @property {number} [width] CSS pixels
  * @property {number} [alpha]
- * @property {Point[]} [base] the area down to it is filled
+ * @property {Point[]} [base] lower edge of the area to fill
  * @property {boolean} [dots]
  *
  * @typedef {{width: number, height: number, font: number,
  *   margin: {left: number, right: number, top: number, bottom: number}}} Size CSS pixels
  * @typedef {{px: (x: number) => number, py: (y: number) => number, x: (px: number) => number}} Scales
  *
- * @typedef {Size & Scales & {ctx: CanvasRenderingContext2D, palette: Palette}} Sheet what a plot is painted on
+ * @typedef {Size & Scales & {ctx: CanvasRenderingContext2D, palette: Palette}} Sheet
  */
 
-/** Draws a plot on a canvas; `onPick(x)` tells where it was clicked or dragged over. */
+/** Draws a plot on a canvas; `onPick(x)` is called when the visitor clicks or drags. */
 export class Chart {
   /** @type {Plot | null} */
   #plot = null;
@@ -63,7 +63,7 @@ export class Chart {
     this.#redraw();
   }
 
-  /** @param {number | null} x place to be marked */
+  /** @param {number | null} x the place to mark */
   mark(x) {
     if (x === this.#mark) return;
     this.#mark = x;
@@ -77,7 +77,7 @@ export class Chart {
 
   /** @returns {Size} */
   #size() {
-    // Text grows with the page's own, from a phone to a wall.
+    // The text scales with the page's text size.
     const font = 0.75 * parseFloat(getComputedStyle(document.documentElement).fontSize);
     const { left, right, top, bottom } = MARGIN;
     const margin = { left: left * font, right: right * font, top: top * font, bottom: bottom * font };
@@ -127,7 +127,7 @@ export class Chart {
   }
 }
 
-/** @param {Size} size @param {Plot} plot @returns {Scales} ways between values and CSS pixels */
+/** @param {Size} size @param {Plot} plot @returns {Scales} conversions between values and CSS pixels */
 function scales({ width, height, margin }, { x, y }) {
   const [left, right] = [margin.left, width - margin.right];
   const [top, bottom] = [margin.top, height - margin.bottom];
@@ -170,7 +170,7 @@ function paintAxes({ ctx, width, height, font, margin, px, py, palette }, { x, y
   }
   ctx.textAlign = "right";
   ctx.fillText(x.unit, width - margin.right, height - 0.5 * font);
-  // Above the levels, where no curve comes.
+  // Above all levels, where no curve is.
   ctx.fillText(y.unit, margin.left - 0.5 * font, margin.top - 0.7 * font);
 }
 
@@ -196,7 +196,7 @@ function paintSeries({ ctx, px, py, palette }, { points, base, colour, width = 2
   ctx.globalAlpha = 1;
 }
 
-/** A tooth on the axis for each event. @param {Sheet} sheet @param {number[]} events */
+/** Paints a tick on the axis for each event. @param {Sheet} sheet @param {number[]} events */
 function paintEvents({ ctx, height, margin, px, palette }, events) {
   ctx.fillStyle = palette.flash;
   for (const place of events) ctx.fillRect(px(place) - 0.75, height - margin.bottom - 7, 1.5, 7);
@@ -213,7 +213,7 @@ function paintLimit({ ctx, width, height, font, margin, py, palette }, { y, text
   ctx.lineTo(width - margin.right, py(y));
   ctx.stroke();
   ctx.restore();
-  // On a low plot the words would lie over curves and events; the page says them, too.
+  // On a low plot the text would cover curves and events. The page contains it too.
   if (height - margin.top - margin.bottom < LIMIT_LINES * font) return;
   ctx.fillStyle = palette.trayInk;
   ctx.textAlign = "right";

@@ -1,11 +1,10 @@
-// The colours of the balls in each bin, in the order in which they have landed. Pure.
+// The colours of the balls in each bin, in the order of their landings. Pure.
 
-/** Of a ball that landed before anybody looked the colour is null. */
 export class Colours {
-  /** @type {(string | null)[][]} by bin */
+  /** @type {(string | null)[][]} by bin; null for balls that landed before the page was opened */
   #bins = [];
 
-  /** @param {number[]} counts that there are: a room that was begun again has fewer than before */
+  /** @param {number[]} counts all landings, by bin; a new run of the room begins again with fewer */
   fit(counts) {
     const goesOn = counts.length === this.#bins.length && this.#bins.every(({ length }, bin) => length <= counts[bin]);
     const known = goesOn ? this.#bins : counts.map(() => []);
@@ -17,12 +16,12 @@ export class Colours {
     this.#bins[bin].push(colour);
   }
 
-  /** @param {number} bin @param {number} ball from 0 @returns {string | null} */
+  /** @param {number} bin @param {number} ball in order of landing, from 0 @returns {string | null} */
   of(bin, ball) {
     return this.#bins[bin][ball] ?? null;
   }
 
-  /** @param {number} bin @returns {{colour: string | null, balls: number}[]} those that came first are first */
+  /** @param {number} bin @returns {{colour: string | null, balls: number}[]} in the order of the first landings */
   sharesOf(bin) {
     /** @type {Map<string | null, number>} */
     const balls = new Map();

@@ -1,4 +1,4 @@
-// A ball's energy as a plot: height, motion and spin on top of each other. Pure.
+// The energies of height, motion and spin as stacked areas of a plot. Pure.
 
 import { prefixed } from "../util/scale.js";
 
@@ -6,7 +6,7 @@ import { prefixed } from "../util/scale.js";
 
 /** @typedef {Record<"t" | "height" | "moving" | "turning", number>} EnergyRow s and J */
 
-/** @param {EnergyRow[]} rows in time order @returns {Pick<Plot, "y" | "series">} the last series is the whole energy */
+/** @param {EnergyRow[]} rows in time order @returns {Pick<Plot, "y" | "series">} the last series is the total energy */
 export function energyAreas(rows) {
   const most = rows.reduce((top, { height, moving, turning }) => Math.max(top, height + moving + turning), 1e-9);
   const { unit, per } = prefixed(most, "J");

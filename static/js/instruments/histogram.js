@@ -1,4 +1,4 @@
-// The tray under the bins: how many balls lie in each, beside how many theory expects.
+// The histogram in the tray under the bins: landings in each bin, and the expected numbers.
 
 import { t } from "../texts/text.js";
 import { fitted } from "../util/canvas.js";
@@ -11,13 +11,13 @@ import { parentOf } from "../util/dom.js";
 /** @import { Entry } from "./pile/columns.js" */
 /** @import { Pile } from "./pile/pile.js" */
 
-const TOP = 12; // CSS pixels kept free above the highest column
-const TOLD_MS = 700; // between two descriptions
-const BEAD = 4; // CSS pixels: from this size on, single balls are told apart
+const TOP = 12; // CSS pixels free above the highest column
+const TOLD_MS = 700; // between two updates of the alternative text
+const BEAD = 4; // CSS pixels: from this height on, each ball is drawn separately
 
-/** @typedef {{label: string, chances: number[]}} Expectation how often each bin should be hit */
+/** @typedef {{label: string, chances: number[]}} Expectation chances: probability of each bin */
 
-/** Draws counts on a canvas whose columns stand under the board's bins. */
+/** Draws counts on a canvas, in columns under the board's bins. */
 export class Histogram {
   /** @type {number[]} */
   #counts = [];
@@ -27,7 +27,7 @@ export class Histogram {
   #geometry = null;
   /** @type {Board | null} */
   #board = null;
-  /** Drawn in the place of bars. @type {Pile | null} */
+  /** Drawn instead of bars. @type {Pile | null} */
   #pile = null;
   #height = 0;
   #stale = true;
@@ -36,7 +36,7 @@ export class Histogram {
 
   /**
    * @param {HTMLCanvasElement} canvas @param {Theme} theme
-   * @param {Colours | null} colours of the balls; without them each bin has one colour, by what it pays
+   * @param {Colours | null} colours of the balls; without them each bin has the colour of its payout
    */
   constructor(canvas, theme, colours = null) {
     this.canvas = canvas;
@@ -64,7 +64,7 @@ export class Histogram {
     this.draw();
   }
 
-  /** @param {Pile | null} pile to be shown from now on, or bars */
+  /** @param {Pile | null} pile to draw from now on; null for bars */
   setPile(pile) {
     this.#pile = pile;
     this.#heapUp();
@@ -85,14 +85,14 @@ export class Histogram {
     return this.#expected;
   }
 
-  /** @returns {number | null} balls that a disc of the pile stands for; null for bars */
+  /** @returns {number | null} how many balls a disc of the pile represents; null for bars */
   get share() {
     return this.#pile?.share ?? null;
   }
 
   /**
-   * One more ball lies in a bin.
-   * @param {number} bin @param {Entry | null} entry how it came, where that is known @param {string} [colour] its own
+   * Adds a ball to a bin.
+   * @param {number} bin @param {Entry | null} entry where and how fast it landed, if known @param {string} [colour] its own
    */
   add(bin, entry, colour) {
     this.#counts[bin] += 1;
@@ -102,25 +102,25 @@ export class Histogram {
   }
 
   /**
-   * Draws what was added since; many balls of one picture are drawn once.
-   * @param {number} nowMs @param {boolean} still nobody wants to see discs move
+   * Draws changes since the last frame, however many balls landed in it.
+   * @param {number} nowMs @param {boolean} still whether the visitor prefers reduced motion
    */
   refresh(nowMs, still) {
     if (this.#pile?.advance(nowMs, still)) this.#stale = true;
     if (!this.#stale && this.#told === this.total) return;
     if (this.#stale) this.#paint();
-    // The description is for those who listen: it is not told sixty times a second.
+    // Screen readers read the alternative text aloud, so it must not change sixty times a second.
     if (nowMs - this.#toldMs >= TOLD_MS) this.#tell(nowMs);
   }
 
-  /** @returns {string} for all to read: how many lie here */
+  /** @returns {string} the visible sentence: how many balls landed */
   get words() {
     const [n, share] = [this.total, this.share ?? 1];
     if (n === 0) return t("play.none-landed");
     return t(share > 1 ? "play.landed-as-discs" : "play.landed-here", { n, share });
   }
 
-  /** Something is left to draw or to say. */
+  /** Whether something is left to draw, or the alternative text is out of date. */
   get pending() {
     return this.#stale || this.#told !== this.total || (this.#pile?.runs ?? false);
   }
@@ -131,7 +131,7 @@ export class Histogram {
     return total;
   }
 
-  /** @param {Geometry} geometry the board's, whose columns are shared */
+  /** @param {Geometry} geometry of the board above */
   layOut(geometry) {
     this.#geometry = geometry;
     this.#height = parentOf(this.canvas).clientHeight;
@@ -139,7 +139,7 @@ export class Histogram {
     this.draw();
   }
 
-  /** Draws and says it all at once. */
+  /** Draws everything, and updates the alternative text immediately. */
   draw() {
     if (!this.#geometry) return;
     this.#paint();
@@ -179,7 +179,7 @@ export class Histogram {
     return t("lab.histogram", { n: total, bins: parts.join(", ") });
   }
 
-  /** @param {Board} board @param {number} bin @param {number} ball from the lowest on @returns {string} */
+  /** @param {Board} board @param {number} bin @param {number} ball from 0 at the bottom @returns {string} */
   #colourOf({ bins: { multipliers } }, bin, ball) {
     if (!this.colours) return this.theme.payout(multipliers[bin]).fill;
     return this.colours.of(bin, ball) ?? this.theme.palette.other;
@@ -196,7 +196,7 @@ export class Histogram {
         }
         return;
       }
-      // Balls that cannot be told apart: of each colour as much as there is.
+      // Single balls are too small to draw: one block for each colour.
       let low = height;
       for (const { colour, balls } of this.colours?.sharesOf(bin) ?? [{ colour: null, balls: count }]) {
         const high = balls * unit;
@@ -207,7 +207,7 @@ export class Histogram {
     });
   }
 
-  /** @param {Sheet} sheet @param {number[]} heights of what is expected, CSS pixels */
+  /** @param {Sheet} sheet @param {number[]} heights of the expected numbers, CSS pixels */
   #paintExpected({ ctx, columns, height }, heights) {
     ctx.strokeStyle = this.theme.palette.trayMark;
     ctx.lineWidth = Math.max(2, height / 100);
@@ -225,7 +225,7 @@ export class Histogram {
 
 /**
  * @typedef {{x: number, width: number}} Column CSS pixels
- * @typedef {{ctx: CanvasRenderingContext2D, columns: Column[], height: number}} Sheet what is painted on, CSS pixels
+ * @typedef {{ctx: CanvasRenderingContext2D, columns: Column[], height: number}} Sheet height: CSS pixels
  */
 
 /** @param {number[]} edges @param {number} bin @param {Geometry} geometry @returns {Column} */

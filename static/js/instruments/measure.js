@@ -1,4 +1,4 @@
-// How often each bin is hit, as drops hit it that the server computes for this.
+// Measures how often each bin is hit, in a sample of drops that the server computes.
 
 import { postJson } from "../net/api.js";
 import { t } from "../texts/text.js";

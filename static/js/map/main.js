@@ -1,4 +1,4 @@
-// The map page: which bin each start leads to, strip below strip ten times nearer, tile by tile.
+// The map page: colours each start by its bin. Each strip magnifies the one above ten times; tiles load in turn.
 
 import { DEFAULT_BOARD, fillBoards, openPage, showState } from "../board/page.js";
 import { ApiError, getJson } from "../net/api.js";
@@ -15,16 +15,16 @@ import { pixelMiddle, rationalText, readRational } from "./rational.js";
  *   proofs: number, whole: number}} Tile
  */
 
-const PIXELS = 160; // of a strip
-const TILE = 32; // pixels asked for at once
-const LEVELS = 31; // down to 1e-30 of the widest
-const HUES = 0.82; // of the circle, so that the outermost bins are told apart
+const PIXELS = 160; // width of a strip
+const TILE = 32; // pixels for each request
+const LEVELS = 31; // strips, down to 1e-30 of the first one's width
+const HUES = 0.82; // of the colour circle, so that the outermost bins have different colours
 const BUSY = new Set([429, 503]);
-const PATIENCE = 2000; // ms until a busy server is asked again
+const RETRY_MS = 2000; // after which a request is repeated if the server was busy
 
 /**
- * Strip by strip, each tile when the one before it is there.
- * @param {Board} board @param {string} address what REST calls it @param {string} x of the middle
+ * Draws strip by strip; each tile is requested when the previous one has arrived.
+ * @param {Board} board @param {string} address the board's name in REST paths @param {string} x the middle, m
  */
 async function draw(board, address, x) {
   let [proofs, whole] = [0, 0];
@@ -56,24 +56,24 @@ async function draw(board, address, x) {
   showState("replay", t("map.map"));
 }
 
-/** @param {string} path @returns {Promise<Tile>} as soon as the server has time for it */
+/** @param {string} path @returns {Promise<Tile>} repeats the request while the server is busy */
 async function patiently(path) {
   for (;;) {
     try {
       return /** @type {Tile} */ (await getJson(path));
     } catch (error) {
       if (!(error instanceof ApiError) || !BUSY.has(error.status)) throw error;
-      await new Promise((done) => { setTimeout(done, PATIENCE); });
+      await new Promise((done) => { setTimeout(done, RETRY_MS); });
     }
   }
 }
 
-/** @param {string} board @param {string} x of the middle */
+/** @param {string} board @param {string} x the middle, m */
 function visit(board, x) {
   window.location.assign(`map.html?${new URLSearchParams({ board, x })}`);
 }
 
-/** @param {number} bin @param {number} bins @returns {string} of CSS */
+/** @param {number} bin @param {number} bins @returns {string} a CSS colour */
 function colourOf(bin, bins) {
   if (bin === -1) return "white";
   if (bin === -2) return "gray";

@@ -1,14 +1,14 @@
-// Starts as exact fractions: the map zooms far below what a float64 can tell apart. Pure.
+// Starts as exact fractions, because the map zooms far below the resolution of float64. Pure.
 
 /** @typedef {{top: bigint, bottom: bigint}} Rational bottom > 0 */
 
-/** @param {string} text `3/8`, or a whole number, as the server writes them @returns {Rational} */
+/** @param {string} text a fraction such as `3/8`, or a whole number @returns {Rational} */
 export function readRational(text) {
   const [top, bottom = "1"] = text.split("/");
   return { top: BigInt(top), bottom: BigInt(bottom) };
 }
 
-/** @param {Rational} value @returns {string} in lowest terms */
+/** @param {Rational} value @returns {string} the reduced fraction */
 export function rationalText({ top, bottom }) {
   const common = divisor(top < 0n ? -top : top, bottom);
   return common === bottom ? String(top / common) : `${top / common}/${bottom / common}`;
@@ -17,9 +17,9 @@ export function rationalText({ top, bottom }) {
 /**
  * The middle of a pixel of a strip.
  * @param {Rational} x the strip's middle
- * @param {Rational} width the strip's
+ * @param {Rational} width the strip's width
  * @param {number} pixel
- * @param {number} pixels of the strip
+ * @param {number} pixels the strip's number of pixels
  * @returns {Rational}
  */
 export function pixelMiddle(x, width, pixel, pixels) {

@@ -1,4 +1,4 @@
-// A board as its JSON has it, and where a ball may start on it. Pure.
+// The board's JSON form as types, where a ball may start, and which walls are the board's sides. Pure.
 
 /**
  * Lengths in metres, y downwards; densities in kg/m², drag in 1/s, gravity in m/s².
@@ -8,10 +8,10 @@
  * @typedef {Material & {radius: number, density: number}} BallKind
  * @typedef {Point & {radius: number}} Peg
  * @typedef {{x1: number, y1: number, x2: number, y2: number}} Wall
- * @typedef {{text: string, colour?: string}} Label of a bin: the prize in it; colour: #rrggbb
+ * @typedef {{text: string, colour?: string}} Label the prize in a bin; colour: #rrggbb
  * @typedef {{y: number, edges: number[], multipliers: number[], labels?: (Label | null)[]}} Bins
  * @typedef {Point & {jitter: number, reach?: number, aim?: number, slots?: number[]}} DropZone where balls
- *   start: within `jitter` of x or of a player's aim, which is at most `aim` off or one of the slots
+ *   start: within `jitter` of x, or of the player's aim. An aim is one of the slots, or at most `aim` from x
  *
  * @typedef {object} Board
  * @property {string} name
@@ -31,19 +31,20 @@
 /** @param {Pick<Board, "bins">} board @param {number | null} bin @returns {Label | null} */
 export const labelOf = ({ bins: { labels } }, bin) => (bin === null ? null : labels?.[bin] ?? null);
 
-/** @param {Pick<DropZone, "jitter" | "reach">} drop @returns {number} m from its x that a ball may start */
+/** @param {Pick<DropZone, "jitter" | "reach">} drop @returns {number} how far from the zone's x a ball may start, m */
 export const startSpan = ({ jitter, reach = 0 }) => Math.max(jitter, reach);
 
 /**
  * @param {Pick<DropZone, "jitter" | "reach" | "aim">} drop
- * @returns {number} m from its x that a player may aim: what a seed then draws stays in the zone
+ * @returns {number} how far from the zone's x a player may aim, m: the start that the seed draws around
+ *   the aim stays inside the zone
  */
 export const aimSpan = (drop) => Math.min(drop.aim ?? 0, startSpan(drop) - drop.jitter);
 
 /**
  * The aim nearest to x that the board allows.
  * @param {{drop: Pick<DropZone, "x" | "jitter" | "reach" | "aim">}} board
- * @param {number[]} slots the only places to aim at, or none
+ * @param {number[]} slots the only places that may be aimed at; empty where any place may
  * @param {number} x metres
  * @returns {number} metres
  */
@@ -59,11 +60,11 @@ export function allowedAim(board, slots, x) {
 }
 
 /**
- * Which walls are the board's sides, whose rails lie outside of them; app/render/parts/sides.py has
- * the same. A side leads down to an outer end of the bins, or past it, through walls that share
- * their ends.
+ * Which walls are the board's sides: the rails of a side are painted outside of it. A side is a chain of
+ * walls with common ends that leads down to an outer end of the bins, or past it.
+ * app/render/parts/sides.py does the same for pictures.
  * @param {Pick<Board, "walls" | "bins" | "ball" | "drop">} board
- * @returns {number[]} for each wall -1 at the left side, 1 at the right one, 0 inside
+ * @returns {number[]} for each wall: -1 on the left side, 1 on the right side, 0 inside the board
  */
 export function sidesOf(board) {
   const { walls, drop } = board;
@@ -81,7 +82,7 @@ export function sidesOf(board) {
 }
 
 /**
- * The outer end of the bins, -1 or 1, that a wall leads down to, within a ball's radius; else 0.
+ * The outer end of the bins (-1 left, 1 right) that a wall reaches to within a ball's radius, or 0.
  * @param {Pick<Board, "bins" | "ball">} board
  * @param {Wall} wall
  */
@@ -94,7 +95,7 @@ function endReached({ bins: { y, edges }, ball: { radius } }, { x1, y1, x2, y2 }
   return Number(x >= edges[edges.length - 1] - radius) - Number(x <= edges[0] + radius);
 }
 
-/** @param {Wall[]} walls @returns {number[][]} by their numbers, those that hang together */
+/** @param {Wall[]} walls @returns {number[][]} the numbers of the walls in each chain, which share their ends */
 function chainsOf(walls) {
   /** @type {Map<string, number[]>} */
   const meeting = new Map();
@@ -110,7 +111,7 @@ function chainsOf(walls) {
   for (const first of left) {
     left.delete(first);
     const chain = [first];
-    for (const number of chain) { // which grows
+    for (const number of chain) { // the loop also visits the walls that it appends
       for (const other of endsOf(number).flatMap((end) => meeting.get(end) ?? [])) {
         if (left.delete(other)) chain.push(other);
       }

@@ -1,4 +1,4 @@
-// What the server has proven of a drop, in words, and where two proven paths part. Pure.
+// A certificate (what the server has proven about a drop) in words, and where two proven paths part. Pure.
 
 import { t } from "../texts/text.js";
 
@@ -10,7 +10,7 @@ import { t } from "../texts/text.js";
  */
 
 /**
- * @typedef {object} Certificate of a drop, as REST has it
+ * @typedef {object} Certificate of a drop, as REST returns it
  * @property {boolean} certified
  * @property {number | null} bin
  * @property {string | null} unsettled
@@ -28,7 +28,7 @@ import { t } from "../texts/text.js";
 const PEG = 0;
 const WALL = 1;
 
-/** @type {Record<string, Key>} by what the engine's reasons begin with */
+/** @type {Record<string, Key>} texts by the first words of the engine's reason */
 const WHY = {
   wedged: "proof.wedged", balanced: "proof.balanced", escaped: "proof.escaped",
   "event budget": "proof.event-limit", "time budget": "proof.time-limit",
@@ -55,9 +55,8 @@ export function provenWords({ certified, bin, unsettled, undecided, ...rest }) {
  * Where two proven paths go different ways.
  * @param {Certificate} one
  * @param {Certificate} two
- * @returns {{common: number, apart: number, error: number} | null} common: events they share;
- *   apart: how far the balls are from each other at the last of these, m, within error; null if
- *   they never part
+ * @returns {{common: number, apart: number, error: number} | null} common: how many events both have;
+ *   apart: distance of the balls at the last of these, m; error: its bound, m; null if they never part
  */
 export function partingOf(one, two) {
   const count = Math.max(one.events.length, two.events.length);

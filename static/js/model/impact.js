@@ -1,7 +1,7 @@
-// What an impact did: normal, impulse, energy, from the states right before and right after it. Pure.
+// Normal, impulse and lost energy of an impact, from the states right before and right after it. Pure.
 //
-// Impulse: J = m (v_after - v_before), m = rho pi R^2. Its part along the normal is the bounce, its
-// part across it friction, which also spins the ball: I (omega_after - omega_before) = -R J_t.
+// Impulse: J = m (v_after - v_before), m = rho pi R^2. Its part along the normal is the bounce. Its
+// part along the tangent is friction, which also spins the ball: I (omega_after - omega_before) = -R J_t.
 // The normal points from the peg's centre, or from the wall's nearest point, to the ball's centre.
 
 import { t } from "../texts/text.js";
@@ -15,7 +15,7 @@ import { describe } from "./motion/event-names.js";
 /**
  * @typedef {object} Impact
  * @property {number} t seconds
- * @property {string} what "peg 12", "wall 0", "lands in bin 3" …, as files have it
+ * @property {string} what "peg 12", "wall 0", "lands in bin 3" …: English, for files
  * @property {string} told the same in the page's language
  * @property {{x: number, y: number} | null} normal unit, towards the ball; null for a landing
  * @property {{x: number, y: number}} point where the ball touches, metres
@@ -23,7 +23,7 @@ import { describe } from "./motion/event-names.js";
  * @property {number} along the impulse along the normal, N s
  * @property {number} across the impulse along the tangent (-n_y, n_x), N s
  * @property {number} approach speed along the normal before, m/s
- * @property {number} lost energy lost in it, J
+ * @property {number} lost energy that the impact dissipated, J
  * @property {number} share of the ball's kinetic energy that was lost, 0 … 1
  */
 
@@ -35,8 +35,8 @@ function massOf({ ball }) {
 /**
  * @param {Board} board
  * @param {Pick<State, "y" | "vx" | "vy" | "omega">} state
- * @returns {{moving: number, turning: number, height: number, total: number}} joules; height is
- *   counted from the line of the bins
+ * @returns {{moving: number, turning: number, height: number, total: number}} joules; height is the
+ *   potential energy, zero at the y of the bins
  */
 export function energyOf(board, { y, vx, vy, omega }) {
   const mass = massOf(board);
@@ -81,7 +81,7 @@ function kineticOf(board, state) {
 }
 
 /**
- * Unit normal of what was touched towards the ball. Contacts name wall w as -1 - w.
+ * Unit normal from the peg or wall that was touched to the ball. In contacts, wall w has the index -1 - w.
  * @param {Pick<Board, "pegs" | "walls">} board
  * @param {number} kind of event
  * @param {number} index

@@ -1,11 +1,11 @@
-// What a room tells its clients, by type; docs/protocol.md describes each. Types only.
+// The messages that a room sends to its clients; docs/protocol.md describes each. Types only.
 
 /** @import { BallKind, Bins, Board, Peg, Wall } from "./board.js" */
 /** @import { Segment } from "./motion/segment.js" */
 
 /**
  * @typedef {{x_min: number, x_max: number, y_min: number, y_max: number}} Extent metres
- * @typedef {{name?: string, colour?: string}} Tag what a drop carries for those who watch; colour: #rrggbb
+ * @typedef {{name?: string, colour?: string}} Tag a drop's name and colour, shown to all clients; colour: #rrggbb
  * @typedef {{ball: number, seed: string, x: number, tick: number} & Tag} BallStart
  *
  * @typedef {object} Hello the full state of a room
@@ -20,7 +20,7 @@
  * @property {"independent" | "interacting"} mode
  * @property {number} tick_rate
  * @property {number} tick
- * @property {number} seq how many events the room has announced
+ * @property {number} seq how many events the room has sent
  * @property {Extent} extent
  * @property {number} velocity_scale
  * @property {number} spin_scale
@@ -30,22 +30,22 @@
  * @property {{histogram: number[]}} stats
  * @property {string} run
  * @property {string} key
- * @property {{digest: string, weights: number[]}} [draw] of a room that has one
+ * @property {{digest: string, weights: number[]}} [draw] in a room that draws its bins with exact odds
  *
- * @typedef {Omit<Hello, "board"> & {board: Board | null, arena: Arena}} ArenaHello of a room whose
- *   balls touch each other; its board is null where there is only a box
+ * @typedef {Omit<Hello, "board"> & {board: Board | null, arena: Arena}} ArenaHello in a room
+ *   whose balls touch each other; board is null where the balls are in a plain box
  *
  * @typedef {{scene: SceneForm | null, place: StaticGeometry, settings: Settings, paused: boolean,
  *   owned: boolean, balls: BallColumns, presets: Record<string, Record<string, number>>}} Arena
  * @typedef {{walls: Wall[], pegs: Peg[], bins?: Bins | null}} StaticGeometry
- * @typedef {Record<string, number> & {gravity: number, drag: number}} Settings of a room whose balls
- *   touch each other: its world and its solver
+ * @typedef {Record<string, number> & {gravity: number, drag: number}} Settings of world and
+ *   solver, in a room whose balls touch each other
  * @typedef {{ball: number[], radius: number[], density: number[], restitution: number[],
  *   friction: number[]}} BallColumns ball i is ball[i], radius[i], …
  * @typedef {{scene: string, balls: number, seed: string, radii?: number[], width?: number,
- *   height?: number, speed?: number}} SceneForm what a room was begun with
+ *   height?: number, speed?: number}} SceneForm the scene that the room started with
  *
- * @typedef {object} SignedReceipt of a drop of a session, with its place in the log
+ * @typedef {object} SignedReceipt the receipt of a drop in a fair session, and its place in the log
  * @property {{session: string, drop: number} & Record<string, unknown>} receipt
  * @property {number} index
  * @property {string} root
@@ -55,12 +55,12 @@
  *   practice?: boolean, receipt?: SignedReceipt, visitor?: number} & BallStart} Accepted
  * @typedef {{type: "accepted", ref?: string | null, explicit_x?: boolean, x?: number, aim?: number,
  *   practice?: boolean, receipt?: SignedReceipt, visitor?: number} & Omit<BallStart, "x">} BriefAccepted in
- *   the stream `seeds`: x only where the seed does not say it
+ *   the stream `seeds`: x only if it does not follow from the seed
  * @typedef {{visitor: number} & Tag} Visitor
  * @typedef {{type: "presence", here: number, visitors: Visitor[], you?: number}} Presence who is at the table
  * @typedef {{type: "clock", tick: number, seq: number}} ClockMessage the room's time
  *
- * @typedef {object} SessionState a session as it stands
+ * @typedef {object} SessionState the current state of a fair session
  * @property {"session"} type
  * @property {string} session
  * @property {Record<string, unknown>} statement what the server committed to
@@ -69,7 +69,7 @@
  * @property {boolean} open
  * @property {number} drops
  * @property {boolean} ended
- * @property {string | null} token told to who began it
+ * @property {string | null} token secret, sent only to the client that began the session
  *
  * @typedef {{type: "ended", session: string, server_seed: string, statement: {drops: number}}}
  *   SessionEnded
@@ -89,37 +89,37 @@
  * @property {number} ball
  * @property {number | null} bin
  * @property {number} score
- * @property {string} [label] the prize, where the bin has one
+ * @property {string} [label] the bin's prize, if it has one
  * @property {number} t seconds after the ball's start
  * @property {number} x_end metres
  * @property {string | null} [unsettled]
- * @property {string | null} digest the drop's, null where others may have touched the ball
+ * @property {string | null} digest the drop's; null if other balls may have touched the ball
  *
- * @typedef {{type: "landed", ball: number, digest: string}} BriefLanded in the stream `seeds`, with
- *   the digest's first digits
+ * @typedef {{type: "landed", ball: number, digest: string}} BriefLanded in the stream `seeds`;
+ *   digest: its first digits
  *
  * @typedef {{type: "error", code: string, detail: string, ref?: string | null}} Refusal
  * @typedef {{type: "missed", events: (Accepted | Landed | Contact)[] | null}} Missed
- * @typedef {{number: number, left: number} & Tag} QueueItem balls that wait to be dropped, for somebody
- * @typedef {{type: "queue", waiting: number, paused: boolean, items: QueueItem[]}} QueueState the first items that wait
- * @typedef {{type: "halted", halted: boolean}} Halted whether an operator lets the table take drops
+ * @typedef {{number: number, left: number} & Tag} QueueItem balls waiting to be dropped for one person; left: how many
+ * @typedef {{type: "queue", waiting: number, paused: boolean, items: QueueItem[]}} QueueState items: only the first of those waiting
+ * @typedef {{type: "halted", halted: boolean}} Halted whether an operator has stopped the room from accepting drops
  * @typedef {{type: "pong", t: number}} Pong
- * @typedef {object} Snapshot one tick of a room, as columns: ball i is ids[i], x[i], …
+ * @typedef {object} Snapshot the balls of a room at one tick, as columns: ball i is ids[i], x[i], …
  * @property {number} tick
  * @property {number} seq events the room had sent when this was encoded
- * @property {number} count balls; columns that are used again may be longer
+ * @property {number} count balls; the columns are reused and may be longer than this
  * @property {Uint16Array} ids ball id mod 65536
  * @property {Float64Array} x metres
  * @property {Float64Array} y metres, down
  * @property {Float64Array} angle radians, clockwise, within one turn
  * @property {Float64Array} vx m/s
  * @property {Float64Array} vy m/s
- * @property {Uint8Array} bounced 1 when it hit something since the snapshot before
- * @property {Uint8Array} asleep 1 when it is at rest, in a room whose balls touch each other
+ * @property {Uint8Array} bounced 1 if the ball hit something since the previous snapshot
+ * @property {Uint8Array} asleep 1 if the ball is at rest, in a room whose balls touch each other
  *
  * @typedef {{tick: number, seq: number, full: boolean, flights: Segment[], curves: Segment[]}
- *   } SegmentMessage the segments that began in one tick; where it is full, the one that each ball
- *   in flight is on
+ *   } SegmentMessage the segments that began in one tick; if full, the current segment of each ball
+ *   in flight
  *
  * @typedef {Hello | Accepted | BriefAccepted | Contact | Landed | BriefLanded | ClockMessage | Refusal
  *   | Presence | Missed | Halted | QueueState | Pong | SessionState | SessionEnded} TableMessage
@@ -140,7 +140,7 @@
  * @property {number} py kg m/s
  * @property {number} angular kg m²/s
  * @property {number} contacts
- * @property {number} penetration m, the deepest
+ * @property {number} penetration the deepest, m
  * @property {number} asleep
  * @property {number} count balls
  *

@@ -1,4 +1,4 @@
-// What a drop gives back on average, and how often the top award comes, from the aim chosen. Pure.
+// Average return and chance of the top award for an aim, from counted drops. Pure.
 
 import { t } from "../texts/text.js";
 import { multiplier, percent } from "../util/format.js";
@@ -7,15 +7,16 @@ import { Mean } from "./statistics.js";
 /**
  * @typedef {{multiplier: number, chance: number}} Award
  * @typedef {{aim: number | null, drops: number, return: number, doubt: number, chances: number[], awards: Award[],
- *   measured?: boolean}} Odds from one aim; measured: by this page, and not for the record
+ *   measured?: boolean}} Odds for one aim; doubt: half the width of the 95 % interval of
+ *   the return; measured: whether this page counted them, instead of the published record
  */
 
 /**
- * The odds counted nearest to an aim; on a mirrored board one side stands for both.
- * @param {Odds[]} counted the board's own start first
- * @param {number | null} aim m, null for the board's own start
- * @param {number} middle m, the board's own start
- * @returns {Odds | null} null where none were counted
+ * The odds for the counted aim nearest to this one. Both sides of the middle count as the same.
+ * @param {Odds[]} counted the default start first
+ * @param {number | null} aim m, null for the default start
+ * @param {number} middle m, the default start
+ * @returns {Odds | null} null if none were counted
  */
 export function oddsAt(counted, aim, middle) {
   if (!counted.length) return null;
@@ -25,7 +26,7 @@ export function oddsAt(counted, aim, middle) {
   return counted.reduce((best, odds) => (away(odds) < away(best) ? odds : best));
 }
 
-/** @param {Odds} odds @returns {string} a sentence for those who are about to drop */
+/** @param {Odds} odds @returns {string} a sentence for the player */
 export function oddsWords({ return: returned, awards, measured = false }) {
   const [{ multiplier: top, chance }] = awards;
   const told = { returned: percent(returned, measured ? 0 : 2), top: multiplier(top) };
@@ -33,7 +34,7 @@ export function oddsWords({ return: returned, awards, measured = false }) {
 }
 
 /**
- * The odds that a page counted.
+ * Odds from drops that this page computed.
  * @param {{drops: number, histogram: number[], unsettled: number}} tally
  * @param {number[]} multipliers
  * @returns {Odds}
@@ -41,7 +42,7 @@ export function oddsWords({ return: returned, awards, measured = false }) {
 export function measuredOdds({ drops, histogram, unsettled }, multipliers) {
   const scores = new Mean();
   histogram.forEach((count, bin) => scores.add(multipliers[bin], count));
-  scores.add(1, unsettled); // a void drop gives its stake back
+  scores.add(1, unsettled); // the stake of a void drop is returned
   const top = Math.max(...multipliers);
   const hits = histogram.reduce((sum, count, bin) => sum + (multipliers[bin] === top ? count : 0), 0);
   return {

@@ -1,8 +1,8 @@
-// Names of the preset boards and of the public tables they are played at. Pure.
+// Names of the preset boards, and ids of their public rooms. Pure.
 
 export const MAIN_ROOM = "main";
-export const MAIN_BOARD = "triangle-16"; // as a server has it unless it was set up otherwise
-const KNOCKING = "interacting-"; // before a preset's name: its table on which balls knock each other
+export const MAIN_BOARD = "triangle-16"; // the server's default
+const KNOCKING = "interacting-"; // + preset name: id of its room with touching balls
 
 /**
  * @typedef {object} Choice
@@ -17,7 +17,7 @@ export function boardName({ kind, rows, risk }) {
   return risk === "medium" ? `triangle-${rows}` : `triangle-${rows}-${risk}`;
 }
 
-/** @param {string} name @returns {Choice | null} null when it is no preset offered here */
+/** @param {string} name @returns {Choice | null} null if the page does not offer it */
 export function readBoardName(name) {
   if (name === "classic" || name === "galton") return { kind: name, rows: 16, risk: "medium" };
   const match = /^triangle-(\d+)(?:-(low|high))?$/.exec(name);
@@ -28,9 +28,9 @@ export function readBoardName(name) {
 
 /**
  * @param {string} name of a preset
- * @param {string | null} mainBoard the main room's board, as far as it is known
- * @param {boolean} [knock] whether balls knock each other there
- * @returns {string} the id of the public room where it is played
+ * @param {string | null} mainBoard the main room's board, null if not known
+ * @param {boolean} [knock] whether balls touch each other
+ * @returns {string} the id of the preset's public room
  */
 export function roomOf(name, mainBoard, knock = false) {
   if (knock) return `${KNOCKING}${name}`;

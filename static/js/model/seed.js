@@ -1,4 +1,4 @@
-// What counts as a seed, and what to say when it does not. Pure.
+// Parsing of seeds that a player types, with messages for invalid ones. Pure.
 
 import { t } from "../texts/text.js";
 
@@ -6,7 +6,7 @@ export const MAX_SEED = 2n ** 64n - 1n;
 
 /**
  * @typedef {{ok: true, seed: string | null} | {ok: false, message: string}} SeedReading
- * seed is a decimal string (JSON numbers lose the last digits), null when the field is empty.
+ * seed is a decimal string, because JavaScript's numbers would round it; null if the field is empty.
  */
 
 /** @param {string} text as typed @returns {SeedReading} */
@@ -16,7 +16,7 @@ export function readSeed(text) {
   if (!/^[0-9]+$/.test(typed)) {
     return { ok: false, message: `${t("seed.none", { typed: clip(typed) })} ${RULE}` };
   }
-  // The length check keeps a pasted novel of digits away from BigInt.
+  // BigInt is slow for very long texts, which the length check refuses first.
   const digits = typed.replace(/^0+(?=\d)/, "");
   if (digits.length > 20 || BigInt(digits) > MAX_SEED) {
     return { ok: false, message: `${t("seed.large", { typed: clip(digits) })} ${RULE}` };
@@ -24,7 +24,7 @@ export function readSeed(text) {
   return { ok: true, seed: digits };
 }
 
-/** @param {string} seed decimal @returns {string} the next one; 0 comes after the last */
+/** @param {string} seed decimal @returns {string} the next seed; 0 follows MAX_SEED */
 export function seedAfter(seed) {
   return String((BigInt(seed) + 1n) & MAX_SEED);
 }

@@ -1,12 +1,12 @@
-// Chance and doubt in numbers: goodness of fit, and means with their confidence. Pure.
+// Goodness-of-fit tests, and running means with confidence intervals. Pure.
 //
-// Special functions after Abramowitz and Stegun, chapters 6 and 26: series where they converge
-// fast, continued fractions (by Lentz's method) elsewhere. Relative errors are below 1e-10.
+// Special functions follow Abramowitz and Stegun, chapters 6 and 26: series where they converge
+// fast, elsewhere continued fractions by Lentz's method. Relative errors are below 1e-10.
 
 const TINY = 1e-300; // keeps Lentz's quotients from dividing by zero
-const CLOSE = 1e-15; // relative change at which a series or a fraction has converged
+const CLOSE = 1e-15; // relative change below which a series or a fraction has converged
 const MOST_TERMS = 10_000;
-const FEWEST = 5; // expected in a group: below it the chi-square law is no longer near
+const FEWEST = 5; // expected in a group; with fewer, the chi-square law is a poor approximation
 
 // Lanczos' approximation with g = 7 and nine terms.
 const LANCZOS = [
@@ -44,7 +44,7 @@ export function gammaQ(a, x) {
   return scale * fraction((n) => (n === 0 ? 1 : n * (a - n)), (n) => x + 2 * n + 1 - a);
 }
 
-/** @param {number} statistic @param {number} freedom @returns {number} how often chance exceeds it */
+/** @param {number} statistic @param {number} freedom @returns {number} the probability of a larger statistic */
 export function chiSquareTail(statistic, freedom) {
   return gammaQ(freedom / 2, statistic / 2);
 }
@@ -96,7 +96,7 @@ function fraction(numerator, denominator) {
 }
 
 /**
- * The bound that |t| stays below with this confidence, for Student's t.
+ * The bound that |t| stays below with this probability, if t follows Student's law.
  * @param {number} confidence 0 … 1
  * @param {number} freedom >= 1
  */
@@ -116,17 +116,17 @@ export function studentBound(confidence, freedom) {
 
 /**
  * @typedef {object} Fit
- * @property {number} statistic G, which follows chi-square if the expectation holds
+ * @property {number} statistic G, which follows the chi-square law if the chances are right
  * @property {number} freedom
- * @property {number} p how often chance alone would fit no better
- * @property {number} groups bins, after rare ones were put together with their neighbours
+ * @property {number} p the probability of a G at least as large, if the chances are right
+ * @property {number} groups bins, after rare ones were merged with their neighbours
  */
 
 /**
  * G-test of counts against chances.
  * @param {number[]} counts
  * @param {number[]} chances with the sum 1
- * @returns {Fit | null} null while too little was counted to tell anything
+ * @returns {Fit | null} null while the counts are too small for a test
  */
 export function fitTest(counts, chances) {
   const total = sum(counts);
@@ -138,7 +138,7 @@ export function fitTest(counts, chances) {
 }
 
 /**
- * G-test whether two samples come from one law, both with chance in them.
+ * G-test of whether two samples come from the same distribution.
  * @param {number[]} one
  * @param {number[]} two
  * @returns {Fit | null}
@@ -168,7 +168,7 @@ function judged(statistic, groups) {
 }
 
 /**
- * Neighbouring bins put together, from the left, until each group may expect enough.
+ * Merges neighbouring bins, from the left, until each group expects at least FEWEST.
  * @param {number[]} expected
  */
 function grouped(expected) {
@@ -182,7 +182,7 @@ function grouped(expected) {
     groups.push(open);
     open = [];
   });
-  // What is left at the right end is too little for a group of its own.
+  // The bins left at the right end expect too little for a group: they join the last one.
   if (open.length && groups.length) groups[groups.length - 1].push(...open);
   return groups;
 }
@@ -202,7 +202,7 @@ function sumOver(values, places) {
   return places.reduce((total, place) => total + values[place], 0);
 }
 
-/** Mean and spread of numbers that come one at a time; nothing is kept of them (Welford). */
+/** Running mean and sum of squared deviations, by Welford's method: the values are not stored. */
 export class Mean {
   /** @param {{count?: number, mean?: number, square?: number}} [saved] */
   constructor({ count = 0, mean = 0, square = 0 } = {}) {
@@ -220,7 +220,7 @@ export class Mean {
     this.square += times * step * (value - this.mean);
   }
 
-  /** @param {number} confidence @returns {number} half the interval's width; infinite at first */
+  /** @param {number} confidence @returns {number} half the width of the interval; infinite for fewer than two values */
   doubt(confidence) {
     if (this.count < 2) return Number.POSITIVE_INFINITY;
     const error = Math.sqrt(this.square / (this.count - 1) / this.count);

@@ -1,4 +1,4 @@
-// A preset board under another gravity or of another material. Pure.
+// Preset boards with another gravity or another material. Pure.
 
 import { t } from "../texts/text.js";
 
@@ -6,13 +6,13 @@ import { t } from "../texts/text.js";
 /** @import { Board } from "./board.js" */
 
 /**
- * m/s^2 at the surface; for Jupiter, where its clouds begin. The engine's own presets.
+ * m/s^2 at the surface; for Jupiter, at the top of its clouds. The engine has the same values.
  * @type {Record<string, number>}
  */
 export const GRAVITY = { Earth: 9.81, Moon: 1.62, Mars: 3.72, Jupiter: 24.79 };
 
 /**
- * Lowest and highest restitution measured of a pair of bodies. The engine's own table.
+ * Lowest and highest measured restitution of pairs of bodies. The engine has the same table.
  * @type {Record<string, [number, number]>}
  */
 export const RESTITUTION = {
@@ -24,7 +24,7 @@ export const RESTITUTION = {
   "Billiard balls": [0.92, 0.98],
 };
 
-/** @type {Record<string, Key>} what the page calls them */
+/** @type {Record<string, Key>} names for players */
 const WORDS = {
   Earth: "world.earth", Moon: "world.moon", Mars: "world.mars", Jupiter: "world.jupiter",
   "Steel on steel": "world.steel", "Glass on glass": "world.glass", "Rubber on concrete": "world.rubber",
@@ -32,20 +32,20 @@ const WORDS = {
   "Tennis ball on court": "world.tennis", "Clay (putty)": "world.clay", "Billiard balls": "world.billiards",
 };
 
-/** As the preset has it. */
+/** The preset's own gravity or material. */
 export const OWN = "own";
 
 const BETWEEN = " · ";
 
 /** @typedef {{gravity: string, material: string}} World names of presets, or OWN */
 
-/** @param {string} name of a gravity, a material or a table @returns {string} in the page's language, where it has one */
+/** @param {string} name of a gravity, a material or a table @returns {string} in the page's language, if translated */
 export function worldWords(name) {
   return name in WORDS ? t(WORDS[name]) : name;
 }
 
 /**
- * Tables with a look and a sound of their own: one tap sets gravity and material. The first is home.
+ * Tables with their own look and sound: one tap sets gravity and material. The first is the default.
  * @type {(World & {name: string})[]}
  */
 export const TABLES = [
@@ -60,7 +60,8 @@ export const TABLES = [
 
 /**
  * @param {string} boardName
- * @returns {string | null} whose look and sound its board has: its gravity's place, or else its material's; null at home
+ * @returns {string | null} the name in TABLES whose look and sound the board has, first by gravity, then by
+ *   material; null for the default
  */
 export function placeOf(boardName) {
   const { gravity, material } = readWorldName(boardName);
@@ -82,15 +83,15 @@ export function restitutionOf(name) {
 }
 
 /**
- * The board in that world, with a name that tells.
- * @param {Board} board the JSON form of a preset
+ * The board with that gravity and material, and a name that says so.
+ * @param {Board} board a preset
  * @param {World} world
  */
 export function transported(board, { gravity, material }) {
   const other = { ...board, name: worldName(board.name, { gravity, material }) };
   if (gravity !== OWN) other.gravity = GRAVITY[gravity];
   if (material !== OWN) {
-    // The bouncier of two bodies decides, so all of them are made of it.
+    // An impact uses the larger restitution of the two bodies, so all of them get this one.
     const restitution = restitutionOf(material);
     other.ball = { ...board.ball, restitution };
     other.peg_material = { ...board.peg_material, restitution };
@@ -104,7 +105,7 @@ export function worldName(preset, { gravity, material }) {
   return [preset, gravity, material].filter((part) => part !== OWN).join(BETWEEN);
 }
 
-/** @param {string} name @returns {{preset: string} & World} what worldName was given */
+/** @param {string} name @returns {{preset: string} & World} the inverse of worldName */
 export function readWorldName(name) {
   const [preset, ...parts] = name.split(BETWEEN);
   return {

@@ -1,16 +1,16 @@
-// The REST side: where things are, and errors that say what was wrong.
+// Requests to the server's REST API, and the errors they can end with.
 
 import { t } from "../texts/text.js";
 
 /** @import { BoardList } from "./replies.js" */
 /** @import { Hello } from "../model/messages.js" */
 
-/** A reply that is not what was asked for; the message is fit to be shown. */
+/** A request has failed; the message can be shown to the visitor. */
 export class ApiError extends Error {
   /**
    * @param {string} message
-   * @param {number} status 0 when no reply came
-   * @param {ErrorOptions & {field?: string | null}} [options] field: where the bad value is
+   * @param {number} status of HTTP; 0 if there was no reply
+   * @param {ErrorOptions & {field?: string | null}} [options] field: the invalid one
    */
   constructor(message, status, options) {
     super(message, options);
@@ -19,7 +19,7 @@ export class ApiError extends Error {
   }
 }
 
-/** @param {unknown} error that was caught @returns {string} what it says */
+/** @param {unknown} error anything caught @returns {string} */
 export function messageOf(error) {
   return error instanceof Error ? error.message : String(error);
 }
@@ -27,7 +27,7 @@ export function messageOf(error) {
 /**
  * @param {string} path below /api/v1, with its query
  * @param {RequestInit} [options]
- * @returns {Promise<unknown>} the reply, of a type that net/replies.js has for the path
+ * @returns {Promise<unknown>} the reply, of the type that net/replies.js gives for the path
  */
 export async function getJson(path, options) {
   return (await request(path, options)).json();
@@ -35,8 +35,8 @@ export async function getJson(path, options) {
 
 /**
  * @param {string} path below /api/v1
- * @param {unknown} body sent as JSON; a string is sent as it is, to the last bit of its numbers
- * @returns {Promise<unknown>} the reply, of a type that net/replies.js has for the path
+ * @param {unknown} body sent as JSON; a string is sent unchanged, so that no number loses digits
+ * @returns {Promise<unknown>} the reply, of the type that net/replies.js gives for the path
  */
 export function postJson(path, body) {
   const headers = { "content-type": "application/json", accept: "application/json" };
@@ -47,7 +47,7 @@ export function postJson(path, body) {
 /**
  * @param {string} path below /api/v1, with its query
  * @param {RequestInit} [options]
- * @returns {Promise<Response>} a good one; rejects with ApiError
+ * @returns {Promise<Response>} rejects with ApiError, unless the status is one of success
  */
 export async function request(path, options) {
   const url = new URL(`api/v1/${path}`, document.baseURI);
@@ -73,7 +73,8 @@ async function refusal(response) {
 }
 
 /**
- * What REST calls the board of a room: a preset's name, else its digest, registered for replays.
+ * The name by which REST knows a room's board: a preset's name, or the digest. A board that the server
+ * does not know is registered first.
  * @param {Pick<Hello, "board" | "board_digest">} hello
  * @returns {Promise<string>}
  */
@@ -86,8 +87,8 @@ export async function boardAddress({ board, board_digest: digest }) {
 
 /**
  * @param {string} room
- * @param {string} [stream] what its binary messages are to be; the server's default without it
- * @returns {string} address of its socket
+ * @param {string} [stream] of binary messages; by default the server chooses
+ * @returns {string} URL of the room's WebSocket
  */
 export function socketUrl(room, stream = "") {
   const url = new URL(`ws/rooms/${encodeURIComponent(room)}`, document.baseURI);

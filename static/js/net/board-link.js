@@ -1,11 +1,11 @@
-// A board in a link's fragment: JSON, deflated, in base64url. Nothing of it reaches a server log.
+// A board in a link's fragment, as JSON, deflated and in base64url. Browsers do not send fragments to servers.
 
 import { t } from "../texts/text.js";
 
 /** @import { Board } from "../model/board.js" */
 
 const FRAGMENT = "board";
-const MAX_TEXT = 4_000_000; // characters of JSON; a link that unpacks to more is no board
+const MAX_TEXT = 4_000_000; // bytes of JSON; protects against links that unpack to far more than a board
 
 /** @param {Board} board @returns {Promise<string>} letters, digits, - and _ */
 export async function packBoard(board) {
@@ -18,7 +18,7 @@ export async function packBoard(board) {
 
 /**
  * @param {string} packed
- * @returns {Promise<unknown>} the board, not yet checked; rejects with what a visitor can understand
+ * @returns {Promise<unknown>} the board, not yet checked; rejects with LinkError
  */
 export async function unpackBoard(packed) {
   try {
@@ -31,7 +31,7 @@ export async function unpackBoard(packed) {
   }
 }
 
-/** A link that does not hold what it should; the message is fit to be shown. */
+/** A link does not contain a board; the message can be shown to the visitor. */
 export class LinkError extends Error {}
 
 /** @param {string} hash of a location @returns {string | null} the packed board, if there is one */
@@ -46,7 +46,7 @@ export function boardInHash(hash) {
  */
 async function through(bytes, transform, limit = Number.POSITIVE_INFINITY) {
   const writer = transform.writable.getWriter();
-  // A broken stream is told by the reading side; here it would be told a second time.
+  // Reading reports an error in the data. Without the catch, writing would report it a second time.
   writer.write(bytes).catch(() => {});
   writer.close().catch(() => {});
   /** @type {Uint8Array[]} */
@@ -66,7 +66,7 @@ async function through(bytes, transform, limit = Number.POSITIVE_INFINITY) {
   return whole;
 }
 
-/** Not every browser iterates streams by itself. @param {ReadableStream<Uint8Array>} readable */
+/** Iterates a stream, which not every browser can do itself. @param {ReadableStream<Uint8Array>} readable */
 async function* streamOf(readable) {
   const reader = readable.getReader();
   try {

@@ -1,26 +1,26 @@
-// One socket that comes back by itself. Knows nothing of balls and nothing of drawing.
+// A WebSocket that reconnects by itself.
 
 const FIRST_WAIT_MS = 250;
 const LONGEST_WAIT_MS = 5000;
 const GROWTH = 1.7;
-const DO_NOT_RETURN = 4004; // close code: there is no such room
-const COME_BACK = 1012; // close code: the room goes on at another server, or this one starts again
-const SILENCE_MS = 8000; // without a word while an answer is due, the line is taken for dead
-const ASK_MS = SILENCE_MS / 2; // by then the server is asked for a sign of life
+const DO_NOT_RETURN = 4004; // close code: the room does not exist
+const COME_BACK = 1012; // close code: the room moved to another server, or this server restarts
+const SILENCE_MS = 8000; // after this time without an expected message, the connection is considered dead
+const ASK_MS = SILENCE_MS / 2; // after this time, the listener asks the server for a reply
 
-/** The code of an error that says no more than that: the line ends with it, and comes back. */
+/** Code of the error that the server sends before it closes a connection whose room has moved. */
 export const ROOM_MOVED = "room-moved";
 
 /**
  * @typedef {object} Listener
  * @property {(text: string) => void} onText
  * @property {(bytes: ArrayBuffer) => void} onBytes
- * @property {(waitMs: number) => void} onLost it will try again after waitMs
- * @property {(reason: string) => void} onRefused the server said not to come back
- * @property {() => void} [onQuiet] nothing came for a while though news is expected: time to ask
+ * @property {(waitMs: number) => void} onLost the next attempt is after waitMs
+ * @property {(reason: string) => void} onRefused the room does not exist: there is no further attempt
+ * @property {() => void} [onQuiet] an expected message is late: send the server a ping
  */
 
-/** A socket with back-off, immediate retry when the network returns, and a dead-line watch. */
+/** A socket with back-off, an immediate attempt when the network returns, and detection of dead connections. */
 export class Connection {
   /** @type {WebSocket | null} */
   #socket = null;
@@ -28,10 +28,10 @@ export class Connection {
   #retryTimer = 0;
   #watchTimer = 0;
   #closed = false;
-  #sentOn = false; // and not greeted since
-  /** Whether the line must not stay silent now. */
+  #sentOn = false; // reconnected after COME_BACK, and no hello since
+  /** Whether a message must arrive within SILENCE_MS. */
   expecting = false;
-  /** Bytes of all messages so far, over all sockets. */
+  /** Bytes of all messages until now, over all sockets. */
   received = 0;
 
   /** @param {string} url @param {Listener} listener */
@@ -44,21 +44,21 @@ export class Connection {
     this.#connect();
   }
 
-  /** @param {object} message @returns {boolean} false when there is no open socket: not sent */
+  /** @param {object} message @returns {boolean} false if it was not sent, as no socket is open */
   send(message) {
     if (this.#socket?.readyState !== WebSocket.OPEN) return false;
     this.#socket.send(JSON.stringify(message));
     return true;
   }
 
-  /** To be called once the server has greeted: only then is the line known to work. */
+  /** To be called after the hello, which proves that the connection works: resets the back-off. */
   settled() {
     this.#wait = FIRST_WAIT_MS;
     this.#sentOn = false;
   }
 
   /**
-   * While true, a silent line is dropped and made anew. An idle room may stay silent for hours.
+   * While true, a silent connection is replaced. An idle room may be silent for hours.
    * @param {boolean} expected
    */
   expectNews(expected) {
@@ -68,7 +68,7 @@ export class Connection {
     if (expected) this.#watchTimer = setTimeout(() => this.#ask(), ASK_MS);
   }
 
-  /** Tries at once when it was waiting to try. */
+  /** Connects immediately if the next attempt is waiting. */
   retryNow() {
     if (this.#retryTimer === 0 || document.visibilityState === "hidden") return;
     this.#connect();
@@ -114,7 +114,7 @@ export class Connection {
   /** @param {CloseEvent} closeEvent */
   #ended({ code, reason }) {
     if (code === COME_BACK && !this.#sentOn) {
-      this.#sentOn = true; // once: a server that sends us on and on is none
+      this.#sentOn = true; // only once without waiting: servers could send the page to and fro forever
       this.#release();
       this.expectNews(false);
       this.#connect();
@@ -132,7 +132,7 @@ export class Connection {
     if (this.#closed) return;
     this.#release();
     this.expectNews(false);
-    // Spread, so that a room full of players does not come back in the same millisecond.
+    // Random, so that the players of a full room do not all reconnect in the same millisecond.
     const wait = this.#wait * (0.75 + 0.5 * Math.random());
     this.#wait = Math.min(LONGEST_WAIT_MS, this.#wait * GROWTH);
     this.#retryTimer = setTimeout(() => this.#connect(), wait);
@@ -153,6 +153,6 @@ export class Connection {
 /** @param {string | ArrayBuffer} data @returns {number} bytes on the wire, without framing */
 function sizeOf(data) {
   if (typeof data !== "string") return data.byteLength;
-  // Plain text, as good as always, has a byte a letter.
+  // Almost all texts are ASCII, with one byte for each character.
   return /^[\x00-\x7f]*$/.test(data) ? data.length : new TextEncoder().encode(data).length;
 }

@@ -1,12 +1,12 @@
-// A drop's address: in links to the pages that show it, and below /api/v1. Pure.
+// The address of a drop: in links to the pages, and below /api/v1. Pure.
 
 /**
- * What decides a drop. Numbers stay the texts they were given as, so that no digit is lost.
+ * The parameters of a drop. Numbers stay texts, so that no digit is lost.
  * @typedef {object} DropAddress
- * @property {string} board preset's name or digest; "" when the link's fragment holds the board
+ * @property {string} board a preset's name or a digest; "" if the link's fragment contains the board
  * @property {string} seed
  * @property {string | number | null} [x] explicit start, m
- * @property {string | number | null} [aim] middle of what the seed draws, m
+ * @property {string | number | null} [aim] m; the seed draws the start around it
  * @property {string | null} [solver]
  * @property {string | null} [dt]
  * @property {string | null} [substeps]
@@ -21,7 +21,7 @@ export function readDrop(search) {
   return { board, seed, x, aim, solver, dt, substeps };
 }
 
-/** @param {DropAddress} drop @returns {URLSearchParams} what of it is set */
+/** @param {DropAddress} drop @returns {URLSearchParams} the parameters that are set */
 export function dropSearch(drop) {
   const search = new URLSearchParams();
   if (drop.board) search.set("board", drop.board);

@@ -1,4 +1,4 @@
-// The wire: snapshot bytes and event text in, plain values out. Pure; knows no socket.
+// Decodes the server's messages: snapshots (bytes) and events (JSON). Pure.
 
 /** @import { Extent, Snapshot } from "../model/messages.js" */
 
@@ -11,11 +11,11 @@ const GRID = 65535; // steps of a coordinate across the extent
 const BOUNCED = 1;
 const ASLEEP = 2;
 
-/** Bytes or text that do not follow the protocol. The message names the bad value. */
+/** A message does not follow the protocol. */
 export class ProtocolError extends Error {}
 
 /**
- * How quantised numbers become SI units; both come with the hello.
+ * Converts quantised numbers to SI units; both values are in the hello.
  * @typedef {object} SnapshotScale
  * @property {Extent} extent metres
  * @property {number} velocityScale m/s of one velocity step
@@ -24,7 +24,7 @@ export class ProtocolError extends Error {}
 /**
  * @param {ArrayBuffer} buffer
  * @param {SnapshotScale} scale
- * @param {Snapshot} [into] filled and returned if it is large enough; its columns may be longer
+ * @param {Snapshot} [into] reused if it is large enough; its columns may then be longer than `count`
  * @returns {Snapshot}
  */
 export function decodeSnapshot(buffer, { extent, velocityScale }, into) {
@@ -34,7 +34,7 @@ export function decodeSnapshot(buffer, { extent, velocityScale }, into) {
   snapshot.tick = view.getUint32(4, true);
   snapshot.seq = view.getUint32(8, true);
   snapshot.count = count;
-  // The order of operations is the reference decoder's: golden values are equal to the last bit.
+  // The operations have the order of the server's decoder, so that both give the same bits.
   const across = extent.x_max - extent.x_min;
   const down = extent.y_max - extent.y_min;
   for (let i = 0, at = HEADER_BYTES; i < count; i += 1, at += BALL_BYTES) {
@@ -89,7 +89,7 @@ function checkHeader(view) {
 }
 
 /**
- * What the server says is believed to have the shape that its type promises.
+ * Decodes events. Only their types are checked: the page trusts the server to send all fields.
  * @template {{type: string}} Message
  * @param {string} text one message, or the array of a tick's messages
  * @returns {Message[]} in the order they happened

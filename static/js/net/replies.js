@@ -1,4 +1,4 @@
-// What REST answers, by address; docs/api.md describes each. Types only.
+// The replies of the REST API; docs/api.md describes each. Types only.
 
 /** @import { Odds } from "../model/odds.js" */
 /** @import { Board } from "../model/board.js" */

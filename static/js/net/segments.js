@@ -1,4 +1,4 @@
-// Binary messages of `?stream=segments`: bytes in, segments of paths out. Pure.
+// Decodes the binary messages of `?stream=segments` into segments of paths. Pure.
 
 import { ProtocolError } from "./protocol.js";
 
@@ -10,16 +10,16 @@ const VERSION = 2;
 const HEADER_BYTES = 16;
 const FLIGHT_BYTES = 18;
 const CURVE_BYTES = 26;
-const STEPS = 1024; // of a tick, in which the age of a segment is told
+const STEPS = 1024; // units in a tick, in which a segment's age is sent
 const GRID = 65535;
 const FULL = 1;
 
 /**
- * What the numbers of a message mean; the hello tells it.
+ * Converts the numbers of a message to SI units; all values follow from the hello.
  * @typedef {object} SegmentScale
  * @property {Extent} extent metres
- * @property {number} velocityScale m/s of one step of a snapshot's velocity, two of a segment's
- * @property {number} spinScale rad/s of one step of a segment's spin
+ * @property {number} velocityScale m/s for one unit of a snapshot's velocity, or two units of a segment's
+ * @property {number} spinScale rad/s for one unit of a segment's spin
  * @property {number} rate ticks a second
  */
 
@@ -71,7 +71,7 @@ function readSegment(view, at, tick, { extent, velocityScale, spinScale, rate })
   };
 }
 
-/** @param {DataView} view @returns {{flights: number, curves: number}} how many follow */
+/** @param {DataView} view @returns {{flights: number, curves: number}} how many of each follow */
 function checkHeader(view) {
   if (view.byteLength < HEADER_BYTES) {
     throw new ProtocolError(`segments of ${view.byteLength} bytes are shorter than their header`);

@@ -1,7 +1,7 @@
-// The tokens of this browser's sessions: only to them does the server export a session.
+// Stores the tokens of this browser's fair sessions; the server exports a session only with its token.
 
 const KEY = "plinko.tokens.1";
-const KEPT = 200; // sessions, the last ones
+const KEPT = 200; // the latest sessions
 
 /** @param {Pick<Storage, "getItem" | "setItem">} storage @returns {[string, string][]} session and token */
 const kept = (storage) => JSON.parse(storage.getItem(KEY) ?? "[]");
@@ -9,14 +9,14 @@ const kept = (storage) => JSON.parse(storage.getItem(KEY) ?? "[]");
 /**
  * @param {Pick<Storage, "getItem" | "setItem">} storage
  * @param {string} session
- * @param {string} token as the server gave it at the beginning
+ * @param {string} token sent by the server when the session began
  */
 export function keepToken(storage, session, token) {
   storage.setItem(KEY, JSON.stringify([...kept(storage), [session, token]].slice(-KEPT)));
 }
 
 /**
- * What a request about a session needs; nothing of a session of another browser's.
+ * The options for a request about a session: the token, if this browser has it.
  * @param {Pick<Storage, "getItem" | "setItem">} storage
  * @param {string} session
  * @returns {RequestInit}

@@ -1,12 +1,12 @@
-// Which streams of a room a page asks for, the best first.
+// Which streams a page requests from a room, in order of preference.
 
-export const SEEDS = "seeds"; // no paths at all: the page computes each
+export const SEEDS = "seeds"; // without paths: the page computes each
 const STREAMS = [SEEDS, "segments", "snapshots"];
 
 /**
- * @param {string | null} asked in the page's address
+ * @param {string | null} asked the stream in the page's address
  * @param {boolean} solves whether this page can compute paths
- * @returns {string[]} the streams that will do, the best first
+ * @returns {string[]} usable streams, the best first
  */
 export function streamsFor(asked, solves) {
   const others = STREAMS.filter((stream) => stream !== asked && (solves || stream !== SEEDS));

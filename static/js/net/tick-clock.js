@@ -1,17 +1,17 @@
-// Which tick to draw now: follows the server's tick stamps through jitter, drift and sleep.
+// Computes which tick to draw now, from the ticks in the server's messages, despite jitter, drift and sleep.
 
 const WINDOW = 120; // samples, and
-const WINDOW_MS = 2000; // of what time at most: short enough to follow drift
-const MAX_BUFFER_TICKS = 15; // a quarter second; beyond it a late picture is worse than a rough one
-const SLEW = 0.1; // the picture runs at 0.9 to 1.1 of true speed while it corrects itself
-const JUMP_SECONDS = 0.4; // further off than this (hidden tab, slept room) it is set, not slewed
+const WINDOW_MS = 2000; // of at most this age, so that the estimate follows drift
+const MAX_BUFFER_TICKS = 15; // a quarter of a second; a longer delay is worse than a rough picture
+const SLEW = 0.1; // a correction changes the speed of the picture by at most this fraction
+const JUMP_SECONDS = 0.4; // a larger error (hidden tab, sleeping room) is corrected at once
 
 /**
- * Keeps a continuous estimate of the local time at which each tick happened.
+ * Estimates the local time at which each tick happened.
  *
- * Each stamp gives one sample: local time of arrival minus tick time. The least sample of the
- * window is the quickest delivery, so it is the offset; the spread above it is the jitter that
- * the buffer has to cover.
+ * Each message gives one sample: local time of arrival minus time of its tick. The smallest sample of
+ * the window belongs to the fastest delivery and is used as the offset. The spread above it is the
+ * jitter, which the delay of the picture must cover.
  */
 export class TickClock {
   #samples = new Float64Array(WINDOW);
@@ -26,19 +26,19 @@ export class TickClock {
     this.bufferTicks = bufferTicks;
   }
 
-  /** Forgets the offset: a room that slept wakes with another one. */
+  /** Forgets the offset, which changes when a room sleeps. */
   restart() {
     this.#count = 0;
   }
 
-  /** @param {number} tick stamp of a message @param {number} nowMs local time of its arrival */
+  /** @param {number} tick of a message @param {number} nowMs local time of its arrival */
   observe(tick, nowMs) {
     this.#samples[this.#count % WINDOW] = nowMs - (tick * 1000) / this.rate;
     this.#arrivals[this.#count % WINDOW] = nowMs;
     this.#count += 1;
   }
 
-  /** How far the picture is held behind the quickest stamps, in ticks. */
+  /** How far the picture is behind the fastest delivery, in ticks. */
   get delayTicks() {
     const { least, most } = this.#range();
     const jitterTicks = ((most - least) * this.rate) / 1000;
@@ -46,7 +46,7 @@ export class TickClock {
   }
 
   /**
-   * The (fractional) tick to draw at a local time. Never runs backwards except when it jumps.
+   * The (fractional) tick to draw at a local time. It never decreases, except in a jump.
    * @param {number} nowMs
    */
   renderTick(nowMs) {

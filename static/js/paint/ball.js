@@ -1,11 +1,11 @@
-// Paints what moves: balls with their trails, flashes on pegs, what a bin has just paid.
+// Paints what moves: balls with their trails, flashes on pegs, and the scores that rise from bins.
 
 import { disc, sheetContext } from "../util/canvas.js";
 import { LABEL_FONT } from "./board.js";
 
 /** @import { BallShape, PayoutColour } from "./theme.js" */
 
-const MARGIN = 0.6; // of the radius, around the ball in its stamp: the shadow's room
+const MARGIN = 0.6; // of the radius, around the ball in its stamp, for the shadow
 const HALF_TURN_STEPS = 40; // the band looks the same after half a turn
 const FLASH_STEPS = 16;
 const FLASH_STRENGTHS = 5; // from the softest to the hardest
@@ -15,9 +15,9 @@ const LEAST_HALO = 13; // CSS pixels at least
 /** @typedef {{body: string, dark: string, light: string, band: string, shadow: string}} BallColours */
 
 /**
- * A ball drawn once per size, colour and angle, then only copied.
+ * A ball drawn once for each size, colour and angle; each frame only copies it.
  * @typedef {object} Sprite
- * @property {ImageBitmap} sheet one stamp beside the other, by angle
+ * @property {ImageBitmap} sheet stamps side by side, by angle
  * @property {number} half half of a stamp's side, CSS pixels
  * @property {number} side a stamp's side, sheet pixels
  *
@@ -105,12 +105,12 @@ export function paintBall(ctx, { sheet, half, side }, x, y, angle) {
 }
 
 /**
- * A ribbon that narrows to nothing towards where the ball came from. Each is filled by itself: of a path with many
- * all of a line's edges are looked at for each line.
+ * Fills a trail: a ribbon that narrows to nothing, away from the ball. Each trail is filled separately:
+ * in one path with all trails, the browser would examine all their edges for every row of pixels.
  * @param {CanvasRenderingContext2D} ctx
  * @param {Float64Array} points x0 y0 x1 y1 … CSS pixels, newest first
- * @param {number} count points that hold
- * @param {number} width half of it at the ball, CSS pixels
+ * @param {number} count how many points are valid
+ * @param {number} width half the ribbon's width at the ball, CSS pixels
  */
 export function fillTrail(ctx, points, count, width) {
   if (count < 3) return;
@@ -122,7 +122,7 @@ export function fillTrail(ctx, points, count, width) {
 }
 
 /**
- * One point of the ribbon's outline: aside of point i by what is left of the width there.
+ * Adds a point of the ribbon's outline: point i, shifted sideways by half the ribbon's width there.
  * @param {CanvasRenderingContext2D} ctx
  * @param {Float64Array} points
  * @param {number} count
@@ -144,7 +144,7 @@ function edge(ctx, points, count, i, width, first) {
 }
 
 /**
- * The light around a ball: it makes a small one larger to the eye, never to what it touches.
+ * The light around a ball. It makes small balls easier to see.
  * @param {number} radius CSS pixels @param {number} density @param {string} colour #rrggbb
  * @returns {Light} of one stamp
  */
@@ -163,14 +163,14 @@ export function makeHalo(radius, density, colour) {
 }
 
 /**
- * Light has no edge that would show where it lies to a part of a pixel. On whole pixels a stamp is copied as it
- * is; between them each pixel is made of four.
+ * Copies a stamp of light to the nearest whole pixels, which is faster than a copy that interpolates. As
+ * light has no sharp edge, the shift is invisible.
  * @param {CanvasRenderingContext2D} ctx scaled to CSS pixels
  * @param {Light} light
  * @param {number} x CSS pixels
  * @param {number} y CSS pixels
- * @param {{column?: number, row?: number, reach?: number}} [which] stamp of the sheet; reach: half of its side on the
- *   picture where that is not the sheet's own, CSS pixels
+ * @param {{column?: number, row?: number, reach?: number}} [which] column and row: the stamp; reach: half of its
+ *   side on the canvas, CSS pixels
  */
 export function paintLight(ctx, { sheet, half, side, density }, x, y, { column = 0, row = 0, reach = half } = {}) {
   const left = Math.round((x - reach) * density) / density;
@@ -179,7 +179,7 @@ export function paintLight(ctx, { sheet, half, side, density }, x, y, { column =
 }
 
 /**
- * Pegs that have just been hit, drawn once for each age and strength of the impact.
+ * The flashes of pegs, drawn once for each age and strength of the impact.
  * @param {number} radius of a peg, CSS pixels
  * @param {number} density
  * @param {string} colour
@@ -205,7 +205,7 @@ export function makeFlashes(radius, density, colour) {
  * @param {number} radius
  * @param {string} colour
  * @param {number} age 0 … 1
- * @param {number} alpha at first
+ * @param {number} alpha at age 0
  */
 function stampFlash(ctx, radius, colour, age, alpha) {
   const reach = flashRadius(radius, age);
@@ -221,15 +221,15 @@ function stampFlash(ctx, radius, colour, age, alpha) {
 }
 
 /**
- * A peg that has just been hit.
+ * Paints the flash of a peg.
  * @param {CanvasRenderingContext2D} ctx
  * @param {Flashes} flashes
  * @param {number} x CSS pixels
  * @param {number} y CSS pixels
  * @param {number} radius of the peg, CSS pixels
  * @param {number} age 0 … 1
- * @param {number} strength 0 … 1: a soft touch glows less
- * @returns {number} CSS pixels: how far it reaches
+ * @param {number} strength 0 … 1
+ * @returns {number} the radius of the flash, CSS pixels
  */
 export function paintFlash(ctx, flashes, x, y, radius, age, strength) {
   const column = Math.min(FLASH_STEPS - 1, Math.floor(age * FLASH_STEPS));
@@ -242,14 +242,14 @@ export function paintFlash(ctx, flashes, x, y, radius, age, strength) {
 /**
  * @param {number} radius of the peg, CSS pixels
  * @param {number} age 0 … 1
- * @returns {number} CSS pixels: how far a flash reaches at most
+ * @returns {number} the radius of the flash, CSS pixels
  */
 function flashRadius(radius, age) {
   return radius * (2.4 + 2 * Math.sqrt(age)) + 3;
 }
 
 /**
- * What a bin has just paid, on a ticket that rises out of it.
+ * Paints the score of a landing, on a ticket that rises out of the bin.
  * @param {CanvasRenderingContext2D} ctx
  * @param {number} x middle, CSS pixels
  * @param {number} y middle, CSS pixels

@@ -1,28 +1,28 @@
-// Paints how a bin answers a ball: the more it pays, the longer, brighter and further it shines.
+// Paints the light of a bin that a ball has just hit: the more the bin pays, the brighter and higher.
 
 import { sheetContext } from "../util/canvas.js";
 
 /** @import { Theme } from "./theme.js" */
 /** @import { Box } from "./board.js" */
 
-/** @typedef {{picture: ImageBitmap, top: number}} Faces bins as they lie at rest; top: of the board's pixels that are
- *  not in it */
+/** @typedef {{picture: ImageBitmap, top: number}} Faces picture: the bins at rest; top: how many rows of
+ *  the board's pixels lie above it */
 
 /** @typedef {{strength: number, glow: number, press: number}} Pulse strength and glow 0 … 1; press: how far
- *  it gives way, -1 … 1 of its most */
+ *  the bin is pressed down, -1 … 1 */
 
-const SWINGS = 3; // of a bin on its spring, while it shines
+const SWINGS = 3; // how often the bin swings up and down while it shines
 
 /**
- * @param {number} score what it paid
- * @param {number} age 0 … 1 since the ball fell in
- * @returns {Pulse} strength by the score alone: 0 for next to nothing, 1 for a thousandfold
+ * @param {number} score
+ * @param {number} age 0 … 1 since the landing
+ * @returns {Pulse} strength follows from the score: 0 for 0.2 or less, 1 for 1,000 or more
  */
 export function pulseOf(score, age) {
   const strength = Math.max(0, Math.min(1, (Math.log10(Math.max(score, 1e-6)) + 0.7) / 3.7));
   const beats = 1 + Math.round(4 * strength);
   const fade = (1 - Math.max(0, Math.min(1, age))) ** 2;
-  // It gives way at once and springs back past its place, as on a spring with friction.
+  // The bin moves like a damped spring.
   const press = fade * (1 - age) * Math.cos(2 * Math.PI * SWINGS * age);
   return { strength, glow: fade * (0.6 + 0.4 * Math.cos(2 * Math.PI * beats * age)), press };
 }
@@ -33,9 +33,9 @@ export function beamHeight({ height }, { strength }) {
 }
 
 /**
- * A picture of the bins alone, to copy from.
- * @param {HTMLCanvasElement} still the board as it is painted
- * @param {number} top where the bins begin, pixels of it
+ * A picture of the bins to copy from.
+ * @param {HTMLCanvasElement} still the painted board
+ * @param {number} top where the bins begin, in its pixels
  * @returns {Faces}
  */
 export function facesOf(still, top) {
@@ -63,7 +63,7 @@ export function paintPulse(ctx, { picture, top }, box, pulse, theme, density, sc
   ctx.drawImage(
     picture, x * density, y * density - top, width * density, height * density, x, y + press, width, height,
   );
-  // A lit rim rather than a wash over the face: the number stays readable while it shines.
+  // Only the rim is lit, so that the number stays readable.
   ctx.globalAlpha = glow;
   ctx.strokeStyle = theme.palette.flash;
   ctx.lineWidth = 2 + 3 * strength;

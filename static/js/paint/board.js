@@ -1,4 +1,4 @@
-// Paints what never moves: plate, rails, pegs, bins. Called on resize and theme change only.
+// Paints what never moves: plate, rails, pegs and bins. Called only when size or theme change.
 
 import { labelOf, sidesOf, startSpan } from "../model/board.js";
 import { disc } from "../util/canvas.js";
@@ -12,10 +12,10 @@ import { coloursOf, paintPrizes } from "./prizes.js";
 /** @import { Look, Palette, PayoutColour, PegShape, RailShape } from "./theme.js" */
 
 export const LABEL_FONT = '"DIN Alternate", Bahnschrift, "Liberation Sans Narrow", "Arial Narrow", sans-serif';
-const FILLED = 0.9; // of a pocket by the widest number
-const LEGIBLE = 8.5; // CSS pixels, the least size of a number
+const FILLED = 0.9; // of a pocket's width, by the widest number
+const LEGIBLE = 8.5; // smallest size of a number, CSS pixels
 
-/** @typedef {{around: boolean, plate: boolean}} Grounds which are painted: around the board, and its own */
+/** @typedef {{around: boolean, plate: boolean}} Grounds which backdrops are painted: around the board, and on its plate */
 
 /** @type {Grounds} */
 export const ALL_GROUNDS = { around: true, plate: true };
@@ -79,7 +79,7 @@ function paintPlate(ctx, geometry, board, look) {
 }
 
 /**
- * Beyond the picture's sides the page goes on in the colour of the shoulders.
+ * Fades the picture's sides into the page's colour next to it.
  * @param {CanvasRenderingContext2D} ctx
  * @param {Geometry} geometry
  * @param {string} colour #rrggbb
@@ -96,7 +96,7 @@ function fadeSides(ctx, { width, height }, colour) {
 /** @typedef {{x: number, y: number, width: number, height: number}} Box */
 
 /**
- * The part between the walls at the left side and those at the right; all of it without them.
+ * Clips to the part between the left and the right side walls, if the board has both.
  * @param {CanvasRenderingContext2D} ctx
  * @param {Geometry} geometry
  * @param {Board} board
@@ -120,14 +120,14 @@ function clipToField(ctx, { px, py, width, height }, board) {
   ctx.clip();
 }
 
-/** The ends of some walls from top to bottom. @param {Wall[]} walls */
+/** The ends of walls from top to bottom. @param {Wall[]} walls */
 function chain(walls) {
   const ends = walls.flatMap(({ x1, y1, x2, y2 }) => [{ x: x1, y: y1 }, { x: x2, y: y2 }]);
   return ends.sort((one, two) => one.y - two.y);
 }
 
 /**
- * The slide along which a ball may start, or the numbered slots.
+ * Paints the slide along which a ball may start, or the numbered slots.
  * @param {CanvasRenderingContext2D} ctx
  * @param {Geometry} geometry
  * @param {Board} board
@@ -188,16 +188,16 @@ function paintRails(ctx, { px, py, scale }, board, colours, { metres, least, sha
   const sides = sidesOf(board);
   /** @param {string} colour @param {number} right @param {number} down CSS pixels */
   const rails = (colour, right, down) => board.walls.forEach((wall, number) => {
-    // A wall has no thickness; at a side its rail lies outside, so that balls touch its inner edge.
+    // A wall has no thickness. The rail of a side lies outside of it, so that balls touch its inner edge.
     const across = sides[number] * (width / 2) + right;
     stroke(ctx, px(wall.x1) + across, py(wall.y1) + down, px(wall.x2) + across, py(wall.y2) + down, width, colour);
   });
-  rails(colours.railShade, shade[0], shade[1]); // all of them first: none lies on another's rail
+  rails(colours.railShade, shade[0], shade[1]); // before all rails, so that no shadow covers a rail
   rails(colours.rail, 0, 0);
 }
 
 /**
- * The pockets, with what each pays, or the prize in it.
+ * Paints the bins with their multipliers, or with their prizes.
  * @param {CanvasRenderingContext2D} ctx
  * @param {Geometry} geometry
  * @param {Board} board
@@ -206,7 +206,7 @@ function paintRails(ctx, { px, py, scale }, board, colours, { metres, least, sha
 export function paintBins(ctx, geometry, board, payout) {
   const { multipliers } = board.bins;
   const boxes = multipliers.map((_, bin) => binBox(geometry, board, bin));
-  if (boxes.some(({ width }) => width <= 0)) return; // a canvas that is not laid out yet, or a sliver of one
+  if (boxes.some(({ width }) => width <= 0)) return; // the canvas is not laid out yet, or too narrow
   const colours = multipliers.map((pays, bin) => coloursOf(labelOf(board, bin), payout(pays)));
   boxes.forEach((box, bin) => {
     ctx.fillStyle = colours[bin].fill;
@@ -234,8 +234,8 @@ export function binBox({ px, binTop, binHeight }, board, bin) {
 }
 
 /**
- * How the multipliers stand in their pockets: in one line, in two where these are narrow, and where they are narrower
- * still only in some of those that pay the same.
+ * How the multipliers are lettered: on one line, in narrow bins on two lines, and in the narrowest ones,
+ * if all pay the same, only in every n-th bin.
  * @param {CanvasRenderingContext2D} ctx
  * @param {Geometry} geometry
  * @param {Board} board

@@ -1,9 +1,9 @@
-// What of a canvas was painted and has to be wiped before the next picture. Pure but for `clear`.
+// The rectangles of a canvas that must be cleared before the next frame. Pure except for `clear`.
 
-const MOST = 1024; // rectangles; more are as good as everything
-const SHARE = 0.6; // of the canvas: from here on one large wipe is cheaper than many small ones
+const MOST = 1024; // rectangles; with more the whole canvas is cleared
+const SHARE = 0.6; // of the canvas; above it, clearing everything at once is cheaper
 
-/** Rectangles in CSS pixels, kept in one array that is used again and again. */
+/** Rectangles in CSS pixels, in one array that is reused. */
 export class Damage {
   #boxes = new Float64Array(4 * MOST);
   #count = 0;
@@ -42,7 +42,7 @@ export class Damage {
   }
 
   /**
-   * Wipes it all and starts anew.
+   * Clears the rectangles and forgets them.
    * @param {CanvasRenderingContext2D} ctx
    * @param {number} width
    * @param {number} height

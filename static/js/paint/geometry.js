@@ -1,12 +1,12 @@
-// Where a board lies on a canvas of a given width: metres to CSS pixels and back.
+// Maps a board to a canvas of a given width: metres to CSS pixels and back.
 
 /** @import { Board } from "../model/board.js" */
 
 const SIDE_PAD_M = 0.08;
-const HEADROOM_PX = 58; // the hopper, and a touch target above it
+const HEADROOM_PX = 58; // for the hopper and a touch target above it
 const MIN_BIN_PX = 34;
 const BIN_M = 0.42;
-// Where labels stand in the bins, turned by a quarter if need be.
+// For bins with labels, which may be turned by a quarter.
 const MIN_LABELLED_PX = 58;
 const LABELLED_BIN_M = 1;
 
@@ -15,10 +15,10 @@ const LABELLED_BIN_M = 1;
  * @property {number} width CSS pixels
  * @property {number} height CSS pixels
  * @property {number} scale CSS pixels per metre
- * @property {number} binTop where the balls' centres cross into a bin, CSS pixels
+ * @property {number} binTop the line at which a ball's centre enters a bin, CSS pixels
  * @property {number} binHeight CSS pixels
  * @property {number} dropY CSS pixels
- * @property {number} aimBottom pointers above it aim and drop, CSS pixels
+ * @property {number} aimBottom a pointer above this line aims, CSS pixels
  * @property {(x: number) => number} px metres to pixels, across
  * @property {(y: number) => number} py metres to pixels, down
  * @property {(px: number) => number} x pixels to metres, across
@@ -39,7 +39,7 @@ export function sides(board) {
 /** @param {Board} board @returns {number} metres */
 const binDepth = ({ bins }) => (bins.labels ? LABELLED_BIN_M : BIN_M);
 
-/** @param {Board} board @returns {number} width over height of the part that scales */
+/** @param {Board} board @returns {number} width over height, without the headroom of fixed height */
 export function ratioOf(board) {
   const { left, right } = sides(board);
   return (right - left) / (board.bins.y - board.drop.y + binDepth(board));

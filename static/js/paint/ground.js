@@ -1,5 +1,5 @@
-// Paints the places that boards stand in: what is printed on the plate, and what lies around it.
-// How large and where everything is stands in theme.json: app/render/parts/ground.py paints the same.
+// Paints the backdrops of boards: the print on the plate, and the scene around it. All measures are in
+// theme.json; app/render/parts/ground.py paints the same for pictures.
 
 import { disc } from "../util/canvas.js";
 
@@ -7,21 +7,21 @@ import { disc } from "../util/canvas.js";
 
 /**
  * @typedef {object} Place
- * @property {number} x where balls start, CSS pixels
+ * @property {number} x where the rays begin: at the drop zone, CSS pixels
  * @property {number} y
  * @property {number} width of the picture, CSS pixels
  * @property {number} height
  * @property {Palette} colours
- * @property {number} rays wedges of the sunburst, printed and not
+ * @property {number} rays number of wedges of the sunburst, of which every other one is printed
  * @property {Grounds} grounds
  *
  * @typedef {(ctx: CanvasRenderingContext2D, place: Place) => void} Paint
  */
 
 const TURN = 2 * Math.PI;
-const BENDS = 60; // of a wave from side to side
+const BENDS = 60; // straight pieces of a wave from side to side
 
-/** What is printed on the plate, between the walls. @type {Record<string, Paint>} */
+/** The print on the plate, between the walls. @type {Record<string, Paint>} */
 export const GROUNDS = {
   rays: (ctx, place) => {
     ctx.globalAlpha = 0.6;
@@ -35,7 +35,7 @@ export const GROUNDS = {
   court,
 };
 
-/** What lies around the plate, beyond the walls. @type {Record<string, Paint>} */
+/** The scene around the plate, beyond the walls. @type {Record<string, Paint>} */
 export const SURROUNDINGS = {
   rays: (ctx, place) => rays(ctx, place, place.colours.shoulderRay),
   craters: (ctx, place) => sky(ctx, place, place.grounds.craters.around),
@@ -47,20 +47,20 @@ export const SURROUNDINGS = {
 };
 
 /**
- * Places spread evenly, the same each time: steps of Roberts' R2 sequence.
+ * Visits evenly spread places, the same in each call: Roberts' R2 sequence.
  * @param {number} count @param {(x: number, y: number, i: number) => void} visit 0 … 1, 0 … 1
  */
 function scatter(count, visit) {
   for (let i = 0; i < count; i += 1) visit((0.5 + i * 0.7548776662) % 1, (0.5 + i * 0.569840291) % 1, i);
 }
 
-/** @param {number} width @returns {number[]} where a wave is bent, from one end to the other */
+/** @param {number} width @returns {number[]} the x of a wave's points, from one end to the other */
 function across(width) {
   return Array.from({ length: BENDS + 1 }, (_, i) => (i * width) / BENDS);
 }
 
 /**
- * The printed sunburst: every other wedge, out of the place where balls start.
+ * The sunburst: every other wedge, from the place where balls start.
  * @param {CanvasRenderingContext2D} ctx @param {Place} place @param {string} colour
  */
 function rays(ctx, { x, y, width, height, rays: count }, colour) {
@@ -78,7 +78,7 @@ function rays(ctx, { x, y, width, height, rays: count }, colour) {
 }
 
 /**
- * Stars, and worlds far away.
+ * Stars and distant planets.
  * @param {CanvasRenderingContext2D} ctx @param {Place} place @param {{stars: number, planets: Planet[]}} sky
  */
 function sky(ctx, place, { stars: count, planets }) {
@@ -97,7 +97,7 @@ function stars(ctx, { width, height, grounds: { step } }, count) {
 }
 
 /**
- * A world lit from the upper left.
+ * A planet lit from the upper left.
  * @param {CanvasRenderingContext2D} ctx @param {Place} place @param {Planet} body
  */
 function planet(ctx, { width, height }, { x, y, size, colours }) {
@@ -145,7 +145,7 @@ function dunes(ctx, { width, height, colours, grounds: { step, dunes: { plate } 
   }
 }
 
-/** Jupiter: belts and zones of cloud, and the great spot. @type {Paint} */
+/** Jupiter: belts and zones of clouds, and the great spot. @type {Paint} */
 function bands(ctx, place) {
   const { width, height, colours, grounds: { bands: { plate } } } = place;
   const [upper, lower] = plate.edges.map(({ swell, times, shift }) =>
@@ -267,7 +267,7 @@ function court(ctx, { x, width, height, colours, grounds: { court: { plate } } }
   ctx.stroke();
 }
 
-/** The way of a ball that bounces off to the side. @type {Paint} */
+/** The path of a ball that bounces away to the side. @type {Paint} */
 function bounces(ctx, { width, height, colours, grounds: { court: { around } } }) {
   const { y, bounces: count, nearer, lower, line, dash } = around;
   ctx.strokeStyle = colours.shoulderRay;

@@ -1,4 +1,4 @@
-// Paints what is drawn over a board to explain it: paths, arrows, rings. CSS pixels.
+// Paints marks that explain a drop over its board: paths, arrows, rings, notes. CSS pixels.
 
 import { LABEL_FONT } from "./board.js";
 
@@ -27,10 +27,10 @@ export function paintPath(ctx, { px, py }, points, { colour, width, alpha = 1, d
 }
 
 /**
- * An arrow with a dark rim, so that it is seen on any board.
+ * An arrow with a dark rim, so that it is visible on any board.
  * @param {CanvasRenderingContext2D} ctx
  * @param {Point} from
- * @param {Point} by its length and direction, CSS pixels
+ * @param {Point} by from its start to its tip, CSS pixels
  * @param {{colour: string, rim: string, width: number}} style
  */
 export function paintArrow(ctx, from, by, { colour, rim, width }) {
@@ -80,7 +80,7 @@ export function paintRing(ctx, x, y, radius, { colour, width, dash = [] }) {
 }
 
 /**
- * A few words beside a place, on a label of their own, within the picture.
+ * A few words on a label next to a place, kept within the picture.
  * @param {CanvasRenderingContext2D} ctx
  * @param {string} text
  * @param {{x: number, y: number, gap: number, size: number, width: number}} place CSS pixels; gap:

@@ -1,15 +1,15 @@
-// Names at balls: each drawn once, then only copied.
+// Name plates of balls: each is drawn once; each frame only copies it.
 
 import { sheetContext } from "../util/canvas.js";
 import { LABEL_FONT } from "./board.js";
 
-const MOST = 256; // names; a room in which more are in flight at a time draws some of them again
-const INK = "#ffffff"; // with a dark rim it is read on any board, and on any picture below one
+const MOST = 256; // names kept; with more in flight, some are drawn again
+const INK = "#ffffff"; // with the dark rim it is readable on any board and any backdrop
 const RIM = "#14181d";
 
 /** @typedef {{sheet: ImageBitmap, width: number, height: number}} Plate CSS pixels */
 
-/** Of one size on one screen. */
+/** The plates for one size of letters and one screen density. */
 export class NameBook {
   /** @type {Map<string, Plate>} */
   #plates = new Map();

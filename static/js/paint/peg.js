@@ -1,4 +1,4 @@
-// Paints one peg: its light, and the mark of what it is made of.
+// Paints one peg: its light, and the mark of its material.
 
 import { disc } from "../util/canvas.js";
 
@@ -30,7 +30,7 @@ export function paintPeg(ctx, spot, colours, { highlight, shade, mark = [] }) {
   ctx.globalAlpha = 1;
 }
 
-/** What of a mark is made of one shape, in the colour that is set. @type {Record<Mark["shape"], Shape>} */
+/** Paints one shape of a mark, in the current colour. @type {Record<Mark["shape"], Shape>} */
 const MARKS = {
   disc: (ctx, { x, y, r }, [dx, dy, radius]) => disc(ctx, x + dx * r, y + dy * r, radius * r),
   ring: (ctx, { x, y, r }, [radius, wide]) => {

@@ -1,4 +1,4 @@
-// How labels stand in their pockets: across or along them, from the foot up, in lines, cut if need be.
+// Fits labels into bins: horizontal or turned by a quarter, on up to three lines, cut if too long.
 
 import { labelOf } from "../model/board.js";
 import { multiplier } from "../util/format.js";
@@ -7,21 +7,21 @@ import { multiplier } from "../util/format.js";
 /** @import { Box } from "./board.js" */
 /** @import { PayoutColour } from "./theme.js" */
 
-const LEGIBLE = 9; // CSS pixels, the least size of a label
+const LEGIBLE = 9; // smallest size of a label, CSS pixels
 const LARGEST = 24;
-const FILLED = 0.86; // of a pocket by a label
+const FILLED = 0.86; // of a bin, by its label
 const LINES = 3;
 const LINE_HEIGHT = 1.15; // of the letters' size
 const DOTS = "…";
 
-/** @typedef {{text: string, colours: Pick<PayoutColour, "fill" | "ink">}} Pocket what is written in one, and its colours */
+/** @typedef {{text: string, colours: Pick<PayoutColour, "fill" | "ink">}} Pocket text and colours of a bin */
 /** @typedef {{lines: string[], size: number, along: boolean}} Lettering size: CSS pixels; along: turned by a quarter */
-/** @typedef {(text: string) => number} WidthOf in letters of 1 CSS pixel */
+/** @typedef {(text: string) => number} WidthOf width of a text in letters of 1 CSS pixel */
 
 /**
  * @param {Label | null} label
  * @param {PayoutColour} payout
- * @returns {Pocket["colours"]} the label's colour, or else the payout's
+ * @returns {Pocket["colours"]} the label's colour, by default the payout's
  */
 export function coloursOf(label, payout) {
   const fill = label?.colour;
@@ -29,7 +29,7 @@ export function coloursOf(label, payout) {
 }
 
 /**
- * What a ball in a bin has won: the label's text, or else the multiplier.
+ * The prize of a landing: the label's text, by default the multiplier.
  * @param {Pick<Board, "bins"> | null} board
  * @param {number | null} bin
  * @param {number} score
@@ -37,7 +37,7 @@ export function coloursOf(label, payout) {
  */
 export const prizeOf = (board, bin, score) => (board && labelOf(board, bin)?.text) ?? multiplier(score);
 
-/** @param {string} colour #rrggbb @returns {string} black or white, which of them can be read better on it */
+/** @param {string} colour #rrggbb @returns {string} black or white, whichever has more contrast */
 export function inkOn(colour) {
   const [red, green, blue] = [1, 3, 5].map((at) => {
     const part = parseInt(colour.slice(at, at + 2), 16) / 255;
@@ -47,7 +47,7 @@ export function inkOn(colour) {
 }
 
 /**
- * The way around in which the smallest letters are largest.
+ * Letters all labels horizontally or all turned, whichever makes the smallest letters larger.
  * @param {WidthOf} widthOf
  * @param {string[]} texts one for each box
  * @param {Box[]} boxes
@@ -68,7 +68,7 @@ export function letteringOf(widthOf, texts, boxes) {
  * @param {string} text
  * @param {{long: number, deep: number}} room along and across the lines, CSS pixels
  * @param {boolean} along
- * @returns {Lettering} as large as it fits
+ * @returns {Lettering} the largest that fits
  */
 function fitted(widthOf, text, room, along) {
   const found = { size: 0, lines: [text] };
@@ -83,7 +83,7 @@ function fitted(widthOf, text, room, along) {
   return { lines: found.lines, size: Math.min(found.size, LARGEST), along };
 }
 
-/** @param {string[]} words @param {number} most @returns {string[][]} all ways to put them on so many lines or fewer */
+/** @param {string[]} words @param {number} most @returns {string[][]} all ways to put them on at most that many lines */
 function broken(words, most) {
   const ways = [[words.join(" ")]];
   if (most === 1) return ways;
@@ -98,7 +98,7 @@ function broken(words, most) {
  * @param {WidthOf} widthOf
  * @param {string} text
  * @param {number} most of its width, in the same unit
- * @returns {string} the text, cut at its end where it is wider
+ * @returns {string} the text, shortened if it is wider
  */
 function cut(widthOf, text, most) {
   if (widthOf(text) <= most) return text;

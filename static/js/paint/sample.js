@@ -1,4 +1,4 @@
-// Paints a table as a small picture of itself: its ground, some of its pegs, a ball on its way.
+// Paints a small sample of a table's look: its backdrop, some pegs and a ball.
 
 import { makeSprite, paintBall } from "./ball.js";
 import { GROUNDS } from "./ground.js";

@@ -1,4 +1,4 @@
-// The stamps of a board's balls, one set a colour: made when a ball of that colour is first drawn.
+// Caches the stamps of balls, one set for each colour, made when a ball of that colour is first drawn.
 
 import { makeHalo, makeSprite } from "./ball.js";
 
@@ -6,12 +6,12 @@ import { makeHalo, makeSprite } from "./ball.js";
 /** @import { BallColours, Light, Sprite } from "./ball.js" */
 /** @import { Theme } from "./theme.js" */
 
-const MOST = 32; // sets; a room in which players choose freely keeps no more
-const SHADE = 0.5; // of a colour's own brightness, on the ball's far side
+const MOST = 32; // sets; bounded, because players choose colours freely
+const SHADE = 0.5; // brightness of the ball's shaded side, relative to its colour
 
-/** @typedef {{colour: string, body: Sprite, halo: Light}} Stamps colour: of its light and trail */
+/** @typedef {{colour: string, body: Sprite, halo: Light}} Stamps colour: of halo and trail */
 
-/** Of one size on one screen in one theme. */
+/** The stamps for one size, one screen density and one theme. */
 export class StampBook {
   /** @type {Map<string, Stamps>} */
   #sets = new Map();

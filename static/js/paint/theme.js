@@ -1,16 +1,16 @@
-// The game's colours and shapes: one file for CSS, canvas and pictures made elsewhere.
+// The game's colours and shapes from theme.json, which style sheets, canvases and the server's pictures share.
 
 /** @typedef {Record<string, string>} Palette colour by name, as in theme.json */
 /** @typedef {{from: number, fill: string, ink: string}} PayoutColour for scores >= from */
 
 /**
- * Measures of what is drawn, in parts of a radius where they say nothing else.
+ * Measures for painting, in radii unless said otherwise.
  * @typedef {{across: number, down: number, alpha: number}} Shadow
  * @typedef {{x: number, y: number, radius: number}} Highlight
  * @typedef {{shadow: Shadow, highlight: Highlight, shade: {at: number, colour: string}[], mark?: Mark[]}} PegShape mark:
- *   what paint/peg.js draws over it
+ *   shapes that paint/peg.js paints over the peg
  * @typedef {{shape: "disc" | "ring" | "stripe" | "line", at: number[], colour: string, alpha: number}} Mark
- *   at: x, y and radius; radius and width; y and height; both ends and width
+ *   at, by shape: x, y and radius; radius and width; y and height; both ends and width
  * @typedef {{band: number, shadow: Shadow, highlight: Highlight,
  *   gloss: {at: number, colour: "light" | "dark", alpha: number}[]}} BallShape
  * @typedef {{metres: number, least: number, shade: number[]}} RailShape least: CSS pixels
@@ -20,12 +20,12 @@
  * @property {PegShape} peg
  * @property {BallShape} ball
  * @property {{width: number, alpha: number, core: {width: number, alpha: number, part: number}}} trail part:
- *   of the trail's length; the core is in the trails of our own balls
+ *   of the trail's length; only the player's own balls have a core
  * @property {RailShape} rail
- * @property {{pad: number, metres: number, least: number, most: number}} box CSS pixels, but metres
+ * @property {{pad: number, metres: number, least: number, most: number}} box in CSS pixels, except `metres`
  *
- * @typedef {{x: number, y: number, size: number, colours: string[]}} Planet colours: from its lit side to its dark one
- * @typedef {object} Grounds measures of what paint/ground.js paints
+ * @typedef {{x: number, y: number, size: number, colours: string[]}} Planet colours: from the lit side to the dark one
+ * @typedef {object} Grounds measures for paint/ground.js
  * @property {number} step
  * @property {{plate: {count: number, least: number, more: number, alpha: number,
  *   rim: {shift: number, size: number, alpha: number}}, around: {stars: number, planets: Planet[]}}} craters
@@ -43,13 +43,13 @@
  *   around: {y: number, reach: number, high: number, bounces: number, nearer: number, lower: number, line: number,
  *   dash: number}}} court
  *
- * @typedef {{named: string, ground: string, palette: Palette, peg: Partial<PegShape>}} Place what of the look is a place's own;
- *   named: the part of a board's name that says so; ground: what paint/ground.js prints on its boards
+ * @typedef {{named: string, ground: string, palette: Palette, peg: Partial<PegShape>}} Place the changes that a
+ *   place makes to the look; named: the part of a board's name that stands for the place; ground: its backdrop
  * @typedef {{light: Palette, dark: Palette, payout: PayoutColour[], shapes: Shapes, places: Record<string, Place>,
  *   grounds: Grounds}}
  *   ThemeData theme.json
  *
- * @typedef {object} Look all that painting a board needs
+ * @typedef {object} Look everything that painting a board needs
  * @property {Palette} palette
  * @property {Shapes} shapes
  * @property {string} ground
@@ -60,18 +60,18 @@
 /** @typedef {"system" | "light" | "dark"} Scheme */
 
 const KEY = "plinko.scheme.1";
-const KEPT_S = 365 * 24 * 3600; // of the cookie by which the server's page begins in the right colours
+const KEPT_S = 365 * 24 * 3600; // lifetime of the cookie that tells the server the page's first colours
 /** @type {Scheme[]} */
 export const SCHEMES = ["system", "light", "dark"];
 
-/** The look of the page as the visitor has chosen it, or the system; sets the CSS variables. */
+/** The page's look: light or dark as the visitor or the system chose. It sets the CSS variables. */
 export class Theme {
   #system = window.matchMedia("(prefers-color-scheme: dark)");
   /** @type {(() => void)[]} */
   #listeners = [];
   /** @type {Scheme} */
   #scheme;
-  /** @type {string | null} where the board stands; null for the house's own ground */
+  /** @type {string | null} the place of the current board; null for the default look */
   #place = null;
   /** @type {Look} */
   #look;
@@ -101,7 +101,7 @@ export class Theme {
     return this.#scheme;
   }
 
-  /** @param {Scheme} scheme for this page and, from now on, all others of this browser */
+  /** @param {Scheme} scheme for all pages of this browser */
   choose(scheme) {
     this.#scheme = scheme;
     this.storage.setItem(KEY, scheme);
@@ -109,14 +109,14 @@ export class Theme {
     this.#change();
   }
 
-  /** @param {string | null} place in which the board stands that is shown */
+  /** @param {string | null} place of the board that is shown */
   enter(place) {
     if (place === this.#place) return;
     this.#place = place;
     this.#change();
   }
 
-  /** @param {string | null} place @returns {Look} what a board there looks like now */
+  /** @param {string | null} place @returns {Look} the current look of boards in that place */
   lookOf(place) {
     const { data } = this;
     const dark = this.#scheme === "dark" || (this.#scheme === "system" && this.#system.matches);
@@ -128,7 +128,7 @@ export class Theme {
     return this.#look.palette;
   }
 
-  /** Measures of what is drawn, as in theme.json. */
+  /** As in theme.json. */
   get shapes() {
     return this.#look.shapes;
   }
@@ -137,7 +137,7 @@ export class Theme {
     return this.#look.ground;
   }
 
-  /** Measures of what is printed on the plates of places, as in theme.json. */
+  /** As in theme.json. */
   get grounds() {
     return this.data.grounds;
   }
@@ -172,7 +172,7 @@ export class Theme {
 
 /**
  * @param {ThemeData} data
- * @param {Palette} palette of the house, by day or by night
+ * @param {Palette} palette the default one, light or dark
  * @param {string | null} place
  * @returns {Look}
  */
@@ -192,7 +192,7 @@ export function payoutColour(steps, score) {
   return steps.findLast((step) => score >= step.from) ?? steps[0];
 }
 
-/** @param {string | null} text as it was kept @returns {Scheme} */
+/** @param {string | null} text as stored @returns {Scheme} */
 function schemeOf(text) {
   return SCHEMES.find((scheme) => scheme === text) ?? "system";
 }

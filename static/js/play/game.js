@@ -1,5 +1,5 @@
-// The state of the live page: the room, the player's account, what is set on the desk, what was dropped together.
-// Panels read it, subscribe to its news, and ask it to act; none of them knows another.
+// The state of the live page: the room, the player's account, the settings on the desk, the runs of balls.
+// Panels read it, subscribe to its events and call its methods; no panel knows another.
 
 import { payoutOf } from "../fairness/payout.js";
 import { knownDrops, MINOR_UNITS, refillOf, viewOf } from "../model/player/account.js";
@@ -27,11 +27,11 @@ import { Store } from "./store.js";
 /** @import { TableChoice } from "./rooms.js" */
 
 /**
- * @typedef {object} Choice what is set on the desk
- * @property {string | null} seed of practice; null where the table draws one
+ * @typedef {object} Choice the settings on the desk
+ * @property {string | null} a practice seed; null where the server draws one
  * @property {number | null} aim m; null for the board's own start
  * @property {number} stake credits
- * @property {number} balls of one push
+ * @property {number} balls for each press of DROP
  * @property {Pace} pace
  */
 
@@ -41,17 +41,17 @@ const CHOICE_KEY = "plinko.choice.1";
 export class Game extends Store {
   /** @type {Choice} */
   choice;
-  /** @type {Odds | null} of the table that is played at */
+  /** @type {Odds | null} of this room's board */
   odds = null;
-  /** Balls that are told together, until all are down. @type {Run[]} */
+  /** Runs of balls that have not all landed yet. @type {Run[]} */
   #runs = [];
   #timer = 0;
-  /** The board of the main room, as far as it is known. @type {string | null} */
+  /** The main room's board, null until known. @type {string | null} */
   #mainBoard = null;
-  /** A table to go to once our balls are down. @type {TableChoice | null} */
+  /** The table to move to once our balls have landed. @type {TableChoice | null} */
   moving = null;
 
-  /** @param {{storage: Storage, solver: Solver | null, streams: string[], room: string}} means */
+  /** @param {{storage: Storage, solver: Solver | null, streams: string[], room: string}} options */
   constructor({ storage, solver, streams, room }) {
     super();
     this.storage = storage;
@@ -96,7 +96,7 @@ export class Game extends Store {
       if (hello.room === MAIN_ROOM) this.#mainBoard = hello.board_name;
       this.#setPace();
     });
-    let there = true; // the line
+    let there = true; // the connection
     this.on("room", () => {
       const { state } = this.room;
       const lost = state === "reconnecting" || state === "closed";
@@ -117,7 +117,7 @@ export class Game extends Store {
     });
   }
 
-  /** @param {string} id of a room: goes there at once */
+  /** Enters a room at once. @param {string} id */
   enter(id) {
     if (id === this.room.id) return;
     this.stop("player");
@@ -129,7 +129,7 @@ export class Game extends Store {
     this.tell("account", null);
   }
 
-  /** Goes to the table of a board, once balls of ours are down. @param {TableChoice} choice */
+  /** Moves to a board's room, once our balls have landed. @param {TableChoice} choice */
   async move(choice) {
     this.stop("player");
     if (this.room.own.unseen > 0 && this.room.practice !== "offline") {
@@ -149,12 +149,12 @@ export class Game extends Store {
     }
   }
 
-  /** @returns {TableChoice | null} what is played; null before it is known, and of a board that nobody can choose */
+  /** @returns {TableChoice | null} this room's board; null before it is known, and if the form does not offer it */
   get played() {
     return this.room.hello && choiceOf(this.room.hello);
   }
 
-  /** Goes to the same board in another world. @param {World} world */
+  /** Moves to the same board in another world. @param {World} world */
   travel({ gravity, material }) {
     if (this.played) void this.move({ ...this.played, gravity, material });
   }
@@ -173,37 +173,37 @@ export class Game extends Store {
     if (table) table.pace = table.solve ? PACES[this.choice.pace] : PACES.real;
   }
 
-  /** @returns {Reason | null} why drops count for nothing now; null when they are staked */
+  /** @returns {Reason | null} why drops are practice now; null when they are staked */
   get practice() {
     return this.choice.seed === null ? this.room.practice : "seed";
   }
 
-  /** The account as all panels show it. */
+  /** The account as panels show it: stakes not yet answered are already deducted. */
   get account() {
     return viewOf(this.wallet.account, this.room.own.held);
   }
 
-  /** The auto-drop that is under way. @returns {Run | null} */
+  /** The running auto-drop. @returns {Run | null} */
   get auto() {
     return this.#runs.find(({ limits, stopped }) => limits && !stopped) ?? null;
   }
 
-  /** Balls of ours that are in flight, or still to be dropped one by one. */
+  /** Whether our balls are in flight, or still to be dropped. */
   get busy() {
     return this.#runs.some(({ over }) => !over);
   }
 
-  /** @returns {number} balls of ours that are in flight */
+  /** @returns {number} our balls in flight */
   get falling() {
     return this.#runs.reduce((sum, { falling }) => sum + falling, 0);
   }
 
-  /** @param {number | null} [aim] m, where it is not the one that is chosen */
+  /** @param {number | null} [aim] m, instead of the aim set on the desk */
   drop(aim = this.choice.aim) {
     this.#add(this.#runs.find(({ limits }) => !limits) ?? new Run(), this.choice.balls, aim);
   }
 
-  /** @param {{rate: number, count: number, win: number, loss: number}} asked infinite: without that end */
+  /** Infinite values mean no limit. @param {{rate: number, count: number, win: number, loss: number}} asked */
   startAuto({ rate, count, win, loss }) {
     this.#add(new Run({ win, loss }), count, this.choice.aim, rate);
   }
@@ -215,13 +215,13 @@ export class Game extends Store {
     this.#pump();
   }
 
-  /** No more balls are dropped; those in flight count. @param {"player" | "refused"} why */
+  /** Stops dropping; balls in flight still count. @param {"player" | "refused"} why */
   stop(why) {
     for (const run of this.#runs) run.stop(why);
     this.#finish();
   }
 
-  /** @param {Run} run @param {number | null} aim @returns {() => string | null} drops one ball after the other */
+  /** @param {Run} run @param {number | null} aim @returns {() => string | null} drops a ball, returns its ref */
   #dropper(run, aim) {
     let { seed } = this.choice;
     return () => {
@@ -247,7 +247,7 @@ export class Game extends Store {
     this.#finish();
   }
 
-  /** @param {Played} played it is final, in every panel at once */
+  /** Books a drop whose landing was shown, in every panel at once. @param {Played} played */
   #seen(played) {
     const { fair, stake, score, practice } = played;
     const payout = payoutOf(Math.round(stake * MINOR_UNITS), score);
@@ -258,7 +258,7 @@ export class Game extends Store {
     this.#finish();
   }
 
-  /** What is down is told. */
+  /** Reports the runs whose balls have all landed, and moves to the next table if the player has chosen one. */
   #finish() {
     const over = this.#runs.filter((run) => run.over);
     this.#runs = this.#runs.filter((run) => !run.over);
@@ -279,14 +279,14 @@ export class Game extends Store {
     this.say(t("play.refilled", { balance: plain(this.account.balance) }), { urgent: true });
   }
 
-  /** Statistics and history begin again; the balance stays. */
+  /** Clears statistics and history; the balance stays. */
   reset() {
     this.wallet.apply({ type: "reset" });
     this.tell("account", null);
   }
 }
 
-/** @param {Played[]} played of one session, found after the page had left @returns {string} */
+/** @param {Played[]} played drops of one session, found after an absence @returns {string} */
 function foundWords(played) {
   const [{ name }] = played;
   const staked = played.reduce((sum, { stake }) => sum + stake, 0);

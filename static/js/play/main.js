@@ -1,4 +1,4 @@
-// The live page: the game, and the panels that show it. Old replay links are sent on to the replay page.
+// Starts the live page: the game and its panels. Old replay links are redirected to the replay page.
 
 import { messageOf } from "../net/api.js";
 import { streamsFor } from "../net/streams.js";
@@ -34,7 +34,7 @@ async function start() {
   }
   keepOffline();
   const storage = window.localStorage;
-  // Without WebAssembly the table sends paths, and nothing is computed here.
+  // Without WebAssembly the server sends paths, and the page computes nothing.
   const opening = openSolver().catch(() => null);
   const theme = await Theme.load();
   await leadBack(new Visited(storage));

@@ -1,4 +1,4 @@
-// This visitor's drops at a table: asked for, in flight, landed, and found again after a disconnect.
+// This visitor's drops in a room: sent, in flight, landed, and found again after a disconnect.
 
 import { payoutOf } from "../fairness/payout.js";
 import { MINOR_UNITS } from "../model/player/account.js";
@@ -14,24 +14,25 @@ import { t } from "../texts/text.js";
 
 /**
  * @typedef {{id: number, seed: string, x: number, explicit: boolean, aim?: number, by?: string}} Accepting
- *   what a drop needs to know of its ball
+ *   the fields of a ball that its drop needs
  * @typedef {{ref: string, stake: number, practice: boolean, ball: Accepting | null, fair?: FairPlace,
- *   shown?: Played}} OwnDrop ball: null until accepted; fair: of a staked one, from then on
+ *   shown?: Played}} OwnDrop ball: null until accepted; fair: set with it for a staked drop; shown: set once its
+ *   landing was shown
  *
  * @typedef {{bin: number | null, score: number, digest: string | null}} End
  */
 
-/** Drops of ours that the table has not settled yet, by the ref under which they were asked for. */
+/** Our drops that the server has not settled yet, by ref. */
 export class OwnDrops {
   /** @type {Map<string, OwnDrop>} */
   #open = new Map();
-  /** @type {OwnDrop[]} those under way when the line broke, until the server tells their fate */
+  /** @type {OwnDrop[]} those open when the connection broke, until the server reports their results */
   #pending = [];
   /** @type {Pick<Hello, "mode" | "board_name" | "board_digest" | "balls">} */
   #hello = { mode: "independent", board_name: "", board_digest: "", balls: [] };
   /** @type {Table | null} */
   #table = null;
-  /** What REST calls the board. */
+  /** The board's name in REST paths. */
   address = "";
 
   /** @param {Pick<Store, "tell" | "say">} news */
@@ -39,22 +40,22 @@ export class OwnDrops {
     this.news = news;
   }
 
-  /** How many have not settled yet. */
+  /** Drops not settled yet. */
   get count() {
     return this.#open.size;
   }
 
-  /** How many are still to be seen to land. */
+  /** Drops whose landing has not been shown yet. */
   get unseen() {
     return this.#which(({ shown }) => !shown).length;
   }
 
-  /** How many the table has not answered yet. */
+  /** Drops that the server has not answered yet. */
   get unanswered() {
     return this.#which(({ ball }) => !ball).length;
   }
 
-  /** @returns {number} stakes of drops that the table has not answered yet */
+  /** @returns {number} the sum of the stakes of unanswered drops, credits */
   get held() {
     return this.#which(({ ball }) => !ball).reduce((sum, { stake }) => sum + stake, 0);
   }
@@ -64,35 +65,35 @@ export class OwnDrops {
     return [...this.#open.values()].filter(holds);
   }
 
-  /** @param {string} ref @param {number} stake asked for just now @param {boolean} practice */
+  /** Adds a drop that was just sent. @param {string} ref @param {number} stake @param {boolean} practice */
   add(ref, stake, practice) {
     this.#open.set(ref, { ref, ball: null, stake, practice });
   }
 
   /**
-   * The table is there, or there again.
+   * A connection is open, or open again.
    * @param {Hello} hello
    * @param {Table} table
-   * @returns {boolean} whether drops of ours are pending: what became of them has to be asked
+   * @returns {boolean} whether drops are pending, so that the server must be asked for their results
    */
   enter(hello, table) {
     this.#hello = hello;
     this.#table = table;
     this.#learnAddress(hello);
-    // What is dropped from here on is not lost, whatever the answer says.
+    // Only drops from before this moment: the server's answer says nothing about later ones.
     this.#pending = [...this.#open.values()];
     return this.#pending.length > 0;
   }
 
-  /** @param {string | null | undefined} ref @returns {boolean} whether it is a drop of ours */
+  /** @param {string | null | undefined} ref @returns {boolean} whether it is one of our drops */
   has(ref) {
     return this.#open.has(ref ?? "");
   }
 
   /**
    * @param {string | null | undefined} ref
-   * @param {Ball} ball it is in flight
-   * @param {FairPlace} [fair] where it stands in its session
+   * @param {Ball} ball the drop's ball, now in flight
+   * @param {FairPlace} [fair] its place in its session
    */
   accepted(ref, ball, fair) {
     const drop = this.#open.get(ref ?? "");
@@ -101,21 +102,21 @@ export class OwnDrops {
     Object.assign(drop, { ball, fair });
   }
 
-  /** @param {string | null | undefined} ref @returns {boolean} whether the table has not answered it */
+  /** @param {string | null | undefined} ref @returns {boolean} whether the drop is still unanswered */
   awaits(ref) {
     return this.#open.get(ref ?? "")?.ball === null;
   }
 
   /**
-   * Drops that an earlier life of the page asked for, or another tab, go on.
+   * Takes over drops sent before a reload, or by another tab.
    * @param {OpenDrop[]} found
-   * @returns {Set<string>} sessions of those that do not fall here any more
+   * @returns {Set<string>} sessions of the drops that are not in flight here any more
    */
   adopt(found) {
     return new Set(found.filter((drop) => !this.#adopt(drop)).map(({ session }) => session));
   }
 
-  /** @param {OpenDrop} found @returns {boolean} false when its ball is not in flight here */
+  /** @param {OpenDrop} found @returns {boolean} false if its ball is not in flight here */
   #adopt({ session, drop: number, stake, ball: id, seed }) {
     if (this.#which(({ fair }) => fair?.session === session && fair.drop === number).length) return true;
     const ball = id === undefined ? undefined : this.#table?.balls.get(id);
@@ -127,33 +128,33 @@ export class OwnDrops {
     return true;
   }
 
-  /** @param {string | null | undefined} ref the table did not take it */
+  /** @param {string | null | undefined} ref of a drop that the server refused */
   refused(ref) {
     if (this.#open.delete(ref ?? "")) this.news.tell("refused", { ref: ref ?? "" });
   }
 
-  /** @param {Ball} ball anybody's @param {Landed} outcome it is seen to land so */
+  /** A landing was shown. @param {Ball} ball anybody's @param {Landed} outcome */
   seen(ball, outcome) {
-    // After a lost line a ball that was shown at once is seen to fall once more.
+    // After a reconnect the page may show again a fall that it has shown before: it must count only once.
     for (const drop of this.#which((each) => each.ball === ball && !each.shown)) this.#see(drop, ball, outcome);
   }
 
-  /** @param {Ball} ball anybody's @param {Landed} landed */
+  /** The server has sent a landing. @param {Ball} ball anybody's @param {Landed} landed */
   settled(ball, landed) {
     for (const drop of this.#which((each) => each.ball === ball)) this.#close(drop, ball, landed);
   }
 
   /**
-   * After a disconnect: our balls still fly, have landed meanwhile, or landed where their seed says.
+   * After a disconnect: our balls still fly, or landed meanwhile; if their landings are lost, REST recomputes them.
    * @param {NonNullable<Missed["events"]>} missed
    */
   reclaim(missed) {
     const accepted = missed.filter((event) => event.type === "accepted");
     const landed = missed.filter((event) => event.type === "landed");
     for (const drop of this.#pending) {
-      const heard = accepted.find(({ ref }) => ref === drop.ref);
-      drop.ball ??= acceptingOf(heard);
-      drop.fair ??= fairPlaceOf(heard);
+      const acceptance = accepted.find(({ ref }) => ref === drop.ref);
+      drop.ball ??= acceptingOf(acceptance);
+      drop.fair ??= fairPlaceOf(acceptance);
       if (drop.ball) this.#find(drop, drop.ball, landed);
       else {
         this.refused(drop.ref);
@@ -174,7 +175,7 @@ export class OwnDrops {
     else this.#recover(drop, ball);
   }
 
-  /** @param {OwnDrop} drop @param {Accepting} ball that landed while nobody told us */
+  /** @param {OwnDrop} drop @param {Accepting} ball whose landing event is lost */
   async #recover(drop, ball) {
     try {
       if (this.#hello.mode === "interacting") throw new Error(t("play.knocked"));
@@ -187,7 +188,7 @@ export class OwnDrops {
     }
   }
 
-  /** @param {OwnDrop} drop @param {Accepting} ball @param {End} end as the table has it */
+  /** @param {OwnDrop} drop @param {Accepting} ball @param {End} end the server's result */
   #close(drop, ball, end) {
     this.#open.delete(drop.ref);
     if (!drop.shown) this.#see(drop, ball, end);
@@ -217,7 +218,7 @@ export class OwnDrops {
 
   /** @param {Hello} hello */
   async #learnAddress(hello) {
-    // Until the list of boards is there, and without it, links name the board by its digest.
+    // Until the list of boards has arrived, or if it fails, links name the board by its digest.
     this.address = hello.board_digest;
     this.address = await boardAddress(hello).catch(() => hello.board_digest);
   }
@@ -225,7 +226,7 @@ export class OwnDrops {
 
 /**
  * @param {Accepted | BriefAccepted} [event]
- * @returns {FairPlace | undefined} where a staked drop stands in its session
+ * @returns {FairPlace | undefined} a staked drop's place in its session
  */
 export function fairPlaceOf(event) {
   if (!event?.receipt) return undefined;
@@ -233,7 +234,7 @@ export function fairPlaceOf(event) {
   return { session, drop };
 }
 
-/** @param {Accepted} [event] @returns {Accepting | null} from an acceptance that came late */
+/** @param {Accepted} [event] from before the reconnect @returns {Accepting | null} */
 function acceptingOf(event) {
   if (!event) return null;
   const { ball: id, seed, x, explicit_x: explicit, aim } = event;

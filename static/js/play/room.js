@@ -1,4 +1,4 @@
-// One room through all its connections: line, clock, balls, our drops, the fair session and the players.
+// One room, over all its connections: the socket, the clock, the balls, our drops, the fair session, the players.
 
 import { Company } from "../model/table/company.js";
 import { MAIN_BOARD, MAIN_ROOM, readBoardName } from "../model/presets.js";
@@ -27,46 +27,46 @@ import { fairPlaceOf, OwnDrops } from "./own-drops.js";
 /** @import { Store } from "./store.js" */
 
 /** @typedef {"connecting" | "live" | "asleep" | "reconnecting" | "closed"} LineState */
-/** @typedef {"seed" | "colliding" | "offline" | "unsealed"} Reason why a drop here is practice */
+/** @typedef {"seed" | "colliding" | "offline" | "unsealed"} Reason why a drop is practice */
 
 /**
- * What holds from one hello to the next.
+ * The state that each hello replaces.
  * @typedef {{hello: Hello, table: Table, clock: TickClock, scale: SegmentScale}} Visit
  */
 
-const SEGMENTS = "segments"; // a segment of a path a bounce, from which the page draws the rest
-const COUNTED = new Set(["accepted", "contact", "landed"]); // events that a room numbers
-/** What refusals mean to a player. @type {Record<string, Key>} */
+const SEGMENTS = "segments"; // this stream sends one flight segment per bounce; the page interpolates
+const COUNTED = new Set(["accepted", "contact", "landed"]); // events with a sequence number
+/** The texts shown for refusals, by error code. @type {Record<string, Key>} */
 const REFUSALS = {
   "rate-limited": "refused.rate", "too-many-messages": "refused.rate", "too-many-balls": "refused.full",
   "room-halted": "play.halted",
 };
 
-/** What panels know of a room. `news` tells them when something of it is other than before. */
+/** A room as panels see it; its changes are announced through `news`. */
 export class Room {
   /** The room's newest tick. @type {number | null} */
   tick = null;
   /** @type {LineState} */
   state = "connecting";
-  /** Seconds until a lost line is tried again. */
+  /** Seconds until the next attempt to reconnect. */
   wait = 0;
   /** @type {Visit | null} */
   #visit = null;
-  /** Room events heard of until now, and how the server knows us again. */
+  /** The sequence number of the last event received. */
   #seq = 0;
-  /** @type {{run: string, key: string} | null} */
+  /** The room run and key by which a reconnect resumes this connection. @type {{run: string, key: string} | null} */
   #last = null;
-  /** @type {Snapshot | undefined} whose columns are used again */
+  /** @type {Snapshot | undefined} the last one: its arrays are reused */
   #snapshot;
   #drops = 0;
   #practised = 0;
   #closed = false;
-  #offline = false; // the table was made here, as no server has greeted
+  #offline = false; // whether this page made the table itself, without a server
 
   /**
    * @param {string} id
    * @param {{news: Store, streams: string[], solver: Solver | null, wallet: Wallet, self: Self,
-   *   fair: (send: (message: object) => boolean) => FairPlay}} means streams: those that will do, the best first
+   *   fair: (send: (message: object) => boolean) => FairPlay}} options streams: acceptable streams, the best first
    */
   constructor(id, { news, streams, solver, wallet, self, fair }) {
     this.id = id;
@@ -89,14 +89,14 @@ export class Room {
       onBytes: (bytes) => this.#read(() => this.#takeBytes(bytes)),
       onLost: (waitMs) => this.#lost(waitMs),
       onRefused: () => this.#setState("closed"),
-      // A ball that flies for long sends no segments meanwhile.
+      // A long flight sends no segments: a ping shows whether the connection still works.
       onQuiet: () => this.ping(),
     });
   }
 
   /**
-   * The next best stream, where the one that was asked for will not do.
-   * @returns {boolean} false when there is none
+   * Reconnects with the next best stream, where the current one does not work.
+   * @returns {boolean} false if there is none
    */
   #retreat() {
     if (this.streams.length < 2) return false;
@@ -106,7 +106,7 @@ export class Room {
     return true;
   }
 
-  /** @returns {Table | null} null before there is a board */
+  /** @returns {Table | null} null before the first hello */
   get table() {
     return this.#visit?.table ?? null;
   }
@@ -116,7 +116,7 @@ export class Room {
     return this.#visit?.hello ?? null;
   }
 
-  /** @returns {Reason | null} why drops here are practice, whatever seed they have */
+  /** @returns {Reason | null} why every drop here is practice; null if drops can be staked */
   get practice() {
     if (!this.#visit) return null;
     if (this.hello?.mode === "interacting") return "colliding";
@@ -124,16 +124,16 @@ export class Room {
     return this.fair.failed ? "unsealed" : null;
   }
 
-  /** Whether the table takes one more ball. */
+  /** Whether the room has space for one more ball. */
   get hasRoom() {
     const most = this.hello?.limits.balls ?? Number.POSITIVE_INFINITY;
     return (this.table?.balls.size ?? 0) + this.own.unanswered < most;
   }
 
   /**
-   * A drop is staked in the session; with an own seed, or where nothing can be staked, it is practice.
+   * Sends a drop. It is staked in the session; with a chosen seed, or without a session, it is practice.
    * @param {{seed: string | null, aim: number | null, stake: number}} ask
-   * @returns {string | null} its ref; null where it could not be asked for
+   * @returns {string | null} its ref; null if it could not be sent
    */
   drop({ seed, aim, stake }) {
     if (!this.#visit) return null;
@@ -151,7 +151,7 @@ export class Room {
   }
 
   /**
-   * A ball that falls only in this page.
+   * Drops a ball that exists only in this page.
    * @param {string} ref @param {{seed: string | null, aim: number | null}} ask
    */
   #practise(ref, { seed, aim }) {
@@ -177,9 +177,9 @@ export class Room {
   }
 
   /**
-   * Tells what is due: landings that are seen, and those that the table has sent.
-   * @param {number} due table time up to which landings count, s
-   * @param {number | null} nowMs local time; null lights nothing up
+   * Announces landings: those that the picture now shows, and those that the server has sent.
+   * @param {number} due table time up to which landings have been shown, s
+   * @param {number | null} nowMs local time; null for no flash
    */
   settle(due, nowMs) {
     const { table } = this;
@@ -190,24 +190,24 @@ export class Room {
     this.#rest(table);
   }
 
-  /** Asks how long a message takes to the server and back; `pong` tells. */
+  /** Measures the time of a message to the server and back; the result comes as `pong`. */
   ping() {
     return this.connection.send({ type: "ping", t: performance.now() });
   }
 
-  /** Says who we are, to those at the table who said so, too. */
+  /** Sends our name and colour to the room. */
   appear() {
     this.connection.send(this.self.message);
   }
 
-  /** Leaves: nothing of it is told any more. */
+  /** Leaves the room: nothing more is announced. */
   close() {
     this.#closed = true;
     this.connection.close();
   }
 
   /**
-   * A server that speaks another protocol will go on doing so: no use in coming back.
+   * Handles a message. A server with another protocol will not change it: after a protocol error we do not reconnect.
    * @param {() => void} message
    */
   #read(message) {
@@ -225,7 +225,7 @@ export class Room {
   /** @param {TableMessage} event */
   #take(event) {
     if (COUNTED.has(event.type)) this.#seq += 1;
-    // A newer server may send more kinds; what this page does not know it can do without.
+    // A newer server may send further types: unknown ones are ignored.
     if (event.type === "hello") this.#greeted(event);
     else if (event.type === "missed") this.#missed(event.events ?? []);
     else if (event.type === "accepted") this.#accepted(event);
@@ -274,7 +274,7 @@ export class Room {
     return this.#visit;
   }
 
-  /** @param {Hello} hello @returns {Solve | null} null where the room is shown otherwise, or this page cannot compute it */
+  /** @param {Hello} hello @returns {Solve | null} null for another stream, or if this page cannot compute the board */
   #solveFor({ stream, board, physics_version: version }) {
     const { solver } = this;
     if (stream !== SEEDS || !solver || version !== PHYSICS_VERSION) return null;
@@ -294,7 +294,7 @@ export class Room {
     if (!this.#visit && this.solver) this.#openOffline();
   }
 
-  /** Without a server there is practice at the table's board, where the browser has kept it. */
+  /** Without a server, offers practice on the room's board, if the browser has cached it. */
   async #openOffline() {
     const name = this.id === MAIN_ROOM || !readBoardName(this.id) ? MAIN_BOARD : this.id;
     const reply = await getJson(`boards/${name}`).catch(() => null);
@@ -315,13 +315,13 @@ export class Room {
 
   /** @param {ClockMessage} event */
   #hearClock({ tick, seq }) {
-    this.#seq = seq; // contacts are among them, which this stream does not send
+    this.#seq = seq; // it also counts contacts, which this stream does not send
     this.tick = tick;
     this.#visit?.clock.observe(tick, performance.now());
   }
 
   /**
-   * After a lost line: asks what we have missed of what became of our drops.
+   * After a reconnect: requests the events that we have missed, if drops of ours are pending.
    * @param {Hello} hello
    * @param {boolean} pending
    */
@@ -361,12 +361,12 @@ export class Room {
   /** @param {Landed | BriefLanded} event */
   #landed(event) {
     if (this.table && !this.table.applyLanded(event)) {
-      this.#seq -= 1; // what became of it is asked for again
+      this.#seq -= 1; // so that the reconnect requests this landing again
       this.news.say(t("play.other-path"), { urgent: true });
       this.#retreat();
       return;
     }
-    // Nobody looks at a hidden tab, and it gets no pictures: what landed there counts at once.
+    // A hidden tab draws no frames, so no landing would ever be shown: landings count at once.
     if (document.visibilityState === "hidden") {
       const now = performance.now();
       this.settle(Number.POSITIVE_INFINITY, null);
@@ -378,7 +378,7 @@ export class Room {
   #seen(ball) {
     const { outcome } = ball;
     if (!outcome) return;
-    // A ball with a number below 0 fell only in this page: the table has not counted it.
+    // A ball with a number below 0 fell only in this page, and the room has not counted it.
     if (ball.id >= 0) {
       if (outcome.bin !== null) {
         const entry = { x: outcome.x_end, speed: ball.sink?.vy ?? 0 };
@@ -391,7 +391,7 @@ export class Room {
 
   /** @param {Refusal} event */
   #refused({ ref, code }) {
-    // Before it has greeted, a server refuses what it is asked for: one that knows no such stream.
+    // A refusal before the hello means that the server does not know the stream.
     if (!this.#visit && code === "invalid-value" && this.#retreat()) return;
     this.own.refused(ref);
     if (this.fair.refused({ ref, code })) return;
@@ -407,7 +407,7 @@ export class Room {
     const { hello, table, clock, scale } = this.#visit;
     if (hello.stream === SEGMENTS) {
       const message = decodeSegments(bytes, scale);
-      this.#seq = message.seq; // contacts are among them, which this stream does not send
+      this.#seq = message.seq; // it also counts contacts, which this stream does not send
       this.tick = message.tick;
       table.applySegments(message);
     } else {
@@ -421,7 +421,7 @@ export class Room {
   }
 
   /**
-   * Nothing in flight and nothing asked for: the line may be silent as long as it likes.
+   * With nothing in flight and nothing unanswered, the server may be silent for any time.
    * @param {Table} table
    */
   #rest(table) {
@@ -438,7 +438,7 @@ export class Room {
   }
 }
 
-/** @returns {string} a seed by chance */
+/** @returns {string} */
 export function randomSeed() {
   return String(crypto.getRandomValues(new BigUint64Array(1))[0]);
 }

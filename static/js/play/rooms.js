@@ -1,4 +1,4 @@
-// Finds or opens the room where a board is played in the world that was chosen; and its address.
+// Finds or opens the room for a chosen board and world, and keeps the page's address in step.
 
 import { getJson, postJson } from "../net/api.js";
 import { boardName, MAIN_ROOM, readBoardName, roomOf } from "../model/presets.js";
@@ -12,7 +12,7 @@ import { isOwn, readWorldName, transported } from "../model/worlds.js";
 
 /** @typedef {Choice & World & {knock: boolean}} TableChoice knock: whether balls knock each other */
 
-/** @param {Hello} hello @returns {TableChoice | null} what is played there; null for a board that nobody can choose here */
+/** @param {Hello} hello @returns {TableChoice | null} null for a board that the form does not offer */
 export function choiceOf({ board_name: name, mode }) {
   const { preset, ...world } = readWorldName(name);
   const choice = readBoardName(preset);
@@ -24,7 +24,7 @@ export function roomOfAddress() {
   return new URLSearchParams(window.location.search).get("room") || MAIN_ROOM;
 }
 
-/** Makes it the page's address; Back leads to the one before. @param {string} room */
+/** Makes the room the page's address; the browser's Back leads to the previous room. @param {string} room */
 export function putIntoAddress(room) {
   const { pathname } = window.location;
   const address = room === MAIN_ROOM ? pathname : `?room=${encodeURIComponent(room)}`;
@@ -33,9 +33,9 @@ export function putIntoAddress(room) {
 
 /**
  * @param {TableChoice} choice
- * @param {string | null} mainBoard the main room's board, as far as it is known
- * @param {Visited} visited remembers the rooms opened before
- * @returns {Promise<string>} the room's id; rejects with what the server has against the board
+ * @param {string | null} mainBoard the main room's board, null while unknown
+ * @param {Visited} visited the rooms opened before
+ * @returns {Promise<string>} the room's ID; rejects if the server refuses the board
  */
 export async function findTable(choice, mainBoard, visited) {
   const name = boardName(choice);
@@ -53,19 +53,19 @@ export async function findTable(choice, mainBoard, visited) {
 }
 
 /**
- * A visitor who asks for no table gets the address of the one where they were, if it is still there.
+ * Returns a visitor whose address names no room to the room visited last, if it still exists.
  * @param {Visited} visited
  */
 export async function leadBack({ room }) {
   const asked = new URLSearchParams(window.location.search);
   if (asked.get("room") || !room || room === MAIN_ROOM) return;
-  // Without a server, too, there is a table to come to: it says so, and tries again.
+  // Without a server we stay in the main room, which reports the lost connection and retries.
   if (!(await isOpen(room).catch(() => false))) return;
   asked.set("room", room);
   window.history.replaceState(null, "", `?${asked}`);
 }
 
-/** The list is asked, not the room itself: one that is gone is no error. @param {string} id */
+/** Searches the list of rooms: requesting a room that is gone would be an error. @param {string} id */
 async function isOpen(id) {
   const query = new URLSearchParams({ id });
   const { rooms } = /** @type {RoomList} */ (await getJson(`rooms?${query}`));

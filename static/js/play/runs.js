@@ -1,4 +1,4 @@
-// Balls that are told together: those of one push, of several while some still fall, or of an auto-drop.
+// Balls whose result is reported together: of one press, of several presses in one go, or of an auto-drop.
 
 import { t } from "../texts/text.js";
 import { amount, multiplier, plain, signed } from "../util/format.js";
@@ -9,11 +9,11 @@ const ENDS = /** @type {const} */ ({
   win: "auto.win", loss: "auto.loss", finished: "auto.finished", player: "auto.player", refused: "auto.refused",
   credits: "auto.credits",
 });
-const SHOWER_RATE = 12; // a second: several balls of one push, told apart and within any limit
+const SHOWER_RATE = 12; // balls a second of one press: the eye can tell them apart, and no rate limit refuses them
 
 /** @typedef {keyof typeof ENDS} Stop why an auto-drop ended */
 
-/** What was dropped together, and what it has come to. */
+/** Balls dropped together, and the sum of their results. */
 export class Run {
   staked = 0;
   paid = 0;
@@ -25,19 +25,19 @@ export class Run {
   /** @type {Set<string>} refs of balls in flight */
   #open = new Set();
   /**
-   * Balls that are still to be dropped at a steady rate, the next of them at a certain moment.
+   * Balls still to be dropped at a steady rate.
    * @type {{left: number, nextMs: number, spacing: number, drop: () => string | null}[]}
    */
   #showers = [];
   /** @type {Stop | null} */
   stopped = null;
 
-  /** @param {{win: number, loss: number} | null} [limits] of an auto-drop: profit and loss that end it */
+  /** @param {{win: number, loss: number} | null} [limits] profit and loss, in credits, that end an auto-drop */
   constructor(limits = null) {
     this.limits = limits;
   }
 
-  /** Balls that are still to be dropped; infinite without an end. */
+  /** Balls still to be dropped; infinite for an auto-drop without an end. */
   get left() {
     return this.#showers.reduce((sum, { left }) => sum + left, 0);
   }
@@ -50,14 +50,14 @@ export class Run {
     return this.left === 0 && this.#open.size === 0;
   }
 
-  /** What has landed came to, less its stakes. */
+  /** Payouts minus stakes of the balls that have landed, credits. */
   get profit() {
     return Math.round(100 * (this.paid - this.staked)) / 100;
   }
 
   /**
    * @param {number} count balls
-   * @param {() => string | null} drop makes one, and returns its ref; null where it could not be asked for
+   * @param {() => string | null} drop drops one ball and returns its ref; null if that failed
    * @param {number} nowMs @param {number} [rate] a second
    */
   add(count, drop, nowMs, rate = SHOWER_RATE) {
@@ -65,9 +65,9 @@ export class Run {
   }
 
   /**
-   * Drops what is due.
-   * @param {number} nowMs @param {() => boolean} hasRoom whether the table takes another ball now
-   * @returns {number} ms until the next is due; infinite when there is none
+   * Drops the balls that are due.
+   * @param {number} nowMs @param {() => boolean} hasRoom whether the room has space for another ball
+   * @returns {number} ms until the next ball is due; infinite if there is none
    */
   give(nowMs, hasRoom) {
     for (const shower of this.#showers) {
@@ -77,12 +77,12 @@ export class Run {
         shower.nextMs = nowMs + spacing;
         continue;
       }
-      // After a pause (a hidden tab's timers sleep) what was missed is not made up for.
+      // The timers of a hidden tab sleep: missed balls are not caught up, so that they do not come all at once.
       shower.nextMs = Math.max(nextMs + spacing, nowMs + 0.5 * spacing);
       shower.left -= 1;
       const ref = shower.drop();
       if (ref === null) {
-        this.stop("refused"); // unless there was another reason
+        this.stop("refused"); // keeps an earlier reason
         break;
       }
       this.#open.add(ref);
@@ -92,13 +92,13 @@ export class Run {
     return Math.min(...this.#showers.map(({ nextMs }) => Math.max(0, nextMs - nowMs)));
   }
 
-  /** Nothing more is dropped; what is in flight still counts. @param {Stop} why */
+  /** Drops no more balls; those in flight still count. @param {Stop} why */
   stop(why) {
     this.#showers = [];
     this.stopped ??= why;
   }
 
-  /** @param {Played} played @returns {boolean} whether it was one of these */
+  /** @param {Played} played @returns {boolean} whether the ball belongs to this run */
   land(played) {
     const { ref = "", stake, paid, score, practice = false } = played;
     if (!this.#open.delete(ref)) return false;
@@ -115,12 +115,12 @@ export class Run {
     return true;
   }
 
-  /** @param {string} ref the table did not take this one @returns {boolean} whether it was one of these */
+  /** @param {string} ref of a refused drop @returns {boolean} whether it belongs to this run */
   refuse(ref) {
     return this.#open.delete(ref);
   }
 
-  /** @returns {{text: string, score?: number} | null} what it came to, once all are down; null when nothing did */
+  /** @returns {{text: string, score?: number} | null} the result once all balls have landed; null if none did */
   words() {
     const [n, last] = [this.#down, this.#last];
     const profit = signed(this.profit);
@@ -135,7 +135,7 @@ export class Run {
   }
 }
 
-/** @param {Played} played one ball @returns {string} */
+/** @param {Played} played @returns {string} */
 function sentence({ bin, score, stake, paid, practice = false }) {
   if (bin === null) return t(practice ? "play.rests" : "play.rests-back");
   const pays = multiplier(score);

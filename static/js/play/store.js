@@ -1,4 +1,4 @@
-// The news of the live page: whoever knows something tells it, and each panel subscribes to what it shows.
+// The event bus of the live page: the state announces changes, and each panel subscribes to those that it shows.
 
 /** @import { Hello, QueueState, SessionEnded, SessionState } from "../model/messages.js" */
 /** @import { Odds } from "../model/odds.js" */
@@ -11,36 +11,36 @@
 /** @import { Heard } from "./fairness/fair-play.js" */
 
 /**
- * @typedef {object} News by kind
- * @property {{hello: Hello, table: Table}} table a board is there, or there again after a lost line
- * @property {null} room the line's state, the session or our balls in flight are other than before
+ * @typedef {object} News the events' values, by kind
+ * @property {{hello: Hello, table: Table}} table a room was entered, or entered again after a lost connection
+ * @property {null} room the connection's state, the session or our open drops have changed
  * @property {null} company players came, went, changed or landed
- * @property {null} choice the player has set something on the desk
+ * @property {null} choice the settings on the desk have changed
  * @property {null} account
- * @property {null} run what was dropped together has grown, or is down
- * @property {Expected | null} expected what the tray's counts are compared with
- * @property {Odds | null} odds of the table that is played at are known, or that none are
- * @property {null} picture there is something new to draw
- * @property {Played} seen a drop of ours is shown to land: from here on it is final
+ * @property {null} run a run of balls has grown or finished
+ * @property {Expected | null} expected the distribution that the tray's counts are compared with
+ * @property {Odds | null} odds of this room's board; null if unknown
+ * @property {null} picture there is something to draw
+ * @property {Played} seen the landing of one of our drops was shown: its result is final
  * @property {{played: Played, ball: Ball}} landing the same, with the ball that is in the picture
- * @property {{bin: number, entry: Entry, owner: Owner | null}} hit a ball, anybody's, lies in a bin
- * @property {Landing} landed a ball, anybody's, is shown to land
- * @property {{ref: string, text?: string}} refused the table did not take a drop of ours
- * @property {{text: string, score?: number, urgent?: boolean}} said urgent: it stays while a ball falls
- * @property {QueueState} queue what waits to be dropped
- * @property {boolean} halted the operator lets no drops in, or does again
- * @property {{ended: SessionEnded, heard: Heard}} ended a fair session
- * @property {string} unsealed ref of a drop that waited for a session which will not be
- * @property {Receipt} staked the server took a drop into a session
- * @property {{session: string, total: number}} over a session has had so many drops, and no more
- * @property {SessionState} rejoined a session goes on after an absence
- * @property {string} behind a session of which drops have ended, or were taken, without this page
- * @property {{session: string, drop: number, payout: number}} corrected the table paid another sum than was computed
+ * @property {{bin: number, entry: Entry, owner: Owner | null}} hit anybody's ball has come to lie in a bin
+ * @property {Landing} landed the landing of anybody's ball was shown
+ * @property {{ref: string, text?: string}} refused the server refused one of our drops
+ * @property {{text: string, score?: number, urgent?: boolean}} said for the player; urgent: stays while a ball falls
+ * @property {QueueState} queue the drops that wait
+ * @property {boolean} halted the operator has halted the room, or resumed it
+ * @property {{ended: SessionEnded, heard: Heard}} ended a fair session has ended
+ * @property {string} unsealed the ref of a drop that waited for a session that failed
+ * @property {Receipt} staked the server accepted a drop into a session
+ * @property {{session: string, total: number}} over a session takes no more drops; total: the drops that it has had
+ * @property {SessionState} rejoined a session was resumed after a reconnect
+ * @property {string} behind a session in which drops were accepted or have ended without this page
+ * @property {{session: string, drop: number, payout: number}} corrected the server paid another sum than computed
  * @property {number} pong ms that a message took to the server and back
- * @property {null} snapshot balls have new places
+ * @property {null} snapshot a snapshot with new positions has arrived
  */
 
-/** Subscriptions by kind. */
+/** Subscribers by kind of event. */
 export class Store {
   /** @type {Map<string, ((value: any) => void)[]>} */
   #subscribers = new Map();
@@ -55,8 +55,8 @@ export class Store {
   }
 
   /**
-   * For a panel that shows what is, and need not do so for each of many balls.
-   * @param {keyof News} kind @param {number} ms after the first of several @param {() => void} show
+   * Collects events of a kind, so that a panel redraws once for many balls.
+   * @param {keyof News} kind @param {number} ms from the first event to the call @param {() => void} show
    */
   onCalm(kind, ms, show) {
     let timer = 0;
@@ -77,7 +77,7 @@ export class Store {
     for (const subscriber of this.#subscribers.get(kind) ?? []) subscriber(value);
   }
 
-  /** @param {string} text @param {{score?: number, urgent?: boolean}} [how] for the player to read */
+  /** Shows the player a text. @param {string} text @param {{score?: number, urgent?: boolean}} [how] */
   say(text, how = {}) {
     this.tell("said", { text, ...how });
   }

@@ -1,4 +1,4 @@
-// The ball through a loupe: what is near it, how it turns, where it goes, what an impact gave it.
+// A magnified view of the ball and its surroundings, with its rotation, and its velocity or an impact's impulse.
 
 import { paintArrow, paintPath } from "../paint/marks.js";
 import { disc, fitted } from "../util/canvas.js";
@@ -11,15 +11,15 @@ import { disc, fitted } from "../util/canvas.js";
 /** @import { Geometry } from "../paint/geometry.js" */
 
 const REACH = 4; // ball radii from the middle to the rim
-const LONGEST = 1.6; // ball radii: the arrow of the greatest speed
+const LONGEST = 1.6; // ball radii: length of the arrow at the drop's highest speed
 
 /**
- * What is seen through it, the ball in the middle.
+ * Maps metres to the close-up's pixels, with the ball in the middle.
  * @typedef {Pick<Geometry, "px" | "py" | "scale" | "width"> & {ctx: CanvasRenderingContext2D, radius: number}} Lens
- *   radius: m
+ *   radius: of the ball, m
  */
 
-/** Draws on a round canvas over the board; gets out of the ball's way. */
+/** Draws on a round canvas over the board, which moves to the other side when the ball would be behind it. */
 export class CloseUp {
   /** @param {HTMLCanvasElement} canvas @param {Theme} theme @param {Replay} replay */
   constructor(canvas, theme, replay) {
@@ -31,7 +31,7 @@ export class CloseUp {
 
   /**
    * @param {State} state
-   * @param {Impact | null} impact the chosen one, if it is now
+   * @param {Impact | null} impact the chosen one, if it happens in this state
    * @param {number} strongest impulse of the drop, N s
    */
   draw(state, impact, strongest) {
@@ -66,7 +66,7 @@ export class CloseUp {
     }
   }
 
-  /** Keeps to the corner of the board that the ball is not in. @param {Point} at CSS px */
+  /** Moves to the other corner if it would cover the ball. @param {Point} at the ball, CSS pixels */
   avoid({ x, y }) {
     const { offsetLeft: left, offsetTop: top, offsetWidth: size } = this.canvas;
     const covered = x > left - 20 && x < left + size + 20 && y < top + size + 20;
@@ -101,7 +101,7 @@ export class CloseUp {
     line(palette.trayMark, { x1: edges[0], y1: y, x2: edges[edges.length - 1], y2: y });
   }
 
-  /** A disc with a stripe, so that its turning is seen. @param {Lens} lens @param {State} state */
+  /** Paints a disc with a stripe, which shows the rotation. @param {Lens} lens @param {State} state */
   #paintBall({ ctx, px, py, scale, radius: metres }, { x, y, theta }) {
     const { ball, ballBand, ballDark } = this.theme.palette;
     const radius = metres * scale;
@@ -124,10 +124,10 @@ export class CloseUp {
 }
 
 /**
- * The normal as a thin arrow, the impulse as a thick one, as long as it is strong.
+ * Paints the normal as a thin arrow, and the impulse as a thick one whose length shows its strength.
  * @param {CanvasRenderingContext2D} ctx
  * @param {Point} at the point of contact, CSS pixels
- * @param {{normal: Point, impulse: Point, strongest: number, long: number}} what long: CSS pixels of a middling arrow
+ * @param {{normal: Point, impulse: Point, strongest: number, long: number}} what long: scale of the arrows, CSS pixels
  * @param {Palette} palette
  */
 export function paintImpact(ctx, at, { normal, impulse, strongest, long }, palette) {
@@ -136,14 +136,14 @@ export function paintImpact(ctx, at, { normal, impulse, strongest, long }, palet
   paintArrow(ctx, at, out, { colour: palette.rail, rim, width: long / 24 });
   const size = Math.hypot(impulse.x, impulse.y);
   if (size === 0) return;
-  // A weak one is still long enough to show where it points.
+  // A weak impulse has a minimum length, so that its direction is visible.
   const reach = (1.1 * long * Math.max(0.35, size / strongest)) / size;
   const push = { x: reach * impulse.x, y: reach * impulse.y };
   paintArrow(ctx, at, push, { colour: palette.trayBar, rim, width: long / 8 });
 }
 
 /**
- * The stretches of a path that are near a place.
+ * The stretches of a path near a place.
  * @param {Point[]} path
  * @param {Point} point
  * @param {number} near

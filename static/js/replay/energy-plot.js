@@ -1,4 +1,4 @@
-// The ball's energy against time as a plot, and in words. Pure.
+// The plot of the ball's energy over time, and its alternative text. Pure.
 
 import { energyAreas } from "../instruments/energy-areas.js";
 import { energyOf } from "../model/impact.js";
@@ -14,8 +14,7 @@ const POINTS = 400;
 
 /**
  * @param {Motion} motion
- * @param {boolean} withHeight whether the energy of height counts
- * @returns {Plot} energy against seconds
+ * @param {boolean} withHeight whether to include the potential energy
  */
 export function energyPlot(motion, withHeight) {
   const rows = samples(motion).map((row) => (withHeight ? row : { ...row, height: 0 }));
@@ -27,7 +26,8 @@ export function energyPlot(motion, withHeight) {
 }
 
 /**
- * Energies in time order; at each event right before and right after it, so that steps are steep.
+ * Energies in time order. At each event there is a sample right before and right after it, so that the
+ * step is vertical.
  * @param {Motion} motion
  */
 function samples(motion) {
@@ -36,7 +36,7 @@ function samples(motion) {
   const rows = Array.from({ length: POINTS + 1 }, (_, i) =>
     at(motion.stateAt((i / POINTS) * motion.duration)));
   for (const { before, after } of motion.events) rows.push(at(before), at(after));
-  // The sort is stable: before stays in front of after.
+  // The sort is stable, so `before` stays in front of `after`.
   return rows.sort((a, b) => a.t - b.t);
 }
 

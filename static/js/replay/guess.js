@@ -1,4 +1,4 @@
-// Guess where it lands: while the ball of a shared link falls, the page keeps to itself where to.
+// The guessing game of shared links: the player guesses the bin while the page hides where the ball lands.
 
 import { t } from "../texts/text.js";
 import { byId, check, chip, onSubmit, radiosOf } from "../util/dom.js";
@@ -8,9 +8,9 @@ import { multiplier } from "../util/format.js";
 
 const DAY_BOARD = "triangle-16";
 
-/** The panel that asks. `watching` begins the fall; what would tell its end is hidden until then. */
+/** The panel with the question. `watching` is called to begin the fall. */
 export class Guess {
-  /** @param {Board} board whose bins are to be chosen from @param {() => void} watching */
+  /** @param {Board} board @param {() => void} watching */
   constructor({ bins }, watching) {
     this.bins = bins;
     this.panel = byId("guess");
@@ -32,14 +32,14 @@ export class Guess {
     byId("result").textContent = t("replay.where");
   }
 
-  /** A bin of the board is as good as its name in the list. @param {{x: number, y: number}} place m */
+  /** Chooses the bin at a place on the board, instead of in the list. @param {{x: number, y: number}} place m */
   point({ x, y }) {
     const { edges } = this.bins;
     const bin = edges.findIndex((edge, i) => y > this.bins.y && x >= edge && x < edges[i + 1]);
     if (bin >= 0) check("guess", bin);
   }
 
-  /** The ball is down: nothing is kept back any more. @returns {number | null} what was guessed */
+  /** Ends the game after the landing. @returns {number | null} the guessed bin */
   tell() {
     this.open = false;
     this.panel.hidden = true;
@@ -50,7 +50,7 @@ export class Guess {
 }
 
 /**
- * The drop of the day: one for everybody, named by the day in Greenwich.
+ * The drop of the day, the same for everybody: its seed is the date in UTC.
  * @param {Date} now
  * @returns {{board: string, seed: string}}
  */
@@ -59,9 +59,9 @@ export function dropOfDay(now) {
 }
 
 /**
- * @param {number | null} guess the bin that a player named, if any
- * @param {number | null} bin where the ball landed; null: in none
- * @returns {string} what the player hears
+ * @param {number | null} guess the guessed bin, if any
+ * @param {number | null} bin null if the ball did not land
+ * @returns {string} a sentence about the guess
  */
 export function guessWords(guess, bin) {
   if (guess === null || bin === null) return "";

@@ -1,4 +1,4 @@
-// The impacts of a drop as a table to choose from, the chosen one in numbers, and all as CSV.
+// The table of a drop's impacts, the figures of the chosen one, and the table as a CSV file.
 
 import { impactOf } from "../model/impact.js";
 import { t } from "../texts/text.js";
@@ -17,9 +17,9 @@ const COLUMNS = ["number", "t", "what", "x", "y", "normal_x", "normal_y", "impul
   "impulse_normal", "impulse_tangential", "vx_before", "vy_before", "omega_before", "vx_after",
   "vy_after", "omega_after", "energy_lost"];
 
-/** The table; `onChoose(index)` tells which impact is wanted. */
+/** The table; `onChoose(index)` is called when the visitor chooses an impact. */
 export class ImpactList {
-  /** Of all, which is shown in numbers; -1 for none. */
+  /** Index of the impact whose figures are shown; -1 for none. */
   chosen = -1;
   #now = -1;
 
@@ -28,7 +28,7 @@ export class ImpactList {
     this.replay = replay;
     this.onChoose = onChoose;
     this.impacts = replay.motion.events.map((event) => impactOf(replay.board, event));
-    /** The greatest impulse of the drop, N s. */
+    /** The largest impulse of the drop, N s. */
     this.strongest = Math.max(...this.impacts.map(({ impulse }) => Math.hypot(impulse.x, impulse.y)));
     this.units = {
       impulse: prefixed(this.strongest, "N s"),
@@ -41,7 +41,7 @@ export class ImpactList {
     this.choose(-1);
   }
 
-  /** @param {number} index impact that is the last to have happened, -1 for none yet */
+  /** Highlights an impact and scrolls to it. @param {number} index the latest impact, -1 for none yet */
   follow(index) {
     if (index === this.#now) return;
     if (this.#now >= 0) delete this.rows[this.#now].row.dataset.now;
@@ -52,13 +52,13 @@ export class ImpactList {
     const table = parentOf(parentOf(row));
     const box = parentOf(table);
     const head = table.querySelector("thead")?.offsetHeight ?? 0;
-    // Within its own box: the page itself must not jump.
+    // Scrolls only the table's box; scrollIntoView would scroll the page too.
     if (row.offsetTop < box.scrollTop + head) box.scrollTop = row.offsetTop - head;
     const below = row.offsetTop + row.offsetHeight - box.clientHeight;
     if (below > box.scrollTop) box.scrollTop = below;
   }
 
-  /** @param {number} index the impact shown in numbers, -1 for none */
+  /** @param {number} index the impact whose figures to show, -1 for none */
   choose(index) {
     if (this.chosen >= 0) this.rows[this.chosen].button.setAttribute("aria-pressed", "false");
     this.chosen = index;
@@ -67,7 +67,7 @@ export class ImpactList {
   }
 
   /**
-   * Marks the first impacts as verified, one by one, a frame of the screen each.
+   * Marks the first impacts as verified, one in each frame.
    * @param {number} count
    */
   async turnGreen(count) {
@@ -139,7 +139,7 @@ export class ImpactList {
   }
 }
 
-/** Angle of a direction as in a textbook: 0 to the right, 90 up. @param {Point} point */
+/** Angle of a direction in degrees: 0 to the right, 90 up. @param {Point} point */
 function degrees({ x, y }) {
   return String(Math.round((Math.atan2(-y, x) * 180) / Math.PI)).replace("-", "−");
 }

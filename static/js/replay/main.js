@@ -1,4 +1,4 @@
-// The replay page: loads the drop that the address names, plays it, shows what each impact did.
+// The replay page: loads the drop that the address names, plays it, and shows the figures of each impact.
 
 import { fillBoards, holdSeeds, linkPages, openPage, showState } from "../board/page.js";
 import { Stage } from "../board/stage.js";
@@ -27,7 +27,7 @@ import { offerFileCheck, verify } from "./verify.js";
 /** @import { Theme } from "../paint/theme.js" */
 /** @import { Fact } from "../util/dom.js" */
 
-const PICK_REACH = 24; // CSS pixels within which a click finds an impact
+const PICK_REACH = 24; // how far from an impact a click may be, CSS pixels
 
 class ReplayPage {
   /** @param {Theme} theme @param {Replay} replay @param {DropAddress} drop */
@@ -61,7 +61,7 @@ class ReplayPage {
     });
   }
 
-  /** @param {boolean} riddle whose end is guessed */
+  /** @param {boolean} riddle whether the player guesses the bin first */
   begin(riddle) {
     if (riddle) this.guess.ask();
     else {
@@ -70,7 +70,7 @@ class ReplayPage {
     }
   }
 
-  /** @param {number | null} [guess] of its bin */
+  /** Shows where the ball lands. @param {number | null} [guess] the guessed bin */
   #tell(guess = null) {
     const { board, record: { bin, score, seed } } = this.replay;
     document.documentElement.dataset.lastBin = bin === null ? "none" : String(bin);
@@ -106,7 +106,7 @@ class ReplayPage {
     paintPath(ctx, geometry, replay.pathTo(t), { colour, width: 1.4 * width, alpha: 0.85 });
   }
 
-  /** Normal and impulse at the point of contact, the impulse as long as it is strong. @param {Layer} layer */
+  /** Paints the chosen impact's normal and impulse at the point of contact. @param {Layer} layer */
   #paintImpact({ ctx, geometry: { px, py, scale } }) {
     const { replay, list: { impacts, chosen: index, strongest }, theme: { palette } } = this;
     const chosen = impacts[index];
@@ -122,7 +122,7 @@ class ReplayPage {
   /** @param {number} t */
   #drawCloseUp(t) {
     const { replay, list, closeUp, stage: { geometry } } = this;
-    closeUp.canvas.hidden = !this.withCloseUp.checked || this.guess.open; // it shows the path ahead
+    closeUp.canvas.hidden = !this.withCloseUp.checked || this.guess.open; // the close-up shows the path ahead of the ball
     if (closeUp.canvas.hidden || !geometry) return;
     const state = replay.motion.stateAt(t);
     closeUp.avoid({ x: geometry.px(state.x), y: geometry.py(state.y) });
@@ -137,7 +137,7 @@ class ReplayPage {
     byId("result").textContent = t("replay.chosen-impact", { n: index + 1, what: told, time: seconds(time) });
   }
 
-  /** After a step from impact to impact, the one that was reached is the chosen one. */
+  /** After a step from impact to impact, chooses the impact that was reached. */
   #chooseAfterStep() {
     const index = this.list.impacts.findIndex(({ t }) => t === this.transport.t);
     if (index >= 0) this.#choose(index);
@@ -163,7 +163,7 @@ class ReplayPage {
 }
 
 /**
- * What identifies the drop: in the page's head, in its facts, in the form for another.
+ * Shows what identifies the drop: in the page's head, in its facts, and in the form for another drop.
  * @param {Replay} replay @param {DropAddress} drop
  */
 function showRecord({ record, board, motion }, drop) {
@@ -201,7 +201,7 @@ function showRecord({ record, board, motion }, drop) {
   });
 }
 
-/** @param {DropRecord} record @returns {Fact[]} how sure the bin is, where the server says so */
+/** @param {DropRecord} record @returns {Fact[]} how certain the bin is, if the server computed it */
 function sureness({ amplification, x_error: error, certain }) {
   if (typeof amplification !== "number" || typeof error !== "number") return [];
   return [

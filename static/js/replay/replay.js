@@ -1,4 +1,4 @@
-// One drop again: its record and states, its motion, the scene at each moment.
+// Replays a drop: loads or computes its record and states, and makes the scene at any time.
 
 import { DEFAULT_BOARD, DEFAULT_SEED } from "../board/page.js";
 import { Motion, PEG, samplesNeeded, upTo } from "../model/motion/drop.js";
@@ -31,7 +31,7 @@ const LOUD = 3; // m/s
 /** This page's solver, null in a browser without WebAssembly. */
 const solving = openSolver().catch(() => null);
 
-/** A drop's record, and the scene at each of its moments. */
+/** A drop's record, and its scene at any time. */
 export class Replay {
   #trail = new Float64Array(2 * TRAIL_POINTS);
   /** @type {State[] | null} */
@@ -40,7 +40,7 @@ export class Replay {
   /**
    * @param {Board} board
    * @param {DropRecord} record
-   * @param {string | null} text the record as the server gave it; null where this page computed it
+   * @param {string | null} text the record as the server sent it; null if this page computed it
    * @param {Sampled} sampled
    */
   constructor(board, record, text, sampled) {
@@ -52,8 +52,8 @@ export class Replay {
   }
 
   /**
-   * From the server, which says more of a drop; computed in this page if it does not answer.
-   * @param {Board} board whole
+   * Loads a drop from the server, whose records say more; if the server does not answer, this page computes it.
+   * @param {Board} board
    * @param {DropAddress} drop
    * @returns {Promise<Replay>}
    */
@@ -68,8 +68,8 @@ export class Replay {
   }
 
   /**
-   * Computed in this page; from the server what it cannot compute.
-   * @param {Board} board whole
+   * Computes a drop in this page, or loads it from the server if this page cannot compute it.
+   * @param {Board} board
    * @param {DropAddress} drop
    * @returns {Promise<Replay>}
    */
@@ -96,7 +96,7 @@ export class Replay {
 
   /** @param {Board} board @param {DropAddress} drop @returns {Promise<Replay>} */
   static async #fetched(board, drop) {
-    // How sure a bin is can be said of exact drops alone.
+    // The certainty of the bin is computed only for the exact solver.
     const query = new URLSearchParams(drop.solver === "stepped" ? {} : { certainty: "true" });
     const text = await (await request(dropPath(drop, "", query))).text();
     const record = /** @type {DropRecord} */ (JSON.parse(text));
@@ -105,18 +105,18 @@ export class Replay {
     return new Replay(board, record, text, /** @type {Sampled} */ (sampled));
   }
 
-  /** Its whole path. */
+  /** The whole path. */
   get path() {
     this.#path ??= this.motion.line(0, this.duration, PATH_RATE);
     return this.#path;
   }
 
-  /** @param {number} t s @returns {State[]} its path until then */
+  /** @param {number} t s @returns {State[]} the path up to t */
   pathTo(t) {
     return upTo(this.path, this.motion.stateAt(Math.min(t, this.duration)));
   }
 
-  /** Time for the bin's light to fade after the landing, s. */
+  /** When the bin's light has faded after the landing, s. */
   get end() {
     return this.duration + HIT_SECONDS;
   }
@@ -125,10 +125,10 @@ export class Replay {
    * Adds this drop's ball, flashes and lit bin to a scene.
    * @param {Scene} scene
    * @param {number} t s
-   * @param {boolean} [mine] which of the two kinds of ball it is drawn as
+   * @param {boolean} [mine] whether to draw the ball as the player's own
    */
   addTo(scene, t, mine = true) {
-    // A landed ball is in its bin; one that came to rest elsewhere lies there.
+    // A landed ball disappears into its bin. A ball at rest elsewhere remains visible.
     const stays = this.record.bin === null;
     if (t <= this.duration || stays) scene.balls.push(this.#ball(Math.min(t, this.duration), mine));
     for (const { t: since, after, index } of this.motion.hits.filter(({ kind }) => kind === PEG)) {
@@ -165,19 +165,19 @@ export class Replay {
 }
 
 /**
- * The drop that a page's address names; its board may be in the fragment, and is registered then, so that the server
- * can be asked for its drops.
- * @param {DropAddress} asked what it leaves open is filled in
+ * The drop that the page's address names. A board in the fragment is registered, so that the server can
+ * compute drops on it.
+ * @param {DropAddress} asked missing values are replaced by defaults
  * @returns {Promise<{board: Board, drop: DropAddress}>}
  */
 export async function dropOf(asked) {
-  // Another board in the fragment is another drop, though the document stays the same.
+  // A new fragment is another board, but does not reload the page by itself.
   window.addEventListener("hashchange", () => window.location.reload());
   const { board, address } = await boardOf(asked.board || DEFAULT_BOARD, window.location.hash);
   return { board, drop: { ...asked, board: address, seed: asked.seed || DEFAULT_SEED } };
 }
 
-/** @param {string} name preset's name or digest @param {string} hash */
+/** @param {string} name a preset's name or a digest @param {string} hash */
 async function boardOf(name, hash) {
   const packed = boardInHash(hash);
   if (packed === null) {
@@ -197,8 +197,8 @@ async function boardOf(name, hash) {
 }
 
 /**
- * Asks the server to prove where drops land, and says what it found.
- * @param {DropAddress[]} drops @param {HTMLElement} note @param {Key} asking what is said meanwhile
+ * Has the server prove where drops land, and shows the result.
+ * @param {DropAddress[]} drops @param {HTMLElement} note @param {Key} asking text shown meanwhile
  * @param {(certificates: Certificate[]) => ["" | "good" | "bad", string]} told
  */
 export async function prove(drops, note, asking, told) {
@@ -213,13 +213,13 @@ export async function prove(drops, note, asking, told) {
   }
 }
 
-/** @param {unknown} error @returns {boolean} whether it says that the server does not answer */
+/** @param {unknown} error @returns {boolean} whether the server did not answer */
 function isSilence(error) {
   return error instanceof ApiError && error.status === 0;
 }
 
 /**
- * What the solver refuses is told to the visitor as a refusal by the server would be.
+ * Turns the solver's errors into ApiErrors, so that the page shows them like the server's refusals.
  * @template T
  * @param {() => T} compute
  * @returns {T}
@@ -233,5 +233,5 @@ function told(compute) {
   }
 }
 
-/** @param {string | number | null | undefined} text of an address @returns {number | null} */
+/** @param {string | number | null | undefined} text from the address @returns {number | null} */
 const numberIn = (text) => (text === null || text === undefined || text === "" ? null : Number(text));

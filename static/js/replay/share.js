@@ -1,4 +1,4 @@
-// What a drop is shared as: a link, a frame for other sites, a poster, a film, its record.
+// The panel for sharing a drop: a link, a frame for other sites, a poster, a film, a video, the record.
 
 import { messageOf, request } from "../net/api.js";
 import { dropPath, dropSearch } from "../net/drop-address.js";
@@ -12,14 +12,14 @@ import { saveFile } from "../util/file.js";
 
 const POSTER_WIDTH = "1200"; // pixels
 const FILM_WIDTH = "480";
-/** @type {[string, string, string, Record<string, string>][]} link, path below the drop's, its file's end, query */
+/** @type {[string, string, string, Record<string, string>][]} id of the link, end of the path, of the file, query */
 const FILES = [
   ["share-poster", ".png", ".png", { width: POSTER_WIDTH }], ["share-film", ".webp", ".webp", { width: FILM_WIDTH }],
   ["share-record", "", ".json", {}],
 ];
 const FRAME = { width: 520, height: 580 }; // CSS pixels, for a board about as wide as high
 
-/** @param {DropAddress} drop @param {string} hash of the address, which may hold the board */
+/** @param {DropAddress} drop @param {string} hash of the address, which may contain the board */
 export function offerShare(drop, hash) {
   const note = byId("share-note");
   const search = dropSearch({ ...drop, board: hash ? "" : drop.board });
@@ -30,7 +30,7 @@ export function offerShare(drop, hash) {
     link.href = `api/v1/${dropPath(drop, part, new URLSearchParams(query))}`;
     link.download = `${name}${end}`;
   }
-  /** @param {string} id @param {string} text @param {Key} copied @param {Key} marked what is said at either end */
+  /** @param {string} id @param {string} text @param {Key} copied @param {Key} marked message for a copied, and for a selected text */
   const offer = (id, text, copied, marked) => onClick(id, async () => {
     note.textContent = t((await copyFrom(byId("share-text", HTMLInputElement), text)) ? copied : marked);
   });
@@ -39,7 +39,7 @@ export function offerShare(drop, hash) {
   const frame = frameOf(at("embed/replay"), t("replay.frame-title", { seed: drop.seed }));
   offer("share-frame", frame, "replay.frame-copied", "replay.frame-marked");
   const video = byId("share-video", HTMLButtonElement);
-  // Asked for by a script and not by a link: not every server can, and why is said in words.
+  // Requested by a script instead of a link, so that the page can show why a server cannot make videos.
   video.addEventListener("click", async () => {
     video.disabled = true;
     note.textContent = t("page.computing");
@@ -55,7 +55,7 @@ export function offerShare(drop, hash) {
   for (const id of ["share-link", "share-frame", "share-video"]) byId(id, HTMLButtonElement).disabled = false;
 }
 
-/** @param {string} address @param {string} title @returns {string} HTML that shows it in a frame */
+/** @param {string} address @param {string} title @returns {string} HTML of the frame */
 function frameOf(address, title) {
   const source = address.replaceAll("&", "&amp;").replaceAll('"', "&quot;");
   const { width, height } = FRAME;

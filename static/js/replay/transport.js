@@ -1,22 +1,21 @@
-// Time of a replay: play, pause, scrub, step by frame or by impact, slow motion; buttons and keys.
+// The time of a replay: play, pause, scrub, slow motion, steps by frame or by impact, by buttons and keys.
 
 import { t as words } from "../texts/text.js";
 import { byId, isWithin, onClick, radioValue } from "../util/dom.js";
 import { fixed } from "../util/format.js";
 
-const FRAME = 1 / 60; // s of a display's frame; a step is what plays in one at the chosen speed
+const FRAME = 1 / 60; // s; a step is one frame at the chosen speed
 
 /**
- * What is to be played.
  * @typedef {object} Timeline
  * @property {number} duration s
- * @property {number} end s, with what lights up after the landing
- * @property {number[]} stops ascending times to step to
+ * @property {number} end s, when the lights after the landing have faded
+ * @property {number[]} stops times to step to, s, ascending
  */
 
-/** Runs the time `t` over a timeline; `onChange()` asks for the picture of a moment. */
+/** Runs the time `t` over a timeline; `onChange()` is called when a frame must be drawn. */
 export class Transport {
-  /** Moment shown, s. */
+  /** The shown time, s. */
   t = 0;
   playing = false;
   #lastMs = 0;
@@ -50,7 +49,7 @@ export class Transport {
     this.#show();
   }
 
-  /** As a page opens: whoever does not want to see things move is shown the end. */
+  /** Begins when the page opens: plays, or with reduced motion shows the end. */
   begin() {
     if (window.matchMedia("(prefers-reduced-motion: reduce)").matches) this.seek(this.timeline.duration);
     else if (!this.playing) this.#toggle();
@@ -68,14 +67,14 @@ export class Transport {
     this.seek(Math.min(this.t, this.timeline.duration) + way * FRAME * this.speed);
   }
 
-  /** @param {1 | -1} way to the next or the last stop */
+  /** @param {1 | -1} way to the next or the previous stop */
   #stepStop(way) {
     const { stops } = this.timeline;
     const t = way > 0 ? stops.find((stop) => stop > this.t) : stops.findLast((stop) => stop < this.t);
     if (t !== undefined) this.seek(t);
   }
 
-  /** @param {number} nowMs @returns {number} the moment to draw, s */
+  /** @param {number} nowMs @returns {number} the time to draw, s */
   advance(nowMs) {
     if (!this.playing) return this.t;
     const elapsed = this.#lastMs ? (nowMs - this.#lastMs) / 1000 : 0;

@@ -1,5 +1,5 @@
-// What is computed anew in this page, and compared: the drop that is shown, by the server, too, if it answers; and
-// records and rooms' logs that are dropped onto the page.
+// Recomputes and compares: the shown drop, in this page and by the server; and files with records or
+// rooms' logs that the visitor drops onto the page.
 
 import { ApiError, getJson, messageOf, postJson } from "../net/api.js";
 import { RecordError } from "../solver/errors.js";
@@ -23,9 +23,9 @@ const HOW_SURE = ["amplification", "x_error", "certain"]; // the server's to com
 
 /** Loaded with the page, so that no server is needed. */
 const solving = openSolver();
-solving.catch(() => {}); // told when it is needed
+solving.catch(() => {}); // a failure is shown when the solver is needed
 
-/** @param {Replay} replay @param {ImpactList} list whose impacts turn green */
+/** @param {Replay} replay @param {ImpactList} list marks its impacts as verified */
 export async function verify(replay, list) {
   const note = byId("verdict");
   say(note, "", t("page.computing"));
@@ -54,7 +54,7 @@ async function inPage({ board, record }, list) {
 /** @param {Replay} replay @returns {Promise<Said>} */
 async function atServer({ text, record, board }) {
   try {
-    // The record goes back as it came, to the last bit of its numbers.
+    // The record is sent back as the same text, so that no number loses digits.
     const asked = text ?? JSON.stringify({ ...record, board });
     const reply = /** @type {Verification} */ (await postJson("verify", asked));
     const { ok, field, expected, actual } = reply;
@@ -66,7 +66,7 @@ async function atServer({ text, record, board }) {
   }
 }
 
-/** The panel, and the whole page as a place to drop a file on. */
+/** Connects the panel, and accepts files dropped anywhere on the page. */
 export function offerFileCheck() {
   const field = byId("check-file", HTMLInputElement);
   onClick("check-open", () => field.click());
@@ -134,7 +134,7 @@ async function checkRecord(solver, value, file) {
   return { difference, words: words.join(" ") };
 }
 
-/** @param {unknown} board its JSON, or what REST calls it @returns {Promise<unknown>} */
+/** @param {unknown} board its JSON, or its name in REST @returns {Promise<unknown>} */
 async function boardOf(board) {
   if (typeof board !== "string") return board;
   const reply = await getJson(`boards/${encodeURIComponent(board)}`);

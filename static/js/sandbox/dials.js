@@ -1,9 +1,9 @@
-// Rows of sliders with their values and units; they tell of changes, and follow those of others.
+// Rows of sliders with values and units. They report the player's changes, and show those of others.
 
 import { make } from "../util/dom.js";
 import { figure } from "../util/scale.js";
 
-const TOLD_MS = 100; // while a slider is being drawn, its value is told this often
+const TOLD_MS = 100; // between two reports while a slider is being moved
 
 /**
  * @typedef {object} Dial
@@ -13,7 +13,7 @@ const TOLD_MS = 100; // while a slider is being drawn, its value is told this of
  * @property {number} high
  * @property {string} unit
  * @property {number} [step] of a linear scale
- * @property {boolean} [log] equal ratios take equal ways; `low` is above 0
+ * @property {boolean} [log] a logarithmic scale; `low` must be above 0
  * @property {(value: number) => string} [show]
  */
 
@@ -30,7 +30,7 @@ export class Dials {
   /**
    * @param {HTMLElement} parent
    * @param {Dial[]} dials
-   * @param {(name: string, value: number) => void} [onChange] also while it is drawn, now and then
+   * @param {(name: string, value: number) => void} [onChange] also called every TOLD_MS during a move
    */
   constructor(parent, dials, onChange = () => {}) {
     this.onChange = onChange;
@@ -46,7 +46,7 @@ export class Dials {
   }
 
   /**
-   * Follows values that are known, but for a slider that is held.
+   * Shows values, except on a slider that the player is moving.
    * @param {Partial<Record<string, number>>} values
    */
   set(values) {
@@ -90,7 +90,7 @@ export class Dials {
     clearTimeout(row.timer);
     row.timer = 0;
     this.onChange(row.dial.name, this.value(row.dial.name));
-    // What the room answers to this must not pull the slider back from under the pointer.
+    // For a moment the room's answer must not move the slider back under the pointer.
     clearTimeout(row.release);
     row.release = setTimeout(() => {
       row.held = false;
@@ -105,7 +105,7 @@ export class Dials {
   }
 }
 
-/** Three digits are all that a slider can mean. @param {number} value */
+/** Rounds to the three digits that a slider resolves. @param {number} value */
 function exactOf(value) {
   return Number(value.toPrecision(3));
 }

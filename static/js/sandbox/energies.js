@@ -1,4 +1,4 @@
-// What is measured in the box: the last half minute of energies as a plot, and the rest as numbers.
+// The measurements in the box: a plot of the energies of the last half minute, and the rest as numbers.
 
 import { t } from "../texts/text.js";
 import { fillFacts } from "../util/dom.js";
@@ -13,7 +13,7 @@ const SPAN = 30; // s on the plot
 /** @typedef {Record<"t" | "kinetic" | "rotational" | "potential" | "total", number>} Energies s and J */
 
 /**
- * Energies with the height counted from the floor. Pure.
+ * Computes the energies, with potential energy 0 at the floor. Pure.
  * @param {Pick<Diagnostics, "time" | "kinetic" | "potential" | "rotational">} diagnostics
  * @param {number} weight of all balls, N
  * @param {number} floor y of the floor, m
@@ -31,7 +31,7 @@ export function massOf(balls) {
   return mass;
 }
 
-/** The energies of late. */
+/** The energies of the last SPAN seconds. */
 export class EnergyHistory {
   /** @type {Energies[]} */
   rows = [];

@@ -1,4 +1,4 @@
-// The sandbox page: a box of one's own, or the room that the address names.
+// Starts the sandbox page: a private box, or the room that the address names.
 
 import { openPage } from "../board/page.js";
 import { loadMachine } from "../solver/touching/machine.js";

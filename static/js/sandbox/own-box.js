@@ -1,5 +1,5 @@
-// A box of one's own: computed in this page by the engine's kernels, with no server. To the page it
-// is what a room is; what is done to it is kept, so that a room can go on from it.
+// A private box, which this page computes with the engine's kernels, without a server. It has the interface of a
+// room, and records its inputs, so that a room on the server can continue it.
 
 import { GRAVITY, RESTITUTION } from "../model/worlds.js";
 import { getJson, messageOf } from "../net/api.js";
@@ -16,12 +16,12 @@ import { t } from "../texts/text.js";
 /** @import { Configure, Edit, Input, Story } from "../solver/touching/world.js" */
 /** @import { BoxHello, SandboxListener, Seen } from "./room.js" */
 
-/** A heap that falls together softly. @type {Scene} */
+/** Balls that fall softly into a heap. @type {Scene} */
 const OPENING = { ...SCENES.sandbox, gravity: GRAVITY.Moon, speed: 2 };
 
-const MOST_TICKS = 30; // computed for one picture: who was away finds the box as it was left
+const MOST_TICKS = 30; // computed for one frame: after a long pause the box does not catch up
 const MEASURED_TICKS = 6; // between two measurements
-const SETTLING_MS = 600; // that pictures are drawn after the last change
+const SETTLING_MS = 600; // for which frames are drawn after the last change
 
 /** @type {Record<string, Record<string, number>>} */
 const PRESETS = {
@@ -30,21 +30,21 @@ const PRESETS = {
     Object.entries(RESTITUTION).map(([name, [low, high]]) => [name, 0.5 * (low + high)])),
 };
 
-/** What the page's controls send. @typedef {{type: string} & Record<string, any>} Message */
+/** A message from the page's controls. @typedef {{type: string} & Record<string, any>} Message */
 
-/** The box; `begin` opens it. */
+/** The private box; `begin` announces its first state. */
 export class OwnBox {
-  /** What each ball is made of. @type {Map<number, BallKind>} */
+  /** Radius and material of each ball. @type {Map<number, BallKind>} */
   made = new Map();
   #measured = 0;
   #watching = true;
   #changed = 0;
-  /** The moment of the last tick, ms; 0 while nothing moves. */
+  /** Local time of the last tick, ms; 0 while nothing moves. */
   #clock = 0;
   #asleep = false;
-  /** @type {number | null} the ball that is held */
-  #held = null;
-  /** @type {Map<number, [number, number, number]>} x, y and angle of each ball a tick ago */
+  /** @type {number | null} the ball that the player drags */
+  #grabbed = null;
+  /** @type {Map<number, [number, number, number]>} x, y and angle of each ball at the previous tick */
   #before = new Map();
 
   /** @param {Machine} machine @param {SandboxListener} listener */
@@ -63,42 +63,42 @@ export class OwnBox {
     return this.world.settings;
   }
 
-  /** What a server goes on from. @returns {Story} */
+  /** The scene and all inputs, from which a server can continue. @returns {Story} */
   get story() {
     return this.world.story;
   }
 
-  /** Whether the picture still changes by itself. */
+  /** Whether the picture changes without further input. */
   get busy() {
     return this.world.runs || performance.now() - this.#changed < SETTLING_MS;
   }
 
-  /** Whether it is measured from now on. @param {boolean} wanted */
+  /** Switches measurements on or off. @param {boolean} wanted */
   watch(wanted) {
     this.#watching = wanted;
   }
 
   /** @param {number} ball @param {number} x @param {number} y */
   drag(ball, x, y) {
-    if (this.#held !== null && this.#held !== ball) this.letGo();
+    if (this.#grabbed !== null && this.#grabbed !== ball) this.letGo();
     if (!this.world.has(ball)) return;
-    this.#held = ball;
+    this.#grabbed = ball;
     const [x0, x1, y0, y1] = extentOf(this.world.arena.place);
     const [atX, atY] = [clamped(x, x0, x1), clamped(y, y0 - 2, y1)];
     this.#carryOut({ type: "drag", ball, x: atX, y: atY });
   }
 
   letGo() {
-    if (this.#held === null) return;
-    const ball = this.#held;
-    this.#held = null;
+    if (this.#grabbed === null) return;
+    const ball = this.#grabbed;
+    this.#grabbed = null;
     if (this.world.has(ball)) this.#carryOut({ type: "release", ball });
   }
 
   /**
-   * Does what a room is asked for by message.
+   * Carries out a message as a room would.
    * @param {object} message
-   * @returns {boolean} that it has arrived
+   * @returns {boolean} always true: it has arrived
    */
   send(message) {
     const asked = /** @type {Message} */ (message);
@@ -107,8 +107,8 @@ export class OwnBox {
     else if (asked.type === "settings") this.#configure(asked);
     else if (asked.type === "edit") this.#edit(asked);
     else if (asked.type === "reset") void this.#reset(asked.scene);
-    else if (asked.type === "clear") this.#take([...this.made.keys()], { type: "clear" });
-    else if (asked.type === "remove") this.#take([asked.ball], { type: "remove", ball: asked.ball });
+    else if (asked.type === "clear") this.#removeBalls([...this.made.keys()], { type: "clear" });
+    else if (asked.type === "remove") this.#removeBalls([asked.ball], { type: "remove", ball: asked.ball });
     else if (asked.type === "pause") this.#pause(asked.paused);
     else if (asked.type === "step") this.#carryOut({ type: "step" });
     else if (asked.type === "kick") {
@@ -118,9 +118,9 @@ export class OwnBox {
   }
 
   /**
-   * Moves the box on to a local time, and shows where the balls are.
+   * Advances the box to a local time, and reports where the balls are.
    * @param {number} nowMs
-   * @param {(ball: Seen) => void} see called for each, with the same object
+   * @param {(ball: Seen) => void} see called for each ball, always with the same object
    */
   look(nowMs, see) {
     const part = this.#advance(nowMs);
@@ -143,7 +143,7 @@ export class OwnBox {
 
   // Time.
 
-  /** @param {number} nowMs @returns {number} the part of the tick that is shown */
+  /** @param {number} nowMs @returns {number} the fraction of the current tick that has passed */
   #advance(nowMs) {
     if (!this.world.runs) {
       this.#clock = 0;
@@ -194,9 +194,9 @@ export class OwnBox {
     this.listener.onEvent({ type: "diagnostics", ...diagnose(arena) });
   }
 
-  // What is done to it.
+  // Inputs.
 
-  /** @param {Input} input @returns {number} the ball that was put in */
+  /** @param {Input} input @returns {number} the ball, if the input added one */
   #carryOut(input) {
     this.#changed = performance.now();
     const ball = this.world.carryOut(input);
@@ -221,7 +221,7 @@ export class OwnBox {
     this.listener.onEvent({ type: "placed", ball, ...made });
   }
 
-  /** @param {number} x @param {number} y @param {number} radius @returns {number} balls that are there */
+  /** @param {number} x @param {number} y @param {number} radius @returns {number} balls that a new one would overlap */
   #overlaps(x, y, radius) {
     const { pos, n } = this.world.arena.table;
     let found = 0;
@@ -245,7 +245,7 @@ export class OwnBox {
     this.#carryOut(/** @type {Configure} */ ({ type, ...values }));
     for (const made of this.made.values()) assignKnown(made, values);
     this.listener.onEvent({ type: "edited", ball: null });
-    this.#tellSettings();
+    this.#sendSettings();
   }
 
   /** @param {Message} asked */
@@ -262,27 +262,27 @@ export class OwnBox {
     this.#carryOut({ type: "pause", paused });
     this.#asleep = false;
     this.listener.onState(paused ? "paused" : "live");
-    this.#tellSettings();
+    this.#sendSettings();
   }
 
-  /** @param {number[]} balls @param {Input} input that takes them out */
-  #take(balls, input) {
+  /** @param {number[]} balls @param {Input} input that removes them */
+  #removeBalls(balls, input) {
     this.#carryOut(input);
     this.#forget(balls);
   }
 
-  /** @param {number[]} balls that are no more */
+  /** @param {number[]} balls that were removed */
   #forget(balls) {
     for (const ball of balls) this.made.delete(ball);
-    if (this.#held !== null && !this.world.has(this.#held)) this.#held = null;
+    if (this.#grabbed !== null && !this.world.has(this.#grabbed)) this.#grabbed = null;
     this.listener.onEvent({ type: "removed", balls });
   }
 
-  #tellSettings() {
+  #sendSettings() {
     this.listener.onEvent({ type: "settings", settings: this.settings, paused: this.paused });
   }
 
-  /** Begins anew, as another scene where one is asked for. @param {SceneForm} [form] */
+  /** Restarts the box, with another scene if given. @param {SceneForm} [form] */
   async #reset(form) {
     try {
       const scene = form ? sceneOf(form) : this.world.scene;
@@ -295,12 +295,12 @@ export class OwnBox {
     }
   }
 
-  /** Tells of the box as it begins. */
+  /** Announces the box's first state. */
   begin() {
     const { arena, scene } = this.world;
     this.#clock = 0;
     this.#measured = 0;
-    this.#held = null;
+    this.#grabbed = null;
     this.#asleep = false;
     this.#before.clear();
     this.made.clear();
@@ -336,7 +336,7 @@ export class OwnBox {
   }
 }
 
-/** @param {BallKind} made @param {Partial<Record<string, number>>} values some that are no ball's */
+/** @param {BallKind} made @param {Partial<Record<string, number>>} values may contain others, which are ignored */
 function assignKnown(made, values) {
   for (const name of /** @type {(keyof BallKind)[]} */ (Object.keys(made))) {
     made[name] = values[name] ?? made[name];

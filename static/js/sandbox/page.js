@@ -1,4 +1,4 @@
-// The sandbox page: a room of balls that touch each other, its canvas, its desk.
+// The sandbox page: connects a room or a private box to the canvas, the pointer and the desk.
 
 import { showState } from "../board/page.js";
 import { Chart } from "../instruments/chart.js";
@@ -28,23 +28,23 @@ import { showWaysOn } from "./ways-on.js";
 /** @import { BoxHello, RoomState } from "./room.js" */
 
 const TOKENS = "plinko.tokens.1"; // of the rooms this tab has opened
-const SHARED = "#shared"; // in the address of a room that a box has just moved into
-const CALM_MS = 400; // between two pictures for those who do not want to see motion
+const SHARED = "#shared"; // in the address of a room just made from a private box
+const CALM_MS = 400; // between two frames where reduced motion is preferred
 /** @type {Partial<Record<RoomState, string>>} */
 const STATE_TEXTS = {
   connecting: t("play.connecting"), live: t("play.live"), asleep: t("box.at-rest"), paused: t("box.paused"),
   closed: t("play.closed"),
 };
 
-/** The page: one room, or a box of its own. */
+/** The page of one room or private box. */
 export class SandboxPage {
   #still = window.matchMedia("(prefers-reduced-motion: reduce)");
   #drawn = 0;
   #calm = 0;
-  /** @type {Record<string, Record<string, number>>} numbers by name, by the setting they are for */
+  /** @type {Record<string, Record<string, number>>} numbers by preset, by setting */
   #presets = {};
 
-  /** @param {Theme} theme @param {string | Machine} played a room, or what computes the page's own box */
+  /** @param {Theme} theme @param {string | Machine} played a room's ID, or the machine that computes a private box */
   constructor(theme, played) {
     const canvases = {
       still: byId("board-still", HTMLCanvasElement),
@@ -131,7 +131,7 @@ export class SandboxPage {
   }
 
   /**
-   * Pause and step from anywhere that has no use of its own for the key.
+   * Keys pause and step, unless the focused element takes text.
    * @param {KeyboardEvent} event
    */
   #key(event) {
@@ -230,7 +230,7 @@ export class SandboxPage {
     for (const [name, options] of Object.entries(this.#presets)) {
       const found = Object.entries(options).find(([, value]) => Math.abs(value - settings[name]) < 1e-9);
       const select = byId(`${name}-preset`, HTMLSelectElement);
-      // Several presets may stand for the same number: what was chosen stays.
+      // Presets may have equal numbers: the one that the player has chosen stays.
       if (!select.value || options[select.value] !== settings[name]) select.value = found?.[0] ?? "";
     }
   }
@@ -259,7 +259,7 @@ export class SandboxPage {
     }
   }
 
-  // Acts.
+  // Actions.
 
   /** @param {Point} point @param {number} vx @param {number} vy */
   #throw({ x, y }, vx, vy) {
@@ -317,11 +317,11 @@ export class SandboxPage {
   }
 
   /**
-   * The ball under a place, or the nearest within reach of it.
+   * Finds the ball at a point, or the nearest within reach.
    * @param {Point} point
-   * @param {number} reach
+   * @param {number} reach m
    */
-  #ballAt({ x, y }, reach) {
+   #ballAt({ x, y }, reach) {
     let best = reach;
     /** @type {number | null} */
     let found = null;
@@ -332,9 +332,9 @@ export class SandboxPage {
     return found;
   }
 
-  // Rooms that this page opens.
+  // Sharing.
 
-  /** The box moves into a room; a room's link is shown. */
+  /** Makes a room from a private box; shows the link of a room. */
   async #share() {
     if (this.room instanceof OwnBox) await this.#moveInto({ story: this.room.story }, SHARED);
     else await this.#showLink();
@@ -346,7 +346,7 @@ export class SandboxPage {
     this.#say(copied ? t("box.copied") : t("box.marked"));
   }
 
-  /** @param {object} wanted of the room @param {string} [hash] of its address */
+  /** @param {object} wanted of the room @param {string} [hash] for its address */
   async #moveInto(wanted, hash = "") {
     try {
       const { id, token } = /** @type {RoomReply} */ (await postJson("rooms", wanted));
@@ -363,7 +363,7 @@ export class SandboxPage {
   /** @param {number} now */
   #draw(now) {
     if (this.#still.matches && now - this.#drawn < CALM_MS) {
-      // Less often, and the last one all the same.
+      // Draw less often, but always draw the last change.
       if (this.#calm !== 0) return false;
       this.#calm = setTimeout(() => {
         this.#calm = 0;

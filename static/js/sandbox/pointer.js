@@ -1,4 +1,4 @@
-// The pointer controller: pointer and keys on the canvas become throws, drags and kicks.
+// Turns pointer and keys on the canvas into throws, drags and kicks.
 
 import { t } from "../texts/text.js";
 
@@ -6,10 +6,10 @@ import { t } from "../texts/text.js";
 /** @import { Point } from "../model/board.js" */
 /** @import { Extent } from "../model/messages.js" */
 
-const THROW_RATE = 5; // m/s for each metre that a sling is drawn
+const THROW_RATE = 5; // m/s for each metre that the sling is drawn
 const FASTEST = 30; // m/s
 const TAP_PX = 7;
-const REACH_PX = 14; // a finger may miss a small ball by this much
+const REACH_PX = 14; // by which a finger may miss a small ball
 const STEP = 0.1; // m that an arrow key moves the aim
 const LONG_STEP = 0.5;
 
@@ -17,39 +17,39 @@ const LONG_STEP = 0.5;
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
 /**
- * @typedef {{x: number, y: number, toX: number, toY: number, radius: number}} Sling metres
+ * @typedef {{x: number, y: number, toX: number, toY: number, radius: number}} Sling m
  *
  * @typedef {object} PointerListener
  * @property {(ball: number, place: Point) => void} onDrag
  * @property {() => void} onLetGo
  * @property {(ball: number) => void} onChoose
  * @property {(place: Point, vx: number, vy: number) => void} onThrow
- * @property {() => void} onThrowAimed the keyboard's throw, as the sliders say
+ * @property {() => void} onThrowAimed throw from the cross, with the sliders' speed and angle
  * @property {() => void} onKick
  * @property {() => void} onRemove
  * @property {(text: string) => void} onSay
  * @property {() => void} onChange
  */
 
-/** Follows pointer and keys over one view. */
+/** Listens to one view's canvas. */
 export class PointerController {
   cross = { x: 0, y: 0 };
   crossShown = false;
   /** @type {Sling | null} */
   sling = null;
-  /** @type {number | null} a ball */
+  /** @type {number | null} the selected ball */
   chosen = null;
   locked = true;
-  /** @type {number | null} id of the pointer that is down */
+  /** @type {number | null} ID of the pressed pointer */
   #pointer = null;
-  /** @type {number | null} the ball under it */
-  #held = null;
-  /** @type {number | null} the ball that the keyboard leads */
+  /** @type {number | null} the ball that it drags */
+  #dragged = null;
+  /** @type {number | null} the ball that the keyboard drags */
   #grabbed = null;
 
   /**
    * @param {SandboxView} view
-   * @param {(place: Point, reach: number) => number | null} find the ball there
+   * @param {(place: Point, reach: number) => number | null} find returns the ball at a point
    * @param {() => number} radius of the next ball
    * @param {PointerListener} listener
    */
@@ -68,7 +68,7 @@ export class PointerController {
     canvas.addEventListener("blur", () => this.#showCross(false));
   }
 
-  /** A new room: aim at its upper middle, hold nothing. @param {Extent} extent */
+  /** A new room: aims at its upper middle, with no ball grabbed. @param {Extent} extent */
   begin({ x_min: x0, x_max: x1, y_min: y0, y_max: y1 }) {
     this.cross = { x: (x0 + x1) / 2, y: y0 + 0.3 * (y1 - y0) };
     this.chosen = null;
@@ -77,7 +77,7 @@ export class PointerController {
     this.sling = null;
   }
 
-  /** The ball is no more. @param {number} ball */
+  /** The ball was removed. @param {number} ball */
   forget(ball) {
     if (this.chosen === ball) this.chosen = null;
     if (this.#grabbed === ball) this.#grabbed = null;
@@ -90,10 +90,10 @@ export class PointerController {
     const place = this.view.placeOf(event);
     this.#pointer = event.pointerId;
     this.view.moving.setPointerCapture(event.pointerId);
-    this.#held = this.find(place, REACH_PX / this.view.scale);
-    if (this.#held !== null) {
-      this.#choose(this.#held);
-      this.listener.onDrag(this.#held, place);
+    this.#dragged = this.find(place, REACH_PX / this.view.scale);
+    if (this.#dragged !== null) {
+      this.#choose(this.#dragged);
+      this.listener.onDrag(this.#dragged, place);
     } else {
       const { x, y } = this.#within(place);
       this.sling = { x, y, toX: x, toY: y, radius: this.radius() };
@@ -105,7 +105,7 @@ export class PointerController {
   #move(event) {
     if (event.pointerId !== this.#pointer) return;
     const place = this.view.placeOf(event);
-    if (this.#held !== null) this.listener.onDrag(this.#held, place);
+    if (this.#dragged !== null) this.listener.onDrag(this.#dragged, place);
     else if (this.sling) Object.assign(this.sling, { toX: place.x, toY: place.y });
     this.listener.onChange();
   }
@@ -114,7 +114,7 @@ export class PointerController {
   #up(event) {
     if (event.pointerId !== this.#pointer) return;
     const { sling } = this;
-    const ball = this.#held;
+    const ball = this.#dragged;
     this.#cancel();
     if (ball !== null || !sling) return;
     const [dx, dy] = [sling.toX - sling.x, sling.toY - sling.y];
@@ -125,14 +125,14 @@ export class PointerController {
   }
 
   #cancel() {
-    if (this.#held !== null && this.#pointer !== null) this.listener.onLetGo();
+    if (this.#dragged !== null && this.#pointer !== null) this.listener.onLetGo();
     this.#pointer = null;
-    this.#held = null;
+    this.#dragged = null;
     this.sling = null;
     this.listener.onChange();
   }
 
-  /** A place where a ball of the next throw fits between the walls. @param {Point} point */
+  /** The nearest point where the next ball fits between the walls. @param {Point} point */
   #within({ x, y }) {
     const { x_min: x0, x_max: x1, y_min: y0, y_max: y1 } = this.view.extent;
     const margin = this.radius() + 0.001;

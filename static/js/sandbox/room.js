@@ -1,4 +1,4 @@
-// A live room whose balls touch each other: its state, its pictures in time, and what it is told.
+// A live room of touching balls: receives its state and snapshots, interpolates positions, and sends the inputs.
 
 import { poseBetween, shortestTurn } from "../model/motion/interpolate.js";
 import { socketUrl } from "../net/api.js";
@@ -14,18 +14,18 @@ import { t } from "../texts/text.js";
 /** @import { Keyframe, Law } from "../model/motion/interpolate.js" */
 /** @import { SnapshotScale } from "../net/protocol.js" */
 
-const KEPT = 24; // snapshots: more than the clock ever holds the picture back
-const DRAG_MS = 33; // between two places of the pointer
-const HOLD_MS = 1000; // a pointer that rests says so this often, or it would lapse
+const KEPT = 24; // snapshots: more than the clock's longest delay needs
+const DRAG_MS = 33; // between two sent positions of the pointer
+const HOLD_MS = 1000; // between repeats while the pointer rests: without them the server ends the drag
 
 /** @typedef {"connecting" | "live" | "asleep" | "paused" | "reconnecting" | "closed"} RoomState */
 
 /**
- * What the page is told of a box, in a room or its own.
+ * The first state of a room or private box.
  * @typedef {Pick<ArenaHello, "room" | "board" | "board_name" | "extent" | "arena" | "limits">} BoxHello
  *
  * @typedef {object} SandboxListener
- * @property {(hello: BoxHello) => void} onRoom the room is there, there again, or begun anew
+ * @property {(hello: BoxHello) => void} onRoom the room was entered, re-entered, or restarted
  * @property {(state: RoomState, detail?: string) => void} onState
  * @property {(event: ArenaEvent) => void} onEvent placed, edited, removed, settings, diagnostics, landed
  * @property {(message: string) => void} onError
@@ -36,14 +36,14 @@ const HOLD_MS = 1000; // a pointer that rests says so this often, or it would la
 
 /** @typedef {{ball: number, x: number, y: number, sent: number, timer: number, again: number}} Drag */
 
-/** One room, through reconnections. */
+/** One room, across reconnects. */
 export class SandboxRoom {
   /** @type {ArenaHello | null} */
   hello = null;
   paused = false;
   /** @type {Settings} */
   settings = { gravity: 0, drag: 0 };
-  /** What each ball is made of. @type {Map<number, BallKind>} */
+  /** Radius and material of each ball. @type {Map<number, BallKind>} */
   made = new Map();
   #clock = new TickClock({ rate: 60 });
   /** Ticks a second. */
@@ -78,13 +78,13 @@ export class SandboxRoom {
     });
   }
 
-  /** @param {object} message @returns {boolean} false when there is no line */
+  /** @param {object} message @returns {boolean} false without a connection */
   send(message) {
     return this.hello !== null && this.connection.send(message);
   }
 
   /**
-   * Diagnostics from now on, or no more: nobody computes them for a page that is not looked at.
+   * Subscribes to diagnostics, or unsubscribes: a hidden page needs none.
    * @param {boolean} wanted
    */
   watch(wanted) {
@@ -93,12 +93,12 @@ export class SandboxRoom {
   }
 
   /**
-   * Leads a ball to a place; as often as the room may be told.
+   * Drags a ball to a point. Messages are limited to one per DRAG_MS; the last position is always sent.
    * @param {number} ball
-   * @param {number} x
-   * @param {number} y
+   * @param {number} x m
+   * @param {number} y m
    */
-  drag(ball, x, y) {
+   drag(ball, x, y) {
     if (this.#drag?.ball !== ball) this.letGo();
     const drag = (this.#drag ??= { ball, x, y, sent: 0, timer: 0, again: 0 });
     Object.assign(drag, { x, y });
@@ -107,7 +107,7 @@ export class SandboxRoom {
     else drag.timer ||= setTimeout(() => this.#sendDrag(drag), wait);
   }
 
-  /** Lets go of what is held; it flies on. */
+  /** Releases the dragged ball, which flies on. */
   letGo() {
     if (!this.#drag) return;
     clearTimeout(this.#drag.timer);
@@ -129,9 +129,9 @@ export class SandboxRoom {
   }
 
   /**
-   * Where the balls are at a local time.
+   * Reports where the balls are at a local time.
    * @param {number} nowMs
-   * @param {(ball: Seen) => void} see called for each, with the same object
+   * @param {(ball: Seen) => void} see called for each ball, always with the same object
    */
   look(nowMs, see) {
     const last = this.#snapshots.at(-1);
@@ -157,7 +157,7 @@ export class SandboxRoom {
     }
   }
 
-  /** Whether the picture still changes by itself. */
+  /** Whether the picture changes without further input. */
   get busy() {
     return performance.now() - this.#quiet < 600;
   }
@@ -185,7 +185,7 @@ export class SandboxRoom {
     const t = tick / this.#rate;
     if (to.tick - from.tick <= 2) {
       const pose = poseBetween(a, b, t, this.#law, this.#pose);
-      // Between balls that lean on each other flight explains little: stay on the way between.
+      // Balls in contact do not follow free flight: if it leaves the range between both, interpolate linearly.
       if (inside(pose.x, a.x, b.x) && inside(pose.y, a.y, b.y)) return pose;
     }
     const s = (tick - from.tick) / (to.tick - from.tick);
@@ -196,7 +196,7 @@ export class SandboxRoom {
   }
 
   /**
-   * A server that speaks another protocol will go on doing so: no use in coming back.
+   * Handles a message. A server with another protocol will not change it: after a protocol error we do not reconnect.
    * @param {() => void} message
    */
   #read(message) {
@@ -289,7 +289,7 @@ export class SandboxRoom {
     const snapshot = decodeSnapshot(bytes, this.#scale);
     const last = this.#snapshots.at(-1);
     if (last && snapshot.tick === last.tick) this.#snapshots.pop();
-    // A room that slept, or a clock that stood, goes on with another offset.
+    // After a pause of the room the offset between its ticks and local time has changed.
     if (last && now - this.#quiet > 400) this.#clock.restart();
     this.#clock.observe(snapshot.tick, now);
     this.#snapshots.push(snapshot);
@@ -330,7 +330,7 @@ function made({ radius, density, restitution, friction }) {
 }
 
 /**
- * Whether a value lies between two others, or near them.
+ * Whether a value lies between two others, or close to that range.
  * @param {number} value
  * @param {number} one
  * @param {number} other
@@ -340,7 +340,7 @@ function inside(value, one, other) {
   return value >= Math.min(one, other) - slack && value <= Math.max(one, other) + slack;
 }
 
-/** @param {boolean} halted whether whoever runs the server lets the table take no drops */
+/** @param {boolean} halted whether the operator has halted the room */
 function haltedWords(halted) {
   return halted
     ? t("box.halted")

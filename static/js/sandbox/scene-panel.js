@@ -1,4 +1,4 @@
-// The form that begins a room anew, or opens another: which scene, how many balls, how large.
+// The form that restarts a room or opens another: the scene, the number of balls and their sizes.
 
 import { byId, fieldOf, inputOf } from "../util/dom.js";
 
@@ -8,7 +8,7 @@ const BOX = { radii: [0.06, 0.16], width: 6, height: 4, speed: 0 };
 
 /** The fields of the "Scene" panel. */
 export class ScenePanel {
-  /** @param {() => void} onBegin the scene of the form is wanted in this room */
+  /** @param {() => void} onBegin called to restart this room with the form's scene */
   constructor(onBegin) {
     this.form = byId("scene-form", HTMLFormElement);
     this.panel = byId("scene-panel");
@@ -20,7 +20,7 @@ export class ScenePanel {
   }
 
   /**
-   * @param {Settings} settings of the room, which a box takes over
+   * @param {Settings} settings of the room, which become the scene's
    * @returns {SceneForm & Record<string, unknown>}
    */
   read(settings) {
@@ -34,7 +34,7 @@ export class ScenePanel {
     };
   }
 
-  /** @param {SceneForm | null} scene the room was begun with @param {number} most balls it takes */
+  /** @param {SceneForm | null} scene of the room; null hides the form @param {number} most balls allowed */
   show(scene, most) {
     this.panel.hidden = scene === null;
     inputOf(this.form, "balls").max = String(most);

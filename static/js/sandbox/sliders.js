@@ -1,4 +1,4 @@
-// The sandbox's columns of sliders: what each sets, in which unit, and how far it goes. Pure.
+// The sandbox's sliders: each one's setting, unit and range. Pure.
 
 import { t } from "../texts/text.js";
 import { rounded } from "../util/format.js";

@@ -1,4 +1,4 @@
-// The box on two canvases: what never moves, and the balls with what the pointer is doing.
+// Draws the box on two canvases: one for what never moves, one for the balls and the pointer's aim.
 
 import { announceShape } from "../board/shape.js";
 import { StageFit } from "../board/stage-fit.js";
@@ -13,28 +13,28 @@ import { parentOf } from "../util/dom.js";
 /** @import { Sprite } from "../paint/ball.js" */
 /** @import { Sling } from "./pointer.js" */
 
-const STEPS = 3.5; // sprites of different radii in each doubling; in between they are stretched
-const LARGEST = 64; // CSS pixels; larger balls stretch this one, whose stamps still fit a canvas
+const STEPS = 3.5; // sprites for each doubling of the radius; other radii are scaled from the nearest
+const LARGEST = 64; // CSS pixels: radius of the largest sprite that fits a canvas; larger balls scale it
 
 /**
- * What the pointer controller is about to do.
+ * The pointer controller's state, to be drawn.
  * @typedef {object} Aim
- * @property {Point} cross where the keyboard aims, metres
+ * @property {Point} cross where the keyboard aims, m
  * @property {boolean} crossShown
  * @property {Sling | null} sling
- * @property {number | null} chosen a ball
+ * @property {number | null} chosen the selected ball
  */
 
-/** Draws one place and its balls. */
+/** Draws a box and its balls. */
 export class SandboxView {
-  /** @type {Extent} metres */
+  /** @type {Extent} m */
   extent = { x_min: 0, x_max: 1, y_min: 0, y_max: 1 };
-  /** CSS pixels a metre; 0 before anything is laid out. */
+  /** CSS pixels per metre; 0 before the first layout. */
   scale = 0;
   /** @type {StaticGeometry | null} */
   #geometry = null;
   #height = 0;
-  /** @type {Map<number, {sprite: Sprite, of: number}>} of: the radius it was made for, CSS pixels */
+  /** @type {Map<number, {sprite: Sprite, of: number}>} of: the sprite's radius, CSS pixels */
   #sprites = new Map();
   #width = 0;
   #density = 0;
@@ -51,7 +51,7 @@ export class SandboxView {
     theme.onChange(() => this.repaint());
   }
 
-  /** @param {StaticGeometry} geometry what does not move @param {Extent} extent */
+  /** @param {StaticGeometry} geometry walls, pegs and bins @param {Extent} extent */
   setGeometry(geometry, extent) {
     this.#geometry = geometry;
     this.extent = extent;
@@ -61,10 +61,10 @@ export class SandboxView {
     this.relayout();
   }
 
-  /** Fits the canvases to their box; does nothing when nothing has changed. */
+  /** Fits the canvases to their box, if its size has changed. */
   relayout() {
     const { x_min: x0, x_max: x1, y_min: y0, y_max: y1 } = this.extent;
-    const { pad } = this.theme.shapes.box; // CSS pixels around what stands
+    const { pad } = this.theme.shapes.box; // CSS pixels around the extent
     if (!this.#geometry) return;
     const width = this.fit.fit((wide) => ((y1 - y0) * (wide - 2 * pad)) / (x1 - x0) + 2 * pad + 1);
     const density = window.devicePixelRatio || 1;
@@ -81,17 +81,17 @@ export class SandboxView {
     this.repaint();
   }
 
-  /** @param {number} x metres @returns {number} CSS pixels */
+  /** @param {number} x m @returns {number} CSS pixels */
   px(x) {
     return this.theme.shapes.box.pad + (x - this.extent.x_min) * this.scale;
   }
 
-  /** @param {number} y metres @returns {number} CSS pixels */
+  /** @param {number} y m @returns {number} CSS pixels */
   py(y) {
     return this.theme.shapes.box.pad + (y - this.extent.y_min) * this.scale;
   }
 
-  /** @param {PointerEvent} event @returns {{x: number, y: number}} metres */
+  /** @param {PointerEvent} event @returns {{x: number, y: number}} m */
   placeOf(event) {
     const box = this.moving.getBoundingClientRect();
     const { pad } = this.theme.shapes.box;
@@ -101,19 +101,19 @@ export class SandboxView {
     };
   }
 
-  /** Paints the still layer anew: colours, size or place have changed. */
+  /** Repaints the still layer, after a change of colours, size or room. */
   repaint() {
     if (!this.scale || !this.#geometry) return;
     this.#sprites.clear();
     const ctx = contextOf(this.still);
     ctx.setTransform(this.#density, 0, 0, this.#density, 0, 0);
-    this.#paintGround(ctx);
+    this.#paintBackground(ctx);
     this.#paintGeometry(ctx, this.#geometry);
     this.onLayout();
   }
 
   /** @param {CanvasRenderingContext2D} ctx */
-  #paintGround(ctx) {
+  #paintBackground(ctx) {
     const { palette } = this.theme;
     const enamel = ctx.createLinearGradient(0, 0, 0, this.#height);
     enamel.addColorStop(0, palette.board);
@@ -140,7 +140,7 @@ export class SandboxView {
     const width = Math.max(least, Math.min(most, metres * this.scale));
     const { x_min: x0, x_max: x1, y_min: y0, y_max: y1 } = this.extent;
     for (const wall of walls) {
-      // A wall has no thickness; on the rim its rail lies outside, so that balls touch its edge.
+      // A wall has no thickness. On the rim its rail is drawn outside, so that balls touch the rail's edge.
       const atX = wall.x1 === wall.x2 && (wall.x1 === x0 || wall.x1 === x1);
       const atY = wall.y1 === wall.y2 && (wall.y1 === y0 || wall.y1 === y1);
       const dx = atX ? Math.sign(2 * wall.x1 - x0 - x1) * (width / 2) : 0;
@@ -190,12 +190,12 @@ export class SandboxView {
   }
 
   /**
-   * A sprite of about this radius in pixels, and the radius that it is of.
+   * Returns a sprite of about this radius, in CSS pixels, and its own radius.
    * @param {number} size
    * @param {boolean} asleep
    */
   #spriteOf(size, asleep) {
-    // Radii in steps of a constant ratio: small balls differ visibly by less than large ones.
+    // Radii in steps of a constant ratio, because small differences are more visible on small balls.
     const step = Math.round(Math.log2(Math.min(LARGEST, size)) * STEPS);
     const key = 2 * step + (asleep ? 1 : 0);
     let found = this.#sprites.get(key);

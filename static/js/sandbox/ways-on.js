@@ -1,4 +1,4 @@
-// A room that is not there: where its visitor can go instead.
+// Links for a visitor whose room does not exist.
 
 import { ApiError, getJson } from "../net/api.js";
 import { t } from "../texts/text.js";
@@ -8,7 +8,7 @@ import { byId, make } from "../util/dom.js";
 
 const MOST = 6; // rooms in the list
 
-/** A box of one's own, and the rooms whose balls touch each other. */
+/** Links a private box and the rooms of touching balls. */
 export async function showWaysOn() {
   const list = byId("ways-on");
   list.replaceChildren(way("sandbox.html", t("box.to-own")), way(addressOf("sandbox"), t("box.together")));
@@ -18,7 +18,7 @@ export async function showWaysOn() {
   }
 }
 
-/** @returns {Promise<RoomList["rooms"]>} none, if the server does not tell: the ways above stay */
+/** @returns {Promise<RoomList["rooms"]>} empty if the server refuses: the first two links stay */
 async function openRooms() {
   try {
     const { rooms } = /** @type {RoomList} */ (await getJson(`rooms?mode=interacting&limit=${MOST}`));

@@ -1,4 +1,5 @@
-// Digests of a board and of a drop: SHA-256 over the canonical bytes that the engine's have, too.
+// Digests of boards and drops: SHA-256 of the same canonical bytes as in engine/board/digest.py and
+// engine/drops/digest.py.
 
 import { Bytes } from "./encoding/bytes.js";
 import { sha256 } from "./encoding/sha256.js";

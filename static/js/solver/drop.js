@@ -1,4 +1,4 @@
-// One drop that the solver computed: its outcome, impacts, digest, record, and states at any time.
+// One computed drop: its outcome, impacts, digest, record, and the ball's state at any time.
 
 import { dropDigest, PHYSICS_VERSION } from "./digest.js";
 import { ParameterError } from "./errors.js";
@@ -12,8 +12,8 @@ import { ParameterError } from "./errors.js";
  *   s, m, rad, m/s, rad/s
  *
  * @typedef {{board: WholeBoard, digest: string, seed: bigint | null, x: number, explicit: boolean,
- *   aim: number | null, traced: Traced}} Made digest: the board's; explicit: the start is x, not the
- *   seed's; aim: the middle of what the seed draws, m, where it was chosen
+ *   aim: number | null, traced: Traced}} Made digest: the board's; explicit: whether x was given, instead of
+ *   drawn by the seed; aim: m, if given
  */
 
 const LANDED = 0;
@@ -27,7 +27,7 @@ const REASONS = [
   "search budget: nothing hit within a million search windows of one flight",
 ];
 
-/** The outcome of a drop; everything but its inputs follows from them. */
+/** A computed drop, made by `Solver.drop`. */
 export class Drop {
   #made;
   #sample;
@@ -45,40 +45,40 @@ export class Drop {
     return this.#made.x;
   }
 
-  /** Number of the bin from the left, null if the ball did not land. */
+  /** Number of the bin, from 0 on the left; null if the ball did not land. */
   get bin() {
     const { outcome, bin } = this.#made.traced;
     return outcome === LANDED ? bin : null;
   }
 
-  /** Why the ball did not land, null if it did. */
+  /** The reason why the ball did not land, null if it did. */
   get unsettled() {
     const { outcome } = this.#made.traced;
     return outcome === LANDED ? null : REASONS[outcome];
   }
 
-  /** The bin's multiplier; 1, the stake back, if the ball did not land. */
+  /** The bin's multiplier; 1 if the ball did not land, so that the stake is returned. */
   get score() {
     return this.bin === null ? 1 : this.#made.board.bins.multipliers[this.bin];
   }
 
-  /** What the bin's label says: its text, or null without one. */
+  /** The text of the bin's label, null without one. */
   get label() {
     const { bin } = this;
     return bin === null ? null : this.#made.board.bins.labels?.[bin]?.text ?? null;
   }
 
-  /** From the start to the end, s. */
+  /** Time from the start to the end, s. */
   get duration() {
     return this.#made.traced.end[0];
   }
 
-  /** Where the centre crossed the bins' line, or came to its end, m. */
+  /** The x at which the centre crossed the bins' line, or ended without landing, m. */
   get xEnd() {
     return this.#made.traced.end[1];
   }
 
-  /** All events in order: t, x, y, vx, vy, omega after it, its kind, and what was hit. */
+  /** All events in order, each: t, x, y, vx, vy, omega right after it, kind, number of the surface or bin. */
   get impacts() {
     return /** @type {ImpactRow[]} */ (this.#made.traced.impacts);
   }
@@ -96,7 +96,8 @@ export class Drop {
   }
 
   /**
-   * @param {number[]} times s since the start; from the end on the ball stays where it ended
+   * The ball's state at each of these times. After the end it stays in its last state.
+   * @param {number[]} times s since the start; throws a ParameterError if one is negative
    * @returns {BallState[]}
    */
   states(times) {
@@ -117,8 +118,8 @@ export class Drop {
   }
 
   /**
-   * The state right before each impact: at the last instant before it that has a double, or, of two
-   * impacts at one instant, what the first made of it for the second.
+   * The state right before each event: at the largest double below its time. For the second of two
+   * events at the same time, it is the state after the first.
    * @returns {BallState[]}
    */
   before() {
@@ -130,7 +131,7 @@ export class Drop {
     });
   }
 
-  /** The drop as `plinko drop --json` and REST give it. */
+  /** The drop's record, as `plinko drop --json` and REST return it. */
   record() {
     const { digest, seed, explicit, aim, board } = this.#made;
     return {
@@ -152,7 +153,7 @@ export class Drop {
   }
 }
 
-/** @param {number} t 0 or more @returns {number} the next double below, but not below 0 */
+/** @param {number} t 0 or more @returns {number} the largest double below t; 0 for 0 */
 function justBefore(t) {
   if (t === 0) return 0;
   const view = new DataView(new ArrayBuffer(8));

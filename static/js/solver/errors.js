@@ -1,8 +1,7 @@
-// What is wrong with what a caller gave; the message names the value and what would be right.
+// Errors for invalid input; the message names the value and says what is valid.
 
-/** A board that cannot be played, or a drop that cannot be made. */
 class InputError extends Error {
-  /** @param {string} message @param {string} field where the bad value is, as `pegs[3].radius` */
+  /** @param {string} message @param {string} field the invalid one, such as `pegs[3].radius` */
   constructor(message, field) {
     super(message);
     this.name = new.target.name;
@@ -10,11 +9,11 @@ class InputError extends Error {
   }
 }
 
-/** A board with a value that is missing, unknown or out of range. */
+/** A board has a field that is missing, unknown or out of range. */
 export class BoardError extends InputError {}
 
-/** A seed, a start or a time that is out of range. */
+/** A seed, a start, a time or a scene's parameter is out of range. */
 export class ParameterError extends InputError {}
 
-/** A record or a log that lacks something, or has what nothing would compare. */
+/** A record or a log has a field that is missing, unknown or invalid. */
 export class RecordError extends InputError {}

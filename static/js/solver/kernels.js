@@ -1,15 +1,15 @@
-// The engine's own kernels, as WebAssembly: their memory, and calls of them on one board at a time.
+// Calls the engine's kernels, compiled to WebAssembly, on one board at a time, and manages their memory.
 
 /** @typedef {{floats: Float64Array, words: Uint32Array}} Arrays a board's, from input/arrays.js */
 
 /**
- * What the kernels wrote of one ball.
+ * The path of one ball, as the kernels computed it.
  * @typedef {object} Traced
- * @property {number} outcome as in outcomes.js
+ * @property {number} outcome 0 if it landed; otherwise an index of REASONS in drop.js
  * @property {number} bin -1 if it did not land
  * @property {number[]} end its last state: t, x, y, vx, vy, theta, omega
- * @property {number[][]} impacts t, x, y, vx, vy, omega after it, its kind, what was hit
- * @property {Float64Array} segments rows of SEGMENT, which states at any time are made of
+ * @property {number[][]} impacts each: t, x, y, vx, vy, omega right after it, kind, number of the surface
+ * @property {Float64Array} segments rows of SEGMENT columns, from which `sample` computes states
  *
  * @typedef {{trace: Function, sample: Function}} Exports
  */
@@ -21,9 +21,9 @@ const EVENT = 6;
 const SEGMENT = 11;
 const INITIAL = 8;
 const SERIES = 8 * 21; // numbers
-const ROOM = 256; // events of a first log; a longer drop is traced again with the room it asked for
+const ROOM = 256; // events in the first log; a longer drop is traced again with a log of its size
 
-/** A computation of the kernels; `open` makes it. */
+/** An instance of the kernels with its memory, made by `open`. */
 export class Kernels {
   #exports;
   #memory;
@@ -45,7 +45,7 @@ export class Kernels {
     return new Kernels(/** @type {Exports} */ (/** @type {unknown} */ (instance.exports)), memory);
   }
 
-  /** All calls from now on are of this board. @param {Arrays} arrays */
+  /** Selects the board of all later calls. @param {Arrays} arrays */
   load({ floats, words }) {
     const room = new Blocks(this.#memory, STACK);
     this.#board = { floats: room.take(floats.byteLength), words: room.take(words.byteLength) };
@@ -55,7 +55,7 @@ export class Kernels {
     new Uint32Array(this.#memory.buffer, this.#board.words).set(words);
   }
 
-  /** @param {number} x m @param {number} y m @returns {Traced} of a ball that starts there at rest */
+  /** @param {number} x m @param {number} y m @returns {Traced} the path of a ball that starts at rest */
   trace(x, y) {
     let room = { events: ROOM, segments: 4 * ROOM };
     for (;;) {
@@ -69,7 +69,7 @@ export class Kernels {
   }
 
   /**
-   * How many drops end, without their paths.
+   * How many drops end; their paths are not kept.
    * @param {ArrayLike<number>} xs m
    * @param {number} y m
    * @returns {{bins: Int32Array, impacts: Int32Array, outcomes: Int8Array, durations: Float64Array,
@@ -90,10 +90,10 @@ export class Kernels {
   }
 
   /**
-   * States of a drop that was traced on this board.
+   * States of a drop that was traced on the loaded board.
    * @param {Float64Array} segments
    * @param {number[]} times s, from its start to its end
-   * @returns {number[][]} t, x, y, vx, vy, theta, omega at each
+   * @returns {number[][]} t, x, y, vx, vy, theta, omega at each time
    */
   sample(segments, times) {
     const count = times.length;
@@ -168,7 +168,7 @@ export class Kernels {
   }
 }
 
-/** Places for blocks of memory, one after the other. */
+/** Allocates blocks of memory one after the other. */
 class Blocks {
   /** @param {WebAssembly.Memory} memory @param {number} at bytes */
   constructor(memory, at) {
@@ -176,14 +176,14 @@ class Blocks {
     this.at = at;
   }
 
-  /** @param {number} bytes @returns {number} where that many begin */
+  /** @param {number} bytes @returns {number} address of the block */
   take(bytes) {
     const at = this.at;
     this.at += 8 * Math.ceil(bytes / 8);
     return at;
   }
 
-  /** Sees to it that memory has them all. */
+  /** Grows the memory so that it contains all blocks. */
   grow() {
     const lacking = this.at - this.memory.buffer.byteLength;
     if (lacking > 0) this.memory.grow(Math.ceil(lacking / PAGE));
@@ -196,7 +196,7 @@ function rowsOf(values, columns) {
     Array.from(values.subarray(columns * i, columns * (i + 1))));
 }
 
-/** @param {Float64Array} segments @param {number} time @returns {number} the last that has begun */
+/** @param {Float64Array} segments @param {number} time @returns {number} the segment at that time */
 function rowAt(segments, time) {
   let [low, high] = [0, segments.length / SEGMENT];
   while (high - low > 1) {

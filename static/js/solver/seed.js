@@ -1,4 +1,4 @@
-// From a seed to the start of a drop: SplitMix64, and nothing else about a drop is random.
+// Computes the start of a drop from its seed, by SplitMix64. Nothing else about a drop is random.
 
 import { ParameterError } from "./errors.js";
 
@@ -10,9 +10,9 @@ const MIX_2 = 0x94d049bb133111ebn;
 const UNIT = 2 ** -53;
 
 /**
- * A seed as a whole number. A Number above 2^53 would have been rounded, so it is refused.
+ * A seed as a BigInt. A Number of 2^53 or more is refused, because JavaScript may have rounded it.
  * @param {unknown} value a decimal string, a BigInt or a Number
- * @returns {bigint} 0 … 2^64 - 1; throws a ParameterError that names the value
+ * @returns {bigint} 0 … 2^64 - 1; throws a ParameterError otherwise
  */
 export function seedOf(value) {
   const digits = typeof value === "string" && /^[0-9]{1,20}$/.test(value);
@@ -34,7 +34,7 @@ export function splitmix64(seed) {
  * @param {bigint} seed
  * @param {number} x m
  * @param {number} jitter m
- * @returns {number} where the ball starts: x plus an even offset in [-jitter, jitter), m
+ * @returns {number} where the ball starts: x plus a uniform offset in [-jitter, jitter), m
  */
 export function startX(seed, x, jitter) {
   const fraction = Number(splitmix64(seed) >> 11n) * UNIT;

@@ -1,11 +1,11 @@
-// The exact solver in a page: drops from a board's JSON alone, to the server's last bit. One import.
+// The exact solver for pages: computes drops from a board's JSON, bit for bit as the server does.
 //
 //   import { openSolver } from "./solver/solver.js";
 //   const solver = await openSolver();
 //   const drop = solver.drop(board, { seed: "42" });   // or { seed: "42", aim: 0.01 }, or { x: 0.1 }
 //   drop.bin, drop.digest, drop.impacts, drop.states([0, 0.5]), drop.record()
 //
-// Needs nothing but this folder and an engine with WebAssembly.
+// It needs only this folder and a JavaScript engine with WebAssembly.
 
 import { arraysOf } from "./input/arrays.js";
 import { readBoard } from "./input/values.js";
@@ -21,22 +21,23 @@ const KERNELS = new URL("kernels.wasm", import.meta.url);
 /** @import { WholeBoard } from "./input/values.js" */
 
 /**
- * What decides where a ball starts; x goes before seed, and aim (m) is the middle of what seeds draw.
+ * Where a ball starts: at x (m), or where the seed draws it, around aim (m) or by default around the
+ * drop zone's x. If both x and seed are given, the ball starts at x.
  * @typedef {{seed?: string | bigint | number | null, x?: number | null, aim?: number | null}} Start
  */
 
 /**
- * @param {BufferSource} [bytes] of kernels.wasm; without them it is read from beside this module
+ * @param {BufferSource} [bytes] of kernels.wasm; by default loaded from this module's folder
  * @returns {Promise<Solver>}
  */
 export async function openSolver(bytes) {
   return new Solver(await Kernels.open(bytes ?? (await bytesOf(KERNELS))));
 }
 
-/** Drops balls. `openSolver` makes it. */
+/** Computes drops; made by `openSolver`. */
 export class Solver {
   #kernels;
-  /** The board used last. @type {{text: string, ready: Ready} | null} */
+  /** The board that the kernels have loaded. @type {{text: string, ready: Ready} | null} */
   #last = null;
 
   /** @param {Kernels} kernels */
@@ -45,8 +46,8 @@ export class Solver {
   }
 
   /**
-   * A board with its defaults filled in; given to `drop` as it is, nothing of it is read again.
-   * @param {unknown} form the board's JSON, parsed; throws a BoardError that names a bad value
+   * Checks a board and fills in its defaults. `drop` does not check the returned object again.
+   * @param {unknown} form the board's JSON, parsed; throws a BoardError that names an invalid value
    * @returns {WholeBoard}
    */
   read(form) {
@@ -54,9 +55,9 @@ export class Solver {
   }
 
   /**
-   * Drop a ball at rest from where the seed says, about the board's middle or an aim, or from an x.
-   * @param {unknown} form the board's JSON, parsed; throws a BoardError that names a bad value
-   * @param {Start} start throws a ParameterError that names a bad value
+   * Computes the drop of a ball that starts at rest.
+   * @param {unknown} form the board's JSON, parsed; throws a BoardError that names an invalid value
+   * @param {Start} start throws a ParameterError that names an invalid value
    * @returns {Drop}
    */
   drop(form, start) {
@@ -71,11 +72,11 @@ export class Solver {
   }
 
   /**
-   * How many drops end, without their paths: as fast as it goes.
+   * Computes how many drops end. Their paths are not kept, which is faster than `drop`.
    * @param {unknown} form the board's JSON, parsed
    * @param {Iterable<string | bigint | number>} seeds
-   * @param {number | null} [aim] m, of them all
-   * @returns {ReturnType<Kernels["traceMany"]>} arrays in the order of the seeds; bin -1: none
+   * @param {number | null} [aim] m, the same for all
+   * @returns {ReturnType<Kernels["traceMany"]>} arrays in the order of the seeds; bin -1: not landed
    */
   dropMany(form, seeds, aim = null) {
     const { board } = this.#load(form);
@@ -96,4 +97,4 @@ export class Solver {
   }
 }
 
-/** @typedef {{board: WholeBoard, digest: string}} Ready a board that the kernels have */
+/** @typedef {{board: WholeBoard, digest: string}} Ready a board that the kernels have loaded */

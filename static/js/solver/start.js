@@ -1,4 +1,4 @@
-// Where a ball starts: where its seed says, about the board's middle or a player's aim, or at an x.
+// Computes where a ball starts: at an explicit x, or where the seed draws it around the zone's x or an aim.
 
 import { ParameterError } from "./errors.js";
 import { seedOf, startX } from "./seed.js";
@@ -11,8 +11,8 @@ import { seedOf, startX } from "./seed.js";
 /**
  * @param {Zone} zone
  * @param {bigint | null} seed
- * @param {{x?: unknown, aim?: unknown}} chosen by the player, m
- * @returns {Place} throws a ParameterError that names a bad value
+ * @param {{x?: unknown, aim?: unknown}} chosen m
+ * @returns {Place} throws a ParameterError that names an invalid value
  */
 export function startOf(zone, seed, { x, aim }) {
   if (!isGiven(x)) {
@@ -20,7 +20,12 @@ export function startOf(zone, seed, { x, aim }) {
     const middle = isGiven(aim) ? aimOf(zone, aim) : null;
     return { x: startX(seed, middle ?? zone.x, zone.jitter), explicit: false, aim: middle };
   }
-  if (isGiven(aim)) throw new ParameterError(`aim ${String(aim)} beside x ${String(x)}`, "aim");
+  if (isGiven(aim)) {
+    throw new ParameterError(
+      `aim is ${String(aim)}, but x is ${String(x)}: give either x, the exact start, or an aim, around `
+      + "which the seed draws it", "aim",
+    );
+  }
   const span = spanOf(zone);
   const low = Math.min(zone.x - span, ...zone.slots);
   const high = Math.max(zone.x + span, ...zone.slots);
@@ -30,23 +35,23 @@ export function startOf(zone, seed, { x, aim }) {
 /**
  * @param {Zone} zone
  * @param {Iterable<string | bigint | number>} seeds
- * @param {number | null} aim m, of them all
- * @returns {Float64Array} where each starts, m
+ * @param {number | null} aim m, the same for all
+ * @returns {Float64Array} where each ball starts, m
  */
 export function startsOf(zone, seeds, aim) {
   const middle = isGiven(aim) ? aimOf(zone, aim) : zone.x;
   return Float64Array.from(seeds, (seed) => startX(seedOf(seed), middle, zone.jitter));
 }
 
-/** @param {Zone} zone @param {unknown} aim @returns {number} the middle of what a seed draws, m */
+/** @param {Zone} zone @param {unknown} aim @returns {number} the checked aim, m */
 function aimOf(zone, aim) {
   const span = Math.min(zone.aim, spanOf(zone) - zone.jitter);
   const middle = within(aim, "aim", zone.x - span, zone.x + span) + 0;
   if (!zone.slots.length || zone.slots.includes(middle)) return middle;
-  throw new ParameterError(`aim ${middle} is none of the slots ${zone.slots.join(", ")}`, "aim");
+  throw new ParameterError(`aim ${middle} is not a slot: the slots are ${zone.slots.join(", ")}`, "aim");
 }
 
-/** @param {Zone} zone @returns {number} m from its x that a ball may start */
+/** @param {Zone} zone @returns {number} how far from the zone's x a ball may start, m */
 const spanOf = ({ jitter, reach }) => Math.max(jitter, reach);
 
 /** @param {unknown} value @param {string} field @param {number} low @param {number} high */

@@ -1,4 +1,4 @@
-// How often each bin of a room's board should be hit, and how that is known.
+// The expected probability of each bin of a room's board, and its source.
 
 import { measure } from "../instruments/measure.js";
 import { readBoardName } from "../model/presets.js";
@@ -11,8 +11,8 @@ import { t } from "../texts/text.js";
 /** @import { Theory } from "./wishes.js" */
 
 /**
- * Of a draw its published odds. Of a preset as its landings were counted, of another board as drops hit it that the server computes
- * now; or of an ideal Galton board with as many bins. Throws where the server does not answer.
+ * In a draw, its published odds; for a preset, its recorded landings; for another board, a sample that the server
+ * computes now. With the theory "binomial", an ideal Galton board with as many bins. Rejects if the server fails.
  * @param {Pick<Hello, "board" | "board_name" | "board_digest" | "draw">} hello @param {Theory} theory
  * @returns {Promise<Expectation>}
  */
@@ -28,13 +28,13 @@ export async function expectedOn({ board, board_name: name, board_digest: digest
   return measure(board);
 }
 
-/** @param {number[]} weights of the bins @returns {Expectation} exact: no path of a ball decides its bin there */
+/** @param {number[]} weights of the bins @returns {Expectation} exact, as the draw decides the bin, not the path */
 function published(weights) {
   const sum = weights.reduce((total, weight) => total + weight, 0);
   return { label: t("stage.published"), chances: weights.map((weight) => weight / sum) };
 }
 
-/** @param {number} bins @returns {Expectation} of a ball that goes left or right alike at each row */
+/** @param {number} bins @returns {Expectation} of a ball that goes left or right with equal chances at each row */
 export function binomial(bins) {
   const rows = bins - 1;
   const chances = [0.5 ** rows];

@@ -1,4 +1,4 @@
-// Who of those with a name has done best since the page was opened. Pure, and bounded: it may run for days.
+// The leaderboard of named players since the page was opened. Pure; its size is bounded, as it may run for days.
 
 import { labelOf } from "../model/board.js";
 
@@ -6,7 +6,7 @@ import { labelOf } from "../model/board.js";
 /** @import { Landing } from "../model/table/company.js" */
 /** @import { Rank } from "./wishes.js" */
 
-export const MOST_NAMES = 300; // of those who have not landed a ball for longest, no more is known
+export const MOST_NAMES = 300; // beyond it, the name with the oldest last landing is dropped
 
 /**
  * @typedef {object} Leader
@@ -16,12 +16,12 @@ export const MOST_NAMES = 300; // of those who have not landed a ball for longes
  * @property {number} prizes landings in bins with a label
  */
 
-/** Names, not visitors: whoever comes back under a name goes on with it. */
+/** Counts by name, not by visitor: a player who returns under the same name continues. */
 export class Leaders {
-  /** @type {Map<string, Leader>} the one who landed last is last */
+  /** @type {Map<string, Leader>} in the order of their last landings */
   #known = new Map();
 
-  /** @param {Landing} landing @param {Pick<Board, "bins">} board on which it was */
+  /** @param {Landing} landing @param {Pick<Board, "bins">} board of the landing */
   note(landing, board) {
     const name = landing.owner?.name;
     if (!name || landing.bin === null) return;
@@ -38,12 +38,12 @@ export class Leaders {
     if (this.#known.size > MOST_NAMES) this.#known.delete(first);
   }
 
-  /** Another board has other prizes: all begin again. */
+  /** Starts again: another board has other prizes. */
   clear() {
     this.#known.clear();
   }
 
-  /** @param {Rank} rank @param {number} most @returns {Leader[]} the best first; of equals who has waited longest */
+  /** Ties: the oldest landing first. @param {Rank} rank @param {number} most @returns {Leader[]} the best first */
   top(rank, most) {
     const worth = (/** @type {Leader} */ leader) => (rank === "best" ? leader.best.score : leader[rank]);
     return [...this.#known.values()].filter((leader) => worth(leader) > 0)

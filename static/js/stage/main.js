@@ -1,4 +1,4 @@
-// The page for a projector or a stream: what its address asks for, over one room.
+// Starts the stage page, for a projector or a stream: it shows one room, with the options in its address.
 
 import { messageOf } from "../net/api.js";
 import { streamsFor } from "../net/streams.js";

@@ -1,4 +1,4 @@
-// A room for an audience: the board as large as it fits, the last winners, the leaders. Nothing to click.
+// Shows a room to an audience: the board as large as possible, the last winners, the leaders. Nothing to click.
 
 import { describeBoard } from "../board/alternative-text.js";
 import { announceShape } from "../board/shape.js";
@@ -28,12 +28,12 @@ import { StageTray } from "./tray.js";
 /** @import { Leader } from "./leaders.js" */
 /** @import { Rank, Wishes } from "./wishes.js" */
 
-const QUEUED = 2; // items of what waits
+const QUEUED = 2; // items shown of the queue
 const NOTHING_WAITS = { waiting: 0, paused: false, items: [] };
-const SHOWN = 5; // in each list; the style sheet shows fewer where there is no room
-const AGAIN_MS = 30_000; // after a refusal: until then a room or a server may be there again
+const SHOWN = 5; // rows in each list; the style sheet hides some where space is short
+const AGAIN_MS = 30_000; // after a refusal: by then the room or the server may exist again
 
-/** The audience plays nothing: no fair session is begun, and nothing is kept in the browser. */
+/** The audience does not play: there is no fair session, and nothing is stored in the browser. */
 class NoSession extends FairPlay {
   greeted() {
     this.failed = true;
@@ -49,7 +49,7 @@ export class Show {
   #leaders = new Leaders();
   #still = window.matchMedia("(prefers-reduced-motion: reduce)");
 
-  /** @param {Wishes} wishes @param {{theme: Theme, solver: Solver | null, streams: string[]}} means */
+  /** @param {Wishes} wishes @param {{theme: Theme, solver: Solver | null, streams: string[]}} options */
   constructor(wishes, { theme, solver, streams }) {
     this.wishes = wishes;
     this.theme = theme;
@@ -87,10 +87,10 @@ export class Show {
     const news = new Store();
     news.on("picture", wake);
     news.on("table", ({ hello, table }) => this.#setTable(hello, table));
-    news.on("queue", (queue) => this.#tellQueue(queue));
+    news.on("queue", (queue) => this.#showQueue(queue));
     news.on("landed", (landing) => this.#landed(landing));
     news.on("room", () => {
-      this.#tellState();
+      this.#showState();
       wake();
     });
     return news;
@@ -100,7 +100,7 @@ export class Show {
   #setTable(hello, table) {
     const { board, board_digest: digest, slots } = hello;
     table.tracing = this.#still.matches;
-    this.#tellQueue(NOTHING_WAITS); // else it is told right after this
+    this.#showQueue(NOTHING_WAITS); // a room with a queue sends its state right after the hello
     if (this.#digest !== digest) {
       this.#digest = digest;
       document.title = t("stage.title-board", { board: board.name });
@@ -116,12 +116,12 @@ export class Show {
     this.loop.wake();
   }
 
-  #tellState() {
+  #showState() {
     const { state } = this.room;
     document.documentElement.dataset.state = state;
     const lost = state === "reconnecting" || state === "closed";
     byId("result").textContent = lost ? t(state === "closed" ? "stage.no-room" : "stage.lost") : "";
-    // Nobody is there to load the page again.
+    // On a projector nobody reloads the page.
     if (state === "closed") window.setTimeout(() => window.location.reload(), AGAIN_MS);
   }
 
@@ -146,7 +146,7 @@ export class Show {
   }
 
   /** @param {Pick<QueueState, "waiting" | "paused" | "items">} queue */
-  #tellQueue({ waiting, paused, items }) {
+  #showQueue({ waiting, paused, items }) {
     byId("queue-title").textContent = t(paused ? "stage.queue-paused" : "stage.queue", { n: waiting });
     fill("queue", items.slice(0, QUEUED).map((item) => {
       const { name, left } = item;
@@ -167,7 +167,7 @@ export class Show {
     return paidMark(this.theme, this.view.board, bin, score);
   }
 
-  /** @param {Landing} landing @param {HTMLElement} told of it */
+  /** @param {Landing} landing @param {HTMLElement} told its last cell */
   #row({ owner }, told) {
     const colour = owner ? swatchOf(owner) : this.theme.palette.other;
     return make("li", {}, swatch(colour), make("bdi", {}, called(owner)), told);
@@ -189,13 +189,13 @@ export class Show {
   }
 }
 
-/** @param {string} id of a list; its panel keeps its place while nothing is in it @param {HTMLElement[]} rows */
+/** Fills a list; its panel keeps its place while empty. @param {string} id @param {HTMLElement[]} rows */
 function fill(id, rows) {
   byId(id).replaceChildren(...rows);
   byId(`${id}-panel`).dataset.empty = String(rows.length === 0);
 }
 
-/** @param {string} room to which phones are led */
+/** Shows the QR code of the room. @param {string} room */
 function showWay(room) {
   byId("join", HTMLImageElement).src = `api/v1/rooms/${encodeURIComponent(room)}/qr.svg`;
   byId("join-panel").hidden = false;

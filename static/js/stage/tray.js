@@ -1,4 +1,4 @@
-// The tray of a lesson: whose balls lie in which bin, as a pile or as bars, and how many should.
+// The stage's tray: landed balls in their owners' colours, as a pile or as bars, and the expected counts.
 
 import { Colours } from "../instruments/colours.js";
 import { Histogram } from "../instruments/histogram.js";
@@ -14,9 +14,9 @@ import { expectedOn } from "./expected.js";
 /** @import { Store } from "../play/store.js" */
 /** @import { Wishes } from "./wishes.js" */
 
-const AGAIN_MS = 30_000; // after the server could not tell what is expected
+const AGAIN_MS = 30_000; // until the next request, if the expected counts could not be loaded
 
-/** What lies below the board. */
+/** The tray below the board. */
 export class StageTray {
   #digest = "";
 
@@ -36,7 +36,7 @@ export class StageTray {
 
   /** @param {Theme} theme */
   async #heapUp(theme) {
-    // A browser that cannot move discs goes on with bars.
+    // A browser that cannot compute the pile shows bars.
     const pile = await openPile(theme, LARGE_DISCS).catch(() => null);
     this.histogram.setPile(pile);
     this.news.tell("picture", null);
@@ -68,7 +68,10 @@ export class StageTray {
     this.news.tell("picture", null);
   }
 
-  /** @param {number} nowMs @param {boolean} still nothing is to move @returns {boolean} whether there is more to show soon */
+  /**
+   * @param {number} nowMs @param {boolean} still whether motion is reduced
+   * @returns {boolean} whether to call it again soon
+   */
   show(nowMs, still) {
     this.histogram.refresh(nowMs, still);
     const { words } = this.histogram;

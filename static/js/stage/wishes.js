@@ -1,23 +1,23 @@
-// What a stage's address asks to be shown. Pure.
+// Reads the stage's options from its address. Pure.
 
 import { MAIN_ROOM } from "../model/presets.js";
 
 /** @typedef {"best" | "balls" | "prizes"} Rank what players are ranked by */
-/** @typedef {"pile" | "bars"} TrayKind how what has landed lies below the board */
-/** @typedef {"on" | "binomial"} Theory what it is compared with: this board's odds, or those of an ideal one */
+/** @typedef {"pile" | "bars"} TrayKind how landed balls are shown */
+/** @typedef {"on" | "binomial"} Theory expected counts: of this board, or of an ideal Galton board */
 
 /**
  * @typedef {object} Wishes
  * @property {string} room
- * @property {string | null} ground what lies around the board: null for the page's own, "transparent", or #rrggbb
- * @property {boolean} plate whether the board has its own ground
- * @property {boolean} names whether names are shown at the balls
+ * @property {string | null} ground the page's background: null for the theme's, "transparent", or #rrggbb
+ * @property {boolean} plate whether the board has its own background
+ * @property {boolean} names whether balls show their players' names
  * @property {boolean} winners whether the last landings are listed
  * @property {Rank | null} leaders null for no leaderboard
- * @property {boolean} queue whether it is told what waits
- * @property {boolean} join whether phones are shown the way to the room
- * @property {TrayKind | null} tray null for none
- * @property {Theory | null} expected null where it is compared with nothing
+ * @property {boolean} queue whether the queue is shown
+ * @property {boolean} join whether a QR code leads phones to the room
+ * @property {TrayKind | null} tray null for no tray
+ * @property {Theory | null} expected null for no comparison
  * @property {boolean} sound
  */
 
@@ -29,7 +29,7 @@ const TRAYS = ["pile", "bars"];
 const THEORIES = ["on", "binomial"];
 const COLOUR = /^#?([0-9a-f]{6})$/i;
 
-/** @param {URLSearchParams} asked @returns {Wishes} what cannot be read is as if it were not asked */
+/** @param {URLSearchParams} asked @returns {Wishes} invalid options have their defaults */
 export function readWishes(asked) {
   const leaders = asked.get("leaders");
   return {

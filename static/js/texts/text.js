@@ -1,5 +1,5 @@
-// What the page says, in its language. The server puts another language's texts in the place of the
-// English ones: see app/web/page/release.py.
+// Returns the page's texts in its language. For another language the server replaces the English file:
+// see app/web/page/release.py.
 
 import texts from "./en.json" with { type: "json" };
 
@@ -13,10 +13,10 @@ const plurals = new Intl.PluralRules(language);
 const formats = new Map();
 
 /**
- * A text in the page's language.
+ * Returns a text in the page's language.
  * @param {Key} key
- * @param {Record<string, string | number>} [values] for its places in braces; `n` chooses between the
- *   forms of a text that has several, one for each plural category of the language (CLDR)
+ * @param {Record<string, string | number>} [values] for its placeholders in braces; `n` selects the plural form (CLDR)
+ *   of a text that has several
  * @returns {string}
  */
 export function t(key, values = {}) {
@@ -32,7 +32,7 @@ function shown(value) {
 }
 
 /**
- * A number as the page's language writes it.
+ * Formats a number in the page's language.
  * @param {number} value
  * @param {Intl.NumberFormatOptions} [options]
  * @returns {string}

@@ -1,4 +1,4 @@
-// Canvases: their context, their size in device pixels, and what several painters draw alike.
+// Helpers for canvases: contexts, sizes in device pixels, and discs.
 
 import { t } from "../texts/text.js";
 
@@ -10,7 +10,8 @@ export function contextOf(canvas) {
 }
 
 /**
- * To draw on what is then only copied, as the bitmap it is made into: from a canvas each copy would cost far more.
+ * A canvas for pictures that are drawn once and then copied often. Turn it into an ImageBitmap: copies
+ * from a bitmap are far cheaper than from a canvas.
  * @param {number} width pixels @param {number} height pixels
  * @returns {OffscreenCanvasRenderingContext2D}
  */
@@ -21,7 +22,7 @@ export function sheetContext(width, height) {
 }
 
 /**
- * A canvas cleared, as large as it should be, scaled to CSS pixels.
+ * Clears a canvas, fits it to a size, and scales it to CSS pixels.
  * @param {HTMLCanvasElement} canvas
  * @param {{width: number, height: number}} size CSS pixels
  * @returns {CanvasRenderingContext2D}
@@ -29,7 +30,7 @@ export function sheetContext(width, height) {
 export function fitted(canvas, { width, height }) {
   const density = window.devicePixelRatio || 1;
   const [across, down] = [Math.round(width * density), Math.round(height * density)];
-  // A canvas is made anew only when its size has changed: that is dear.
+  // Setting the size reallocates the canvas even if it is the same, which is expensive.
   if (canvas.width !== across || canvas.height !== down) {
     canvas.width = across;
     canvas.height = down;
@@ -40,7 +41,7 @@ export function fitted(canvas, { width, height }) {
   return ctx;
 }
 
-/** @returns {number} how much larger than on a desk things are to be: the page's text size over 16 px */
+/** @returns {number} the page's text size divided by 16 px, by which marks are enlarged */
 export function zoom() {
   return parseFloat(getComputedStyle(document.documentElement).fontSize) / 16;
 }

@@ -1,9 +1,9 @@
-// Hands a text to the clipboard, or leaves it marked for the keys.
+// Copies a text to the clipboard, or shows it selected, ready to copy by keys.
 
 /**
- * @param {HTMLInputElement} field hidden until it is needed; shows the text
+ * @param {HTMLInputElement} field becomes visible with the text
  * @param {string} text
- * @returns {Promise<boolean>} whether it was copied; false without permission, or on a page that came by plain HTTP
+ * @returns {Promise<boolean>} whether it was copied; false without permission or HTTPS
  */
 export async function copyFrom(field, text) {
   field.hidden = false;

@@ -1,4 +1,4 @@
-// Small helpers to find, make, fill and ask elements. What a page should have and has not is thrown.
+// Small helpers to find, make, fill and read elements. They throw if the page lacks an element.
 
 import { t } from "../texts/text.js";
 
@@ -7,13 +7,13 @@ import { t } from "../texts/text.js";
 /**
  * @template {HTMLElement} [T=HTMLElement]
  * @param {string} id
- * @param {new () => T} [type] what the element has to be
+ * @param {new () => T} [type] required class of the element
  * @returns {T}
  */
 export function byId(id, type) {
   const element = document.getElementById(id);
   if (!element) throw new Error(`the page has no element #${id}`);
-  if (type && !(element instanceof type)) throw new Error(`element #${id} is no ${type.name}`);
+  if (type && !(element instanceof type)) throw new Error(`element #${id} is not an ${type.name}`);
   return /** @type {T} */ (element);
 }
 
@@ -31,10 +31,10 @@ export function make(tag, attributes = {}, ...children) {
   return element;
 }
 
-/** @param {Element} element @returns {HTMLElement} what it lies in */
+/** @param {Element} element @returns {HTMLElement} */
 export function parentOf(element) {
   const parent = element.parentElement;
-  if (!parent) throw new Error(`element #${element.id} lies in no other`);
+  if (!parent) throw new Error(`element #${element.id} has no parent element`);
   return parent;
 }
 
@@ -43,10 +43,10 @@ export function radiosOf(name) {
   return [...document.querySelectorAll("input")].filter((input) => input.name === name);
 }
 
-/** @param {string} name @returns {string} the value of the radio button that is checked */
+/** @param {string} name @returns {string} the value of the checked radio button */
 export function radioValue(name) {
   const checked = radiosOf(name).find((radio) => radio.checked);
-  if (!checked) throw new Error(`of ${name} nothing is chosen`);
+  if (!checked) throw new Error(`no radio button of ${name} is checked`);
   return checked.value;
 }
 
@@ -57,14 +57,14 @@ export function check(name, value) {
 
 /**
  * A radio button that looks like a chip.
- * @param {string} name @param {string} value @param {string} text on it @param {string} [words] read aloud in its place
+ * @param {string} name @param {string} value @param {string} text on it @param {string} [words] for screen readers
  */
 export function chip(name, value, text, words = text) {
   const radio = make("input", { type: "radio", name, value, "aria-label": words });
   return make("label", { class: "chip" }, radio, make("span", {}, text));
 }
 
-/** @param {string} id of a form, which leads to no other page by itself @param {() => void} [act] */
+/** Replaces the submission of a form by an action. @param {string} id of the form @param {() => void} [act] */
 export function onSubmit(id, act = () => {}) {
   byId(id, HTMLFormElement).addEventListener("submit", (event) => {
     event.preventDefault();
@@ -72,7 +72,7 @@ export function onSubmit(id, act = () => {}) {
   });
 }
 
-/** @param {string} name of radio buttons @param {() => void} chosen one of them was checked by the visitor */
+/** @param {string} name of radio buttons @param {() => void} chosen called when the visitor checks one of them */
 export function onChoice(name, chosen) {
   for (const radio of radiosOf(name)) radio.addEventListener("change", chosen);
 }
@@ -85,7 +85,7 @@ export function onClick(id, press) {
 /**
  * @param {HTMLFormElement} form
  * @param {string} name
- * @returns {HTMLInputElement | HTMLSelectElement | RadioNodeList} what has a value under that name
+ * @returns {HTMLInputElement | HTMLSelectElement | RadioNodeList} the form's control of that name
  */
 export function fieldOf(form, name) {
   const found = form.elements.namedItem(name);
@@ -97,7 +97,7 @@ export function fieldOf(form, name) {
 /** @param {HTMLFormElement} form @param {string} name @returns {HTMLInputElement} */
 export function inputOf(form, name) {
   const field = fieldOf(form, name);
-  if (!(field instanceof HTMLInputElement)) throw new Error(`field ${name} is no input`);
+  if (!(field instanceof HTMLInputElement)) throw new Error(`field ${name} is not an input`);
   return field;
 }
 
@@ -107,7 +107,7 @@ export function say(note, tone, text) {
   note.textContent = text;
 }
 
-/** @param {Event} event @param {string} selector @returns {boolean} whether it happened in such an element */
+/** @param {Event} event @param {string} selector @returns {boolean} whether the event's target is in an element that the selector matches */
 export function isWithin(event, selector) {
   return event.target instanceof Element && event.target.closest(selector) !== null;
 }
@@ -115,7 +115,7 @@ export function isWithin(event, selector) {
 /** @typedef {[Key, string | Node | (string | Node)[]]} Fact name and value */
 
 /**
- * Rows of a definition list.
+ * Fills a definition list.
  * @param {HTMLElement} list
  * @param {Fact[]} facts
  */
@@ -127,7 +127,7 @@ export function fillFacts(list, facts) {
   }));
 }
 
-/** @param {Key} key of a fact's name @returns {string} what it is found by, whatever the language */
+/** @param {Key} key of a fact's name @returns {string} the value of data-fact, the same in every language */
 export function factId(key) {
   return key.replace(/^fact\./, "");
 }

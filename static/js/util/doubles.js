@@ -1,7 +1,7 @@
-// Doubles one bit apart. Pure.
+// The doubles next to a double, and its bits. Pure.
 
 /**
- * The next double above x, towards +infinity: the start that differs in the last bit.
+ * The smallest double above x.
  * @param {number} x finite
  * @returns {number}
  */
@@ -9,12 +9,12 @@ export function nextUp(x) {
   if (x === 0) return Number.MIN_VALUE;
   const view = new DataView(new ArrayBuffer(8));
   view.setFloat64(0, x);
-  // Doubles of one sign are ordered as their bits are.
+  // Doubles of one sign have the order of their bits, read as integers.
   view.setBigInt64(0, view.getBigInt64(0) + (x > 0 ? 1n : -1n));
   return view.getFloat64(0);
 }
 
-/** @param {number} x finite @returns {number} the next double below x, towards -infinity */
+/** @param {number} x finite @returns {number} the largest double below x */
 export function nextDown(x) {
   return -nextUp(-x);
 }

@@ -1,4 +1,4 @@
-// Lets the visitor keep a text, or bytes, as a file.
+// Saves a text or bytes as a file on the visitor's disk.
 
 import { make } from "./dom.js";
 
@@ -7,6 +7,6 @@ export function saveFile(name, content, type) {
   const url = URL.createObjectURL(new Blob([content], { type }));
   const link = make("a", { href: url, download: name });
   link.click();
-  // The browser has begun to read it; the address is not needed again.
+  // By then the browser has begun to read, and no longer needs the URL.
   setTimeout(() => URL.revokeObjectURL(url), 10_000);
 }

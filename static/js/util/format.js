@@ -1,4 +1,4 @@
-// Numbers as the page shows them, in its language. Pure.
+// Formats numbers in the page's language. Pure.
 
 import { number } from "../texts/text.js";
 
@@ -29,7 +29,7 @@ export function shortSeed(seed) {
   return seed.length > 12 ? `${seed.slice(0, 5)}…${seed.slice(-5)}` : seed;
 }
 
-/** @param {number} value @param {number} [decimals] @returns {string} a share in hundredths: "93.1 %" */
+/** @param {number} value @param {number} [decimals] @returns {string} "93.1 %" for 0.931 */
 export function percent(value, decimals = 1) {
   return `${fixed(100 * value, decimals)} %`;
 }
@@ -39,12 +39,12 @@ export function fixed(value, decimals) {
   return number(value, { minimumFractionDigits: decimals, maximumFractionDigits: decimals });
 }
 
-/** @param {number} value @param {number} digits that count @returns {string} "1.5", "0.015" */
+/** @param {number} value @param {number} digits significant ones @returns {string} "1.5", "0.015" */
 export function rounded(value, digits) {
   return number(value, { maximumSignificantDigits: digits, minimumSignificantDigits: digits });
 }
 
-/** @param {number} value @returns {string} no more digits than it needs, at most four decimals */
+/** @param {number} value @returns {string} with at most four decimals, and no trailing zeros */
 export function plain(value) {
   return number(value, { maximumFractionDigits: 4 });
 }
@@ -57,12 +57,12 @@ export function metric(metres) {
   return `${number(metres / unit, { maximumSignificantDigits: 2 })} ${name}`;
 }
 
-/** @param {string} text @returns {string} with a capital letter */
+/** @param {string} text @returns {string} with a capital first letter */
 export function capital(text) {
   return text.charAt(0).toUpperCase() + text.slice(1);
 }
 
-/** @param {string} text @returns {string} the message as it is, but with an end */
+/** @param {string} text @returns {string} the text, ended by a full stop unless it has an end */
 export function withFullStop(text) {
   return /[.!?]$/.test(text) ? text : `${text}.`;
 }

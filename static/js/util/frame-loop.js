@@ -1,10 +1,10 @@
-// Draws at the display's rate while something moves, and not at all when nothing does.
+// Draws at the display's rate, only while something moves.
 
 /** Calls `draw(nowMs)` each frame until it returns false; `wake()` starts it again. */
 export class FrameLoop {
   #frame = 0;
 
-  /** @param {(nowMs: number) => boolean} draw true when another frame is wanted */
+  /** @param {(nowMs: number) => boolean} draw returns whether to draw another frame */
   constructor(draw) {
     this.draw = draw;
   }

@@ -1,4 +1,4 @@
-// Axes: where their marks are and what they say. Pure.
+// Axes: places and labels of their ticks. Pure.
 
 import { number } from "../texts/text.js";
 
@@ -48,7 +48,7 @@ export function powerText(value) {
   return `10${[...String(power)].map((letter) => SUPERSCRIPTS[letter]).join("")}`;
 }
 
-/** @param {number} value @returns {string} at most 4 digits, "−" as minus, thousands as powers */
+/** @param {number} value @returns {string} at most 4 digits; very large and very small values with a power of ten */
 export function figure(value) {
   if (value === 0) return "0";
   const size = Math.abs(value);
@@ -66,9 +66,9 @@ const PREFIXES = [[1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]];
 
 /**
  * The prefix under which values up to `most` are easy to read.
- * @param {number} most in the unit itself
+ * @param {number} most in the plain unit
  * @param {string} unit "J"
- * @returns {{unit: string, per: number}} per: how many of them make one of the plain unit
+ * @returns {{unit: string, per: number}} per: factor from the plain unit to this one
  */
 export function prefixed(most, unit) {
   const fitting = PREFIXES.find(([size]) => most >= size) ?? PREFIXES[PREFIXES.length - 1];

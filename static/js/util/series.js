@@ -1,14 +1,14 @@
-// Measurements against time in bounded memory: when it is full, every second one goes. Pure.
+// Measurements over time in bounded memory: when it is full, every second one is removed. Pure.
 
 const ROWS = 720;
 
-/** Columns of numbers, the first of them the time. */
+/** Columns of numbers; the first is the time. */
 export class Series {
   count = 0;
-  #skip = 1; // one of so many is kept
+  #skip = 1; // one in this many rows is kept
   #turn = 0;
 
-  /** @param {string[]} names of the columns @param {number} [most] rows that are kept */
+  /** @param {string[]} names of the columns @param {number} [most] rows kept */
   constructor(names, most = ROWS) {
     this.names = names;
     this.most = most;

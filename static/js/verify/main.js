@@ -1,4 +1,4 @@
-// The page that checks a session's export, from a file or a link, by itself: no server decides it.
+// The page that checks a session's export, from a file or a link. It computes everything itself, without the server.
 
 import { showState } from "../board/page.js";
 import { openTools } from "../fairness/tools.js";
@@ -14,10 +14,10 @@ const EXPORT = /\/api\/v1\/sessions\/([^/]+)\/export$/;
 
 const verdict = byId("verdict");
 const list = byId("steps");
-// Asked for at once, so that the check itself needs no network.
+// Loaded at once, so that the check itself needs no network.
 const tools = openTools();
 
-/** @param {string} text an export @param {string} [key] */
+/** @param {string} text an export @param {string} [key] the expected public key of the server */
 async function check(text, key) {
   showState("checking", t("page.computing"));
   try {
@@ -43,7 +43,7 @@ async function checkLink(link) {
   try {
     const { origin, pathname } = new URL(link, document.baseURI);
     const session = origin === window.location.origin ? EXPORT.exec(pathname)?.[1] : undefined;
-    // What opens an export of this site's to its player.
+    // The player's token, which this site requires for its exports.
     const shown = session === undefined ? {} : showingToken(window.localStorage, decodeURIComponent(session));
     const response = await fetch(link, shown);
     if (!response.ok) throw new Error(t("check.missing", { address: link, status: String(response.status) }));
@@ -71,7 +71,7 @@ onSubmit("other", async () => {
 
 const asked = new URLSearchParams(window.location.search).get("session");
 if (asked !== null) {
-  // Of this site alone: an id is enough.
+  // For a session of this site, its ID is enough.
   const link = `api/v1/sessions/${encodeURIComponent(asked)}/export`;
   inputOf(form, "link").value = link;
   checkLink(link);

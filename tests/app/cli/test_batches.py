@@ -111,7 +111,7 @@ BAD: tuple[tuple[tuple[object, ...], str], ...] = (
     (("--drops", "9", "--blocks", "3:3"), "'3:3'"),
     (("--drops", "9", "--blocks", "all"), "'all'"),
     (("--drops", "9", "--resume", "{other}"), "asked is 9 in one and 10 in the other"),
-    (("--drops", "9", "--resume", "{board}"), "open.json: it is no result"),
+    (("--drops", "9", "--resume", "{board}"), "open.json: this is not a result"),
     (("--drops", "9", "--certify", "--blocks", "0"), "--certify"),
 )
 

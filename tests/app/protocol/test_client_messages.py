@@ -104,5 +104,5 @@ def test_a_client_says_that_it_only_watches_or_nothing() -> None:
     assert client_messages.parse_watch("true")
     assert not client_messages.parse_watch(None)
     for bad in ("false", "1", ""):
-        with pytest.raises(InvalidValueError, match="is not true"):
+        with pytest.raises(InvalidValueError, match="is not 'true'"):
             client_messages.parse_watch(bad)

@@ -88,7 +88,7 @@ def test_a_quota_forgets_those_who_have_nothing() -> None:
         still_open.add(str(number))
         with quota.place(f"client {number}") as take:
             take(str(number))
-    assert len(quota._held) == 1
+    assert len(quota._things) == 1
 
 
 def test_the_less_is_left_the_less_each_client_may_take() -> None:

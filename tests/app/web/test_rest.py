@@ -766,7 +766,7 @@ def test_a_drop_says_how_sure_it_is_when_asked(http: httpx.Client) -> None:
 
 def test_the_stepped_solver_is_not_asked_how_sure_it_is(http: httpx.Client) -> None:
     response = http.get("/api/v1/drops/triangle-8/42?solver=stepped&certainty=true")
-    problem(response, 422, "bad-parameter", "only 'exact'")
+    problem(response, 422, "bad-parameter", "use 'exact'")
 
 
 def test_an_address_may_have_so_many_rooms_and_no_more() -> None:

@@ -133,8 +133,8 @@ test("what is no session is named", async () => {
       && message.test(error.message));
   };
   refused((s) => { s.version = 2; }, /version 2 is not 1/);
-  refused((s) => { s.extra = 1; }, /the export has extra/);
-  refused((s) => { s.drops[0].receipt.bonus = 1; }, /drops\[0\]\.receipt has bonus/);
+  refused((s) => { s.extra = 1; }, /the export has an unknown field extra/);
+  refused((s) => { s.drops[0].receipt.bonus = 1; }, /drops\[0\]\.receipt has an unknown field bonus/);
   refused((s) => { s.drops[0].receipt.drop = -1; }, /drops\[0\]\.drop is -1/);
   refused((s) => { delete s.head; }, /the export lacks head/);
   assert.throws(() => readExport("{"), ExportError);

@@ -102,7 +102,10 @@ def add_routes(
     *failures: int,
     description: str = "The picture",
 ) -> None:
-    """Add a GET route for each format, which ends `path` and `name`; `failures` are extra ones."""
+    """Add a GET route for each format; the format is a suffix of `path` and `name`.
+
+    `failures` are the statuses of failures that OpenAPI lists in addition to the usual ones.
+    """
     for fmt, media_type in formats.items():
         routes.add_api_route(
             f"{path}.{fmt}",

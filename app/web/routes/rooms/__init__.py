@@ -1,4 +1,4 @@
-"""What is asked of rooms: over REST, over WebSocket, by players and by who runs the server.
+"""Routes for rooms, over REST and WebSocket, for players and for the operator.
 
-Imports common.py beside it. Start with rooms.py; ws.py is the socket.
+Imports routes/common.py. Start with rooms.py; ws.py is the WebSocket.
 """

@@ -1,4 +1,4 @@
-"""What only who runs the server may do: halt one table or all, and let them go on."""
+"""Halts: the operator stops drops in one room or in all, and allows them again."""
 
 from typing import Annotated
 
@@ -14,31 +14,32 @@ from app.web.services import Services
 
 
 class HaltRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Halt a table, or let it go on."""
+    """Halt a room, or resume it."""
 
-    halted: Annotated[bool, Meta(description="False lets it go on.")]
-    room: Annotated[str | None, Meta(description="Which; null, or nothing, is all of them.")] = None
+    halted: Annotated[bool, Meta(description="True halts the room, false resumes it.")]
+    room: Annotated[str | None, Meta(description="The room's id; null: all rooms.")] = None
 
 
 class HaltedTable(msgspec.Struct, frozen=True):
-    """A table that takes no drops."""
+    """A room that refuses drops."""
 
     room: str
     since: Annotated[float, Meta(description="Unix time, in s.")]
 
 
 class HaltView(msgspec.Struct, frozen=True):
-    """What takes no drops now."""
+    """All halts in force."""
 
     all_since: Annotated[
-        float | None, Meta(description="Since when all tables are halted, Unix time in s.")
+        float | None,
+        Meta(description="When all rooms were halted, Unix time in s; null if they are not."),
     ]
-    rooms: Annotated[list[HaltedTable], Meta(description="Those halted by themselves.")]
+    rooms: Annotated[list[HaltedTable], Meta(description="The rooms halted one by one.")]
 
 
 router = APIRouter(prefix="/api/v1", tags=["health"])
 
-# Only documents the scheme: what is missing or wrong is said by `app.web.tokens`.
+# This only documents the scheme for OpenAPI; `app.web.tokens` checks the token.
 Token = Depends(
     HTTPBearer(
         scheme_name="operatorToken", description="`PLINKO_OPERATOR_TOKEN`.", auto_error=False
@@ -46,26 +47,26 @@ Token = Depends(
 )
 
 
-@router.get("/halts", summary="Which tables are halted", responses=documented(HaltView))
+@router.get("/halts", summary="List the halted rooms", responses=documented(HaltView))
 async def get_halts(server: Server) -> Response:
-    """The tables that take no drops now; balls in flight there land and are paid."""
+    """The rooms that refuse drops now. Balls in flight there still land and are paid."""
     return reply(_view(server), headers={"cache-control": "no-store"})
 
 
 @router.post(
     "/halts",
-    summary="Halt tables or let them go on",
+    summary="Halt or resume rooms",
     responses=documented(HaltView, 400, 401, 403, 404, 413, 422, 503),
     openapi_extra=body_of(HaltRequest, {"room": "main", "halted": True}),
     dependencies=[Token],
 )
 async def change_halts(request: Request, server: Server) -> Response:
-    """Halt a table, or all with `room` null: no new drops; what is in flight lands and is paid.
+    """Halt or resume a room, or all rooms with `room` null. Only for the operator.
 
-    It is kept in the ledger and outlives the server. To let all go on leaves a table halted that
-    was halted by itself. For who runs the server alone.
+    A halted room refuses new drops; balls in flight land and are paid. The ledger stores the halt,
+    so it survives a restart. Resuming all rooms does not resume those that were halted one by one.
     """
-    check_operator(request, server, "tables are halted")
+    check_operator(request, server, "halting a room")
     body = await read(request, HaltRequest)
     room_id = EVERY_ROOM if body.room is None else (await server.rooms.seek(body.room)).id
     halts = server.rooms.halts

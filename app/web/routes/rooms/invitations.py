@@ -1,4 +1,4 @@
-"""A room's page as a QR code, so that an audience comes to it by phone."""
+"""A QR code with the address of a room's page, for an audience with phones."""
 
 import asyncio
 import io
@@ -21,9 +21,10 @@ SVG = "image/svg+xml"
     responses=documented(None, 404, 503, description="The code", media_type=SVG),
 )
 async def get_room_code(room: str, request: Request, server: Server) -> Response:
-    """The address of the room's page, as this request has reached the server.
+    """The address of the room's page, with the host name of this request.
 
-    Asked for by a name that only this machine knows, such as `localhost`, it leads phones nowhere.
+    If the request used a name that only this machine knows, such as `localhost`, phones cannot
+    open the address.
     """
     found = await server.rooms.seek(room)
     query = "" if found.id == MAIN else f"?room={quote(found.id)}"
@@ -32,8 +33,8 @@ async def get_room_code(room: str, request: Request, server: Server) -> Response
 
 
 def _code(text: str) -> bytes:
-    """An SVG without a size of its own, black on white, with the margin that the standard wants."""
-    import segno  # noqa: PLC0415 - where somebody asks for a code
+    """An SVG without a fixed size, black on white, with the margin that the standard requires."""
+    import segno  # noqa: PLC0415 - loaded only for the first code
 
     picture = io.BytesIO()
     code = segno.make(text, error="m", micro=False)

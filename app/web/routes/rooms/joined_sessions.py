@@ -1,4 +1,4 @@
-"""The players' sessions that one connection has begun or joined, and may drop in."""
+"""The fair sessions that one connection has begun or joined, and may drop in."""
 
 from app.errors import InvalidValueError, UnknownSessionError, shorten
 from app.live.sessions.fair_session import FairSession
@@ -9,7 +9,7 @@ from app.web.services import Services
 
 
 class JoinedSessions:
-    """What one connection says of sessions. Whoever shows a session's token has joined it."""
+    """Carries out one connection's messages about sessions; a session's token joins it."""
 
     def __init__(self, server: Services) -> None:
         self._fair = server.fair
@@ -17,7 +17,7 @@ class JoinedSessions:
         self._joined: set[str] = set()
 
     async def take(self, room: Room, message: SessionRequest) -> messages.Event:
-        """Carry out a message about a session; returns the answer.
+        """Carry out a message about a session, and return the answer.
 
         Raises InvalidValueError, UnknownSessionError, SessionStateError, TokenError, LedgerError.
         """
@@ -34,7 +34,7 @@ class JoinedSessions:
                 return session.ended(ref=message.ref)
 
     def of(self, session_id: str) -> FairSession:
-        """A session that was joined here; raises UnknownSessionError for another."""
+        """The session of this id; raises UnknownSessionError if it was not joined here."""
         if session_id not in self._joined:
             raise UnknownSessionError(
                 f"session {shorten(session_id)} was not joined on this connection: send `session` "
@@ -46,7 +46,7 @@ class JoinedSessions:
     async def _begin_or_join(self, room: Room, message: SessionMessage) -> messages.SessionState:
         if (message.session is None) == (message.commitment is None):
             raise InvalidValueError(
-                "a session is begun with a `commitment`, or joined with `session` and `token`",
+                "give either `commitment` to begin a session, or `session` and `token` to join one",
                 field="commitment",
             )
         if message.session is None:

@@ -1,4 +1,4 @@
-"""Live rooms as pictures: one frame, or a stream of them that any image tag shows."""
+"""Live rooms as pictures: a single frame, or a stream of frames for any `<img>`."""
 
 import asyncio
 from collections.abc import Callable
@@ -26,7 +26,7 @@ def _frame(fmt: str) -> Callable[..., object]:
     async def get_frame(
         room: str, request: Request, server: Server, width: Width = 760, theme: ThemeName = "light"
     ) -> Response:
-        """The room as it is now. The ETag changes when something has moved."""
+        """A picture of the room as it is now. The ETag changes when something moves."""
         found = await server.rooms.seek(room)
         etag = f"{moment_of(found.room)}.{fmt}.{width}.{theme}.{look()}"
         headers = {"etag": f'"{etag}"', "cache-control": "no-cache"}
@@ -59,7 +59,7 @@ add_routes(
     summary="A room as a stream of JPEGs",
     response_class=Response,
     responses=documented(
-        None, 404, 422, 429, 503, description="One part a frame, without end", media_type=STREAM
+        None, 404, 422, 429, 503, description="A part for each frame, endless", media_type=STREAM
     ),
 )
 async def get_room_stream(
@@ -70,9 +70,9 @@ async def get_room_stream(
     theme: ThemeName = "light",
     fps: Fps = 25,
 ) -> Response:
-    """The room as it moves, for `<img src=…>`: nothing is sent while nothing moves.
+    """The room as it moves, for `<img src=…>`. While nothing moves, nothing is sent.
 
-    All who watch a room in the same size, theme and rate get the same bytes. One who reads slowly
+    All viewers of a room with the same size, theme and rate get the same bytes. A slow reader
     gets fewer frames.
     """
     found = await server.rooms.seek(room)
@@ -84,7 +84,7 @@ async def get_room_stream(
 
 
 class _Stream(Response):
-    """A response that goes on until its viewer leaves."""
+    """A response that continues until its viewer leaves."""
 
     def __init__(
         self, cameras: Cameras, camera: Camera, address: str, seen: int, part: bytes
@@ -98,7 +98,7 @@ class _Stream(Response):
         self._part = part
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Send frames, each as soon as the one before has found room."""
+        """Send frames until the viewer leaves or the camera stops."""
         tasks = [asyncio.create_task(self._send(send)), asyncio.create_task(left(receive))]
         try:
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)

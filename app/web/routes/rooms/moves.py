@@ -1,4 +1,4 @@
-"""Rooms moved from one server to another, by who runs them."""
+"""Moves: the operator moves a room from one server of a cluster to another."""
 
 from fastapi import APIRouter, Request, Response
 
@@ -19,11 +19,11 @@ router = APIRouter(prefix="/api/v1", tags=["health"])
     dependencies=[Token],
 )
 async def move_room(room: str, request: Request, server: Server) -> Response:
-    """Have another server of the cluster go on with a room, from the very tick at which it is.
+    """Have another server of the cluster continue a room at its present tick.
 
-    Whoever watches is sent there. For who runs the servers alone.
+    The room's clients are sent to that server. Only for the operator.
     """
-    check_operator(request, server, "rooms are moved")
+    check_operator(request, server, "moving a room")
     body = await read(request, MoveRequest)
     if server.others is None:
         raise MissingPartError("this server is alone: rooms move between servers with a `--name`")

@@ -1,4 +1,4 @@
-"""What only who runs the server may ask for."""
+"""Checks that a request comes from the operator."""
 
 from fastapi import Request
 
@@ -8,11 +8,14 @@ from app.web.tokens import check_bearer
 
 
 def check_operator(request: Request, server: Services, what: str) -> None:
-    """Raise NoTokenError or TokenError unless the request is that of who runs the server."""
+    """Raise NoTokenError or TokenError unless the request has the operator's token.
+
+    `what` names the operation for the message: 'halting a room'.
+    """
     token = server.settings.operator_token
     if not token:
         raise TokenError(
-            f"{what} with the operator's token, and this server was started without one: "
+            f"{what} needs the operator's token, but this server was started without one: "
             "set PLINKO_OPERATOR_TOKEN",
             field="authorization",
         )

@@ -1,4 +1,4 @@
-"""The last plays of a player or of a room, recalled from the ledger with their paths."""
+"""The history of a player or a room: past drops from the ledger, with links to their paths."""
 
 import csv
 import io
@@ -23,52 +23,59 @@ from engine import Board
 
 
 class PlayView(msgspec.Struct, frozen=True):
-    """A drop as it was played. Lengths in m, times in s, stake and payout in minor units."""
+    """A past drop. Lengths in m, times in s, stake and payout in minor units."""
 
-    play: Annotated[str, Meta(description="Its place; `before` of the page that follows it.")]
+    play: Annotated[
+        str, Meta(description="Its place in the history; as `before` it begins the next page.")
+    ]
     room: str
     board: str
     board_digest: Digest
     physics_version: PhysicsVersion
     seed: Seed
-    x: Annotated[float | None, Meta(description="The start, where the player chose it.")]
-    aim: Annotated[float | None, Meta(description="Middle of what the seed drew, if chosen.")]
+    x: Annotated[float | None, Meta(description="The start, if the player chose it.")]
+    aim: Annotated[
+        float | None, Meta(description="Middle of the starts that seeds draw, if chosen.")
+    ]
     stake: int
     practice: bool
-    name: Annotated[str | None, Meta(description="Whose ball it was, as those who watched saw.")]
+    name: Annotated[str | None, Meta(description="The name that was shown at the ball.")]
     colour: Annotated[str | None, Meta(description="Of the ball, #rrggbb.")]
-    session: Annotated[str | None, Meta(description="The fair session that it was in.")]
-    session_drop: Annotated[int | None, Meta(description="Its number there.")]
+    session: Annotated[str | None, Meta(description="The id of its fair session.")]
+    session_drop: Annotated[int | None, Meta(description="Its number in that session.")]
     time: Annotated[int | None, Meta(description="Of its receipt: Unix time, in ms.")]
-    digest: Annotated[str | None, Meta(description="Of its whole path; null while it falls.")]
+    digest: Annotated[str | None, Meta(description="Of its whole path; null while the ball falls.")]
     bin: int | None
-    label: Annotated[str | None, Meta(description="The prize: text of its bin's label.")]
+    label: Annotated[str | None, Meta(description="The prize: the text of its bin's label.")]
     score: Annotated[float | None, Meta(description="The multiplier.")]
     payout: int | None
     duration: float | None
     x_end: float | None
     unsettled: str | None
-    path: Annotated[str, Meta(description="Where its path is told, impact by impact.")]
+    path: Annotated[str, Meta(description="The URL of its record with every impact.")]
 
 
 class PlayList(msgspec.Struct, frozen=True):
-    """A page of a player's plays, the last one first."""
+    """A page of past drops, the latest first."""
 
     plays: list[PlayView]
-    next: Annotated[str | None, Meta(description="`before` of the following page; null: no more.")]
+    next: Annotated[
+        str | None, Meta(description="Send it as `before` for the next page; null on the last.")
+    ]
 
 
 router = APIRouter(prefix="/api/v1", tags=["rooms"])
 
 CSV = "text/csv"
 
-Limit = Annotated[Whole, Query(ge=1, le=100, description="How many plays, at most.")]
-RoomLimit = Annotated[Whole, Query(ge=1, le=1000, description="How many plays, at most.")]
+Limit = Annotated[Whole, Query(ge=1, le=100, description="At most this many drops.")]
+RoomLimit = Annotated[Whole, Query(ge=1, le=1000, description="At most this many drops.")]
 Before = Annotated[
-    str | None, Query(description="The play before which the page begins; without, the last one.")
+    str | None,
+    Query(description="Only drops before this one, a page's `next`; default: from the latest."),
 ]
 Format = Annotated[
-    Literal["json", "csv"] | None, Query(description="Else what the Accept header prefers.")
+    Literal["json", "csv"] | None, Query(description="Default: as the Accept header says.")
 ]
 
 _FORMULA: Final = ("=", "+", "-", "@", "\t", "\r")
@@ -88,11 +95,11 @@ async def list_plays(
     limit: Limit = 20,
     format: Format = None,  # noqa: A002 - the parameter's name
 ) -> Response:
-    """The drops that had `key` as their `who`, the last first, each with its path's address.
+    """The drops with `key` as their `who`, the latest first, each with its path's address.
 
-    Whoever knows a mark may ask for its plays: one that nobody guesses keeps them to oneself. Those
-    of rooms whose balls touch each other are not among them, as no ball there has a path of its
-    own. As CSV with `format=csv` or `Accept: text/csv`. `Link` names the following page.
+    Anybody can list the drops of a `who` that they know, so choose one that is hard to guess. Rooms
+    of touching balls are left out, because a ball there has no path that could be computed alone.
+    The list is CSV with `format=csv` or `Accept: text/csv`. `Link` names the next page.
     """
     limit_drops(request, server)
     return await _page(request, server, str(parse_who(key)), before, limit, format)
@@ -107,11 +114,11 @@ async def list_room_plays(
     limit: RoomLimit = 20,
     format: Format = None,  # noqa: A002 - the parameter's name
 ) -> Response:
-    """The drops of a room since it was opened or reset, the last first, as those of a player.
+    """The drops of a room since it was opened or reset, the latest first.
 
-    With `format=csv` a lesson's results for a spreadsheet.
+    With `format=csv` a spreadsheet can open them: the results of a lesson, for example.
     """
-    found = await server.rooms.seek(room)  # first: it counts where its room is
+    found = await server.rooms.seek(room)  # first: the server that has the room counts the request
     limit_drops(request, server)
     run = server.rooms.persistence.runs.of(found.room).number
     return await _page(request, server, run, before, limit, format)
@@ -125,9 +132,9 @@ async def _page(
     limit: int,
     form: str | None,
 ) -> Response:
-    """A page of the plays of a player's mark, or of a room's run."""
+    """A page of the drops of a player (`of` is a text) or of a room run (`of` is its number)."""
     place = None if before is None else _place(before)
-    server.rooms.persistence.runs.report([])  # what has landed just now is among them
+    server.rooms.persistence.runs.report([])  # write the latest landings first
     found = await server.ledger.read(ledger.plays, of=of, before=place, limit=limit + 1)
     boards = await _boards_of(request, server, {play.board_digest for play in found[:limit]})
     views = [_view(play, boards[play.board_digest]) for play in found[:limit]]
@@ -144,13 +151,17 @@ def _place(text: str) -> tuple[int, int]:
     match = _PLACE.fullmatch(text)
     if match is None:
         raise InvalidValueError(
-            f"before {shorten(text)} is no play: it is the `next` of a page", field="before"
+            f"before {shorten(text)} is not a drop's place; send the `next` of a page",
+            field="before",
         )
     return int(match[1]), int(match[2])
 
 
 async def _boards_of(request: Request, server: Services, digests: set[str]) -> dict[str, Board]:
-    """These boards, so that paths on them can be asked for; raises what `compute` raises."""
+    """These boards, registered if they were not, so that clients can get paths on them.
+
+    Raises the errors of `compute`.
+    """
     boards = {}
     for digest in sorted(digests):
         try:
@@ -178,9 +189,9 @@ def _wants_csv(chosen: str | None, request: Request) -> bool:
 
 
 def _table(views: list[PlayView]) -> str:
-    """One line a play, below the fields' names (RFC 4180).
+    """A CSV table with one line for each drop, below the fields' names (RFC 4180).
 
-    A text that a spreadsheet would take for a formula has an apostrophe before it, which makes it
+    A text that a spreadsheet would take for a formula gets an apostrophe in front, which makes it
     text there.
     """
     text = io.StringIO()

@@ -1,4 +1,4 @@
-"""What waits to be dropped into a room, over REST: add, look, pause, skip, clear."""
+"""A room's queue of balls over REST: add balls, list them, pause, skip, clear."""
 
 from collections.abc import Callable
 
@@ -28,56 +28,56 @@ router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
 
 @router.get(
     "/{room}/queue",
-    summary="Look at what waits in a room",
+    summary="Get a room's queue",
     responses=documented(QueueView, 404, 429, 503),
 )
 async def get_queue(room: str, server: Server) -> Response:
-    """The balls that wait, for whom, and whether they are paused."""
+    """The balls that wait, with their names, and whether the queue is paused."""
     return reply(_view(await server.rooms.seek(room)))
 
 
 @router.post(
     "/{room}/queue",
     status_code=202,
-    summary="Have balls wait to be dropped into a room",
+    summary="Add balls to a room's queue",
     responses=documented(
-        QueueView, 400, 401, 403, 404, 413, 422, 429, 503, status=202, description="They wait"
+        QueueView, 400, 401, 403, 404, 413, 422, 429, 503, status=202, description="Queued"
     ),
     openapi_extra=body_of(QueueRequest, {"n": 3, "name": "Ada"}),
     dependencies=[Token],
 )
 async def add_to_queue(room: str, request: Request, server: Server, key: Key = None) -> Response:
-    """The room drops `n` balls for a name, one `every` so many seconds; for its creator alone.
+    """Have the room drop `n` balls under one name, one `every` seconds. Only for its owner.
 
-    At most twenty of them fall at a time; what comes later waits. It survives a restart of the
-    server, with each ball dropped once. A room that is begun anew or closed forgets what waits.
-    It counts as `n` drops of the client's address. Where the answer was `undecided`, or never came,
-    ask again with the same `Idempotency-Key`: the balls wait once.
+    At most twenty of them fall at a time; the next ones wait. The queue survives a restart of the
+    server, and each ball is dropped once. Resetting or closing the room empties the queue. The
+    request counts as `n` drops of the client's address. If the response was `undecided`, or never
+    came, send the request again with the same `Idempotency-Key`: the balls are queued only once.
     """
-    found = await own_room(room, request, server)  # first: it counts where its room is
+    found = await own_room(room, request, server)  # first: the room's server counts the request
     limit_drops(request, server)
     body = await read(request, QueueRequest)
     if not found.room.format.has_results:
         raise InvalidValueError(
-            f"room {found.id!r} has balls that touch each other, and no queue", field="room"
+            f"room {found.id!r} has touching balls, and such a room has no queue", field="room"
         )
     tag = parse_tag(body.name, body.colour)
     found.room.check_drop(DropCommand(0), fair=False)
     again = None if key is None else again_of("queued", key, *tag.marks)
     if await found.queue.add(body.n, body.every, tag, again):
-        charge_drops(request, server, body.n - 1)  # beside the one that was taken
+        charge_drops(request, server, body.n - 1)  # in addition to the one of `limit_drops`
     return reply(_view(found), 202)
 
 
 @router.patch(
     "/{room}/queue",
-    summary="Pause a room's queue or let it go on",
+    summary="Pause or resume a room's queue",
     responses=documented(QueueView, 400, 401, 403, 404, 413, 422, 429, 503),
     openapi_extra=body_of(QueueChange, {"paused": True}),
     dependencies=[Token],
 )
 async def change_queue(room: str, request: Request, server: Server) -> Response:
-    """What falls goes on falling; for the room's creator alone."""
+    """Pause or resume the queue; balls in flight are not affected. Only for the room's owner."""
     found = await own_room(room, request, server)
     body = await read(request, QueueChange)
     await found.queue.change(lambda queue: queue.halted(body.paused))
@@ -86,12 +86,12 @@ async def change_queue(room: str, request: Request, server: Server) -> Response:
 
 @router.post(
     "/{room}/queue/skip",
-    summary="Skip the first of what waits in a room",
+    summary="Skip the first item of a room's queue",
     responses=documented(QueueView, 401, 403, 404, 429, 503),
     dependencies=[Token],
 )
 async def skip_queued(room: str, request: Request, server: Server) -> Response:
-    """Forget what is left of the first item; for the room's creator alone."""
+    """Remove the rest of the first item. Only for the room's owner."""
     return await _changed(room, request, server, Queue.skipped)
 
 
@@ -102,7 +102,7 @@ async def skip_queued(room: str, request: Request, server: Server) -> Response:
     dependencies=[Token],
 )
 async def clear_queue(room: str, request: Request, server: Server) -> Response:
-    """Forget all that waits; for the room's creator alone."""
+    """Remove all balls that wait. Only for the room's owner."""
     return await _changed(room, request, server, Queue.cleared)
 
 

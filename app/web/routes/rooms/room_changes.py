@@ -1,4 +1,4 @@
-"""What one client may change in a room whose balls touch each other, and how often."""
+"""One connection's changes to a room of touching balls: checks owner and rate, tracks grabs."""
 
 import contextlib
 import time
@@ -18,14 +18,15 @@ from app.protocol.touching_messages import (
 from app.web.limits import TokenBucket, spend
 from app.web.services import Services
 
-CHANGE_RATE = 40.0  # changes a second from one client of a room whose balls touch each other
+CHANGE_RATE = 40.0  # changes a second from one client in a room of touching balls
 
 
 class Changes:
-    """The changes that come over one connection.
+    """The changes that one connection makes.
 
-    A room of nobody is everybody's; one that has a creator is changed by whoever claimed it with
-    its token. A client that goes away lets go of the balls it held.
+    Any client may change a room without an owner. A room with an owner accepts changes only from
+    connections that have claimed it with its token. When a client leaves, the balls that it has
+    grabbed are released.
     """
 
     def __init__(self, server: Services, live: LiveRoom, client: Client) -> None:
@@ -33,7 +34,7 @@ class Changes:
         self._live = live
         self._client = client
         self._claimed = False
-        self._holding: set[int] = set()
+        self._grabbed: set[int] = set()
         self._bucket = TokenBucket(CHANGE_RATE, 2 * CHANGE_RATE, time.monotonic())
 
     def claim(self, message: ClaimMessage) -> messages.Claimed:
@@ -43,44 +44,47 @@ class Changes:
         return messages.Claimed(ref=message.ref)
 
     def check_owner(self, what: str) -> None:
-        """Raise TokenError in an owned room that was not claimed; `what` its owner alone does."""
+        """Raise TokenError if the room has an owner and this connection has not claimed it.
+
+        `what` names what only the owner may do, for the message: 'change it'.
+        """
         if self._live.owned and not self._claimed:
             raise TokenError(
-                f"room {self._live.id!r} has an owner, by whom alone {what}: send `claim` with "
-                "its token",
+                f"room {self._live.id!r} has an owner, and only the owner may {what}; send "
+                "`claim` with the room's token",
                 field="type",
             )
 
     def watch(self, message: WatchMessage) -> None:
-        """Subscribe to diagnostics, or end that."""
+        """Subscribe to diagnostics, or unsubscribe."""
         self._live.audience.watch_diagnostics(self._client.id, message.diagnostics)
 
     async def take(self, message: Change) -> messages.Event | None:
-        """Give the room an input; returns the first event that came of it.
+        """Give the room an input, and return the first event that it causes.
 
         Raises TokenError, RateLimitError, InvalidValueError, MissingBallError, BallLimitError,
         LedgerError.
         """
         live = self._live
         live.room.check_changeable()
-        self.check_owner("it is changed")
+        self.check_owner("change it")
         spend(self._bucket, time.monotonic(), "changes")
         if isinstance(message, ReleaseMessage):
-            self._holding.discard(message.ball)  # even one that has gone is not held any more
+            self._grabbed.discard(message.ball)  # even if the ball is gone and `change` raises
         player = Player(client=self._client.id, ref=message.ref)
         if not isinstance(message, DragMessage):
             return await live.change(message, player)
-        self._holding.add(message.ball)
+        self._grabbed.add(message.ball)
         try:
             return await live.change(message, player)
         except (InvalidValueError, MissingBallError):
-            self._holding.discard(message.ball)
+            self._grabbed.discard(message.ball)
             raise
 
-    async def let_go(self) -> None:
-        """The client has gone; what it held falls."""
-        for ball in sorted(self._holding):
-            # A room that has gone too, or a ledger that is lost: the hand lapses by itself.
+    async def release_all(self) -> None:
+        """Release the balls that the client, which has left, had grabbed."""
+        for ball in sorted(self._grabbed):
+            # If the room is closed or the ledger fails, the room releases the ball after a while.
             with contextlib.suppress(AppError):
                 await self._live.change(ReleaseMessage(ball=ball))
-        self._holding.clear()
+        self._grabbed.clear()

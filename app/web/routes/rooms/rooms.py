@@ -1,4 +1,4 @@
-"""Rooms over REST: list, open, look at, drop a ball into; change, reset, close; read the log."""
+"""Rooms over REST: list, open, view, drop a ball, change, reset, close, read the log."""
 
 import bisect
 import contextlib
@@ -78,10 +78,10 @@ _log = logging.getLogger("plinko")
 
 
 class StreamedAnswer(StreamingResponse):
-    """Pieces of a body; where the next cannot be had, the connection is closed in the middle.
+    """A streamed body that closes the connection if a later piece cannot be computed.
 
-    Its status has been told by then, so that only a body without an end says that something is
-    missing. The log says what.
+    The status has been sent by then, so an incomplete body is the only way to report the failure.
+    The log has the reason.
     """
 
     async def stream_response(self, send: Send) -> None:
@@ -91,17 +91,19 @@ class StreamedAnswer(StreamingResponse):
             _log.warning("answer cut short", extra={"why": str(error)})
 
 
-WAIT_SECONDS = 30.0  # that `?wait=1` waits for a landing
+WAIT_SECONDS = 30.0  # `?wait=1` waits at most this long for a landing
 
-Id = Annotated[str | None, Query(alias="id", description="The room of this id alone.")]
+Id = Annotated[str | None, Query(alias="id", description="List only the room with this id.")]
 Mode = Annotated[
     Literal["independent", "interacting", "draw", "scene"] | None,
-    Query(description="Rooms of one kind."),
+    Query(description="List only rooms of this kind."),
 ]
 After = Annotated[str, Query(description="The id after which the page begins.")]
-Limit = Annotated[Whole, Query(ge=1, le=1000, description="How many rooms, at most.")]
-First = Annotated[Whole, Query(ge=0, description="The number of the first drop told.")]
-LogLimit = Annotated[Whole | None, Query(ge=1, description="How many drops, at most; else all.")]
+Limit = Annotated[Whole, Query(ge=1, le=1000, description="At most this many rooms.")]
+First = Annotated[Whole, Query(ge=0, description="The number of the first drop to return.")]
+LogLimit = Annotated[
+    Whole | None, Query(ge=1, description="At most this many drops; default: all.")
+]
 
 Key = Annotated[
     str | None,
@@ -109,7 +111,7 @@ Key = Annotated[
         alias="Idempotency-Key",
         min_length=1,
         max_length=255,
-        description="A text of your own, by which the same is asked for again and done once.",
+        description="A text of your choice. A request repeated with it is carried out only once.",
     ),
 ]
 
@@ -123,11 +125,10 @@ async def list_rooms(
     after: After = "",
     limit: Limit = 1000,
 ) -> Response:
-    """The open rooms, a page at a time: those of nobody, then players' own, each by their ids.
+    """The open rooms, in pages: public rooms first, then players' rooms, each sorted by id.
 
-    `main` is always there; every preset's name is a room too, once asked for. `next` is the `after`
-    of the following page, null on the last. With `id` the list has that room, or none if it is not
-    open.
+    `main` is always open; every preset's name is a room too, which opens at the first request for
+    it. With `id` the list has only that room, or is empty if it is not open.
     """
     found = await listed(server, here=request.headers.get(HOPS) is not None, only=only)
     public = server.rooms.public
@@ -152,23 +153,25 @@ async def list_rooms(
     openapi_extra=body_of(RoomRequest, {"board": "triangle-12-high"}),
 )
 async def open_room(request: Request, server: Server, key: Key = None) -> Response:
-    """Open a room with an id of its own; watch it at `/ws/rooms/{id}`.
+    """Open a room with a new id. Watch it at `/ws/rooms/{id}`.
 
-    Over any board, `mode` says whether its balls touch each other; with a `draw` its bins have the
-    odds that this says, and every seed of it is tried. Instead of a board a `scene` may be asked
-    for: its name, or `{"scene": name, ...}` with its parameters (`GET scenes`). A `story` is a
-    scene that was played elsewhere, as by the sandbox page without a server: the room goes on where
-    it ends.
+    A room has one of these:
 
-    The reply's `token` lets its holder change, reset and close the room.
+    - a `board`; `mode` says whether its balls touch each other. With the mode `draw`, `draw` gives
+      the odds of the bins, and the server checks every seed in it.
+    - a `scene`: its name, or `{"scene": name, ...}` with its parameters (`GET scenes`).
+    - a `story`: a scene that was played elsewhere, for example on the sandbox page without a
+      server. The room continues where it ends.
+
+    With the response's `token` a client may change, reset and close the room.
     """
     address = address_of(request)
     creator = server.tokens.mark_of(address)
     again = None if key is None else again_of("open", creator, key)
     if again is not None and (found := await server.rooms.begun_by(again)) is not None:
         return _opened(server, found)
-    held = await server.rooms.made_by(creator)
-    with server.creators.place(address, server.rooms.free, held) as take:
+    count = await server.rooms.made_by(creator)
+    with server.creators.place(address, server.rooms.free, count) as take:
         body = await read(request, RoomRequest)
         if body.story is None:
             basis, mode = await _basis(request, server, body)
@@ -187,19 +190,19 @@ def _opened(server: Services, live: LiveRoom) -> Response:
     return reply(opened, 201, headers)
 
 
-@router.get("/{room}", summary="Look at a room", responses=documented(RoomView, 404, 429, 503))
+@router.get("/{room}", summary="Get a room", responses=documented(RoomView, 404, 429, 503))
 async def get_room(room: str, server: Server) -> Response:
-    """The room's clock, its balls in flight by their starts, and what came of the others."""
+    """The room's tick, the starts of its balls in flight, and statistics of the landed ones."""
     return reply(_view(server, await server.rooms.seek(room)))
 
 
 @router.get(
     "/{room}/draw",
-    summary="Look at a room's draw",
+    summary="Get a room's draw",
     responses=documented(DrawView, 304, 404, 429, 503),
 )
 async def get_draw(room: str, request: Request, server: Server) -> Response:
-    """The odds of its bins, and the seeds whose balls fall into each: all that its digest is of."""
+    """The odds of its bins, and the seeds whose balls land in each: the content of its digest."""
     draw = (await server.rooms.seek(room)).room.draw
     if draw is None:
         raise NotFoundError(f"room {room!r} has no draw", field="room")
@@ -217,7 +220,7 @@ async def get_draw(room: str, request: Request, server: Server) -> Response:
     dependencies=[Token],
 )
 async def change_room(room: str, request: Request, server: Server, key: Key = None) -> Response:
-    """Give a room another board. It begins anew, for everyone in it; for its creator alone."""
+    """Give a room another board. This resets it for everyone in it. Only for its owner."""
     found = await own_room(room, request, server)
     body = await read(request, RoomChange)
     board = await _board_of_room(request, server, body.board)
@@ -228,12 +231,12 @@ async def change_room(room: str, request: Request, server: Server, key: Key = No
 
 @router.post(
     "/{room}/reset",
-    summary="Begin a room anew",
+    summary="Reset a room",
     responses=documented(RoomView, 401, 403, 404, 422, 429, 503),
     dependencies=[Token],
 )
 async def reset_room(room: str, request: Request, server: Server, key: Key = None) -> Response:
-    """Take all balls out and count from zero; for its creator alone."""
+    """Remove all balls and count from zero. Only for the room's owner."""
     found = await own_room(room, request, server)
     with _ending(request, server, found):
         await server.rooms.reset(found, key=_again(room, key))
@@ -242,13 +245,15 @@ async def reset_room(room: str, request: Request, server: Server, key: Key = Non
 
 @contextlib.contextmanager
 def _ending(request: Request, server: Services, live: LiveRoom) -> Iterator[None]:
-    """Charge the client's address where it was too long to compute how what falls here ends.
+    """Around the end of a room run: charge the client if its balls' ends take too long to compute.
 
-    Raises BudgetError before that for an address that has nothing left.
+    Ending a run computes how the balls in flight land. If that takes too long, it fails with
+    BusyError, and only then is the address charged. Raises BudgetError at the beginning if the
+    address has nothing left, so that repeated tries cannot keep the server busy.
     """
     address = address_of(request)
     if live.room.awake:
-        server.budgets.charge(address, time.monotonic(), 0.0, "what falls in the room")
+        server.budgets.charge(address, time.monotonic(), 0.0, "landing the room's balls")
     try:
         yield
     except BusyError:
@@ -268,7 +273,7 @@ def _again(room: str, key: str | None) -> str | None:
     dependencies=[Token],
 )
 async def close_room(room: str, request: Request, server: Server) -> Response:
-    """Close a room for good and send everyone away; for its creator alone."""
+    """Close a room for good and disconnect everyone in it. Only for its owner."""
     found = await own_room(room, request, server)
     with _ending(request, server, found):
         await server.rooms.delete(found)
@@ -284,11 +289,12 @@ async def close_room(room: str, request: Request, server: Server) -> Response:
 async def get_room_log(
     room: str, request: Request, server: Server, first: First = 0, limit: LogLimit = None
 ) -> Response:
-    """All drops since the room began, at their ticks, with their results; of a closed room, too.
+    """All drops since the room was opened or reset, with their ticks and results.
 
-    `plinko verify` replays it and compares every digest. With `first` or `limit` it is a part:
-    `next` is where the following one begins, and `digest`, which covers all, is null. Players'
-    marks (`who`) are null but for who shows the room's token.
+    A closed room still has its log. `plinko verify` replays it and compares every digest. With
+    `first` or `limit` the response is part of the log: `next` is where the next part begins, and
+    `digest`, which covers the whole log, is null. `who` is null unless the request has the room's
+    token.
     """
     session, found = await _logged(server, room)
     shown = request.headers.get("authorization")
@@ -335,20 +341,22 @@ async def drop_into_room(
     room: str,
     request: Request,
     server: Server,
-    wait: Annotated[bool, Query(description="Reply only once the ball has landed.")] = False,
+    wait: Annotated[bool, Query(description="Respond only after the ball has landed.")] = False,
     key: Key = None,
 ) -> Response:
-    """Put a ball in; everyone who watches sees it fall.
+    """Drop a ball; everyone in the room sees it fall.
 
-    A stake needs an open `session`, whose token is shown: nobody can choose such a drop's start.
-    With a `seed` or `x` a drop is practice. A `name` and a `colour` are shown at the ball to all
-    who watch; in a room that has an owner they need the room's token, or that of a session which
-    was begun with it. A room with a draw takes drops of sessions only.
-    With `wait=1` the reply comes with the landing, or as 202 without it should that take too long.
-    Where the answer was `undecided`, or never came, ask again with the same `Idempotency-Key`: the
-    ball is dropped once, and the reply is what came of it.
+    A stake needs an open `session` and its token: nobody can choose such a drop's start. A drop
+    with a `seed` or `x` is practice. `name` and `colour` are shown at the ball; in a room with an
+    owner they need the room's token, or the token of a session that was begun with it. A room with
+    a draw accepts only drops of sessions.
+
+    With `wait=1` the response comes after the landing and has the result; if that takes too long,
+    the response is 202 without it. If the response was `undecided`, or never came, send the request
+    again with the same `Idempotency-Key`: the ball is dropped only once, and the response has its
+    outcome.
     """
-    found = await server.rooms.seek(room)  # first: a drop counts where its room is
+    found = await server.rooms.seek(room)  # first: the server that has the room counts the drop
     limit_drops(request, server)
     body = await read(request, RoomDropRequest, empty=RoomDropRequest())
     command = drop_command(body, server.rooms.draw)
@@ -381,7 +389,7 @@ async def drop_into_room(
 
 
 async def _basis(request: Request, server: Services, body: RoomRequest) -> tuple[Basis, str]:
-    """What a room is asked for with, and its mode."""
+    """The basis of a requested room (its board, draw or scene), and its mode."""
     if (body.mode == DRAW) != (body.draw is not None):
         raise InvalidValueError("a `draw` and the mode `draw` need each other", field="draw")
     if body.draw is not None:
@@ -389,17 +397,19 @@ async def _basis(request: Request, server: Services, body: RoomRequest) -> tuple
     if body.scene is None:
         return await _board_of_room(request, server, body.board), body.mode
     if body.has("board"):
-        raise InvalidValueError("a room has either a board or a scene", field="board")
+        raise InvalidValueError("a room has either a board or a scene, not both", field="board")
     named = {"scene": body.scene} if isinstance(body.scene, str) else body.scene
     return server.rooms.scene(named), SCENE
 
 
 async def _draw(request: Request, server: Services, body: RoomRequest, form: DrawForm) -> Draw:
-    """A draw of which every seed was dropped by a worker, and landed in its bin."""
+    """The draw of a requested room, after a worker has checked the bin of every seed."""
     if body.scene is not None:
-        raise InvalidValueError("a draw is over a board, not a scene", field="scene")
+        raise InvalidValueError("a draw needs a board, not a scene", field="scene")
     if not server.ledger.keeps:
-        raise LedgerError("this server keeps no ledger, and so no sessions, which a draw needs")
+        raise LedgerError(
+            "a draw needs sessions, and this server has none because it has no ledger"
+        )
     board = await _board_of_room(request, server, body.board)
     lists = form.seeds if isinstance(form.seeds, list) else []
     count = sum(len(listed) for listed in lists if isinstance(listed, list))
@@ -408,12 +418,12 @@ async def _draw(request: Request, server: Services, body: RoomRequest, form: Dra
 
 
 async def _retold(request: Request, server: Services, body: RoomRequest) -> Retold:
-    """What a story ends in, computed and charged as a worker's work."""
+    """The state at the end of a story, computed by a worker and charged to the client."""
     assert body.story is not None
     for name in ("board", "scene", "draw"):
         if body.has(name):
             raise InvalidValueError(
-                f"a story has its scene in itself, not beside: {name}", field=name
+                f"a story contains its own scene; leave out `{name}`", field=name
             )
     rate, most = server.settings.tick_rate, server.rooms.limits.touching
     story = story_of(body.story, tick_rate=rate, max_balls=most)
@@ -428,9 +438,10 @@ def _retell(story: Story, tick_rate: int, max_balls: int) -> Retold:
 
 
 async def _logged(server: Services, room_id: str) -> tuple[str, Room]:
-    """A room whose log is asked for, open or closed, and its session: a number and its beginning.
+    """A room, open or closed, and a text that names its run: a number and a time.
 
-    A ledger in memory counts from one again after a restart, hence the beginning.
+    The number alone would not do: without a database, runs are counted from one again after a
+    restart.
     """
     persistence = server.rooms.persistence
     try:
@@ -445,10 +456,10 @@ async def _logged(server: Services, room_id: str) -> tuple[str, Room]:
 
 
 async def own_room(room_id: str, request: Request, server: Services) -> LiveRoom:
-    """The room, if the request bears its token; raises what stands in the way."""
+    """The room, if the request has its token; raises UnknownRoomError, TokenError, NoTokenError."""
     live = await server.rooms.seek(room_id)
     if not live.owned:
-        raise TokenError(f"room {live.id!r} belongs to nobody and cannot be changed", field="room")
+        raise TokenError(f"room {live.id!r} has no owner and cannot be changed", field="room")
     server.tokens.check(live.id, request.headers.get("authorization"))
     return live
 
@@ -475,7 +486,7 @@ def _view(server: Services, live: LiveRoom) -> RoomView:
 
 
 async def _board_of_room(request: Request, server: Services, form: msgspec.Raw) -> Board:
-    """A board for a room, known from now on by its digest, by which all speak of its drops."""
+    """The board for a room, registered so that clients can use its digest."""
     board = await resolve_board(request, form)
     server.boards.register(board)
     return board

@@ -1,4 +1,4 @@
-"""Scenes of balls that touch each other over REST: what there is, and what can be set."""
+"""Scenes of touching balls over REST: their names, parameters, ranges and presets."""
 
 from fastapi import APIRouter, Response
 
@@ -13,9 +13,9 @@ router = APIRouter(prefix="/api/v1/scenes", tags=["rooms"])
 
 @router.get("", summary="List the scenes", responses=documented(SceneList))
 async def list_scenes() -> Response:
-    """The scenes that `POST rooms` takes, their parameters, ranges and presets.
+    """The scenes that `POST rooms` accepts, with their parameters, ranges and presets.
 
-    They are no boards: a box has no bins. Each is also a public room.
+    A scene is a box without bins, not a board. Each is also a public room.
     """
     scenes = [SceneView(name, room, DEFAULTS[name]) for room, name in PUBLIC_SCENES.items()]
     presets = {name: dict(values) for name, values in PRESETS.items()}

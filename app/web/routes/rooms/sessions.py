@@ -1,4 +1,4 @@
-"""Players' sessions over REST: begin, open, end, export; and the log that their receipts are in."""
+"""Fair sessions over REST: begin, open, end, export; and the log of their receipts."""
 
 from typing import Annotated
 
@@ -33,15 +33,15 @@ class SessionRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     commitment: Annotated[
         Json,
         Meta(
-            description="SHA-256 of a secret of yours of 32 bytes, 64 hexadecimal digits.",
+            description="SHA-256 of your secret of 32 bytes, as 64 hexadecimal digits.",
             extra_json_schema=_HEX,
         ),
     ]
-    room: Annotated[str, Meta(description="The room in which its drops are.")] = "main"
+    room: Annotated[str, Meta(description="The room for its drops.")] = "main"
 
 
 class SessionOpening(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Open the secret that was committed to."""
+    """Reveal the secret of the commitment."""
 
     seed: Annotated[
         Json, Meta(description="Your secret, 64 hexadecimal digits.", extra_json_schema=_HEX)
@@ -49,22 +49,22 @@ class SessionOpening(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class SessionView(msgspec.Struct, frozen=True, kw_only=True):
-    """A session as it stands."""
+    """The state of a session."""
 
     session: str
     room: str
-    statement: Annotated[
-        JsonObject, Meta(description="What the server committed to at the beginning.")
-    ]
+    statement: Annotated[JsonObject, Meta(description="The server's commitment at the beginning.")]
     signature: Signature
     key: Key
-    open: Annotated[bool, Meta(description="Whether the player's secret is open.")]
-    drops: Annotated[int, Meta(description="How many there were: the next one's number.")]
+    open: Annotated[bool, Meta(description="Whether the player has revealed the secret.")]
+    drops: Annotated[
+        int, Meta(description="The number of drops until now, which is the next drop's number.")
+    ]
     ended: bool
 
 
 class SessionBegun(SessionView, frozen=True, kw_only=True):
-    """A session of one's own. The token is shown this once and cannot be had again."""
+    """A new session with its player's token, which no later response contains."""
 
     token: Annotated[
         str, Meta(description="Send it as `Authorization: Bearer TOKEN` to drop and to end.")
@@ -81,30 +81,32 @@ class SessionEnd(msgspec.Struct, frozen=True):
 
 
 class LogHead(msgspec.Struct, frozen=True):
-    """How the log of all receipts stands, and that it only grew since."""
+    """The signed head of the log of all receipts, and a proof that the log has only grown."""
 
     key: Key
     head: Signed
     consistency: Annotated[
-        list[str], Meta(description="The proof (RFC 6962) from the size asked for; empty for none.")
+        list[str], Meta(description="The proof (RFC 6962) from the size `since`; empty for 0.")
     ]
 
 
 router = APIRouter(prefix="/api/v1", tags=["sessions"])
 
-Since = Annotated[Whole, Query(ge=0, description="A size that the log had before.")]
+Since = Annotated[Whole, Query(ge=0, description="An earlier size of the log.")]
 
 _EXAMPLE = "9f64a747e1b97f131fabb6b447296c9b6f0201e79fb3c5356e6c77e89b6a806a"
 
-# Only documents the scheme: what is missing or wrong is said by `app.web.tokens`.
+# These only document the schemes for OpenAPI; `app.web.tokens` checks the tokens.
 Token = Depends(
     HTTPBearer(
-        scheme_name="sessionToken", description="What `POST sessions` gave.", auto_error=False
+        scheme_name="sessionToken", description="The token from `POST sessions`.", auto_error=False
     )
 )
 
 RoomToken = Depends(
-    HTTPBearer(scheme_name="roomToken", description="What `POST rooms` gave.", auto_error=False)
+    HTTPBearer(
+        scheme_name="roomToken", description="The token from `POST rooms`.", auto_error=False
+    )
 )
 
 
@@ -119,10 +121,10 @@ RoomToken = Depends(
     dependencies=[RoomToken],
 )
 async def begin_session(request: Request, server: Server) -> Response:
-    """Commit to a secret; the server commits to one of its own and signs that.
+    """Commit to your secret; the server commits to its own secret and signs that.
 
-    Neither can then be chosen knowing the other. The token is in this reply alone. Who shows the
-    token of a room of their own may give names to the drops of the session.
+    After that, neither side can choose its secret by knowing the other's. Only this response has
+    the token. If the request has the token of the room, the session's drops may have names.
     """
     limit_drops(request, server)
     body = await read(request, SessionRequest)
@@ -139,10 +141,10 @@ async def begin_session(request: Request, server: Server) -> Response:
 
 
 @router.get(
-    "/sessions/{session}", summary="Look at a session", responses=documented(SessionView, 404, 503)
+    "/sessions/{session}", summary="Get a session", responses=documented(SessionView, 404, 503)
 )
 async def get_session(session: str, server: Server) -> Response:
-    """What was committed to, and how many drops there were."""
+    """The server's commitment, and the number of drops until now."""
     return reply(SessionView(**_fields(await server.fair.find(session))))
 
 
@@ -154,7 +156,7 @@ async def get_session(session: str, server: Server) -> Response:
     dependencies=[Token],
 )
 async def open_session(session: str, request: Request, server: Server) -> Response:
-    """Reveal your secret to the server, which has committed to its own: drops can begin."""
+    """Reveal your secret to the server. After that, drops can begin."""
     found = await own_session(session, request, server)
     body = await read(request, SessionOpening)
     await server.fair.open(found, body.seed)
@@ -168,9 +170,9 @@ async def open_session(session: str, request: Request, server: Server) -> Respon
     dependencies=[Token],
 )
 async def end_session(session: str, request: Request, server: Server) -> Response:
-    """End a session: the server reveals its secret. Drops in flight land and are paid all the same.
+    """End a session: the server reveals its secret. Drops in flight still land and are paid.
 
-    Ended again it says the same again.
+    Ending a session again returns the same response.
     """
     found = await own_session(session, request, server)
     await server.fair.end(found)
@@ -185,25 +187,25 @@ async def end_session(session: str, request: Request, server: Server) -> Respons
     dependencies=[Token],
 )
 async def export_session(session: str, request: Request, server: Server) -> Response:
-    """All that is needed to check a session with no network: `plinko verify`, or `verify.html`.
+    """Everything needed to check a session offline, with `plinko verify` or `verify.html`.
 
-    Only for its player, who shows its token. The server's secret is null in it until the session
-    is over.
+    Only for its player, with the session's token. The server's secret is null until the session has
+    ended.
     """
     export = await server.fair.export(await own_session(session, request, server))
     return reply(export, headers={"cache-control": "private, no-cache"})
 
 
-@router.get("/log", summary="How the log stands", responses=documented(LogHead, 422, 503))
+@router.get("/log", summary="Get the log's head", responses=documented(LogHead, 422, 503))
 async def get_log(server: Server, since: Since = 0) -> Response:
-    """The signed head of the log of all receipts, and the proof that it only grew `since`."""
+    """The signed head of the log of all receipts, and a proof that it has only grown `since`."""
     head, consistency = await server.fair.head(since)
     known = {"key": server.fair.signer.public.hex(), "head": msgspec.to_builtins(head)}
     return reply({**known, "consistency": consistency}, headers={"cache-control": "no-cache"})
 
 
 async def own_session(session: str, request: Request, server: Services) -> FairSession:
-    """A session whose token the request shows; raises TokenError, UnknownSessionError."""
+    """The session, if the request has its token; raises TokenError, UnknownSessionError."""
     server.session_tokens.check(session, request.headers.get("authorization"))
     return await server.fair.find(session)
 

@@ -1,4 +1,4 @@
-"""The WebSocket of a room: what each client says and is told, and how it ends."""
+"""The WebSocket of a room: serves one client's messages, and closes it with a reason."""
 
 import asyncio
 import contextlib
@@ -50,15 +50,16 @@ from engine.errors import EngineError
 
 router = APIRouter()
 
-# Bad messages are answered, not punished, unless they keep coming: a typo is free, a flood is not.
-_STRIKES = 20
-_STRIKES_FORGIVEN = 1.0  # a second
+# A bad message only gets an error; a client that keeps sending bad messages is disconnected.
+_STRIKES = 20  # bad messages in a row
+_STRIKES_FORGIVEN = 1.0  # strikes forgiven a second
 
-# Names are for people: who changes theirs more often shouts.
-_APPEARANCES = 0.5  # a second, and
-_APPEARANCES_AT_ONCE = 5
+# Every change of a name is sent to all visitors, so it is limited.
+_APPEARANCES = 0.5  # changes a second
+_APPEARANCES_AT_ONCE = 5  # and in a burst
 
-# A full room, a finger too fast, a session that is over or a ledger that is lost is no offence.
+# Errors that are no strike, because a well-behaved client gets them too: a room is full or halted,
+# a limit is reached, a ball or session is gone, or the ledger fails.
 _INNOCENT = (
     HaltedError, LimitError, LedgerError, MissingBallError, SessionStateError, ResetError,
 )  # fmt: skip
@@ -67,7 +68,7 @@ T = TypeVar("T")
 
 _log = logging.getLogger("plinko")
 
-_CLOSE_SECONDS = 1.0  # for the close frame to find room in a buffer that has some
+_CLOSE_SECONDS = 1.0  # s to wait for room in the send buffer, for the close frame
 
 
 @router.websocket("/ws/rooms/{room_id}")
@@ -78,12 +79,12 @@ async def watch(socket: WebSocket, room_id: str, server: Server) -> None:
     try:
         check_queries(socket.query_params, asyncapi.QUERY)
         stream = client_messages.parse_stream(socket.query_params.get("stream"))
-        client_messages.parse_watch(socket.query_params.get("watch"))  # which is for relays
+        client_messages.parse_watch(socket.query_params.get("watch"))  # only relays use the value
         live = await server.rooms.seek(room_id)
         error = await RoomClient(socket, server, live, stream).run()
     except AppError as refused:
         error = refused
-        if not isinstance(refused, LeaseLostError):  # who comes again is brought to the room
+        if not isinstance(refused, LeaseLostError):  # the client reconnects to the room's server
             with contextlib.suppress(WebSocketDisconnect):
                 await socket.send_text(messages.encode_event(_event(refused)).decode())
     if error is not None:
@@ -93,7 +94,7 @@ async def watch(socket: WebSocket, room_id: str, server: Server) -> None:
 
 
 async def _close(socket: WebSocket, error: AppError, linger: float) -> None:
-    """Close with the reason; a client that does not read gets `linger` seconds to find it."""
+    """Close with the reason. A client that does not read has `linger` seconds to receive it."""
     if isinstance(error, SlowClientError):
         sever(socket.scope, linger)
     # RFC 6455 leaves 123 bytes for the reason.
@@ -108,7 +109,7 @@ def _event(error: BaseException, ref: object = None) -> messages.Error:
 
 
 def _again(key: str, ref: object, tag: Tag) -> str:
-    """By what a drop of a connection with this key may be asked for again."""
+    """The key under which the client may repeat a drop, also over another connection."""
     return again_of("socket", key, msgspec.json.encode(ref, order="sorted").decode(), *tag.marks)
 
 
@@ -135,11 +136,11 @@ class RoomClient:
         self._appearances = TokenBucket(_APPEARANCES, _APPEARANCES_AT_ONCE, now)
         self._changes = Changes(server, live, self.client)
         self._sessions = JoinedSessions(server)
-        self._served: set[asyncio.Task[None]] = set()  # held, or they would be collected
+        self._served: set[asyncio.Task[None]] = set()  # else they would be garbage-collected
         self._strikes = TokenBucket(_STRIKES_FORGIVEN, _STRIKES, now)
 
     async def run(self) -> AppError | None:
-        """Serve the client until it leaves, or return why it must; raises RoomFullError."""
+        """Serve the client until it leaves, or return why it must leave; raises RoomFullError."""
         self.server.rooms.enter(self.live, self.client)
         tasks = [asyncio.create_task(self._read()), asyncio.create_task(self.client.run())]
         try:
@@ -149,7 +150,7 @@ class RoomClient:
             for task in tasks:
                 task.cancel()
             ended = await asyncio.gather(*tasks, return_exceptions=True)
-            await self._changes.let_go()
+            await self._changes.release_all()
         for outcome in ended:
             if isinstance(outcome, AppError):
                 return outcome
@@ -158,9 +159,10 @@ class RoomClient:
         return None
 
     async def _read(self) -> None:
-        """Serve each message in a task of its own until the client disconnects.
+        """Serve each message in its own task until the client disconnects.
 
-        They begin in order, so what they ask for is taken in order; none waits for another's disk.
+        The tasks start in the order of the messages, so the room accepts their inputs in that
+        order. But no message waits until the ledger has committed an earlier one.
         """
         while True:
             message = await self.socket.receive()
@@ -171,12 +173,12 @@ class RoomClient:
             task.add_done_callback(self._served.discard)
 
     async def _serve(self, data: str | None) -> None:
-        """Carry out one message, and tell its sender why where that cannot be done."""
+        """Carry out one message; if that fails, send the client an error."""
         try:
             await self._carry_out(data)
         except LeaseLostError as lost:
-            self.client.fail(lost)  # whoever is sent to another server need not hear why first
-        except Exception as error:  # noqa: BLE001 - a fault of the server's own is told as one
+            self.client.fail(lost)  # close without an error event: the client reconnects
+        except Exception as error:  # noqa: BLE001 - the client gets an error event for any fault
             if not isinstance(error, AppError | EngineError):
                 _log.exception("a message failed")
             innocent = isinstance(error, _INNOCENT) and not isinstance(error, MessageFloodError)
@@ -185,26 +187,28 @@ class RoomClient:
                 return
             self.server.metrics.errors.labels(answer(error).code).inc()
             ref = client_messages.peek(data, "ref") if isinstance(data, str) else None
-            self._tell(_event(error, ref))
+            self._send(_event(error, ref))
 
     def _keyframe(self, stream: str) -> Callable[[], WireMessage] | None:
-        """Pieces of paths add up: one message makes good those that could not be sent."""
+        """For the stream `segments`: one message that replaces all segments not sent in time."""
         if self.live.room.stream_of(stream) != messages.SEGMENTS:
             return None
         return lambda: WireMessage.of_bytes(self.live.room.keyframe())
 
     async def _carry_out(self, data: str | None) -> None:
-        """Do what a message asks for and tell its sender; raises what stands in the way."""
+        """Carry out a message and send the answer; raises the errors of the operation."""
         if not self._messages.take(time.monotonic()):
-            raise MessageFloodError(f"more than {self._messages.rate:g} messages a second")
+            raise MessageFloodError(
+                f"more than {self._messages.rate:g} messages a second; send fewer"
+            )
         if not isinstance(data, str):
-            raise MalformedError("a binary frame is no message; send JSON in a text frame")
+            raise MalformedError("a binary frame is not a message; send JSON in a text frame")
         message = client_messages.decode_message(data)
         match message:
             case client_messages.PingMessage():
-                self._tell(self._pong(message))
+                self._send(self._pong(message))
             case client_messages.ResumeMessage(run=run, since=since, key=key):
-                self._tell(self.live.audience.missed(self.client, run, since, key))
+                self._send(self.live.audience.missed(self.client, run, since, key))
             case client_messages.DropMessage():
                 spend(self._drops, time.monotonic(), "drops")
                 await self._drop(message)
@@ -215,37 +219,37 @@ class RoomClient:
             ):
                 spend(self._drops, time.monotonic(), "drops")
                 work = self._sessions.take(self.live.room, message)
-                self._tell(await self._decided(work, message.ref))
+                self._send(await self._decided(work, message.ref))
             case AppearMessage():
                 self._appear(message)
             case ClaimMessage():
-                self._tell(self._changes.claim(message))
+                self._send(self._changes.claim(message))
             case WatchMessage():
                 self._changes.watch(message)
             case _:
                 event = await self._decided(self._changes.take(message), message.ref)
                 if message.ref is not None and not messages.has_ref(event):
-                    self._tell(messages.Done(tick=self.live.room.world.tick, ref=message.ref))
+                    self._send(messages.Done(tick=self.live.room.world.tick, ref=message.ref))
 
-    async def _decided(self, asked: Awaitable[T], ref: object) -> T:
-        """What comes of something that the ledger keeps, however long it takes.
+    async def _decided(self, operation: Awaitable[T], ref: object) -> T:
+        """The result of an operation that the ledger commits, however long that takes.
 
-        Where that is not known for a while, the client is told so meanwhile.
+        If the commit takes long, the client first gets the error `undecided`, then the outcome.
         """
         try:
-            return await asked
+            return await operation
         except UndecidedError as undecided:
             if undecided.outcome is None:
                 raise
-            self._tell(_event(undecided, ref))
+            self._send(_event(undecided, ref))
             outcome: T = await undecided.outcome
             return outcome
 
     async def _drop(self, message: client_messages.DropMessage) -> None:
-        """Drop a ball, unless it was asked for before, over another connection."""
+        """Drop a ball; for a drop that an earlier connection has sent, only send its outcome."""
         command = drop_command(message, self.server.rooms.draw)
         if command.tag != NO_TAG:
-            self._changes.check_owner("a name or a colour is given")
+            self._changes.check_owner("give a ball a name or a colour")
         session = None if message.session is None else self._sessions.of(message.session)
         known = message.key or self.client.key
         again = None if message.ref is None else _again(known, message.ref, command.tag)
@@ -254,21 +258,24 @@ class RoomClient:
             await self._decided(self.live.drop(command, player, session), message.ref)
             return
         if again is None:
-            raise InvalidValueError("a drop is asked for again by its `ref`", field="ref")
+            raise InvalidValueError(
+                "a drop with a `key` repeats an earlier one: send the `ref` of that drop",
+                field="ref",
+            )
         found = await self._decided(self.live.drop_once(command, player, session), message.ref)
         if found.earlier:
-            self._tell(msgspec.structs.replace(found.accepted, ref=message.ref))
+            self._send(msgspec.structs.replace(found.accepted, ref=message.ref))
             if found.landed is not None:
-                self._tell(found.landed)
+                self._send(found.landed)
 
     def _appear(self, message: AppearMessage) -> None:
         spend(self._appearances, time.monotonic(), "changes of name")
         name, colour = parse_name(message.name), parse_colour(message.colour)
-        self._tell(self.live.audience.appear(self.client, name, colour))
+        self._send(self.live.audience.appear(self.client, name, colour))
 
     def _pong(self, ping: client_messages.PingMessage) -> messages.Pong:
         tick, at = self.live.room.world.tick, self.live.tick_time
         return messages.Pong(t=ping.t, tick=tick, tick_time=at, server_time=time.monotonic())
 
-    def _tell(self, event: messages.Event) -> None:
+    def _send(self, event: messages.Event) -> None:
         self.client.post(WireMessage.of_text(messages.encode_event(event)))

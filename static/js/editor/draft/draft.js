@@ -1,4 +1,4 @@
-// A board being edited: its elements, and new boards made from it by single changes. Pure.
+// The edited board: its elements, and functions that return a new board with one change. Pure.
 
 import { number, t } from "../../texts/text.js";
 import * as element from "./element.js";
@@ -12,10 +12,10 @@ export { withPeg, withSplit, withWall } from "./element.js";
 /**
  * @typedef {Partial<Omit<Board, "ball" | "peg_material" | "wall_material" | "bins" | "drop">> & {
  *   ball?: Partial<BallKind>, peg_material?: Partial<Material>, wall_material?: Partial<Material>,
- *   bins?: Partial<Bins>, drop?: Partial<DropZone>}} BoardForm a board with parts left out
+ *   bins?: Partial<Bins>, drop?: Partial<DropZone>}} BoardForm a board with omitted parts
  */
 
-/** What a board has where its JSON leaves it out; the server's own defaults. */
+/** Defaults for omitted parts, the same as the server's. */
 const DEFAULTS = {
   name: "board", width: 8, height: 6, gravity: 9.81, drag: 0,
   ball: { radius: 0.08, density: 1, restitution: 0.6, friction: 0 },
@@ -39,9 +39,9 @@ export const EMPTY = {
 };
 
 /**
- * A file's or a link's board with all parts that drawing needs.
+ * The board of a file or a link, with all parts that drawing needs.
  * @param {unknown} form
- * @returns {Board} throws a RangeError that says what it lacks
+ * @returns {Board} throws a RangeError that says what is missing or invalid
  */
 export function complete(form) {
   if (form === null || typeof form !== "object" || Array.isArray(form)) {
@@ -98,7 +98,7 @@ function sideWalls({ drop, ball, bins }) {
 
 /**
  * @template T
- * @param {T[]} value as a file has it, which may be anything
+ * @param {T[]} value from a file, so it may be anything
  * @param {string} name
  * @returns {T[]}
  */
@@ -107,7 +107,7 @@ function list(value, name) {
   return value;
 }
 
-/** @param {Board} board @returns {ElementRef[]} all elements, in the order in which keys go through them */
+/** @param {Board} board @returns {ElementRef[]} all elements, in the order of the keys for next and previous */
 export function refsOf(board) {
   const { pegs, walls, bins } = board;
   /** @param {ElementRef["kind"]} kind @param {unknown[]} items @returns {ElementRef[]} */
@@ -147,7 +147,7 @@ export function placeOf(board, ref) {
  * @param {Ref} ref
  * @param {number} x
  * @param {number} y
- * @returns {Board} with an element at (x, y), as far as it may go there
+ * @returns {Board} with the element at (x, y), or as near as its neighbours allow
  */
 export function moved(board, ref, x, y) {
   return ref.refs ? group.moved(board, ref.refs, x, y) : element.moved(board, ref, x, y);
@@ -156,7 +156,7 @@ export function moved(board, ref, x, y) {
 /**
  * @param {Board} board
  * @param {Ref} ref
- * @returns {Board | null} without an element; null where it has to stay
+ * @returns {Board | null} without the element; null if the board needs it
  */
 export function without(board, ref) {
   return ref.refs ? group.without(board, ref.refs) : element.without(board, ref);
@@ -166,7 +166,7 @@ export function without(board, ref) {
  * @param {Board} board
  * @param {Ref} ref
  * @param {number} by
- * @returns {Made | null} with a copy of pegs and walls beside them
+ * @returns {Made | null} with copies of the pegs and walls, shifted by `by` metres in x
  */
 export function duplicated(board, ref, by) {
   return ref.refs ? group.duplicated(board, ref.refs, by) : element.duplicated(board, ref, by);
@@ -175,7 +175,7 @@ export function duplicated(board, ref, by) {
 /**
  * @param {Board} board
  * @param {string} path "gravity", "ball.radius", "pegs[3].x", "bins.multipliers[2]"
- * @returns {unknown} what is there
+ * @returns {unknown} the value at the path
  */
 export function read(board, path) {
   /** @type {unknown} */
@@ -184,7 +184,7 @@ export function read(board, path) {
   return part;
 }
 
-/** @param {Board} board @param {string} path @param {number | string} value @returns {Board} with it there */
+/** @param {Board} board @param {string} path @param {number | string} value @returns {Board} with this value */
 export function written(board, path, value) {
   /** @param {unknown} part @param {string[]} way @returns {unknown} */
   const put = (part, [step, ...rest]) => {
@@ -200,7 +200,7 @@ export function written(board, path, value) {
 /**
  * @param {Board} board
  * @param {number} index of a bin
- * @param {Partial<Label>} change an empty text takes the label away, an empty colour its colour
+ * @param {Partial<Label>} change an empty text removes the label, an empty colour its colour
  * @returns {Board}
  */
 function withLabel(board, index, change) {
@@ -211,7 +211,7 @@ function withLabel(board, index, change) {
   return { ...board, bins: element.withLabels(bins, labels) };
 }
 
-/** @param {unknown} part @returns {part is Record<string, unknown>} whether it has parts itself */
+/** @param {unknown} part @returns {part is Record<string, unknown>} whether it has parts */
 function isNode(part) {
   return typeof part === "object" && part !== null;
 }
@@ -224,26 +224,26 @@ function steps(path) {
 /**
  * @param {number} value
  * @param {number} step
- * @returns {number} value at the nearest multiple of a step; a step of 0 leaves it
+ * @returns {number} the nearest multiple of the step, or the value itself if the step is 0
  */
 export function snap(value, step) {
   if (step === 0) return value;
-  // Multiples written in decimal, so that 0.3 is stored as 0.3.
+  // Rounded to 12 digits, so that 3 * 0.1 is stored as 0.3.
   return Number((Math.round(value / step) * step).toPrecision(12));
 }
 
 /**
- * The element at a place, the smallest first.
+ * The element at a place; small elements take precedence over large ones.
  * @param {Board} board
  * @param {number} x metres
  * @param {number} y metres
- * @param {number} reach metres that a miss may be
+ * @param {number} reach how far from the element the place may be, m
  * @returns {ElementRef | null}
  */
 export function hit(board, x, y, reach) {
   /** @param {Point} place */
   const away = (place) => Math.hypot(place.x - x, place.y - y);
-  /** @type {[number, ElementRef][]} how far off each is */
+  /** @type {[number, ElementRef][]} the distance of each element, m */
   const found = [];
   board.walls.forEach(({ x1, y1, x2, y2 }, index) => {
     found.push([away({ x: x1, y: y1 }), { kind: "wall", index, end: 1 }]);
@@ -253,7 +253,7 @@ export function hit(board, x, y, reach) {
     found.push([away(peg) - peg.radius, { kind: "peg", index }]);
   });
   found.push([away(board.drop) - board.ball.radius, { kind: "drop", index: 0 }]);
-  // An edge goes on downwards between its bins; at its top a wall may end, which comes first.
+  // An edge extends downwards between its bins. A wall that ends at its top takes precedence.
   board.bins.edges.forEach((edge, index) => {
     const below = Math.max(y, board.bins.y);
     found.push([away({ x: edge, y: below }), { kind: "edge", index }]);
@@ -287,7 +287,7 @@ function binAt({ bins }, x, y) {
   return index < 0 ? null : { kind: "bin", index };
 }
 
-/** @param {Board} board @param {Ref} ref @returns {string} the element described */
+/** @param {Board} board @param {Ref} ref @returns {string} a description of the element */
 export function describeRef(board, ref) {
   if (ref.refs) return t("editor.selected", { what: group.named(ref) });
   const place = placeOf(board, ref);
@@ -308,10 +308,10 @@ function short(value) {
 }
 
 /**
- * The elements that a server's refusal is about.
+ * The elements that the server's error is about.
  * @param {Board} board
  * @param {string | null} field "pegs[12].x", "bins.edges[3]", "drop.y"
- * @param {string} detail may name a second element
+ * @param {string} detail the error's text, which may name a second element
  * @returns {ElementRef[]}
  */
 export function refsInProblem(board, field, detail) {

@@ -1,20 +1,20 @@
-// One element of a board: where it is, and new boards with it moved, copied or gone. Pure.
+// One element of a board: its place, and functions that return a new board with it moved, copied or removed. Pure.
 
 /** @import { Bins, Board, Point } from "../../model/board.js" */
 
-const LEAST_BIN = 1e-3; // m that an edge keeps from its neighbours
+const LEAST_BIN = 1e-3; // smallest distance between two edges, m
 
 /**
  * An element of a board: the start, a peg, a wall or one of its ends, an edge between bins, a bin.
  * @typedef {{kind: "drop" | "peg" | "wall" | "edge" | "bin", index: number, end?: 1 | 2,
  *   refs?: undefined}} ElementRef
  *
- * What can be selected: an element, or a group of the start, pegs and whole walls (see group.js).
+ * A selection: an element, or a group of the start, pegs and whole walls (see group.js).
  * @typedef {ElementRef | {kind: "group", index: number, end?: undefined, refs: ElementRef[]}} Ref
  */
 
 /**
- * A new board, and what is new in it.
+ * A new board, and its new element.
  * @template {Ref} [R=Ref]
  * @typedef {{board: Board, ref: R}} Made
  */
@@ -43,7 +43,7 @@ export function placeOf(board, { kind, index, end }) {
  * @param {ElementRef} ref
  * @param {number} x
  * @param {number} y
- * @returns {Board} with an element at (x, y), as far as it may go there
+ * @returns {Board} with the element at (x, y), or as near as its neighbours allow
  */
 export function moved(board, ref, x, y) {
   const { kind, index, end } = ref;
@@ -76,7 +76,7 @@ function withEdge(board, index, x) {
  * @param {T[]} items
  * @param {number} index
  * @param {Partial<T>} change
- * @returns {T[]} with some fields of an item changed
+ * @returns {T[]} a copy with some fields of one item changed
  */
 function replaced(items, index, change) {
   return items.with(index, { ...items[index], ...change });
@@ -109,14 +109,14 @@ export function withWall(board, x1, y1, x2, y2) {
   return { board: { ...board, walls: [...board.walls, { x1, y1, x2, y2 }] }, ref };
 }
 
-/** @param {Bins} bins @param {Bins["labels"]} labels @returns {Bins} with them, if any bin has one */
+/** @param {Bins} bins @param {Bins["labels"]} labels @returns {Bins} with the labels, if any bin has one */
 export const withLabels = (bins, labels) => (labels?.some(Boolean) ? { ...bins, labels } : bins);
 
 /**
- * A bin divided at x, or a new one at the side when x is beyond the outer edges.
+ * Divides a bin at x, or adds one at the side if x lies beyond the outer edges.
  * @param {Board} board
  * @param {number} x
- * @returns {Made<ElementRef> | null} null when x is too close to an edge
+ * @returns {Made<ElementRef> | null} null if x is too close to an edge
  */
 export function withSplit(board, x) {
   const { edges, multipliers, labels, y } = board.bins;
@@ -133,14 +133,14 @@ export function withSplit(board, x) {
 /**
  * @param {Board} board
  * @param {ElementRef} elementRef
- * @returns {Board | null} without an element; null where it has to stay
+ * @returns {Board | null} without the element; null if the board needs it
  */
 export function without(board, { kind, index }) {
   if (kind === "peg") return { ...board, pegs: board.pegs.toSpliced(index, 1) };
   if (kind === "wall") return { ...board, walls: board.walls.toSpliced(index, 1) };
   const { edges, multipliers, labels, y } = board.bins;
   if (kind === "drop" || multipliers.length === 1) return null;
-  // Without an edge its two bins are one, which pays what the left one paid.
+  // Without an edge its two bins become one, with the left one's multiplier.
   const edge = kind === "edge" ? index : index + (index < multipliers.length - 1 ? 1 : 0);
   const bin = kind === "edge" ? Math.min(index, multipliers.length - 1) : index;
   return {
@@ -156,7 +156,7 @@ export function without(board, { kind, index }) {
  * @param {Board} board
  * @param {ElementRef} elementRef
  * @param {number} by
- * @returns {Made<ElementRef> | null} with a copy of a peg or wall beside it
+ * @returns {Made<ElementRef> | null} with a copy of the peg or wall, shifted by `by` metres in x
  */
 export function duplicated(board, { kind, index }, by) {
   if (kind === "peg") {

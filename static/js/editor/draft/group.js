@@ -1,4 +1,4 @@
-// Several elements of a board at once: the start, pegs and whole walls, moved and copied together. Pure.
+// Groups of elements (the start, pegs, whole walls), which are moved and copied together. Pure.
 
 import { t } from "../../texts/text.js";
 import { duplicated as copied, placeOf, sameElement } from "./element.js";
@@ -9,7 +9,7 @@ import { duplicated as copied, placeOf, sameElement } from "./element.js";
 
 const KINDS = ["drop", "peg", "wall"];
 
-/** @param {Ref | null} ref @returns {ElementRef[]} what a selection consists of */
+/** @param {Ref | null} ref @returns {ElementRef[]} the elements of a selection */
 export function membersOf(ref) {
   if (!ref) return [];
   return ref.refs ?? [ref];
@@ -17,13 +17,13 @@ export function membersOf(ref) {
 
 /**
  * @param {ElementRef} ref
- * @returns {ElementRef | null} what of it can be in a group: of a wall's end the wall
+ * @returns {ElementRef | null} the element that can be in a group (for a wall's end, the wall), or null
  */
 function groupable({ kind, index }) {
   return KINDS.includes(kind) ? { kind, index } : null;
 }
 
-/** @param {ElementRef[]} refs @returns {Ref | null} the least that stands for all that can be grouped */
+/** @param {ElementRef[]} refs @returns {Ref | null} a group of those that can be grouped; if it is only one, the element itself */
 export function groupOf(refs) {
   /** @type {ElementRef[]} */
   const chosen = [];
@@ -37,7 +37,7 @@ export function groupOf(refs) {
 /**
  * @param {Ref | null} selected
  * @param {ElementRef} ref
- * @returns {Ref | null} the selection with an element more, or without it if it had it
+ * @returns {Ref | null} the selection with the element added, or removed if it was selected
  */
 export function toggled(selected, ref) {
   const whole = groupable(ref);
@@ -50,7 +50,7 @@ export function toggled(selected, ref) {
 /**
  * @param {Ref | null} selected
  * @param {ElementRef} ref
- * @returns {boolean} whether an element, or a wall by its end, is in a group
+ * @returns {boolean} whether the selection is a group that contains the element, or the wall of this end
  */
 export function contains(selected, ref) {
   const whole = groupable(ref);
@@ -58,7 +58,7 @@ export function contains(selected, ref) {
 }
 
 /**
- * All that lies within a rectangle; walls with both their ends.
+ * The elements inside a rectangle; of walls, those with both ends inside.
  * @param {Board} board
  * @param {Band} band
  * @returns {ElementRef[]}
@@ -91,7 +91,7 @@ export function same(one, two) {
  * @param {ElementRef[]} refs
  * @param {number} x
  * @param {number} y
- * @returns {Board} with a group so that its first element is at (x, y)
+ * @returns {Board} with the group moved so that its first element is at (x, y)
  */
 export function moved(board, refs, x, y) {
   const from = placeOf(board, refs[0]);
@@ -115,7 +115,7 @@ export function moved(board, refs, x, y) {
 /**
  * @param {Board} board
  * @param {ElementRef[]} refs
- * @returns {Board} without the pegs and walls of a group; its start stays
+ * @returns {Board} without the group's pegs and walls; the start remains
  */
 export function without(board, refs) {
   /** @param {ElementRef["kind"]} kind */
@@ -132,7 +132,7 @@ export function without(board, refs) {
  * @param {Board} board
  * @param {ElementRef[]} refs
  * @param {number} by
- * @returns {Made | null} with copies beside, which are the new group
+ * @returns {Made | null} with copies of its pegs and walls, which are the new group
  */
 export function duplicated(board, refs, by) {
   let made = board;
@@ -160,7 +160,7 @@ export function named({ refs }) {
   return t("editor.and", { some: parts.slice(0, -1).join(", "), last: parts[parts.length - 1] });
 }
 
-/** Sums of decimal steps written in decimal. @param {number} value */
+/** Rounds to 12 digits, so that sums of decimal steps stay short. @param {number} value */
 function tidy(value) {
   return Number(value.toPrecision(12));
 }

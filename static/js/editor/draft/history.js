@@ -1,10 +1,10 @@
-// Undo and redo: the boards before and after the one that is edited. Pure.
+// Undo and redo: the boards before and after the current one. Pure.
 
 /** @import { Board } from "../../model/board.js" */
 
 const KEPT = 200;
 
-/** Boards are never changed in place, so that keeping them is enough. */
+/** Keeps references to boards, which suffices because no board is changed in place. */
 export class EditHistory {
   /** @type {Board[]} */
   #past = [];
@@ -24,7 +24,7 @@ export class EditHistory {
     return this.#future.length > 0;
   }
 
-  /** @param {Board} board takes the place of the present one */
+  /** @param {Board} board becomes the current one */
   push(board) {
     if (board === this.board) return;
     this.#past = [...this.#past, this.board].slice(-KEPT);
@@ -41,7 +41,7 @@ export class EditHistory {
     return true;
   }
 
-  /** @returns {boolean} whether there was something to do again */
+  /** @returns {boolean} whether there was something to redo */
   redo() {
     const after = this.#future.pop();
     if (!after) return false;

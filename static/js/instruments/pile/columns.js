@@ -1,30 +1,31 @@
-// How a pile stands in the tray: its columns, how large its discs are, and how many balls each stands for. Pure.
+// Plans a pile in the tray: its columns, the size of its discs, and how many balls each disc represents. Pure.
 
 /** @import { Board } from "../../model/board.js" */
 /** @import { Geometry } from "../../paint/geometry.js" */
 
-const SMALLEST = 2.5; // CSS pixels, a disc's radius, where its column leaves room for that
-const LOOSE = 0.6; // of a column's area that discs take, however badly they lie
-const MOST_DISCS = 240; // of a pile: moving all of them takes a part of a frame
-const HEADROOM = 6; // radii that columns go on above the tray, where discs enter
-const STEADY = { least: 1.5, most: 30 }; // m/s² by which discs fall, on whatever board: a pile must come to rest
+const SMALLEST = 2.5; // smallest radius of a disc, CSS pixels; less only in narrower columns
+const LOOSE = 0.6; // fraction of a column's area that discs fill even if they lie badly
+const MOST_DISCS = 240; // of a pile; moving more would take too much of a frame
+const HEADROOM = 6; // radii that columns extend above the tray, where discs enter
+const STEADY = { least: 1.5, most: 30 }; // m/s²: limits of the pile's gravity, so that it comes to rest
 
-/** @typedef {{largest: number, abreast: number}} Sizes of discs: CSS pixels, a radius; radii across a column */
+/** @typedef {{largest: number, abreast: number}} Sizes largest: radius of a disc, CSS pixels; abreast: width of
+ *   the narrowest column, in radii */
 
-/** @type {Sizes} below a board that is played at */
+/** @type {Sizes} for the tray of a game page */
 export const SMALL_DISCS = { largest: 6, abreast: 8 };
 
-/** @type {Sizes} to be seen from the last row */
+/** @type {Sizes} for the stage, visible from the last row */
 export const LARGE_DISCS = { largest: 24, abreast: 6 };
 
 /**
  * @typedef {object} Plan
- * @property {number[]} edges of the columns, m, as the board has them
+ * @property {number[]} edges of the columns, m, the same as the bins'
  * @property {number} height of the tray, m; its upper edge is y = 0
  * @property {number} radius of a disc, m
- * @property {number} entry y of a disc that enters, m
+ * @property {number} entry y at which discs enter, m
  * @property {number} gravity m/s²
- * @property {number[]} room discs that each column holds
+ * @property {number[]} room how many discs fit into each column
  */
 
 /**
@@ -50,18 +51,18 @@ export function planOf({ bins: { edges }, gravity }, { scale }, height, sizes = 
   };
 }
 
-/** What stands still: a floor, and a wall between any two columns. @param {Plan} plan */
+/** The fixed parts: a floor, and a wall between any two columns. @param {Plan} plan */
 export function placeOf({ edges, height, radius }) {
   const upright = (/** @type {number} */ x) => ({ x1: x, y1: -HEADROOM * radius, x2: x, y2: height });
   const floor = { x1: edges[0], y1: height, x2: edges[edges.length - 1], y2: height };
-  // Dead walls: of a pair the livelier counts, so the discs decide.
+  // An impact uses the larger restitution of the two bodies. With 0 for walls, the discs decide.
   const material = { restitution: 0, friction: 0.3 };
   const walls = [...edges.map(upright), floor];
   return { pegs: [], walls, peg_material: material, wall_material: material, bins: null };
 }
 
 /**
- * How many balls a disc has to stand for: 1, 2, 5, 10, …
+ * How many balls a disc must represent so that the pile fits: 1, 2, 5, 10, …
  * @param {number[]} counts balls by column
  * @param {Pick<Plan, "room">} plan
  * @param {number} [least]
@@ -83,7 +84,8 @@ export function discsOf(counts, share) {
 }
 
 /**
- * Where a disc enters of which it is not told, and how fast: side by side, as if from one tray's height.
+ * The default place and speed of an entering disc: spread over the column, as fast as after a fall of the
+ * tray's height.
  * @param {Plan} plan @param {number} bin @param {number} number of the disc in its column
  * @returns {Entry}
  */
@@ -94,7 +96,7 @@ export function usualEntry({ edges, height, gravity }, bin, number) {
 
 /** @typedef {{x: number, speed: number}} Entry m, and m/s downwards */
 
-/** @param {Plan} plan @param {number} bin @param {Entry} entry @returns {Entry} one that the column has room for */
+/** @param {Plan} plan @param {number} bin @param {Entry} entry @returns {Entry} moved into the column, with a minimum speed */
 export function fittedEntry({ edges, radius, gravity }, bin, { x, speed }) {
   const [left, right] = [edges[bin] + 1.01 * radius, edges[bin + 1] - 1.01 * radius];
   return { x: Math.max(left, Math.min(right, x)), speed: Math.max(speed, Math.sqrt(2 * gravity * radius)) };

@@ -1,4 +1,4 @@
-// The discs of a pile in motion, by the engine's kernels for balls that touch. Fetched where a pile is wanted.
+// Moves the discs of a pile by the engine's kernels for touching balls. Loaded only if the page shows a pile.
 
 import { Arena } from "../../solver/touching/arena.js";
 import { loadMachine } from "../../solver/touching/machine.js";
@@ -9,7 +9,7 @@ import { fittedEntry, placeOf } from "./columns.js";
 /** @import { Entry, Plan } from "./columns.js" */
 
 const DISC = { density: 80, restitution: 0.3, friction: 0.3 };
-const CLEAR = 2.1; // radii between the middles of a disc that enters and of the one before it
+const CLEAR = 2.1; // radii between the centres of an entering disc and the one before it
 
 /** @returns {Promise<{heapFor: (plan: Plan) => Heap, stepMs: number}>} throws without WebAssembly */
 export async function openHeaps() {
@@ -17,17 +17,17 @@ export async function openHeaps() {
   return { heapFor: (plan) => new Heap(machine, plan), stepMs: 1000 * SOLVER.dt };
 }
 
-/** Discs that fall into columns, heap up and come to rest. */
+/** Discs that fall into columns, pile up and come to rest. */
 export class Heap {
   /** Column of each disc and its number there, by id. @type {{bin: number, number: number}[]} */
   #discs = [];
   /** Discs that have entered, by column. @type {number[]} */
   #entered;
-  /** Discs that are still to enter, by column. @type {Entry[][]} */
+  /** Discs that have not entered yet, by column. @type {Entry[][]} */
   #waiting;
-  /** Whether a disc has waited in vain above discs that rest. */
+  /** Whether a disc cannot enter, although all discs are at rest. */
   full = false;
-  /** The discs a step ago. */
+  /** The places before the last step. */
   #before = new Float64Array(0);
 
   /** @param {Machine} machine @param {Plan} plan */
@@ -38,7 +38,7 @@ export class Heap {
     this.arena = new Arena(machine, placeOf(plan), { ...SOLVER, gravity: plan.gravity, drag: 0 });
   }
 
-  /** @param {number} bin @param {Entry} entry of a disc, as soon as there is room above its column */
+  /** Adds a disc, which enters as soon as its column has room. @param {number} bin @param {Entry} entry */
   add(bin, entry) {
     this.#waiting[bin].push(fittedEntry(this.plan, bin, entry));
   }
@@ -55,7 +55,7 @@ export class Heap {
   step() {
     const entered = this.#letIn();
     this.#before = this.#places();
-    // Where one has left, rows are others now.
+    // If a disc has left the arena, the rows have changed.
     if (this.arena.step().length) this.#before = this.#places();
     this.full = this.#waits && !entered && !this.arena.awake;
   }
@@ -77,7 +77,7 @@ export class Heap {
     return entered;
   }
 
-  /** @returns {number[]} y of the uppermost disc of each column */
+  /** @returns {number[]} y of the highest disc of each column */
   #highest() {
     const { table } = this.arena;
     const highest = this.#waiting.map(() => Number.POSITIVE_INFINITY);

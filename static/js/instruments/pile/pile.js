@@ -1,4 +1,4 @@
-// The pile in the tray: what has landed as discs that fall, roll and rest, each for one ball or for some.
+// The pile in the tray: landed balls as discs that fall, roll and come to rest. A disc represents one ball or more.
 
 import { paintBall } from "../../paint/ball.js";
 import { StampBook } from "../../paint/stamps.js";
@@ -10,13 +10,13 @@ import { discsOf, planOf, shareFor, SMALL_DISCS, usualEntry } from "./columns.js
 /** @import { Entry, Plan, Sizes } from "./columns.js" */
 /** @import { Heap, openHeaps } from "./heap.js" */
 
-const MOST_STEPS = 4; // for one picture: on a slow machine discs fall slowly, and the board does not wait
-const AHEAD_STEPS = 8; // for one picture that shows none of them
-const DENSE = 0.8; // of a column's area that discs take which lie well
-const FIELDS = 5; // of a disc that is shown, see Heap.look
+const MOST_STEPS = 4; // in one frame: on a slow machine discs fall slowly instead of delaying the board
+const AHEAD_STEPS = 8; // in one frame, while the motion is not shown
+const DENSE = 0.8; // fraction of a column's area that well packed discs fill
+const FIELDS = 5; // numbers of each shown disc, see Heap.look
 
 /**
- * Fetches what moves it; throws where that cannot be.
+ * Loads the code that moves discs, and makes a pile; throws without WebAssembly.
  * @param {Theme} theme @param {Sizes} [sizes] of its discs
  * @returns {Promise<Pile>}
  */
@@ -26,23 +26,23 @@ export async function openPile(theme, sizes = SMALL_DISCS) {
   return new Pile(await moving.openHeaps(), theme, sizes);
 }
 
-/** One tray's pile. Nothing is computed and no picture asked for while all discs are at rest. */
+/** The pile of one tray. While all discs are at rest, nothing is computed or drawn. */
 export class Pile {
-  /** How many balls a disc stands for. */
+  /** How many balls a disc represents. */
   share = 1;
-  /** @type {Heap | null} null until it is known where it stands */
+  /** @type {Heap | null} null until `lay` */
   #heap = null;
   /** @type {Plan | null} */
   #plan = null;
   /** @type {number[]} */
   #counts = [];
-  /** Discs by column, those that are still to enter too. @type {number[]} */
+  /** Number of discs by column, including those that have not entered yet. @type {number[]} */
   #discs = [];
-  /** Discs as they are shown, FIELDS for each. */
+  /** The shown discs, FIELDS numbers for each. */
   #shown = new Float64Array(0);
-  /** The moment of the last step, ms; 0 while nothing moves. */
+  /** Time of the last step, ms; 0 while nothing moves. */
   #clock = 0;
-  /** Nothing is shown until all discs rest. */
+  /** Whether to compute until all discs are at rest without showing their motion. */
   #ahead = false;
   /** @type {StampBook | null} */
   #stamps = null;
@@ -58,7 +58,7 @@ export class Pile {
     this.sizes = sizes;
   }
 
-  /** Whether a picture is wanted soon. */
+  /** Whether another frame must be drawn. */
   get runs() {
     return this.#heap?.runs ?? false;
   }
@@ -72,7 +72,7 @@ export class Pile {
   lay(board, geometry, height, counts) {
     const plan = planOf(board, geometry, height, this.sizes);
     if (JSON.stringify(plan) !== JSON.stringify(this.#plan)) {
-      // In a tray of another size the same discs lie as if they had always lain there.
+      // If only the size of the tray has changed, the discs appear at rest, without falling again.
       this.#ahead = String(counts) === String(this.#counts);
       this.#plan = plan;
       this.#begin(counts, 1);
@@ -80,8 +80,8 @@ export class Pile {
   }
 
   /**
-   * The pile is swept, and comes down anew.
-   * @param {number[]} counts @param {number} least of balls that a disc stands for
+   * Empties the tray and lets all discs fall again.
+   * @param {number[]} counts @param {number} least smallest number of balls that a disc may represent
    */
   #begin(counts, least) {
     if (!this.#plan) return;
@@ -94,7 +94,7 @@ export class Pile {
 
   /**
    * @param {number[]} counts balls by bin
-   * @param {Entry | null} entry how the ball came that landed last, if one did
+   * @param {Entry | null} entry of the last landing, if known
    */
   update(counts, entry) {
     if (!this.#plan) return;
@@ -118,10 +118,10 @@ export class Pile {
   }
 
   /**
-   * Moves it on to a local time.
+   * Advances the pile to a local time.
    * @param {number} nowMs
-   * @param {boolean} still nobody wants to see discs move
-   * @returns {boolean} whether it looks otherwise than before
+   * @param {boolean} still whether the visitor prefers reduced motion
+   * @returns {boolean} whether the picture has changed
    */
   advance(nowMs, still) {
     const heap = this.#heap;
@@ -136,7 +136,7 @@ export class Pile {
     return true;
   }
 
-  /** @param {Heap} heap @returns {number | null} 1 once all discs rest */
+  /** @param {Heap} heap @returns {number | null} 1 when all discs are at rest, null before */
   #hurry(heap) {
     for (let step = 0; step < AHEAD_STEPS && heap.runs; step += 1) heap.step();
     if (heap.runs) return null;
@@ -156,7 +156,7 @@ export class Pile {
    * @param {Board} board
    * @param {Geometry} geometry
    * @param {number} height of the tray, CSS pixels
-   * @param {(bin: number, ball: number) => string} colourOf the ball that is so many in a bin, from 0
+   * @param {(bin: number, ball: number) => string} colourOf ball: in order of landing, from 0
    */
   paint(ctx, board, geometry, height, colourOf) {
     this.#paintColumns(ctx, board, geometry, height);
@@ -164,7 +164,7 @@ export class Pile {
     const stamps = this.#stampsFor((this.#plan?.radius ?? 0) * scale);
     for (let at = 0; at < this.#shown.length; at += FIELDS) {
       const [bin, x, y, angle, number] = this.#shown.subarray(at, at + FIELDS);
-      // A disc that stands for several came with the last of them.
+      // A disc for several balls has the colour of the last of them.
       const colour = colourOf(bin, (number + 1) * this.share - 1);
       paintBall(ctx, stamps.of({ mine: false, colour }).body, px(x), y * scale, angle);
     }
@@ -172,7 +172,7 @@ export class Pile {
 
   /**
    * @param {number} bin @param {number} balls @param {Pick<Geometry, "scale">} geometry
-   * @returns {number} about how high they lie there, CSS pixels
+   * @returns {number} approximate height of that many balls, CSS pixels
    */
   heightOf(bin, balls, { scale }) {
     if (!this.#plan) return 0;

@@ -1,8 +1,8 @@
-// A whole drop as motion: its state at any time, from its record and sampled states. Pure.
+// The ball's state at any time of a drop, from the drop's record and sampled states. Pure.
 //
-// Between two impacts a ball of the exact solver flies in closed form, so its state is computed.
-// In sustained contact with a peg or a wall (from kind 2 or 3 to the next event) it is interpolated between
-// sampled states. The stepped solver's balls move in short straight lines between its substeps.
+// Between two impacts of the exact solver the state is computed: the flight has a closed form.
+// In sustained contact with a peg or a wall (from kind 2 or 3 to the next event) it is interpolated
+// between samples. A ball of the stepped solver moves in a straight line during each substep.
 
 import { flown } from "./flight.js";
 
@@ -16,7 +16,7 @@ export const CONTACT_CHANGE = 3;
 export const CONTACT_END = 4;
 export const LANDING = 5;
 
-const CONTACT_RATE = 240; // cubics between samples so close are right to less than a micrometre
+const CONTACT_RATE = 240; // samples a second: a cubic between two of them is within a micrometre
 const MAX_RATE = 1000;
 const MAX_SAMPLES = 90_000;
 
@@ -24,22 +24,22 @@ const MAX_SAMPLES = 90_000;
  * @typedef {[t: number, x: number, y: number, vx: number, vy: number, omega: number, kind: number,
  *   index: number]} ImpactRow
  *
- * @typedef {object} DropRecord what the server says of a drop
+ * @typedef {object} DropRecord a drop as the server returns it
  * @property {string} board_digest
  * @property {string} seed
- * @property {number} [x] m, where the start was given and not the seed's
- * @property {number} [aim] m, the middle of what the seed draws, where it was chosen
+ * @property {number} [x] m, if the player chose the start instead of the seed
+ * @property {number} [aim] m, if the player aimed: the seed draws the start around it
  * @property {"exact" | "stepped"} solver
  * @property {number} [dt] s, of the stepped solver
  * @property {number} [substeps]
  * @property {number | null} bin
  * @property {number} score
- * @property {string} [label] the prize, where the bin has one
+ * @property {string} [label] the bin's prize, if it has one
  * @property {number} duration s
  * @property {number} x_end m
  * @property {ImpactRow[]} impacts
  * @property {string} digest
- * @property {number | null} [amplification] null where the ball did not land
+ * @property {number | null} [amplification] null if the ball did not land
  * @property {number | null} [x_error] m
  * @property {boolean} [certain]
  *
@@ -49,12 +49,12 @@ const MAX_SAMPLES = 90_000;
 /** @typedef {{from: number, how: "flight" | "contact" | "steps", states: State[]}} Stretch of a motion */
 
 /**
- * Something that happened to the ball: kind and index as in the record, the states around it.
+ * One event of the drop: kind and index as in the record, the states right before and after it.
  * @typedef {{t: number, kind: number, index: number, before: State, after: State}} DropEvent
  */
 
 /**
- * How densely a drop has to be sampled to be shown truly.
+ * The sampling rate at which interpolated states are accurate enough to show.
  * @param {Pick<DropRecord, "impacts" | "solver" | "dt" | "substeps" | "duration">} record
  * @returns {number} samples a second
  */
@@ -65,7 +65,6 @@ export function samplesNeeded(record) {
   return Math.min(wanted, MAX_RATE, MAX_SAMPLES / Math.max(1, record.duration));
 }
 
-/** The motion of one ball from its start to its end. */
 export class Motion {
   #stretches;
   #hint = 0;
@@ -90,7 +89,7 @@ export class Motion {
     this.#stretches = stretches(this, samples, record.solver);
   }
 
-  /** Hits of pegs and walls, in order. */
+  /** Impacts on pegs and walls, in order of time. */
   get hits() {
     return this.events.filter(({ kind }) => kind === PEG || kind === WALL);
   }
@@ -104,7 +103,7 @@ export class Motion {
     return between(stretch, t);
   }
 
-  /** @param {number} t @returns {number} how many events have happened by then */
+  /** @param {number} t @returns {number} how many events have happened up to t */
   eventsBy(t) {
     let count = 0;
     while (count < this.events.length && this.events[count].t <= t) count += 1;
@@ -112,7 +111,7 @@ export class Motion {
   }
 
   /**
-   * The path as a line through all events.
+   * Points of the path, all events among them.
    * @param {number} from seconds
    * @param {number} to seconds
    * @param {number} rate points a second between events
@@ -136,10 +135,10 @@ export class Motion {
 }
 
 /**
- * The part of a line that has been travelled.
- * @param {State[]} line as `Motion.line` makes it
+ * The part of a path that the ball has travelled.
+ * @param {State[]} line from `Motion.line`
  * @param {State} now
- * @returns {State[]} the same points up to now, and now itself
+ * @returns {State[]} the points up to now, then now itself
  */
 export function upTo(line, now) {
   let count = 0;
@@ -189,7 +188,7 @@ function stretches({ start, end, events }, samples, solver) {
 }
 
 /**
- * Between two states of a stretch: straight in the stepped solver, cubic on a surface.
+ * Interpolates between the states of a stretch: linearly in the stepped solver, by cubics on a surface.
  * @param {Stretch} stretch
  * @param {number} t
  */
@@ -222,7 +221,7 @@ function between({ how, states }, t) {
 }
 
 /**
- * The cubic through both values with both slopes (per whole span).
+ * The cubic with given values and slopes at both ends (slopes per span), at s in 0 … 1.
  * @param {number} from
  * @param {number} to
  * @param {number} slopeFrom

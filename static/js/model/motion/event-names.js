@@ -1,4 +1,4 @@
-// What happens to a ball as files name it: the same in every language. Pure.
+// Names of a drop's events in exported files: English in every language of the page. Pure.
 
 import { CONTACT_BEGIN, CONTACT_CHANGE, CONTACT_END, PEG, WALL } from "./drop.js";
 

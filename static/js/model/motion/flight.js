@@ -1,18 +1,18 @@
-// Free flight under gravity and linear drag, in closed form: the engine's own arithmetic. Pure.
+// Free flight under gravity and linear drag, in closed form. Pure.
 //
-// A ball flies by dv/dt = g - k v. With a0 = g - k v0 and s the time since then,
+// The ball follows dv/dt = g - k v. With a0 = g - k v0 and s the time since the start,
 //   v(s) = v0 + a0 phi(s),  r(s) = r0 + v0 s + a0 psi(s),
 //   phi(s) = (1 - exp(-k s)) / k,  psi(s) = (s - phi(s)) / k.
-// Only + - * / in the engine's order, so the results are its results to the last bit.
+// Only + - * / are used, in the engine's order, so that the results equal the engine's to the last bit.
 
-// psi(s) = s^2 phi2(k s), phi2(z) = sum of (-z)^n / (n + 2)!. Up to z = 1/4 eleven terms are exact
-// to rounding; beyond, the time is halved until it fits and the results are doubled back.
+// psi(s) = s^2 phi2(k s), phi2(z) = sum of (-z)^n / (n + 2)!. Up to z = 1/4 eleven terms suffice for
+// double precision. A longer time is halved until z fits; then formulas for the doubled time lead back.
 const SERIES_LIMIT = 0.25;
 const EVEN = [1 / 2, 1 / 24, 1 / 720, 1 / 40320, 1 / 3628800, 1 / 479001600];
 const ODD = [1 / 6, 1 / 120, 1 / 5040, 1 / 362880, 1 / 39916800];
 
 /**
- * A state of a ball: seconds, metres, radians, m/s, rad/s.
+ * A ball's state: t in s, x and y in m, theta in radians, vx and vy in m/s, omega in rad/s.
  * @typedef {{t: number, x: number, y: number, theta: number, vx: number, vy: number, omega: number}} State
  */
 

@@ -1,43 +1,43 @@
-// Where a ball is between two known moments, never cutting through a bounce. Pure.
+// A ball's pose between two keyframes, with a corner where it bounced in between. Pure.
 
-const KICK = 0.25; // m/s that flight cannot explain: a bounce nobody flagged (a lost snapshot)
+// m/s: if the velocity changed by this much more than flight explains, the ball bounced, although no
+// snapshot says so (the one that did was lost).
+const KICK = 0.25;
 const TURN = 2 * Math.PI;
 
-// Filled anew by each call: thousands of calls a picture would leave as many objects behind.
+// Reused by every call: there are thousands a frame, and new objects would keep the collector busy.
 const forth = { x: 0, y: 0, angle: 0 };
 const back = { x: 0, y: 0, angle: 0 };
 const end = { x: 0, y: 0, angle: 0 };
 const corner = { t: 0, x: 0, y: 0 };
 
 /**
- * A known moment of a ball's path.
  * @typedef {object} Keyframe
  * @property {number} t seconds
  * @property {number} x metres
  * @property {number} y metres, down
  * @property {number} angle radians
- * @property {number} vx m/s; read only when vIn or vOut says that it holds
+ * @property {number} vx m/s; read only if vIn or vOut is set
  * @property {number} vy m/s
- * @property {boolean} vIn the velocity holds just before this moment
- * @property {boolean} vOut the velocity holds just after it
- * @property {boolean} bounced something was hit between the keyframe before and this one
- * @property {boolean} [smooth] nothing was, though the ball may have lain on something: both
- *   velocities hold, and no guess is made
+ * @property {boolean} vIn whether the velocity is the ball's just before this moment
+ * @property {boolean} vOut whether it is the ball's just after this moment
+ * @property {boolean} bounced whether the ball hit something since the previous keyframe
+ * @property {boolean} [smooth] whether it certainly hit nothing since the previous keyframe, though it may
+ *   have rolled on a surface: an unexpected change of velocity is then no bounce
  */
 
-/** @typedef {{gravity: number, drag: number}} Law m/s^2 and 1/s: how a ball falls in between */
+/** @typedef {{gravity: number, drag: number}} Law m/s^2 and 1/s */
 /** @typedef {{x: number, y: number, angle: number}} Pose */
 
 /**
- * The pose at a time between two keyframes.
+ * The pose at time t between two keyframes.
  *
- * - No bounce between them: the cubic through both positions and velocities, which is exact for
- *   a parabola.
- * - A bounce: flight forwards from a until it meets the flight backwards from b. The rounding of
- *   the wire leaves a small gap there; it is spread over both arcs, so that the path passes
- *   through both keyframes and is continuous.
- * - A keyframe without velocity on this side (a contact's place): flight from the other keyframe, bent
- *   to end there.
+ * - Without a bounce: the cubic through both positions and velocities, which is exact for a parabola.
+ * - With a bounce: flight forwards from a until it meets the flight backwards from b. Because
+ *   snapshots are rounded, the two miss each other slightly. The gap is spread over both arcs, so that
+ *   the path is continuous and passes through both keyframes.
+ * - One keyframe without a velocity on this side (it is the place of a contact): flight from the other
+ *   keyframe, bent so that it ends there.
  *
  * @param {Keyframe} a
  * @param {Keyframe} b b.t >= a.t
@@ -68,8 +68,8 @@ export function poseBetween(a, b, t, law, out = { x: 0, y: 0, angle: 0 }) {
 }
 
 /**
- * Free flight from (or, for earlier t, to) a keyframe. Second order: over the few hundredths of a
- * second between keyframes the next term of the drag is below a tenth of a pixel.
+ * Free flight from a keyframe, or to it if t is earlier. To second order in time: over the few hundredths
+ * of a second between keyframes, the third term is below a tenth of a pixel.
  * @param {Keyframe} from
  * @param {number} t
  * @param {Law} law
@@ -83,9 +83,10 @@ export function flightPose(from, t, { gravity, drag }, out = { x: 0, y: 0, angle
 }
 
 /**
- * When the flight forwards from a and the flight backwards from b are nearest.
+ * When the flight forwards from a and the flight backwards from b are nearest to each other.
  *
- * Both fall with the same g, so the gap between them is linear in time: two values give it all.
+ * Both have the same acceleration, so the gap between them is linear in time, and the gaps at a and at b
+ * determine it.
  * @param {Keyframe} a
  * @param {Keyframe} b
  * @param {Law} law
@@ -142,7 +143,8 @@ function bouncePose(a, b, t, law, out) {
 }
 
 /**
- * Flight from a keyframe, bent linearly in time so that it ends at `to` (before or after it).
+ * Flight from a keyframe, plus a shift that grows linearly in time, so that it ends at `to` (before or
+ * after the keyframe).
  * @param {Keyframe} from
  * @param {Pick<Keyframe, "t" | "x" | "y">} to
  * @param {number} t

@@ -4,21 +4,21 @@ import { flightPose, poseBetween, shortestTurn } from "./interpolate.js";
 
 /** @import { Keyframe, Law, Pose } from "./interpolate.js" */
 
-const MAX_GUESS = 0.05; // s of flight past the newest keyframe; then it waits for news
+const MAX_GUESS = 0.05; // s of flight past the newest keyframe; after that the ball stops until the next
 
 /**
- * What is known of a moment; where no velocity is given none holds.
+ * A keyframe to add; missing fields are 0 or false.
  * @typedef {Pick<Keyframe, "t" | "x" | "y" | "vIn" | "vOut"> & Partial<Keyframe>} Moment
  */
 
 /**
- * Keyframes no path needs any more: sixty a second and ball would keep the collector busy.
+ * Keyframes for reuse: sixty new ones a second for each ball would keep the garbage collector busy.
  * @type {Keyframe[]}
  */
 const spare = [];
 const MAX_SPARE = 16384;
 
-/** The keyframes of one ball; a live one forgets those that time has passed. */
+/** The keyframes of one ball. A live table forgets those that its time has passed. */
 export class Path {
   /** @type {Keyframe[]} */
   keyframes = [];
@@ -26,7 +26,7 @@ export class Path {
 
   /**
    * @param {Law} law
-   * @param {number} [most] keyframes kept; beyond it the oldest go, so that nothing grows without end
+   * @param {number} [most] keyframes kept; the oldest are removed beyond this number
    */
   constructor(law, most = Number.POSITIVE_INFINITY) {
     this.law = law;
@@ -34,8 +34,8 @@ export class Path {
   }
 
   /**
-   * @param {Moment} moment copied; may arrive late: a contact's place comes
-   *   after the snapshot it precedes
+   * @param {Moment} moment is copied. It may be earlier than keyframes already added: a contact arrives
+   *   after the snapshot that it precedes
    */
   add(moment) {
     const { keyframes } = this;
@@ -46,17 +46,17 @@ export class Path {
     for (let i = keyframes.length - 1; i > at; i -= 1) keyframes[i] = keyframes[i - 1];
     keyframes[at] = keyframe;
     this.#turnThrough(at);
-    // A bounce with a known place needs no guess about where it was.
+    // The place of this bounce is known, so poseBetween need not guess it.
     if (!keyframe.vIn && keyframes[at + 1]) keyframes[at + 1].bounced = false;
     if (keyframe.bounced && keyframes[at - 1] && !keyframes[at - 1].vIn) keyframe.bounced = false;
     if (keyframes.length > this.most) this.forget(keyframes[1].t);
   }
 
   /**
-   * Gives up what lies wholly before a time; the pose at that time and after it stays as it was.
+   * Removes the keyframes that only poses before this time need.
    * @param {number} before s
-   * @param {(a: Keyframe, b: Keyframe, law: Law) => void} [visit] sees each
-   *   stretch that goes, in order; it must not keep the keyframes
+   * @param {(a: Keyframe, b: Keyframe, law: Law) => void} [visit] called with each pair of neighbours
+   *   whose stretch is removed, in order; it must not keep the keyframes, which are reused
    */
   forget(before, visit) {
     const { keyframes } = this;
@@ -72,7 +72,7 @@ export class Path {
     this.#hint = Math.max(0, this.#hint - gone);
   }
 
-  /** @param {number} t takes back all keyframes after it: what was foreseen has turned out otherwise */
+  /** Removes the keyframes after t, which were a wrong prediction. @param {number} t */
   rewind(t) {
     const { keyframes } = this;
     while (keyframes.length && keyframes[keyframes.length - 1].t > t) {
@@ -82,7 +82,7 @@ export class Path {
   }
 
   /**
-   * Contacts come without an angle: theirs lies on the line between the snapshots around them.
+   * Interpolates the angles of contacts, which arrive without one, between the snapshots around them.
    * @param {number} at
    */
   #turnThrough(at) {
@@ -130,7 +130,7 @@ export class Path {
   }
 
   /**
-   * Time moves a little between calls, so the last answer is the best place to look from.
+   * Time moves little between calls, so the search starts from the last result.
    * @param {number} t
    */
   #indexBefore(t) {

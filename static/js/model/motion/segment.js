@@ -1,19 +1,19 @@
-// A segment of a ball's path: free flight or a curve along a surface, and where the ball is on it. Pure.
+// A segment of a ball's path (free flight, or a curve along a surface), and the ball's pose on it. Pure.
 
 import { basis } from "./flight.js";
 
 /** @import { Law, Pose } from "./interpolate.js" */
 
-/** What a segment begins with, or for a curve what it runs along. */
+/** How a flight begins, or what a curve runs along. */
 export const KIND = { offPeg: 0, offWall: 1, leftPeg: 2, leftWall: 3, dropped: 4, underWay: 5 };
 
 /**
- * Free flight, or where it has a bend a parabola along a surface.
+ * Free flight, or with a bend a parabola along a surface.
  * @typedef {object} Segment
  * @property {number} id ball number mod 65536
  * @property {number} kind one of KIND
  * @property {number} index of the peg or wall
- * @property {number} t its start, table time: seconds since the room's
+ * @property {number} t its start in table time: seconds since the room's tick 0
  * @property {number} x metres
  * @property {number} y metres, down
  * @property {number} vx m/s
@@ -24,8 +24,8 @@ export const KIND = { offPeg: 0, offWall: 1, leftPeg: 2, leftWall: 3, dropped: 4
  */
 
 /**
- * Where a ball is on a segment. A flight is r + v s + a psi(s) with a = g - k v, the acceleration at
- * its start; a curve has an even acceleration of its own.
+ * The ball's pose on a segment. A flight is r + v s + a psi(s), where a = g - k v is the acceleration at
+ * its start. A curve has a constant acceleration.
  * @param {Segment} segment
  * @param {number} t table time, s
  * @param {Law} law
@@ -48,7 +48,7 @@ export function segmentPose(segment, t, { gravity, drag }, out = { x: 0, y: 0, a
  * @param {Segment} segment
  * @param {number} t table time, s
  * @param {Law} law
- * @returns {{vx: number, vy: number}} m/s; along a curve it is no exact velocity of the ball
+ * @returns {{vx: number, vy: number}} m/s; on a curve an approximation
  */
 export function segmentVelocity(segment, t, { gravity, drag }) {
   const s = t - segment.t;

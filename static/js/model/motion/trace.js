@@ -1,4 +1,4 @@
-// A whole path in bounded memory: when it is full, every second point goes. Pure.
+// A whole path in bounded memory: when the memory is full, every second point is removed. Pure.
 
 import { poseBetween } from "./interpolate.js";
 
@@ -8,7 +8,7 @@ import { poseBetween } from "./interpolate.js";
 const POINTS = 2048;
 const STEP = 1 / 120; // s between points, until the first thinning
 
-/** Points of one ball's way, for those who see it only once it is over. */
+/** Points of one ball's path, for players who see the path only after the landing (reduced motion). */
 export class Trace {
   #x = new Float32Array(POINTS);
   #y = new Float32Array(POINTS);
@@ -17,7 +17,7 @@ export class Trace {
   count = 0;
 
   /**
-   * Takes in the stretch between two keyframes; stretches come in order.
+   * Adds the stretch between two keyframes; stretches must come in order.
    * @param {Keyframe} a
    * @param {Keyframe} b
    * @param {Law} law
@@ -29,7 +29,7 @@ export class Trace {
       this.#add(pose);
       this.#next = t + this.#step;
     }
-    // A bounce is a corner: it is kept whatever the step.
+    // A bounce is a corner, which the points before and after it would cut off.
     if (!b.vIn) this.#add(b);
   }
 

@@ -1,62 +1,63 @@
-// The one account of a player: balance, statistics and history, as a function of which events are known.
-// No event counts twice, and every panel is a view of it: see `viewOf`.
+// A player's account (balance, statistics, history), computed from a set of events.
+// An event that arrives twice counts once. All panels show `viewOf` the account.
 
 import { Mean } from "../statistics.js";
 
 /**
- * Amounts are whole minor units. A staked drop is known by its session and its number there: both are
- * the server's, from its receipt. Whatever is heard of it again, by whichever tab, changes nothing.
+ * Amounts are whole minor units. A staked drop is identified by its session and its number there, which
+ * the server assigns in the receipt. So an event that another tab has already added changes nothing.
  *
- * @typedef {object} Staked a drop that the server has acknowledged
+ * @typedef {object} Staked a staked drop that the server has acknowledged
  * @property {number} stake
- * @property {number | null} payout null while it falls
- * @property {number} [ball] what the table calls its ball, while it falls
- * @property {string} [seed] that it started by, while it falls
+ * @property {number | null} payout null while the ball falls
+ * @property {number} [ball] the ball's number at the table, while it falls
+ * @property {string} [seed] while it falls
  *
- * @typedef {object} Stay one session
+ * @typedef {object} Stay one fair session
  * @property {string} room
  * @property {Record<string, Staked>} drops by number
- * @property {number} [total] of its drops, once it is over
+ * @property {number} [total] number of its drops, after it has ended
  *
- * @typedef {object} Tally since the player last reset it
+ * @typedef {object} Tally since the player last reset the statistics
  * @property {number} staked
- * @property {number} settled of these, on drops that have landed
+ * @property {number} settled the part of `staked` on drops that have landed
  * @property {number} paid
  * @property {number} wins drops that paid more than their stake
  * @property {number} losses drops that paid less
  * @property {number} best the highest multiplier
  * @property {number[]} curve profit, after each of `every` drops
  * @property {number} every
- * @property {{count: number, mean: number, square: number}} scores each drop counting alike, see Mean
+ * @property {{count: number, mean: number, square: number}} scores payout / stake of each drop, as a Mean
  *
  * @typedef {{session: string, drop: number}} FairPlace a session, and a drop's number there
  *
- * @typedef {object} Played a drop of ours that has landed
- * @property {string} board a preset's name or a digest, as REST takes it
- * @property {string} name what the board calls itself
+ * @typedef {object} Played one of the player's drops that has landed
+ * @property {string} board a preset's name or a digest, as REST accepts it
+ * @property {string} name the board's name
  * @property {string} seed decimal
- * @property {number | null} x explicit start in metres, null when the seed drew it
- * @property {number | null} [aim] middle of what the seed drew, metres, where the player chose it
- * @property {number | null} bin null when it never settled
- * @property {number} score what a stake of one came back as
- * @property {boolean} [knocked] other balls may have touched this one: its seed alone says nothing
+ * @property {number | null} x explicit start in metres, null if the seed drew it
+ * @property {number | null} [aim] metres, if the player aimed
+ * @property {number | null} bin null if the ball did not land
+ * @property {number} score payout / stake
+ * @property {boolean} [knocked] whether other balls may have touched this one, so that its path does not
+ *   follow from its seed
  * @property {number} stake credits, 0 in practice
  * @property {number} paid credits
  * @property {string | null} [digest] the drop's, or its first digits, as the table sent it
  * @property {string} [boardDigest]
  * @property {FairPlace} [fair] of a staked drop
- * @property {boolean} [practice] it counts for nothing
- * @property {string} [by] what its player was called
- * @property {string} [ref] under which this page asked for it
+ * @property {boolean} [practice] whether it was dropped without a stake
+ * @property {string} [by] the player's name
+ * @property {string} [ref] of this page's drop message
  *
  * @typedef {object} Account
- * @property {number} grants times that credits were given
- * @property {number} [granted] all of them together
+ * @property {number} grants how many times credits were granted
+ * @property {number} [granted] their sum
  * @property {Tally} tally
  * @property {Played[]} last drops, the newest first
- * @property {Record<string, Stay>} sessions by id, in the order in which they were heard of
- * @property {{staked: number, paid: number}} before of sessions that are put away
- * @property {string[]} away ids of those, the latest last
+ * @property {Record<string, Stay>} sessions by id, oldest first
+ * @property {{staked: number, paid: number}} before sums of the archived sessions
+ * @property {string[]} away ids of archived sessions, the latest last
  *
  * @typedef {{type: "granted", number: number, amount: number}
  *   | {type: "practised", played: Played} | {type: "reset"}
@@ -73,13 +74,13 @@ import { Mean } from "../statistics.js";
  */
 
 export const MINOR_UNITS = 100; // of a credit: the server counts stakes in hundredths
-export const GRANT = 1000 * MINOR_UNITS; // given at first
-const LAST = 30; // drops of the history
-const CURVE = 240; // points of the profit's curve
-const KEPT = 20; // sessions that are over whose drops are held one by one
-const AWAY = 500; // ids of sessions of which no event counts any more
+export const GRANT = 1000 * MINOR_UNITS; // a new player's credits
+const LAST = 30; // drops in the history
+const CURVE = 240; // points of the profit curve
+const KEPT = 20; // ended sessions whose drops are kept one by one
+const AWAY = 500; // ids kept of archived sessions, whose late events are ignored
 
-/** @returns {Account} a new player's */
+/** @returns {Account} */
 export function newAccount() {
   return { grants: 1, sessions: {}, before: { staked: 0, paid: 0 }, away: [], tally: newTally(), last: [] };
 }
@@ -94,7 +95,7 @@ function newTally() {
 /**
  * @param {Account} account
  * @param {AccountEvent} event
- * @returns {Account} the same object where the event was known already
+ * @returns {Account} the same object if the event changes nothing
  */
 export function applied(account, event) {
   if (event.type === "granted") {
@@ -160,7 +161,7 @@ function withStay(account, session, stay) {
 }
 
 /**
- * The oldest sessions that are over become a sum, so that an account stays small.
+ * Archives the oldest ended sessions as a sum, so that an account stays small.
  * @param {Account} account
  */
 function putAway(account) {
@@ -181,7 +182,7 @@ function putAway(account) {
 /** @param {Staked} drop */
 const isSettled = ({ payout }) => payout !== null;
 
-/** Whether nothing can be heard of it any more. @param {Stay} stay */
+/** Whether every drop of an ended session is known and settled. @param {Stay} stay */
 function isDone({ drops, total }) {
   const known = Object.values(drops);
   return known.length === total && known.every(isSettled);
@@ -196,7 +197,7 @@ function sums(stays) {
   };
 }
 
-/** @param {Account} account @returns {number} credits that are on no drop, minor units */
+/** @param {Account} account @returns {number} minor units, without the stakes of balls in flight */
 export function balanceOf(account) {
   const { staked, paid } = sums(Object.values(account.sessions));
   return grantedOf(account) + account.before.paid + paid - account.before.staked - staked;
@@ -205,16 +206,16 @@ export function balanceOf(account) {
 /** @param {Account} account */
 const grantedOf = ({ grants, granted }) => granted ?? grants * GRANT;
 
-/** @param {Account} account @returns {AccountEvent} what is missing to a grant; a whole one to those who have it */
+/** @param {Account} account @returns {AccountEvent} grants what the balance lacks of GRANT; a whole GRANT if nothing */
 export function refillOf(account) {
   const missing = GRANT - balanceOf(account);
   return { type: "granted", number: account.grants + 1, amount: missing > 0 ? missing : GRANT };
 }
 
 /**
- * What panels show, in credits.
+ * The figures that panels show, in credits.
  * @param {Account} account
- * @param {number} held staked on drops that the server has not acknowledged yet
+ * @param {number} held credits staked on drops that the server has not acknowledged yet
  */
 export function viewOf(account, held) {
   const { staked, settled, paid, curve, wins, losses, best, scores } = account.tally;
@@ -232,7 +233,7 @@ export function viewOf(account, held) {
 
 /**
  * @param {Account} account
- * @returns {OpenDrop[]} drops whose end has not been heard of
+ * @returns {OpenDrop[]} drops whose payout is not known yet
  */
 export function openDrops(account) {
   return Object.entries(account.sessions).flatMap(([session, { room, drops }]) =>
@@ -242,7 +243,7 @@ export function openDrops(account) {
         { session, room, drop: Number(number), stake, ball, seed })));
 }
 
-/** @param {Account} account @param {string} session @returns {number} how many drops of it are known */
+/** @param {Account} account @param {string} session @returns {number} how many drops of the session are known */
 export function knownDrops(account, session) {
   return Object.keys(account.sessions[session]?.drops ?? {}).length;
 }

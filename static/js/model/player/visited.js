@@ -1,9 +1,9 @@
-// Where this visitor has played: kept by the browser for all its tabs.
+// The rooms this browser has played in, in its storage, for all its tabs.
 
 const KEY = "plinko.session.3";
 const KEPT = 30;
 
-/** Rooms that were opened for boards, and the last one visited. */
+/** Rooms opened for boards, and the last room visited. */
 export class Visited {
   /** @param {Pick<Storage, "getItem" | "setItem">} storage */
   constructor(storage) {
@@ -19,7 +19,7 @@ export class Visited {
     return this.#saved.rooms ?? {};
   }
 
-  /** Where this visitor last played, so that a replay leads back there. */
+  /** The last room visited, which a replay links back to. */
   get room() {
     return this.#saved.room ?? "";
   }

@@ -1,26 +1,26 @@
-// Who is at a table, whose ball is which, and the last landings of all of them. Pure.
+// The visitors of a table, the owners of its balls, and the last landings. Pure.
 
 import { colourOf } from "../player/colour.js";
 
 /** @import { Landed, Presence, Tag, Visitor } from "../messages.js" */
 /** @import { Ball } from "./table.js" */
 
-const MOST_KNOWN = 200; // visitors whose names are remembered after they are named no more
+const MOST_KNOWN = 200; // visitors remembered: balls may outlast their owners' visits
 const MOST_LANDINGS = 8;
 
 /**
- * @typedef {{visitor?: number} & Tag} Owner of a ball: a visitor, under the name and in the colour of the drop's
- *   tag where it has one
+ * @typedef {{visitor?: number} & Tag} Owner of a ball; name and colour are those of the drop's tag, if it has
+ *   one, and otherwise the visitor's
  * @typedef {{mine: boolean, owner: Owner | null, ball: Pick<Ball, "seed" | "x" | "explicit" | "aim">,
- *   score: number, bin: number | null}} Landing owner: as they were then; null where nobody knows
+ *   score: number, bin: number | null}} Landing owner: at the time of the landing; null if unknown
  */
 
-/** The visitors of one table as this page was told of them. */
+/** The visitors of one table, from its presence events. */
 export class Company {
-  /** Our own number there. @type {number | null} */
+  /** This page's visitor number. @type {number | null} */
   you = null;
   here = 0;
-  /** Those who were last heard of. @type {Visitor[]} */
+  /** From the last presence event. @type {Visitor[]} */
   visitors = [];
   /** @type {Landing[]} the latest first */
   landings = [];
@@ -32,7 +32,7 @@ export class Company {
     this.onChange = onChange;
   }
 
-  /** Numbers of another line, or another table, mean somebody else. */
+  /** Forgets all visitors: a new connection gives new numbers, and so does another table. */
   begin() {
     this.you = null;
     this.here = 0;
@@ -58,13 +58,17 @@ export class Company {
     this.onChange();
   }
 
-  /** @param {Pick<Ball, "visitor" | "tag">} ball @returns {Owner | null} whose it is */
+  /** @param {Pick<Ball, "visitor" | "tag">} ball @returns {Owner | null} */
   ownerOf({ visitor, tag }) {
     if (visitor === undefined) return tag ?? null;
     return { ...(this.#known.get(visitor) ?? { visitor }), ...tag };
   }
 
-  /** Gives a ball its player's name and colour; ours has its own unless we chose one. @param {Ball} ball */
+  /**
+   * Gives a ball its owner's name and colour. Balls of this page's player have a special colour, unless
+   * the player chose one.
+   * @param {Ball} ball
+   */
   dye(ball) {
     const owner = this.ownerOf(ball);
     ball.by = owner?.name;
@@ -82,7 +86,7 @@ export class Company {
   }
 }
 
-/** @param {Owner} owner @returns {string} #rrggbb, the same on every screen */
+/** @param {Owner} owner @returns {string} #rrggbb, the same in every page */
 export function swatchOf({ visitor, name, colour }) {
   return colour ?? colourOf(String(visitor ?? name));
 }

@@ -1,10 +1,10 @@
-// Impacts that were told but are not due on the screen yet, and pegs that still glow. Pure.
+// Impacts that are known before the screen shows them, and pegs that still glow. Pure.
 
 /** @import { Flash } from "../scene.js" */
 /** @import { Peg } from "../board.js" */
 
 const PEG = 0;
-const WAITING = 2048; // a tenth of a second of a full table, several times over
+const WAITING = 2048; // several times the impacts of a full table in a tenth of a second
 const FLASH_SECONDS = 0.35;
 const LOUD = 3; // m/s: an impact of this speed flashes at full strength
 
@@ -12,7 +12,7 @@ const LOUD = 3; // m/s: an impact of this speed flashes at full strength
 
 /** @typedef {Flash & {since: number}} LitFlash since: table time of the impact, s */
 
-/** A ring of impacts to come, and one flash a peg: bounded, whatever happens on the board. */
+/** A ring buffer of coming impacts, and one flash for each peg, so that memory is bounded. */
 export class ImpactQueue {
   /** @type {QueuedImpact[]} */
   #ring = [];
@@ -33,7 +33,7 @@ export class ImpactQueue {
     return this.#count > 0 || this.#lit.length > 0;
   }
 
-  /** @param {number} t s @param {Omit<QueuedImpact, "t">} impact the longest waiting makes way for it */
+  /** @param {number} t s @param {Omit<QueuedImpact, "t">} impact replaces the oldest one if the queue is full */
   add(t, { x, y, kind, index, speed }) {
     if (this.#count === WAITING) this.#drop();
     const at = (this.#first + this.#count) % WAITING;
@@ -50,7 +50,7 @@ export class ImpactQueue {
   /**
    * Lights the pegs whose impacts are due and lets the others fade.
    * @param {number} t s
-   * @param {QueuedImpact[]} heard filled with the impacts that became due
+   * @param {QueuedImpact[]} heard is filled with the impacts that became due, for the sound
    */
   advance(t, heard) {
     heard.length = 0;

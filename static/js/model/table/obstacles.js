@@ -1,12 +1,13 @@
-// What a ball cannot fly through: a board's pegs and walls, looked up by place. Pure.
+// Pegs and walls of a board, searched by place: whether they stop a ball on its way. Pure.
 
 /** @import { Board, Peg, Wall } from "../board.js" */
 
-const DEEP = 0.3; // of a ball's radius: so far into a peg it is no touch and no rounding
+// In radii of the ball: this far inside a peg is more than contact and rounding explain.
+const DEEP = 0.3;
 
-const COLUMN = 1 << 20; // cells in one
+const COLUMN = 1 << 20; // cells in one column: a cell's key is column * COLUMN + row
 
-/** Pegs in cells, walls in a list: boards have many of the one and few of the other. */
+/** Pegs in the cells of a grid, walls in a list: boards have many pegs and few walls. */
 export class Obstacles {
   /** @type {Map<number, Peg[]>} */
   #cells = new Map();
@@ -29,7 +30,7 @@ export class Obstacles {
    * @param {number} fromY
    * @param {number} x
    * @param {number} y
-   * @returns {boolean} whether a ball that flies from one place to another is stopped on the way
+   * @returns {boolean} whether a peg or wall stops a ball that flies from one place to the other
    */
   stop(fromX, fromY, x, y) {
     return this.#inPeg(x, y) || this.walls.some((wall) => crosses(wall, fromX, fromY, x, y));
@@ -55,7 +56,7 @@ export class Obstacles {
 }
 
 /**
- * Whether the straight way from (ax, ay) to (bx, by) crosses a wall.
+ * Whether the straight line from (ax, ay) to (bx, by) crosses a wall.
  * @param {Wall} wall
  * @param {number} ax
  * @param {number} ay

@@ -1,4 +1,4 @@
-// One ball's segments made into keyframes of its path, as time passes. Pure.
+// Turns the segments of one ball into keyframes of its path, as time passes. Pure.
 
 import { normalAt } from "../impact.js";
 import { KIND, segmentPose, segmentVelocity } from "../motion/segment.js";
@@ -12,12 +12,13 @@ import { KIND, segmentPose, segmentVelocity } from "../motion/segment.js";
 /** @typedef {Law & Pick<Board, "pegs" | "walls" | "bins">} Surroundings */
 
 /**
- * A segment does not say where it ends, so its keyframes are made only for the time that is drawn:
- * at its beginning, at each tick, and at its end once the next segment is known. A ball whose next
- * segment is late waits at what it would fly into. Times are the table's.
+ * A segment does not say where it ends. Its keyframes are therefore made only as far as the table has
+ * been drawn: at its beginning, at each tick, and at its end as soon as the next segment is known. While
+ * the next segment is late, the ball waits at the peg or wall that it would otherwise fly into. Times
+ * are the table's.
  */
 export class SegmentFeed {
-  /** @type {Segment[]} in time order; the first is the one in use */
+  /** @type {Segment[]} in time order; the ball is on the first */
   #segments = [];
   #at = Number.NEGATIVE_INFINITY;
   #end = Number.POSITIVE_INFINITY;
@@ -37,8 +38,8 @@ export class SegmentFeed {
   }
 
   /**
-   * @param {Segment} segment may come twice
-   * @returns {number} the speed in m/s at which the ball hit what the segment begins with; 0 for none
+   * @param {Segment} segment one that was already added is ignored
+   * @returns {number} the speed of the impact that the segment begins with, m/s; 0 if it begins otherwise
    */
   add(segment) {
     const segments = this.#segments;
@@ -49,7 +50,7 @@ export class SegmentFeed {
     return last ? this.#approach(last, segment) : 0;
   }
 
-  /** @param {number} t table time up to which keyframes are wanted, s */
+  /** Makes the keyframes up to a time. @param {number} t table time, s */
   until(t) {
     const segments = this.#segments;
     const last = Math.min(t, this.#end);
@@ -64,7 +65,7 @@ export class SegmentFeed {
     }
   }
 
-  /** @param {number} t when the ball's drop ended: nothing follows it */
+  /** Ends the path. @param {number} t when the drop ended, table time, s */
   finish(t) {
     this.#resume(t);
     this.#end = t;
@@ -73,7 +74,7 @@ export class SegmentFeed {
     if (segment && this.#at < t) this.#keyframe(segment, t, true);
   }
 
-  /** What was drawn beyond a time was a guess, and is taken back. @param {number} t */
+  /** Removes the keyframes after t, which were a guess. @param {number} t */
   #resume(t) {
     if (this.#waits) {
       this.path.keyframes[this.path.keyframes.length - 1].vOut = true;
@@ -85,7 +86,7 @@ export class SegmentFeed {
   }
 
   /**
-   * From one segment to the next: the last moment of a curve is no flight towards a place.
+   * Adds two keyframes where one segment meets the next: the end of the first, the beginning of the second.
    * @param {Segment} segment
    * @param {Segment} next
    */
@@ -107,9 +108,9 @@ export class SegmentFeed {
   }
 
   /**
-   * @param {boolean} smooth whether it lies on the segment, not at its beginning
    * @param {Segment} segment
    * @param {number} t
+   * @param {boolean} smooth false at the segment's beginning
    */
   #keyframe(segment, t, smooth) {
     const { x, y, angle } = segmentPose(segment, t, this.board, pose);
@@ -124,7 +125,8 @@ export class SegmentFeed {
   }
 
   /**
-   * Only of a guess: where the next segment is known, the one before it holds to its end.
+   * Whether a guess would lead into a peg, a wall or past the bins. While the next segment or the end is
+   * known, the path is no guess.
    * @param {number} x
    * @param {number} y
    */

@@ -1,4 +1,4 @@
-// One ball's path as this page's solver computed it, made into keyframes as time passes. Pure.
+// Turns the path of one ball, which this page's solver computed, into keyframes as time passes. Pure.
 
 import { normalAt } from "../impact.js";
 import { PEG, WALL } from "../motion/drop.js";
@@ -10,12 +10,12 @@ import { PEG, WALL } from "../motion/drop.js";
 /** @import { Path } from "../motion/path.js" */
 
 /**
- * A drop that was computed here, from its start to its end; times in s since the start.
+ * A drop computed by this page, from its start to its end; times in s since the start.
  * @typedef {object} Solved
  * @property {number} xStart m
  * @property {number | null} bin
  * @property {number} score
- * @property {string | null} unsettled why it did not land
+ * @property {string | null} unsettled why the ball did not land
  * @property {number} duration s
  * @property {number} xEnd m
  * @property {string} digest
@@ -30,11 +30,11 @@ import { PEG, WALL } from "../motion/drop.js";
 const AHEAD = 30; // ticks that are sampled in one call
 
 /**
- * Keyframes lie at each tick and on both sides of each event, so that a curve between two of them is
- * the ball's own to less than a micrometre, at whatever rate it is drawn. Times are the table's.
+ * Keyframes lie at each tick and on both sides of each event. The curve between two of them differs
+ * from the ball's path by less than a micrometre. Times are the table's.
  */
 export class SolvedFeed {
-  #next = 0; // event that comes next
+  #next = 0; // index of the next event
   #tick;
   /** @type {State[]} at the ticks from #tick on */
   #ahead = [];
@@ -46,8 +46,8 @@ export class SolvedFeed {
    * @param {Path} path
    * @param {Solved} solved
    * @param {Board} board
-   * @param {{start: number, from: number, rate: number}} times start of the ball and when it is
-   *   first wanted, table time in s; ticks a second
+   * @param {{start: number, from: number, rate: number}} times start: of the ball, from: of its
+   *   keyframes, table time in s; rate: ticks a second
    */
   constructor(path, solved, board, { start, from, rate }) {
     this.path = path;
@@ -66,16 +66,16 @@ export class SolvedFeed {
     return this.start + this.solved.duration;
   }
 
-  /** @returns {{vx: number, vy: number} | null} m/s at the end, if it lands in a bin */
+  /** @returns {{vx: number, vy: number} | null} velocity at the landing, m/s; null if it does not land */
   get sink() {
     const [, , , vx, vy] = this.solved.impacts.at(-1) ?? [0, 0, 0, 0, 0];
     return this.solved.bin === null ? null : { vx, vy };
   }
 
   /**
-   * A landing that was told in brief, with what was computed here; its digest as it was told.
+   * Completes a brief landing with the values that this page computed.
    * @param {BriefLanded} event
-   * @returns {Landed | null} null if the table's path was another
+   * @returns {Landed | null} null if the digests differ, as the table then computed another path
    */
   landing(event) {
     const { bin, score, duration: t, xEnd: x_end, unsettled, digest } = this.solved;
@@ -84,8 +84,9 @@ export class SolvedFeed {
   }
 
   /**
-   * @param {number} t table time up to which keyframes are wanted, s
-   * @param {Hear} [hear] told of each impact on the way
+   * Makes the keyframes up to a time.
+   * @param {number} t table time, s
+   * @param {Hear} [hear] called with each impact on the way
    */
   until(t, hear) {
     if (t < this.from) return;
@@ -140,7 +141,7 @@ export class SolvedFeed {
     hear(t, { x, y, kind, index, speed });
   }
 
-  /** @param {number} t @param {State} state @param {boolean} smooth whether nothing was hit there */
+  /** @param {number} t @param {State} state @param {boolean} smooth false right after an event */
   #keyframe(t, { x, y, theta: angle, vx, vy }, smooth) {
     this.path.add({ t, x, y, angle, vx, vy, vIn: smooth, vOut: true, smooth });
   }

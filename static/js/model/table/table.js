@@ -1,4 +1,4 @@
-// The balls of one room as this page knows them: events and snapshots in, scenes at a time out.
+// The balls of one room: takes its events and snapshots, and makes the scene at any table time.
 
 import { Path } from "../motion/path.js";
 import { Trace } from "../motion/trace.js";
@@ -16,15 +16,15 @@ import { SolvedFeed } from "./solved-feed.js";
 /** @import { Solved } from "./solved-feed.js" */
 /** @import { Keyframe, Law, Pose } from "../motion/interpolate.js" */
 
-const SINK_SECONDS = 0.25; // a landed ball is still seen falling into its pocket
+const SINK_SECONDS = 0.25; // a landed ball is still shown sinking into its pocket
 const HIT_SECONDS = 1.4;
 const TRAIL_POINTS = 8;
-const OWN_TRAIL_POINTS = 14; // the eye follows one's own
+const OWN_TRAIL_POINTS = 14; // longer, because players follow their own balls
 const TRAIL_STEP = 1 / 55; // s between points of a trail
-const KEPT_SECONDS = 0.3; // of a path behind the picture: the trail, and some for late contacts
-const QUIET = 0.05; // m/s; slower impacts are not told in any stream
-const HEARD_SECONDS = 0.5; // later an impact is neither seen nor heard any more
-const MOST_KEYFRAMES = 600; // of one ball, should nobody draw for a while
+const KEPT_SECONDS = 0.3; // of a path before the shown time: for the trail and for late contacts
+const QUIET = 0.05; // m/s; no stream reports slower impacts
+const HEARD_SECONDS = 0.5; // an impact that is later than this is neither shown nor played
+const MOST_KEYFRAMES = 600; // of one ball, while the page does not draw (a hidden tab)
 
 /**
  * @typedef {object} Ball
@@ -32,25 +32,25 @@ const MOST_KEYFRAMES = 600; // of one ball, should nobody draw for a while
  * @property {string} seed
  * @property {number} x start, metres
  * @property {boolean} explicit the start was chosen, not drawn from the seed
- * @property {number} [aim] middle of what the seed drew, m, where it was chosen
+ * @property {number} [aim] m, if the player aimed
  * @property {number} start table time, s
  * @property {boolean} mine
- * @property {number} [stake] credits, of a staked one of ours
- * @property {number} [visitor] whose it is, where that is known
- * @property {Tag} [tag] that its drop carries
- * @property {string} [by] what its player is called
+ * @property {number} [stake] credits, if this player staked them on it
+ * @property {number} [visitor] its owner, if known
+ * @property {Tag} [tag] of its drop
+ * @property {string} [by] its owner's name
  * @property {Path} path
- * @property {SegmentFeed | null} feed makes the path, where segments of it come
- * @property {SolvedFeed | null} solved makes the path, where this page computed it
- * @property {Landed | null} landed once it has
+ * @property {SegmentFeed | null} feed makes the path from segments, in the stream `segments`
+ * @property {SolvedFeed | null} solved makes the path, if this page computed it
+ * @property {Landed | null} landed the table's event, null until it arrives
  * @property {number} end table time of its landing, s; infinite until it is known
- * @property {{vx: number, vy: number} | null} sink m/s: its last velocity, if it fell into a bin
+ * @property {{vx: number, vy: number} | null} sink velocity at the landing in a bin, m/s
  * @property {Passed} passed called with each stretch of its path that time has passed
- * @property {number} pace times as fast as the table's clock it is shown to fall
- * @property {Landed | null} outcome what its landing is, once that has been shown
- * @property {boolean} settled its landing has been shown, and the table has told it
- * @property {Trace | null} trace the whole way, when it is wanted
- * @property {SceneBall} pose as it was last drawn
+ * @property {number} pace how many times faster than the table's clock its fall is shown
+ * @property {Landed | null} outcome the landing that was shown, null until then
+ * @property {boolean} settled whether its landing has been shown and the table has sent it
+ * @property {Trace | null} trace its whole path, if kept
+ * @property {SceneBall} pose as last drawn
  */
 
 /** @typedef {(a: Keyframe, b: Keyframe, law: Law) => void} Passed */
@@ -58,7 +58,6 @@ const MOST_KEYFRAMES = 600; // of one ball, should nobody draw for a while
 /** @typedef {BinHit & {since: number}} LitBin since: local time, s */
 
 /**
- * What a hello must say to begin with.
  * @typedef {Pick<Hello, "board" | "tick_rate" | "tick" | "stream" | "balls">} TableStart
  */
 
@@ -66,13 +65,13 @@ const MOST_KEYFRAMES = 600; // of one ball, should nobody draw for a while
 export class Table {
   /** @type {Map<number, Ball>} */
   balls = new Map();
-  /** Impacts that became due with the last scene. @type {QueuedImpact[]} */
+  /** Impacts that became due with the last scene, for the sound. @type {QueuedImpact[]} */
   heard = [];
-  /** Times as fast as the table's clock that balls of ours are shown to fall, from the next on. */
+  /** The pace of this player's next balls, see `PACES`. */
   pace = 1;
-  /** Whether the whole way of our balls is to be kept until the next one has landed. */
+  /** Whether to keep the whole paths of this player's balls. */
   tracing = false;
-  /** The way of our last landed ball, for those who do not want to see it move. @type {Trace | null} */
+  /** The path of this player's last landed ball, if traced. @type {Trace | null} */
   lastTrace = null;
   /** Called with each stretch of a path that time has passed. @type {Passed | null} */
   onPassed = null;
@@ -85,7 +84,7 @@ export class Table {
 
   /**
    * @param {TableStart} hello
-   * @param {Solve | null} [solve] where a ball's whole path is computed from its start
+   * @param {Solve | null} [solve] computes a ball's whole path from its start, in the stream `seeds`
    */
   constructor(hello, solve = null) {
     this.solve = solve;
@@ -100,7 +99,7 @@ export class Table {
     }
   }
 
-  /** Whether paths grow as they are drawn, and not as news comes. */
+  /** Whether paths grow when the table is drawn, instead of when messages arrive. */
   get growsWhenDrawn() {
     return this.obstacles !== null || this.solve !== null;
   }
@@ -116,12 +115,12 @@ export class Table {
     return ball;
   }
 
-  /** True while something is in flight or still to be shown. */
+  /** True while something is in flight or still shown. */
   get busy() {
     return this.balls.size > 0 || this.impacts.busy || this.#hits.length > 0;
   }
 
-  /** Whether the room's clock runs: it stands still once all have landed. */
+  /** Whether the room's clock runs: it stops when all balls have landed. */
   get awake() {
     for (const ball of this.balls.values()) if (!ball.landed) return true;
     return false;
@@ -131,7 +130,7 @@ export class Table {
     return this.balls.size > 0;
   }
 
-  /** Whether every landing has been shown and told. */
+  /** Whether the table has sent every landing and this page has shown it. */
   get shown() {
     for (const ball of this.balls.values()) if (!ball.settled) return false;
     return true;
@@ -161,7 +160,7 @@ export class Table {
         const ball = this.#byWireId.get(segment.id);
         if (!ball?.feed || segment.t >= ball.end) continue;
         const speed = ball.feed.add(segment);
-        // The last bounce may be told after the landing that it led to.
+        // The last segment may arrive after the landing.
         if (ball.landed) this.#close(ball, ball.landed);
         if (speed >= QUIET) this.impacts.add(segment.t, { ...segment, speed });
       }
@@ -173,14 +172,14 @@ export class Table {
     const ball = this.balls.get(event.ball);
     if (!ball) return;
     const t = ball.start + event.t;
-    // What the picture has passed already is not bent any more.
+    // The part of the path that has already been shown does not change.
     if (ball.path.keyframes.length && t > ball.path.start) ball.path.add(place(t, event.x, event.y));
     this.impacts.add(t, event);
   }
 
   /**
-   * @param {Landed | BriefLanded} event the rest of a brief one is what was computed here
-   * @returns {boolean} false, and nothing is done, where another path was computed here
+   * @param {Landed | BriefLanded} event a brief one is completed from the path that this page computed
+   * @returns {boolean} false, and nothing changes, if this page computed another path than the table
    */
   applyLanded(event) {
     const ball = this.balls.get(event.ball);
@@ -194,10 +193,10 @@ export class Table {
   }
 
   /**
-   * Balls whose landing is due, each given once: `seen` when it is to be shown, `settled` when the table has
-   * told it, too. One that falls faster to the eye than by the table's clock is seen before.
+   * Returns each ball twice, once in each list: in `seen` when its landing is to be shown, in `settled`
+   * when the table has sent the landing too. A ball with a faster pace is seen before it settles.
    * @param {number} until landings up to this table time are due, s
-   * @param {number | null} wall local time at which their bins light up, s; null when nobody looks
+   * @param {number | null} wall local time at which their bins light up, s; null if the page is hidden
    * @returns {{seen: Ball[], settled: Ball[]}}
    */
   settle(until, wall) {
@@ -218,7 +217,8 @@ export class Table {
 
   /** @param {Ball} ball @param {Landed} outcome @param {number | null} wall */
   #see(ball, outcome, wall) {
-    // What a staked ball is paid flies to the balance; above its bin it is written of no other.
+    // The score is written above the bin only for this player's practice balls: a payout flies to the
+    // balance instead.
     if (wall !== null) this.#light(outcome, ball.mine && ball.stake === undefined, wall);
     if (!ball.mine || !ball.trace) return;
     ball.solved?.until(ball.end);
@@ -227,9 +227,9 @@ export class Table {
   }
 
   /**
-   * All that moves, in an object that the next call fills anew; what is over is forgotten.
+   * The scene at a time, in an object that the next call reuses. Forgets balls and hits that are over.
    * @param {number} t table time, s
-   * @param {number} wall local time, s: table time stands still while a room sleeps
+   * @param {number} wall local time, s, for the lights of bins: table time stops while a room sleeps
    * @returns {Scene}
    */
   sceneAt(t, wall) {
@@ -240,7 +240,7 @@ export class Table {
     scene.paths.length = 0;
     for (const ball of this.balls.values()) {
       const own = timeInFall(ball, t);
-      // One that was shown sooner waits, unseen, for the table to tell its landing.
+      // A ball whose landing was shown early stays invisible until the table sends the landing.
       if (own > ball.end + SINK_SECONDS && ball.outcome) continue;
       ball.feed?.until(t + 1 / this.rate);
       ball.solved?.until(timeInFall(ball, t + 1 / this.rate), (at, impact) => {
@@ -271,7 +271,7 @@ export class Table {
   /**
    * @param {Omit<BallStart, "x"> & {x?: number, aim?: number}} ballStart
    * @param {{mine: boolean, explicit: boolean, fresh: boolean, from: number}} given from: table time
-   *   from which on it is seen, s
+   *   at which its path begins, s
    */
   #add({ ball: id, seed, x: given, aim, tick, ...rest }, { mine, explicit, fresh, from }) {
     const start = tick / this.rate;
@@ -305,7 +305,7 @@ export class Table {
     return ball;
   }
 
-  /** Leads a path to the place where the ball landed. @param {Ball} ball @param {Landed} landed */
+  /** Ends a path at the place of the landing. @param {Ball} ball @param {Landed} landed */
   #close(ball, { bin, x_end: x }) {
     const { path, feed, end } = ball;
     feed?.finish(end);
@@ -328,7 +328,7 @@ export class Table {
   }
 
   /**
-   * One light a bin, the newest: a shower of balls must not pile up pictures.
+   * Lights a bin. Each bin has at most one light, so that many landings at once cost no more to draw.
    * @param {Landed} landed
    * @param {boolean} ticket
    * @param {number} wall
@@ -368,7 +368,7 @@ export class Table {
   /** @param {Ball} ball @param {number} t @param {Pose} out */
   #place(ball, t, out) {
     if (t <= ball.end || !ball.sink) return ball.path.poseAt(t, out);
-    // Past the end of the simulation it keeps its last velocity while its pocket swallows it.
+    // The simulation ends at the bin's line. The picture continues it while the pocket swallows the ball.
     const { vx, vy } = ball.sink;
     ball.path.poseAt(ball.end, out);
     out.x += vx * (t - ball.end) * 0.5;
@@ -378,7 +378,7 @@ export class Table {
 }
 
 /**
- * What this page computed of a ball that is shown to land before the table tells it: its seed has decided it.
+ * The landing that this page computed for a ball of a faster pace, which is shown before the table sends it.
  * @param {Ball} ball
  * @returns {Landed | null}
  */
@@ -387,17 +387,17 @@ function foreseen({ id, pace, solved }) {
   return solved.landing({ type: "landed", ball: id, digest: solved.solved.digest });
 }
 
-/** @param {Tag} start @returns {Tag | undefined} what a drop carries, if anything */
+/** @param {Tag} start @returns {Tag | undefined} */
 function tagOf({ name, colour }) {
   return name || colour ? { ...(name && { name }), ...(colour && { colour }) } : undefined;
 }
 
-/** What a snapshot tells of a ball, on its way into a path. */
+/** A snapshot's state of one ball; reused, because paths copy it. */
 const keyframe = {
   t: 0, x: 0, y: 0, angle: 0, vx: 0, vy: 0, vIn: true, vOut: true, bounced: false,
 };
 
-/** A moment known by its place alone. @param {number} t @param {number} x @param {number} y */
+/** A moment without a velocity. @param {number} t @param {number} x @param {number} y */
 function place(t, x, y) {
   return { t, x, y, vIn: false, vOut: false };
 }

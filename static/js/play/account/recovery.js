@@ -1,4 +1,4 @@
-// Drops that ended while nobody here watched: what became of them, from the server's ledger.
+// Finds the results of drops that ended while this page was closed or elsewhere, in the server's ledger.
 
 import { ApiError, getJson } from "../../net/api.js";
 import { showingToken } from "../../net/session-token.js";
@@ -8,12 +8,12 @@ import { MINOR_UNITS } from "../../model/player/account.js";
 /** @import { AccountEvent, Played } from "../../model/player/account.js" */
 /** @import { Wallet } from "./wallet.js" */
 
-const FIRST_WAIT = 1000; // ms until a session is asked for again in which a ball falls
+const FIRST_WAIT = 1000; // ms until the next request for a session in which a ball still falls
 const LONGEST_WAIT = 30_000;
-const GONE = [401, 404]; // no token here that opens it, or no such session
+const GONE = [401, 404]; // the token is wrong, or the session does not exist
 
 /**
- * What an export tells an account: drops in order, how each has ended, and whether more can come.
+ * A session's export as events for the account: its drops in order, their results, and the session's end.
  * @param {SessionExport} exported
  * @returns {AccountEvent[]}
  */
@@ -31,8 +31,8 @@ function eventsOf(exported) {
 
 /**
  * @param {SessionExport} session
- * @param {number} number of a drop that has ended
- * @returns {Played} as the history has it
+ * @param {number} number the index of a drop that has ended
+ * @returns {Played} the drop as the history shows it
  */
 function playedOf({ session: { statement }, board, drops }, number) {
   const { receipt, result } = drops[number];
@@ -44,17 +44,18 @@ function playedOf({ session: { statement }, board, drops }, number) {
   };
 }
 
-/** Asks for sessions until nothing falls in them any more. */
+/** Requests sessions again and again until all of their drops have ended. */
 export class Recovery {
-  /** @type {Map<string, ReturnType<typeof setTimeout> | null>} sessions that are being asked for */
+  /** Timers of the next requests, by session. @type {Map<string, ReturnType<typeof setTimeout> | null>} */
   #asked = new Map();
-  /** @type {Map<string, Played[]>} what they have told until now */
+  /** @type {Map<string, Played[]>} results found so far, by session */
   #found = new Map();
 
   /**
    * @param {Wallet} wallet
    * @param {{onChange: () => void, onFound: (played: Played[]) => void, onGone: (drops: number) => void}} listener
-   *   onFound: of a session, once all of it is known; onGone: stakes are back, as nobody knows of their drops
+   *   onFound is called once per session, when all of its drops have ended; onGone when the server does not know
+   *   the session any more and its stakes have been refunded
    * @param {(path: string, options: RequestInit) => Promise<unknown>} [ask]
    */
   constructor(wallet, listener, ask = getJson) {
@@ -72,17 +73,17 @@ export class Recovery {
     }
   }
 
-  /** Every session with a drop whose end is unknown, but for those of a room that is watched. @param {string} room */
+  /** Requests every session with an open drop, except those of the room on screen. @param {string} room */
   seekAllBut(room) {
     this.seek(new Set(this.wallet.open.filter((drop) => drop.room !== room).map(({ session }) => session)));
   }
 
-  /** @param {string} session @param {number} wait ms before the next look */
+  /** @param {string} session @param {number} wait ms before the next request */
   async #look(session, wait) {
     try {
       const path = `sessions/${encodeURIComponent(session)}/export`;
       const shown = showingToken(this.wallet.storage, session);
-      // Without its token the server would only refuse.
+      // Without the session's token the server would refuse.
       if (shown.headers) this.#take(session, /** @type {SessionExport} */ (await this.ask(path, shown)));
       else this.#refund(session);
     } catch (error) {
@@ -108,7 +109,7 @@ export class Recovery {
     if (news.length) this.listener.onChange();
   }
 
-  /** Nobody can say any more what became of these. @param {string} session */
+  /** Returns the stakes of drops whose results can no longer be found. @param {string} session */
   #refund(session) {
     const lost = this.wallet.open.filter((drop) => drop.session === session);
     for (const { drop, stake } of lost) {

@@ -1,19 +1,19 @@
-// What this visitor wants to be called, and in which colour: kept in the browser, told to tables. Pure but for storage.
+// The name and colour that this visitor has chosen: kept in the browser, sent to rooms. Pure but for storage.
 
 /** @typedef {{name?: string, colour?: string}} Appearance */
 
 const KEY = "plinko.visitor.1";
-const MOST_CHARACTERS = 24; // as the server has it
+const MOST_CHARACTERS = 24; // the server's limit
 const HIDDEN = /[<>&\p{C}]/u;
 const COLOUR = /^#[0-9a-f]{6}$/;
 
-/** @param {string} text as it was typed @returns {string | null} a name, empty for none; null if it cannot be one */
+/** @param {string} text as typed @returns {string | null} the name, "" for no name; null if it is not allowed */
 export function nameOf(text) {
   const name = text.normalize("NFC").replace(/\s+/g, " ").trim();
   return HIDDEN.test(name) || [...name].length > MOST_CHARACTERS ? null : name;
 }
 
-/** The same in all tabs, until it is changed. */
+/** The visitor's appearance, shared by all tabs. */
 export class Self {
   /** @param {Pick<Storage, "getItem" | "setItem">} storage */
   constructor(storage) {
@@ -29,12 +29,12 @@ export class Self {
     };
   }
 
-  /** @param {Appearance} chosen empty texts are none */
+  /** @param {Appearance} chosen an empty string removes the name or the colour */
   change({ name, colour }) {
     this.storage.setItem(KEY, JSON.stringify({ ...(name && { name }), ...(colour && { colour }) }));
   }
 
-  /** @returns {object} what a table is told */
+  /** @returns {object} the message that is sent to a room */
   get message() {
     return { type: "appear", ...this.appearance };
   }

@@ -1,4 +1,4 @@
-// The account as this browser keeps it, for all its tabs: read again before each change.
+// The account in the browser's storage. All tabs share it, so it is read again before each change.
 
 import { applied, newAccount, openDrops } from "../../model/player/account.js";
 
@@ -6,7 +6,7 @@ import { applied, newAccount, openDrops } from "../../model/player/account.js";
 
 const KEY = "plinko.account.1";
 const MARK_KEY = "plinko.mark.1";
-const MARK_BYTES = 16; // nobody guesses them
+const MARK_BYTES = 16; // too many to guess
 
 /** One player's credits. */
 export class Wallet {
@@ -18,7 +18,7 @@ export class Wallet {
     this.storage = storage;
   }
 
-  /** @returns {Account} as the last of all tabs left it */
+  /** @returns {Account} as the last tab to change it left it */
   get account() {
     const text = this.storage.getItem(KEY) ?? "";
     if (text !== this.#text) {
@@ -30,7 +30,7 @@ export class Wallet {
 
   /**
    * @param {...AccountEvent} events
-   * @returns {boolean} whether one of them was news
+   * @returns {boolean} whether one of them changed the account
    */
   apply(...events) {
     const before = this.account;
@@ -42,7 +42,7 @@ export class Wallet {
     return true;
   }
 
-  /** @returns {OpenDrop[]} drops whose end has not been heard of */
+  /** @returns {OpenDrop[]} drops whose result is not known yet */
   get open() {
     return openDrops(this.account);
   }
@@ -52,7 +52,7 @@ export class Wallet {
     return this.storage.getItem(MARK_KEY) ?? this.renewMark();
   }
 
-  /** Makes another; drops under the one before are found only by that one. @returns {string} */
+  /** Makes a new ID. Drops made under the old ID are found only by the old one. @returns {string} */
   renewMark() {
     const bytes = crypto.getRandomValues(new Uint8Array(MARK_BYTES));
     const value = Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");

@@ -1,5 +1,5 @@
-// Where the ball starts: by chance, at an aim on a slider, or in one of the board's slots. Offered only where an
-// aim moves the ball by its own radius at least.
+// The field "Start": the ball starts at random, at an aim set on a slider, or in one of the board's slots. It is
+// offered only where the aim can move the ball by at least its radius.
 
 import { aimSpan, allowedAim } from "../../model/board.js";
 import { t } from "../../texts/text.js";
@@ -19,22 +19,22 @@ const KEPT = 20; // boards
 
 /** @typedef {Pick<Storage, "getItem" | "setItem">} Kept */
 
-/** @param {Kept} storage @returns {[string, number][]} aims by the boards' names, the last changed at the end */
+/** @param {Kept} storage @returns {[string, number][]} pairs of board name and aim; the last changed at the end */
 const keptAims = (storage) => JSON.parse(storage.getItem(KEY) ?? "[]");
 
-/** @param {Kept} storage @param {string} name of a board @returns {number | null} metres; null where nobody aimed */
+/** @param {Kept} storage @param {string} name of a board @returns {number | null} m; null if there is none */
 export function keptAim(storage, name) {
   return keptAims(storage).find(([board]) => board === name)?.[1] ?? null;
 }
 
-/** @param {Kept} storage @param {string} name of a board @param {number | null} aim metres; null forgets */
+/** @param {Kept} storage @param {string} name of a board @param {number | null} aim m; null deletes it */
 export function keepAim(storage, name, aim) {
   const others = keptAims(storage).filter(([board]) => board !== name);
   const all = aim === null ? others : [...others, [name, aim]];
   storage.setItem(KEY, JSON.stringify(all.slice(-KEPT)));
 }
 
-/** @param {Board} board @param {number[]} slots @returns {boolean} whether an aim there makes a difference */
+/** @param {Board} board @param {number[]} slots @returns {boolean} whether the board can be aimed at */
 export function aims(board, slots) {
   return slots.length > 0 || aimSpan(board.drop) >= board.ball.radius;
 }
@@ -75,7 +75,7 @@ export class Aim {
       : [chip("start", CHOSEN, t("word.aim"))];
     byId("start-chips").replaceChildren(chip("start", SEED, t("play.random")), ...places);
     check("start", SEED);
-    // A tenth of a millimetre inside, so that rounding never steps over the end.
+    // A tenth of a millimetre less than allowed, so that a rounded aim never exceeds the range.
     const reach = Math.max(0, Math.floor(aimSpan(board.drop) * 1e4 - 1) / 1e4);
     Object.assign(this.slider, { min: String(x - reach), max: String(x + reach), step: "any" });
     this.slider.value = String(x);
@@ -84,7 +84,7 @@ export class Aim {
     this.#show();
   }
 
-  /** The aim of the last time, where this board still allows it. @param {number} aim */
+  /** Sets the stored aim if this board allows it. @param {number} aim */
   #restore(aim) {
     if (this.#slots.includes(aim)) check("start", this.#slots.indexOf(aim));
     else if (!this.#slots.length && aim >= Number(this.slider.min) && aim <= Number(this.slider.max)) {
@@ -98,7 +98,7 @@ export class Aim {
     return this.field.hidden ? SEED : radioValue("start");
   }
 
-  /** @returns {number | null} middle of what the seed draws, metres; null for the board's own */
+  /** @returns {number | null} the middle of the starts that seeds draw, m; null for the board's default */
   get #aim() {
     const value = this.#choice;
     if (value === SEED) return null;
@@ -106,14 +106,14 @@ export class Aim {
     return this.#slots[Number(value)];
   }
 
-  /** Arrows aim from anywhere that has no use of its own for them. @param {KeyboardEvent} event */
+  /** Arrow keys aim, unless the focused element uses them itself. @param {KeyboardEvent} event */
   #key(event) {
     if (event.ctrlKey || event.altKey || event.metaKey || this.field.hidden || !this.#board) return;
     if (event.key !== "ArrowLeft" && event.key !== "ArrowRight") return;
     if (isWithin(event, "input, select, textarea, dialog")) return;
     event.preventDefault();
     const side = event.key === "ArrowLeft" ? -1 : 1;
-    // The first push takes the aim from the seed.
+    // The first press switches from a random start to an aim.
     if (this.#slots.length) check("start", this.#slotBeside(side));
     else {
       const { min, max, value } = this.slider;
@@ -132,7 +132,7 @@ export class Aim {
     return Math.max(0, Math.min(this.#slots.length - 1, now + side));
   }
 
-  /** @param {Board} board @returns {string} the place, for those who do not see the ball over the board */
+  /** @param {Board} board @returns {string} the aim in words, for screen readers */
   #sentence({ drop: { x } }) {
     if (this.#slots.length) return t("play.aim-slot", { n: Number(this.#choice) + 1 });
     const off = (this.#aim ?? x) - x;
@@ -153,7 +153,7 @@ export class Aim {
   }
 }
 
-/** @param {Hello} hello @param {number} x m @returns {number | null} where a click there aims; in a draw nobody does */
+/** @param {Hello} hello @param {number} x m @returns {number | null} the aim of a click; null in a draw */
 export function aimAt({ board, slots, draw }, x) {
   return !draw && aims(board, slots) ? allowedAim(board, slots, x) : null;
 }

@@ -1,14 +1,14 @@
-// Amounts as players type them, with a comma or a point. Pure.
+// Parses amounts as players type them, with a comma or a point. Pure.
 
 import { language, number } from "../../texts/text.js";
 
 export const LEAST_STAKE = 0.01;
 export const MOST_STAKE = 1_000_000;
-// What parts thousands in the page's language.
+// The thousands separator of the page's language.
 const GROUP = new Intl.NumberFormat(language).formatToParts(12345.6).find(({ type }) => type === "group")?.value ?? "";
 const GROUPED = new RegExp(`^[1-9]\\d{0,2}(?:\\${GROUP}\\d{3})+(?:[.,]\\d*)?$`);
 
-/** @param {string} text @returns {number | null} in hundredths, null for what is no amount */
+/** @param {string} text @returns {number | null} rounded to hundredths; null if invalid */
 export function readAmount(text) {
   const trimmed = text.trim();
   const bare = GROUPED.test(trimmed) ? trimmed.split(GROUP).join("") : trimmed;
@@ -16,18 +16,18 @@ export function readAmount(text) {
   return Math.round(100 * Number(bare.replace(",", "."))) / 100;
 }
 
-/** @param {string} text @returns {number | null} a stake that the server takes, or null */
+/** @param {string} text @returns {number | null} null if the server would refuse the stake */
 export function readStake(text) {
   const stake = readAmount(text);
   return stake !== null && stake >= LEAST_STAKE && stake <= MOST_STAKE ? stake : null;
 }
 
-/** @param {number} stake @returns {number} the nearest that the server takes, rounded down to hundredths */
+/** @param {number} stake @returns {number} the nearest valid stake, rounded down to hundredths */
 export function allowedStake(stake) {
   return Math.max(LEAST_STAKE, Math.min(MOST_STAKE, Math.floor(100 * stake + 1e-6) / 100));
 }
 
-/** @param {number} amount @returns {string} as the page's language writes it, without thousands parted */
+/** @param {number} amount @returns {string} in the page's language, without separators of thousands */
 export function typed(amount) {
   return number(amount, { maximumFractionDigits: 2, useGrouping: false });
 }

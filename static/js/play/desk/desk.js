@@ -1,4 +1,4 @@
-// The desk: stake, balls, speed, auto-drop, seed and DROP; and the keys that play.
+// The desk: stake, balls, speed, auto-drop, seed and the DROP button, with their keys.
 
 import { readSeed } from "../../model/seed.js";
 import { t } from "../../texts/text.js";
@@ -14,10 +14,10 @@ const PRACTICE = /** @type {const} */ ({
 });
 const AUTO = "auto";
 const AUTO_KEY = "plinko.auto.1";
-// Where Space writes a space, moves something, or presses what has the focus.
+// Elements where Space has a use already: it types a space, moves a slider or presses the focused button.
 const OWN_SPACE = "button, a, select, summary, textarea, dialog, input:not([type=radio]:checked)";
 
-/** Shows what is set, and sets it. */
+/** The form in which the player sets and makes drops. */
 export class Desk {
   /** @param {Game} game */
   constructor(game) {
@@ -36,7 +36,7 @@ export class Desk {
     this.#listen();
     this.#keepAuto();
     for (const kind of /** @type {const} */ (["choice", "room", "run", "table"])) game.on(kind, () => this.#show());
-    // Where a draw decides, nobody chooses a seed.
+    // In a room with a draw nobody chooses a seed.
     game.on("table", ({ hello: { draw } }) => {
       document.documentElement.toggleAttribute("data-draw", draw !== undefined);
       if (draw) this.#setSeed("");
@@ -53,7 +53,7 @@ export class Desk {
     stake.addEventListener("focus", () => stake.select());
     stake.addEventListener("keydown", (event) => {
       if (event.key === "Enter" && !this.#readStake()) event.preventDefault();
-      if (event.key === " ") event.preventDefault(); // it would empty the field, which is selected
+      if (event.key === " ") event.preventDefault(); // the text is selected: a space would replace it
     });
     /** @param {string} id @param {() => number} value */
     const step = (id, value) => onClick(id, () => {
@@ -75,7 +75,7 @@ export class Desk {
     document.addEventListener("keydown", (event) => this.#key(event));
   }
 
-  /** Drops what is set; a running auto-drop ends instead. */
+  /** The DROP button: drops, starts the auto-drop, or stops the running one. */
   #push() {
     const { game } = this;
     if (game.auto) game.stop("player");
@@ -99,7 +99,7 @@ export class Desk {
     this.#readSeed();
   }
 
-  /** A bad stake leaves the last good one, and says what a stake may be. @returns {boolean} */
+  /** Keeps the last valid stake if the new one is not, and says which are. @returns {boolean} whether it is valid */
   #readStake() {
     const stake = readStake(this.stake.value);
     if (stake === null) this.game.say(t("play.stake-range", { least: plain(LEAST_STAKE), most: plain(MOST_STAKE) }));
@@ -113,11 +113,11 @@ export class Desk {
     this.game.choose({ stake });
   }
 
-  /** @returns {boolean} whether it is a seed, or none */
+  /** @returns {boolean} whether the field has a valid seed, or is empty */
   #readSeed() {
     const reading = readSeed(this.seed.value);
     const message = reading.ok ? this.hint : reading.message;
-    // Only a change is written, so that a screen reader is told once.
+    // Only a change is written, so that a screen reader reads it once.
     if (this.note.textContent !== message) this.note.textContent = message;
     this.note.dataset.tone = reading.ok ? "" : "bad";
     this.note.setAttribute("role", reading.ok ? "note" : "alert");
@@ -159,7 +159,7 @@ export class Desk {
     return radioValue("balls") === AUTO ? t("auto.start") : t("word.drop");
   }
 
-  /** Space drops where nothing that has the focus makes use of it. @param {KeyboardEvent} event */
+  /** Space drops, unless the focused element uses it itself. @param {KeyboardEvent} event */
   #key(event) {
     if (event.key !== " " || event.ctrlKey || event.altKey || event.metaKey) return;
     if (isWithin(event, OWN_SPACE)) return;

@@ -1,12 +1,12 @@
-// The sheet behind "More": one drawer open at a time. Beside the board, "Game" stands where no other is open;
-// below it the sheet lies over the board.
+// The sheet behind "More", with one drawer open at a time. On a wide screen the sheet is next to the board, and shows
+// "Game" while no other drawer is open; on a narrow one it covers the board.
 
 import { byId, isWithin, onClick } from "../../util/dom.js";
 
 /** @import { Game } from "../game.js" */
 
 const KEYS = new Map([["g", "game"], ["t", "table"], ["f", "fair"], ["l", "lab"], ["s", "settings"]]);
-const KEPT = "plinko.drawer.1"; // over a change of language
+const KEPT = "plinko.drawer.1"; // the open drawer survives the reload that changes the language
 const TYPED_INTO = "input:not([type=range], [type=radio], [type=checkbox]), select, textarea";
 
 /** Opens and closes drawers. @param {Game} game */
@@ -18,7 +18,7 @@ export function offerDrawers(game) {
   /** @type {string | null} */
   let open = null;
 
-  /** @param {string | null} name of a drawer, or null to close what is open */
+  /** @param {string | null} name of the drawer to open; null closes the open one */
   const show = (name) => {
     open = name === "game" && wide.matches ? null : name;
     const shown = open ?? (wide.matches ? "game" : null);
@@ -35,7 +35,7 @@ export function offerDrawers(game) {
     }
     byId("sheet-body").scrollTop = 0;
   };
-  /** @param {string} drawer is opened, or closed where it is open */
+  /** Opens a drawer, or closes it if it is open. @param {string} drawer */
   const turn = (drawer) => show(open === drawer ? null : drawer);
   const close = () => {
     show(null);
@@ -58,7 +58,7 @@ export function offerDrawers(game) {
     else if (event.key === "m" || event.key === "M") byId("sound").click();
     else if (event.key === "?") keys.showModal();
   });
-  // What is wrong with a seed is read where the seed is.
+  // The drawer "Lab" has the seed field, and the message about an invalid seed.
   game.on("choice", () => { if (byId("seed").getAttribute("aria-invalid") === "true") show("lab"); });
   game.on("table", ({ hello }) => { byId("keys-aim").hidden = hello.slots.length === 0 && byId("start").hidden; });
   show(window.sessionStorage.getItem(KEPT));

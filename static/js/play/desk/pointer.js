@@ -1,4 +1,4 @@
-// A pointer over the board: above the pegs it aims and drops, below it picks a ball.
+// The pointer on the board: above the pegs it aims and drops; below it picks a ball to measure.
 
 import { aimAt } from "./aim.js";
 
@@ -6,7 +6,7 @@ import { aimAt } from "./aim.js";
 /** @import { Game } from "../game.js" */
 
 /**
- * Of one board's canvas.
+ * Listens to a board's canvas.
  * @param {Game} game @param {BoardView} view @param {(x: number, y: number) => void} onPick m
  * @returns {() => number | null} the aim under the pointer, m
  */
@@ -14,7 +14,7 @@ export function followPointer(game, view, onPick) {
   /** @type {number | null} */
   let hover = null;
   const { moving } = view;
-  /** @param {MouseEvent} event @returns {number | null} where a ball may start that is dropped there, m */
+  /** @param {MouseEvent} event @returns {number | null} the nearest allowed aim, m */
   const aim = (event) => {
     const place = view.aimOf(event);
     const { hello } = game.room;

@@ -1,4 +1,4 @@
-// Which board is played: rows, risk and worlds on the desk, all else in the drawer "Table".
+// The choice of the board: rows, risk and worlds on the desk, everything else in the drawer "Table".
 
 import { GRAVITY, OWN, RESTITUTION, restitutionOf, worldWords } from "../../model/worlds.js";
 import { t } from "../../texts/text.js";
@@ -11,7 +11,7 @@ import { figure } from "../../util/scale.js";
 
 const ROWS = [8, 9, 10, 11, 12, 13, 14, 15, 16];
 
-/** The fields by which a table is chosen. @param {Game} game */
+/** @param {Game} game */
 export function offerTables(game) {
   const [rows, risk, gravity, material] = ["rows", "risk", "gravity", "material"].map((id) =>
     byId(id, HTMLSelectElement));
@@ -37,7 +37,7 @@ export function offerTables(game) {
   onChoice("contact", move);
   onSubmit("board-form");
 
-  /** As the room has it. */
+  /** Shows the room's own values. */
   const show = () => {
     const { hello } = game.room;
     if (!hello || game.moving) return;

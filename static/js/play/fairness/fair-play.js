@@ -1,4 +1,4 @@
-// This player's session at a table: secrets agreed before a drop, receipts kept, and its end.
+// This player's fair session in a room: both secrets committed before a drop, the receipts, and the session's end.
 
 import { canonical } from "../../fairness/canonical.js";
 import { bytesOfHex, hasCrypto, hexOf } from "../../fairness/crypto.js";
@@ -10,33 +10,35 @@ import { t } from "../../texts/text.js";
 /** @import { Store } from "../store.js" */
 /** @import { Accepted, BriefAccepted, Hello, Refusal, SessionEnded, SessionState, SignedReceipt } from "../../model/messages.js" */
 
-const REF = "session"; // under which all of it is asked
+const REF = "session"; // the ref of every message about the session itself
 const SECRET_BYTES = 32;
-const KEPT = 8; // rooms whose sessions are found again
-const HEARD = 20; // the last receipts: numbers have no gaps, so those before them follow
+const KEPT = 8; // rooms whose sessions can be resumed
+const HEARD = 20; // receipts kept: drop numbers have no gaps, so the last ones imply those before
 const KEY = "plinko.fair.2";
-const MOST_DROPS = 1000; // of one session, as the server has it
+const MOST_DROPS = 1000; // a session: the server's limit
 
 /**
- * What outlives the page, of one room's session.
+ * What is stored of one room's session, to resume it after a reload. `given` is the statement that the server had
+ * signed before we opened the session.
  * @typedef {{room: string, board: string, session: string, token: string, secret: string,
- *   given: Signed, heard: SignedReceipt[]}} Kept given: what the server had signed before we opened
+ *   given: Signed, heard: SignedReceipt[]}} Kept
  *
- * What we were given, as an export has it: the server could change it there.
+ * What this page itself has received, in an export's format. The check compares it with the server's export, which
+ * the server could have changed.
  * @typedef {{heard: SignedReceipt[], heard_session?: Signed}} Heard
  */
 
 /** One player's sessions in one room, one after the other. */
 export class FairPlay {
-  /** @type {SessionState | null} the one that drops go into */
+  /** @type {SessionState | null} the session that drops go into */
   state = null;
   /** @type {Kept | null} */
   #kept = null;
-  /** @type {{ref: string, message: object}[]} until both secrets are there, or for the next session */
+  /** @type {{ref: string, message: object}[]} drops that wait until the session, or the next one, is open */
   #waiting = [];
-  /** Drops that the session has been sent and has not answered. @type {Set<string>} */
+  /** Refs of drops sent into the session and not answered yet. @type {Set<string>} */
   #unanswered = new Set();
-  /** @type {"no" | "due" | "asked"} it is due until all drops of the session are answered */
+  /** @type {"no" | "due" | "asked"} the end stays due until all drops sent into the session are answered */
   #end = "no";
   #secret = "";
   #commitment = "";
@@ -44,7 +46,7 @@ export class FairPlay {
   #board = "";
   /** Digest of the room's draw, if it has one. @type {string | undefined} */
   #draw;
-  /** Whether there will be no session: drops are practice. */
+  /** Whether no session is possible: drops are practice. */
   failed = false;
   #rejoining = false;
 
@@ -63,17 +65,17 @@ export class FairPlay {
     return this.state?.open === true && !this.state.ended && this.#end === "no";
   }
 
-  /** @returns {string} what the server has committed to, "" before it has */
+  /** @returns {string} the server's commitment, "" before there is one */
   get committed() {
     return String(this.state?.statement.server_commitment ?? "");
   }
 
-  /** @returns {Heard} of this session, as it came */
+  /** @returns {Heard} what this page has received of the session, unchanged */
   get heard() {
     return this.#kept ? { heard: this.#kept.heard, heard_session: this.#kept.given } : { heard: [] };
   }
 
-  /** @param {Hello} hello a line is there, or there again: go on with the session, or begin one */
+  /** A connection is open, or open again: resumes the stored session, or begins one. @param {Hello} hello */
   greeted({ board_digest: board, mode, draw }) {
     this.state = null;
     this.#waiting = [];
@@ -95,10 +97,10 @@ export class FairPlay {
   }
 
   /**
-   * A drop into the session: at once, or as soon as one is open that takes it.
+   * Sends a drop into the session: at once, or as soon as a session is open that has room for it.
    * @param {string} ref
    * @param {{stake: number, aim?: number}} drop
-   * @returns {boolean} false where there will be no session
+   * @returns {boolean} false where no session is possible
    */
   drop(ref, drop) {
     if (this.failed) return false;
@@ -108,7 +110,7 @@ export class FairPlay {
     return true;
   }
 
-  /** Ends the session, so that it can be checked; another begins by itself, and drops wait for it. */
+  /** Ends the session, so that it can be checked. The next one begins by itself; drops made meanwhile wait for it. */
   end() {
     if (!this.open) return;
     this.#end = "due";
@@ -126,7 +128,7 @@ export class FairPlay {
     return sent;
   }
 
-  /** Sends what waits, as far as the session takes it; ends a session that is full, or is to end. */
+  /** Sends waiting drops while the session has room for them. Ends a session that is full, or whose end is due. */
   #goOn() {
     const waiting = this.#waiting;
     this.#waiting = [];
@@ -142,7 +144,7 @@ export class FairPlay {
     }
   }
 
-  /** Nothing more is to be heard of the session before. */
+  /** Forgets the previous session: no more answers will come from it. */
   #leave() {
     this.#unanswered.clear();
     this.#end = "no";
@@ -152,7 +154,7 @@ export class FairPlay {
   told(state) {
     this.#beginning = false;
     if (!this.#isOurs(state)) {
-      this.#give();
+      this.#giveUp();
       this.news.say(t("fair.not-ours"), { urgent: true });
       return;
     }
@@ -177,13 +179,13 @@ export class FairPlay {
   ended(ended) {
     const { heard } = this;
     this.news.tell("over", { session: ended.session, total: Number(ended.statement.drops) });
-    // Where a refused drop told us first that it is over, the next one has begun.
+    // A refused drop may have shown before that this session is over; then the next one has already begun.
     if (ended.session === this.state?.session) this.#begin();
     this.news.tell("ended", { ended, heard });
     this.news.tell("room", null);
   }
 
-  /** @param {Accepted | BriefAccepted} event whosever */
+  /** @param {Accepted | BriefAccepted} event of anybody's drop */
   accepted({ receipt, ref }) {
     if (!receipt || !this.#kept || receipt.receipt.session !== this.#kept.session) return;
     this.#keep({ ...this.#kept, heard: [...this.#kept.heard, receipt].slice(-HEARD) });
@@ -197,16 +199,16 @@ export class FairPlay {
   /** @param {Pick<Refusal, "ref" | "code">} refusal @returns {boolean} whether it was about the session */
   refused({ ref, code }) {
     const lost = code === "session-state" || code === "unknown-session" || code === "not-yours";
-    // Several drops may have gone into a session that was over.
+    // Several drops may have been sent into a session that was over: only the first refusal begins a new one.
     if (lost && !this.#beginning) this.#begin();
-    else if (ref === REF) this.#give();
+    else if (ref === REF) this.#giveUp();
     else if (this.#unanswered.delete(ref ?? "")) this.#goOn();
     return ref === REF && lost;
   }
 
   async #begin() {
     if (!hasCrypto()) {
-      this.#give();
+      this.#giveUp();
       this.news.say(t("fair.no-crypto"), { urgent: true });
       return;
     }
@@ -220,7 +222,8 @@ export class FairPlay {
   }
 
   /**
-   * Whether the server has committed to what we asked for, and holds to it when we come back.
+   * Whether the server's statement is about the session that we asked for or, after a reconnect, is the one that it
+   * signed at the beginning.
    * @param {SessionState} state
    */
   #isOurs({ token, statement }) {
@@ -229,8 +232,8 @@ export class FairPlay {
       && statement.board_digest === this.#board && statement.draw_digest === this.#draw;
   }
 
-  /** No session can be had: what waited for one goes nowhere. */
-  #give() {
+  /** No session is possible: gives up the drops that waited for one. */
+  #giveUp() {
     this.failed = true;
     this.state = null;
     const waiting = this.#waiting;
@@ -239,7 +242,7 @@ export class FairPlay {
     this.news.tell("room", null);
   }
 
-  /** @param {Kept | null} kept in the place of what was kept of this room; null forgets */
+  /** @param {Kept | null} kept replaces what was stored of this room; null deletes it */
   #keep(kept) {
     this.#kept = kept;
     const others = this.#saved().filter(({ room }) => room !== this.room);

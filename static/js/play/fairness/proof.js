@@ -1,4 +1,4 @@
-// Verify: a landed drop is computed anew in this page, and held against what the table told of it.
+// Verify: recomputes a landed drop in this page, and compares it with the result that the server sent.
 
 import { getJson, messageOf } from "../../net/api.js";
 import { t } from "../../texts/text.js";
@@ -11,9 +11,9 @@ import { make, say } from "../../util/dom.js";
 
 const SHOWN = 12; // digits of a digest
 
-/** @typedef {{impacts: number, fault: string | null, digest: string}} Verdict fault: what differs */
+/** @typedef {{impacts: number, fault: string | null, digest: string}} Verdict fault: what differs, as a text */
 
-/** Computes drops of the list again. The boards of the tables played at are kept: no server is asked. */
+/** Recomputes drops of the history. It keeps the boards of the rooms visited, so that no server is asked. */
 export class Prover {
   /** @type {Map<string, Board>} by digest */
   #boards = new Map();
@@ -24,13 +24,13 @@ export class Prover {
     game.on("table", ({ hello }) => this.#boards.set(hello.board_digest, hello.board));
   }
 
-  /** @param {Played} drop @returns {boolean} whether there is something to hold it against */
+  /** @param {Played} drop @returns {boolean} whether there is a digest to compare with */
   canVerify({ digest, knocked }) {
     return this.solver !== null && Boolean(digest) && !knocked;
   }
 
   /**
-   * Shows in a row of the list how the drop comes out again, impact by impact.
+   * Shows the recomputed drop in its row of the history, impact by impact.
    * @param {Played} drop
    * @param {HTMLElement} row
    */
@@ -68,7 +68,7 @@ export class Prover {
 }
 
 /**
- * One dot an impact; they take their colour one after the other, a frame of the screen each.
+ * Shows one dot per impact, and colours one dot per frame.
  * @param {HTMLElement} dots
  * @param {number} count
  * @param {"good" | "bad"} tone

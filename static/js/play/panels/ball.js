@@ -1,4 +1,4 @@
-// Follows one ball: its speed and energy against time, from the moments known of its path.
+// Plots one ball's speed and energy against time, from the keyframes of its path.
 
 import { energyOf } from "../../model/impact.js";
 import { shortestTurn } from "../../model/motion/interpolate.js";
@@ -19,13 +19,13 @@ import { energyAreas } from "../../instruments/energy-areas.js";
 /** @typedef {EnergyRow & {speed: number}} MeterRow */
 
 const REDRAW_MS = 200;
-const NEAR = 3; // of the ball's radius: how far a click may miss it
+const NEAR = 3; // ball radii by which a click may miss the ball
 
-/** The chosen ball of a table, and its two plots. */
+/** The followed ball and its two plots. */
 export class BallMeter {
   /** @type {number | null} id of the ball that is followed */
   chosen = null;
-  /** When the followed ball started, table time. */
+  /** When the followed ball started, s of table time. */
   #start = 0;
   #series = new Series(["t", "speed", "height", "moving", "turning"]);
   /** @type {{t: number, angle: number} | null} */
@@ -48,7 +48,7 @@ export class BallMeter {
     return [...(this.game.room.table?.balls.values() ?? [])];
   }
 
-  /** The followed one, while it flies. */
+  /** The followed ball, while it flies. */
   get #ball() {
     return this.chosen === null ? undefined : this.game.room.table?.balls.get(this.chosen);
   }
@@ -68,21 +68,21 @@ export class BallMeter {
     this.#shownCount = -1;
   }
 
-  /** The ball that started after the followed one, or the oldest. */
+  /** Follows the ball that started after the followed one, or else the oldest. */
   next() {
     const ball = this.#balls.find(({ id }) => id > (this.chosen ?? -1)) ?? this.#balls[0];
     if (ball) this.#follow(ball);
     else this.note.textContent = t("lab.no-ball");
   }
 
-  /** The nearest ball is followed, if it is near. @param {number} x m @param {number} y m */
+  /** Follows the ball nearest to a point, if it is close. @param {number} x m @param {number} y m */
   pick(x, y) {
     const off = (/** @type {Ball} */ { pose }) => Math.hypot(pose.x - x, pose.y - y);
     const [ball] = this.#balls.sort((one, two) => off(one) - off(two));
     if (ball && off(ball) < NEAR * (this.game.room.table?.board.ball.radius ?? 0)) this.#follow(ball);
   }
 
-  /** The followed ball's path has grown: its new moments are measured. */
+  /** Measures the new keyframes of the followed ball. */
   measure() {
     const { table } = this.game.room;
     const since = this.#before?.t ?? -1;
@@ -94,7 +94,7 @@ export class BallMeter {
   /** @param {Board} board @param {Keyframe} keyframe */
   #add(board, { t, y, vx, vy, angle }) {
     const before = this.#before;
-    // The wire has no spin; the angle's change since the last snapshot has it.
+    // Keyframes have no spin: it is computed from the change of the angle.
     const omega = before ? shortestTurn(before.angle, angle) / (t - before.t) : 0;
     this.#before = { t, angle };
     const { moving, turning, height } = energyOf(board, { y, vx, vy, omega });
@@ -102,12 +102,12 @@ export class BallMeter {
   }
 
   /**
-   * Redraws the plots now and then.
+   * Redraws the plots, at most once in REDRAW_MS.
    * @param {number} nowMs
    * @returns {boolean} whether there is more to redraw
    */
   show(nowMs) {
-    // Our newest ball is followed as long as nobody chose another that still flies.
+    // Without a followed ball in flight, our newest one is followed.
     const newest = this.#ball ? null : this.#balls.findLast(({ mine, landed }) => mine && !landed);
     if (newest && newest.id !== this.chosen) this.#follow(newest);
     if (this.#series.count === this.#shownCount) return false;

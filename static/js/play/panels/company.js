@@ -1,4 +1,4 @@
-// Who is at the table, what they have just won, one's own name and colour, and a link that invites.
+// The other players at the table, what they have won, the player's own name and colour, and an invitation link.
 
 import { labelOf } from "../../model/board.js";
 import { swatchOf } from "../../model/table/company.js";
@@ -15,10 +15,10 @@ import { nameOf } from "../account/self.js";
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
 
-const SHOWN_MS = 250; // between two renewals while balls rain
-const TOLD_MS = 2100; // between two changes of name: the server takes no more for long
+const SHOWN_MS = 250; // between two updates while many balls land
+const TOLD_MS = 2100; // between two changes of the name: the server refuses faster ones
 
-/** Of one table at a time. @param {Game} game @param {Theme} theme */
+/** @param {Game} game @param {Theme} theme */
 export function showCompany(game, theme) {
   const show = () => {
     const { company } = game.room;
@@ -48,7 +48,7 @@ function rowOf({ mine, owner, ball, score, bin }, { room: { hello, own } }, them
   const colour = mine ? (owner?.colour ?? theme.palette.ball) : (owner ? swatchOf(owner) : theme.palette.other);
   const who = mine ? t("company.you") : called(owner);
   const row = make("li", {}, swatch(colour), make("bdi", {}, who), paidMark(theme, board, bin, score));
-  // What others did to a ball is in no seed: there is nothing to replay alone.
+  // A ball that others knocked cannot be replayed from its seed.
   if (hello?.mode === "interacting") return row;
   const { seed, x, explicit, aim } = ball;
   const href = replayLink({ board: own.address, seed, x: explicit ? x : null, aim });
@@ -57,7 +57,7 @@ function rowOf({ mine, owner, ball, score, bin }, { room: { hello, own } }, them
   return row;
 }
 
-/** One's own name and colour. @param {Game} game */
+/** The form for the player's own name and colour. @param {Game} game */
 function offerAppearance(game) {
   const name = byId("self-name", HTMLInputElement);
   const { colour: chosen = "", name: kept = "" } = game.self.appearance;

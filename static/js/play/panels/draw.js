@@ -1,4 +1,4 @@
-// The odds of a table with a draw: which bins can come, and how often each of them does.
+// The odds of a room with a draw: its bins with their multipliers and exact probabilities.
 
 import { labelOf } from "../../model/board.js";
 import { drawOdds } from "../../model/draw.js";
@@ -8,7 +8,7 @@ import { multiplier } from "../../util/format.js";
 
 /** @import { Game } from "../game.js" */
 
-/** Hidden at tables without a draw. @param {Game} game */
+/** Hidden in rooms without a draw. @param {Game} game */
 export function showDraw(game) {
   game.on("table", ({ hello: { board, draw } }) => {
     byId("draw").hidden = draw === undefined;

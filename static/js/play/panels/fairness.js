@@ -1,4 +1,4 @@
-// The padlock: what was committed to before a drop, and after it the check of all of it.
+// The padlock and the drawer "Fair": the commitments before a drop, and the check of the session after its end.
 
 import { readExport } from "../../fairness/export.js";
 import { report, value } from "../../fairness/report.js";
@@ -14,9 +14,9 @@ import { saveFile } from "../../util/file.js";
 /** @import { Heard } from "../fairness/fair-play.js" */
 /** @import { Game } from "../game.js" */
 
-const SHORT = 8; // digits of a commitment in the padlock's tooltip, of a session in a file's name
+const SHORT = 8; // digits shown of a commitment in the tooltip, and of a session in the file's name
 
-/** Shows the session, and checks it once it is over. @param {Game} game */
+/** Shows the session, and checks it when it has ended. @param {Game} game */
 export function showFairness(game) {
   const verdict = byId("fair-verdict");
   /** @type {Promise<Tools> | null} fetched by the first check */
@@ -44,7 +44,7 @@ export function showFairness(game) {
     );
   };
 
-  /** @param {SessionEnded} ended @param {Heard} heard what we were given meanwhile */
+  /** @param {SessionEnded} ended @param {Heard} heard what this page received during the session */
   const check = async ({ session }, heard) => {
     verdict.hidden = false;
     say(verdict, "", t("page.computing"));

@@ -1,4 +1,4 @@
-// Judges the table's histogram and the returns: what chance allows, in numbers.
+// Statistics of the room: how well its histogram fits the expected odds, and confidence intervals of the returns.
 
 import { fitTest, Mean, sameTest } from "../../model/statistics.js";
 import { measure, SAMPLE } from "../../instruments/measure.js";
@@ -16,31 +16,31 @@ const CONFIDENCE = 0.95;
 const TELL_MS = 500;
 const UNLIKELY = 0.01;
 
-/** @typedef {Expectation & {counts?: number[]}} Expected counts: of the sample it was measured in */
+/** @typedef {Expectation & {counts?: number[]}} Expected counts: those of the sample, if it was measured */
 
-/** The fit and the returns; tells what the histogram is compared with. */
+/** The fit and the returns. Announces the distribution that the histogram is compared with. */
 export class FitMeter {
   /** @type {Expected | null} */
   expected = null;
   #told = "";
   #toldMs = 0;
   #waiting = "";
-  /** Of the last board that was measured. @type {{digest: string, expected: Expected} | null} */
+  /** The last measurement. @type {{digest: string, expected: Expected} | null} */
   #measured = null;
   /** @type {Pick<Hello, "board" | "board_digest"> | null} */
   #table = null;
-  #fresh = true; // nobody has chosen yet what this board is compared with
-  /** By the landings of record, from the aim chosen. @type {Expected | null} */
+  #fresh = true; // whether the comparison for this board has not been chosen yet
+  /** The recorded odds for the chosen aim. @type {Expected | null} */
   #record = null;
 
-  /** @param {Game} game @param {HTMLDetailsElement} panel only while it is open is the server made to work for it */
+  /** @param {Game} game @param {HTMLDetailsElement} panel nothing is measured while it is closed */
   constructor(game, panel) {
     this.game = game;
     this.panel = panel;
     onChoice("against", () => this.#choose());
     panel.addEventListener("toggle", () => { if (panel.open) this.#choose(); });
     game.on("table", ({ hello }) => {
-      // A line that came back finds the choice as it was made.
+      // A reconnect to the same board keeps the choice.
       if (hello.board_digest === this.#table?.board_digest) return;
       this.#table = hello;
       this.#record = null;
@@ -50,7 +50,7 @@ export class FitMeter {
     game.on("odds", (odds) => this.#setRecord(odds));
   }
 
-  /** @param {Odds | null} odds from the aim chosen, where such are known of this board */
+  /** @param {Odds | null} odds for the chosen aim; null if unknown */
   #setRecord(odds) {
     const label = t(odds?.measured ? "lab.label-measured" : "lab.label-counted", { n: odds?.drops ?? 0 });
     this.#record = odds && { label, chances: odds.chances };
@@ -90,9 +90,9 @@ export class FitMeter {
   }
 
   /**
-   * @param {number[]} counts of the table
+   * @param {number[]} counts by bin
    * @param {number} nowMs
-   * @returns {boolean} whether there is more to tell
+   * @returns {boolean} whether to call it again soon
    */
   show(counts, nowMs) {
     const own = this.game.account.scores;
@@ -134,7 +134,7 @@ export class FitMeter {
   }
 }
 
-/** @param {number} p @returns {string} two digits that tell; tiny ones as a bound */
+/** @param {number} p @returns {string} with two significant digits; tiny values as a bound */
 function probability(p) {
   if (p < 0.0001) return `< ${fixed(0.0001, 4)}`;
   return fixed(p, p < 0.01 ? 4 : 2);
@@ -154,7 +154,7 @@ function row(name, mean) {
 }
 
 /**
- * From nothing on the left to twice the stake on the right.
+ * Draws a return and its interval on a scale from 0 to twice the stake.
  * @param {number} mean
  * @param {number} doubt
  */

@@ -1,4 +1,4 @@
-// The key beside what is said of a ball that has landed: it hands the ball's link on.
+// The share button next to a result: it shares the link to the ball's replay.
 
 import { replayLink } from "../../net/drop-address.js";
 import { t } from "../../texts/text.js";
@@ -6,28 +6,28 @@ import { byId } from "../../util/dom.js";
 
 /** @import { Game } from "../game.js" */
 
-/** A link to the replay page; a click gives its address away at once. @param {Game} game */
+/** A link to the replay page; a click shares or copies it. @param {Game} game */
 export function offerLink(game) {
   const key = byId("hand-on", HTMLAnchorElement);
   const hide = () => { key.hidden = byId("near").hidden = true; };
   game.on("seen", (played) => {
     if (game.room.own.unseen > 0) return;
     key.href = replayLink(played);
-    key.hidden = Boolean(played.knocked); // what others knocked has no replay of its own
+    key.hidden = Boolean(played.knocked); // a ball that others knocked cannot be replayed alone
   });
   game.on("run", () => { if (game.falling > 0) hide(); });
   game.on("table", hide);
   key.addEventListener("click", async (event) => {
-    if (!navigator.share && !navigator.clipboard) return; // a page by plain HTTP has neither
+    if (!navigator.share && !navigator.clipboard) return; // plain HTTP has neither: the link is followed
     event.preventDefault();
-    const url = `${key.href}&guess`; // who opens it guesses first
+    const url = `${key.href}&guess`; // the recipient guesses the bin first
     try {
-      // By the system's own sheet where there is one, else into the clipboard.
+      // The system's share sheet if there is one, else the clipboard.
       if (navigator.share) await navigator.share({ title: document.title, url });
       else await navigator.clipboard.writeText(url);
       if (!navigator.share) game.say(t("play.link-copied"));
     } catch (error) {
-      // Put away again, it is not asked for; whoever may not use either has the replay page.
+      // AbortError: the player closed the sheet. If sharing is not permitted, the replay page opens.
       if (!(error instanceof DOMException && error.name === "AbortError")) window.location.assign(key.href);
     }
   });

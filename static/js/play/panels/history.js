@@ -1,4 +1,4 @@
-// The last drops: the newest five as chips beside the board, and all of them as a list.
+// The history: the last five drops as chips next to the board, and all kept drops as a list.
 
 import { replayLink } from "../../net/drop-address.js";
 import { t } from "../../texts/text.js";
@@ -12,12 +12,12 @@ import { paidMark } from "./company.js";
 /** @import { Game } from "../game.js" */
 
 const CHIPS = 5;
-const RENEWED_MS = 200; // while balls rain
+const RENEWED_MS = 200; // between two updates while many balls land
 
-/** Both are views of the account. @param {Game} game @param {Theme} theme */
+/** @param {Game} game @param {Theme} theme */
 export function showHistory(game, theme) {
   const prover = new Prover(game);
-  /** @type {Map<string, HTMLElement>} rows by what they show: one of them may show its proof */
+  /** @type {Map<string, HTMLElement>} rows by drop; they are reused, as one may show its proof */
   let rows = new Map();
   let newest = "";
 
@@ -34,7 +34,7 @@ export function showHistory(game, theme) {
     byId("last").replaceChildren(...chips);
   };
 
-  /** @param {Played} drop @returns {HTMLElement} its multiplier, or that it has none */
+  /** @param {Played} drop @returns {HTMLElement} its multiplier, or that it did not land in a bin */
   const mark = ({ bin, score }) => {
     const paid = paidMark(theme, null, bin, score);
     if (bin === null) paid.title = t("play.void-why");
@@ -49,7 +49,7 @@ export function showHistory(game, theme) {
       : make("span", { class: "on" }, make("b", {}, signed(paid - stake)), ` ${board}`);
     const line = make("li", {}, mark(drop), where);
     if (drop.knocked) {
-      // What others did to the ball is in no seed: there is nothing to replay alone.
+      // A ball that others knocked cannot be replayed from its seed.
       line.append(make("span", { class: "on" }, t("play.knocked")));
       return line;
     }

@@ -1,4 +1,4 @@
-// The "Measure" panel: fit, returns, one ball, the line. Costs nothing while it is closed.
+// The panel "Measure": fit, returns, one ball, the connection. It costs nothing while it is closed.
 
 import { byId, onClick } from "../../util/dom.js";
 import { BallMeter } from "./ball.js";
@@ -8,7 +8,7 @@ import { LineMeter } from "./line.js";
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
 
-/** All instruments of a table. */
+/** All instruments of a room. */
 export class InstrumentPanel {
   /** @param {Game} game @param {Theme} theme */
   constructor(game, theme) {
@@ -28,12 +28,12 @@ export class InstrumentPanel {
     return this.panel.open;
   }
 
-  /** The ball that lies there is followed from now on. @param {number} x m @param {number} y m */
+  /** Follows the ball at a point. @param {number} x m @param {number} y m */
   pick(x, y) {
     if (this.open) this.ball.pick(x, y);
   }
 
-  /** @param {number[]} counts of the tray @param {number} nowMs @returns {boolean} whether there is more to show soon */
+  /** @param {number[]} counts of the tray @param {number} nowMs @returns {boolean} whether to call it again soon */
   show(counts, nowMs) {
     if (!this.open || !this.game.room.table) return false;
     this.line.drawn(nowMs);

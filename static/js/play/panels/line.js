@@ -1,4 +1,4 @@
-// The line to the server in numbers: tick, latency, bytes and pictures a second.
+// The connection to the server in numbers: tick, latency, bytes a second, and drawn frames a second.
 
 import { byId } from "../../util/dom.js";
 import { fixed } from "../../util/format.js";
@@ -9,7 +9,7 @@ const READ_MS = 1000;
 const PING_MS = 2000;
 const SMOOTH = 0.3; // weight of the newest latency
 
-/** Reads once a second while something moves; a sleeping room is left to sleep. */
+/** Updates once a second while something moves; a sleeping room is not woken by pings. */
 export class LineMeter {
   #pictures = 0;
   #bytes = 0;
@@ -27,21 +27,21 @@ export class LineMeter {
     game.on("room", () => { if (game.room.state !== "live") this.#tell(0, 0); });
   }
 
-  /** A picture was drawn. @param {number} nowMs */
+  /** Called after each drawn frame. @param {number} nowMs */
   drawn(nowMs) {
     this.#pictures += 1;
     const { room } = this.game;
-    if (room.state !== "live" || !room.table?.flying) return; // what is down is still shown for a moment
+    if (room.state !== "live" || !room.table?.flying) return; // a landed ball is shown for another moment
     if (nowMs - this.#pingMs > PING_MS && room.ping()) this.#pingMs = nowMs;
     const since = nowMs - this.#readMs;
     if (since < READ_MS) return;
     this.#readMs = nowMs;
-    // After a pause there is nothing to count from.
+    // After a pause the rates would be meaningless: they show 0.
     const seconds = since < 3 * READ_MS ? since / 1000 : Number.POSITIVE_INFINITY;
     this.#tell((room.connection.received - this.#bytes) / seconds, this.#pictures / seconds);
   }
 
-  /** @param {number} bytes a second @param {number} pictures a second */
+  /** @param {number} bytes a second @param {number} pictures frames a second */
   #tell(bytes, pictures) {
     const { tick, connection } = this.game.room;
     const [size, unit] = bytes < 1000 ? [bytes, "B/s"] : [bytes / 1000, "kB/s"];

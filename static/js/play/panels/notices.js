@@ -1,4 +1,4 @@
-// What the page says: the line of results, the state of the connection, and a way on where a table is gone.
+// The page's messages: the status line, the connection's state, and a button out of a room that is gone.
 
 import { Falling } from "../show/falling.js";
 import { MAIN_ROOM } from "../../model/presets.js";
@@ -16,9 +16,9 @@ const STATES = /** @type {const} */ ({
 });
 
 /**
- * The status line: results at once, words on the way of a ball between them.
+ * The status line shows results, and between them how far a ball has come.
  * @param {Game} game @param {Theme} theme
- * @returns {(scene: Scene) => void} to be called for each picture: how far our only ball has come, or how many fall
+ * @returns {(scene: Scene) => void} called for each frame: says how far our only ball has come, or how many fall
  */
 export function showNotices(game, theme) {
   const falling = new Falling();
@@ -50,7 +50,7 @@ export function showNotices(game, theme) {
   game.on("table", ({ table }) => falling.setBoard(table.board));
   game.on("room", showState);
   onClick("line-key", () => game.room.connection.retryNow());
-  onClick("gone-key", () => { // from a table that is gone to the main one
+  onClick("gone-key", () => { // leads from a room that is gone to the main room
     putIntoAddress(MAIN_ROOM);
     if (game.room.id === MAIN_ROOM) window.location.reload();
     else game.enter(MAIN_ROOM);

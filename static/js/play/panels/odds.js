@@ -1,4 +1,4 @@
-// What the table gives back on average and how often its top award comes: of record, or counted in this page.
+// The room's average return and the odds of its top award: from the server's record, or counted in this page.
 
 import { measuredOdds, oddsAt, oddsWords } from "../../model/odds.js";
 import { readBoardName } from "../../model/presets.js";
@@ -14,24 +14,24 @@ import { choiceOf } from "../rooms.js";
 /** @import { OddsReply } from "../../net/replies.js" */
 /** @import { Game } from "../game.js" */
 
-const DROPS = 20_000; // counted in a worker, in about a second
+const DROPS = 20_000; // a worker computes them in about a second
 const KEY = `plinko.odds.${PHYSICS_VERSION}`;
 
 /**
- * What this browser has learnt, by the names of boards: what was measured is not measured again.
+ * The odds that this browser has stored, by board name, so that a board is measured only once.
  * @returns {Record<string, {share: number, measured?: Odds}>}
  */
 const known = () => JSON.parse(window.localStorage.getItem(KEY) ?? "{}");
 
-/** @param {string} name of a board @returns {number | null} its average return, where this browser knows it */
+/** @param {string} name of a board @returns {number | null} its average return; null if not stored */
 export function returnsOf(name) {
   return known()[name]?.share ?? null;
 }
 
-/** @param {Hello} hello @returns {string} what its odds follow from: a draw has odds of its own */
+/** @param {Hello} hello @returns {string} the digest of the draw, if there is one, else of the board */
 const originOf = ({ draw, board_digest: board }) => draw?.digest ?? board;
 
-/** Of one table at a time. @param {Game} game */
+/** @param {Game} game */
 export function showOdds(game) {
   /** @type {Odds[]} by aim */
   let odds = [];
@@ -44,7 +44,7 @@ export function showOdds(game) {
   };
   const show = () => {
     const { hello } = game.room;
-    // Those of the table before may come late, when another is there already.
+    // The odds may belong to the previous room, if the new one's have not arrived.
     const here = hello && originOf(hello) === digest;
     const now = here ? oddsAt(odds, game.choice.aim, hello.board.drop.x) : null;
     const words = now ? oddsWords(now) : "";
@@ -55,11 +55,11 @@ export function showOdds(game) {
   game.on("table", async ({ hello }) => {
     const { board_name: name } = hello;
     const entered = originOf(hello);
-    if (entered === digest) return; // a line that came back
+    if (entered === digest) return; // a reconnect
     digest = entered;
     odds = [];
     game.odds = null;
-    // Where balls knock each other no odds of one ball hold; boards that cannot be chosen were never counted.
+    // Where balls knock each other, the odds of a single ball do not hold. Boards outside the form have no record.
     const choice = choiceOf(hello);
     const found = choice && !choice.knock && !hello.draw ? await oddsOf(hello).catch(() => []) : [];
     if (entered !== digest) return;

@@ -1,4 +1,4 @@
-// The balance in the head, and the amounts that fly into it from the bins.
+// The balance in the page's header, and the wins that fly into it from the bins.
 
 import { binBox } from "../../paint/board.js";
 import { byId, make, onClick } from "../../util/dom.js";
@@ -8,12 +8,12 @@ import { amount } from "../../util/format.js";
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
 
-const MOST = 8; // amounts in the air; of more only the balance tells
+const MOST = 8; // amounts flying at once; further wins only change the balance
 const RISE_MS = 420;
 const FLY_MS = 520;
 
 /**
- * Shows the account's balance; each win leaves its bin and goes there.
+ * Shows the account's balance; each win flies from its bin to it.
  * @param {Game} game @param {Theme} theme @param {BoardView} view
  */
 export function showPurse(game, theme, view) {

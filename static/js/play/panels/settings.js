@@ -1,4 +1,4 @@
-// The drawer of what a player sets once: language, colours, ghost trails, the anonymous ID.
+// The drawer "Settings": language, colours, ghost trails, the anonymous ID.
 
 import { language } from "../../texts/text.js";
 import { byId, check, onChoice, onClick, radioValue } from "../../util/dom.js";
@@ -12,7 +12,7 @@ const GHOST_KEY = "plinko.ghost.1";
 
 /** @param {Game} game @param {Theme} theme @param {Ghost} ghost */
 export function offerSettings(game, theme, ghost) {
-  // The language is kept in a cookie, for the server fills the pages; the page comes again in another one.
+  // The server fills the pages' texts in, so the language is stored in a cookie, and the page is reloaded.
   const choice = byId("language", HTMLSelectElement);
   choice.value = language;
   choice.addEventListener("change", () => {
@@ -37,7 +37,7 @@ export function offerSettings(game, theme, ghost) {
     game.storage.setItem(GHOST_KEY, ghost.on ? "on" : "off");
   });
 
-  /** The ID by which the server finds a player's drops again. */
+  /** Links the drops that the server has under this player's ID. */
   const showMark = () => {
     const plays = `api/v1/players/${game.wallet.mark}/plays`;
     byId("plays-json", HTMLAnchorElement).href = plays;

@@ -1,4 +1,4 @@
-// What the player has won and lost since the last reset: profit with its curve, balls, wins, losses, the best.
+// The statistics since the last reset: profit with its curve, balls, wins, losses and the best multiplier.
 
 import { t } from "../../texts/text.js";
 import { byId, onClick } from "../../util/dom.js";
@@ -6,10 +6,10 @@ import { amount, multiplier, plain, signed } from "../../util/format.js";
 
 /** @import { Game } from "../game.js" */
 
-const RENEWED_MS = 200; // while balls rain
-const [WIDE, HIGH] = [240, 64]; // of the curve's own square paper
+const RENEWED_MS = 200; // between two updates while many balls land
+const [WIDE, HIGH] = [240, 64]; // the view box of the curve's SVG
 
-/** A view of the account. @param {Game} game */
+/** @param {Game} game */
 export function showStatistics(game) {
   const [line, zero] = ["curve-line", "curve-zero"].map((id) => document.getElementById(id));
   const show = () => {

@@ -1,4 +1,4 @@
-// The tray below the board: bars or the pile, what is expected there, and how many have landed.
+// The tray below the board: landed balls as bars or as a pile, the expected counts, and their number.
 
 import { Histogram } from "../../instruments/histogram.js";
 import { openPile } from "../../instruments/pile/pile.js";
@@ -12,7 +12,7 @@ const PILE_KEY = "plinko.pile.1";
 const RENEWED_MS = 200;
 
 /**
- * The pile is what is shown unless the player chose bars; what moves it is fetched at the first touch.
+ * Shows the pile unless the player has chosen bars. The pile's code is fetched at the first touch or key.
  * @param {Game} game @param {Theme} theme
  */
 export function showTray(game, theme) {
@@ -59,7 +59,10 @@ export function showTray(game, theme) {
   });
   theme.onChange(() => histogram.draw());
 
-  /** @param {number} nowMs @param {boolean} still nothing is to move @returns {boolean} whether more is to come */
+  /**
+   * @param {number} nowMs @param {boolean} still whether motion is reduced
+   * @returns {boolean} whether to call it again soon
+   */
   const show = (nowMs, still) => {
     histogram.refresh(nowMs, still);
     const text = histogram.words;

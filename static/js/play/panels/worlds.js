@@ -1,4 +1,4 @@
-// The worlds to play in: pictures of which one is chosen by one tap, with what each gives back where it is known.
+// The choice of the world: a picture for each, with its average return where known.
 
 import { isOwn, TABLES, worldName, worldWords } from "../../model/worlds.js";
 import { boardName } from "../../model/presets.js";
@@ -12,15 +12,15 @@ import { returnsOf } from "./odds.js";
 /** @import { Game } from "../game.js" */
 
 const TRY_KEY = "plinko.tried.1";
-const TRY_AFTER = 10; // drops at home
+const TRY_AFTER = 10; // drops in the ordinary world
 
-/** As a strip below the desk, and once more in the drawer. @param {Game} game @param {Theme} theme */
+/** Fills the strip below the desk, and the one in the drawer. @param {Game} game @param {Theme} theme */
 export function offerWorlds(game, theme) {
   for (const box of ["worlds", "places"]) fill(byId(box), game, theme);
 }
 
 /**
- * Radio buttons. A world that is none of them leaves all unchecked.
+ * Radio buttons; a world that is not offered leaves all unchecked.
  * @param {HTMLElement} box @param {Game} game @param {Theme} theme
  */
 function fill(box, game, theme) {
@@ -52,13 +52,13 @@ function fill(box, game, theme) {
       paintSample(fitted(picture, { width, height }), { width, height }, window.devicePixelRatio || 1, look);
     }
   };
-  // Nothing is painted before it is looked at.
+  // The pictures are painted once the box is visible.
   new ResizeObserver(paint).observe(box);
   theme.onChange(paint);
   for (const kind of /** @type {const} */ (["table", "choice", "odds"])) game.on(kind, show);
 }
 
-/** After some drops at home another world is offered, once. @param {Game} game */
+/** After some drops in the ordinary world, offers another world, once. @param {Game} game */
 export function offerMoon(game) {
   const button = byId("try-moon");
   const show = () => {

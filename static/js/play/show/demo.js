@@ -1,4 +1,4 @@
-// Demo balls: over a quiet table some fall in this page alone, until somebody plays. Nothing counts or tells them.
+// Demo balls: they fall in a quiet room, only in this page, until somebody plays. They are neither counted nor sent.
 
 import { Table } from "../../model/table/table.js";
 import { byId } from "../../util/dom.js";
@@ -10,11 +10,11 @@ import { randomSeed } from "../room.js";
 /** @import { Game } from "../game.js" */
 
 const KEY = "plinko.demo.1";
-const QUIET_MS = 5000; // before the first
+const QUIET_MS = 5000; // before the first ball
 const EVERY_MS = 1800;
-const BALLS = 12; // then the table rests
+const BALLS = 12; // then the demo ends
 
-/** The balls, on a table of their own whose clock is the page's. Pure but for chance. */
+/** The demo's balls, on a separate table that runs on the page's clock. Pure but for random seeds. */
 export class DemoBalls {
   #count = 0;
   #nextMs = 0;
@@ -46,10 +46,10 @@ export class DemoBalls {
 }
 
 /**
- * Begins over a table that stays quiet, ends with the first ball of anybody's, and then never comes back to it.
+ * Begins in a room that stays quiet, and ends for good in that room with anybody's first ball.
  * @param {Game} game
  * @returns {(nowMs: number, table: Table | null, still: boolean) => Scene | null} null while there is no demo;
- *   table: the real one; still: nothing is to move
+ *   table: the real one; still: whether motion is reduced
  */
 export function offerDemo(game) {
   const wanted = byId("demo", HTMLInputElement);
@@ -57,7 +57,7 @@ export function offerDemo(game) {
   let balls = null;
   let timer = 0;
   let digest = "";
-  /** Waits for the table to have been quiet; null once somebody has played. @type {(() => void) | null} */
+  /** Starts waiting for a quiet time; null once somebody has played. @type {(() => void) | null} */
   let wait = null;
 
   const hide = () => {
@@ -83,7 +83,7 @@ export function offerDemo(game) {
     else hide();
   });
   game.on("table", ({ hello, table: { solve, flying } }) => {
-    if (hello.board_digest === digest) return; // a line that came back
+    if (hello.board_digest === digest) return; // a reconnect
     digest = hello.board_digest;
     end();
     if (!solve || flying) return;

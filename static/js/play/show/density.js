@@ -1,16 +1,16 @@
-// Where balls have spent their time: a grid of fixed size, whatever falls over it. Pure.
+// A grid of the time that balls have spent in each place; its size does not grow with the number of balls. Pure.
 
 import { poseBetween } from "../../model/motion/interpolate.js";
 
 /** @import { Keyframe, Law } from "../../model/motion/interpolate.js" */
 
-const CELLS = 240_000; // about a megabyte; half a centimetre to two on the usual boards
-const STEP = 1 / 300; // s between samples: closer than a cell at the speeds of a board
-const USUAL_SPEED = 2; // m/s: a ball this fast that crosses a cell adds one to it
+const CELLS = 240_000; // about a megabyte; cells of 0.5 to 2 cm on the usual boards
+const STEP = 1 / 300; // s between samples: a ball moves less than a cell
+const USUAL_SPEED = 2; // m/s: a ball of this speed that crosses a cell adds 1 to it
 
-/** @typedef {{left: number, right: number, top: number, bottom: number}} Field metres */
+/** @typedef {{left: number, right: number, top: number, bottom: number}} Field m */
 
-/** Counts over a field. */
+/** The grid over a field. */
 export class Density {
   most = 0;
 
@@ -23,13 +23,13 @@ export class Density {
     this.height = Math.max(1, Math.round((this.width * down) / across));
     this.cell = across / this.width;
     this.cells = new Float32Array(this.width * this.height);
-    /** Rows touched since they were last read, as a range. */
+    /** The range of rows changed since they were last painted. */
     this.firstRow = this.height;
     this.lastRow = -1;
   }
 
   /**
-   * Adds the stretch between two keyframes of a path, by the time it took.
+   * Adds the part of a path between two keyframes, weighted by its duration.
    * @param {Keyframe} a
    * @param {Keyframe} b
    * @param {Law} law
@@ -44,9 +44,9 @@ export class Density {
   }
 
   /**
-   * Spreads a weight over the four cells around a place, metres.
-   * @param {number} x
-   * @param {number} y
+   * Spreads a weight over the four cells around a point.
+   * @param {number} x m
+   * @param {number} y m
    * @param {number} weight
    */
   add(x, y, weight) {

@@ -1,4 +1,4 @@
-// What a landing leaves on the board: the impact that decided it, and for a win light through its pegs.
+// What a landing leaves on the board: the impact that decided the bin and, for a win, light along the pegs it hit.
 
 import { startSpan } from "../../model/board.js";
 import { PEG } from "../../model/motion/drop.js";
@@ -10,15 +10,15 @@ import { JACKPOT, WIN } from "./moment.js";
 /** @import { Solved } from "../../model/table/solved-feed.js" */
 /** @import { Fork } from "./fork.js" */
 
-const RUN_S = 1.1; // that the light takes from the first peg to the last
+const RUN_S = 1.1; // for the light from the first peg to the last
 const FADE_S = 0.7;
-const SLOW_S = 2; // that the slow look takes
-const NEAR_S = 0.45; // that the view takes to come near, before
-const AROUND_S = 0.14; // of the drop, before and after what decided it
+const SLOW_S = 2; // of slow motion
+const NEAR_S = 0.45; // for zooming in before it
+const AROUND_S = 0.14; // of the drop shown before and after the deciding impact
 const TRAIL = 10;
 const TRAIL_S = 0.008;
 
-/** The last landing of ours, for as long as nothing else falls. */
+/** Shows our last landing until another ball falls. */
 export class Encore {
   /** @type {{drop: Solved, pegs: Peg[], fork: Fork | null, score: number, slow: boolean} | null} */
   #shown = null;
@@ -32,12 +32,12 @@ export class Encore {
   }
 
   /**
-   * @param {Solved} drop that has landed
+   * @param {Solved} drop one that has landed
    * @param {Board} board
    * @param {(x: number) => Solved} dropAt
-   * @param {boolean} still nothing is to move
+   * @param {boolean} still whether motion is reduced
    */
-  begin(drop, board, dropAt, still) {
+   begin(drop, board, dropAt, still) {
     const pegs = drop.impacts.filter((row) => row[6] === PEG).map((row) => board.pegs[row[7]]);
     const { x } = board.drop;
     const span = startSpan(board.drop);
@@ -47,21 +47,21 @@ export class Encore {
     this.#since = null;
   }
 
-  /** What decided a jackpot, while it is looked at from near. @type {Point | null} */
+  /** The deciding impact of a jackpot, while the view is zoomed in on it. @type {Point | null} */
   near = null;
 
-  /** Whether a jackpot's look from near is still to come or to end: nothing is shown over it. */
+  /** Whether the zoom on a jackpot is due or running: nothing else is shown over it. */
   get looking() {
     return this.#shown !== null && this.#shown.slow && (this.#since === null || this.near !== null);
   }
 
   /**
-   * Adds what there is to see to a scene.
+   * Adds it to a scene.
    * @param {Scene} scene
    * @param {number} wall local time, s
-   * @param {boolean} still nothing is to move
-   * @param {boolean} lab whether the Lab is open: how a ball that started a little aside would have fallen is shown
-   * @returns {boolean} whether it goes on moving
+   * @param {boolean} still whether motion is reduced
+   * @param {boolean} lab whether the Lab is open, which also shows the path of a ball with a shifted start
+   * @returns {boolean} whether it still moves
    */
   show(scene, wall, still, lab) {
     scene.fork = null;

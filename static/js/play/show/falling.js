@@ -1,4 +1,4 @@
-// What is said of a ball of ours: a few times on its way, and how near it came to more. Pure.
+// Sentences about our ball: how far it has fallen, and how close it came to a better bin. Pure.
 
 import { prizeOf } from "../../paint/prizes.js";
 import { t } from "../../texts/text.js";
@@ -6,21 +6,21 @@ import { t } from "../../texts/text.js";
 /** @import { Board } from "../../model/board.js" */
 /** @import { SceneBall } from "../../model/scene.js" */
 
-const NEAR = 0.5; // of the ball's radius, from its centre to the edge between the bins
-const MORE = 3; // times what was paid, and
-const LEAST = 2; // at least so much
-const TIMES = 4; // on the way down: who listens hears each to its end
+const NEAR = 0.5; // ball radii from the ball's centre to the edge between the bins
+const MORE = 3; // the better bin pays at least this many times as much, and
+const LEAST = 2; // at least this multiplier
+const TIMES = 4; // sentences a fall: few enough that a screen reader can finish each
 
-/** The way of one ball at a time. */
+/** Describes the fall of one ball at a time. */
 export class Falling {
-  /** @type {number[]} of the rows of pegs, from above, m */
+  /** @type {number[]} the rows of pegs from the top, y in m */
   #rows = [];
   /** @type {Board["bins"] | null} */
   #bins = null;
   /** @type {number | undefined} */
   #ball;
   #told = 0;
-  /** Whether something else is to be read meanwhile. */
+  /** Whether another message has priority. */
   silent = false;
 
   /** @param {Board} board */
@@ -33,7 +33,7 @@ export class Falling {
 
   /**
    * @param {SceneBall[]} balls in flight
-   * @returns {string | null} something to say, when our only ball has come far enough since the last
+   * @returns {string | null} a sentence, if our only ball has come far enough since the last one
    */
   words(balls) {
     const own = balls.filter(({ mine }) => mine);
@@ -56,9 +56,9 @@ export class Falling {
 
 /**
  * @param {Pick<Board, "ball" | "bins">} board
- * @param {number} bin in which it landed
+ * @param {number} bin in which the ball landed
  * @param {number} x where its centre crossed the bins' line, m
- * @returns {string} a sentence, or nothing
+ * @returns {string} a sentence, or ""
  */
 export function nearMiss({ ball, bins }, bin, x) {
   const { edges, multipliers } = bins;

@@ -1,28 +1,28 @@
-// The one impact that decided the bin: the last that a drop shares with one that started a hair aside.
+// Finds the impact that decided the bin: the last that the drop shares with a drop from a minimally shifted start.
 
 /** @import { Point } from "../../model/board.js" */
 /** @import { Solved } from "../../model/table/solved-feed.js" */
 
-const LEAST = 2 ** -53; // of a metre: a bit of starts about a metre off the middle
-const MOST = 0.01; // m: two starts farther apart than this are simply two drops
-const WIDER = 4; // each time as far aside
-const SAMPLES = 120; // a second, of the other's way
+const LEAST = 2 ** -53; // m: the spacing of doubles just below 1 m
+const MOST = 0.01; // m: two starts farther apart are simply two drops
+const WIDER = 4; // factor between two tried shifts
+const SAMPLES = 120; // points a second of the other path
 
 /**
  * @typedef {object} Fork
- * @property {number} t when it was decided, s since the start
+ * @property {number} t when the bin was decided, s since the start
  * @property {Point} at where the ball's centre was then, m
- * @property {number} hair how far aside the other started, m
- * @property {number} score what the other's bin pays
- * @property {Point[]} path the other's, from there on, m
+ * @property {number} hair the shift of the other start, m
+ * @property {number} score the multiplier of the other bin
+ * @property {Point[]} path of the other ball from there on, m
  */
 
 /**
- * The nearest start of those tried that leads to another bin; both its paths are exact.
- * @param {Solved} drop that landed
+ * Finds the smallest tried shift of the start that leads to another bin. Both paths are exact.
+ * @param {Solved} drop one that has landed
  * @param {(x: number) => Solved} dropAt
- * @param {{from: number, to: number}} starts that the board allows, m
- * @returns {Fork | null} null where no hair changes the bin
+ * @param {{from: number, to: number}} starts the range that the board allows, m
+ * @returns {Fork | null} null if no shift changes the bin
  */
 export function findFork(drop, dropAt, { from, to }) {
   for (let hair = LEAST; hair <= MOST; hair *= WIDER) {
@@ -55,7 +55,7 @@ function forkOf(drop, other) {
   };
 }
 
-/** Whether two impacts are on the same thing. @param {number[]} one @param {number[]} other */
+/** Whether two impacts are on the same peg or wall. @param {number[]} one @param {number[]} other */
 function alike(one, other) {
   return one[6] === other[6] && one[7] === other[7];
 }

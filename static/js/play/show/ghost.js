@@ -1,4 +1,4 @@
-// Ghost trails: the layer that balls paint as they pass, and with it the distribution.
+// Ghost trails: a layer that shows where balls have passed, and so their distribution.
 
 import { sides } from "../../paint/geometry.js";
 import { contextOf } from "../../util/canvas.js";
@@ -11,30 +11,30 @@ import { Density } from "./density.js";
 /** @import { Keyframe, Law } from "../../model/motion/interpolate.js" */
 
 const TONES = 256;
-const ROWS_A_FRAME = 48; // of pixels painted at once: a fraction of a millisecond
-const PAUSE_MS = 120; // between two sweeps over what has changed
+const ROWS_A_FRAME = 48; // rows of cells painted a frame, in a fraction of a millisecond
+const PAUSE_MS = 120; // between two sweeps over the changed rows
 const STRONGEST = 0.62; // opacity
-const FULL = 60; // a cell this full is painted solid, until another has more
+const FULL = 60; // count of a cell with the strongest tone, until a cell has more
 
 /**
- * @typedef {{density: Density, band: ImageData, picture: HTMLCanvasElement}} Grid band: some rows of it as pixels;
- *   picture: all of it, a pixel a cell
+ * @typedef {{density: Density, band: ImageData, picture: HTMLCanvasElement}} Grid band: some rows as pixels;
+ *   picture: the whole grid, one pixel per cell
  */
 
 /**
- * Paints a density onto its own canvas, a band of rows at a time. The canvas has the display's pixels: cells that
- * are stretched over the board are stretched when they change, and not for each frame.
+ * Paints a density onto its own canvas, a band of rows at a time. The canvas has the display's resolution, so that
+ * the browser scales cells only when they change, not in each frame.
  */
 export class Ghost {
   #on = true;
-  /** Of the board, once there is one. @type {Field | null} */
+  /** @type {Field | null} */
   #field = null;
   /** @type {Grid | null} */
   #grid = null;
-  #next = 0; // row to go on with in this sweep
+  #next = 0; // next row of this sweep
   #until = -1; // last row of this sweep
   #sweptMs = 0;
-  #range = 0; // `most` that the picture on the canvas was made for
+  #range = 0; // the density's `most` at the last full sweep
 
   /** @param {HTMLCanvasElement} canvas @param {Theme} theme */
   constructor(canvas, theme) {
@@ -48,7 +48,7 @@ export class Ghost {
     return this.#on;
   }
 
-  /** Off, it neither counts nor paints. */
+  /** When off, it neither counts nor paints. */
   set on(on) {
     this.#on = on;
     this.canvas.hidden = !on;
@@ -78,7 +78,7 @@ export class Ghost {
   }
 
   /**
-   * A stretch of a path that a ball has left behind; see Path.forget.
+   * Adds a part of a path that a ball has completed; see Path.forget.
    * @param {Keyframe} a
    * @param {Keyframe} b
    * @param {Law} law
@@ -98,7 +98,7 @@ export class Ghost {
     this.#grid = { density, band: new ImageData(width, ROWS_A_FRAME), picture };
   }
 
-  /** The colours have changed: all is painted anew. */
+  /** Repaints everything in the theme's new colours. */
   recolour() {
     this.tones = tonesOf(this.theme.palette);
     if (!this.#grid) return;
@@ -107,13 +107,13 @@ export class Ghost {
     density.lastRow = density.height - 1;
   }
 
-  /** Something is left to paint. */
+  /** Whether something is left to paint. */
   get pending() {
     return this.#on && (this.#until >= 0 || (this.#grid?.density.lastRow ?? -1) >= 0);
   }
 
   /**
-   * Paints a little, if there is something to paint and the last sweep is long enough ago.
+   * Paints the next band of rows, if rows have changed and the last sweep is long enough ago.
    * @param {number} nowMs
    */
   paint(nowMs) {
@@ -131,7 +131,7 @@ export class Ghost {
   /** @param {Density} density @param {number} nowMs */
   #begin(density, nowMs) {
     if (density.lastRow < 0 || nowMs - this.#sweptMs < PAUSE_MS) return false;
-    // A new maximum tones everything down, so everything is painted anew; but not for each ball.
+    // A new maximum dims every cell, which needs a full repaint: it waits until the maximum has grown by a quarter.
     const all = density.most > 1.25 * this.#range;
     if (all) this.#range = density.most;
     this.#next = all ? 0 : density.firstRow;
@@ -146,7 +146,7 @@ export class Ghost {
     const { density: { cells, width, most }, band, picture } = grid;
     const pixels = new Uint32Array(band.data.buffer);
     const from = first * width;
-    // A logarithm, so that the first ball is seen and the thousandth too.
+    // The scale is logarithmic, so that both the first and the thousandth ball are visible.
     const scale = (TONES - 1) / Math.log1p(Math.max(FULL, most));
     for (let i = 0; i < rows * width; i += 1) {
       const cell = cells[from + i];
@@ -160,7 +160,7 @@ export class Ghost {
   #stretch({ density, picture }, first, rows) {
     const { width, height } = this.canvas;
     const ctx = contextOf(this.canvas);
-    // Between two rows their colours run into each other, so the neighbours' halves change, too.
+    // Scaling blends neighbouring rows, so half a row above and below changes too.
     const from = Math.floor(((first - 0.5) * height) / density.height);
     const to = Math.ceil(((first + rows + 0.5) * height) / density.height);
     ctx.save();
@@ -175,7 +175,7 @@ export class Ghost {
 
 /**
  * @param {Palette} palette
- * @returns {Uint32Array} ABGR by tone: from the board's own light to the glow of a flash
+ * @returns {Uint32Array} ABGR by tone, from the colour of the light on the board to that of a flash
  */
 function tonesOf({ ray, trayBar, flash }) {
   const stops = [ray, trayBar, flash].map((hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16)));

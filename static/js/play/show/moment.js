@@ -1,4 +1,4 @@
-// The moment of a win: from five times the stake on confetti from its bin, from a hundred times on a whole scene.
+// Celebrates a win: confetti from its bin from 5 times the stake, a full scene from 100 times.
 
 import { binBox } from "../../paint/board.js";
 import { replayLink } from "../../net/drop-address.js";
@@ -11,25 +11,25 @@ import { amount, multiplier, plain } from "../../util/format.js";
 /** @import { Played } from "../../model/player/account.js" */
 /** @import { Theme } from "../../paint/theme.js" */
 
-export const WIN = 5; // times the stake: from here on a win is a moment
-export const JACKPOT = 100; // and from here on a scene
+export const WIN = 5; // times the stake: celebrated with a banner and confetti
+export const JACKPOT = 100; // times the stake: celebrated with a full scene
 const COUNT_MS = 1800;
 const BANNER_MS = 1600;
 const GRAVITY = 900; // px/s²
 const DRAG = 1.1; // 1/s
 const LIFE_S = 2.2;
-const MOST = 420; // pieces at a time
-const SHELLS = 6; // of a scene, one after the other
+const MOST = 420; // pieces at once
+const SHELLS = 6; // further bursts of a scene, SHELL_S apart
 const SHELL_S = 0.55;
 
 /**
- * A piece of confetti, and a burst of many that is to come.
+ * A piece of confetti, and a planned burst of many.
  * @typedef {{x: number, y: number, vx: number, vy: number, spin: number, born: number, colour: string,
  *   size: number}} Piece
  * @typedef {{at: number, x: number, y: number, count: number}} Shell
  */
 
-/** Confetti, a banner for a win, a card for a scene. */
+/** Confetti, the banner of a win, and the card of a jackpot. */
 export class Moment {
   /** The card that counts up. @type {{score: number, since: number | null} | null} */
   #card = null;
@@ -47,7 +47,7 @@ export class Moment {
     onClick("card-close", () => this.hide());
   }
 
-  /** Whether a card still counts up. */
+  /** Whether the card is still counting up. */
   get counting() {
     return this.#card !== null;
   }
@@ -58,7 +58,7 @@ export class Moment {
     delete byId("card").dataset.scene;
   }
 
-  /** @param {Played} played a win of WIN times the stake and more @param {boolean} still nothing is to move */
+  /** @param {Played} played a win of at least WIN times the stake @param {boolean} still whether motion is reduced */
   celebrate(played, still) {
     const { geometry, board } = this.view;
     const { score, bin } = played;
@@ -114,7 +114,7 @@ export class Moment {
     this.#card = still ? null : { score, since: null };
   }
 
-  /** @param {number} nowMs @returns {boolean} whether it goes on */
+  /** @param {number} nowMs @returns {boolean} whether it still moves */
   show(nowMs) {
     this.#count(nowMs);
     this.#fly(nowMs / 1000);

@@ -1,4 +1,4 @@
-// The picture: board, balls, trails, what a landing leaves, the tray; drawn while something moves.
+// Draws the room and plays its sound while something moves: board, balls, trails, tray, and the light of a landing.
 
 import { BoardView } from "../../board/view.js";
 import { describeBoard } from "../../board/alternative-text.js";
@@ -28,11 +28,11 @@ import { Streaks } from "./streaks.js";
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
 
-/** All that is drawn and heard of a room. */
+/** Everything drawn and played of a room. */
 export class Picture {
   #digest = "";
   #still = window.matchMedia("(prefers-reduced-motion: reduce)");
-  /** A win whose moment comes after the look from near. @type {Played | null} */
+  /** A win to celebrate after the zoom. @type {Played | null} */
   #won = null;
   #encore = new Encore();
   #streaks = new Streaks();
@@ -84,7 +84,7 @@ export class Picture {
   /** @param {Hello} hello @param {Table} table */
   #setTable(hello, table) {
     const { board, board_digest: digest, slots } = hello;
-    // A line that came back finds the same board.
+    // After a reconnect the board is usually the same.
     if (this.#digest !== digest) {
       this.#digest = digest;
       announceShape(ratioOf(board));
@@ -103,7 +103,7 @@ export class Picture {
     this.loop.wake();
   }
 
-  /** A ball of ours falls: what was shown of the one before is over, but for a win's moment. */
+  /** Our next ball falls: clears the last landing's light and banner, except while a win is shown. */
   #dropped() {
     this.offerSound();
     if (this.#encore.looking || this.moment.counting) return;
@@ -111,7 +111,7 @@ export class Picture {
     this.moment.hide();
   }
 
-  /** @param {Played} played it is shown to land */
+  /** Our drop's landing was shown. @param {Played} played */
   #seen(played) {
     const { bin, score } = played;
     const { game } = this;
@@ -129,14 +129,14 @@ export class Picture {
     }
     if (won && (!this.#won || score > this.#won.score)) this.#won = played;
     if (last && drop && board && bin !== null && !won) {
-      // How near the ball came to more stands beside what it paid.
+      // How close the ball came to a better bin stands next to its payout.
       byId("near").textContent = nearMiss(board, bin, drop.xEnd);
       byId("near").hidden = byId("near").textContent === "";
     }
     this.loop.wake();
   }
 
-  /** @param {Played} played @returns {Solved | null} where this page computes what became of it */
+  /** @param {Played} played @returns {Solved | null} null if this page cannot compute it */
   #solve({ seed, x, aim, knocked }) {
     const { table } = this.game.room;
     if (knocked || !table?.solve) return null;
@@ -165,7 +165,7 @@ export class Picture {
       this.#won = null;
     }
     const celebrating = this.moment.show(now);
-    // The way our last ball took stands for its motion.
+    // With reduced motion the path of our last ball replaces the moving ball.
     const way = table?.lastTrace?.points();
     if (still) Object.assign(scene, { balls: [], flashes: [], paths: way ? [way] : [] });
     scene.aim = this.hover() ?? game.choice.aim;
@@ -178,7 +178,7 @@ export class Picture {
       || this.#won !== null || demo !== null;
   }
 
-  /** Brings the board near to a place, or back. @param {Point | null} place m */
+  /** Zooms in on a point of the board, or out again. @param {Point | null} place m; null zooms out */
   #look(place) {
     const { geometry, box } = this.view;
     box.classList.toggle("near", place !== null);

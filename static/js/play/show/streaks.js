@@ -1,13 +1,13 @@
-// Drops whose result is shown at once: their whole ways, as lines that light up and fade.
+// The paths of drops at the pace "instant": lines that light up and fade.
 
 /** @import { Scene, Streak } from "../../model/scene.js" */
 /** @import { Solved } from "../../model/table/solved-feed.js" */
 
 const LASTS_S = 1.1;
-const MOST = 12; // the newest; the others make way
-const SAMPLES = 90; // a second of a fall
+const MOST = 12; // older ones are removed
+const SAMPLES = 90; // points a second of a fall
 
-/** Of one table's board. */
+/** The lines on one board. */
 export class Streaks {
   /** @type {(Streak & {since: number | null})[]} since: local time at which it was first shown, s */
   #streaks = [];
@@ -25,7 +25,7 @@ export class Streaks {
     if (this.#streaks.length > MOST) this.#streaks.shift();
   }
 
-  /** @param {Scene} scene @param {number} wall local time, s @returns {boolean} whether some are to be seen */
+  /** @param {Scene} scene @param {number} wall local time, s @returns {boolean} whether any is visible */
   show(scene, wall) {
     for (const streak of this.#streaks) {
       streak.since ??= wall;

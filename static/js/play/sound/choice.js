@@ -1,20 +1,20 @@
-// Whether a player wants to hear the table, and how loud: offered at the first drop, kept for all days after.
+// The player's choice of sound and volume: asked at the first drop, and stored.
 
 import { byId, onClick } from "../../util/dom.js";
 
 /** @import { Sound } from "./sound.js" */
 
 const KEY = "plinko.sound.1";
-const VOLUME = 0.6; // until the player says otherwise
+const VOLUME = 0.6; // until the player chooses one
 const GESTURES = ["pointerdown", "keydown"];
 
 /**
- * The switch in the head, the volume in the settings, and the offer over the board.
+ * The switch in the header, the volume in the settings, and the offer on the board.
  * @param {Sound} sound @param {Pick<Storage, "getItem" | "setItem">} storage
- * @returns {() => void} to be called when a ball falls: the first time, the player is asked
+ * @returns {() => void} to be called when a ball falls: asks the player, unless already answered
  */
 export function offerSound(sound, storage) {
-  /** @type {{on: boolean, volume: number} | null} null until the player has said */
+  /** @type {{on: boolean, volume: number} | null} null until the player has answered */
   let kept = JSON.parse(storage.getItem(KEY) ?? "null");
   const volumes = ["volume", "offer-volume"].map((id) => byId(id, HTMLInputElement));
 
@@ -43,10 +43,10 @@ export function offerSound(sound, storage) {
     field.addEventListener("input", () => {
       const volume = Number(field.value) / 100;
       if (kept) keep(kept.on, volume);
-      else show(volume); // in the offer nothing is decided yet
+      else show(volume); // the offer is not answered yet
     });
   }
-  // Browsers let a page sound only once somebody has touched it.
+  // Browsers allow sound only after a gesture of the user.
   const begin = () => {
     for (const gesture of GESTURES) document.removeEventListener(gesture, begin, true);
     if (kept?.on) sound.switch(true);

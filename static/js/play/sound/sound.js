@@ -1,4 +1,4 @@
-// Plays tones: a few voices of WebAudio, made only once sound was asked for.
+// Plays tones with a few WebAudio voices, which are created only when sound is switched on.
 
 import { placeOf } from "../../model/worlds.js";
 import { sides } from "../../paint/geometry.js";
@@ -10,23 +10,23 @@ import { chimeOf, chosen, toneOf, withOvertones } from "./tones.js";
 /** @import { Tone } from "./tones.js" */
 
 const VOICES = 16;
-const STALE = 0.1; // s: what is longer over than this is not heard any more
-const MASTER = 0.8; // of what the limiter takes, at full volume
+const STALE = 0.1; // s: older impacts are not played
+const MASTER = 0.8; // gain into the limiter at full volume
 
 /** @typedef {{context: AudioContext, master: GainNode}} Output */
 
-/** Sound of a board. Silent, and without an AudioContext, until it is switched on. */
+/** The sound of a board. It has no AudioContext until it is switched on. */
 export class Sound {
   playing = 0;
   #on = false;
-  /** @type {Output | null} made when sound is first asked for */
+  /** @type {Output | null} made when sound is first switched on */
   #output = null;
-  /** @type {{left: number, right: number} | null} of the board, metres */
+  /** @type {{left: number, right: number} | null} of the board, m */
   #sides = null;
   #timbre = HOME;
   #volume = 1;
 
-  /** @param {boolean} on from a click or a key: browsers allow sound only then */
+  /** To be called from a click or a key: browsers allow sound only then. @param {boolean} on */
   async switch(on) {
     this.#on = on;
     if (!on) {
@@ -38,7 +38,7 @@ export class Sound {
     await this.#output.context.resume();
   }
 
-  /** @param {number} volume 0 … 1; loudness is heard as about the root of the power */
+  /** @param {number} volume 0 … 1; the gain is its square, which sounds about linear */
   set volume(volume) {
     this.#volume = volume;
     if (this.#output) this.#output.master.gain.value = MASTER * volume ** 2;
@@ -51,8 +51,8 @@ export class Sound {
   }
 
   /**
-   * @param {QueuedImpact[]} impacts that became due with this picture
-   * @param {number} t table time of the picture, s
+   * @param {QueuedImpact[]} impacts that became due with this frame
+   * @param {number} t table time of the frame, s
    */
   hear(impacts, t) {
     const across = this.#sides;
@@ -65,7 +65,7 @@ export class Sound {
     for (const tone of chosen(tones, VOICES - this.playing)) this.#strike(tone, 0);
   }
 
-  /** @param {number} score what a ball of ours was paid @param {number} place 0 … 1 across */
+  /** @param {number} score the multiplier of our ball @param {number} place 0 … 1 from left to right */
   chime(score, place) {
     if (!this.#audible || !this.#sides) return;
     chosen(chimeOf(score, place, this.#timbre), VOICES - this.playing).forEach((tone, i) => {
@@ -98,9 +98,9 @@ function makeOutput() {
 }
 
 /**
- * One struck tone, fading by itself.
+ * Plays one struck tone, which decays by itself.
  * @param {BaseAudioContext} context
- * @param {AudioNode} into what is played
+ * @param {AudioNode} into the node that receives it
  * @param {Tone} tone
  * @param {number} later s
  * @param {() => void} onEnd

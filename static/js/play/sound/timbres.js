@@ -1,14 +1,15 @@
-// What the pegs of each place sound like. Pitches by ear; what they stand for is said at each.
+// The timbres of each world's pegs. Pitches were chosen by ear; a comment at each says what it imitates.
 
 /**
  * @typedef {object} Timbre
- * @property {[number, number]} peg Hz: of a soft touch on the left, and how much higher on the right
+ * @property {[number, number]} peg Hz: pitch of a soft touch on the left, and how much higher on the right
  * @property {number} wall Hz
- * @property {number} rise how much higher the hardest impact sounds, a share
- * @property {[number, number]} decay s until a peg's tone is a thousandth: of a soft impact, and how much longer of a hard one
+ * @property {number} rise how much higher the hardest impact sounds, relative
+ * @property {[number, number]} decay s until a peg's tone has fallen to 1/1000: for a soft impact, and how much
+ *   longer for a hard one
  * @property {OscillatorType} wave
- * @property {number} bend how far above its pitch a tone begins, times
- * @property {{ratio: number, gain: number, decay: number}[]} overtones times the tone's own
+ * @property {number} bend the initial frequency relative to the tone's
+ * @property {{ratio: number, gain: number, decay: number}[]} overtones relative to the tone
  * @property {number} root Hz of a bin's chord
  */
 
@@ -18,9 +19,9 @@ export const HOME = {
   overtones: [], root: 392,
 };
 
-/** @type {Record<string, Timbre>} by the name of the place */
+/** @type {Record<string, Timbre>} by the name of the world */
 export const TIMBRES = {
-  // Through the ground alone, as there is no air: soft and long.
+  // There is no air, so sound travels only through the ground: soft and long.
   Moon: {
     peg: [520, 260], wall: 210, rise: 0.2, decay: [0.18, 0.3], wave: "sine", bend: 1.08,
     overtones: [{ ratio: 1.5, gain: 0.3, decay: 1.6 }], root: 330,
@@ -30,12 +31,12 @@ export const TIMBRES = {
     peg: [700, 240], wall: 300, rise: 0.5, decay: [0.03, 0.05], wave: "triangle", bend: 2.1,
     overtones: [{ ratio: 2.6, gain: 0.3, decay: 0.5 }], root: 294,
   },
-  // Thick air carries the deep.
+  // Dense air: deep tones.
   Jupiter: {
     peg: [150, 90], wall: 90, rise: 0.4, decay: [0.14, 0.22], wave: "sine", bend: 2.4,
     overtones: [{ ratio: 2, gain: 0.4, decay: 0.7 }], root: 147,
   },
-  // A struck glass: hardly any loss, and partials of a shell.
+  // A struck glass: slow decay, and the partials of a shell.
   Glass: {
     peg: [2200, 900], wall: 1400, rise: 0.06, decay: [0.25, 0.35], wave: "sine", bend: 1,
     overtones: [{ ratio: 2.32, gain: 0.35, decay: 0.6 }, { ratio: 4.25, gain: 0.14, decay: 0.35 }], root: 523,

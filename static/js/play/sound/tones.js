@@ -1,31 +1,31 @@
-// What an impact sounds like, from how hard and where it was; what a bin's pay sounds like. Pure.
+// Computes the tones of an impact, from its speed and place, and of a payout. Pure.
 
 import { HOME } from "./timbres.js";
 
 /** @import { Timbre } from "./timbres.js" */
 
-const SILENT = 0.12; // m/s: softer touches make no sound
-const LOUD = 6; // m/s: harder ones are not louder
+const SILENT = 0.12; // m/s: slower impacts make no sound
+const LOUD = 6; // m/s: faster impacts are not louder
 const WALL = 1;
-const WALL_DECAY = 0.8; // of a peg's
+const WALL_DECAY = 0.8; // relative to a peg's decay
 
 /**
  * @typedef {object} Tone
  * @property {number} frequency Hz
  * @property {number} gain 0 … 1
- * @property {number} decay s until it is a thousandth
+ * @property {number} decay s until the tone has 1/1000 of its gain
  * @property {number} pan -1 … 1
  * @property {OscillatorType} wave
- * @property {number} bend how far above its pitch it begins, times
+ * @property {number} bend the initial frequency relative to `frequency`
  */
 
 /**
- * A peg rings like a small bar: the harder it is hit, the louder and a little brighter. The energy
- * that is heard goes with the square of the speed; ears hear that as steps, hence the root.
+ * A peg rings like a small bar: the harder the impact, the louder, higher and longer the tone. Loudness is perceived
+ * on a compressed scale, so the gain grows more slowly than the speed.
  * @param {{kind: number, speed: number, x: number}} impact
- * @param {{left: number, right: number}} sides of the board, metres
+ * @param {{left: number, right: number}} sides of the board, m
  * @param {Timbre} [timbre]
- * @returns {Tone | null} null for a touch too soft to be heard
+ * @returns {Tone | null} null for an impact that is too soft
  */
 export function toneOf({ kind, speed, x }, { left, right }, timbre = HOME) {
   if (!(speed > SILENT)) return null;
@@ -45,7 +45,7 @@ export function toneOf({ kind, speed, x }, { left, right }, timbre = HOME) {
   };
 }
 
-/** @param {Tone} tone @param {Timbre} timbre @returns {Tone[]} it and what rings with it */
+/** @param {Tone} tone @param {Timbre} timbre @returns {Tone[]} the tone and its overtones */
 export function withOvertones(tone, { overtones }) {
   return [tone, ...overtones.map(({ ratio, gain, decay }) => ({
     ...tone, frequency: ratio * tone.frequency, gain: gain * tone.gain, decay: decay * tone.decay,
@@ -54,9 +54,9 @@ export function withOvertones(tone, { overtones }) {
 
 /**
  * @param {number} score
- * @param {number} place 0 … 1 across
+ * @param {number} place 0 … 1 from left to right
  * @param {Timbre} [timbre]
- * @returns {Tone[]} a soft tick for less than the stake, for more a rising chord
+ * @returns {Tone[]} a soft tick for less than the stake, else a rising chord
  */
 export function chimeOf(score, place, { root, wave } = HOME) {
   const steps = score < 1 ? 1 : Math.min(4, 2 + Math.floor(Math.log10(score)));
@@ -67,7 +67,7 @@ export function chimeOf(score, place, { root, wave } = HOME) {
   }));
 }
 
-/** The loudest first; no more than there are voices. @param {Tone[]} tones @param {number} free */
+/** The loudest tones, at most as many as there are free voices. @param {Tone[]} tones @param {number} free */
 export function chosen(tones, free) {
   if (tones.length <= free) return tones;
   return [...tones].sort((one, two) => two.gain - one.gain).slice(0, Math.max(0, free));

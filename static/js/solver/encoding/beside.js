@@ -1,7 +1,8 @@
-// Files beside a module: fetched in a page or a worker, read in Node.js, whose fetch has no files.
+// Loads files that lie next to a module: by fetch in a page or a worker, from disk in Node.js, whose
+// fetch cannot read files.
 
 /**
- * A module of Node.js's own; null elsewhere.
+ * A built-in module of Node.js; null outside of Node.js.
  * @param {string} name
  */
 export function builtin(name) {
@@ -13,6 +14,6 @@ export async function bytesOf(url) {
   const files = url.protocol === "file:" ? builtin("node:fs/promises") : null;
   if (files) return files.readFile(url);
   const response = await fetch(url);
-  if (!response.ok) throw new Error(`${url.href} is not there: ${response.status}`);
+  if (!response.ok) throw new Error(`${url.href} could not be loaded: HTTP status ${response.status}`);
   return response.arrayBuffer();
 }

@@ -1,16 +1,16 @@
-// Numbers as canonical bytes, for digests: little-endian, every NaN as the one quiet NaN.
+// Numbers as canonical bytes, for digests: little-endian, every NaN as the same quiet NaN.
 
-/** Bytes that grow as they are written. */
+/** A buffer of bytes that grows as values are appended. */
 export class Bytes {
   #view = new DataView(new ArrayBuffer(1024));
   #length = 0;
 
-  /** @returns {Uint8Array} what was written */
+  /** @returns {Uint8Array} all bytes appended until now */
   get written() {
     return new Uint8Array(this.#view.buffer, 0, this.#length);
   }
 
-  /** @param {number} more bytes to come @returns {number} where they go */
+  /** @param {number} more bytes to append @returns {number} where they begin */
   #room(more) {
     const at = this.#length;
     this.#length += more;
@@ -22,7 +22,7 @@ export class Bytes {
     return at;
   }
 
-  /** @param {Iterable<number>} values each a byte */
+  /** @param {Iterable<number>} values 0 … 255 */
   bytes(values) {
     for (const value of values) {
       const at = this.#room(1);
@@ -30,19 +30,19 @@ export class Bytes {
     }
   }
 
-  /** @param {string} hex two digits a byte */
+  /** @param {string} hex two digits for each byte */
   hex(hex) {
     this.bytes((hex.match(/../g) ?? []).map((pair) => parseInt(pair, 16)));
   }
 
-  /** @param {string} text @returns {number} its length in bytes, as UTF-8 */
+  /** Appends text as UTF-8. @param {string} text @returns {number} its bytes */
   text(text) {
     const bytes = utf8(text);
     this.bytes(bytes);
     return bytes.length;
   }
 
-  /** @param {number} value a whole number of 32 bits, with a sign or without */
+  /** @param {number} value a whole number of 32 bits, signed or unsigned */
   word(value) {
     const at = this.#room(4);
     this.#view.setInt32(at, value, true);

@@ -1,9 +1,9 @@
-// SHA-256 (FIPS 180-4), at once and everywhere: a browser's own is only there over HTTPS, and later.
+// SHA-256 (FIPS 180-4), synchronous: the browser's own is asynchronous, and exists only over HTTPS.
 
 const WORDS = 64;
 const BLOCK = 64; // bytes
 
-/** First 32 bits of the fractions of a power of the first primes: 1/2 or 1/3. */
+/** The first 32 bits of the fractional parts of square roots and of cube roots of the first primes. */
 const [FIRST, CONSTANTS] = tables();
 
 function tables() {
@@ -12,7 +12,7 @@ function tables() {
   for (let n = 2; primes.length < WORDS; n += 1) {
     if (primes.every((prime) => n % prime !== 0)) primes.push(n);
   }
-  // By whole numbers: powers are not the same in all browsers.
+  // In integers, because Math.pow differs between browsers.
   return [
     Uint32Array.from(primes.slice(0, 8), (prime) => fraction(prime, 2n)),
     Uint32Array.from(primes, (prime) => fraction(prime, 3n)),
@@ -50,7 +50,7 @@ export function sha256(data) {
   return Array.from(state, (word) => word.toString(16).padStart(8, "0")).join("");
 }
 
-/** @param {Uint32Array} state changed @param {DataView} view @param {number} at where its block is */
+/** @param {Uint32Array} state updated @param {DataView} view @param {number} at where the block begins */
 function mix(state, view, at) {
   const w = schedule;
   for (let i = 0; i < 16; i += 1) w[i] = view.getUint32(at + 4 * i);

@@ -1,6 +1,6 @@
-// A board as the kernels see it: two blocks of memory, of floats and of words.
+// Turns a board into the arrays that the kernels read: one of floats and one of words.
 //
-// All by + - * / and square root in the engine's own order, so that every bit is the same.
+// Only + - * / and square root are used, in the engine's order, so that every bit is the same.
 
 import { gridOf } from "./grid.js";
 import { COLUMNS, DISTANCE, DISTANCE2, X, Y, surfacesOf } from "./surfaces.js";
@@ -15,7 +15,7 @@ const CELLS_PER_WALL = 500;
 
 /**
  * @param {WholeBoard} board
- * @returns {{floats: Float64Array, words: Uint32Array}} as engine/artifact/entries.py reads them
+ * @returns {{floats: Float64Array, words: Uint32Array}} laid out as in engine/artifact/entries.py
  */
 export function arraysOf(board) {
   const { ball, gravity, drag, bins } = board;
@@ -62,7 +62,7 @@ function combined(a, b) {
   };
 }
 
-/** @param {WholeBoard} board @returns {number} the longer side of the largest wall's box, m */
+/** @param {WholeBoard} board @returns {number} the longest extent of a wall in x or y, m; at least the ball's radius */
 function longestWall({ ball, walls }) {
   return walls.reduce(
     (most, { x1, y1, x2, y2 }) => Math.max(most, Math.abs(x2 - x1), Math.abs(y2 - y1)),
@@ -85,9 +85,9 @@ function span(values) {
   return high - low;
 }
 
-/** @param {Float64Array} items @param {number} count @returns {Float64Array} x, y and D^2 of each */
+/** @param {Float64Array} items @param {number} count @returns {Float64Array} x, y and D^2 of each; D^2 is 0 for a line */
 function centresOf(items, count) {
-  const centres = new Float64Array(3 * (count + 1)); // one more, of nothing
+  const centres = new Float64Array(3 * (count + 1)); // the last row stays zero
   for (let i = 0; i < count; i += 1) {
     const row = items.subarray(COLUMNS * i);
     centres.set([row[X], row[Y], row[DISTANCE] === 0 ? 0 : row[DISTANCE2]], 3 * i);

@@ -1,25 +1,27 @@
-// The grid that tells which surfaces a ball may soon touch: for each of its cells, their numbers.
+// The broad phase, a grid: each cell lists the surfaces that a ball in it may soon touch. The same as
+// engine/exact/grid.py.
 
 import { COLUMNS, DISTANCE, DISTANCE2, LENGTH, TX, TY, X, Y } from "./surfaces.js";
 
 const MAX_CELLS = 1 << 17;
 const MAX_LISTED = 1 << 19; // cells in the boxes around all surfaces
 const HEAD_BITS = 28;
-const HEAD_MANY = 15; // the largest number of items that a cell's head can tell
-const WIDER = 1 + 1e-9; // rounding must not lose a cell that just touches
+const HEAD_MANY = 15; // the largest number of items that fits into a cell's head
+const WIDER = 1 + 1e-9; // keeps cells that rounding would lose at the edge of an area
 
 /**
  * @typedef {{left: number, top: number, cellsPerMetre: number, columns: number, rows: number,
- *   starts: Uint32Array, members: Uint32Array, heads: Uint32Array}} Grid as the engine has it
+ *   starts: Uint32Array, members: Uint32Array, heads: Uint32Array}} Grid
  * @typedef {{item: number, x: number, y: number, tx: number, ty: number, length: number,
- *   reach: number, low: [number, number], high: [number, number]}} Area within reach of a surface
+ *   reach: number, low: [number, number], high: [number, number]}} Area all places within `reach` of a
+ *   surface's point or line
  */
 
 /**
  * @param {Float64Array} items rows of COLUMNS
  * @param {number} radius the ball's, m
- * @param {number} reach how near to a cell a ball in it is, m
- * @param {number} fine cells per metre that are wanted
+ * @param {number} reach cells list what a ball can touch while its centre is within this distance of them, m
+ * @param {number} fine cells per metre; fewer if the grid would become too large
  * @returns {Grid}
  */
 export function gridOf(items, radius, reach, fine) {
@@ -75,7 +77,7 @@ function areaOf(row, item, radius, near) {
 }
 
 /**
- * First and last column, first and last row of the cells in the box around an area.
+ * First and last column, first and last row of an area's bounding box.
  * @param {Area} area
  * @param {number} left
  * @param {number} top
@@ -95,7 +97,7 @@ function listedIn(areas, left, top, cellsPerMetre) {
 }
 
 /**
- * Numbers of the cells that an area touches, a few more along a slanted line.
+ * Numbers of the cells that an area touches; along a slanted line also some near it.
  * @param {Area} area
  * @param {number} left
  * @param {number} top
@@ -118,7 +120,7 @@ function cellsOf(area, left, top, cellsPerMetre, columns) {
 
 /**
  * @param {Area} area
- * @param {number} x of the cell's corner, seen from the area
+ * @param {number} x of the cell's corner, relative to the area's first point
  * @param {number} y
  * @param {number} size of the cell
  */
@@ -128,7 +130,7 @@ function touches({ tx, ty, length, reach }, x, y, size) {
     const dy = Math.max(Math.max(y, -y - size), 0);
     return dx * dx + dy * dy <= reach * reach;
   }
-  // The line's distance from the cell's centre, less half the cell's diagonal.
+  // Compares the line's distance from the cell's centre with reach plus half the cell's diagonal.
   const [cx, cy] = [x + 0.5 * size, y + 0.5 * size];
   const along = Math.min(Math.max(cx * tx + cy * ty, 0), length);
   const [dx, dy] = [cx - along * tx, cy - along * ty];
@@ -137,9 +139,9 @@ function touches({ tx, ty, length, reach }, x, y, size) {
 }
 
 /**
- * Cells in order, and in each its items in order. After the last comes one for all that is outside.
+ * The items of each cell, in order. After the last cell comes an empty one for all places outside.
  * @param {Area[]} areas in the order of their items
- * @param {number[][]} found cells of each
+ * @param {number[][]} found the cells of each area
  * @param {number} count of cells
  */
 function listed(areas, found, count) {

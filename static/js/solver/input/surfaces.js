@@ -1,12 +1,12 @@
-// The surfaces that a ball may touch, as rows of numbers: pegs, then each wall's line and two ends.
+// The surfaces of a board as rows of numbers: first the pegs, then each wall's line and its two ends.
 
 /** @import { Peg, Wall } from "../../model/board.js" */
 
 // Columns of a row; see engine/physics/surface.py.
 export const X = 0;
 export const Y = 1;
-export const DISTANCE = 2; // of a circle: where the ball's centre is at contact; 0 for a line
-export const DISTANCE2 = 3; // of a circle
+export const DISTANCE = 2; // of a circle: distance of the ball's centre at contact; 0 for a line
+export const DISTANCE2 = 3; // of a circle: its square
 export const LENGTH = 3; // of a line
 export const TX = 4;
 export const TY = 5;
@@ -14,14 +14,14 @@ const NX = 6;
 const NY = 7;
 const FIRST_END = 8;
 const LAST_END = 9;
-const FIRST_LINE = 4; // of a circle: up to four lines that end in it
+const FIRST_LINE = 4; // of a circle: up to four lines that end there
 const LINE_SLOTS = 4;
 const INVERSE = 8; // of a circle
 export const COLUMNS = 10;
 
 /**
  * @param {{pegs: Peg[], walls: Wall[], ball: {radius: number}}} board
- * @returns {Float64Array} rows of COLUMNS; shared ends of walls are the first one's item
+ * @returns {Float64Array} rows of COLUMNS; walls with a common end refer to the first one's row of it
  */
 export function surfacesOf({ pegs, walls, ball: { radius } }) {
   const items = new Float64Array(COLUMNS * (pegs.length + 3 * walls.length));

@@ -1,7 +1,7 @@
-// Each value of a board's JSON: its type, range, count and order, and the defaults of what is left out.
+// Reads a board's JSON: checks each value's type, range, count and order, and fills in defaults.
 //
-// The same rules as the engine's. How the parts stand to each other, whether a ball can wedge or
-// miss the bins, is not looked at here: such a drop ends all the same, in no bin if need be.
+// The rules for single values are the engine's. The engine also refuses boards on which a ball could
+// wedge or miss the bins; this module does not. A drop on such a board ends too, though in no bin.
 
 import { BoardError } from "../errors.js";
 import { textFault } from "./plain-text.js";
@@ -9,7 +9,7 @@ import { textFault } from "./plain-text.js";
 /** @import { Bins, Board, DropZone, Label, Material } from "../../model/board.js" */
 
 /** @typedef {Record<string, unknown>} Form a JSON object */
-/** @typedef {Omit<Board, "drop"> & {drop: Required<DropZone>}} WholeBoard with nothing left out */
+/** @typedef {Omit<Board, "drop"> & {drop: Required<DropZone>}} WholeBoard all fields present */
 /** @typedef {{low: number, high: number}} Range */
 
 const FAR = 1e6; // m
@@ -37,7 +37,7 @@ const PRINTABLE = /^(?:[^\p{C}\p{Z}]| )+$/u;
 
 /**
  * @param {unknown} form a board's JSON, parsed
- * @returns {WholeBoard} every value checked, defaults filled in; throws a BoardError
+ * @returns {WholeBoard} checked, with defaults filled in; throws a BoardError for an invalid value
  */
 export function readBoard(form) {
   const given = known(form, "", KEYS);
@@ -75,12 +75,12 @@ export function readBoard(form) {
 }
 
 /**
- * @param {unknown} value undefined where it was left out
+ * @param {unknown} value undefined if omitted
  * @param {unknown} otherwise
  */
 const or = (value, otherwise) => (value === undefined ? otherwise : value);
 
-/** @param {string} field @param {unknown} value @param {string} wanted what would be right */
+/** @param {string} field @param {unknown} value @param {string} wanted says what is valid */
 function fail(field, value, wanted) {
   const shown = JSON.stringify(value) ?? String(value);
   const text = shown.length > 60 ? `${shown.slice(0, 57)}...` : shown;
@@ -90,7 +90,7 @@ function fail(field, value, wanted) {
 /**
  * @param {unknown} value
  * @param {string} path of the object, "" for the board
- * @param {string[]} keys that it may have
+ * @param {string[]} keys allowed
  * @returns {Form} the object
  */
 function known(value, path, keys) {
@@ -103,7 +103,7 @@ function known(value, path, keys) {
   throw new BoardError(`${field} is unknown: ${path || "a board"} has ${keys.join(", ")}`, field);
 }
 
-/** @param {Form} form @param {string} path @param {string[]} keys that it must have */
+/** @param {Form} form @param {string} path @param {string[]} keys required */
 function whole(form, path, keys) {
   const lacking = keys.find((key) => !(key in form));
   if (lacking !== undefined) throw new BoardError(`${path}.${lacking} is missing`, `${path}.${lacking}`);
@@ -113,7 +113,7 @@ function whole(form, path, keys) {
  * @param {unknown} value
  * @param {string} field
  * @param {Range} range
- * @returns {number} the number in the range, -0 as 0
+ * @returns {number} the value, with 0 in place of -0
  */
 function number(value, field, { low, high } = RANGES.place) {
   if (typeof value !== "number") throw fail(field, value, "it must be a number");
@@ -208,7 +208,7 @@ function readBins(value, width, height) {
   return { y: number(or(form.y, height), "bins.y"), edges, multipliers, ...(labels && { labels }) };
 }
 
-/** @param {unknown} value @param {number} count of bins @returns {(Label | null)[] | null} null where no bin has one */
+/** @param {unknown} value @param {number} count of bins @returns {(Label | null)[] | null} null if no bin has a label */
 function readLabels(value, count) {
   const labels = rows(value, "bins.labels", MOST.bins, readLabel);
   if (labels.length > 0 && labels.length !== count) {

@@ -1,12 +1,12 @@
-// JSON as the text that digests are of (RFC 8785), with whole numbers of any size in full. Pure.
+// Canonical JSON (RFC 8785), the text that digests cover, with whole numbers of any size exact. Pure.
 
 const STRING_OR_NUMBER = /"(?:[^"\\]|\\.)*"|-?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?/g;
 const LARGE = /^-?\d{16,}$/;
-const MARK = "\u0000whole:"; // no text in a record begins so
+const MARK = "\u0000whole:"; // no text in a record begins with this
 
 /**
- * JSON text as values. A whole number that a double would round is a BigInt.
- * @param {string} text throws a SyntaxError
+ * Parses JSON text. A whole number that a double would round becomes a BigInt.
+ * @param {string} text throws a SyntaxError if it is not JSON
  * @returns {unknown}
  */
 export function readJson(text) {

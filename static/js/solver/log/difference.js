@@ -1,16 +1,17 @@
-// Does a drop's record come out again? It is compared field by field, to the last bit. Pure.
+// Compares a drop's record with the recomputed drop, field by field and bit by bit. Pure.
 
 /** @typedef {ReturnType<import("../drop.js").Drop["record"]>} Computed */
-/** @typedef {{field: string, expected: unknown, actual: unknown}} Difference actual: what was computed */
+/** @typedef {{field: string, expected: unknown, actual: unknown}} Difference expected: recorded; actual: recomputed */
 
-/** What a record claims, in the order of comparison; the rest says what to compute. */
+/** The fields of a record that are results, in the order of comparison. */
 const FIELDS = /** @type {const} */ (["board_digest", "physics_version", "bin", "score", "duration",
   "x_end"]);
 
 /**
- * @param {Record<string, unknown>} record as it was given
+ * @param {Record<string, unknown>} record
  * @param {Computed} computed
- * @returns {{same: number, difference: Difference | null}} same: impacts that are, from the first on
+ * @returns {{same: number, difference: Difference | null}} same: how many first
+ *   impacts are equal
  */
 export function compareRecords(record, computed) {
   const given = /** @type {number[][]} */ (record.impacts ?? computed.impacts);

@@ -1,4 +1,4 @@
-// Does a room's log come out again? Every landing, the world at the end, and the log's own digest.
+// Recomputes a room's log and compares every landing, the world at the end, and the log's digest.
 
 import { Bytes } from "../encoding/bytes.js";
 import { boardDigest, PHYSICS_VERSION } from "../digest.js";
@@ -22,7 +22,7 @@ import { worldDigest } from "./world.js";
  */
 
 const KIND = "plinko-room";
-const FIRST_VERSION = 1; // whose digest covers less
+const FIRST_VERSION = 1; // its digest covers only the world's digest and those of the drops
 const VERSION = 2;
 const AT_ONCE = 50; // drops between two pauses
 
@@ -33,10 +33,11 @@ export function isLog(value) {
 
 /**
  * @param {Solver} solver
- * @param {unknown} value the log, as `readJson` gives it; throws a RecordError that names what is amiss
+ * @param {unknown} value the log, as `readJson` returns it; throws a RecordError that names an invalid field
  * @param {unknown} form its board's JSON, parsed
- * @param {(drops: number) => void | Promise<void>} [pause] after some more were computed
- * @returns {Promise<Difference | null>} the first field that does not come out again
+ * @param {(drops: number) => void | Promise<void>} [pause] called, and awaited, after every 50 drops, with
+ *   the number of drops compared until then
+ * @returns {Promise<Difference | null>} the first field that differs, or null if none does
  */
 export async function compareLog(solver, value, form, pause = () => {}) {
   const log = logOf(value);
@@ -72,8 +73,8 @@ function logOf(value) {
   if (!isFields(value)) throw new RecordError("a log is one JSON object", "");
   const log = /** @type {Log} */ (value);
   if ((log.mode ?? "independent") !== "independent") {
-    throw new RecordError("its balls touch each other, and this page computes balls that do not: "
-      + "plinko verify computes both", "mode");
+    throw new RecordError("mode is interacting: only logs of independent balls can be compared here. "
+      + "Use plinko verify, which compares both", "mode");
   }
   checkNames(log, NEEDED, [...NEEDED, ...OPTIONAL], "the log");
   if (!Array.isArray(log.drops)) throw new RecordError("drops is not a list", "drops");
@@ -120,7 +121,7 @@ function checkWhole(fields, name, least, where = "") {
 /** @param {unknown} value @returns {value is Fields} */
 const isFields = (value) => typeof value === "object" && value !== null && !Array.isArray(value);
 
-/** @param {number} time s @param {number} dt s @returns {number} the first tick that is not before it */
+/** @param {number} time s @param {number} dt s @returns {number} the first tick at or after the time */
 function tickOf(time, dt) {
   let tick = Math.max(1, Math.floor(time / dt) - 1);
   while (tick * dt < time) tick += 1;
@@ -135,7 +136,7 @@ function resultOf(drop, tick, stake) {
 }
 
 /**
- * What a stake comes back as, rounded down; the multiplier is the decimal number it is written as.
+ * The payout of a stake: stake times score, rounded down, in exact decimal arithmetic.
  * @param {number} stake minor units
  * @param {number} score
  * @returns {bigint}
@@ -150,7 +151,7 @@ export function payoutOf(stake, score) {
 
 /** @param {string} where @param {Entry} entry @param {Fields | null} found @returns {Difference | null} */
 function compareResult(where, { result: said, stake }, found) {
-  // A drop that was given up in flight, with its room, has its stake back.
+  // The stake of a drop whose room was closed while the ball was in flight has been returned.
   const ended = found ?? (said?.digest === "" ? { bin: null, score: 1, payout: stake ?? 0 } : null);
   if (said && ended) return compareFields(said, ended, `${where}.`);
   if (!said && !ended) return null;
@@ -166,7 +167,7 @@ function compareFields(said, found, where = "") {
     : { field: where + name, expected: said[name], actual: found[name] };
 }
 
-/** @param {Entry} entry @returns {Fields} what of it the log's digest covers */
+/** @param {Entry} entry @returns {Fields} the fields that the log's digest covers */
 function covered(entry) {
   return Object.fromEntries(Object.entries(entry).filter(([name]) => !UNCOVERED.includes(name)));
 }

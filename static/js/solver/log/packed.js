@@ -1,12 +1,11 @@
-// MessagePack, as the engine writes a world's state: each value in its shortest form.
+// MessagePack as the engine writes a world's state, each value in its shortest form.
 
 import { Bytes, utf8 } from "../encoding/bytes.js";
 
-/** Values written one after the other. */
 export class Packed {
   #out = new Bytes();
 
-  /** @returns {Uint8Array} what was written */
+  /** @returns {Uint8Array} all bytes written until now */
   get written() {
     return this.#out.written;
   }
@@ -42,19 +41,19 @@ export class Packed {
     this.#out.bytes(value);
   }
 
-  /** @param {number} length of a list; its values are written after it */
+  /** Begins a list, whose values are to be written next. @param {number} length */
   list(length) {
     if (length < 16) this.#out.bytes([0x90 + length]);
     else this.#sized(length, [[0xdc, 2], [0xdd, 4]]);
   }
 
-  /** @param {number} length below 16: pairs of a map; its names and values are written after it */
+  /** Begins a map, whose keys and values are to be written next. @param {number} length pairs, below 16 */
   map(length) {
     this.#out.bytes([0x80 + length]);
   }
 
   /**
-   * A number in the first of these forms that has room for it, the most significant byte first.
+   * Writes a number, big-endian, in the first of these forms that is large enough.
    * @param {number} value
    * @param {[number, number][]} forms first byte, and how many bytes follow
    */

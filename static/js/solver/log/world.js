@@ -1,4 +1,4 @@
-// The digest of all that moves in a room at a tick, from the drops that are in flight. Pure.
+// The digest of a room's world at a tick, computed from the drops in flight. Pure.
 
 import { Bytes } from "../encoding/bytes.js";
 import { PHYSICS_VERSION } from "../digest.js";
@@ -11,10 +11,10 @@ const WALL = 1; // the last kind of event that is an impact
 const EXACT = Uint8Array.of(0);
 
 /**
- * @typedef {{id: number, seed: string, tick: number, drop: Drop}} Flying tick: at which it started
+ * @typedef {{id: number, seed: string, tick: number, drop: Drop}} Flying tick: of its start
  *
  * @param {{board: string, dt: number, tick: number, dropped: number, flying: Flying[]}} world board: its
- *   digest; dt: s between ticks; dropped: balls so far
+ *   digest; dt: s between ticks; dropped: balls until now
  * @returns {string} 64 hexadecimal digits
  */
 export function worldDigest({ board, dt, tick, dropped, flying }) {
@@ -62,13 +62,13 @@ export function worldDigest({ board, dt, tick, dropped, flying }) {
   return sha256(out.written);
 }
 
-/** @param {Drop} drop @param {number} ticks @param {number} dt @returns {boolean} within the last tick */
+/** @param {Drop} drop @param {number} ticks @param {number} dt @returns {boolean} whether the ball hit something in the last tick */
 function bounced({ impacts }, ticks, dt) {
   const since = ticks > 1 ? (ticks - 1) * dt : -1;
   return impacts.some(([t, , , , , , kind]) => kind <= WALL && t > since && t <= ticks * dt && ticks > 0);
 }
 
-/** @param {Drop} drop @param {number} ticks @param {number} dt @returns {number[]} its state a tick ago */
+/** @param {Drop} drop @param {number} ticks @param {number} dt @returns {number[]} the ball's state one tick ago */
 function before(drop, ticks, dt) {
   const [{ t, x, y, vx, vy, theta, omega }] = drop.states([Math.max(0, ticks - 1) * dt]);
   return [t, x, y, vx, vy, theta, omega];

@@ -1,16 +1,16 @@
-// Many drops in a worker, so that the page goes on meanwhile: with progress, and an end at any time.
+// A batch of drops computed in a worker, so that the page stays responsive, with progress and `cancel`.
 
 import { startThread } from "./threads.js";
 
 /**
  * @typedef {{board: unknown, first: string, drops: number}} Asked board: its JSON, parsed; first: the
- *   first of the seeds, which count up
+ *   first seed, from which the others count up
  * @typedef {{drops: number, histogram: number[], unsettled: number, time: number}} Tally of the drops
- *   done so far; time: s that all of them fell
+ *   done until now; time: sum of their durations, s
  * @typedef {{tally: Tally, error?: undefined} | {error: string, tally?: undefined}} Told
  */
 
-/** One batch under way. */
+/** A running batch. */
 export class Batch {
   /**
    * @param {Asked} asked
@@ -18,7 +18,7 @@ export class Batch {
    */
   constructor(asked, onProgress) {
     const { promise, resolve, reject } = deferred();
-    /** The tally of all, or of those done when it was cancelled; null if none was. */
+    /** The final tally; after `cancel` the last one, or null if no drop was done. */
     this.done = promise;
     /** @type {Tally | null} */
     let last = null;

@@ -1,4 +1,4 @@
-// A thread of its own for a module: a Worker in a page, a worker thread in Node.js.
+// Runs a module on its own thread: a Worker in a page, a worker thread in Node.js.
 
 import { builtin } from "../encoding/beside.js";
 
@@ -9,10 +9,10 @@ import { builtin } from "../encoding/beside.js";
  */
 
 /**
- * Start a module on a thread of its own.
+ * Starts a module on its own thread.
  * @param {URL} url
- * @param {(value: unknown) => void} hear what it tells
- * @param {(reason: string) => void} fail when it cannot be started, or breaks
+ * @param {(value: unknown) => void} hear called with each message of the thread
+ * @param {(reason: string) => void} fail called if the thread cannot be started or fails
  * @returns {Thread}
  */
 export function startThread(url, hear, fail) {
@@ -30,9 +30,9 @@ export function startThread(url, hear, fail) {
 }
 
 /**
- * From within a thread: hear its owner, and get what tells the owner something.
- * @param {(value: unknown) => void} hear
- * @returns {(value: unknown) => void}
+ * Connects the code of a thread to its owner.
+ * @param {(value: unknown) => void} hear called with each message of the owner
+ * @returns {(value: unknown) => void} sends a message to the owner
  */
 export function hearOwner(hear) {
   const port = builtin("node:worker_threads")?.parentPort;

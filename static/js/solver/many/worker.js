@@ -1,11 +1,11 @@
-// A worker that computes many drops of one board and tells how far it is; batch.js starts it.
+// The worker of batch.js: computes many drops on one board and reports its progress.
 
 import { openSolver } from "../solver.js";
 import { hearOwner } from "./threads.js";
 
 /** @import { Asked, Told } from "./batch.js" */
 
-const AT_ONCE = 500; // drops between two words of progress: some hundredths of a second
+const AT_ONCE = 500; // drops between two reports: some hundredths of a second
 
 /** @param {Asked} asked */
 async function run({ board, first, drops }) {

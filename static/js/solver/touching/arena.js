@@ -1,5 +1,5 @@
-// Balls that touch each other, advanced by the engine's own kernels: engine/multibody/arena.py for
-// pages. The same inputs at the same steps give the same bits as there.
+// Balls that touch each other, advanced by the engine's kernels. It corresponds to
+// engine/multibody/arena.py: the same inputs at the same steps give the same bits.
 
 import { BallTable, LANDED, LEFT, noPairs } from "./ball-table.js";
 import { staticShapes } from "./static-shapes.js";
@@ -9,12 +9,12 @@ import { staticShapes } from "./static-shapes.js";
 /** @import { Place } from "./scenes.js" */
 
 const MODULE = "engine.multibody.solver.";
-const SLEEP_SECONDS = 0.5; // that an island must have been still before it falls asleep
-const ROOM_PER_BALL = 4; // impacts of a step that are kept
+const SLEEP_SECONDS = 0.5; // an island that has been still for this long falls asleep
+const ROOM_PER_BALL = 4; // impacts that a step's log has room for
 const COUNTS = 4;
 const [LANDINGS, DEPARTURES, AWAKE_BEFORE] = [2, 4, 6]; // low halves of counts
 
-/** @type {Given[]} a neighbour list */
+/** @type {Given[]} the arrays of a neighbour list */
 const PAIRS = [
   { kind: "array", of: "i4", dimensions: 1 }, { kind: "array", of: "i4", dimensions: 1 },
   { kind: "array", of: "f8", dimensions: 2 }, { kind: "array", of: "i4", dimensions: 1 },
@@ -22,16 +22,17 @@ const PAIRS = [
 ];
 
 /**
- * gravity in m/s² downward; drag in 1/s; damping: the part of the velocity kept in a step of dt s.
+ * gravity: m/s², downward; drag: 1/s; damping: the fraction of the velocity kept in a step; correction:
+ * the fraction of an overlap corrected in a substep; dt: of a step, s.
  * @typedef {{gravity: number, drag: number, damping: number, correction: number, dt: number,
  *   substeps: number}} ArenaSettings
  */
 
 /** @typedef {{contacts: number, penetration: number}} Overlap penetration: the deepest, m */
 
-/** Balls in a place. */
+/** Balls among fixed pegs and walls. */
 export class Arena {
-  /** Seconds of the arena: the sum of its steps. */
+  /** Sum of all steps, s. */
   time = 0;
   table = new BallTable();
   #nextId = 0;
@@ -50,7 +51,7 @@ export class Arena {
     return this.table.n;
   }
 
-  /** Whether anything moves; if not, a step changes nothing but the time. */
+  /** Whether anything moves; if not, a step changes only the time. */
   get awake() {
     for (let row = 0; row < this.count; row += 1) if (!this.table.isAsleep(row)) return true;
     return false;
@@ -58,7 +59,7 @@ export class Arena {
 
   /**
    * @param {(Partial<BallValues> & {x: number, y: number})[]} balls
-   * @returns {number} the first one's id; the others' follow
+   * @returns {number} the id of the first ball; the others are numbered on from it
    */
   add(balls) {
     const first = this.#nextId;
@@ -67,14 +68,13 @@ export class Arena {
     return first;
   }
 
-  /** Takes a ball out. @param {number} ball that is there */
+  /** Removes a ball. @param {number} ball must exist */
   remove(ball) {
     const row = this.table.row(ball);
     this.table.wakeWith(row);
     this.#drop([row]);
   }
 
-  /** Takes all balls out. */
   clear() {
     this.table.wakeAll();
     this.table.keep([]);
@@ -86,13 +86,13 @@ export class Arena {
     this.table.keep(Array.from({ length: this.count }, (_, row) => row).filter((row) => !gone.has(row)));
   }
 
-  /** Changes settings while it runs; all balls wake. @param {Partial<ArenaSettings>} values */
+  /** Changes settings and wakes all balls. @param {Partial<ArenaSettings>} values */
   configure(values) {
     Object.assign(this.settings, values);
     this.table.wakeAll();
   }
 
-  /** Advances by one step. @returns {number[]} balls that landed or went too far, and were taken out */
+  /** Advances by one step. @returns {number[]} balls that landed or went too far, and were removed */
   step() {
     const { table } = this;
     this.time += this.settings.dt;
@@ -119,7 +119,7 @@ export class Arena {
     return balls;
   }
 
-  /** Advances in whole steps. @param {number} seconds @returns {number[]} balls that are gone */
+  /** Advances in whole steps. @param {number} seconds @returns {number[]} balls that were removed */
   advance(seconds) {
     const gone = [];
     this.#accumulator += seconds;
@@ -130,7 +130,7 @@ export class Arena {
     return gone;
   }
 
-  /** The deepest overlap and the number of contacts, sleepers' included; changes nothing. */
+  /** The deepest overlap and the number of contacts, also of sleeping balls. */
   overlap() {
     const { table } = this;
     if (table.n === 0) return { contacts: 0, penetration: 0 };
@@ -151,7 +151,7 @@ export class Arena {
     return { contacts: Number(contacts), penetration: Number(penetration) };
   }
 
-  /** @returns {Value[]} as the kernels take them */
+  /** @returns {Value[]} arguments for the kernels */
   #solverSettings() {
     const { gravity, drag, damping, correction, dt, substeps } = this.settings;
     const stillSteps = Math.max(2, roundHalfEven(SLEEP_SECONDS / dt));
@@ -160,7 +160,7 @@ export class Arena {
   }
 }
 
-/** @param {number} balls @param {Int32Array} counts @returns {Value[]} a log of a step of so many balls */
+/** @param {number} balls @param {Int32Array} counts @returns {Value[]} an empty log for a step of that many balls */
 function newLog(balls, counts) {
   const rows = ROOM_PER_BALL * balls + 16;
   return [
@@ -188,7 +188,7 @@ function copied(value) {
   return { ...value, values: value.values.slice() };
 }
 
-/** As Python rounds. @param {number} value @returns {number} */
+/** Rounds like Python. @param {number} value @returns {number} */
 function roundHalfEven(value) {
   const down = Math.floor(value);
   const over = value - down;

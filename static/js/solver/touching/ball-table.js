@@ -1,5 +1,5 @@
-// Balls in rows by ascending id, as the kernels take them, and their neighbour list.
-// As engine/multibody/bodies.py keeps them: the same operations give the same bits.
+// The balls of an arena as the arrays that the kernels take, in rows by ascending id, and their
+// neighbour list. The same operations give the same bits in engine/multibody/bodies.py.
 
 /** @import { Grid, Value } from "./machine.js" */
 
@@ -16,7 +16,7 @@ export const LEFT = 8;
  *   "friction", number>} BallValues
  */
 
-/** What a ball has unless it is said. */
+/** Default values of a ball. */
 const USUAL = {
   theta: 0, vx: 0, vy: 0, omega: 0, radius: 0.08, density: 80, restitution: 0.6, friction: 0.2,
 };
@@ -26,7 +26,7 @@ function ints(values, shape = [values.length]) {
   return { values: Int32Array.from(values), shape };
 }
 
-/** @param {number} n @returns {Pairs} a list of nothing for n balls */
+/** @param {number} n @returns {Pairs} an empty list for n balls */
 export function noPairs(n) {
   const zeros = () => ({ values: new Int32Array(n + 1), shape: [n + 1] });
   return {
@@ -35,24 +35,24 @@ export function noPairs(n) {
   };
 }
 
-/** Rows of balls; rows change when balls go. */
+/** Rows of balls; a ball's row changes when balls before it are removed. */
 export class BallTable {
   n = 0;
-  /** n + 1 rows of x, y, rim arc and radius; the last is what stands still. */
+  /** n + 1 rows of x, y, rim arc (angle times radius) and radius; the last stands for pegs and walls. */
   pos = new Float64Array(4);
-  /** n + 1 rows of vx, vy, rim speed and inverse mass. */
+  /** n + 1 rows of vx, vy, rim speed (spin times radius) and inverse mass. */
   vel = new Float64Array(4);
   /** Rows of restitution and friction. */
   surface = new Float64Array(0);
-  /** Rows of where a ball's neighbours were listed, and how far from there the list holds good. */
+  /** Rows of the place where a ball's neighbours were listed, and how far from it the list is valid. */
   anchor = new Float64Array(0);
-  /** Rows of id, flags, steps of stillness and the next ball of the island it fell asleep with. */
+  /** Rows of id, flags, still steps, and the row of the next ball in the island it fell asleep with. */
   marks = new Int32Array(0);
   pairs = noPairs(0);
-  /** Whether `pairs` is a list of the balls as they are; else it only keeps impulses. */
+  /** Whether `pairs` lists the neighbours of the current rows; if not, it only stores impulses. */
   isListed = false;
 
-  /** @returns {Value[]} as kernels take them */
+  /** @returns {Value[]} arguments for the kernels */
   get bodies() {
     const { n, pos, vel, surface, anchor, marks } = this;
     return [
@@ -77,7 +77,7 @@ export class BallTable {
     return (this.flags(row) & ASLEEP) !== 0;
   }
 
-  /** @param {number} row whether it had an impact in the last step */
+  /** Whether the ball had an impact in the last step. @param {number} row */
   hasBounced(row) {
     return (this.flags(row) & BOUNCED) !== 0;
   }
@@ -118,7 +118,7 @@ export class BallTable {
     this.isListed = false;
   }
 
-  /** @param {number} n rows to have; the last of `pos` and `vel` stays what stands still */
+  /** @param {number} n the new number of rows, not fewer than before */
   #resize(n) {
     const old = this.n;
     this.n = n;
@@ -132,7 +132,8 @@ export class BallTable {
   }
 
   /**
-   * Keeps these rows, with the impulses between them; no island that sleeps may be cut.
+   * Removes all other rows, and keeps the impulses between these. Sleeping islands must be kept or
+   * removed as a whole.
    * @param {number[]} rows ascending
    */
   keep(rows) {
@@ -166,7 +167,7 @@ export class BallTable {
     this.marks = this.marks.slice(0, 4 * n);
   }
 
-  /** Wakes the ball of a row and all that fell asleep with it. @param {number} row */
+  /** Wakes the ball of a row and its island. @param {number} row */
   wakeWith(row) {
     const { marks } = this;
     while (this.isAsleep(row)) {
@@ -189,7 +190,7 @@ export class BallTable {
   }
 
   /**
-   * Sets values for these rows; at another radius a ball keeps its density, its angle and its spin.
+   * Sets values of these rows. With a new radius a ball keeps its density, its angle and its spin.
    * @param {number[]} rows
    * @param {Partial<Pick<BallValues, "radius" | "density" | "restitution" | "friction">>} values
    */
@@ -211,7 +212,7 @@ export class BallTable {
     this.isListed = false;
   }
 
-  /** Changes a velocity. @param {number} row @param {number} dvx @param {number} dvy @param {number} domega */
+  /** Adds to a velocity. @param {number} row @param {number} dvx @param {number} dvy @param {number} domega */
   kick(row, dvx, dvy, domega) {
     this.wakeWith(row);
     this.vel[4 * row] += dvx;
@@ -228,10 +229,10 @@ function resized(array, length) {
 }
 
 /**
- * The pairs between rows that stay.
- * @param {Pairs} old @param {number} owners rows there were
- * @param {Int32Array} target each old row's new one, -1 for those that go
- * @param {number} n rows that stay
+ * The pairs between the remaining rows.
+ * @param {Pairs} old @param {number} owners number of old rows
+ * @param {Int32Array} target the new row of each old row, -1 if removed
+ * @param {number} n number of remaining rows
  * @returns {Pairs}
  */
 function kept({ starts, other, impulse }, owners, target, n) {

@@ -1,4 +1,4 @@
-// Energies, momenta and contacts of an arena, for whoever asks: engine/multibody/diagnostics.py.
+// Energies, momenta and contacts of an arena, as in engine/multibody/diagnostics.py.
 
 /** @import { Arena } from "./arena.js" */
 

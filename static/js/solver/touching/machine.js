@@ -1,42 +1,42 @@
-// Runs the engine's kernels for balls that touch: WebAssembly that is called with blocks of memory.
+// Calls the engine's kernels for touching balls, compiled to WebAssembly, with arguments in memory.
 //
-// The layout is that of numba's code, as engine/jit/calls.py has it: a call's block has eight bytes
-// for each number that the code takes; of an array two addresses that are not used here, its counts
-// of values and of bytes in each, its own address, shape and strides. The results are behind it.
+// The layout is that of numba's code, as in engine/jit/calls.py. The block of a call has eight bytes for
+// each number. For an array these numbers are: two addresses that are not used here, the count of values,
+// the bytes of a value, the address of the values, the shape, and the strides. The results follow.
 
 import { bytesOf } from "../encoding/beside.js";
 
 /**
- * An array without gaps. bytes: of a value, where it is of 64 bits that are given as two of 32.
+ * A contiguous array. bytes: 8 if each value of 64 bits is given as two of 32.
  * @template {Float64Array | Int32Array} [T=Float64Array | Int32Array]
  * @typedef {{values: T, shape: number[], bytes?: number}} Grid
  */
 
 /** @typedef {{kind: "array", of: "f8" | "i4", dimensions: number}} GivenArray */
-/** @typedef {{kind: "f8"} | {kind: "i8"} | {kind: "b1"} | GivenArray} Given what a kernel returns */
+/** @typedef {{kind: "f8"} | {kind: "i8"} | {kind: "b1"} | GivenArray} Given the type of a kernel's result */
 
 /** @typedef {number | bigint | Grid} Value a float, a whole number or an array */
 
 const PAGE = 65_536; // bytes that memory grows by
-const BLOCK = 4 * PAGE; // where a call's block begins, and LLVM's stack ends
-const HEAP = 8; // where it stands where the arrays begin that kernels make themselves
-const STATUS = 16; // where it stands how a call ended
-const FINE = [0, -2]; // of numba's codes: a result, or none
-const ARRAY = 5; // numbers of an array ahead of its shape and strides
-const OWN_ADDRESS = 24; // bytes, in an array that is returned
+const BLOCK = 4 * PAGE; // address of a call's block, where LLVM's stack ends
+const HEAP = 8; // address of the pointer to memory for arrays that kernels allocate
+const STATUS = 16; // address of a call's status
+const FINE = [0, -2]; // numba's status codes of success: with a result, and with None
+const ARRAY = 5; // numbers of an array before its shape and strides
+const OWN_ADDRESS = 24; // offset in bytes, in a returned array
 const SHAPE = 32;
 
 const KERNELS = new URL("touching.wasm", import.meta.url);
 
 /**
- * @param {BufferSource} [bytes] of touching.wasm; without them it is read from beside this module
+ * @param {BufferSource} [bytes] of touching.wasm; by default loaded from this module's folder
  * @returns {Promise<Machine>}
  */
 export async function loadMachine(bytes) {
   return Machine.open(bytes ?? (await bytesOf(KERNELS)));
 }
 
-/** Memory, and the code that works on it. */
+/** An instance of the kernels with its memory. */
 export class Machine {
   #exports;
   #memory;
@@ -57,10 +57,10 @@ export class Machine {
   }
 
   /**
-   * The kernel's results, one by one; what it was given is written to where it writes to it.
+   * Runs a kernel and returns its results. Arrays that the kernel changes are changed here too.
    * @param {string} name of the kernel, with its module
-   * @param {Value[]} values all that it takes, in order
-   * @param {Given[]} gives all that it gives
+   * @param {Value[]} values its arguments, in order
+   * @param {Given[]} gives the types of its results
    * @returns {(number | boolean | Grid)[]}
    */
   run(name, values, gives) {
@@ -71,7 +71,7 @@ export class Machine {
     this.#fill(values, places);
     const call = /** @type {() => void} */ (this.#exports[name]);
     call();
-    const view = new DataView(this.#memory.buffer); // it may have grown
+    const view = new DataView(this.#memory.buffer); // a new buffer, if the call has grown the memory
     const status = view.getInt32(STATUS, true);
     if (!FINE.includes(status)) throw new Error(`${name} ended with numba's code ${status}`);
     grids.forEach(({ values: own }, i) => own.set(viewOf(own, this.#memory.buffer, places[i])));
@@ -80,7 +80,7 @@ export class Machine {
 
   /**
    * @param {Grid[]} grids @param {number} begin
-   * @returns {number[]} where each is; the kernels' own arrays begin behind the last
+   * @returns {number[]} their addresses; memory after the last one is for arrays that kernels allocate
    */
   #copyIn(grids, begin) {
     let end = begin;
@@ -97,7 +97,7 @@ export class Machine {
     return places;
   }
 
-  /** @param {Value[]} values @param {number[]} places of the arrays among them */
+  /** @param {Value[]} values @param {number[]} places addresses of the arrays among them */
   #fill(values, places) {
     const view = new DataView(this.#memory.buffer);
     let [at, grid] = [BLOCK, 0];
@@ -146,18 +146,18 @@ function arrayAt(view, at, { of, dimensions }) {
   return { values: found.slice(), shape };
 }
 
-/** @param {Value} value @returns {number} numbers of it in a block */
+/** @param {Value} value @returns {number} how many numbers it has in a block */
 function sizeOf(value) {
   return typeof value === "object" ? ARRAY + 2 * value.shape.length : 1;
 }
 
-/** @param {Given} given @returns {number} bytes of it behind a block */
+/** @param {Given} given @returns {number} bytes of the result after a block */
 function roomOf(given) {
   return given.kind === "array" ? SHAPE + 16 * given.dimensions : 8;
 }
 
 /**
- * Memory as values of an array's type.
+ * A view of memory with the type and length of an array.
  * @param {Float64Array | Int32Array} like @param {ArrayBuffer} buffer @param {number} at
  */
 function viewOf(like, buffer, at) {
@@ -165,7 +165,7 @@ function viewOf(like, buffer, at) {
     ? new Float64Array(buffer, at, like.length) : new Int32Array(buffer, at, like.length);
 }
 
-/** @param {number[]} shape @param {number} bytes of a value @returns {number[]} bytes from row to row */
+/** @param {number[]} shape @param {number} bytes of a value @returns {number[]} bytes */
 function stridesOf(shape, bytes) {
   return shape.map((_, i) => bytes * product(shape.slice(i + 1)));
 }

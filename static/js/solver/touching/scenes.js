@@ -1,18 +1,18 @@
-// Ready scenes: balls in a box, and a pile-up on a Galton board. As engine/multibody/scenes.py and
-// app/rooms/touching/scene.py lay them out, with the same draws for the same seed.
+// Lays out the scenes: balls in a box, and a pile-up on a Galton board. The same seed gives the same
+// places as in engine/multibody/scenes.py and app/rooms/touching/scene.py.
 
 import { ParameterError } from "../errors.js";
 import { splitmix64 } from "../seed.js";
 
 /** @import { BallValues } from "./ball-table.js" */
 
-const CELL = 2.3; // distance of the balls laid out, in the largest radius
+const CELL = 2.3; // distance between the balls' places, in radii of the largest ball
 const MASK = (1n << 64n) - 1n;
 const UNIT = 2 ** -53;
-const DEPTH = 1.2; // m that the Galton board's bins are deep
+const DEPTH = 1.2; // of the Galton board's bins, m
 
 /**
- * Pegs, walls and bins, and what they are made of; m.
+ * Pegs, walls and bins, and their materials; m.
  * @typedef {object} Place
  * @property {{x: number, y: number, radius: number}[]} pegs
  * @property {{x1: number, y1: number, x2: number, y2: number}[]} walls
@@ -22,7 +22,7 @@ const DEPTH = 1.2; // m that the Galton board's bins are deep
  */
 
 /**
- * All parameters of a scene, as the server's form of it has them.
+ * All parameters of a scene, in the server's JSON form.
  * @typedef {{scene: "sandbox" | "galton", balls: number, seed: string, gravity: number, drag: number,
  *   damping: number, correction: number, dt: number, substeps: number, density: number,
  *   restitution: number, friction: number, width?: number, height?: number, radii?: number[],
@@ -32,7 +32,7 @@ const DEPTH = 1.2; // m that the Galton board's bins are deep
  */
 
 /**
- * What of a board's JSON the Galton scene takes.
+ * The fields of a board's JSON that the Galton scene uses.
  * @typedef {{pegs: Place["pegs"], peg_material: Place["peg_material"],
  *   wall_material: Place["wall_material"], bins: {y: number, edges: number[]}, drop: {y: number},
  *   ball: {radius: number}}} GaltonBoard
@@ -40,12 +40,12 @@ const DEPTH = 1.2; // m that the Galton board's bins are deep
 
 /**
  * @param {Scene} scene
- * @param {GaltonBoard | null} board the preset `galton`, where the scene stands on it
- * @returns {Opening} what stands there, and the balls as they begin
+ * @param {GaltonBoard | null} board the preset `galton`, for the scene `galton`
+ * @returns {Opening}
  */
 export function openingOf(scene, board) {
   if (scene.scene === "sandbox") return box(scene);
-  if (!board) throw new Error("the scene galton needs its board");
+  if (!board) throw new Error("the scene galton needs a board: give the preset galton's");
   return galton(scene, board);
 }
 
@@ -57,7 +57,7 @@ function box({ balls: n, seed, width = 6, height = 4, radii = [0.06, 0.16], spee
     const [x2, y2] = corners[(i + 1) % 4];
     return { x1, y1, x2, y2 };
   });
-  // Dead walls: of a pair the livelier counts, so the balls decide.
+  // An impact uses the larger restitution of the two bodies. With 0 for walls, the balls decide.
   const place = { pegs: [], walls, peg_material: { restitution: 0.6, friction: 0.2 },
     wall_material: { restitution: 0, friction: made.friction }, bins: null };
   const [low, high] = radii;
@@ -74,7 +74,7 @@ function box({ balls: n, seed, width = 6, height = 4, radii = [0.06, 0.16], spee
 }
 
 /**
- * Where n balls of up to `radius` lie in a box: none touches another, not quite in rows.
+ * Places for n balls of at most `radius` in a box: in rows, each shifted at random, so that no two touch.
  * @param {number} n @param {number} width @param {number} height @param {number} radius
  * @param {bigint} seed
  * @returns {[number, number][]}
@@ -83,7 +83,7 @@ function lattice(n, width, height, radius, seed) {
   let cell = CELL * radius;
   if (n * cell * cell < 0.5 * width * height) cell = Math.sqrt((0.5 * width * height) / n);
   const [columns, rows] = [Math.floor(width / cell), Math.floor(height / cell)];
-  if (columns * rows < n) throw new ParameterError(`${n} balls do not fit: at most ${columns * rows} do`, "balls");
+  if (columns * rows < n) throw new ParameterError(`${n} balls do not fit into the box: at most ${columns * rows} do`, "balls");
   const room = 0.5 * cell - radius;
   const dx = uniform(seed, n, -room, room);
   const dy = uniform(seed + 1n, n, -room, room);
@@ -120,7 +120,7 @@ function galton({ balls: n, seed, density, restitution, friction }, board) {
 }
 
 /**
- * Numbers in [low, high), by SplitMix64 of seeds that `seed` gives.
+ * Random numbers in [low, high), by SplitMix64.
  * @param {bigint} seed @param {number} count @param {number} low @param {number} high
  * @returns {number[]}
  */

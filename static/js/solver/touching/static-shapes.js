@@ -1,21 +1,21 @@
-// What does not move, as the kernels take it: pegs and walls in rows, and the grid that finds them.
-// As engine/multibody/static_geometry.py makes it, operation by operation.
+// Pegs and walls as the arrays that the kernels take: their rows, and the grid that finds them.
+// engine/multibody/static_geometry.py makes the same, operation by operation.
 
 /** @import { Grid, Value } from "./machine.js" */
 /** @import { Place } from "./scenes.js" */
 
 const COLUMNS = 8; // x1, y1, tx, ty, length, radius, restitution, friction
-const CELLS = 64; // of the grid along its longer side, at most
+const CELLS = 64; // at most, along the longer side of the grid
 
 /** @typedef {[number, number, number, number]} Corners x_min, x_max, y_min, y_max in m */
 
 /**
  * @typedef {object} StaticShapes
- * @property {Value[]} values as the kernels take them
+ * @property {Value[]} values arguments for the kernels
  * @property {number} pegs
  */
 
-/** @param {Place} place @returns {Corners} of all parts */
+/** @param {Place} place @returns {Corners} of the box around all parts */
 export function extentOf({ pegs, walls, bins }) {
   const xs = walls.flatMap(({ x1, x2 }) => [x1, x2]);
   const ys = walls.flatMap(({ y1, y2 }) => [y1, y2]);
@@ -62,10 +62,10 @@ function itemsOf({ pegs, walls, peg_material: ofPegs, wall_material: ofWalls }) 
 }
 
 /**
- * Which items pass through each cell.
+ * Lists the items that pass through each cell.
  * @param {Float64Array} items @param {number} x0 @param {number} y0 @param {number} scale
  * @param {number} columns @param {number} rows
- * @returns {{starts: Grid, members: Grid}} members ascend in each cell
+ * @returns {{starts: Grid, members: Grid}} members: ascending in each cell
  */
 function gridOf(items, x0, y0, scale, columns, rows) {
   /** @type {number[][]} */

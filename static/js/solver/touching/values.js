@@ -1,22 +1,21 @@
-// What scenes and balls have unless it is said, and how far each value may go: those of the server,
-// app/rooms/touching/values.py and scene.py.
+// Defaults and ranges of scenes and balls: the same as in app/rooms/touching/values.py and scene.py.
 
 import { ParameterError } from "../errors.js";
 import { seedOf } from "../seed.js";
 
 /** @import { Scene } from "./scenes.js" */
 
-/** Least and greatest value, SI. @type {Record<string, [number, number]>} */
+/** Lowest and highest allowed value, SI. @type {Record<string, [number, number]>} */
 export const RANGES = {
   radius: [0.01, 0.5], density: [0.01, 100_000], restitution: [0, 1], friction: [0, 10],
   gravity: [0, 100], drag: [0, 100], damping: [0.9, 1], correction: [0.4, 0.8], dt: [0.001, 0.1],
   substeps: [1, 32], width: [0.5, 20], height: [0.5, 20], speed: [0, 50],
 };
 
-/** How balls are moved unless it is said. */
+/** Default settings of the solver. */
 export const SOLVER = { damping: 1, correction: 0.6, dt: 1 / 60, substeps: 4 };
 
-/** The scenes as they are unless more is said. @type {Record<"sandbox" | "galton", Scene>} */
+/** Default parameters of each scene. @type {Record<"sandbox" | "galton", Scene>} */
 export const SCENES = {
   sandbox: {
     scene: "sandbox", balls: 60, seed: "1", width: 6, height: 4, radii: [0.06, 0.16], speed: 0,
@@ -29,7 +28,7 @@ export const SCENES = {
 };
 
 export const MOST_BALLS = 500;
-export const MOST_OVERLAPS = 32; // balls that one may overlap as it is put in
+export const MOST_OVERLAPS = 32; // balls that a new ball may overlap
 
 const MOST_WORK = 16_000; // balls times substeps in a tick
 
@@ -38,15 +37,16 @@ export function isTooMuch(balls, dt, substeps, rate) {
   return (balls * substeps) / (dt * rate) > MOST_WORK;
 }
 
-/** @param {string} name @param {number} value @returns {boolean} whether the value may be that */
+/** @param {string} name @param {number} value @returns {boolean} */
 export function isWithin(name, value) {
   const [low, high] = RANGES[name];
   return value >= low && value <= high;
 }
 
 /**
- * @param {object} form some values of a scene
- * @returns {Scene} with all that it does not say; throws a ParameterError that names what cannot be
+ * Checks the parameters of a scene and fills in the defaults.
+ * @param {object} form
+ * @returns {Scene} throws a ParameterError that names an invalid value
  */
 export function sceneOf(form) {
   const { scene } = /** @type {Partial<Scene>} */ (form);
@@ -56,12 +56,15 @@ export function sceneOf(form) {
     if (name in RANGES) check(name, name, /** @type {number} */ (value));
   }
   for (const radius of radii) check("radii", "radius", radius);
-  if (radii[0] > radii[1]) throw new ParameterError(`radii ${radii.join(", ")} do not rise`, "radii");
+  if (radii[0] > radii[1]) throw new ParameterError(`radii ${radii.join(", ")} are not in order: give the smaller one first`, "radii");
   if (!(Number.isInteger(balls) && balls >= 0 && balls <= MOST_BALLS)) {
-    throw new ParameterError(`balls ${balls} are not from 0 to ${MOST_BALLS}`, "balls");
+    throw new ParameterError(`balls ${balls} is not a whole number from 0 to ${MOST_BALLS}`, "balls");
   }
   if (isTooMuch(balls, dt, substeps, 60)) {
-    throw new ParameterError(`${balls} balls in ${substeps} substeps of ${dt} s are too much`, "dt");
+    throw new ParameterError(
+      `${balls} balls in ${substeps} substeps of ${dt} s take too much work: take fewer balls, fewer `
+      + "substeps or a longer dt", "dt",
+    );
   }
   return { ...found, seed: String(seedOf(seed)) };
 }

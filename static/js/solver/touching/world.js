@@ -1,7 +1,7 @@
-// A scene under its clock: balls that touch, hands that hold them, and everything that was done to it.
+// A scene of touching balls with its clock, its grabbed balls, and the record of all inputs.
 //
-// As app/rooms/touching does it: the same inputs at the same ticks make the same world there, to the
-// last bit. So `story` is all that a server needs to go on with it.
+// The same inputs at the same ticks give the same world in app/rooms/touching, bit for bit. So a server
+// can continue a page's world from its `story`.
 
 import { PHYSICS_VERSION } from "../digest.js";
 import { Arena } from "./arena.js";
@@ -12,19 +12,19 @@ import { openingOf } from "./scenes.js";
 /** @import { GaltonBoard, Scene } from "./scenes.js" */
 
 export const TICK_RATE = 60; // ticks a second
-const HOLD_RATE = 12; // 1/s at which a held ball closes the gap to the hand
-const HOLD_SPEED = 15; // m/s, the fastest that a hand draws a ball
-const HOLD_TICKS = 5 * TICK_RATE; // after which a hand of which nothing is heard lets go
+const HOLD_RATE = 12; // 1/s; a grabbed ball moves toward the hand at this rate times their distance
+const HOLD_SPEED = 15; // m/s, the highest speed of a grabbed ball
+const HOLD_TICKS = 5 * TICK_RATE; // a hand that sends nothing for this long releases its ball
 
 /** @type {(keyof ArenaSettings)[]} */
 const OF_ALL = ["gravity", "drag", "damping", "correction", "dt", "substeps"];
 /** @type {("density" | "restitution" | "friction")[]} */
 const OF_BALLS = ["density", "restitution", "friction"];
 
-/** @typedef {Record<"density" | "restitution" | "friction", number>} Material of a ball */
+/** @typedef {Record<"density" | "restitution" | "friction", number>} Material of a ball; density in kg/m² */
 
 /**
- * What is done to a world, in the form that logs have. SI; a field that is left out was not asked for.
+ * Inputs of a world, in the form of a room's log. SI units; an omitted field changes nothing.
  * @typedef {{type: "add", x: number, y: number, vx?: number, vy?: number, radius: number} & Material} Add
  * @typedef {{type: "kick", ball: number, vx?: number, vy?: number, omega?: number}} Kick
  * @typedef {{type: "drag", ball: number, x: number, y: number}} Drag
@@ -41,20 +41,20 @@ const OF_BALLS = ["density", "restitution", "friction"];
  *   inputs: {tick: number, input: Input}[]}} Story
  */
 
-/** A scene from its beginning on. */
+/** A running scene. */
 export class World {
   tick = 0;
   paused = false;
-  /** Everything that was done so far. @type {{tick: number, input: Input}[]} */
+  /** All inputs until now. @type {{tick: number, input: Input}[]} */
   inputs = [];
-  /** Steps that a stopped clock still has to run. */
+  /** Single steps that are still to run while paused. */
   #steps = 0;
-  /** Where the hand is, m, and the tick at which it lets go. @type {Map<number, {x: number, y: number, lapse: number}>} */
+  /** By ball: the place of the hand, m, and the tick at which it releases the ball. @type {Map<number, {x: number, y: number, lapse: number}>} */
   #holds = new Map();
 
   /**
    * @param {Machine} machine @param {Scene} scene
-   * @param {GaltonBoard | null} board the preset `galton`, where the scene stands on it
+   * @param {GaltonBoard | null} board the preset `galton`, for the scene `galton`
    */
   constructor(machine, scene, board) {
     this.scene = scene;
@@ -63,11 +63,11 @@ export class World {
     this.arena = new Arena(machine, place, { gravity, drag, damping, correction, dt, substeps });
     this.arena.add(balls);
     const { density, restitution, friction } = scene;
-    /** What the next ball is made of unless it is said. @type {Material} */
+    /** The default material of new balls. @type {Material} */
     this.madeOf = { density, restitution, friction };
   }
 
-  /** What holds for all, and what the next ball is made of. */
+  /** The arena's settings, and the default material of new balls. */
   get settings() {
     return { ...this.arena.settings, ...this.madeOf };
   }
@@ -78,7 +78,7 @@ export class World {
     return this.#holds.size > 0 || this.arena.awake;
   }
 
-  /** What a server goes on from. @returns {Story} */
+  /** All that a server needs to continue this world. @returns {Story} */
   get story() {
     const { scene, tick, inputs } = this;
     return { scene, tick_rate: TICK_RATE, physics_version: PHYSICS_VERSION, tick, inputs };
@@ -90,9 +90,9 @@ export class World {
   }
 
   /**
-   * Does what is asked, and keeps it.
-   * @param {Input} input of values that were checked, and a ball that is there
-   * @returns {number} the ball that was put in, or -1
+   * Carries out an input and records it.
+   * @param {Input} input already checked: valid values, and a ball that exists
+   * @returns {number} the id of a new ball, or -1
    */
   carryOut(input) {
     this.#keep(input);
@@ -135,7 +135,7 @@ export class World {
     return -1;
   }
 
-  /** A hand that moves twice in a tick was where it was last. @param {Input} input */
+  /** Records an input. Of several moves of a hand in one tick only the last counts. @param {Input} input */
   #keep(input) {
     const last = this.inputs.at(-1);
     if (input.type === "drag" && last?.tick === this.tick && last.input.type === "drag") {
@@ -155,7 +155,7 @@ export class World {
     if (Object.keys(ofAll).length) this.arena.configure(ofAll);
   }
 
-  /** One tick on. @returns {number[]} balls that left the place */
+  /** Advances by one tick. @returns {number[]} balls that were removed, as they left the arena */
   step() {
     this.#pull();
     const gone = this.arena.advance(1 / TICK_RATE);
@@ -187,7 +187,7 @@ export class World {
 /**
  * @template {string} K
  * @param {Partial<Record<K, number>>} values @param {K[]} names
- * @returns {Partial<Record<K, number>>} those that are given
+ * @returns {Partial<Record<K, number>>} only the given ones
  */
 function picked(values, names) {
   return /** @type {Partial<Record<K, number>>} */ (

@@ -47,7 +47,7 @@ async def suffers_and_heals(
             assert refused.headers["content-type"] == "application/problem+json"
             assert refused.json()["code"] == "ledger-unavailable"
             assert wanted in str(server.services.ledger.problem)  # for the log, not for clients
-            assert "the server's log says why" in refused.json()["detail"]
+            assert "the server's log has the reason" in refused.json()["detail"]
             assert int(refused.headers["retry-after"]) >= 1
             # Over the WebSocket too, to the sender, with its own note; the connection goes on.
             await player.send(type="drop", seed=3, ref="mine")

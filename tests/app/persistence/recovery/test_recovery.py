@@ -457,7 +457,7 @@ async def test_a_damaged_room_is_reported_to_clients_and_operators(
         until(lambda: server.services.integrity.finding != "checking")
         refused = http.get(f"/api/v1/rooms/{played.own}")
         assert (refused.status_code, refused.json()["code"]) == (503, "room-damaged")
-        assert "whoever runs the server can mend it" in refused.json()["detail"]
+        assert "the server's operator can repair it" in refused.json()["detail"]
         assert refused.headers["retry-after"] == "60"
         async with playing(server.socket(played.own)) as player:
             assert (player.hello["type"], player.hello["code"]) == ("error", "room-damaged")

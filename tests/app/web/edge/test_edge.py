@@ -146,7 +146,7 @@ def test_what_a_database_says_is_for_the_log_alone(cause: str) -> None:
     told_outside = json.dumps(vars_of(problem_of(LedgerError(cause)))) + told(LedgerError(cause))
     for secret in ("/var", "plinko.db", "10.0.0.7", "5432", "UNIQUE", "drops"):
         assert secret not in told_outside
-    assert "the server's log says why" in told_outside
+    assert "the server's log has the reason" in told_outside
 
 
 def vars_of(problem: Any) -> dict[str, Any]:
