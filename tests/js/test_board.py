@@ -1,4 +1,4 @@
-"""What pages know of a board is what pictures know of it."""
+"""Pages and the server's pictures find the same side walls of a board."""
 
 import pytest
 
