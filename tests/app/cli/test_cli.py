@@ -81,14 +81,6 @@ def test_drop_prints_the_engines_drop(plinko: Terminal, seed: int) -> None:
     assert f"{d.duration:.6f} s" in lines["end"]
 
 
-def test_the_json_of_a_drop_keeps_every_bit(plinko: Terminal) -> None:
-    d = drop(Board.preset("triangle-8"), 42)
-    record = plinko.json("drop", "triangle-8", "--seed", 42)
-    assert record == d.to_dict()
-    assert [tuple(row) for row in record["impacts"]] == d.impacts.tolist()
-    assert record["seed"] == "42"
-
-
 def test_a_drop_says_how_sure_it_is_when_asked(plinko: Terminal) -> None:
     d = drop(Board.preset("triangle-8"), 42)
     shown = plinko.run("drop", "triangle-8", "--seed", 42, "--certainty")

@@ -39,21 +39,6 @@ async def closing(player: Player) -> ConnectionClosed:
             return closed
 
 
-async def test_seed_42_lands_live_as_it_does_everywhere_else(server: Running) -> None:
-    async with playing(server.socket("main")) as player:
-        await player.send(type="drop", seed="42", ref="mine")
-        accepted = await player.until("accepted", ref="mine")
-        landed = await player.until("landed", ball=accepted["ball"])
-    alone = drop(Board.preset("triangle-16"), 42)
-    assert landed["digest"] == alone.digest
-    assert (landed["bin"], landed["score"]) == (alone.bin, alone.score)
-    assert (landed["t"], landed["x_end"]) == (alone.duration, alone.x_end)
-    assert (accepted["x"], accepted["explicit_x"]) == (alone.x_start, False)
-    async with server.async_client() as http:
-        rest = (await http.get("/api/v1/drops/triangle-16/42")).json()
-    assert rest["digest"] == landed["digest"]
-
-
 async def test_the_ball_is_shown_where_the_drop_says_it_is(server: Running) -> None:
     alone = drop(BOARD, 7)
     shown = 0

@@ -1,6 +1,5 @@
 """Boards, drops and rooms over HTTP: right answers, and clear errors."""
 
-import json
 from typing import Any
 
 import httpx
@@ -186,11 +185,9 @@ def test_an_unknown_board_is_named_but_not_at_length(http: httpx.Client, name: s
 # Drops.
 
 
-def test_a_drop_replayed_by_its_address_is_the_engines_own(http: httpx.Client) -> None:
-    expected = drop(BOARD, 42)
+def test_the_etag_of_a_drop_s_address_is_its_digest(http: httpx.Client) -> None:
     response = http.get("/api/v1/drops/triangle-16/42")
-    assert response.json() == json.loads(json.dumps(expected.to_dict()))
-    assert response.headers["etag"] == f'W/"{expected.digest}"'  # it is compressed
+    assert response.headers["etag"] == f'W/"{drop(BOARD, 42).digest}"'  # it is compressed
     assert "public" in response.headers["cache-control"]
 
 
