@@ -141,7 +141,7 @@ def _data(trace: Trace, in_flight: int) -> dict[str, Any]:
 
 
 def quantile(values: Sequence[float], share: float) -> float:
-    """The value that `share` percent of the values do not exceed; 0 if there are none."""
+    """The value that `share` percent of the values do not exceed; 0 for an empty sequence."""
     if not values:
         return 0.0
     ordered = sorted(values)

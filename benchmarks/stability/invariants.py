@@ -123,7 +123,7 @@ def _times(played: Drop) -> Floats:
 
 
 def _energy_gain(played: Drop, values: Floats) -> float:
-    """Growth of energy per mass (J/kg) beyond what is allowed; 0 if there is none.
+    """Growth of energy per mass (J/kg) beyond the allowed growth; 0 if it is within.
 
     With the exact solver, energy may never grow. With the stepped one, an impact within a step of
     h leaves the ball with up to g h |v| too much. Twice that is allowed for each impact, and as
