@@ -1,4 +1,5 @@
-"""The artifacts: made from the kernels that are there, small, needing nothing, right to the bit."""
+"""The artifacts are up to date with the kernels, small, free of imports, and right to the last
+bit."""
 
 import gzip
 import re
@@ -23,7 +24,7 @@ ROOMY = (4096, 16384)  # rows of a log: events and segments, more than most of t
 
 
 def compare(host: Host) -> int:
-    """How many drops were compared, of all that `played` names."""
+    """Compare the drops of `played`; returns how many could be compared."""
     compared = 0
     for board, seeds in played():
         host.load(arrays_of(board))
@@ -69,7 +70,7 @@ def test_an_artifact_was_made_from_the_kernels_that_are_there(path: Path) -> Non
 
 
 def test_an_artifact_has_every_kernel_that_its_play_calls() -> None:
-    """Those too that are called in place, again and again on the same arrays."""
+    """This includes kernels that are called in place, repeatedly on the same arrays."""
     called = make.made_by(
         "from engine.artifact.plays import PLAYS; "
         "from engine.artifact.rehearsal import rehearse; "
@@ -122,7 +123,7 @@ def test_many_balls_go_as_each_alone() -> None:
 
 
 def test_the_page_leaves_room_for_all_columns_of_the_kernels() -> None:
-    """With one too few of `initial`, many drops overwrote each other, and then crashed the page."""
+    """When `initial` had one column too few, drops overwrote each other and crashed the page."""
     text = make.PAGE.with_suffix(".js").read_text("utf-8")
     columns = dict(
         re.findall(r"^const (STATE|EVENT|SEGMENT|INITIAL|SERIES) = ([^;]+);", text, re.M)

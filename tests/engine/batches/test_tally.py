@@ -1,4 +1,5 @@
-"""Blocks and their sums: one digest however they came, and no result that says more than it has."""
+"""The sum of blocks has the same digest in any order, and claims nothing that it has not
+counted."""
 
 import json
 import random

@@ -76,7 +76,7 @@ def test_what_cannot_be_is_named(make: Any, field: str) -> None:
 
 
 def test_a_ball_goes_around_a_polygon() -> None:
-    """A roof with its ridge under the start parts the balls, and none gets into it."""
+    """A roof with its ridge below the start divides the balls, and no ball enters it."""
     roof = polygon([(0.0, 0.5), (0.5, 1.5), (-0.5, 1.5)])
     board = Board.from_json(
         {"bins": {"y": 2.5, "edges": [-2.0, 0.0, 2.0]}, "drop": {"jitter": 0.3, "y": 0.1}}

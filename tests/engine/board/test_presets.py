@@ -30,7 +30,8 @@ def test_no_two_presets_share_a_digest() -> None:
 
 
 def test_the_boards_known_to_be_playable_are_exactly_the_presets() -> None:
-    """Whoever changes a preset copies its new digest into the table, once it passes every check."""
+    """If you change a preset, make sure that it passes every check, and copy its digest into the
+    table."""
     assert {name: Board.preset(name).digest for name in preset_names()} == DIGESTS
 
 

@@ -1,4 +1,4 @@
-"""A value that is wrong by itself is refused by an error that names its path, it, and the rule."""
+"""The error for an invalid value names its path, the value, and the rule."""
 
 import json
 import math

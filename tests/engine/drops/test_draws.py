@@ -1,4 +1,4 @@
-"""A draw that is made for a board: for each bin with a weight, the first seeds that land there."""
+"""A draw made for a board has, for each bin with a weight, the first seeds that land there."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Seeds by bin: all that land there, in order, and an end where none does."""
+"""Seeds by bin: the search finds every seed that lands there, in order, and ends if none does."""
 
 from itertools import islice
 
@@ -12,13 +12,13 @@ BOARD = Board.preset("triangle-8")
 ONE_SIDED = Board.from_json(
     {"bins": {"y": 2.0, "edges": [-1.0, 0.0, 1.0]}, "drop": {"x": -0.5, "jitter": 0.25}}
 )
-"""Without pegs: every ball falls straight into bin 0."""
+"""A board without pegs, on which every ball falls straight into bin 0."""
 
 
 def test_each_seed_lands_there_and_none_between_is_left_out(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(module, "FIRST_BATCH", 16)  # so that batches meet within what is compared
+    monkeypatch.setattr(module, "FIRST_BATCH", 16)  # several batches within the compared seeds
     all_bins = drop_many(BOARD, 600).bin
     for number in range(BOARD.bins.count):
         wanted = [seed for seed in range(600) if all_bins[seed] == number]

@@ -1,4 +1,4 @@
-"""A record comes out again, to the bit, or the first field that does not is named."""
+"""Verifying a record reproduces it bit for bit, or names the first field that differs."""
 
 import copy
 import json
@@ -15,7 +15,7 @@ TRIANGLE = Board.preset("triangle-16")
 
 
 def record(**options: Any) -> dict[str, Any]:
-    """A record as it comes back from JSON."""
+    """A record after a round trip through JSON."""
     found: dict[str, Any] = json.loads(json.dumps(drop(TRIANGLE, 42, **options).to_dict()))
     return found
 

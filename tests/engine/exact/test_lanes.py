@@ -1,4 +1,4 @@
-"""Drops side by side: each has the bits it has alone, on any board, and so has each stage."""
+"""Drops in lanes have the same bits as single drops, on any board and at each stage."""
 
 import json
 from collections.abc import Iterator
@@ -64,7 +64,7 @@ def plain(board: Board) -> Board:
 
 
 def lossy(board: Board) -> Board:
-    """The board with bounces that die at once: balls roll a lot."""
+    """The board with nearly no restitution, so that balls mostly roll."""
     dull = replace(board.ball.material, restitution=0.05)
     return replace(board, ball=replace(board.ball, restitution=0.05), peg_material=dull)
 
@@ -88,7 +88,7 @@ BOARDS = {
 
 
 def starts(board: Board, count: int) -> Array:
-    """Places over all of the drop zone."""
+    """Starts all over the drop zone."""
     return board.drop.x + np.linspace(-0.99, 0.99, count) * board.drop.jitter
 
 
@@ -107,7 +107,7 @@ def alone(
 def agree(
     arrays: BoardArrays, xs: Array, y: float, events: int = MAX_EVENTS, time: float = MAX_TIME
 ) -> Results:
-    """Asserts that drops side by side have the bits they have alone."""
+    """Assert that drops in lanes have the same bits as single drops."""
     expected, found = alone(arrays, xs, y, events, time), new_results(len(xs))
     trace_drops(arrays, Drops(xs, y, events, time), found, NONE)
     assert bits(found) == bits(expected)
@@ -115,7 +115,7 @@ def agree(
 
 
 def bits(results: Results) -> list[bytes]:
-    """Those of each column."""
+    """The bytes of each column."""
     columns: tuple[Array, ...] = results
     return [column.tobytes() for column in columns]
 
@@ -174,7 +174,8 @@ def test_they_are_on_the_boards_that_once_held_a_ball_for_ever(file: Path) -> No
 
 @pytest.mark.parametrize("cells_per_metre", [0.1, 1.0, 30.0])
 def test_how_many_surfaces_a_cell_lists_changes_no_bit(cells_per_metre: float) -> None:
-    """All of the board's in one cell, too: the searches' list runs over, and is taken in parts."""
+    """This includes one cell for all surfaces, where the list of searches is too long for one
+    pass."""
     board = BOARDS["thin pegs"]
     fine = arrays_of(board)
     cells = cells_of(fine.items, board.ball.radius, fine.travel, cells_per_metre)
@@ -189,7 +190,7 @@ def test_on_a_board_without_any_surface_balls_fall_into_the_bins() -> None:
     bare = boards.unchecked(restitution=0.5, start=(0.0, 0.0), jitter=0.5, floor=3.0)
     arrays = arrays_of(bare)
     agree(arrays, starts(bare, 3 * lane.LANES), bare.drop.y)
-    assert (arrays.heads & flight.FIRST_ITEM).max() < len(arrays.centres)  # it is read all the same
+    assert (arrays.heads & flight.FIRST_ITEM).max() < len(arrays.centres)  # it is read nevertheless
 
 
 @pytest.mark.parametrize("name", ["thin pegs", "triangle-16", "restitution of 0.05"])
@@ -208,7 +209,7 @@ def test_a_ball_that_misses_the_board_holds_nobody_up() -> None:
         pegs=(Peg(0.0, 1.0, 0.1),), restitution=0.5, start=(0.0, 0.0), jitter=0.5
     )
     arrays = arrays_of(board)._replace(bins_y=1e12)
-    xs = starts(board, 4)  # none in the middle: it would come to rest on the peg
+    xs = starts(board, 4)  # no start in the middle: that ball would come to rest on the peg
     ended = agree(arrays, xs, board.drop.y, time=1e9)
     assert set(ended.outcomes) == {SEARCH_LIMIT}
     assert flight.PATIENCE * arrays.travel < 1e12
@@ -225,12 +226,12 @@ def test_plain_python_gives_the_same_bits() -> None:
     assert run_python(code, NUMBA_DISABLE_JIT="1").split() == compiled
 
 
-# Each stage by itself, run by Python, beside the solver for one ball.
+# Each stage separately, run by Python, compared with the solver for one ball.
 
 
 @pytest.fixture
 def _like_machine_code() -> Iterator[None]:
-    """Searches that have ended are computed on with the others: numpy would tell."""
+    """Ignore numpy's warnings: lanes whose search has ended still compute along with the others."""
     with np.errstate(all="ignore"):
         yield
 
@@ -239,7 +240,8 @@ KINDS_OF_BOARD = pytest.mark.parametrize("name", ["triangle-16", "drag of 20/s",
 
 
 def flying(board: Board, count: int) -> tuple[BoardArrays, Space, bool]:
-    """Balls all over a board, flying anywhere, at any time of their flights; whether any drags."""
+    """Balls in flight all over a board, with random velocities and flight times; whether drag
+    acts."""
     arrays = arrays_of(board)
     space = new_space(arrays)
     longest = min(0.2, flight.LONGEST / arrays.drag) if arrays.drag > 0.0 else 0.2
@@ -298,7 +300,8 @@ def test_windows_open_where_and_as_long_as_one_does(name: str) -> None:
 
 
 def searches(name: str) -> tuple[BoardArrays, Space, list[tuple[Motion, float, float]], bool]:
-    """Flights past a circle each, at about its distance; as searches, and as motions with D^2."""
+    """One flight past a circle per lane, at about its distance: as searches, and as motions with
+    D^2."""
     arrays, space, drags = flying(BOARDS[name], lane.LANES)
     flight.open_windows(arrays, space.w, space.m, lane.LANES, drags)
     choice = np.random.default_rng(11)
