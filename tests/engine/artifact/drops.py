@@ -1,5 +1,4 @@
-"""Drops that every host of the artifact must reproduce bit for bit, on presets and random
-boards."""
+"""Drops that every host of the artifact must reproduce bit for bit."""
 
 from collections.abc import Iterator
 from typing import Any

@@ -75,8 +75,7 @@ class Host:
         self._board = (f, w)
 
     def trace(self, states: npt.NDArray[np.float64], events: int = 0, segments: int = 0) -> Run:
-        """Follow balls at rest from `states`, shape (n, 7); the log has room for the given
-        numbers."""
+        """Follow balls at rest from `states`, shape (n, 7); the log has this much room."""
         balls = len(states)
         free = self._free
         shapes = {

@@ -1,5 +1,4 @@
-"""The artifacts are up to date with the kernels, small, free of imports, and right to the last
-bit."""
+"""The artifacts are up to date, small, free of imports, and right to the last bit."""
 
 import gzip
 import re

@@ -1,5 +1,4 @@
-"""Workers that compute in any order find the same payouts, tunings and densities as this
-process."""
+"""Workers find the same payouts, tunings and densities as this process, in any order."""
 
 import pickle
 from collections.abc import Callable, Iterable, Iterator

@@ -1,5 +1,4 @@
-"""Hashes of blocks: the root does not depend on how they are joined, and their number is
-bounded."""
+"""Hashes of blocks: the root does not depend on how they are joined; their number is bounded."""
 
 import random
 

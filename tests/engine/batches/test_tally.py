@@ -1,5 +1,4 @@
-"""The sum of blocks has the same digest in any order, and claims nothing that it has not
-counted."""
+"""The sum of blocks has the same digest in any order, and claims only what it has counted."""
 
 import json
 import random

@@ -30,8 +30,7 @@ def test_no_two_presets_share_a_digest() -> None:
 
 
 def test_the_boards_known_to_be_playable_are_exactly_the_presets() -> None:
-    """If you change a preset, make sure that it passes every check, and copy its digest into the
-    table."""
+    """If you change a preset, check that it passes every test, then copy its digest here."""
     assert {name: Board.preset(name).digest for name in preset_names()} == DIGESTS
 
 

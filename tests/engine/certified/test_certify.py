@@ -81,8 +81,7 @@ def test_a_proof_of_a_wide_start_holds_for_all_starts_in_it() -> None:
 
 @pytest.mark.parametrize(("seed", "digits"), [(4, 12), (3, 24)])
 def test_a_wide_start_is_followed_by_how_fast_its_paths_part(seed: int, digits: int) -> None:
-    """Boxes without derivatives prove fewer starts at once; seed 3 comes to rest, rolls and
-    slides."""
+    """Boxes without derivatives prove fewer starts at once; with seed 3 the ball also rolls."""
     middle, radius = Fraction(start_of(TRIANGLE, seed, None)), Fraction(1, 10**digits)
     wide = prove(TRIANGLE, middle, radius, Effort(160, 160))
     assert wide.path is not None
@@ -135,8 +134,7 @@ def test_a_ball_in_perfect_balance_is_proven_to_rest() -> None:
 
 
 def test_what_happens_at_once_by_symmetry_is_recognised_and_said() -> None:
-    """With a peg at the same distance on each side, the first one in the board's order is hit
-    first."""
+    """With pegs at equal distances on both sides, the first in the board's order is hit first."""
     board = scene(pegs=(Peg(-0.14, 0.0, 0.05), Peg(0.14, 0.0, 0.05)), restitution=0.5)
     found = certify(board, x=0.0)
     assert found.ties[0] == "peg 0 and peg 1, by symmetry"
@@ -208,9 +206,7 @@ def test_the_share_of_right_bins_is_counted() -> None:
 
 
 def _traced(name: str, number: int) -> tuple[str, bool]:
-    """The events of an oracle's drop as the certified solver finds them, and whether it encloses
-    the
-    landing."""
+    """The events of an oracle's drop by the certified solver, and whether it encloses the end."""
     head, drops = golden.load(name)
     asked = drops[number]
     with precision(160):

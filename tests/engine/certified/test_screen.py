@@ -16,8 +16,7 @@ from tests.long import tries
 
 
 def test_no_surface_is_touched_earlier_than_the_screen_says() -> None:
-    """Along flights on random boards, the screen has listed every surface that the ball
-    overlaps."""
+    """On random boards, the screen has listed every surface that a ball's flight overlaps."""
     looked = 0
     for seed in range(tries(4, 60)):
         board, x = random_scene(seed)

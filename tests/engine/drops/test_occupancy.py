@@ -103,8 +103,7 @@ def test_all_time_is_counted_on_a_grid_that_holds_the_board() -> None:
 def test_drops_too_long_for_the_log_are_followed_all_the_same(
     room: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A drop has more than 3 segments, so the log is always too small; 400 suffice for a few
-    drops."""
+    """3 segments are too few for any drop, and 400 are too few for 128 drops together."""
     whole = occupancy(BOARD, range(150), **GRID)
     monkeypatch.setattr(MODULE, "_SEGMENTS", room)
     parts = occupancy(BOARD, range(150), **GRID)

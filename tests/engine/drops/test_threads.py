@@ -100,8 +100,7 @@ def test_an_error_in_a_thread_reaches_the_caller_and_ends_work() -> None:
 
 
 def test_an_interrupt_at_any_moment_ends_it() -> None:
-    """A pool of `concurrent.futures` would hang here, because an interrupt leaves its lock
-    taken."""
+    """A pool of `concurrent.futures` would hang here: an interrupt leaves its lock taken."""
     done = subprocess.run(
         [sys.executable, "-c", INTERRUPTED], capture_output=True, text=True, check=False,
         timeout=LIMIT,

@@ -156,8 +156,7 @@ def grid_changes_nothing(board: Board, x: float) -> bool:
 def test_a_sweep_finds_the_first_surface_on_a_straight_line(
     x: float, y: float, vx: float, vy: float
 ) -> None:
-    """Compare with samples along the line: the ball touches nothing before the end, and something
-    there."""
+    """Compare with samples along the line: the ball touches nothing before the end point."""
     board = Board.preset("triangle-8")
     arrays = gridless(board)
     horizon = 0.5 / (math.hypot(vx, vy) + 1e-9)

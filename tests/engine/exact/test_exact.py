@@ -109,8 +109,7 @@ def test_time_runs_forward_and_energy_does_not_grow(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["triangle-8", "triangle-16", "galton", *scene_names()])
 def test_a_mirrored_start_on_a_mirrored_board_mirrors_the_path(name: str) -> None:
-    """To the last bit: x, vx and omega are negated, the bin is mirrored, and all else is the
-    same."""
+    """To the last bit: x, vx and omega are negated, the bin is mirrored, the rest is equal."""
     board = board_of(name)
     flip = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
     for seed in range(8):
@@ -126,8 +125,7 @@ def test_a_mirrored_start_on_a_mirrored_board_mirrors_the_path(name: str) -> Non
 
 
 def test_every_preset_is_its_own_mirror_image() -> None:
-    """Mirroring reorders the pegs, and the path stays the same: it does not depend on their
-    numbers."""
+    """Mirroring reorders the pegs, so this shows that a path does not depend on their order."""
     for name in ("triangle-9", "triangle-16", "classic", "galton"):
         board = Board.preset(name)
         for seed in range(8):
@@ -204,9 +202,7 @@ def test_a_ball_a_breath_off_the_top_of_a_peg_leaves_it() -> None:
 
 @pytest.mark.parametrize("drag", [0.5, 2.0])
 def test_rolling_on_level_ground_is_stopped_by_drag_and_ends(drag: float) -> None:
-    """The ball slows down exponentially and never stops, but it ends when the rest of its way is
-    below
-    rounding."""
+    """Drag never stops the ball, but its drop ends when the way left is below rounding."""
     walls = (Wall(-50.0, 1.0, 50.0, 1.0), Wall(-0.5, 0.2, 0.0, 0.5))
     for friction in (0.0, 0.5):
         board = place(walls=walls, restitution=0.3, friction=friction, drag=drag)
@@ -222,8 +218,7 @@ V_NOTCH = (Wall(-1.0, 0.2, 0.0, 1.0), Wall(0.0, 1.0, 1.0, 0.2))
 @pytest.mark.parametrize("friction", [0.0, 0.1])
 @pytest.mark.parametrize("drag", [0.0, 2.0])
 def test_a_ball_in_a_notch_wedges(e: float, friction: float, drag: float) -> None:
-    """Between walls and between pegs, the drop soon ends at rest, with a reason, and returns the
-    stake."""
+    """Between walls or pegs, the drop soon ends at rest, with a reason, and returns the stake."""
     pegs = (Peg(-0.13, 1.0, 0.1), Peg(0.13, 1.0, 0.1))
     funnel = (Wall(-0.5, 0.3, -0.2, 0.9), Wall(0.5, 0.3, 0.2, 0.9))
     for parts in ({"walls": V_NOTCH}, {"pegs": pegs, "walls": funnel}):
@@ -270,8 +265,7 @@ def test_a_ball_thrown_off_the_board_escapes_or_runs_out_of_time() -> None:
 
 
 def test_a_contact_phase_is_told_from_its_beginning_to_its_end() -> None:
-    """Contact begins and ends alternate, changes lie between them, and the ball stays on the
-    surface."""
+    """Contacts begin and end in turn, changes lie in between, and the ball stays on the surface."""
     seen = 0
     for name in ("low-restitution", "dead", "zigzag", "polyline", "ramp"):
         for seed in range(6):

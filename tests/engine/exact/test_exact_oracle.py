@@ -36,8 +36,7 @@ ULPS = 32
 
 
 def errors(oracle: OracleDrop, board: Board, x: float) -> list[float]:
-    """Distances in m between oracle and solver at each event; asserts that the events are the
-    same."""
+    """Distances in m between oracle and solver at each event; the events must be equal."""
     played = drop(board, x=x)
     assert golden.turns_of(played.impacts) == golden.turns_of(oracle.events)
     assert played.bin == oracle.bin
@@ -48,8 +47,7 @@ def errors(oracle: OracleDrop, board: Board, x: float) -> list[float]:
 
 
 def assert_agrees(board: Board, x: float) -> OracleDrop:
-    """Assert the same events, bin, and positions within grown rounding; returns the oracle's
-    drop."""
+    """Assert equal events, bin, and positions within grown rounding; returns the oracle's."""
     oracle = oracle_drop(board, x)
     found = errors(oracle, board, x)
     rounding = ULPS * math.ulp(max(1.0, abs(float(board.bins.y))))
@@ -163,8 +161,7 @@ def test_sliding_and_rolling_over_a_peg(
 
 
 def test_a_ball_too_fast_to_roll_slides_until_it_rolls() -> None:
-    """The ball slides down a steep wall onto a shallow one; the second change is at the wall's
-    end."""
+    """From a steep wall the ball slides onto a shallow one; the second change is at its end."""
     walls = (Wall(-1.0, -1.0, -0.4, 0.0), Wall(-0.45, 0.2, 1.5, 0.25))
     board = scene(walls=walls, friction=0.05, restitution=0.2, start_y=-1.6)
     oracle = assert_agrees(board, -0.95)
@@ -239,8 +236,7 @@ def test_a_vertical_graze_of_a_peg_hits_or_misses_by_geometry(
 @pytest.mark.parametrize("overlap", [1e-6, 1e-9, 1e-12])
 @pytest.mark.parametrize("drag", [0.0, 2.0])
 def test_a_curved_graze_of_a_peg_is_decided_to_a_picometre(overlap: float, drag: float) -> None:
-    """The ball bounces off a slope and flies past a peg, whose size makes it just touch or just
-    miss."""
+    """The ball bounces off a slope and flies past a peg, which it just touches or misses."""
     slope = Wall(-0.5, -0.5, 0.5, 0.5)
     bare = oracle_drop(scene(walls=(slope,), restitution=1.0, drag=drag), 0.0)
     distance = closest(bare, (1.0, 0.5))
@@ -259,8 +255,7 @@ def test_a_curved_graze_of_a_peg_is_decided_to_a_picometre(overlap: float, drag:
 
 
 def closest(path: OracleDrop, point: tuple[float, float]) -> mpmath.mpf:
-    """Smallest distance in m of the last flight of `path` from a point, by golden-section
-    search."""
+    """Smallest distance in m of the last flight of `path` from a point (golden-section search)."""
     low, high = path.events[0].t, path.duration
     ratio = (mp.sqrt(5) - 1) / 2
 
@@ -329,8 +324,7 @@ def test_where_the_oracle_is_stuck_in_a_notch_the_ball_is_too(
 
 
 def test_states_between_events_are_the_oracles() -> None:
-    """Compare position, angle, velocity and spin at evenly spaced times, in flight and in
-    contact."""
+    """Compare full states at evenly spaced times, in flight and in contact."""
     board = scene(
         pegs=(Peg(0.0, 0.0, 0.4),),
         friction=0.4,

@@ -174,8 +174,7 @@ def test_they_are_on_the_boards_that_once_held_a_ball_for_ever(file: Path) -> No
 
 @pytest.mark.parametrize("cells_per_metre", [0.1, 1.0, 30.0])
 def test_how_many_surfaces_a_cell_lists_changes_no_bit(cells_per_metre: float) -> None:
-    """This includes one cell for all surfaces, where the list of searches is too long for one
-    pass."""
+    """With one cell for all surfaces, the list of searches is too long for one pass."""
     board = BOARDS["thin pegs"]
     fine = arrays_of(board)
     cells = cells_of(fine.items, board.ball.radius, fine.travel, cells_per_metre)
@@ -240,8 +239,7 @@ KINDS_OF_BOARD = pytest.mark.parametrize("name", ["triangle-16", "drag of 20/s",
 
 
 def flying(board: Board, count: int) -> tuple[BoardArrays, Space, bool]:
-    """Balls in flight all over a board, with random velocities and flight times; whether drag
-    acts."""
+    """Balls in flight all over a board, with random velocities; also whether drag acts."""
     arrays = arrays_of(board)
     space = new_space(arrays)
     longest = min(0.2, flight.LONGEST / arrays.drag) if arrays.drag > 0.0 else 0.2

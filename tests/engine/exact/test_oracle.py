@@ -241,8 +241,7 @@ def test_rolling_and_sliding_agree_with_a_general_integrator(drag: float) -> Non
 
 
 def test_a_disc_rolls_down_a_wall_by_two_thirds_of_the_slope() -> None:
-    """With drag, u' = 2/3 (g sin a - k u). The ball reaches the wall's end when the closed form
-    says."""
+    """With drag, u' = 2/3 (g sin a - k u); compare the time at the wall's end."""
     for drag in (0.0, 1.5):
         wall = Wall(-1.0, -0.25, 1.0, 0.25)
         board = scene(walls=(wall,), friction=0.9, drag=drag)
@@ -264,8 +263,7 @@ def test_a_disc_rolls_down_a_wall_by_two_thirds_of_the_slope() -> None:
 
 
 def test_a_slow_ball_rolls_over_a_wall_s_end_until_no_force_acts() -> None:
-    """The ball rolls, slides, then leaves at N = 0: g cos(theta) = u^2 / R on the circle of the
-    end."""
+    """The ball rolls, slides, then leaves at N = 0: g cos(theta) = u^2 / R around the end."""
     board = scene(walls=(Wall(-1.0, 0.0, 0.0, 0.0078125),), friction=0.5)
     drop = oracle_drop(board, -0.05)
     end = of_kind(drop, KIND_CONTACT_END)[0]
@@ -277,8 +275,7 @@ def test_a_slow_ball_rolls_over_a_wall_s_end_until_no_force_acts() -> None:
 
 
 def test_walls_that_share_an_end_pass_the_ball_on() -> None:
-    """The roof bends at x = 0: the ball rolls over the ridge onto the other slope and off its
-    end."""
+    """The roof bends at x = 0: the ball rolls over it onto the other slope and off its end."""
     roof = (Wall(-1.0, 0.0, 0.0, 0.0625), Wall(0.0, 0.0625, 1.0, 0.1875))
     drop = oracle_drop(scene(walls=roof, friction=0.9), -0.05)
     end = of_kind(drop, KIND_CONTACT_END)[0]

@@ -184,8 +184,7 @@ def test_off_a_slope_of_45_degrees_a_ball_leaves_level() -> None:
 
 @pytest.mark.parametrize("gravity", [1.62, 3.72, 24.79])
 def test_another_world_is_the_same_but_slower_or_faster(gravity: float) -> None:
-    """Without drag, all times are proportional to 1 / sqrt(g), and the path does not depend on
-    g."""
+    """Without drag, times are proportional to 1 / sqrt(g); the path does not depend on g."""
 
     def board(g: float) -> Board:
         pegs = (Peg(0.0, 0.0, 0.2), Peg(0.9, 0.6, 0.3), Peg(-0.6, 0.8, 0.3))

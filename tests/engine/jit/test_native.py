@@ -1,5 +1,4 @@
-"""Native code imports nothing, has no fused operations, and runs only if it gives WebAssembly's
-bits."""
+"""Native code has no imports or fused operations, and runs only with WebAssembly's bits."""
 
 import json
 import logging

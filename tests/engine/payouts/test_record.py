@@ -1,5 +1,4 @@
-"""The record of drops: a table is judged by drops that did not choose it, and counting can
-resume."""
+"""The record of drops: other drops judge a table than chose it, and counting can resume."""
 
 import pytest
 
@@ -54,8 +53,7 @@ def test_fewer_than_one_in_a_million_aimed_drops_end_unsettled() -> None:
 
 
 def test_every_interval_of_record_is_as_narrow_as_it_should_be() -> None:
-    """0.1 % at 95 % for a board's own start; `plinko odds --record FILE --count` counts more
-    drops."""
+    """0.1 % at 95 % for a board's own start; `plinko odds --record FILE --count` adds drops."""
     assert wanted(shipped()) == []
 
 
