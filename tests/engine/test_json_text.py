@@ -1,4 +1,4 @@
-"""JSON that could be read in two ways is not read at all, and its place is named."""
+"""Ambiguous JSON is refused, and the error names the place."""
 
 import json
 from typing import Any
@@ -50,7 +50,7 @@ def test_a_value_without_one_meaning_is_refused_by_its_place(
         json_text.parse(text)
     assert caught.value.field == place
     assert why in str(caught.value)
-    str(caught.value).encode()  # what is refused can itself be told
+    str(caught.value).encode()  # the message can be encoded as UTF-8
 
 
 def test_a_surrogate_pair_is_one_character() -> None:

@@ -1,4 +1,4 @@
-"""What the package gives by name, and what it costs to import it."""
+"""The package's public names, and what importing it loads."""
 
 import pytest
 

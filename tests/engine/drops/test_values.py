@@ -202,17 +202,7 @@ def test_zero_is_one_place_in_a_world_too() -> None:
 
 
 def test_a_record_from_when_zero_had_a_sign_is_still_reproduced() -> None:
-    then = (
-        13.0,
-        3.0,
-        1.3,
-        0.7,
-        0.4,
-        0.7,
-        1.3,
-        3.0,
-        13.0,
-    )  # the board's payouts at that time, which are in its digest
+    then = (13.0, 3.0, 1.3, 0.7, 0.4, 0.7, 1.3, 3.0, 13.0)  # the board's payouts at that time
     board = replace(BOARD, bins=replace(BOARD.bins, multipliers=then))
     record = drop(board, x=0.0).to_dict()
     # The digest that earlier releases gave for the start -0.0.

@@ -1,4 +1,4 @@
-"""Boards on which one law at a time can be seen, and the boards of the accuracy claims."""
+"""Boards that show one law at a time, and the boards of the accuracy claims."""
 
 from unittest import mock
 
@@ -44,7 +44,7 @@ def scene(
 
 
 def accuracy_boards() -> dict[str, Board]:
-    """The boards on which the exact solver is held to the oracle, by name."""
+    """The boards on which the exact solver is compared with the oracle, by name."""
     trials = {f"trial-{rows}": trial(rows, 0.5, 0.2, 2.0) for rows in (8, 12, 16)}
     named = {f"triangle-{rows}": Board.preset(f"triangle-{rows}") for rows in (8, 12, 16)}
     return named | trials | {"plain-12": trial(12, 0.6, 0.0, 0.0)}
