@@ -1,4 +1,4 @@
-"""What a spectator over a relay costs is what more of them cost more."""
+"""The cost of a spectator over a relay is the difference between two crowds."""
 
 import json
 import resource

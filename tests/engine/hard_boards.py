@@ -222,7 +222,7 @@ def stairs(draft: Draft, x: float, y: float) -> None:
 
 
 def treacle(draft: Draft, x: float, y: float) -> None:
-    """Pegs and so much drag that a ball falls a few centimetres per second and takes minutes."""
+    """Pegs and high drag: a ball falls a few centimetres per second and takes minutes."""
     draft.gravity, draft.drag = 9.81, draft.choice.choice([100.0, 300.0, MAX_DRAG])
     for row in range(4):
         peg = x + draft.choice.uniform(-0.4, 0.4), y - 0.6 + 0.4 * row

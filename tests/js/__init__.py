@@ -1,1 +1,1 @@
-"""The page's scripts in Node.js: alone in *.test.js, held to engine and server in test_*.py."""
+"""The page's scripts in Node.js: unit tests in *.test.js, comparisons with Python in test_*.py."""

@@ -1,4 +1,4 @@
-"""A function of one of the page's modules, called in Node.js with JSON in and JSON out."""
+"""Calls functions of the page's modules in Node.js, with JSON in and JSON out."""
 
 import json
 import shutil
@@ -13,8 +13,8 @@ MODULES = Path(__file__).parents[2] / "static" / "js"
 
 Run = Callable[..., Any]
 
-# One line asks, one line answers. A function is a module of its own, so that it may await imports;
-# it gets the module that is named, the argument, and `load` for further modules.
+# Reads one JSON line per call and answers with one line. Each function is a separate module, so
+# that it may await imports; it gets the named module, the argument, and `load` for more modules.
 _ANSWER = """
 import { createInterface } from "node:readline";
 const load = (name) => import(new URL(name, MODULES));
@@ -29,17 +29,17 @@ for await (const line of createInterface({ input: process.stdin })) {
 
 
 class ScriptError(Exception):
-    """What a script threw."""
+    """An error that a script threw."""
 
 
 @pytest.fixture(scope="session")
 def run() -> Iterator[Run]:
     """Calls a JavaScript function with a module of static/js and an argument.
 
-    All calls are answered by one process, in which each module is loaded once.
+    One process answers all calls, and loads each module once.
     """
     node = shutil.which("node")
-    assert node, "Node.js is not installed; tools/node sees to that"
+    assert node, "Node.js is not installed: run tools/node"
     script = _ANSWER.replace("MODULES", json.dumps(f"{MODULES.as_uri()}/"))
     process = subprocess.Popen(
         [node, "--input-type=module", "--eval", script],

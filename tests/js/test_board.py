@@ -1,4 +1,4 @@
-"""What pages know of a board is what pictures know of it."""
+"""Pages and pictures agree about a board."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The decoder and the checker that an outsider wrote, held to the server and the engine."""
+"""The outsider's decoder and checker agree with the server and the engine."""
 
 import ast
 import json

@@ -1,8 +1,8 @@
-"""The drawing in docs/architecture.md, made of the import contract by `make architecture`.
+"""Draws the picture in docs/architecture.md from the import contract: `make architecture`.
 
-Each `layers` contract of pyproject.toml is a stack of rows: what stands in a row may import all
-that stands below it, and nothing beside or above. What a box says of itself is what its module says
-first.
+Each `layers` contract of pyproject.toml is a stack of rows: a package may import the rows below its
+own, but nothing in its own row or above. The text of a box is the first sentence of the package's
+docstring.
 """
 
 import ast
@@ -18,22 +18,22 @@ PICTURE = ROOT / "docs" / "images" / "architecture.svg"
 WIDTH = 1160  # px, as all below
 MARGIN = 20
 GAP = 8
-HEAD = 40  # of a stack, above its first row
+HEAD = 40  # height of a stack's title, above its first row
 LINE = 15
 FONT = 12.5
-LETTER = 0.52 * FONT  # a letter's width on average, a little on the safe side
+LETTER = 0.52 * FONT  # mean width of a letter, estimated high
 
 
 @dataclass(frozen=True)
 class Stack:
-    """A package whose parts stand in layers, from the top one down."""
+    """A package whose parts are in layers, from top to bottom."""
 
     package: str
     layers: tuple[tuple[str, ...], ...]
 
 
 def stacks() -> list[Stack]:
-    """The packages with an exhaustive contract for their parts: the server, then the engine."""
+    """The packages with an exhaustive contract: the server, then the engine."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     found = {}
     for contract in project["tool"]["importlinter"]["contracts"]:
@@ -45,7 +45,7 @@ def stacks() -> list[Stack]:
 
 
 def sentence(package: str, part: str) -> str:
-    """What a module or package says first of itself."""
+    """The first sentence of a module's or package's docstring."""
     base = ROOT / package / part
     path = base / "__init__.py" if base.is_dir() else base.with_suffix(".py")
     text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""

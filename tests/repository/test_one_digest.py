@@ -34,7 +34,7 @@ def by_command_line(board: str, seed: int) -> dict[str, Any]:
 
 def in_a_world(board: Board, seed: int) -> str:
     world = World(board)
-    world.add(1)  # company
+    world.add(1)  # another ball
     world.step()
     world.add(seed)
     while world.awake:

@@ -1,4 +1,4 @@
-"""The machine code of flows: made from the kernels that are there, those of the engine too."""
+"""The machine code of flows is up to date with its own kernels and with the engine's."""
 
 import pytest
 

@@ -33,7 +33,7 @@ def _fresh(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 @pytest.fixture
 def code() -> Mapping[str, Code]:
-    """This machine's native code; the test is skipped if there is none."""
+    """This machine's native code; tests are skipped if it does not exist."""
     try:
         return native.load()
     except native.NoNativeCodeError as reason:

@@ -102,7 +102,7 @@ class _Chase:
         if verdict is not None:
             return self._settle(verdict, low, high, own)
         if depth > _MAX_DEPTH:
-            raise OracleError("a graze of which no bisection can tell whether it is a hit")
+            raise OracleError("a graze: bisection cannot decide whether it is a hit")
         middle = (low + high) / 2
         found = self.entry(low, middle, own, depth + 1)
         if found is not None:

@@ -89,7 +89,7 @@ def first_fall(series: Sequence[Real], eps: Real) -> Real | None:
                 return None
             return bracketed(lambda x: horner(series, x), low, high, eps)
         if depth > _MAX_DEPTH:
-            raise OracleError("a contact event of which no bisection can tell whether it happens")
+            raise OracleError("a contact event: bisection cannot decide whether it happens")
         found = search(low, middle, depth + 1)
         return found if found is not None else search(middle, high, depth + 1)
 
