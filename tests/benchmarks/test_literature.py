@@ -83,7 +83,7 @@ def test_balls_of_the_elastic_galton_board_gain_speed_as_known(section: Section)
     assert "came back up" in table.notes[0]
 
 
-def test_its_figures_are_drawn(section: Section, tmp_path: Path) -> None:
+def test_the_figures_are_drawn(section: Section, tmp_path: Path) -> None:
     assert list(section.plots) == ["bench-digits.png", "bench-galton-board.png"]
     for name, draw in section.plots.items():
         draw(str(tmp_path / name))

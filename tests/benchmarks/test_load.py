@@ -34,7 +34,7 @@ def test_a_servers_address_leads_to_its_room(given_url: str, whole: str) -> None
 
 
 @pytest.mark.parametrize("bad", ["ftp://h", "http://", ""])
-def test_what_is_no_address_is_named(bad: str) -> None:
+def test_an_invalid_address_is_named(bad: str) -> None:
     with pytest.raises(InvalidValueError, match="is not an address"):
         room_url(bad, "main", "snapshots")
 

@@ -10,7 +10,7 @@ def test_stolen_time_is_its_part_of_all_that_passed() -> None:
     assert share_between(before, before) == 0.0
 
 
-def test_this_machine_tells_it() -> None:
+def test_this_machine_reports_stolen_time() -> None:
     stolen = Stolen()
     sum(range(10**6))
     assert 0.0 <= stolen.share() <= 1.0

@@ -1,11 +1,11 @@
 """A catalogue of hard boards, on which a ball touches two surfaces, hangs, or creeps.
 
-Each kind is a recipe, a function of a random generator that adds its surfaces to a `Draft`. The
-same recipes make examples for hypothesis (`hard_boards`), which shrinks them, and any number of
-boards by their numbers (`hard_board`). A recipe draws as it likes, so some of its boards are traps
-or have pegs that overlap, and are no boards for play; `playable` sorts them out.
+Each kind is a recipe: a function that adds random surfaces to a `Draft`. The same recipes make
+examples for hypothesis (`hard_boards`), which shrinks them, and any number of numbered boards
+(`hard_board`). Recipes do not avoid traps or overlapping pegs; `playable` returns only the boards
+that the validator accepts.
 
-Presets have none of this: restitution 0 to 0.5, friction 0 to 1, drag up to its limit.
+These boards go beyond the presets: restitution 0 to 0.5, friction 0 to 1, drag up to its limit.
 """
 
 import math

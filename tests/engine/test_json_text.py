@@ -58,7 +58,7 @@ def test_a_surrogate_pair_is_one_character() -> None:
 
 
 @pytest.mark.parametrize("text", ["", "{", '{"a":1,}', "[1 2]", b"\xff", b"\xef\xbb\xbf{}", "'a'"])
-def test_what_is_not_json_is_said_to_be_none(text: str | bytes) -> None:
+def test_text_that_is_not_json_is_reported_as_such(text: str | bytes) -> None:
     with pytest.raises(JsonSyntaxError, match="not JSON"):
         json_text.parse(text)
 

@@ -26,8 +26,8 @@ def watch(
 ) -> float:
     """Step, and assert every few frames that states are finite, inside, and without energy gain.
 
-    Energy may exceed its start by `slack` of what there was plus what the lag of velocities by
-    half a substep can show. Returns the deepest overlap in radii.
+    Energy may grow by the share `slack` of its start, plus the error from velocities that lag by
+    half a substep. Returns the deepest overlap in radii.
     """
     first = arena.diagnostics()
     h = arena.settings.dt / arena.settings.substeps

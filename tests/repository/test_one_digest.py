@@ -73,7 +73,7 @@ async def test_a_drop_has_one_digest_wherever_it_is_computed(
 
 
 @pytest.mark.parametrize(("name", "seed"), CASES[:1])
-def test_so_it_is_with_the_stepped_solver(name: str, seed: int) -> None:
+def test_the_stepped_solver_has_one_digest_too(name: str, seed: int) -> None:
     board = Board.preset(name)
     one = drop(board, seed, solver="stepped")
     assert drop_many(board, [seed], solver="stepped").digests() == [one.digest]

@@ -52,18 +52,18 @@ def test_the_page_s_artifact_gives_the_engine_s_bits() -> None:
 
 
 @pytest.mark.long("it compiles for a minute")
-def test_an_artifact_made_anew_gives_the_same_bits() -> None:
+def test_a_rebuilt_artifact_gives_the_same_bits() -> None:
     assert compare(Host(make.for_pages())) >= 390
 
 
 @pytest.mark.long("it compiles for minutes")
-def test_artifacts_made_anew_are_those_that_are_there() -> None:
+def test_rebuilt_artifacts_are_the_committed_ones() -> None:
     for path, module in make.everything():
         assert path.read_bytes() == module, path.name
 
 
 @pytest.mark.parametrize("path", [make.PAGE, *(make.FOLDER / f"{n}.wasm" for n in PLAYS)])
-def test_an_artifact_was_made_from_the_kernels_that_are_there(path: Path) -> None:
+def test_an_artifact_was_made_from_the_present_kernels(path: Path) -> None:
     made_from = stamp.read(path.read_bytes())
     assert stamp.is_of(stamp.current(), made_from), "kernels have changed since: `make kernels`"
 
@@ -102,7 +102,7 @@ def test_all_kernels_are_in_the_stamp() -> None:
     assert kernels <= set(stamp.sources())
 
 
-def test_the_artifact_is_small_and_asks_for_memory_alone() -> None:
+def test_the_artifact_is_small_and_imports_only_memory() -> None:
     module = make.PAGE.read_bytes()
     assert len(gzip.compress(module)) <= make.MOST_GZIPPED
     assert wasm_sections.imports(module) == ["env.__linear_memory", "env.__stack_pointer"]

@@ -209,11 +209,11 @@ class TestShelves:
         )
 
     @pytest.mark.parametrize("rise", [1e-6, -0.01, 0.5])
-    def test_a_wall_that_slopes_is_none(self, rise: float) -> None:
+    def test_a_sloping_wall_is_no_level_wall(self, rise: float) -> None:
         assert verdict(box(walls=[(-1.0, 3.0, 1.0, 3.0 + rise)])) == ""
 
     @pytest.mark.parametrize("end", [(3.0, 3.0 + 1e-12), (-1.0, 3.0), (3.0, 3.0)])
-    def test_a_wall_that_is_level_but_for_rounding_is_one(self, end: tuple[float, float]) -> None:
+    def test_a_wall_that_is_level_but_for_rounding_is_level(self, end: tuple[float, float]) -> None:
         assert verdict(box(walls=[(1e-9, 3.0, *end)])) == (
             "come to rest there" if end[0] < 0.0 else ""
         )
@@ -238,7 +238,7 @@ class TestShelves:
         ):
             assert verdict({**away, "drop": zone}) == answer
 
-    def test_a_wall_that_no_ball_falls_straight_onto_is_none(self) -> None:
+    def test_a_level_wall_onto_which_no_ball_falls_is_fine(self) -> None:
         for roof in (
             box([(0.0, 2.0, 0.1)], SHELF),
             box(walls=[*SHELF, (-0.2, 1.0, 0.3, 1.2)]),
@@ -258,12 +258,12 @@ class TestShelves:
             "come to rest there"
         )
 
-    def test_a_level_wall_above_the_start_or_below_the_bins_is_none(self) -> None:
+    def test_a_level_wall_above_the_start_or_below_bins_is_fine(self) -> None:
         assert verdict(box(walls=[(-1.0, -1.0, 1.0, -1.0), (-1.0, 6.1, 1.0, 6.1)])) == ""
 
     @settings(max_examples=tries(50, 1000), suppress_health_check=[HealthCheck.too_slow])
     @given(wild_forms(), st.floats(0.5, 5.5), st.floats(-3.0, 3.0), st.floats(0.0, 2.0))
-    def test_whatever_is_above_it_the_ball_decides(
+    def test_a_level_wall_is_refused_if_a_ball_hits_it_first(
         self, form: Form, y: float, x: float, jitter: float
     ) -> None:
         """The board is refused exactly if some ball hits the top of the level wall first."""
@@ -323,7 +323,7 @@ class TestTime:
             "bins.y = 6.0, and a drop ends after 1000 s"
         )
 
-    def test_one_on_which_a_ball_does_is_fine(self) -> None:
+    def test_a_board_on_which_a_ball_lands_in_time_is_fine(self) -> None:
         for values in ({"gravity": 1.21e-5}, {"gravity": 6.1, "drag": 1000.0}, {"drag": 1000.0}):
             board = Board.from_json({**box(), **values})
             assert drop(board, 1).unsettled is None or board.drag > 0.0, values

@@ -69,7 +69,7 @@ def _fields(ball: BallSpec) -> dict[str, Any]:
         (lambda board: polygon([(0, 0), (1, 1)]), "corners"),
     ],
 )
-def test_what_cannot_be_is_named(make: Any, field: str) -> None:
+def test_an_impossible_change_is_named(make: Any, field: str) -> None:
     with pytest.raises(BoardError) as caught:
         make(Board.preset("triangle-8"))
     assert caught.value.field == field

@@ -194,7 +194,7 @@ def test_a_bad_number_of_threads_is_refused_with_its_value(threads: object) -> N
 
 
 @pytest.mark.parametrize("seeds", [-1, 2**32, True, "12", None, 1.5, [1.5], [[1, 2]], [-1], {"a"}])
-def test_seeds_that_are_none_are_named(seeds: object) -> None:
+def test_invalid_seeds_are_named(seeds: object) -> None:
     with pytest.raises(SeedError, match="seed"):
         drop_many(TRIANGLE, seeds)  # type: ignore[arg-type]
 

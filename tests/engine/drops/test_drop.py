@@ -194,7 +194,7 @@ def test_every_nan_has_the_same_bits_in_a_digest() -> None:
 
 
 @pytest.mark.parametrize("seed", [-1, 2**64, "abc", "-1", "1.0", "", " 1", 1.0, math.nan, True, []])
-def test_what_is_no_seed_is_refused_by_name(seed: object) -> None:
+def test_an_invalid_seed_is_refused_by_name(seed: object) -> None:
     with pytest.raises(SeedError) as caught:
         drop(TRIANGLE, seed)  # type: ignore[arg-type]
     assert repr(seed)[:30] in str(caught.value)
@@ -206,7 +206,7 @@ def test_no_seed_and_no_start_is_refused() -> None:
 
 
 @pytest.mark.parametrize("x", [math.nan, math.inf, -math.inf, 100.0, -100.0, "0.1", True])
-def test_a_start_that_is_none_is_refused_with_its_value(x: object) -> None:
+def test_an_invalid_start_is_refused_with_its_value(x: object) -> None:
     with pytest.raises(ParameterError) as caught:
         drop(TRIANGLE, 1, x=x)  # type: ignore[arg-type]
     assert caught.value.field == "x"

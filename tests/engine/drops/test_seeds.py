@@ -54,7 +54,7 @@ def test_a_bin_that_no_ball_comes_to_ends_with_an_error() -> None:
     assert caught.value.field == "bin"
 
 
-def test_patience_begins_anew_with_each_seed_that_is_found() -> None:
+def test_patience_restarts_with_each_seed_that_is_found() -> None:
     rare = list(seeds_landing_in(BOARD, 0, count=4))
     gap = max(b - a for a, b in zip([-1, *rare], rare, strict=False))
     assert list(seeds_landing_in(BOARD, 0, count=4, patience=gap)) == rare
@@ -63,13 +63,13 @@ def test_patience_begins_anew_with_each_seed_that_is_found() -> None:
 
 
 @pytest.mark.parametrize("number", [-1, 9, True, 1.0, "1", None])
-def test_what_is_no_bin_of_the_board_is_named_at_once(number: object) -> None:
+def test_an_invalid_bin_is_named_at_once(number: object) -> None:
     with pytest.raises(ParameterError, match="the bins of 'triangle-8' are 0 to 8") as caught:
         seeds_landing_in(BOARD, number)  # type: ignore[arg-type]
     assert caught.value.field == "bin"
 
 
-def test_what_is_no_count_or_seed_is_named_at_once() -> None:
+def test_an_invalid_count_or_seed_is_named_at_once() -> None:
     with pytest.raises(ParameterError, match="count is 0"):
         seeds_landing_in(BOARD, 0, count=0)
     with pytest.raises(ParameterError, match="patience is 0"):

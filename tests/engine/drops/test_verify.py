@@ -169,7 +169,7 @@ def test_a_claim_of_the_wrong_kind_is_a_claim_that_differs(field: str, value: ob
 
 
 @pytest.mark.parametrize("whole", [None, [], "record", 3])
-def test_what_is_no_object_is_malformed(whole: Any) -> None:
+def test_a_record_that_is_not_an_object_is_malformed(whole: Any) -> None:
     with pytest.raises(RecordError):
         verify(whole)
 

@@ -110,8 +110,7 @@ def test_each_edge_belongs_to_the_bin_on_its_right() -> None:
 
 @pytest.mark.parametrize("name", [*BOARDS, *scene_names()])
 def test_the_grid_changes_no_bit_of_an_exact_drop(name: str) -> None:
-    """So every cell lists all that a ball can touch from it: a surface left out would be
-    passed through."""
+    """Every cell therefore lists all surfaces that a ball can touch from it."""
     board = board_of(name)
     for seed in range(4):
         assert grid_changes_nothing(board, start_x(seed, board.drop.x, board.drop.jitter))

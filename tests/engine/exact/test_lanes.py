@@ -121,7 +121,7 @@ def bits(results: Results) -> list[bytes]:
 
 
 @pytest.mark.parametrize("name", BOARDS)
-def test_drops_side_by_side_are_those_one_by_one(name: str) -> None:
+def test_lanes_give_single_drops(name: str) -> None:
     board = BOARDS[name]
     xs = start_xs(np.arange(DROPS, dtype=np.uint64), board.drop.x, board.drop.jitter)
     agree(arrays_of(board), xs, board.drop.y)
@@ -131,13 +131,13 @@ def test_drops_side_by_side_are_those_one_by_one(name: str) -> None:
 @pytest.mark.parametrize(
     "count", [1, lane.LANES - 1, lane.LANES, lane.LANES + 1, 5 * lane.LANES + 3]
 )
-def test_they_are_however_many_there_are(name: str, count: int) -> None:
+def test_lanes_give_single_drops_for_any_count(name: str, count: int) -> None:
     board = BOARDS[name]
     agree(arrays_of(board), starts(board, count), board.drop.y)
 
 
 @given(st.integers(0, 2**32 - 1), st.booleans())
-def test_they_are_on_any_board(seed: int, is_smooth: bool) -> None:
+def test_lanes_give_single_drops_on_any_board(seed: int, is_smooth: bool) -> None:
     board = plain(random_board(seed)) if is_smooth else random_board(seed)
     assert is_plain(arrays_of(board)) or not is_smooth
     agree(arrays_of(board), starts(board, 2 * lane.LANES), board.drop.y)
@@ -145,7 +145,7 @@ def test_they_are_on_any_board(seed: int, is_smooth: bool) -> None:
 
 @settings(suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much])
 @given(hard_boards)
-def test_they_are_on_any_hard_board(hard: HardBoard) -> None:
+def test_lanes_give_single_drops_on_any_hard_board(hard: HardBoard) -> None:
     board = hard.playable()
     assume(board is not None)
     assert board is not None
@@ -153,7 +153,7 @@ def test_they_are_on_any_hard_board(hard: HardBoard) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_they_are_on_hard_boards_of_each_kind(kind: str) -> None:
+def test_lanes_give_single_drops_on_each_kind_of_hard_board(kind: str) -> None:
     made = 0
     for hard in numbered(kind):
         if (board := hard.playable()) is not None:
@@ -164,7 +164,7 @@ def test_they_are_on_hard_boards_of_each_kind(kind: str) -> None:
 
 
 @pytest.mark.parametrize("file", sorted(CASES.glob("*.json")), ids=lambda file: file.stem)
-def test_they_are_on_the_boards_that_once_held_a_ball_for_ever(file: Path) -> None:
+def test_lanes_give_single_drops_on_boards_that_once_hung(file: Path) -> None:
     for case in json.loads(file.read_text(encoding="utf-8")):
         board = Board.from_json(case["board"])
         seed = np.array([case["seed"]], np.uint64)
@@ -203,7 +203,7 @@ def test_a_drop_that_comes_to_a_limit_ends_there(name: str) -> None:
     assert TIME_LIMIT in ended.outcomes
 
 
-def test_a_ball_that_misses_the_board_holds_nobody_up() -> None:
+def test_a_ball_that_misses_the_board_delays_no_other() -> None:
     board = boards.unchecked(
         pegs=(Peg(0.0, 1.0, 0.1),), restitution=0.5, start=(0.0, 0.0), jitter=0.5
     )
@@ -360,7 +360,7 @@ def test_searches_for_what_was_just_left_find_what_one_finds(name: str) -> None:
 
 
 @KINDS_OF_BOARD
-def test_no_circle_is_turned_down_that_is_hit(name: str) -> None:
+def test_no_circle_that_is_hit_is_skipped(name: str) -> None:
     arrays, space, motions, drags = searches(name)
     for i, (motion, d2, horizon) in enumerate(motions):
         w = space.w

@@ -90,9 +90,9 @@ def test_a_graze_is_a_hit_exactly_when_it_overlaps(shortfall: float) -> None:
 
 
 def test_a_parabola_that_grazes_a_peg_is_judged_where_closest() -> None:
-    """Off a 45 degree wall at height y the ball flies level: x = v t, y = g t^2 / 2.
+    """From a wall at 45 degrees the ball bounces off horizontally: x = v t, y = g t^2 / 2.
 
-    The closest approach to a peg is a root of a cubic; the peg is grown or shrunk by 1e-12 m.
+    The closest approach to a peg is a root of a cubic; the peg is larger or smaller by 1e-12 m.
     """
     wall = Wall(-0.5, -0.5, 0.5, 0.5)
     start = oracle_drop(scene(walls=(wall,), restitution=1.0), 0.0).events[0]

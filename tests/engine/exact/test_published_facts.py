@@ -1,4 +1,4 @@
-"""What any textbook of mechanics says of bouncing, sliding, rolling and falling, of the engine.
+"""The engine agrees with textbooks of mechanics about bouncing, sliding, rolling and falling.
 
 Sources: Goldstein, Classical Mechanics (bouncing and rolling bodies; the slider on a sphere);
 Landau and Lifshitz, Mechanics; Cross, The bounce of a ball, Am. J. Phys. 67 (1999).
@@ -94,10 +94,10 @@ def test_a_frictionless_slider_leaves_a_circle_at_two_thirds() -> None:
 
 
 def test_a_rolling_disc_would_leave_a_circle_at_four_sevenths() -> None:
-    """With much friction it rolls nearly to cos(theta) = 4/7, and slips just before: leaves later.
+    """With high friction the ball rolls nearly until it leaves, and slips just before.
 
-    u^2 = 4/3 g D (1 - cos): at N = 0 cos = 4/7. Slipping keeps the speed above rolling's, so that
-    the ball leaves between 4/7 and the frictionless 2/3.
+    From u^2 = 4/3 g D (1 - cos), rolling would end with N = 0 at cos(theta) = 4/7. Because of the
+    slip, the ball leaves at a cosine between 4/7 and the frictionless 2/3.
     """
     played = drop(scene(pegs=(Peg(0.0, 0.0, 0.4),), friction=5.0), x=1e-3)
     end = of_kind(played, KIND_CONTACT_END)[0]

@@ -177,7 +177,7 @@ def test_a_library_that_has_changed_is_not_loaded(
         "import app.computing.preloaded",
     ],
 )
-def test_a_process_that_computes_for_others_runs_none(program: str) -> None:
+def test_a_process_that_computes_for_others_runs_no_native_code(program: str) -> None:
     code = (
         f"{program}\n"
         "from engine.exact.lanes import trial\n"

@@ -526,7 +526,7 @@ def test_walls_hold_from_either_side_and_their_ends_are_round() -> None:
     assert arena.bodies["vx"][2] == pytest.approx(2.0)
 
 
-def test_recorded_inputs_applied_anew_give_the_same_digest() -> None:
+def test_replayed_inputs_give_the_same_digest() -> None:
     arena = sandbox(40, seed=9)
     again = Arena(arena.place, arena.settings)
     for row in arena.bodies:

@@ -1,9 +1,9 @@
-"""Rolling and sliding over a peg, a wall or a wall's end, as Taylor series in time of high order.
+"""Rolling and sliding over a peg, a wall or a wall's end, by high-order Taylor series in time.
 
-The unknowns are the arc length s, the angle of the contact (through its cosine and sine), the
-speed u along the surface and the spin. Every event (the surface lets go, rolling starts to slip,
-slipping stops, another body, the wall's end, the bins' line) is a series too, whose first fall
-through zero is found with proof.
+The unknowns are the arc length s, the angle of the contact (as cosine and sine), the speed u along
+the surface, and the spin. Every possible event is a series too: the ball leaves, starts or stops
+slipping, meets another body, reaches the wall's end or the bins' line. The first downward zero of
+such a series is found with proof.
 """
 
 from dataclasses import dataclass

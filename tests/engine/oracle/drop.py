@@ -46,9 +46,9 @@ class Event:
 
 @dataclass
 class OracleDrop:
-    """What happened to one ball. Numbers are mpf; `bin` is None when it never lands.
+    """The result of one drop. Numbers are mpf; `bin` is None if the ball never lands.
 
-    How errors grow is measured by further runs, played when it is first asked for: one for
+    The growth of errors is measured by further runs, which are played on first use: one for
     `amplifications`, SHAKES for `growths`.
     """
 
@@ -78,11 +78,11 @@ class OracleDrop:
 
     @cached_property
     def growths(self) -> list[float]:
-        """How far the position at each event is from that of further runs, per NUDGE.
+        """Distance at each event to the farthest of SHAKES further runs, per NUDGE.
 
-        Their start is nudged and their velocity changed by one part in 1 / NUDGE at every hit, up
-        or down; the farthest of SHAKES runs counts. It says what rounding does on the way even
-        where a contact phase has made the ball forget its start.
+        These runs start NUDGE metres away, and their velocity changes by the factor 1 +- NUDGE at
+        every impact. They show how rounding grows on the way, even if a contact phase has made the
+        ball forget its start.
         """
         spreads = [_spread(self, self._nudged(NUDGE, pattern)) for pattern in range(SHAKES)]
         return [max(at_event) for at_event in zip(*spreads, strict=True)]
@@ -291,8 +291,8 @@ def oracle_drop(
 ) -> OracleDrop:
     """The drop of one ball on `board` from rest at (x_start, board.drop.y), to `dps` digits.
 
-    `x_start` in metres and all of the board's floats are taken as the exact binary values they
-    are. `cut`: m/s, see CUT. Raises OracleError rather than guess.
+    `x_start` (m) and all floats of the board are used with their exact binary values. `cut` in
+    m/s, see CUT. Raises OracleError if a decision cannot be made safely.
     """
     scene = Scene(board, dps)
     real = scene.ctx.mpf

@@ -1,9 +1,9 @@
 """Free flight in closed form and its first hit, found by bisection with derivative bounds.
 
-Nothing is shared with the engine's kernels: intervals are dropped, or accepted as convex, concave
-or monotone, on bounds of the first four derivatives of f(t) = |p - c|^2 - D^2 about the middle of
-the interval; extrema and roots are then bracketed and polished to all digits. A graze is a hit
-exactly when the minimum of f, computed to all digits, is negative.
+This code is independent of the engine's kernels. Let f(t) = |p - c|^2 - D^2. Bounds on the first
+four derivatives of f around the middle of an interval show that f has no zero there, or that it is
+monotone, convex or concave; otherwise the interval is halved. Extrema and roots are then bracketed
+and refined to all digits. A graze is an impact exactly if the minimum of f is negative.
 """
 
 from dataclasses import dataclass
@@ -175,10 +175,10 @@ class _Chase:
 def _line_entry(
     flight: Flight, point: tuple[Real, Real], normal: tuple[Real, Real], low: Real, high: Real
 ) -> Real | None:
-    """When in (low, high] the signed distance (p - point).n falls through zero, or None.
+    """The time in (low, high] at which the signed distance (p - point).n falls below zero, or None.
 
-    Its second derivative is n.a, and a only shrinks along its own direction: the distance is
-    convex or concave for ever, so one bracket on each side of its extremum is all there is.
+    Its second derivative is n.a, and the acceleration a never changes its direction. The distance
+    is therefore convex or concave throughout, with at most one root on each side of its extremum.
     """
     eps = flight.scene.ctx.eps
     nx, ny = normal

@@ -135,7 +135,7 @@ class Scene:
     def end_of(self, face: Face, out_x: Real, out_y: Real) -> Circle:
         """The end circle of the face's wall that lies in the direction (out_x, out_y).
 
-        Walls may share an end; it then goes by the first of them, as ties do everywhere.
+        If walls share an end, the first of them counts, as in all ties.
         """
         ahead = face.dx * out_x + face.dy * out_y > 0
         x = face.x + face.dx * face.length if ahead else face.x

@@ -24,8 +24,8 @@ def scene(
 ) -> Board:
     """A board of a few bodies; all surfaces are alike.
 
-    The checks of how parts stand to each other are left out: a scene may have no side walls, and
-    some are made to trap the ball, which no board for play may do.
+    The checks of the whole board are left out: a scene may have no side walls, and some scenes trap
+    the ball on purpose.
     """
     material = Material(restitution, friction)
     with mock.patch("engine.board.checks.playable.check"):

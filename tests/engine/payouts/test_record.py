@@ -1,4 +1,4 @@
-"""The record of drops: other drops judge a table than chose it, and counting can resume."""
+"""The record of drops: a table is judged by drops that did not choose it; counting resumes."""
 
 import pytest
 

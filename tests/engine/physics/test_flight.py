@@ -54,8 +54,8 @@ def test_within_the_series_errors_are_a_few_units_at_most(k: float, e: float) ->
 
 @given(DRAGS, st.floats(math.log10(SERIES_LIMIT), 2.5))
 def test_doubling_back_loses_no_more_than_a_digit(k: float, e: float) -> None:
-    """But for the decay, whose relative error must grow with k s, as that of any exp(-x) of a
-    rounded x does; it is below 1e-16 of what the velocity was."""
+    """The decay is an exception: its relative error grows with k s, as for any exp(-x) of a rounded
+    x, but it stays below 1e-16 of the initial velocity."""
     s = 10.0**e / k
     decay, phi, psi = basis(k, s)
     exact = truth(k, s)

@@ -20,9 +20,9 @@ HORIZON = 0.05  # s, at most SERIES_LIMIT / k for the drags below
 
 
 def quantities(most: float) -> st.SearchStrategy[float]:
-    """0, or of a size whose square is a number: the search takes what squares to 0 for nothing.
+    """Numbers that are 0 or whose square does not underflow, which the search would treat as 0.
 
-    At 2.7e-175 m/s towards a circle it gives up too early; no ball is so slow but one at rest.
+    At 2.7e-175 m/s towards a circle, for example, it gives up too early; no real ball is so slow.
     """
     return st.floats(-most, most).map(lambda value: 0.0 if abs(value) < 1e-100 else value)
 

@@ -32,7 +32,7 @@ def thrown(x: float, y: float, vx: float, vy: float, omega: float = 0.0) -> Floa
     return np.array([0.0, x, y, vx, vy, 0.0, omega])
 
 
-# More impacts in a substep than are played: the ball is frozen, and was shown in flight meanwhile.
+# In this example a substep has more impacts than the solver plays, and the ball is frozen.
 @example(0.0, 1.0, 0.0, 5.0, 1.0)
 @given(
     st.floats(-2.0, 2.0),
@@ -171,8 +171,8 @@ def heights(path: Trajectory) -> Floats:
     "name", ["triangle-8", "triangle-16", *sorted({*scene_names()} - {"storm", "elastic"})]
 )
 def test_energy_grows_at_most_by_what_a_substep_of_gravity_gives(name: str) -> None:
-    """What is lost at impacts is more than the method's error; without it the error shows, and
-    falls with the substep."""
+    """On these scenes, impacts lose more energy than the method's error adds; without loss, the
+    error shows, and falls with the substep."""
     board = scene(name).board if name in scene_names() else Board.preset(name)
     start = board.gravity * (board.bins.y - board.drop.y)
     for seed in range(3):

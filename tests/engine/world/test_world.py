@@ -107,8 +107,7 @@ def at_random(world: World) -> None:
 
 @pytest.mark.parametrize("name", ["triangle-16", "classic"])
 def test_an_exact_world_gives_the_same_bits_whatever_its_step(name: str) -> None:
-    """Worlds of steps of 1/30, 1/60, 1/144 s, and an odd one, advanced by equal and by random
-    times."""
+    """Worlds with steps of 1/30, 1/60, 1/144 and 0.0137 s, advanced by equal and random times."""
     board = Board.preset(name)
     results = []
     for dt in (1.0 / 60.0, 1.0 / 30.0, 1.0 / 144.0, 0.0137):
@@ -383,7 +382,7 @@ def test_a_world_keeps_a_large_board_s_arrays_only_for_balls() -> None:
 
 
 @pytest.mark.parametrize("bad", [-0.1, math.nan, math.inf, -math.inf])
-def test_a_frame_time_that_is_none_is_refused_with_its_value(bad: float) -> None:
+def test_an_invalid_frame_time_is_refused_with_its_value(bad: float) -> None:
     with pytest.raises(ParameterError) as caught:
         World(TRIANGLE).advance(bad)
     assert caught.value.field == "frame_time"
