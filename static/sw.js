@@ -20,7 +20,7 @@ async function keepPages() {
   const seen = new Set(PAGES.map(at));
   for (const url of seen) {
     const response = await fetch(url);
-    if (!response.ok) throw new Error(`${url} could not be loaded: status ${response.status}`);
+    if (!response.ok) throw new Error(`${url} could not be loaded: HTTP status ${response.status}`);
     const { pathname } = new URL(url);
     const kind = pathname.endsWith("/") ? "html" : /\.(?:html|js)$/.exec(pathname)?.[0].slice(1);
     if (kind) {

@@ -1,6 +1,6 @@
-"""The kernels as WebAssembly, the same bytes wherever they run, and what makes these files.
+"""The kernels as WebAssembly and native code, committed as files, and the programs that make them.
 
-Imports the whole engine, to make them; nothing imports it. engine/jit/machine_code.py runs them.
-Start with plays.py, which calls the kernels of each file once; rehearsal.py makes a file of that,
-entries.py is what the page's file exports, make.py writes all.
+Imports the whole engine; nothing imports this package. engine/jit/machine_code.py runs the files.
+Start with plays.py, which calls the kernels of each file once; rehearsal.py compiles the kernels
+called, entries.py has the exports of the page's file, make.py writes all files.
 """

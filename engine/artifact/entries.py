@@ -1,8 +1,8 @@
-"""What the artifact exports: kernels of the exact solver over addresses, for hosts without arrays.
+"""The exports of the page's artifact: kernels of the exact solver that take addresses.
 
-WebAssembly passes numbers alone. So a board, a log and results are blocks of memory, each of values
-of one type, and these functions tell the kernels where in them their arrays are. A host fills the
-blocks: `engine/artifact/host.py` and `static/js/solver/kernels.js`.
+WebAssembly functions take only numbers. So a board, a log and results are blocks of memory, each
+with values of one type, and these functions make the kernels' arrays from them. A host fills the
+blocks: `static/js/solver/kernels.js`, and `tests/engine/artifact/host.py` in tests.
 """
 
 from collections.abc import Mapping
@@ -33,18 +33,18 @@ from engine.jit.webassembly import (
 )  # fmt: skip
 from engine.physics import body, contact, surface, tangent
 
-_numba: Any = numba  # its types know no addresses of these kinds
+_numba: Any = numba  # its annotations do not cover addresses
 carray = _numba.carray
 long: Any = np.int64
 
 Address = Any
-"""Where values of one type begin: what `engine.jit.webassembly` calls FLOATS, WORDS and so on."""
+"""Address of values of one type: FLOATS, WORDS and so on in `engine.jit.webassembly`."""
 
 NUMBERS: Final = 13
-"""Floats of a board ahead of its surfaces: its fields that are floats, in the tuple's order."""
+"""Floats in front of a board's surfaces: the fields of BoardArrays that are floats, in order."""
 
 SIZES: Final = 6
-"""Words of a board ahead of its grid: surfaces, columns, rows, pegs, members and edges."""
+"""Words in front of a board's grid: numbers of surfaces, columns, rows, pegs, members and edges."""
 
 _ROWS = contact.ROWS
 _TERMS = contact.ORDER + 1
@@ -53,7 +53,7 @@ _VARIATION_ROWS = tangent.VARIATION_ROWS
 
 @part
 def _board(floats: Address, words: Address) -> BoardArrays:
-    """A board whose two blocks begin there.
+    """The board whose two blocks begin at these addresses.
 
     floats: NUMBERS, then surfaces, centres and edges. words: SIZES, then starts, members, heads.
     """
@@ -99,9 +99,9 @@ def trace(
     outcomes: Address,
     series: Address,
 ) -> None:
-    """`trace_many` of so many balls that have touched nothing yet.
+    """`trace_many` of `balls` balls at the start of their drops.
 
-    `initial` is work space; `ends` takes each one's bin, then each one's impacts.
+    `initial` is work space. `ends` receives the bins of all balls, then their impacts.
     """
     begun = carray(initial, (balls, initial_state.COLUMNS))
     for i in range(balls):
@@ -142,7 +142,10 @@ def sample(
     series: Address,
     out: Address,
 ) -> None:
-    """`sampling.sample` of one ball at so many times; `rows` has each one's row and the next."""
+    """`sampling.sample` of one ball at `count` times.
+
+    `rows` has a segment's row for each time, then for each time the row after the last.
+    """
     sampling.sample(
         _board(floats, words),
         carray(segments, (segment_count, event_log.SEGMENT_SIZE)),
@@ -168,7 +171,10 @@ def certainty(
     space: Address,
     out: Address,
 ) -> None:
-    """`sensitivity.sensitivity` of one drop; `space` is zeros, its arrays one after the other."""
+    """`sensitivity.sensitivity` of one drop.
+
+    `space` has the arrays of `Space`, one after another, filled with zeros.
+    """
     variation = further(space, _ROWS * _TERMS)
     tangents = further(variation, _VARIATION_ROWS * _TERMS)
     rates = further(tangents, sensitivity.TANGENTS * tangent.TANGENT_SIZE)
@@ -210,4 +216,4 @@ EXPORTS: Final[Mapping[str, Export]] = MappingProxyType(
         ),
     }
 )  # fmt: skip
-"""Name of each function that the artifact exports: the function, and what it takes."""
+"""The artifact's exports by name, each with its function and its argument types."""

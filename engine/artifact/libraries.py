@@ -1,6 +1,6 @@
-"""Writes the lanes as native libraries: python -m engine.artifact.libraries, by make.py.
+"""Writes the lanes as native libraries: python -m engine.artifact.libraries, called by make.py.
 
-LLVM makes the objects, one a kind of processor; zig's linker makes libraries of them.
+LLVM makes an object file for each kind of processor; zig's linker turns it into a library.
 """
 
 import json
@@ -20,17 +20,17 @@ from engine.jit import elf, native, stamp
 from engine.jit.native_code import NativeEntry, Processor, compile_object
 
 MOST: Final = 150_000
-"""Bytes of a library."""
+"""Bytes of a library, at most."""
 
 PROCESSORS: Final[Mapping[str, Processor]] = MappingProxyType(
     {
         "x86-64-v3": Processor("x86_64-unknown-linux-gnu", "x86-64-v3"),
-        # All eight numbers of a vector: the loops are long enough to be worth the wider registers.
+        # Use vectors of eight numbers: the loops are long enough to profit from wide registers.
         "x86-64-v4": Processor("x86_64-unknown-linux-gnu", "x86-64-v4", "-prefer-256-bit"),
         "aarch64": Processor("aarch64-unknown-linux-gnu", "generic"),
     }
 )
-"""Name of each library: what it is made for."""
+"""The name of each library and the processor that it is made for."""
 
 _ZIG_TARGETS: Final = {
     "x86_64-unknown-linux-gnu": "x86_64-linux-gnu.2.17",
@@ -39,10 +39,11 @@ _ZIG_TARGETS: Final = {
 
 
 def made() -> dict[str, bytes]:
-    """The content of each file, made now; ValueError if a library asks for anything, or is large.
+    """Compile the libraries and their index; the content of each file by its name.
 
-    Beside the libraries there is what engine/jit/native.py reads before it loads one: the stamp,
-    what the kernels take, and each library's hash.
+    The index has what engine/jit/native.py checks before it loads a library: the stamp, the
+    kernels' arguments, and each library's hash. Raises ValueError if a library is too large or
+    needs anything from outside.
     """
     parts = rehearsal.rehearse(PLAYS["many"])
     names = [f"{each.__module__}.{each.__name__}" for each in (trace_lanes, trace_plain_lanes)]
@@ -59,7 +60,6 @@ def made() -> dict[str, bytes]:
 
 
 def _library(exports: Mapping[str, NativeEntry], processor: Processor) -> bytes:
-    """A shared library with these functions."""
     with tempfile.TemporaryDirectory() as folder:
         given, found = Path(folder, "kernels.o"), Path(folder, "kernels.so")
         given.write_bytes(compile_object(exports, processor))
@@ -75,7 +75,6 @@ def _library(exports: Mapping[str, NativeEntry], processor: Processor) -> bytes:
 
 
 def main() -> None:
-    """Write all of them."""
     native.FOLDER.mkdir(exist_ok=True)
     for name, content in made().items():
         (native.FOLDER / name).write_bytes(content)

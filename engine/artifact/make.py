@@ -1,7 +1,7 @@
-"""Writes the artifacts, and the pages' modules beside them: python -m engine.artifact.make
+"""Writes the artifacts and the pages' modules: python -m engine.artifact.make
 
-Each is compiled in a process of its own, by numba's public names, and nothing that was compiled
-before is read: the same sources then give the same bytes.
+Each is compiled in a separate process, without any cache, so that the same sources give the same
+bytes.
 """
 
 import gzip
@@ -17,19 +17,20 @@ from engine.artifact.plays import PLAYS
 from engine.jit import stamp
 
 MOST_GZIPPED: Final = 40_000
-"""Bytes that a page may have to load for it."""
+"""Bytes of a page's module after gzip, at most."""
 
+# numba leaves its LLVM code unoptimized, as `engine.jit.llvm_module.optimized` requires.
 _UNCHANGED: Final = {**os.environ, "NUMBA_OPT": "0"}
 
 FOLDER: Final = Path(__file__).parent
 PAGE: Final = FOLDER.parents[1] / "static" / "js" / "solver" / "kernels.wasm"
 
 TOUCHING_PAGE: Final = PAGE.parent / "touching" / "touching.wasm"
-"""The artifact `touching`, which pages have as it is."""
+"""Pages load the artifact `touching` unchanged."""
 
 
 def for_pages() -> bytes:
-    """The page's artifact, made now."""
+    """Compile the page's artifact."""
     code = (
         "from engine.artifact.entries import EXPORTS; "
         "from engine.jit.webassembly import compile_module; "
@@ -39,18 +40,18 @@ def for_pages() -> bytes:
 
 
 def made(name: str) -> bytes:
-    """An artifact of PLAYS, made now."""
+    """Compile an artifact of PLAYS."""
     return made_by(f"from engine.artifact import rehearsal; made = rehearsal.compiled({name!r})")
 
 
 def made_by(code: str) -> bytes:
-    """What a program of its own leaves in `made`, in which numba leaves its code as it is."""
+    """The bytes that `code`, run as a separate program, assigns to `made`."""
     command = [sys.executable, "-c", f"{code}; import sys; sys.stdout.buffer.write(made)"]
     return subprocess.run(command, env=_UNCHANGED, stdout=subprocess.PIPE, check=True).stdout
 
 
 def everything() -> Iterator[tuple[Path, bytes]]:
-    """All artifacts, made now, each with its file."""
+    """Compile all artifacts; each with the path of its file."""
     with ThreadPoolExecutor(os.cpu_count()) as processes:
         page = processes.submit(for_pages)
         ours = list(zip(PLAYS, processes.map(made, PLAYS), strict=True))
@@ -62,11 +63,12 @@ def everything() -> Iterator[tuple[Path, bytes]]:
 
 
 def main() -> int:
-    """Compile and write; 1 if what pages load has become too large."""
+    """Compile and write all files. Returns 1 if a page's module has become too large."""
     for path, module in everything():
         packed = len(gzip.compress(module))
         if path in {PAGE, TOUCHING_PAGE} and packed > MOST_GZIPPED:
-            print(f"{packed} bytes gzipped: more than {MOST_GZIPPED}")  # noqa: T201 - a command prints
+            too_large = f"{path.name}: {packed} bytes gzipped, of at most {MOST_GZIPPED}"
+            print(too_large)  # noqa: T201 - a command prints
             return 1
         path.write_bytes(module)
         print(f"{path.name}: {len(module)} bytes, {packed} gzipped")  # noqa: T201

@@ -1,6 +1,6 @@
-"""What is played once with the kernels of each artifact, so that all that Python calls is called.
+"""Short programs that call every kernel of each artifact once, for rehearsal.py to record.
 
-Balls are few: kernels run as Python meanwhile.
+They use few balls, because the kernels run as Python meanwhile.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,14 +22,14 @@ def exact() -> None:
 
 
 def many() -> None:
-    """Many drops side by side, on both kinds of boards, and where they are."""
+    """Batches with and without drag and friction, and their occupancy."""
     drop_many(Board.preset("triangle-8"), [0, 1], threads=1)
     drop_many(_smooth(), [0, 1], threads=1)
     occupancy(_smooth(), [0], left=0.0, top=0.0, cells_per_metre=1.0, shape=(2, 2), threads=1)
 
 
 def stepped() -> None:
-    """Drops of the stepped solver."""
+    """A drop of the stepped solver."""
     drop(_smooth(), seed=0, solver="stepped")
 
 
@@ -44,7 +44,7 @@ def touching() -> None:
 
 
 def certified() -> None:
-    """What a proof leaves out; a ball that falls from (0, 0) beside nothing."""
+    """The screen of the certified solver: a ball that falls from (0, 0) without any surface."""
     state, errors = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 9.81]), np.zeros(3)
     circles, lines, board = np.zeros((0, 3)), np.zeros((0, 7)), np.ones(6)
     numbers, times = np.zeros(1, np.int64), np.zeros(1)
@@ -52,7 +52,7 @@ def certified() -> None:
 
 
 def _smooth() -> Board:
-    """A board without drag and friction."""
+    """A board with neither drag nor friction."""
     board = Board.preset("triangle-8")
     return replace(board, drag=0.0, ball=replace(board.ball, friction=0.0))
 
@@ -60,9 +60,9 @@ def _smooth() -> Board:
 PLAYS: Final[Mapping[str, Callable[[], None]]] = MappingProxyType(
     {play.__name__: play for play in (exact, many, stepped, touching, certified)}
 )
-"""Name of each artifact of this machine's own, and what its kernels do in it."""
+"""The name of each artifact that Python runs, and the function that calls its kernels."""
 
 VECTORS: Final = ("many",)
-"""Artifacts with instructions for two numbers at a time. The lanes are made for them; what follows
-one ball after the other takes as long as without.
+"""Artifacts with vector instructions for two numbers. Only the lanes profit from them; kernels that
+follow one ball at a time do not become faster.
 """

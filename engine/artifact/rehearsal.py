@@ -1,4 +1,4 @@
-"""Artifacts of kernels with the types that they are called with, which a rehearsal tells."""
+"""Compiles artifacts: a rehearsal records which kernels Python calls, and with which types."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -17,12 +17,12 @@ from engine.jit.calls import Call, Kind, Kinds
 from engine.jit.decorator import EntryKernel
 from engine.jit.webassembly import Entry, compile_module
 
-_types: Any = types  # which leave out what is used below
+_types: Any = types  # numba's annotations lack the names used below
 _numba: Any = numba
 
 
 class Part(NamedTuple):
-    """A kernel that was called, with numba's types of what it took and gave."""
+    """A kernel that was called, with numba's types of its arguments and its result."""
 
     kernel: EntryKernel[Any, Any]
     takes: tuple[Any, ...]
@@ -30,13 +30,13 @@ class Part(NamedTuple):
 
     @property
     def call(self) -> Call:
-        """These types as an artifact says them."""
+        """These types in the form that an artifact records."""
         gives = None if self.gives is None else _kinds(self.gives)
         return Call(tuple(map(_kinds, self.takes)), gives)
 
 
 def compiled(name: str) -> bytes:
-    """The artifact of PLAYS of this name: of kernels that none before it has."""
+    """The artifact of PLAYS of this name, without kernels that an earlier artifact has."""
     parts = rehearse(PLAYS[name])
     for earlier in takewhile(lambda each: each != name, PLAYS):
         for known in rehearse(PLAYS[earlier]):
@@ -45,21 +45,21 @@ def compiled(name: str) -> bytes:
 
 
 def compiled_beside(file: Path, play: Callable[[], None]) -> bytes:
-    """The artifact of this file's own kernels, which `play` calls."""
+    """The artifact of the kernels defined in `file`, which `play` calls."""
     return module_of(rehearse(play), stamp.current_beside(file))
 
 
 def module_of(parts: dict[str, Part], made_from: dict[str, Any], *, simd: bool = False) -> bytes:
-    """A module of these kernels with a stamp."""
+    """A stamped module with these kernels."""
     exports = {k: Entry(p.kernel.function, p.takes) for k, p in parts.items()}
     code = compile_module(exports, simd=simd)
     return stamp.stamped(code, made_from, calls={k: p.call.to_dict() for k, p in parts.items()})
 
 
 def rehearse(play: Callable[[], None]) -> dict[str, Part]:
-    """Name of each kernel that Python calls while it plays, and how it does.
+    """Run `play` and record each kernel that Python calls, by its name.
 
-    Raises TypeError if it calls one in two ways.
+    Raises TypeError if a kernel is called with two sets of types.
     """
     parts: dict[str, Part] = {}
     with _called_by(lambda kernel, *args: _noted(kernel, args, parts)):
@@ -69,8 +69,8 @@ def rehearse(play: Callable[[], None]) -> dict[str, Part]:
 
 @contextmanager
 def _called_by(call: Callable[..., Any]) -> Iterator[None]:
-    """Calls of kernels go there meanwhile, with the kernel ahead of what it is called with."""
-    # Not __call__ alone: calls that are repeated in place take the machine code by its name.
+    """Replace every kernel call by call(kernel, *args) within the context."""
+    # Replacing __call__ would miss calls in place, which use `machine_code` directly.
     usual: Any = EntryKernel.__dict__["machine_code"]
     EntryKernel.machine_code = property(lambda kernel: partial(call, kernel))  # type: ignore[assignment]
     try:
@@ -81,7 +81,7 @@ def _called_by(call: Callable[..., Any]) -> Iterator[None]:
 
 
 def _noted(kernel: EntryKernel[Any, Any], args: tuple[Any, ...], parts: dict[str, Part]) -> Any:
-    """What the kernel gives; how it was called is in `parts` then."""
+    """Run the kernel as Python and record in `parts` how it was called; returns its result."""
     takes = tuple(map(_type_of, args))
     found = kernel.function(*args)
     part = Part(kernel, takes, None if found is None else _type_of(found))
@@ -91,7 +91,7 @@ def _noted(kernel: EntryKernel[Any, Any], args: tuple[Any, ...], parts: dict[str
 
 
 def _type_of(value: Any) -> Any:
-    """Numba's type of a value: of arrays those without gaps, of numbers those of eight bytes."""
+    """Numba's type of a value: arrays count as contiguous, numbers as eight bytes long."""
     if isinstance(value, bool | np.bool_):
         return _types.boolean
     if isinstance(value, int | np.integer):

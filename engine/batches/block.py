@@ -29,6 +29,7 @@ class Block:
 
     @property
     def drops(self) -> int:
+        """Number of drops in the block."""
         return sum(self.histogram) + self.unsettled
 
 
@@ -37,6 +38,7 @@ def batch_of(job: Job, number: int, threads: int) -> DropBatch:
 
 
 def block_of(job: Job, number: int, threads: int) -> Block:
+    """Compute and sum up the block `number` of a job."""
     return summed(number, [batch_of(job, number, threads)])
 
 

@@ -113,14 +113,14 @@ def who() -> dict[str, Any]:
     return stamp.current()
 
 
-def check(address: str, told: dict[str, Any]) -> None:
-    """Raise ClusterError unless there are workers and the answer `told` of each matches `who()`."""
-    if not told:
+def check(address: str, answers: dict[str, Any]) -> None:
+    """Raise ClusterError unless there are workers and the answers of all match `who()`."""
+    if not answers:
         raise ClusterError(
             f"the scheduler at {address} has no workers: start some with `dask worker {address}`",
             field="cluster",
         )
-    for worker, theirs in told.items():
+    for worker, theirs in answers.items():
         if not isinstance(theirs, dict):
             raise ClusterError(
                 f"the worker {worker} cannot compute drops: {theirs!r}; install the same release "

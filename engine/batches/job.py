@@ -42,6 +42,7 @@ class Job:
         return -(-self.drops // BLOCK)
 
     def seeds(self, number: int) -> range:
+        """The seeds of the block `number`."""
         begin = BLOCK * number
         return range(self.first + begin, self.first + min(begin + BLOCK, self.drops))
 

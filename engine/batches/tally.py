@@ -71,6 +71,7 @@ class Tally:
 
     @property
     def is_complete(self) -> bool:
+        """Whether all blocks of the job were added."""
         return self._hashes.count == self.job.blocks
 
     def missing(self, begin: int = 0, end: int | None = None) -> Iterator[int]:

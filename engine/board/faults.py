@@ -21,7 +21,7 @@ class Faults:
         return len(self.found) >= MOST
 
     def take(self, check: Callable[..., Any], *values: Any) -> Any:
-        """Return check(*values), or None if it raises BoardError or enough faults were found."""
+        """Return `check(*values)`, or None if it raises BoardError or enough faults were found."""
         if self.full:
             return None
         try:

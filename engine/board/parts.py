@@ -81,6 +81,7 @@ class Bins:
 
     @property
     def count(self) -> int:
+        """Number of bins."""
         return len(self.multipliers)
 
     def label_of(self, number: int | None) -> str | None:

@@ -1,5 +1,6 @@
 """The certified solver: the same laws in ball arithmetic, every comparison proven.
 
-Uses drops to compare with, and python-flint (extra `certify`), which nothing else imports; nothing
-in the engine depends on it. Start with certify.py, then trace.py.
+Imports the exact solver's drops, to compare with them, and python-flint (extra `certify`), which no
+other package imports. No other package of the engine imports this one. Start with certify.py, then
+trace.py.
 """

@@ -55,7 +55,6 @@ class Enclosure:
         return cls(_down(x), -_down(-x), x.str(DIGITS))
 
     def to_dict(self) -> dict[str, Any]:
-        """As JSON values."""
         return {"low": self.low, "high": self.high, "text": self.text}
 
 
@@ -122,7 +121,7 @@ class Certificate:
 
 
 def _rounded(*balls: arb) -> tuple[float, ...]:
-    """The balls' middles as float64, then the largest distance of a number in a ball from its."""
+    """The balls' middles as float64, then a bound of the errors of all of them."""
     middles = [float(ball) for ball in balls]
     errors = [abs(ball - arb(middle)).upper() for ball, middle in zip(balls, middles, strict=True)]
     return *middles, max(nextafter(float(error), inf) for error in errors)

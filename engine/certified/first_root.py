@@ -71,7 +71,7 @@ def _earlier(a: arb, b: arb) -> arb:
 
 
 def _root_free_until(s: arb, to: arb, value: arb, slope: arb, m: arb) -> arb:
-    """A time, at most `to`, until which the parabola is proven positive; s if there is no such."""
+    """A time, at most `to`, until which the parabola is proven positive; s if nothing is proven."""
     for share in _SHARES:
         following = (s + share * (to - s)).mid()
         if _stays_positive(value, slope, m, following - s):

@@ -178,11 +178,9 @@ class ReboundDistance:
         return s * self.terms(s)[1] / self.twice
 
     def least_bend(self, bend: arb, h: arb) -> arb:
-        """As of CircleDistance."""
         return self.low2
 
     def most_bend(self, bend: arb, h: arb) -> arb:
-        """As of CircleDistance."""
         return self.size2
 
 
@@ -220,7 +218,6 @@ class LineDistance:
         return _below_zero(bend)
 
     def most_bend(self, bend: arb, h: arb) -> arb:
-        """As of CircleDistance."""
         return _above_zero(bend)
 
 
@@ -246,11 +243,9 @@ class LineRebound:
         return s * self.terms(s)[1]
 
     def least_bend(self, bend: arb, h: arb) -> arb:
-        """As of CircleDistance."""
         return self.low2
 
     def most_bend(self, bend: arb, h: arb) -> arb:
-        """As of CircleDistance."""
         return self.high2
 
 

@@ -30,7 +30,6 @@ class Share:
 
     @property
     def proven(self) -> int:
-        """Number of proven drops."""
         return self.right + self.wrong
 
     @property
@@ -39,7 +38,6 @@ class Share:
         return 1.0 - (self.wrong + self.undecided) / self.drops
 
     def to_dict(self) -> dict[str, Any]:
-        """As JSON values."""
         return {
             "certain": self.certain,
             "proven": self.proven,

@@ -1,12 +1,12 @@
-"""What a flight may touch, and from when on, in double precision: what is left for proofs.
+"""Finds in double precision which surfaces a flight may touch, and not before when.
 
-A screen only leaves out. Each surface is taken a margin larger than it is, which is a hundred
-thousand times what float64 rounds off here, and larger still by what the ball's own enclosure may
-be off: what the enlarged surface is not touched by, the true one is not. Whether, and when, one of
-the others is hit is for ball arithmetic to say.
+This is a screen: it only excludes surfaces, and ball arithmetic decides about the others. Each
+surface is enlarged by a margin, a hundred thousand times the rounding of float64 here, and by the
+errors of the ball's own enclosure. A ball that does not touch the enlarged surface does not touch
+the true one.
 
-A window of a flight is searched as in `engine/exact/`, by parabolas below the distance, in code of
-its own: from its start, with p, v and a there, |p(s) - c|^2 is known with its derivatives.
+The search steps by minorants of the distance as in engine/physics/time_of_impact.py, but by other
+code, which takes the state at the start of each window as given.
 """
 
 from math import sqrt
@@ -21,19 +21,19 @@ Array = npt.NDArray[np.float64]
 Numbers = npt.NDArray[np.int64]
 
 MARGIN = 1e-9
-"""Of the square of the board's size: how much is added to the square of a distance."""
+"""Relative to the square of the board's size: added to the square of a contact distance."""
 
 NEVER = np.inf
 
 _MOST_STEPS = 40
 _MOST_WINDOWS = 100_000
 _SHORT = 1.0 - 1e-9
-"""Of a step: rounding must not carry it past the parabola's root."""
+"""Factor on each step, so that rounding does not carry it past the parabola's root."""
 
 
 @inner_kernel
 def _root(f: float, fd: float, m: float) -> float:
-    """First d > 0 at which f + fd d + m d^2 / 2 is zero, or NEVER; f > 0."""
+    """First d > 0 with f + fd d + m d^2 / 2 = 0, or NEVER; f > 0."""
     square = fd * fd - 2.0 * m * f
     if square < 0.0:
         return np.inf
@@ -50,11 +50,11 @@ def _circle_reach(
 ) -> float:  # fmt: skip
     """A time until which |q(s)|^2 > square, NEVER if that holds for all of h.
 
-    The search ends where |q|^2 - square is below `near`.
+    The search ends as soon as |q|^2 - square is at most `near`.
     """
     va = vx * ax + vy * ay
     aa = ax * ax + ay * ay
-    low3 = 6.0 * min(va, 0.0)  # of the third derivative, 6 v.a - 2 k q.a
+    low3 = 6.0 * min(va, 0.0)  # a lower bound of f''' = 6 v.a - 2 k q.a
     if k > 0.0:
         rise = qx * ax + qy * ay + 0.5 * aa * h * h + max(va, 0.0) * h
         low3 -= 2.0 * k * max(rise, 0.0)
@@ -100,7 +100,7 @@ def _face_reach(
     lines: Array, i: int, x: float, y: float, vx: float, vy: float, ax: float, ay: float,
     k: float, h: float, margin: float,
 ) -> float:  # fmt: skip
-    """A time until which a face of a wall is not entered, NEVER if that holds for all of h."""
+    """A time until which a ball does not enter a face of a wall; NEVER if it does not within h."""
     dx, dy = x - lines[i, 0], y - lines[i, 1]
     nx, ny, reach = lines[i, 2], lines[i, 3], lines[i, 4]
     gap = dx * nx + dy * ny - reach
@@ -111,8 +111,8 @@ def _face_reach(
         if s == np.inf:
             return s
     elif gap + max(rate, 0.0) * h + max(pull, 0.0) * 0.5 * h * h < -margin:
-        return np.inf  # behind the line, and not out on this side within the window
-    # Where along the wall the ball's foot may be: between its ends, with what the path bulges.
+        return np.inf  # behind the line, and does not come out on this side within the window
+    # The ball's foot stays between those of the path's ends, up to the bulge of the path.
     _, _, psi = short_basis(k, h)
     first = dx * -ny + dy * nx
     last = first + (vx * -ny + vy * nx) * h + (ax * -ny + ay * nx) * psi
@@ -126,8 +126,8 @@ def _circles_reached(
     circles: Array, flight: tuple[float, float, float, float, float, float, float], h: float,
     way: float, more: float, start: float, skipped: int, numbers: Numbers, times: Array,
 ) -> int:  # fmt: skip
-    """Write down the circles that may be touched in a window, in which the ball moves at most
-    `way`; how many."""
+    """Write the circles that a ball may touch in a window, each with a time before which it does
+    not; returns their number. The ball moves at most `way` m in the window."""
     x, y, vx, vy, ax, ay, k = flight
     count = 0
     for i in range(len(circles)):
@@ -149,18 +149,18 @@ def first_reaches(
     state: Array, k: float, errors: Array, start: float, left: int, circles: Array, lines: Array,
     board: Array, numbers: Numbers, times: Array,
 ) -> tuple[int, float]:  # fmt: skip
-    """From `start` on, the first window of a flight in which surfaces may be touched, and which.
+    """Find the first window of a flight, from `start` on, in which the ball may touch surfaces.
 
-    `state` is x, y, v_x, v_y, a_x, a_y at the flight's beginning, in m and s, and `errors` how far
-    place, velocity and acceleration may be off; k is the drag. `left` is a circle or face that is
-    not asked for in a window from 0, or -1. `circles` has rows x, y, reach; `lines` x, y, n_x, n_y,
-    reach, and from where to where along (-n_y, n_x) the face goes: (…, to, from); `board` the
-    smallest reach, the size, the box beyond which a ball is gone (x_min, x_max, y_min) and the
-    bins' y. Numbers count circles, then lines, then the bins.
+    `state` is x, y, v_x, v_y, a_x, a_y at the flight's beginning, in m and s; `errors` are bounds
+    of the errors of position, velocity and acceleration; k is the drag. `left` is a circle or face
+    that the window at 0 leaves out, or -1. `circles` has rows x, y, reach. `lines` has rows x, y,
+    n_x, n_y, reach, to, from, where the face goes from `from` to `to` along (-n_y, n_x). `board`
+    has the smallest reach, the size, the box outside of which a ball has left the board (x_min,
+    x_max, y_min), and the bins' y. Surfaces are numbered circles first, then lines, then the bins.
 
-    Writes numbers and times into the last two arguments; a surface is not touched before its time,
-    and none other before the window's end. Returns how many, and that end: NEVER if the ball leaves
-    the board.
+    Writes numbers and times into the last two arguments. The ball does not touch a surface before
+    its time, and no other surface before the window's end. Returns the number of surfaces, and that
+    end: NEVER if the ball leaves the board.
     """
     smallest, size = board[0], board[1]
     for _ in range(_MOST_WINDOWS):
@@ -209,7 +209,7 @@ def first_reaches(
 def rebound_reach(first: float, slope: float, bend: float, h: float) -> float:
     """A time until which first + slope s + bend s^2 / 2 > 0, NEVER if that holds for all of h.
 
-    The caller has lowered all three by what they may be off.
+    The caller has lowered all three coefficients by bounds of their errors.
     """
     reach = float(_root(first, slope, bend)) * _SHORT
     return NEVER if reach > h else reach

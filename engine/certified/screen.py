@@ -37,8 +37,9 @@ class Course(NamedTuple):
 
 
 class Reaches(NamedTuple):
-    """The surfaces that the ball may touch up to `end`, each after a time before which it does not;
-    None is the bins' line. `end` is NEVER if the ball leaves the board. Sorted by time, in s."""
+    """The surfaces that the ball may touch up to `end`, each with a time in s before which it does
+    not, sorted by these times. None is the bins' line. `end` is NEVER if the ball leaves the board.
+    """
 
     found: list[tuple[float, Surface | None]]
     end: float

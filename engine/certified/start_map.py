@@ -46,7 +46,6 @@ class Strip:
     whole: int
 
     def to_dict(self) -> dict[str, Any]:
-        """As JSON values."""
         return {
             "x": str(self.x),
             "width": str(self.width),
@@ -118,8 +117,8 @@ class _Work:
     def fill(self, bins: npt.NDArray[np.int16], first: int) -> None:
         """Write the bins of the pixels from number `first` on.
 
-        First one proof for all pixels, then for each half of an unproven run, down to single
-        pixels. At WIDE_DEPTH without success, wide proofs are given up.
+        One proof is tried for all pixels, then one for each half of an unproven run, down to single
+        pixels. Wide proofs are given up if none has succeeded by WIDE_DEPTH.
         """
         left = [(0, len(bins))]
         for depth in itertools.count():
@@ -152,7 +151,6 @@ class _Work:
         return self._bin(middle, half, Effort(bits, bits, self.effort.most_comparisons))
 
     def _pixel(self, number: int) -> int:
-        """The bin of a pixel's middle."""
         middle = self.left + self.pixel * (number + Fraction(1, 2))
         if not self.low <= middle <= self.high:
             return OUTSIDE

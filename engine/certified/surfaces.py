@@ -44,7 +44,7 @@ class Circle:
 
     @property
     def name(self) -> str:
-        """As messages name this surface."""
+        """The surface's name in messages."""
         return f"peg {self.index}" if self.kind == KIND_PEG else f"an end of wall {self.index}"
 
 
@@ -89,7 +89,7 @@ class Face:
 
     @property
     def name(self) -> str:
-        """As messages name this surface."""
+        """The surface's name in messages."""
         return f"wall {self.index}"
 
 

@@ -68,7 +68,6 @@ class Tracer:
         self.path = Path()
 
     def run(self) -> Path:
-        """Follow the ball until its path ends."""
         touched: Touched = {}
         while self.path.outcome == RUNNING:
             if len(self.path.events) >= MAX_EVENTS:
@@ -208,7 +207,6 @@ class Tracer:
         return phase.run(self.state, surface, sticks, beside)
 
     def note_contact(self, state: State, kind: int, surface: Surface) -> None:
-        """Record an event of a contact phase."""
         self.path.events.append(Event(state, kind, contact_index(surface)))
 
     # Two surfaces at once: the laws of `engine.exact.two_contacts`.

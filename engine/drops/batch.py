@@ -195,8 +195,7 @@ def drop_many(
     """Drop a ball for each of `seeds`, or from explicit starts `xs`, shape (n,), in m.
 
     board: a Board, or a preset's name.
-    seeds: a number of drops, whose seeds are then 0, 1, 2 …, or an iterable of seeds, such as a
-        range, a list or an array of shape (n,).
+    seeds: a number of drops n, for the seeds 0 to n - 1, or an iterable of seeds, shape (n,).
     aim: the middle in m of the starts that the seeds draw (default: the board's own).
     threads: default is one per core that this process may use. The result does not depend on it.
     progress: called now and then with the number of drops done.

@@ -38,6 +38,7 @@ class Certainty:
 
     @property
     def landed(self) -> bool:
+        """Whether the ball landed in a bin."""
         return self.trajectory.outcome == LANDED
 
     @property

@@ -81,6 +81,7 @@ class Drop:
 
     @property
     def solver(self) -> Solver:
+        """The solver with its parameters."""
         return self.trajectory.solver
 
     @property
@@ -252,9 +253,8 @@ def drop(
 ) -> Drop:
     """Drop a ball at rest from the start that `seed` draws, or from an explicit `x` in m.
 
-    board: a Board, or a preset's name.
-    aim: the middle in m of the starts that seeds draw (default: the board's own).
-    dt (s), substeps, correction: only for the stepped solver.
+    board: a Board, or a preset's name. aim: the middle in m of the starts that seeds draw (default:
+    the board's own). dt (s), substeps, correction: only for the stepped solver.
 
     Raises BoardError, SeedError or ParameterError naming the bad value.
     """

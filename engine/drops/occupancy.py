@@ -86,12 +86,8 @@ def occupancy(
 ) -> Occupancy:
     """Compute a drop for each of `seeds` with the exact solver, and count where its centre is.
 
-    board: a Board, or a preset's name.
-    seeds: a number of drops, or their seeds, as for `drop_many`.
-    left, top: the grid's corner in m. shape: its rows and columns.
-    step: time between two samples in s (default: longer for more drops).
-    threads: the counts do not depend on it.
-    progress: called now and then with the number of drops done.
+    board, seeds, threads, progress: as for `drop_many`. left, top: the grid's corner in m. shape:
+    its rows and columns. step: time between two samples in s (default: longer for more drops).
 
     The memory for the grid does not grow with the number of drops. Raises BoardError, SeedError or
     ParameterError naming the bad value.

@@ -1,4 +1,4 @@
-"""Finds seeds whose balls land in a bin. Nothing steers a ball, so it tries one after the other."""
+"""Finds seeds whose balls land in a bin, by trying one after the other: nothing steers a ball."""
 
 from collections.abc import Iterator
 from typing import Final
@@ -88,7 +88,7 @@ def _found(search: Search, count: int | None, patience: int) -> Iterator[int]:
         if search.next - since >= patience:
             raise ParameterError(
                 f"bin {search.bin}: none of the {patience:,} seeds from {since} to "
-                f"{search.next - 1} lands in it",
+                f"{search.next - 1} lands in it; use more patience, or another bin",
                 field="bin",
             )
         size = min(2 * size, LARGEST_BATCH)

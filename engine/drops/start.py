@@ -29,8 +29,8 @@ def start_of(board: Board, seed: int | None, x: object, aim: object = None) -> f
         return start_x(seed, aim_of(board, aim), board.drop.jitter)
     if aim is not None:
         raise ParameterError(
-            f"aim is {aim!r}, but x is {x!r}: give only one; x is the start itself, and around an "
-            "aim the seed draws it",
+            f"aim is {aim!r}, but x is {x!r}: give either x, the exact start, or an aim, around "
+            "which the seed draws it",
             field="aim",
         )
     if isinstance(x, float) and not isfinite(x):

@@ -54,7 +54,7 @@ def verify(record: Mapping[str, Any]) -> Verification:
     field for a record with a missing or unknown field, or one that cannot be simulated.
     """
     if not isinstance(record, Mapping):
-        raise RecordError("a record is a JSON object", field="")
+        raise RecordError("the record must be a JSON object", field="")
     for name in ("board", "board_digest", "seed", "solver", "physics_version", "digest"):
         if name not in record:
             raise RecordError(f"the record lacks {name!r}", field=name)

@@ -1,4 +1,4 @@
-"""The event-driven solver: closed-form flight, the next impact to the last bits, impulse, repeat.
+"""The event-driven solver: follows a ball from event to event by closed forms.
 
 Imports physics and, to make its arrays, the board. Start with trace.py.
 """

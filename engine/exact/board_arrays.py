@@ -1,7 +1,7 @@
-"""A board as the kernels see it: numbers and flat arrays, and how they are made of it.
+"""A board in the form that kernels take: a named tuple of numbers and flat arrays.
 
-Kernels take the tuple whole. Its arrays cost no counting of references in `inner_kernel`s: against
-their twenty fields one by one, batches and single drops took 0.97 to 1.02 times as long.
+Kernels take the whole tuple. That costs nothing: with its twenty fields as separate arguments,
+batches and single drops took 0.97 to 1.02 times as long.
 """
 
 from math import sqrt
@@ -20,7 +20,7 @@ from engine.physics.flight import HALF_WAY
 
 
 class BoardArrays(NamedTuple):
-    """All that kernels know of a board. SI units; n surfaces. The grid: `engine.exact.grid`."""
+    """A board with n surfaces, in SI units; `engine.exact.grid` explains the grid's fields."""
 
     items: npt.NDArray[np.float64]  # (n, 10): pegs by index, then each wall's line and two ends
     left: float  # m, of the grid's upper left corner
@@ -33,8 +33,8 @@ class BoardArrays(NamedTuple):
     heads: npt.NDArray[np.uint32]  # (columns rows + 1,): each cell's first item, and how many
     centres: npt.NDArray[np.float64]  # (n + 1, 3): each item's x, y, D^2; a line has D^2 = 0
     peg_count: int
-    travel: float  # m; the cell midway between a way's ends lists all it touches, if no longer
-    fall: float  # s; from rest a ball falls the travel in it; 1 without gravity
+    travel: float  # m; the longest path whose surfaces the cell at its middle lists
+    fall: float  # s in which a ball falls by `travel` from rest; 1 without gravity
     gravity: float
     drag: float
     radius: float
@@ -48,13 +48,13 @@ class BoardArrays(NamedTuple):
 
 @lean_kernel
 def cell_of(board: BoardArrays, x: float, y: float) -> int:
-    """`cell_at` of a board."""
+    """`cell_at` in a board's grid."""
     return cell_at(x, y, board.left, board.top, board.cells_per_metre, board.columns, board.rows)
 
 
 @lean_kernel
 def bin_of(board: BoardArrays, x: float) -> int:
-    """Bin whose edges enclose x: edges[i] <= x < edges[i + 1], the outer ones open outwards."""
+    """The bin i with edges[i] <= x < edges[i + 1]; the first and last extend outwards for ever."""
     low = 0
     high = len(board.edges) - 1
     while high - low > 1:
@@ -68,35 +68,33 @@ def bin_of(board: BoardArrays, x: float) -> int:
 
 @inner_kernel
 def restitution_of(board: BoardArrays, item: int) -> float:
-    """Restitution between the ball and `item`."""
     return board.peg_restitution if item < board.peg_count else board.wall_restitution
 
 
 @inner_kernel
 def friction_of(board: BoardArrays, item: int) -> float:
-    """Coefficient of friction between the ball and `item`."""
     return board.peg_friction if item < board.peg_count else board.wall_friction
 
 
 @inner_kernel
 def surface_index(board: BoardArrays, item: int) -> int:
-    """How contact events name a surface: a peg by its index, wall w as -1 - w."""
+    """The index of a surface in contact events: a peg's own, -1 - w for wall w."""
     if item < board.peg_count:
         return item
     return -1 - (item - board.peg_count) // 3
 
 
-# Cells and travel per mean peg spacing. Coarser cells make longer candidate lists, finer ones fill
-# the cache; shorter travel makes more search windows. The time of a drop is flat around these.
+# Cells and travel per mean peg spacing. Larger cells list more candidates, smaller ones fill the
+# processor's cache; a shorter travel needs more search windows. The optimum is flat.
 _CELLS_PER_PITCH = 8.0
 _TRAVEL_PER_PITCH = 0.35
-_CELLS_PER_WALL = 500.0  # along a wall at most: its box of cells stays small however long it is
+_CELLS_PER_WALL = 500.0  # along a wall, at most: limits the cells that a long wall touches
 
-_KEPT: Final = 32 << 20  # bytes; a preset's take 0.07 to 0.9 MB, those of 5,000 pegs 1.4
+_KEPT: Final = 32 << 20  # bytes; a preset takes 0.07 to 0.9 MB, a board of 5,000 pegs 1.4 MB
 
 
 def make_arrays(board: BoardFields) -> BoardArrays:
-    """The kernels' form of `board`; its arrays cannot be written."""
+    """The kernels' form of `board`, with read-only arrays."""
     items = _items(board)
     pitch = _pitch(board)
     travel = _TRAVEL_PER_PITCH * pitch
@@ -132,11 +130,11 @@ def _bytes_of(arrays: BoardArrays) -> int:
 
 
 arrays_of: Final = Kept(make_arrays, _bytes_of, _KEPT)
-"""The kernels' form of a board, made when it is first asked for."""
+"""The kernels' form of a board, cached."""
 
 
 def _items(board: BoardFields) -> npt.NDArray[np.float64]:
-    """The pegs, then each wall's line and two ends; shared ends are the first one's item."""
+    """The pegs, then each wall's line and two ends. Walls that share an end name the same item."""
     peg_count = len(board.pegs)
     items = np.zeros((peg_count + 3 * len(board.walls), surface.COLUMNS))
     radius = board.ball.radius
@@ -164,12 +162,12 @@ def _items(board: BoardFields) -> npt.NDArray[np.float64]:
             if (slots < 0).any():
                 slots[np.argmax(slots < 0)] = line
             if shared != end:
-                items[end, surface.DISTANCE2] = -1.0  # a copy: never listed as a candidate
+                items[end, surface.DISTANCE2] = -1.0  # a copy, which no cell lists
     return items
 
 
 def _set_circles(rows: npt.NDArray[np.float64], x: Any, y: Any, distance: Any) -> None:
-    """Write one circle into a row, or as many as there are rows, from so many values of each."""
+    """Write one circle into a row, or arrays of circles into rows."""
     rows[..., surface.X] = x
     rows[..., surface.Y] = y
     rows[..., surface.DISTANCE] = distance
@@ -179,13 +177,13 @@ def _set_circles(rows: npt.NDArray[np.float64], x: Any, y: Any, distance: Any) -
 
 
 def _longest_wall(board: BoardFields) -> float:
-    """The longer side of the largest wall's box, m; a ball's radius on a board without walls."""
+    """The longest side of the walls' bounding boxes, m; without walls the ball's radius."""
     sides = [max(abs(w.x2 - w.x1), abs(w.y2 - w.y1)) for w in board.walls]
     return max([board.ball.radius, *sides])
 
 
 def _pitch(board: BoardFields) -> float:
-    """Mean spacing of the pegs, m; on a board without pegs an eighth of its width."""
+    """Mean spacing of the pegs, m; with fewer than two pegs an eighth of the board's width."""
     if len(board.pegs) < 2:
         return max(board.width / 8.0, 4.0 * board.ball.radius)
     xs = [peg.x for peg in board.pegs]
@@ -197,9 +195,10 @@ def _pitch(board: BoardFields) -> float:
 
 
 def _centres(items: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """What the search reads of each surface, side by side in memory; one row more, of nothing.
+    """The columns of each surface that the search reads, adjacent in memory, and a row of zeros.
 
-    A cell without surfaces has item 0 in its head, which is read before it is known to be none.
+    The head of an empty cell names item 0, which lanes read before they test the cell's count. On
+    a board without surfaces that is the last row.
     """
     centres = np.zeros((len(items) + 1, 3))
     centres[:-1] = items[:, [surface.X, surface.Y, surface.DISTANCE2]]

@@ -1,4 +1,7 @@
-"""What ends a stretch of motion on a surface: each cause is the first zero of a polynomial."""
+"""Finds what ends a stretch of rolling or sliding: each cause is the first zero of a polynomial.
+
+All times are in s from the start of the stretch; NO_HIT means not within the horizon.
+"""
 
 from engine.exact.board_arrays import BoardArrays
 from engine.jit.decorator import inner_kernel
@@ -9,13 +12,13 @@ from engine.physics.time_of_impact import NO_HIT
 
 @inner_kernel
 def leaving_time(series: Series, horizon: float) -> float:
-    """When the normal force vanishes, or NO_HIT."""
+    """When the normal force becomes zero, or NO_HIT."""
     return first_zero(series[contact.FORCE], 0, horizon)
 
 
 @inner_kernel
 def slip_end_time(series: Series, slip_sign: float, skip: int, radius: float, h: float) -> float:
-    """When a sliding ball's slip, u - omega R of sign slip_sign, reaches zero, or NO_HIT."""
+    """When the slip of a sliding ball, u - omega R with the sign slip_sign, is zero, or NO_HIT."""
     f = series[contact.SCRATCH]
     for i in range(contact.ORDER + 1):
         f[i] = slip_sign * (series[contact.SPEED, i] - radius * series[contact.SPIN, i])
@@ -26,10 +29,10 @@ def slip_end_time(series: Series, slip_sign: float, skip: int, radius: float, h:
 def rolling_end_time(
     series: Series, gravity: float, drag: float, friction: float, horizon: float
 ) -> tuple[float, float]:
-    """When a rolling ball needs more friction than mu N, and the sign of its slip then.
+    """When a rolling ball needs more friction than mu N, or NO_HIT, and the sign of its slip then.
 
-    Rolling takes |g.t - k u| / 3 of friction. A ball that begins to roll at that limit, within
-    rounding, goes on rolling unless it needs more from then on.
+    Rolling needs the friction |g.t - k u| / 3. A ball that begins to roll at the limit, within
+    rounding, continues to roll unless it then needs more.
     """
     f = series[contact.SCRATCH]
     best = NO_HIT
@@ -48,7 +51,7 @@ def rolling_end_time(
 
 @inner_kernel
 def landing_time(board: BoardArrays, series: Series, item: int, y: float, horizon: float) -> float:
-    """When the centre, at height y now, crosses the bins' line on `item`, or NO_HIT."""
+    """When the centre of a ball on `item`, at height y now, crosses the bins' line, or NO_HIT."""
     f = series[contact.SCRATCH]
     distance = board.items[item, surface.DISTANCE]
     row = contact.NORMAL_Y if distance > 0.0 else contact.PATH
@@ -60,7 +63,7 @@ def landing_time(board: BoardArrays, series: Series, item: int, y: float, horizo
 
 @inner_kernel
 def _affine(f: Series, series: Series, row: int, rate: float, start: float) -> None:
-    """f = start + rate * (the row less its first term)."""
+    """f = start + rate * (the series of this row without its first term)."""
     f[0] = start
     for i in range(1, contact.ORDER + 1):
         f[i] = rate * series[row, i]
@@ -68,10 +71,10 @@ def _affine(f: Series, series: Series, row: int, rate: float, start: float) -> N
 
 @inner_kernel
 def _first_touch(f: Series, horizon: float) -> float:
-    """First zero of a distance function, at which a touching ball counts as touching again.
+    """First zero of a distance function.
 
-    f[0] <= 0 is a touch within rounding: 0 if the ball moves on inwards (or rests against what
-    pulls it inwards), otherwise the touch at 0 is divided out.
+    f[0] <= 0 is a touch within rounding. Returns 0 if the ball moves further in, or is at rest and
+    accelerates inwards. If not, the root at 0 is divided out.
     """
     if f[0] > 0.0:
         return first_zero(f, 0, horizon)
@@ -82,7 +85,7 @@ def _first_touch(f: Series, horizon: float) -> float:
 
 @inner_kernel
 def _next_touch(f: Series, horizon: float) -> float:
-    """First zero, but for those at 0, of the distance to a surface that the ball moves off."""
+    """First zero after 0 of the distance to a surface that the ball touches and moves off."""
     if f[1] != 0.0:
         return first_zero(f, 1, horizon) if f[1] > 0.0 else NO_HIT
     return first_zero(f, 2, horizon) if f[2] > 0.0 else NO_HIT
@@ -101,7 +104,8 @@ def touch_time(
 ) -> tuple[float, float]:
     """When a ball on `item`, now at (x, y), touches `other`, or NO_HIT; and the side of a line.
 
-    `moves_off` says that it touches `other` now and moves off it, whatever rounding says.
+    `moves_off`: whether the ball is known to touch `other` now and to move off it, which rounding
+    may hide.
     """
     f = series[contact.SCRATCH]
     items = board.items
@@ -140,7 +144,7 @@ def touch_time(
 
 @inner_kernel
 def _circle_seen_from_line(f: Series, series: Series, dx: float, dy: float) -> None:
-    """|d + t l(s)|^2 less its first term, for a ball that moves by l(s) along t."""
+    """|d + t l(s)|^2 without its first term, for a ball that moves by l(s) along t."""
     tx = -series[contact.NORMAL_Y, 0]
     ty = series[contact.NORMAL_X, 0]
     path = series[contact.PATH]
@@ -156,7 +160,7 @@ def _circle_seen_from_line(f: Series, series: Series, dx: float, dy: float) -> N
 def position(
     board: BoardArrays, series: Series, item: int, x: float, y: float, s: float
 ) -> tuple[float, float]:
-    """Centre at time s of a ball on `item` that is at (x, y) at time 0, in m."""
+    """Centre, in m, at time s of a ball on `item` that is at (x, y) at time 0."""
     distance = board.items[item, surface.DISTANCE]
     if distance > 0.0:
         px = board.items[item, surface.X] + distance * value(series[contact.NORMAL_X], s)
@@ -181,7 +185,7 @@ def _foot_inside(
 def line_end_time(
     board: BoardArrays, series: Series, item: int, x: float, y: float, horizon: float
 ) -> tuple[float, int]:
-    """When a ball on a line passes one of its ends, or NO_HIT; and which end (0 or 1)."""
+    """When a ball on a line passes one of its ends, or NO_HIT; and which one, 0 or 1."""
     line = board.items[item]
     foot = (x - line[surface.X]) * line[surface.TX] + (y - line[surface.Y]) * line[surface.TY]
     along = (
@@ -207,7 +211,7 @@ def line_end_time(
 def onto_line_time(
     board: BoardArrays, series: Series, item: int, horizon: float
 ) -> tuple[float, int]:
-    """When a ball on a wall's end rolls onto one of the lines that end there, or NO_HIT."""
+    """When a ball on a wall's end rolls onto a line that ends there, or NO_HIT; and which line."""
     f = series[contact.SCRATCH]
     best = NO_HIT
     entered = -1

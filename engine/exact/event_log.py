@@ -1,4 +1,4 @@
-"""What a trace writes down: events for the record and segments for states at any time."""
+"""The log of a trace: events for the record, and segments from which any state is computed."""
 
 from typing import NamedTuple
 
@@ -10,8 +10,8 @@ from engine.exact.board_arrays import BoardArrays, bin_of
 from engine.jit.decorator import inner_kernel, lean_kernel
 from engine.physics import body
 
-# A segment's row: the state at its start, then what moves the ball from there.
-ITEM = 7  # the surface that the ball stays on, or -1 in flight
+# A segment's row: the state at its start, then the law of its motion.
+ITEM = 7  # the surface that the ball rolls or slides on, or IN_FLIGHT
 SIDE = 8
 MODE = 9
 SLIP_SIGN = 10
@@ -28,20 +28,20 @@ COUNTS = 3
 
 
 class Log(NamedTuple):
-    """Room for n events and m segments; what does not fit is counted and left out.
+    """Room for n events and m segments; those that do not fit are counted but not written.
 
-    A log goes on from ball to ball. `ends` has, after each of the first b, how much it has counted.
+    One log has the events of many balls in turn. `ends` has the counts after each of the first b.
     """
 
     events: npt.NDArray[np.float64]  # (n, 6)
     marks: npt.NDArray[np.int32]  # (n, 2): kind, index
     segments: npt.NDArray[np.float64]  # (m, 11)
-    counts: npt.NDArray[np.int64]  # (3,): events, segments, impacts so far
+    counts: npt.NDArray[np.int64]  # (3,): numbers of events, segments and impacts
     ends: npt.NDArray[np.int64]  # (b, 3): the counts at the end of each ball
 
 
 def new_log(events: int, segments: int, balls: int = 0) -> Log:
-    """An empty log with room for so many rows of each; new_log(0, 0) only counts."""
+    """An empty log with room for these numbers of rows; new_log(0, 0) only counts."""
     return Log(
         np.empty((events, EVENT_SIZE)),
         np.empty((events, 2), np.int32),
@@ -53,7 +53,7 @@ def new_log(events: int, segments: int, balls: int = 0) -> Log:
 
 @inner_kernel
 def end_ball(log: Log, ball: int) -> None:
-    """Keep how much is in the log when a ball, from 0, has written its part."""
+    """Record the counts at the end of ball number `ball`."""
     if ball < len(log.ends):
         for column in range(COUNTS):
             log.ends[ball, column] = log.counts[column]
@@ -73,7 +73,6 @@ def write_event(
     kind: int,
     index: int,
 ) -> None:
-    """Fill one row of a log's events."""
     events[row, 0] = t
     events[row, 1] = x
     events[row, 2] = y
@@ -86,7 +85,6 @@ def write_event(
 
 @lean_kernel
 def note_event(log: Log, state: npt.NDArray[np.float64], kind: int, index: int) -> None:
-    """Append the state as an event."""
     row = log.counts[EVENTS]
     log.counts[EVENTS] = row + 1
     if row < len(log.events):
@@ -110,7 +108,7 @@ def write_segment(
     omega: float,
     item: float,
 ) -> None:
-    """Fill one row of a log's segments, but for what only a sustained contact has."""
+    """Fill one row of a log's segments; SIDE, MODE and SLIP_SIGN, which flight lacks, become 0."""
     segments[row, body.T] = t
     segments[row, body.X] = x
     segments[row, body.Y] = y
@@ -133,7 +131,7 @@ def note_segment(
     mode: float,
     slip_sign: float,
 ) -> None:
-    """Append a stretch of closed-form motion that starts at the state."""
+    """Append a segment that starts at the state."""
     row = log.counts[SEGMENTS]
     log.counts[SEGMENTS] = row + 1
     if row < len(log.segments):
@@ -149,7 +147,7 @@ def note_segment(
 
 @lean_kernel
 def note_impact(board: BoardArrays, state: npt.NDArray[np.float64], item: int, log: Log) -> None:
-    """Note the state right after an impact on `item`."""
+    """Append the state right after an impact on `item`."""
     log.counts[IMPACTS] += 1
     if item < board.peg_count:
         note_event(log, state, KIND_PEG, item)
@@ -159,7 +157,7 @@ def note_impact(board: BoardArrays, state: npt.NDArray[np.float64], item: int, l
 
 @lean_kernel
 def land(board: BoardArrays, state: npt.NDArray[np.float64], log: Log) -> int:
-    """Note the landing, and return its bin."""
+    """Append the landing; returns its bin."""
     where = bin_of(board, state[body.X])
     note_event(log, state, KIND_LANDING, where)
     return where

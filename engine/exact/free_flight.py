@@ -1,8 +1,7 @@
 """Free flight of the exact solver: from impact to impact, until a ball lands or stays on a surface.
 
-A flight ends at the first surface that it meets. Three things may follow the impact there: the ball
-flies on, it stays on the surface, or it meets another surface at the same instant, and then
-`two_contacts` decides.
+A flight ends at the first surface that the ball hits. Then the ball flies on, or stays on the
+surface. If a flight takes no time, the ball touches two surfaces, and two_contacts.py decides.
 """
 
 import numpy as np
@@ -29,14 +28,14 @@ from engine.physics.impulse import bounce
 Array = npt.NDArray[np.float64]
 
 DYING_BOUNCE = 1.0e-8
-"""m/s. A bounce that leaves a surface no faster than this has died: the ball has no speed off the
-surface. It stays there if it is pressed on, and lifts off if not. What is cut off of the infinite
-sequence moves the ball by about 1e-19 m where friction holds it and 1e-12 m where it slips; a
-larger value would be seen in the digest only."""
+"""m/s. A bounce that leaves a surface at this speed or less has died: the ball's speed off the
+surface is set to zero. It stays there if it is pressed on, and lifts off if not. The bounces that
+are omitted move the ball by about 1e-19 m if friction holds it, and by 1e-12 m if it slips. Even a
+larger value would be noticed only in digests."""
 
 PLACE_ROUNDING = 2.0**-50
-"""Part of |x| + |y| within which a place is not known: four units in its last place. A ball that
-hits another surface no farther away than that touches both."""
+"""Uncertainty of a position relative to |x| + |y|: four units in the last place. A ball that hits
+another surface within this distance touches both."""
 
 # Why `follow_flight` returned.
 AT_BINS = 0
@@ -53,13 +52,13 @@ def rebound(
     items: Array, item: int, side: float, x: float, y: float, vx: float, vy: float, omega: float,
     radius: float, restitution: float, friction: float,
 ) -> tuple[float, float, float, float, float, float, float, bool]:  # fmt: skip
-    """A ball at (x, y) hits a surface: its centre put on it, velocity and spin after, the normal,
-    and whether friction stopped the slip."""
+    """The impact of a ball at (x, y) on a surface: its centre at the exact contact distance, the
+    velocity and spin after the impact, the normal, and whether friction stopped the slip."""
     dx = x - items[item, surface.X]
     dy = y - items[item, surface.Y]
     distance = items[item, surface.DISTANCE]
     if distance > 0.0:
-        # The ball is at D within rounding: one step of Newton's for 1 / sqrt makes it exact.
+        # The distance is D within rounding: one Newton step for 1 / sqrt makes the normal exact.
         nx = dx * items[item, surface.INVERSE]
         ny = dy * items[item, surface.INVERSE]
         unit = 1.5 - 0.5 * (nx * nx + ny * ny)
@@ -83,7 +82,7 @@ def rebound(
 def is_pressed_on(
     items: Array, item: int, vx: float, vy: float, nx: float, ny: float, gravity: float
 ) -> bool:
-    """Whether a ball that moves along a surface is pressed onto it: N > 0."""
+    """Whether the normal force N on a ball that moves along a surface is positive."""
     u = vy * nx - vx * ny
     distance = items[item, surface.DISTANCE]
     bend = 1.0 / distance if distance > 0.0 else 0.0
@@ -103,13 +102,12 @@ def follow_flight(
     max_time: float,
     log: Log,
 ) -> tuple[int, int, float, int, float, int, bool]:
-    """Flights and bounces from `state`, changed in place, until something else than a bounce.
+    """Follow flights and bounces from `state`, changed in place, until something else happens.
 
-    `item` and `side` name the surface that was left, `how` it was, and `beside` another that was
-    left at the same instant, if any; or, if `touching`, the surface that is being hit. Returns the
-    cause, the surface and side that the ball touched last, those of the other that it has met (or
-    has `beside` it yet, where events ran out), how it left the first, and whether friction stopped
-    its slip there.
+    The ball has left the surface `item` on `side` as `how` says, and at the same time `beside`, if
+    not NONE. If `touching`, the ball is hitting `item` instead. Returns the cause; the surface and
+    side that the ball touched last; the surface and side that it met, for MET_ANOTHER, or `beside`,
+    for OUT_OF_EVENTS; how it left the first; and whether friction stopped its slip there.
     """
     items = board.items
     counts = log.counts
@@ -161,6 +159,8 @@ def follow_flight(
             if hit == BINS:
                 cause = AT_BINS
                 break
+            # A ball that hits another surface without having moved touches both. Bounces in turn
+            # could go on here for ever; two_contacts.py ends them.
             stood = t == before or abs(dx) + abs(dy) <= PLACE_ROUNDING * (abs(x) + abs(y))
             if stood and how != FREE and hit != item:
                 cause = MET_ANOTHER

@@ -1,4 +1,4 @@
-"""The broad phase, a uniform grid: for each cell, the surfaces that a ball in it may soon touch."""
+"""The broad phase: a uniform grid whose cells list the surfaces that a ball in them may touch."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -10,13 +10,14 @@ from engine.jit.decorator import lean_kernel
 from engine.physics import surface
 
 MAX_CELLS = 1 << 17
-"""Of one grid, which then takes a megabyte: larger boards have coarser cells rather than more."""
+"""Cells of one grid, about a megabyte. On a larger board the cells are larger instead."""
 
 MAX_LISTED = 1 << 19
-"""Cells in the boxes around all surfaces: where many lie upon each other, cells are coarser too."""
+"""Cells in the boxes around all surfaces together. If many surfaces overlap, the cells are made
+larger until this holds."""
 
 _BLOCK = 1 << 18
-"""Cells that are looked at together while a grid is made: so much memory it takes."""
+"""Cells that are tested together while a grid is made; limits the memory for it."""
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -24,22 +25,22 @@ Indices = npt.NDArray[np.uint32]
 
 
 CELL_LIMIT = 1.0e9
-"""Cells from the grid's corner beyond which a ball counts as escaped."""
+"""A ball this many cells away from the grid's corner has escaped."""
 
 
 HEAD_BITS = 28
-"""Of a cell's head: the low bits are its first item, 0 if it has none; above is how many it has."""
+"""The low bits of a cell's head have its first item, 0 if it has none; the high bits have the
+number of its items."""
 
 HEAD_MANY = (1 << (32 - HEAD_BITS)) - 1
-"""The largest number of items in a head; it stands for more, too."""
+"""The largest number in a head; it means this many items or more."""
 
 
 class Cells(NamedTuple):
-    """A grid of columns times rows square cells; after the last comes one for all that is outside.
+    """A grid of columns times rows square cells, and one more cell for everything outside.
 
-    starts, shape (columns * rows + 2,): where each cell's surfaces start in `members`, which are
-    ascending within a cell. Both unsigned, so that machine code need not ask whether an index is
-    below zero.
+    starts, shape (columns * rows + 2,): where each cell's surfaces start in `members`, in ascending
+    order within a cell. Both are unsigned, so that machine code does not test for negative indices.
     """
 
     left: float  # m, of the grid's upper left corner
@@ -56,7 +57,7 @@ class Cells(NamedTuple):
 def cell_at(
     x: float, y: float, left: float, top: float, cells_per_metre: float, columns: int, rows: int
 ) -> int:
-    """Number of the cell that holds (x, y), columns * rows for all outside; -1 if too far out."""
+    """Number of the cell at (x, y), columns * rows outside of the grid; -1 beyond CELL_LIMIT."""
     across = (x - left) * cells_per_metre
     down = (y - top) * cells_per_metre
     if across >= 0.0 and down >= 0.0 and across < columns and down < rows:
@@ -67,7 +68,8 @@ def cell_at(
 
 
 def heads_of(starts: Indices, members: Indices) -> Indices:
-    """`BoardArrays.heads`: what most looks at a cell want to know of it, in one number."""
+    """`BoardArrays.heads`: each cell's first item and number of items, which suffice for most
+    lookups, in one number."""
     counts = np.minimum(np.diff(starts), HEAD_MANY).astype(np.uint32)
     firsts = np.append(members, np.uint32(0))[starts[:-1]]
     return np.where(counts > 0, firsts | (counts << np.uint32(HEAD_BITS)), 0).astype(np.uint32)
@@ -76,7 +78,8 @@ def heads_of(starts: Indices, members: Indices) -> Indices:
 def cells_of(items: Floats, radius: float, reach: float, cells_per_metre: float) -> Cells:
     """A grid whose cells list each surface that a ball in them can touch within `reach`, in m.
 
-    items: the surfaces, shape (n, surface.COLUMNS). cells_per_metre: how fine the grid should be.
+    items: the surfaces, shape (n, surface.COLUMNS). cells_per_metre: the resolution, reduced if the
+    grid would exceed MAX_CELLS or MAX_LISTED.
     """
     listed = np.flatnonzero(
         (items[:, surface.DISTANCE] == 0.0) | (items[:, surface.DISTANCE2] >= 0.0)
@@ -104,11 +107,12 @@ def cells_of(items: Floats, radius: float, reach: float, cells_per_metre: float)
 
 
 def _areas_of(items: Floats, radius: float, reach: float) -> Floats:
-    """All points within a reach of a surface's axis, a line or the middle of a circle; (n, 6).
+    """The areas from which a ball's centre can touch each surface, shape (n, 6).
 
-    Columns: x, y, tx, ty and length of the axis, and the reach, in m. A middle's length is 0.
+    An area is all points within a distance of an axis: a line, or the centre of a circle, whose
+    length is 0. Columns: x, y, tx, ty and length of the axis, and the distance, in m.
     """
-    wider = 1.0 + 1e-9  # rounding of what follows must not lose a cell that just touches
+    wider = 1.0 + 1e-9  # so that rounding below does not omit a cell that just touches
     x, y, distance = items[:, [surface.X, surface.Y, surface.DISTANCE]].T
     tx, ty, length = items[:, [surface.TX, surface.TY, surface.LENGTH]].T
     disc = distance > 0.0
@@ -126,7 +130,7 @@ def _boxes(areas: Floats) -> Floats:
 
 
 def _are_many(boxes: Floats, width: float, height: float, cells_per_metre: float) -> bool:
-    """Whether a grid of this fineness has too many cells, or lists too much in them."""
+    """Whether a grid of this resolution exceeds MAX_CELLS or MAX_LISTED."""
     if (width * cells_per_metre + 1.0) * (height * cells_per_metre + 1.0) > MAX_CELLS:
         return True
     low, high = (boxes * cells_per_metre).astype(np.int64)
@@ -136,9 +140,10 @@ def _are_many(boxes: Floats, width: float, height: float, cells_per_metre: float
 def _touched(
     areas: Floats, boxes: Floats, corner: tuple[float, float], cells_per_metre: float
 ) -> Iterator[tuple[Ints, Ints, Ints]]:
-    """Areas by number with the column and the row of each cell that they touch, some at a time.
+    """The number of an area, and column and row of a cell, for all cells that the areas touch.
 
-    A few more along a slanted line. boxes: those around the areas, seen from the grid's corner.
+    In blocks of about _BLOCK cells. Along a slanted line a few cells are listed that do not touch.
+    boxes: those around the areas, relative to the grid's corner.
     """
     low, high = (boxes * cells_per_metre).astype(np.int64)
     columns, rows = (high - low + 1).T
@@ -156,7 +161,7 @@ def _touched(
 def _is_near(
     areas: Floats, ix: Ints, iy: Ints, corner: tuple[float, float], size: float
 ) -> npt.NDArray[np.bool_]:
-    """Whether each of these areas touches the cell of this column and row."""
+    """Whether each area touches the cell at its column and row."""
     middle_x, middle_y, tx, ty, length, reach = areas.T
     x = corner[0] + ix * size - middle_x
     y = corner[1] + iy * size - middle_y
@@ -164,7 +169,7 @@ def _is_near(
     dy = np.maximum(np.maximum(y, -y - size), 0.0)
     near: npt.NDArray[np.bool_] = dx * dx + dy * dy <= reach * reach
     line = length > 0.0
-    if line.any():  # a line's distance from the cell's centre, less half the cell's diagonal
+    if line.any():  # a line's distance to the cell's centre, less half the cell's diagonal
         x, y, tx, ty, length = (each[line] for each in (x, y, tx, ty, length))
         x += 0.5 * size
         y += 0.5 * size

@@ -1,4 +1,4 @@
-"""What was made of boards used lately, while all of it together takes few bytes."""
+"""A least-recently-used cache of values made from boards, limited by their bytes."""
 
 from collections import OrderedDict
 from collections.abc import Callable
@@ -11,9 +11,9 @@ Made = TypeVar("Made")
 
 
 class Kept(Generic[Made]):
-    """Calls `make` once for a board, and forgets the longest unused beyond `most` bytes in all.
+    """Calls `make` once for a board and caches the result, `most` bytes in all.
 
-    `size` says how many one takes; the one made last is kept whatever it takes. For any thread.
+    `size` returns the bytes of a result. The newest is kept even if it is larger. Thread-safe.
     """
 
     def __init__(
@@ -27,13 +27,12 @@ class Kept(Generic[Made]):
         self._lock = Lock()
 
     def __call__(self, board: BoardFields) -> Made:
-        """What is made of this board."""
         with self._lock:
             found = self._made.get(board)
             if found is not None:
                 self._made.move_to_end(board)
                 return found
-        made = self._make(board)  # two threads may do so at once, and one of theirs is kept
+        made = self._make(board)  # two threads may do this at once; the first result is kept
         with self._lock:
             found = self._made.setdefault(board, made)
             if found is made:

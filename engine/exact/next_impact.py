@@ -1,4 +1,4 @@
-"""The next impact of a ball in free flight: which surface it hits first, and when."""
+"""Finds the next impact of a ball in free flight: which surface it hits first, and when."""
 
 import numpy as np
 import numpy.typing as npt
@@ -23,23 +23,24 @@ from engine.physics.time_of_impact import NEGLIGIBLE, NO_HIT, SIXTH, stays_posit
 Array = npt.NDArray[np.float64]
 
 MAX_WINDOWS = 1_000_000
-"""Search windows in one flight. On a board that validation has passed it has some thousands at
-most: 160 while drag takes the ball to its terminal velocity, the others as long as the travel."""
+"""Search windows in one flight, at most. A flight on a valid board has some thousands: 160 while
+drag takes the ball to its terminal velocity, and then one for each `travel` of its way."""
 
 SQRT2_LESS_1 = 0.41421356237309515  # rounded up
 
-# What a flight ends at, besides the number of a surface.
+# What a flight ends at, if not at a surface, whose number is not negative.
 BINS = -1
-NOWHERE = -2  # nothing in this window; the others end the search
-FAR_OUT = -3
+NOWHERE = -2  # nothing in this window; the search goes on
+FAR_OUT = -3  # this code and the next two end the search
 OUT_OF_TIME = -4
 OUT_OF_WINDOWS = -5
 
-# How the surface that a flight starts from was left: what is zero there of the distance f to it.
-FREE = 0  # none was left
+# How the ball left the surface from which a flight starts. Listed is which of the distance f to it
+# and of the derivatives of f are zero at the start: that root is divided out.
+FREE = 0  # the flight does not start from a surface
 BOUNCED = 1  # f
-ROLLED_OFF = 2  # f, f' and f'': the normal force has just vanished
-LIFTED = 3  # f and f': nothing presses the ball on, though it has no speed off the surface
+ROLLED_OFF = 2  # f, f' and f'': the normal force has just become zero
+LIFTED = 3  # f and f': the ball has no speed off the surface, but is not pressed onto it
 
 
 @lean_kernel
@@ -47,7 +48,7 @@ def origin_line_hit(
     items: Array, origin: int, side: float, x: float, y: float, vx: float, vy: float,
     ax: float, ay: float, k: float, horizon: float,
 ) -> float:  # fmt: skip
-    """When a ball that has just left `side` of the line `origin` hits it again."""
+    """When a ball that has just left `side` of the line `origin` hits it again, or NO_HIT."""
     nx = items[origin, surface.NX]
     ny = items[origin, surface.NY]
     hd = side * (nx * vx + ny * vy)
@@ -65,11 +66,11 @@ def origin_line_hit(
 def _hit_again(
     items: Array, item: int, side: float, how: int, motion: Motion, horizon: float
 ) -> float:
-    """When the ball hits a surface again that it has just left, or NO_HIT."""
+    """When the ball hits again a surface that it has just left, or NO_HIT."""
     x, y, vx, vy, ax, ay, k = motion
     if items[item, surface.DISTANCE] == 0.0:
         if how == LIFTED:
-            return NO_HIT  # the pull off a line keeps its sign
+            return NO_HIT  # the acceleration off a line keeps its sign
         return origin_line_hit(items, item, side, x, y, vx, vy, ax, ay, k, horizon)
     d2 = items[item, surface.DISTANCE2]
     qx = x - items[item, surface.X]
@@ -95,9 +96,9 @@ def _foot_inside(
     k: float,
     s: float,
 ) -> bool:
-    """Whether the foot of a ball on a line lies between its ends after a flight of s.
+    """Whether the ball's foot lies between a line's ends s seconds into a flight.
 
-    (dx, dy) is where the flight begins, seen from the line's first end.
+    (dx, dy) is the flight's start relative to the line's first end.
     """
     _, _, psi = short_basis(k, s)
     foot = (dx + vx * s + ax * psi) * tx + (dy + vy * s + ay * psi) * ty
@@ -137,9 +138,9 @@ def _line_hit_between_ends(
         hdd = side * da
         if h > 0.0:
             if h + hd * horizon > 0.0 and hdd >= 0.0:
-                continue  # out of reach
+                continue  # cannot reach the line
         elif side * d <= 0.0 and h + hd * horizon <= 0.0:
-            continue  # behind the line, and not out on this side within the window
+            continue  # behind the line, and does not come out on this side within the window
         s = line_hit(h, hd, hdd, k, horizon, best)
         if s == NO_HIT or (found != NO_HIT and s >= found):
             continue
@@ -153,10 +154,11 @@ def _line_hit_between_ends(
 def _leaves_by(
     first: float, last: float, end: int, tx: float, ty: float, u: float, v: float
 ) -> bool:
-    """Whether `end` is the first or last end of a line, and (u, v) leads out past it.
+    """Whether `end` is one of a line's ends, and the velocity (u, v) points outwards past it.
 
-    At the joint of a line and its end a ball touches both, within rounding. From there on it is
-    past the line, whatever side of the joint rounding puts it on, until it moves back.
+    At the joint of a line and its end a ball touches both, within rounding. A ball that leaves the
+    end outwards has passed the line, even if rounding puts its foot between the ends. Without this
+    rule it would hit the line at once.
     """
     along = u * tx + v * ty
     return (end == int(first) and along < 0.0) or (end == int(last) and along > 0.0)
@@ -169,7 +171,8 @@ def wall_hit(
 ) -> tuple[float, float]:  # fmt: skip
     """When the ball hits the line `wall` between its ends, or NO_HIT; and on which side.
 
-    `origin` is the surface that it has just left, unless `how` is FREE.
+    `origin` is the surface that the ball has just left, unless `how` is FREE. The hit does not
+    count if `origin` is an end of this line, and the ball moves outwards both now and then.
     """
     x, y, vx, vy, ax, ay, k = motion
     s, side = _line_hit_between_ends(items, wall, radius, x, y, vx, vy, ax, ay, k, horizon, best)
@@ -187,7 +190,7 @@ def wall_hit(
 
 @lean_kernel
 def length_bound(x: float, y: float) -> float:
-    """At least the length of (x, y), and at most 1.083 of it: no square root is waited for."""
+    """An upper bound of the length of (x, y), at most 1.083 times the length; no square root."""
     x = abs(x)
     y = abs(y)
     return max(x, y) + SQRT2_LESS_1 * min(x, y)
@@ -206,12 +209,16 @@ def next_impact(
     beside: int,
     time_left: float,
 ) -> tuple[float, int, float]:
-    """Flight from a state to whatever it hits first: duration, surface (or code) and side.
+    """The end of a flight from a state: its duration, the surface hit (or a code) and the side.
 
-    `origin` was left as `how` says; `beside`, unless negative, at the same instant: it is touched
-    too, and the ball does not move into it. The flight is searched window by window; in each the
-    ball moves at most `travel`, so that the cell midway between its ends lists all it can touch. At
-    equal times the lower surface number counts, and a surface before the bins.
+    The ball has left `origin` as `how` says. `beside`, unless negative, is another surface that it
+    has left at the same time: the ball touches it and does not move into it.
+
+    The flight is searched window by window. In each window the ball moves at most `travel`, so that
+    the grid's cell at the middle between the window's ends lists all surfaces that it can touch.
+
+    At equal times the lower surface number counts, and a surface before the bins. This makes the
+    result independent of the order in which cells list their surfaces.
     """
     items = board.items
     starts = board.starts
@@ -225,17 +232,20 @@ def next_impact(
     ax0 = -k * vx0
     ay0 = board.gravity - k * vy0
     x, y, vx, vy, ax, ay = x0, y0, vx0, vy0, ax0, ay0
-    # At least sqrt(2 |a| travel), the mean of whose factors this is; equal where a is gravity.
+    # An upper bound of w = sqrt(2 |a| travel): the mean of 2 travel / fall and fall |a|, whose
+    # product is w^2. Equal to w if a is gravity.
     rise = travel / fall + 0.5 * fall * length_bound(ax0, ay0)
-    # Drag that accelerates the ball by no more moves it by |a| / k^2 at most in all: by nothing,
-    # within rounding. It goes on straight at its terminal velocity.
+    # Under drag an acceleration a moves the ball by at most |a| / k^2 in all. Below this limit that
+    # is nothing within rounding: the ball continues straight at its terminal velocity.
     straight = NEGLIGIBLE * radius * k * k
     start = 0.0
     for _ in range(MAX_WINDOWS):
         vv = vx * vx + vy * vy
         va = vx * ax + vy * ay
         aa = ax * ax + ay * ay
-        # In s the ball moves |v| s + |a| s^2 / 2 at most, which is no more than the travel here.
+        # The ball moves at most |v| s + |a| s^2 / 2 in s seconds. That equals `travel` at
+        # s = 2 travel / (|v| + sqrt(|v|^2 + 2 |a| travel)); the upper bounds in the denominator
+        # make the horizon at most this s.
         speed = length_bound(vx, vy)
         horizon = 2.0 * travel / (speed + length_bound(speed, rise))
         if k * horizon > SERIES_LIMIT:
@@ -281,7 +291,7 @@ def next_impact(
                     best,
                 )
             else:
-                # Most candidates are turned down here, with neither a call nor a square root.
+                # Most candidates are excluded here, without a call or a square root.
                 qx = x - centres[other, 0]
                 qy = y - centres[other, 1]
                 f = qx * qx + qy * qy - d2
@@ -307,7 +317,7 @@ def next_impact(
                 best = s
                 item = other
                 side = other_side
-        if y + travel >= bins_y:  # else no window from here comes as far
+        if y + travel >= bins_y:  # if not, the ball cannot reach the bins in this window
             s = line_hit(bins_y - y, -vy, -ay, k, horizon, best)
             if s != NO_HIT and (s < best or item == NOWHERE):
                 best = s

@@ -1,4 +1,4 @@
-"""Where balls spend their time: traced drops are counted in cells, at equal time steps."""
+"""Counts where balls spend their time: the cells that drops are in at equal time steps."""
 
 from math import ceil
 
@@ -20,7 +20,7 @@ Counts = npt.NDArray[np.uint32]
 
 @inner_kernel
 def _count(counts: Counts, left: float, top: float, cells: float, x: float, y: float) -> None:
-    """Count a place in m; outside of the grid it is left out, and a NaN is outside."""
+    """Count a position in m, if it is in the grid; NaN is not."""
     column = (x - left) * cells
     row = (y - top) * cells
     if 0.0 <= column < counts.shape[1] and 0.0 <= row < len(counts):
@@ -42,7 +42,7 @@ def _occupy_segment(
     series: Series,
     state: Array,
 ) -> float:
-    """Count a segment at `time`, `time` + step … before `until`; the first time not counted."""
+    """Count a segment at `time`, `time` + step … before `until`; returns the next time."""
     if time >= until:
         return time
     if segments[row, event_log.ITEM] >= 0.0:
@@ -51,7 +51,7 @@ def _occupy_segment(
             _count(counts, left, top, cells, state[body.X], state[body.Y])
             time += step
         return time
-    # In flight each step is the same linear map: exact, and a tenth of the work of a sample.
+    # In flight all steps are the same linear map: exact, and a tenth of the work of a sample.
     sample_segment(board, segments, row, time, False, series, state)
     x = state[body.X]
     y = state[body.Y]
@@ -86,17 +86,17 @@ def occupy(
 ) -> None:
     """Count where balls are every `step` s.
 
-    The balls are those of a log that holds all of them; states, shape (n, 7), has their ends.
-    A drop is looked at phases[i] steps after its start, and then every step until it ends. counts
-    has shape (rows, columns), `cells` a metre, its corner at (left, top). series and sample, shape
-    (7,), are work space.
+    The log has all segments of n drops; states, shape (n, 7), their ends. Drop i is counted
+    phases[i] steps after its start, and then at every step until its end. counts has shape (rows,
+    columns), with `cells` per metre and its corner at (left, top). series and sample, shape (7,),
+    are work space.
     """
     first = 0
     for i in range(len(states)):
         last = log.ends[i, event_log.SEGMENTS]
         for row in range(first, last):
             until = log.segments[row + 1, body.T] if row + 1 < last else states[i, body.T]
-            # From the number of the step, not from a running sum: no error adds up.
+            # From the step's number, not as a running sum, whose rounding errors would add up.
             number = ceil(log.segments[row, body.T] / step - phases[i])
             time = (max(number, 0.0) + phases[i]) * step
             _occupy_segment(

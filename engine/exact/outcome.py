@@ -1,4 +1,4 @@
-"""How a drop can end, in words why one did not land, and what is kept of each of many."""
+"""The outcomes of drops, the reasons why a ball did not land, and the results of many drops."""
 
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ LANDED = 0
 WEDGED = 1
 BALANCED = 2
 ESCAPED = 3
-# Budgets that ran out: they say nothing of the ball, which goes on moving.
+# Limits of the computation; the ball itself is still moving.
 EVENT_LIMIT = 4
 TIME_LIMIT = 5
 SEARCH_LIMIT = 6
@@ -26,11 +26,12 @@ REASONS = (
 )
 
 MAX_EVENTS = 100_000
-"""Events in one drop. On the presets it has tens; only a ball that bounces for ever has more."""
+"""Events of one drop, at most. On the presets a drop has tens; only a ball that bounces for ever
+reaches this."""
 
 
 class Results(NamedTuple):
-    """What is kept of each drop of many: columns of shape (n,)."""
+    """The results of n drops, as columns of shape (n,)."""
 
     bins: npt.NDArray[np.int32]  # -1: it did not land
     durations: npt.NDArray[np.float64]  # s
@@ -39,7 +40,7 @@ class Results(NamedTuple):
     outcomes: npt.NDArray[np.int8]
 
     def at(self, rows: slice | npt.NDArray[np.int64]) -> "Results":
-        """Those of some drops: views for a slice, else copies."""
+        """The results of some drops: views for a slice, copies for indices."""
         return Results(
             self.bins[rows],
             self.durations[rows],
@@ -50,7 +51,7 @@ class Results(NamedTuple):
 
 
 def new_results(count: int) -> Results:
-    """Room for the results of so many drops."""
+    """Uninitialized results of `count` drops."""
     return Results(
         bins=np.empty(count, np.int32),
         durations=np.empty(count),

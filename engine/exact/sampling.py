@@ -1,4 +1,4 @@
-"""States at any times of a drop that has been traced, from the segments of its log."""
+"""Computes the state at any time of a traced drop from the segments of its log."""
 
 import numpy as np
 import numpy.typing as npt
@@ -24,9 +24,9 @@ def sample_segment(
     series: Series,
     out: Array,
 ) -> None:
-    """State at `time` of the motion that starts with a segment, into `out`, shape (7,).
+    """Write the state at `time` on a segment into `out`, shape (7,).
 
-    `straight` says that the segments are the stepped solver's straight pieces.
+    `straight`: whether the segments are the straight pieces of the stepped solver.
     """
     segment = segments[row]
     for i in range(body.SIZE):
@@ -66,10 +66,10 @@ def sample(
     series: Series,
     out: Array,
 ) -> None:
-    """State of each of n balls at its own time, times[i], into `out`, shape (n, 7).
+    """Write the state of each of n balls at its time, times[i], into `out`, shape (n, 7).
 
-    Ball i's segments are the rows rows[i] to last[i] of `segments`. rows[i] is moved on to the
-    segment in use: from call to call a ball's time must not decrease. `series` is work space.
+    Ball i has the rows from rows[i] up to last[i] (excluded) of `segments`. rows[i] is set to the
+    segment in use, so a ball's time must not decrease from call to call. `series` is work space.
     """
     for i in range(len(times)):
         row = rows[i]

@@ -1,9 +1,10 @@
-"""How sure a drop is: two tangents taken along the log of its trace, event by event.
+"""Estimates how certain a drop is, by two tangents that are carried along the log of its trace.
 
-One is the change of the path per metre that the start moves. The other is an error: it begins as
-the start's rounding, and at each event grows by the rounding there, always in the direction in
-which it already points. So it knows of what a contact phase makes the ball forget, and of what it
-cannot. Both are first-order: they say nothing once the error is as large as a ball.
+The first is the change of the path per metre by which the start moves. The second is an error: it
+begins as the start's rounding, and at each event grows by the rounding of that event, in the
+direction in which it already points. A contact phase can make a ball forget earlier errors, but not
+later ones; only the second tangent shows this. Both are first-order, and say nothing if the error
+is as large as a ball.
 """
 
 from math import copysign, sqrt
@@ -45,12 +46,10 @@ ERROR = 1
 TANGENTS = 2
 
 ROUNDING = 2.220446049250313e-16
-"""Relative rounding of an event, 2^-52: two results that are each off by half a unit."""
+"""Relative rounding of an event, 2^-52: two results, each rounded by half a unit."""
 
 
 class Space(NamedTuple):
-    """Work space for one drop."""
-
     series: Series
     variation: Series
     tangents: Array  # (TANGENTS, TANGENT_SIZE)
@@ -60,7 +59,7 @@ class Space(NamedTuple):
 
 
 def new_space() -> Space:
-    """Work space full of zeros, where the tangents and delays begin."""
+    """Work space of zeros, the initial values of tangents and delays."""
     return Space(
         new_series(),
         np.zeros((tangent.VARIATION_ROWS, contact.ORDER + 1)),
@@ -73,7 +72,7 @@ def new_space() -> Space:
 
 @inner_kernel
 def _part(board: BoardArrays, wall: int, x: float, y: float) -> int:
-    """The item of a wall that a ball at (x, y) touches: its line, or one of its ends."""
+    """The item of a wall that a ball at (x, y) touches: the line or one of its ends."""
     line = board.peg_count + 3 * wall
     row = board.items[line]
     foot = (x - row[surface.X]) * row[surface.TX] + (y - row[surface.Y]) * row[surface.TY]
@@ -86,7 +85,7 @@ def _part(board: BoardArrays, wall: int, x: float, y: float) -> int:
 
 @inner_kernel
 def _rates_of(board: BoardArrays, segment: Array, state: Array, rates: Array) -> None:
-    """Rates of `state` under a segment's law, into `rates`."""
+    """Write the rates of `state` under a segment's law into `rates`."""
     if segment[event_log.ITEM] < 0.0:
         flight_rates(state[body.VX], state[body.VY], board.gravity, board.drag, rates)
         return
@@ -111,7 +110,7 @@ def _rates_of(board: BoardArrays, segment: Array, state: Array, rates: Array) ->
 def _take_along(
     board: BoardArrays, segment: Array, s: float, series: Series, variation: Series, tangents: Array
 ) -> None:
-    """Move the tangents along a segment of s seconds."""
+    """Carry the tangents through a segment of s seconds."""
     if segment[event_log.ITEM] < 0.0:
         for i in range(TANGENTS):
             through_flight(tangents[i], board.drag, s)
@@ -141,8 +140,11 @@ def _contact_delay(
     kind: int,
     vector: Array,
 ) -> float:
-    """How much later the end of a stretch of sustained contact comes, s per unit of the tangent."""
-    if int(segment[event_log.MODE]) == contact.HELD:  # the spin vanishes
+    """Delay of the end of a contact segment, in s per unit of the tangent.
+
+    The end is where one quantity is zero: the delay is minus its change over its rate.
+    """
+    if int(segment[event_log.MODE]) == contact.HELD:  # the spin becomes zero
         return float(-vector[tangent.DOMEGA] / segment[event_log.SLIP_SIGN])
     item = int(segment[event_log.ITEM])
     bend = curvature(board.items, item)
@@ -154,18 +156,18 @@ def _contact_delay(
     change = vector[tangent.DVY] * nx - vector[tangent.DVX] * ny
     if (
         kind == KIND_CONTACT_CHANGE and int(following[event_log.ITEM]) != item
-    ):  # at a place: a line's end
+    ):  # at a fixed position, a line's end
         return -along / u if u != 0.0 else 0.0
     rate = rates[tangent.DVY] * nx - rates[tangent.DVX] * ny
-    # Of the normal force, per second and per unit of the tangent.
+    # Changes of the normal force, per second and per unit of the tangent.
     slope = -board.gravity * bend * u * nx - 2.0 * bend * u * rate
     offset = -board.gravity * bend * along * nx - 2.0 * bend * u * change
     if (
         kind == KIND_CONTACT_CHANGE and int(segment[event_log.MODE]) == contact.SLIDING
-    ):  # the slip vanishes
+    ):  # the slip becomes zero
         slope = rate - board.radius * rates[tangent.DOMEGA]
         offset = change - board.radius * vector[tangent.DOMEGA]
-    elif kind == KIND_CONTACT_CHANGE:  # rolling takes all of the friction there is
+    elif kind == KIND_CONTACT_CHANGE:  # rolling needs all friction that Coulomb's law allows
         sign = following[event_log.SLIP_SIGN]
         share = 3.0 * friction_of(board, item)
         slope = share * slope + sign * (board.gravity * bend * u * ny + board.drag * rate)
@@ -175,7 +177,7 @@ def _contact_delay(
 
 @inner_kernel
 def _add_rounding(vector: Array, state: Array, nx: float, ny: float) -> None:
-    """Add an event's rounding: of the place along the surface, of velocity and of spin."""
+    """Add an event's rounding: of the position along the surface, of velocity and of spin."""
     along = vector[tangent.DY] * nx - vector[tangent.DX] * ny
     place = copysign(ROUNDING * (abs(state[body.X]) + abs(state[body.Y])), along)
     vector[tangent.DX] -= place * ny
@@ -196,10 +198,11 @@ def _bounce(
     tangents: Array,
     delays: Array,
 ) -> None:
-    """Take the tangents through an impact on `item`; `state` is the one before it.
+    """Carry the tangents through an impact on `item`; `state` is the one before it.
 
-    They are then those of the state at the event, `delays` later. A ball that comes back to the
-    surface it left does so exactly, as its root is divided out: only then no rounding leads across.
+    The tangents then belong to the state at the event, which comes `delays` later. The error also
+    grows by a rounding across the surface, unless the ball returns to the surface `left`: its root
+    at the start was divided out, so its distance to that surface has no rounding.
     """
     side = side_of(board.items, item, state[body.X], state[body.Y])
     nx, ny, _, _ = touch(board.items, board.radius, item, side, state[body.X], state[body.Y])
@@ -221,7 +224,10 @@ def _bounce(
 
 @inner_kernel
 def _forget_place(board: BoardArrays, segment: Array, tangents: Array) -> None:
-    """Two surfaces have stopped the ball: neighbours stop there too, whatever their way was."""
+    """Set the tangents to zero, except the spin's, if two surfaces have stopped the ball.
+
+    Balls from neighbouring starts stop at the same place.
+    """
     if segment[event_log.ITEM] < 0.0 or segment[body.VX] != 0.0 or segment[body.VY] != 0.0:
         return
     for i in range(TANGENTS):
@@ -236,7 +242,7 @@ def _forget_place(board: BoardArrays, segment: Array, tangents: Array) -> None:
 
 @inner_kernel
 def _put_behind(event: Array, state: Array) -> None:
-    """Make `state` the one right after an impact."""
+    """Set `state` to the one right after an impact."""
     state[body.X] = event[1]
     state[body.Y] = event[2]
     state[body.VX] = event[3]
@@ -264,10 +270,10 @@ def sensitivity(
     space: Space,
     out: Array,
 ) -> None:
-    """How far the place of each event moves, into `out`, shape (events, 2).
+    """Write how far the position of each event moves into `out`, shape (events, 2).
 
-    The first column is per metre that the start moves in x, the second the estimated error in m of
-    the place, which at the start is `start_rounding`. `space` comes fresh from `new_space`.
+    The first column is per metre by which the start moves in x. The second is the estimated error
+    of the position in m, which is `start_rounding` at the start. `space` must be a new one.
     """
     series, variation, tangents, rates, delays, state = space
     tangents[PATH, tangent.DX] = 1.0
@@ -281,7 +287,7 @@ def sensitivity(
         following = segment if last else segments[k + 1]
         in_flight = segment[event_log.ITEM] < 0.0
         _forget_place(board, segment, tangents)
-        # From the state at the last event to the state at the time of the segment's start.
+        # Tangents at the last event, which is delayed, become tangents at a fixed time.
         _rates_of(board, segment, segment, rates)
         for i in range(TANGENTS):
             shift(tangents[i], rates, -delays[i])
@@ -307,7 +313,7 @@ def sensitivity(
                 _write(tangents, out[at])
                 return
             if kind < KIND_CONTACT_BEGIN:
-                if not first:  # at the instant of the impact before
+                if not first:  # at the same time as the impact before
                     flight_rates(state[body.VX], state[body.VY], board.gravity, board.drag, rates)
                     for i in range(TANGENTS):
                         shift(tangents[i], rates, -delays[i])

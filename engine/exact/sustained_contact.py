@@ -1,4 +1,4 @@
-"""Sustained contact in the exact solver: a ball rolls or slides on a peg or wall until its end."""
+"""Follows a contact phase: a ball rolls or slides on a peg or wall until that ends."""
 
 import numpy as np
 import numpy.typing as npt
@@ -25,15 +25,15 @@ from engine.physics.surface import curvature, side_of, touch
 from engine.physics.time_of_impact import NO_HIT
 
 # Why a contact ended.
-LEFT = 0  # the normal force vanished
-OFF = 1  # there was none from the start
-HIT = 2  # it touched another surface
+LEFT = 0  # the normal force became zero
+OFF = 1  # there was no normal force from the start
+HIT = 2  # the ball touched another surface
 LANDED = 3
 AT_REST = 4
 OUT_OF_TIME = 5
 OUT_OF_EVENTS = 6
 OUT_OF_BOARD = 7
-# What happens within a contact.
+# Causes for which the contact goes on.
 STEP_END = 8
 MODE_CHANGED = 9
 ROLLED_OVER = 10
@@ -49,9 +49,10 @@ def start_series(
     mode: int,
     slip_sign: float,
 ) -> None:
-    """Series of the motion on `item` from `state` on; the same bits whenever it is made again.
+    """Compute the series of the motion on `item` from `state` on.
 
-    For a ball that is HELD, `slip_sign` is how fast its spin changes, in rad/s^2.
+    The bits depend only on the arguments, so a segment of the log gives the same motion again. For
+    a ball that is HELD, `slip_sign` is the rate of its spin, in rad/s^2.
     """
     nx, ny, _, _ = touch(board.items, board.radius, item, side, state[body.X], state[body.Y])
     series[contact.NORMAL_X, 0] = nx
@@ -81,7 +82,7 @@ def start_series(
 def advance_contact(
     board: BoardArrays, series: Series, state: npt.NDArray[np.float64], item: int, s: float
 ) -> None:
-    """Move the state along its series by s."""
+    """Move the state along its series by s seconds."""
     x, y = position(board, series, item, state[body.X], state[body.Y], s)
     u = value(series[contact.SPEED], s)
     state[body.T] += s
@@ -102,10 +103,12 @@ def _first_touch_of_others(
     beside: int,
     horizon: float,
 ) -> tuple[float, int, float]:
-    """First surface touched within the horizon: time (horizon if none), item (-1) and side."""
+    """The first other surface touched: time, item and side; horizon and -1 if there is no touch."""
     best = horizon
     hit = -1
     hit_side = 0.0
+    # In a step the ball moves at most `travel`, so the cell at the middle of its chord lists all
+    # surfaces that it can touch.
     x, y = position(board, series, item, state[body.X], state[body.Y], horizon)
     cell = cell_of(board, 0.5 * (state[body.X] + x), 0.5 * (state[body.Y] + y))
     for k in range(board.starts[cell], board.starts[cell + 1]):
@@ -138,7 +141,7 @@ def _belongs(board: BoardArrays, item: int, other: int) -> bool:
 def _surface_change(
     board: BoardArrays, series: Series, state: npt.NDArray[np.float64], item: int, horizon: float
 ) -> tuple[float, int]:
-    """When the ball rolls over from a line to its end or back, and onto which item; or NO_HIT."""
+    """When the ball passes from a line to its end or back, or NO_HIT; and onto which item."""
     row = board.items[item]
     if row[surface.DISTANCE] == 0.0:
         s, end = line_end_time(board, series, item, state[body.X], state[body.Y], horizon)
@@ -159,11 +162,15 @@ def _next_cause(
     beside: int,
     fresh: bool,
 ) -> tuple[float, int, int, float]:
-    """What comes first on this stretch: its time, the cause, and a surface with a side.
+    """The first cause that ends this stretch: its time, the cause, and a surface with a side.
 
-    For MODE_CHANGED the last value is the sign of the slip that begins, 0 if slipping ends. Of
-    causes at the same instant the one asked first counts. `fresh` says that the mode has changed
-    at this very instant: it does not change again before time has passed.
+    For MODE_CHANGED the last value is the sign of the slip that begins, 0 if slipping ends.
+
+    At equal times the order of the tests decides: touch, landing, leaving, passing to another part
+    of the wall, change of mode. Each later search ends at the time found before, so a later cause
+    must come strictly earlier. `fresh` means that the mode has changed at this same time. It does
+    not change again before time has passed, because rounding at the friction limit could change it
+    for ever.
     """
     h = step_length(series, board.radius, board.travel)
     s, hit, hit_side = _first_touch_of_others(board, series, state, item, beside, h)
@@ -211,14 +218,19 @@ def follow_contact(
 ) -> tuple[int, int, float, int, float, int]:
     """Move a ball that lies on `item` until its contact phase ends.
 
-    skip: how many roots the slip has at the start of the stretch by what went before: none
-    (computed), one (it is zero: an impact stopped it), two (a rolling ball just began to slip, in
-    the direction slip_sign). beside: another surface that the ball touches and does not move into,
-    or NONE. Returns the cause, the surface and side it was on last, the surface and side that it
-    hit if it hit one, and `beside`; for OUT_OF_EVENTS skip and slip_sign to go on with.
+    skip: the order of the slip's root at the start. 0: no root, the slip is computed. 1: the slip
+    is zero, because an impact stopped it. 2: its rate is zero too, because a rolling ball has just
+    begun to slip in the direction slip_sign. beside: another surface that the ball touches and does
+    not move into, or NONE.
+
+    Returns the cause, the surface and side that the ball was on last, the surface and side that it
+    hit, if it hit one, and `beside`. For OUT_OF_EVENTS, skip and slip_sign take the place of the
+    surface hit, so that the caller can continue.
     """
     fresh = False
     while True:
+        # Not if `fresh`: that is not among the columns of `initial`, so the bits of a drop that is
+        # continued here would differ.
         if log.counts[event_log.EVENTS] >= event_limit and not fresh:
             return OUT_OF_EVENTS, item, side, skip, slip_sign, beside
         if not state[body.T] <= max_time:
@@ -269,10 +281,10 @@ def follow_contact(
 
 @inner_kernel
 def _has_stopped(board: BoardArrays, u: float) -> bool:
-    """Whether a ball that rolls or slips along level ground at u m/s gets nowhere any more.
+    """Whether a ball that moves along a level surface at u m/s has stopped, within rounding.
 
-    It has u / k to go, or 3 u / 2 k if it rolls; nowhere is what rounding would take from a length
-    the size of the ball.
+    Drag lets it go on by u / k, or by 3 u / 2 k if it rolls. It has stopped if adding that to the
+    ball's radius does not change the radius.
     """
     if u == 0.0 or board.drag == 0.0:
         return u == 0.0

@@ -1,4 +1,9 @@
-"""The exact solver: closed-form flight, the next impact found to the last bits, impulse, repeat."""
+"""Follows balls from their start to the end of their drops.
+
+A drop alternates three phases: flight and bounces (free_flight.py), sustained contact
+(sustained_contact.py), and the meeting of a second surface (two_contacts.py). Each returns the
+cause of its end, which decides the next phase.
+"""
 
 import numpy as np
 import numpy.typing as npt
@@ -44,12 +49,12 @@ def trace_many(
     bins: npt.NDArray[np.int32],
     impacts: npt.NDArray[np.int32],
 ) -> None:
-    """Follow each ball from its row of `states`, shape (n, 7), changed in place, until it ends.
+    """Follow each ball from its row of `states`, shape (n, 7), to the end of its drop.
 
-    initial, shape (n, COLUMNS), says where in its drop the ball is by then. Writes down how each
-    drop ended, its bin, -1 if it did not land, and its number of impacts, all of shape (n,).
-    `series` is work space. One function for one ball and for many: the machine code of all of a
-    drop is then made once.
+    `states` is changed in place. initial, shape (n, COLUMNS), says in which phase each ball is.
+    Writes each drop's outcome, bin (-1 if the ball did not land) and number of impacts into arrays
+    of shape (n,). `series` is work space. There is one kernel for one ball and for many, so that
+    the code of a drop is compiled only once.
     """
     for i in range(len(states)):
         event_limit = log.counts[event_log.EVENTS] + max_events
@@ -72,8 +77,8 @@ def follow(
 ) -> int:
     """Follow one ball from `state`, changed in place, and from `place`, its row of `initial`.
 
-    Returns how its drop ended. One that ended with EVENT_LIMIT can be gone on with: `place` says
-    from where, and the bits are those of a drop that was never interrupted.
+    Returns the drop's outcome. After EVENT_LIMIT the drop can be continued from `state` and
+    `place`, with the same bits as without the interruption.
     """
     item = int(place[initial_state.HIT])
     side = float(place[initial_state.HIT_SIDE])
@@ -131,7 +136,7 @@ def follow(
             how = next_impact.BOUNCED
         elif end == two_contacts.LIFTS:
             how = next_impact.LIFTED
-            if log.counts[event_log.EVENTS] == noted:  # an impact ends a contact by itself
+            if log.counts[event_log.EVENTS] == noted:  # an impact already marks a contact's end
                 note_event(log, state, KIND_CONTACT_END, surface_index(board, item))
         elif end == two_contacts.LIES_STILL:
             outcome = WEDGED
@@ -148,7 +153,7 @@ def follow(
 
 @inner_kernel
 def _ends_in_flight(cause: int) -> int:
-    """How a drop ends whose flight ended so, RUNNING if it does not."""
+    """The outcome of a drop whose flight ended by this cause; RUNNING if the drop goes on."""
     if cause == free_flight.AT_BINS:
         return LANDED
     if cause == free_flight.OUT_OF_EVENTS:
@@ -164,7 +169,7 @@ def _ends_in_flight(cause: int) -> int:
 
 @inner_kernel
 def _ends_in_contact(cause: int) -> int:
-    """How a drop ends whose contact ended so, RUNNING if it does not."""
+    """The outcome of a drop whose contact ended by this cause; RUNNING if the drop goes on."""
     if cause == sustained_contact.LANDED:
         return LANDED
     if cause == sustained_contact.AT_REST:

@@ -1,14 +1,15 @@
 """A ball that meets a second surface while it touches a first: impulses in turn, then a decision.
 
-    approach   the ball strikes whichever surface it approaches, in the order of items, until it
-               approaches neither by more than DYING_BOUNCE
-    part       it leaves a surface faster than that: it is off it, and flies or stays on the other
-    rest       it leaves neither, or is too slow to rise by more than rounding: it has stopped in
-               the notch, and `rest_in_notch` decides
+    approach   The ball strikes each surface that it approaches faster than DYING_BOUNCE, the lower
+               number first, until it approaches neither.
+    part       If it leaves a surface faster than DYING_BOUNCE, it is off that surface, and flies or
+               stays on the other.
+    rest       If it leaves neither, or is too slow to rise by more than rounding, it has stopped
+               in the notch, and `rest_in_notch` decides.
 
-Each impulse lowers the energy by (1 - e^2) w^2 / 2 or more, w > DYING_BOUNCE being the speed of
-approach, and there are MOST_IMPULSES at most. A ball that is still approaching then is jammed
-between surfaces that are all but parallel, and stops.
+Each impulse at an approach speed w > DYING_BOUNCE lowers the energy by at least (1 - e^2) w^2 / 2,
+and there are at most MOST_IMPULSES. A ball that still approaches then is jammed between nearly
+parallel surfaces, and stops.
 """
 
 import numpy as np
@@ -34,16 +35,17 @@ from engine.physics.two_contacts import (
 State = npt.NDArray[np.float64]
 
 MOST_IMPULSES = 1000
-"""At one meeting. Without friction, normals at an angle phi to being opposite bring a plastic ball
-from 1 m/s to a stop in ln(1e8) / -ln(cos phi) impulses: 1000 suffice from 11 degrees on."""
+"""Impulses of one meeting. Without friction, between plastic surfaces whose normals are an angle
+phi short of opposite, a ball is slowed from 1 m/s to DYING_BOUNCE by ln(1e8) / -ln(cos phi)
+impulses: 1000 suffice for 11 degrees and more."""
 
 STOPPED = 8.0 * DYING_BOUNCE
-"""m/s. A ball that leaves neither surface and is no faster than this has stopped."""
+"""m/s. A ball at a meeting that is at most this fast has stopped."""
 
 # What the ball does next.
-FLIES = 0  # off both, having bounced
-LIFTS = 1  # off both, without speed off the one named
-STAYS = 2  # on the surface named
+FLIES = 0  # bounces off both surfaces
+LIFTS = 1  # leaves both, without a speed off the surface returned
+STAYS = 2  # rolls or slides on the surface returned
 LIES_STILL = 3
 
 
@@ -51,10 +53,10 @@ LIES_STILL = 3
 def meet(
     board: BoardArrays, state: State, a: int, a_side: float, b: int, b_side: float, log: Log
 ) -> tuple[int, int, float, int, int]:
-    """A ball that touches a meets b, now. `state` is changed in place, events are noted.
+    """A ball that touches a meets b. Changes `state` in place and logs the events.
 
-    Returns what the ball does next, the surface and side that this names, the other surface where
-    the ball still touches it, else NONE, and how many roots the slip has (`follow_contact`).
+    Returns what the ball does next, a surface and its side, the other surface (NONE if the ball no
+    longer touches it), and the order of the slip's root (see `follow_contact`).
     """
     last = b
     sticks = False
@@ -81,8 +83,8 @@ def meet(
     if off_a > DYING_BOUNCE and off_b > DYING_BOUNCE:
         return FLIES, last, last_side, other, 0
     if off_a <= DYING_BOUNCE and off_b <= DYING_BOUNCE:
-        # The normals are all but parallel. The ball passes from one surface to the other, or has
-        # no way to go.
+        # The normals are nearly parallel: the ball passes from one surface to the other, or is
+        # stuck.
         if _slides_off(board, state, a, a_side, b, b_side):
             return _stay(board, state, a, a_side, b, 0, log)
         if _slides_off(board, state, b, b_side, a, a_side):
@@ -109,7 +111,7 @@ def _speed_off(board: BoardArrays, state: State, item: int, side: float) -> floa
 
 @inner_kernel
 def _strike(board: BoardArrays, state: State, item: int, side: float, log: Log) -> bool:
-    """An impact on `item`; whether friction stopped the slip there."""
+    """Apply an impact on `item`; returns whether friction stopped the slip."""
     x, y, vx, vy, omega, _, _, sticks = rebound(
         board.items, item, side, state[body.X], state[body.Y], state[body.VX], state[body.VY],
         state[body.OMEGA], board.radius, restitution_of(board, item), friction_of(board, item),
@@ -133,7 +135,7 @@ def _stop(state: State) -> None:
 def _slides_off(
     board: BoardArrays, state: State, item: int, side: float, other: int, other_side: float
 ) -> bool:
-    """Whether the ball, moving along `item`, does not move into `other`."""
+    """Whether the ball's motion along `item` does not lead into `other`."""
     nx, ny = _normal(board, state, item, side)
     other_x, other_y = _normal(board, state, other, other_side)
     u = state[body.VY] * nx - state[body.VX] * ny
@@ -142,9 +144,9 @@ def _slides_off(
 
 @inner_kernel
 def _is_slow(board: BoardArrays, state: State) -> bool:
-    """Whether the ball has no speed left, or would not rise by more than its place's rounding.
+    """Whether the ball has stopped: slower than STOPPED, or too slow to rise by more than rounding.
 
-    Slower still, it would bounce between two surfaces for ever, driven by that rounding.
+    A slower ball would bounce between the two surfaces for ever, driven by its position's rounding.
     """
     vv = state[body.VX] * state[body.VX] + state[body.VY] * state[body.VY]
     height = PLACE_ROUNDING * (abs(state[body.X]) + abs(state[body.Y]))
@@ -155,7 +157,7 @@ def _is_slow(board: BoardArrays, state: State) -> bool:
 def _stay(
     board: BoardArrays, state: State, item: int, side: float, other: int, roots: int, log: Log
 ) -> tuple[int, int, float, int, int]:
-    """The ball moves along `item` alone: it stays there if it is pressed on, else it lifts off."""
+    """The ball continues along `item`: it stays there if it is pressed on, and lifts off if not."""
     nx, ny = _normal(board, state, item, side)
     vx, vy = state[body.VX], state[body.VY]
     u = vy * nx - vx * ny
@@ -171,7 +173,10 @@ def _stay(
 def _rest(
     board: BoardArrays, state: State, a: int, a_side: float, b: int, b_side: float, log: Log
 ) -> tuple[int, int, float, int, int]:
-    """A ball at rest in the notch: what it does once friction has had its part."""
+    """A ball at rest in the notch: friction stops its spin, then it rests, falls or goes on.
+
+    The result is that of `meet`.
+    """
     ax, ay = _normal(board, state, a, a_side)
     bx, by = _normal(board, state, b, b_side)
     friction_a = friction_of(board, a)
@@ -204,7 +209,7 @@ def _rest(
 def _spin_down(
     board: BoardArrays, state: State, item: int, side: float, brake: float, log: Log
 ) -> None:
-    """The ball spins in the notch until friction has stopped it."""
+    """Log the ball's spinning in the notch, and move `state` to when friction has stopped it."""
     omega = state[body.OMEGA]
     rate = -2.0 * brake / board.radius if omega > 0.0 else 2.0 * brake / board.radius
     note_segment(log, state, float(item), side, float(contact.HELD), rate)

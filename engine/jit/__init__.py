@@ -1,8 +1,8 @@
-"""The one decorator of every kernel, and the machine code that runs in a kernel's place.
+"""The decorator of every kernel, and the compiled code that runs in a kernel's place.
 
-Imports of the engine only constants and errors. Start with decorator.py, then machine_code.py,
-which runs the artifacts; in_place.py is of calls that are repeated. code_cache.py keeps what
-wasmtime compiles, limits.py ends calls that take too long. native.py loads the libraries of native
-code. webassembly.py and native_code.py make both of what llvm_module.py, which with
-kernel_compiler.py alone asks numba to compile, makes of kernels.
+Imports only constants and errors of the engine. Start with decorator.py, then machine_code.py,
+which runs the artifacts; in_place.py repeats calls, code_cache.py keeps what wasmtime compiles,
+limits.py ends calls that take too long. native.py loads libraries of native code. To make these
+files, llvm_module.py has numba compile kernels to LLVM code, and webassembly.py and native_code.py
+translate that.
 """

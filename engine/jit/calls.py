@@ -1,32 +1,32 @@
-"""What a kernel's machine code takes and gives, kind by kind, as an artifact says it."""
+"""The argument and result types of a kernel's machine code, as recorded in an artifact."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple, TypeAlias
 
 ARRAY: Final = 5
-"""Numbers that numba's code takes of an array ahead of its shape and strides."""
+"""Numbers that numba's code takes for an array, before its shape and strides."""
 
 HEAP: Final = 8
-"""Where in a module's memory stands where the arrays begin that kernels make themselves."""
+"""Address of the address from which on kernels allocate arrays."""
 
 STATUS: Final = 16
-"""Where numba's code of how a call ended is left: 4 bytes."""
+"""Address of numba's status code of the last call, 4 bytes."""
 
 BLOCK: Final = 4 * 65_536
-"""Where the block of a call begins, and its results behind it. LLVM's stack ends here."""
+"""Address of a call's arguments; its results follow them. LLVM's stack lies below."""
 
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A number or an array: its values' type as numpy names it, and an array's dimensions."""
+    """The type of a number or an array: numpy's name of the values' type, and the dimensions."""
 
     name: str  # f8, i8, b1 …
     dimensions: int | None = None  # None: a number
 
     @classmethod
     def read(cls, text: str) -> "Kind":
-        """Of "f8" for a number, "f8:2" for an array of two dimensions."""
+        """Parse "f8" for a number, "f8:2" for an array of two dimensions."""
         name, _, dimensions = text.partition(":")
         return cls(name, int(dimensions) if dimensions else None)
 
@@ -35,25 +35,24 @@ class Kind:
 
 
 Kinds: TypeAlias = "Kind | tuple[Kinds, ...]"
-"""A kind, or those of a tuple."""
+"""A kind, or the kinds of a tuple's parts."""
 
 
 class Call(NamedTuple):
-    """What a kernel takes, in order, and what it gives: None for nothing."""
+    """The kinds of a kernel's arguments, in order, and of its result; None for no result."""
 
     takes: tuple[Kinds, ...]
     gives: "Kinds | None"
 
     @classmethod
     def read(cls, form: dict[str, Any]) -> "Call":
-        """Of its JSON form."""
         return cls(
             tuple(map(_read, form["takes"])),
             None if form["gives"] is None else _read(form["gives"]),
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Its JSON form: of a tuple a list."""
+        """The JSON form; tuples become lists."""
         gives = None if self.gives is None else _written(self.gives)
         return {"takes": [_written(each) for each in self.takes], "gives": gives}
 
@@ -67,7 +66,7 @@ def _written(kinds: Kinds) -> Any:
 
 
 def leaves(kinds: Kinds) -> Iterator[Kind]:
-    """All kinds in a tuple, and in tuples in it, in order."""
+    """All kinds in nested tuples, in order."""
     if isinstance(kinds, Kind):
         yield kinds
         return
@@ -76,7 +75,7 @@ def leaves(kinds: Kinds) -> Iterator[Kind]:
 
 
 def flat(values: Sequence[Any]) -> Iterator[Any]:
-    """All that is in a tuple, and in tuples in it, in order."""
+    """All values in nested tuples, in order."""
     for each in values:
         if isinstance(each, tuple):
             yield from flat(each)
@@ -85,7 +84,7 @@ def flat(values: Sequence[Any]) -> Iterator[Any]:
 
 
 def block_format(takes: tuple[Kinds, ...]) -> str:
-    """Of the numbers in a block, as `struct` has it."""
+    """The format of a block's numbers for `struct`."""
     return "<" + "".join(map(_format, leaves(takes)))
 
 

@@ -1,8 +1,8 @@
-"""What wasmtime has compiled, kept for the user's next process: to read it takes a millisecond.
+"""A cache on disk of the modules that wasmtime has compiled; reading one takes a millisecond.
 
-A kept file is code that will run. It is read only if it is the user's own, nobody else may write to
-it or to its folder, and its digest is right; it is replaced as a whole. Anything else, such as a
-folder that cannot be written, only means that the module is compiled.
+A cached file is code that will run. It is used only if the user owns it and its folder, no one else
+may write to them, and its digest is right. Files are replaced atomically. If anything fails, such
+as writing to the folder, the module is compiled instead.
 """
 
 import os
@@ -18,19 +18,19 @@ from typing import Final
 import wasmtime
 
 MOST_FILES: Final = 32
-"""Of all versions; the oldest go. One takes 0.05 to 0.3 MB."""
+"""Files of all versions together, 0.05 to 0.3 MB each; the oldest are deleted."""
 
-_DIGEST = 32  # bytes of SHA-256 ahead of what was compiled
+_DIGEST = 32  # bytes of SHA-256 in front of the compiled module
 
 
 def folder() -> Path:
-    """Where files are kept."""
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache", "plinko")
 
 
 def module(engine: wasmtime.Engine, code: bytes) -> wasmtime.Module:
-    """The module of this code, which has its stamp in it; compiled, unless it is kept."""
-    with suppress(OSError, RuntimeError, wasmtime.WasmtimeError):  # no home; another processor
+    """The module of this code, from the cache or compiled."""
+    # OSError: no file, or not trusted; RuntimeError: no home; WasmtimeError: another processor.
+    with suppress(OSError, RuntimeError, wasmtime.WasmtimeError):
         return wasmtime.Module.deserialize(engine, _read(_file(code)))
     made = wasmtime.Module(engine, code)
     with suppress(OSError, RuntimeError):
@@ -43,7 +43,7 @@ def _file(code: bytes) -> Path:
 
 
 def _read(path: Path) -> bytes:
-    """What is kept in a file; OSError if it is not to be trusted."""
+    """The module in a cached file. Raises OSError if the file is not to be trusted."""
     _check(path.parent.lstat(), stat.S_ISDIR)
     opened = os.open(path, os.O_RDONLY | os.O_NOFOLLOW)
     with os.fdopen(opened, "rb") as file:
@@ -55,14 +55,14 @@ def _read(path: Path) -> bytes:
 
 
 def _check(found: os.stat_result, is_kind: Callable[[int], bool]) -> None:
-    """Raise OSError unless it is of the kind, the user's own, and nobody else may write to it."""
+    """Raise OSError unless the user owns it, no one else may write to it, and its kind is right."""
     is_own = hasattr(os, "geteuid") and found.st_uid == os.geteuid()
     if not (is_kind(found.st_mode) and is_own and not found.st_mode & 0o022):
         raise OSError("others may write to it")
 
 
 def _keep(path: Path, content: bytes) -> None:
-    """Replace a file, mode 0600."""
+    """Replace a file atomically, with mode 0600, and delete the oldest ones."""
     path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     _check(path.parent.lstat(), stat.S_ISDIR)
     descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=".")

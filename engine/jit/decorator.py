@@ -1,4 +1,4 @@
-"""The one decorator of every kernel, so that all of them are compiled under the same rules."""
+"""The decorators of kernels, so that all of them are compiled with the same options."""
 
 import os
 from collections.abc import Callable, Mapping
@@ -11,7 +11,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 SWITCH = "NUMBA_DISABLE_JIT"
-"""Numba's own variable: with 1 in it all kernels run as Python runs them. For tests."""
+"""Numba's environment variable; 1 makes all kernels run as Python. For tests."""
 
 
 def _is_off(environment: Mapping[str, str]) -> bool:
@@ -27,9 +27,9 @@ IS_OFF = _is_off(os.environ)
 
 
 class Kernel(Generic[P, T]):
-    """A function that is compiled into those that call it; Python runs it as Python.
+    """A function that is compiled into the kernels that call it; Python code runs it as Python.
 
-    `function` is the function itself. With `forceinline` its callers must contain it.
+    `function` is the undecorated function. `forceinline` makes the compiler inline it.
     """
 
     __name__: str
@@ -41,7 +41,6 @@ class Kernel(Generic[P, T]):
         self.forceinline = forceinline
 
     def __call__(self, *args: P.args, **given: P.kwargs) -> T:
-        """Run it as Python."""
         return self.function(*args, **given)
 
     def __repr__(self) -> str:
@@ -49,17 +48,17 @@ class Kernel(Generic[P, T]):
 
     @property
     def name(self) -> str:
-        """Where it is: `engine.exact.trace.trace_many`."""
+        """The full name, such as `engine.exact.trace.trace_many`."""
         return f"{self.__module__}.{self.__name__}"
 
 
 class EntryKernel(Kernel[P, T]):
-    """A kernel by which Python enters machine code."""
+    """A kernel that Python code calls to run machine code."""
 
     @cached_property
     def machine_code(self) -> Callable[..., T]:
-        """The artifact's. If the kernels have changed since that was made, what numba compiles, or
-        where there is no numba the function itself, which Python runs: slowly, with the same bits.
+        """The artifact's code. If the artifact is stale, numba compiles the kernel; without numba,
+        Python runs the function: slowly, with the same bits.
         """
         found = import_module("engine.jit.machine_code").entry(self)
         if found is None and find_spec("numba") is not None:
@@ -67,30 +66,29 @@ class EntryKernel(Kernel[P, T]):
         return self.function if found is None else cast("Callable[..., T]", found)
 
     def __call__(self, *args: P.args, **given: P.kwargs) -> T:
-        """Run its machine code."""
         return self.machine_code(*args, **given)
 
 
 def kernel(function: Callable[P, T]) -> Callable[P, T]:
-    """Compile `function`, which Python calls too, so that its bits do not depend on the machine.
+    """Compile `function`, which Python code may call, to the same bits on every machine.
 
-    No fastmath (it reorders sums and contracts a*b+c, which differs between processors), the GIL
-    released (batches use threads), IEEE division. It takes numbers, arrays and named tuples of
-    these, all by position.
-    With NUMBA_DISABLE_JIT=1 the function itself is returned: the same bits, slower.
+    Without fastmath, which reorders sums and contracts a*b+c, differently on each processor. With
+    IEEE division, and with the GIL released, as batches use threads. Arguments are numbers, arrays
+    and named tuples of these, by position only. With NUMBA_DISABLE_JIT=1, `function` is returned
+    unchanged: the same bits, slower.
     """
     return function if IS_OFF else cast("Callable[P, T]", EntryKernel(function))
 
 
 def inner_kernel(function: Callable[P, T]) -> Callable[P, T]:
-    """`kernel` for a function that only kernels call; called from Python it runs as Python."""
+    """`kernel` for a function that only kernels call; Python code runs it as Python."""
     return function if IS_OFF else cast("Callable[P, T]", Kernel(function))
 
 
 def lean_kernel(function: Callable[P, T]) -> Callable[P, T]:
-    """`inner_kernel` that leaves the compiler no choice but to put it into its callers.
+    """`inner_kernel` that the compiler must inline.
 
-    For innermost loops: there flights take a fifth less time. In large functions with many callers
-    it only costs compile time.
+    For functions in innermost loops: flights take a fifth less time. For large functions with many
+    callers it only costs compile time.
     """
     return function if IS_OFF else cast("Callable[P, T]", Kernel(function, forceinline=True))

@@ -1,4 +1,7 @@
-"""What a shared library of Linux asks of others and of its loader: these must ask for nothing."""
+"""Reads what a Linux shared library needs from its loader and from other libraries.
+
+The native kernels must need nothing, so that they run on every machine of their kind.
+"""
 
 import struct
 from collections.abc import Iterator
@@ -9,22 +12,21 @@ _SECTION = struct.Struct("<IIQQQQIIQQ")
 _SYMBOL = struct.Struct("<IBBHQQ")
 _ENTRY = struct.Struct("<qQ")
 
-_RELOCATIONS = {4, 9, 19}  # kinds of sections: RELA, REL, RELR
+_RELOCATIONS = {4, 9, 19}  # section types RELA, REL, RELR
 _DYNAMIC = 6
 _DYNAMIC_SYMBOLS = 11
-_NEEDED = 1  # an entry of the dynamic section: another library
-_FUNCTIONS_CALLED = {12, 13, 25, 26}  # and those that run when it is loaded, or unloaded
+# Entries of the dynamic section.
+_NEEDED = 1  # another library
+_FUNCTIONS_CALLED = {12, 13, 25, 26}  # functions that run on loading or unloading
 
 
 class Section(NamedTuple):
-    """Kind and content of a section."""
-
     kind: int
     content: bytes
 
 
 def sections(library: bytes) -> Iterator[Section]:
-    """All sections of a 64-bit little-endian ELF file; ValueError if it is none."""
+    """All sections. Raises ValueError unless it is a 64-bit little-endian ELF file."""
     if library[:6] != b"\x7fELF\x02\x01":
         raise ValueError(f"{library[:6]!r} is not how a library of 64 bits begins")
     header = _HEADER.unpack_from(library)
@@ -35,7 +37,7 @@ def sections(library: bytes) -> Iterator[Section]:
 
 
 def asks_for(library: bytes) -> list[str]:
-    """What the library needs besides its own bytes: relocations, imports, other libraries."""
+    """What the library needs in addition to its own bytes, in words; empty if nothing."""
     found = []
     for kind, content in sections(library):
         if kind in _RELOCATIONS and content:

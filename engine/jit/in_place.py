@@ -1,4 +1,4 @@
-"""Calls of kernels that are repeated on the same arrays, where these are copied once."""
+"""Repeated calls of a kernel on the same arrays, which are copied only once."""
 
 from collections.abc import Callable
 from importlib import import_module
@@ -13,32 +13,30 @@ class Call(Protocol):
     """A call of a kernel that is repeated on the same arrays."""
 
     def __call__(self) -> None:
-        """Run it; not again once it has raised."""
+        """Run the kernel. After an exception the call must not be repeated."""
 
     def view(self, array: Any) -> Any:
-        """Where the kernel works on one of the arrays: what is written there is what it reads."""
+        """The kernel's copy of one of the arrays, to be read and written between calls."""
 
 
 class _PlainCall:
-    """A `Call` of what works on Python's own arrays."""
+    """A `Call` of a function that works on the caller's arrays."""
 
     def __init__(self, function: Callable[..., Any], args: tuple[Any, ...]) -> None:
         self._function = function
         self._args = args
 
     def __call__(self) -> None:
-        """Run it."""
         self._function(*self._args)
 
     def view(self, array: Any) -> Any:
-        """The array itself."""
         return array
 
 
 def in_place(function: Callable[P, None], *args: P.args, **given: P.kwargs) -> Call:
-    """A call of a kernel with these arguments, to be repeated, whose arrays are copied only now.
+    """A repeatable call of a kernel with these arguments, whose arrays are copied only here.
 
-    For kernels that make no arrays of their own.
+    The kernel must not allocate arrays.
     """
     code: Callable[..., Any] = function
     if isinstance(function, EntryKernel):

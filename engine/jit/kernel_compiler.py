@@ -1,6 +1,6 @@
-"""Kernels as numba compiles them: for artifacts, and where it changed since those were made.
+"""Compiles kernels with numba: for the artifacts, and in a process whose artifacts are stale.
 
-Only here and in webassembly.py is numba asked for anything.
+In this package only this module, llvm_module.py and webassembly.py import numba.
 """
 
 from functools import cache
@@ -11,19 +11,18 @@ from numba.extending import typeof_impl
 
 from engine.jit.decorator import EntryKernel, Kernel
 
-_types: Any = types  # its types leave out what is used below
+_types: Any = types  # numba's annotations lack the names used below
 _njit: Any = njit
 
 RULES: dict[str, Any] = {"nogil": True, "fastmath": False, "error_model": "numpy"}
-"""What every kernel is compiled under; its bits rest on the last two."""
+"""Options for every kernel. Without the last two, results would differ between machines."""
 
 
 @cache
 def compiled(kernel: Kernel[Any, Any]) -> Any:
-    """The kernel as numba's function, which compiles when it is called.
+    """The kernel as numba's function, which compiles when it is first called.
 
-    Nothing is kept on disk: numba takes such code for fresh though it contains that of functions in
-    files which have changed.
+    Without numba's cache on disk: it does not notice changes in the files of inlined functions.
     """
     is_entry = isinstance(kernel, EntryKernel)
     return _njit(
@@ -37,5 +36,5 @@ def compiled(kernel: Kernel[Any, Any]) -> Any:
 
 @typeof_impl.register(Kernel)
 def _type_of_kernel(kernel: Kernel[Any, Any], _: Any) -> Any:
-    """A kernel that another one names is numba's function of it."""
+    """Let a kernel call another one: numba sees the compiled function."""
     return _types.Dispatcher(compiled(kernel))

@@ -1,7 +1,7 @@
-"""How much one call of a kernel may compute, where whoever runs the process limits it.
+"""Limits how much one call of a kernel may compute, in processes that serve others.
 
-Counted are instructions of WebAssembly, so that what is ended is the same on every machine, however
-busy. Code that counts takes a seventh longer: nothing is counted where nobody asked for it.
+The limit counts WebAssembly instructions, so that the same calls end on every machine, however busy
+it is. Counting takes a seventh more time, so it is off by default.
 """
 
 from collections.abc import Iterator
@@ -11,29 +11,28 @@ from threading import Event
 from typing import Final
 
 MOST: Final = 4_000_000_000
-"""Instructions in a call, where calls are limited: some 0.4 s. A frame of 500 balls takes a
-thousandth, and one of 300 that were put into one place three quarters."""
+"""Instructions in a limited call, some 0.4 s. A step of 500 balls takes a thousandth of that; a
+step of 300 balls that were all put into one place takes three quarters."""
 
 _limited: Final = Event()
 _most: Final[ContextVar[int]] = ContextVar("most", default=MOST)
 
 
 def limit_calls() -> None:
-    """From now on each call of a kernel ends after MOST instructions, with EffortError.
+    """End each later call of a kernel with EffortError after MOST instructions.
 
-    For a process that must go on whatever it is asked; to be said before the first call.
+    For a process that serves others. Must be called before the first call of a kernel.
     """
     _limited.set()
 
 
 def are_limited() -> bool:
-    """Whether calls are."""
     return _limited.is_set()
 
 
 @contextmanager
 def at_most(instructions: int) -> Iterator[None]:
-    """Calls in the block end after so many instead, where calls are limited."""
+    """Use another limit for the calls within the context; no effect if calls are not limited."""
     usual = _most.set(instructions)
     try:
         yield
@@ -42,5 +41,5 @@ def at_most(instructions: int) -> Iterator[None]:
 
 
 def most() -> int:
-    """Instructions that a call may take here and now."""
+    """Instructions that a call may take in the current context."""
     return _most.get()

@@ -1,9 +1,10 @@
-"""Modules of LLVM code of kernels, for whatever machine: what numba compiles, made to move.
+"""Turns kernels into LLVM modules for any machine, from the LLVM code that numba compiles.
 
-Numba compiles a function to LLVM code, which is about as good for any machine; LLVM, which is in
-numba's own wheel, can write it for another. What numba's code asks of its surroundings is little:
-to count the references of arrays, of which these functions make none, and a square root. Both are
-given here, the rest by what makes a module. Only here is known what numba's code looks like.
+Numba compiles a function to LLVM code that is nearly independent of the machine, and the LLVM in
+numba's dependency llvmlite can emit code for other machines. Numba's code calls few functions
+outside of it: reference counts of arrays, which these kernels do not need, and sqrt, floor and
+ceil. They are defined here; a target adds its own. Only this module depends on the form of numba's
+code.
 """
 
 import re
@@ -17,7 +18,7 @@ from numba import config, njit
 
 from engine.jit.kernel_compiler import RULES
 
-_llvm: Any = llvmlite.binding  # which has no types
+_llvm: Any = llvmlite.binding  # not annotated
 _njit: Any = njit
 _config: Any = config
 
@@ -44,26 +45,26 @@ define double @ceil(double %x) alwaysinline {
 
 @dataclass(frozen=True)
 class Export:
-    """A function of a module: what to compile, and numba's types of what it takes."""
+    """A function to compile and numba's types of its arguments."""
 
     function: Callable[..., Any]
     takes: tuple[Any, ...]
 
     def entry(self, name: str, native: Any) -> str:
-        """Code of a function by this name that calls numba's.
+        """LLVM code of a function with this name that calls numba's function `native`.
 
-        Numba's take two addresses before all others, for a result and for an error.
+        Numba's functions take two addresses before their arguments: for a result and for an error.
         """
         raise NotImplementedError
 
 
 def loads(kinds: list[str], place: Callable[[int], str]) -> str:
-    """Code that loads numbers %a0, %a1 … of these kinds; `place` says where each is."""
+    """LLVM code that loads values %a0, %a1 … of these types from the addresses `place(i)`."""
     return "".join(f"\n%a{i} = load {kind}, {place(i)}" for i, kind in enumerate(kinds))
 
 
 def target_machine(triple: str, **options: Any) -> Any:
-    """LLVM's machine that writes code for `triple`, as optimized as it can."""
+    """LLVM's target machine for `triple`, at its highest optimization level."""
     _llvm.initialize_all_targets()
     _llvm.initialize_all_asmprinters()
     return _llvm.Target.from_triple(triple).create_target_machine(opt=3, **options)
@@ -73,10 +74,10 @@ def optimized(
     exports: Mapping[str, Export], machine: Any, surroundings: str, *, simd: bool,
     rewritten: Callable[[str], str] = str,
 ) -> Any:  # fmt: skip
-    """A module with these functions, for a machine; `rewritten` changes numba's code before.
+    """An optimized LLVM module with these functions; `rewritten` edits numba's code first.
 
-    RuntimeError unless numba was told to leave its code as it is, by NUMBA_OPT=0: once optimized it
-    has places in it that were counted for addresses of eight bytes, and elsewhere they have four.
+    Raises RuntimeError unless NUMBA_OPT=0 keeps numba from optimizing: optimized code contains
+    offsets for addresses of eight bytes, and WebAssembly's have four.
     """
     if int(_config.OPT) != 0:
         raise RuntimeError(f"NUMBA_OPT is {int(_config.OPT)}: it must be 0, for code that can move")
@@ -86,7 +87,7 @@ def optimized(
         code_of_one = _parsed(rewritten(code), machine)
         entry = export.entry(name, code_of_one.get_function(native))
         _merge_with_others(code_of_one)
-        module.link_in(_parsed(entry, machine))  # first: what nobody asks for is left out
+        module.link_in(_parsed(entry, machine))  # first, as linking drops unreferenced functions
         module.link_in(code_of_one)
     _keep_inside(module, but=tuple(exports))
     _optimize(module, machine, simd)
@@ -95,7 +96,7 @@ def optimized(
 
 @cache
 def _compiled(export: Export) -> tuple[str, str]:
-    """Name and LLVM code of a function as numba compiles it, with all that it calls."""
+    """The name and LLVM code of a function that numba compiles, with all functions it calls."""
     compiled = _njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **RULES)(export.function)
     compiled.compile(export.takes)
     (made,) = compiled.overloads.values()
@@ -104,14 +105,14 @@ def _compiled(export: Export) -> tuple[str, str]:
 
 _OF_THE_MACHINE = re.compile(r'"(target-cpu|target-features|tune-cpu)"="[^"]*"')
 _HEADER = re.compile(r"^(target (triple|datalayout)|source_filename) = .*$", re.MULTILINE)
-_ERROR = re.compile(r'ptr @"?\.const\.picklebuf\.[^ ,]+')  # what an exception says
+_ERROR = re.compile(r'ptr @"?\.const\.picklebuf\.[^ ,]+')  # an exception's arguments
 _COUNTING = re.compile(
     r"^define [^\n]*@(NRT_incref|NRT_decref)\([^\n]*\{\n.*?^\}$", re.MULTILINE | re.DOTALL
 )
 
 
 def _parsed(code: str, machine: Any) -> Any:
-    """A module of LLVM code that was written for another machine."""
+    """Parse LLVM code that numba has written for this machine, as code for `machine`."""
     code = _COUNTING.sub(r"declare void @\1(ptr)", code)
     code = _ERROR.sub("ptr null", code)
     code = _OF_THE_MACHINE.sub("", _HEADER.sub("", code)).replace(" common ", " internal ")
@@ -126,14 +127,17 @@ def _header(machine: Any) -> str:
 
 
 def _merge_with_others(module: Any) -> None:
-    """What another module has too is to be there once; numba gives each function its own name."""
+    """Let the linker merge functions that several modules define.
+
+    Numba's names are unique, so functions with one name are the same.
+    """
     for each in module.functions:
         if not each.is_declaration and each.linkage.name != "internal":
             each.linkage = "linkonce_odr"
 
 
 def _keep_inside(module: Any, *, but: str | tuple[str, ...]) -> None:
-    """Nothing but some functions is to be known outside of the module."""
+    """Make all symbols internal, except the functions `but`."""
     kept = (but,) if isinstance(but, str) else but
     for each in (*module.functions, *module.global_variables):
         if not each.is_declaration and each.name not in kept:

@@ -1,10 +1,11 @@
-"""Runs kernels' machine code: WebAssembly of engine/artifact, compiled and run by wasmtime.
+"""Runs the kernels' machine code: the WebAssembly of engine/artifact, compiled by wasmtime.
 
-The code knows numbers and memory. So arrays are copied into the memory of a machine and back out
-again, and what it is called with is a block of eight bytes for each number that numba's code takes:
-of an array two addresses that are not used here, its counts of values and of bytes in each, its own
-address, shape and strides. A machine is of one thread at a time: there are as many as are needed.
-The arrays of a call that is repeated (`InPlace`) stay in the memory, and nothing is copied.
+WebAssembly code sees only numbers and its own memory. So arrays are copied into the memory of a
+`Machine` before a call and back after it. The arguments are a block with eight bytes for each
+number that numba's code takes. For an array these are two addresses (unused here), the number of
+values, the bytes of each, the array's address, its shape and its strides. Only one thread may use a
+machine at a time; more are created as needed. The arrays of a repeated call (`InPlace`) stay in
+the memory, so nothing is copied.
 """
 
 import atexit
@@ -29,24 +30,24 @@ ENGINE: Final = Path(__file__).parents[1]
 FOLDER: Final = ENGINE / "artifact"
 
 PAGE: Final = 65_536
-"""Bytes that a module's memory grows by."""
+"""Bytes of a page, the unit in which a module's memory grows."""
 
 _ADDRESS: Final = struct.Struct("<I")
 _STATUS: Final = struct.Struct("<i")
-_FINE: Final = (0, -2)  # of numba's codes: a result, or none
+_FINE: Final = (0, -2)  # numba's codes for success, with and without a result
 
 
 _alone: Final = Lock()
-"""Of the thread that reads or compiles modules: others wait for what it gets."""
+"""Lets only one thread read or compile modules; the others wait and then find the result."""
 
 _modules: Final[list["Module"]] = []
-"""All that were read."""
+"""All modules read, for `_let_go`."""
 
 
 def entry(kernel: EntryKernel[Any, Any]) -> Callable[..., Any] | None:
-    """The machine code of a kernel; None if no artifact has it.
+    """The machine code of a kernel; None if no artifact that is up to date has it.
 
-    Those of the engine are in engine/artifact; another's lies beside the file of its kernels.
+    The engine's artifacts are in engine/artifact; any other is next to the file of its kernels.
     """
     file = Path(kernel.function.__code__.co_filename)
     with _alone:
@@ -57,10 +58,7 @@ def entry(kernel: EntryKernel[Any, Any]) -> Callable[..., Any] | None:
 
 @cache
 def modules() -> dict[str, "Module"]:
-    """Name of each kernel that an artifact has: the module that it is in.
-
-    An artifact of other sources than those that are there is none.
-    """
+    """The module of each kernel, by the kernel's name. Stale artifacts are ignored."""
     found = {}
     for path in sorted(FOLDER.glob("*.wasm")):
         found.update(_read(path, stamp.current()))
@@ -69,7 +67,7 @@ def modules() -> dict[str, "Module"]:
 
 @cache
 def modules_beside(file: Path) -> dict[str, "Module"]:
-    """`modules` of the artifact beside a file of Python: of one name, made of it alone."""
+    """`modules` of the artifact next to a Python file, which has the same name."""
     path = file.with_suffix(".wasm")
     return _read(path, stamp.current_beside(file)) if path.exists() else {}
 
@@ -85,7 +83,7 @@ def _read(path: Path, made_from: dict[str, Any]) -> dict[str, "Module"]:
 
 
 class _Compiler(NamedTuple):
-    """What compiles modules, and whether their code counts its instructions."""
+    """wasmtime's engine, and whether the code that it compiles counts instructions."""
 
     engine: wasmtime.Engine
     counts: bool
@@ -95,21 +93,21 @@ class _Compiler(NamedTuple):
 def _compiler() -> _Compiler:
     counts = limits.are_limited()
     config = wasmtime.Config()
-    config.parallel_compilation = False  # by threads, which a process that is forked does not have
+    config.parallel_compilation = False  # its threads would not exist in a forked process
     config.consume_fuel = counts
     return _Compiler(wasmtime.Engine(config), counts)
 
 
 @atexit.register
 def _let_go() -> None:
-    """When Python ends: its objects are let go of by functions that are gone soon."""
+    """Release wasmtime's objects before Python exits: later, their destructors would be gone."""
     for module in _modules:
         module.close()
     _compiler.cache_clear()
 
 
 def _compiled(code: bytes) -> wasmtime.Module:
-    """A module for wasmtime; a process that computes for others keeps none on disk."""
+    """Compile a module; a process that computes for others does not use the cache on disk."""
     engine = _compiler().engine
     return (
         wasmtime.Module(engine, code) if native.is_forbidden() else code_cache.module(engine, code)
@@ -117,36 +115,35 @@ def _compiled(code: bytes) -> wasmtime.Module:
 
 
 class Module:
-    """A file of machine code, and the machines that run it. Compiled when it is first needed."""
+    """A file of machine code and the machines that run it; compiled when first needed."""
 
     def __init__(self, code: bytes, calls: dict[str, Any]) -> None:
         self.calls = {name: Call.read(call) for name, call in calls.items()}
         sizes = (_block(call.takes).size + _room(call.gives) for call in self.calls.values())
-        self.begin = BLOCK + max(sizes)  # of what is copied, behind any call's block and results
+        self.begin = BLOCK + max(sizes)  # of copied arrays, after any call's block and results
         self._code = code
         self._compiled: wasmtime.Module | None = None
         self._idle: list[Machine] = []
         self._repeated: WeakSet[InPlace] = WeakSet()
 
     def take(self) -> "Machine":
-        """A machine that nobody uses; for `give`, afterwards."""
+        """An idle machine, or a new one; the caller returns it with `give`."""
         try:
             return self._idle.pop()
         except IndexError:
             return self._new_machine()
 
     def give(self, machine: "Machine") -> None:
-        """Let others have it."""
+        """Return a machine for other calls."""
         self._idle.append(machine)
 
     def in_place(self, entry: "Entry", args: Sequence[Any]) -> "InPlace":
-        """A call to be repeated, with a machine of its own."""
         call = InPlace(self._new_machine(), entry, args)
         self._repeated.add(call)
         return call
 
     def close(self) -> None:
-        """Let go of what is wasmtime's."""
+        """Release wasmtime's objects."""
         self._idle.clear()
         self._compiled = None
         for call in self._repeated:
@@ -160,7 +157,7 @@ class Module:
 
 
 class Entry:
-    """A kernel of a module, to be called as the function is that it was made of."""
+    """A kernel of a module; takes the arguments of its Python function."""
 
     def __init__(self, module: Module, kernel: EntryKernel[Any, Any]) -> None:
         self._module = module
@@ -173,19 +170,18 @@ class Entry:
         self._form = None if gives is None else _form(gives, hint)
 
     def __call__(self, *args: Any) -> Any:
-        """Run it; TypeError for arrays of other types than its own."""
+        """Run the kernel. Raises TypeError if an array has another type."""
         machine = self._module.take()
         found = machine.run(self, args)
-        self._module.give(machine)  # one that a trap ended is not used again
+        self._module.give(machine)  # not after a trap, which leaves the machine in an unknown state
         return None if self._form is None else self._form(iter(found))
 
     def in_place(self, args: Sequence[Any]) -> "InPlace":
-        """A call with these arguments, to be repeated."""
         return self._module.in_place(self, args)
 
 
 def _form(kinds: Kinds, hint: Any) -> Callable[[Iterator[Any]], Any]:
-    """What makes a result of its values, its tuples named as the function says."""
+    """A function that makes a result from its values, with the named tuples of the type hint."""
     if isinstance(kinds, Kind):
         return next
     named = hasattr(hint, "_fields")
@@ -200,7 +196,7 @@ def _form(kinds: Kinds, hint: Any) -> Callable[[Iterator[Any]], Any]:
 
 
 def _dtypes(kinds: tuple[Kinds, ...]) -> list[tuple[Kind, Any]]:
-    """All kinds in a tuple, with numpy's types of arrays."""
+    """All kinds in a tuple, each with numpy's type of its array, None for a number."""
     return [(k, None if k.dimensions is None else np.dtype(k.name)) for k in leaves(kinds)]
 
 
@@ -209,11 +205,11 @@ def _block(takes: tuple[Kinds, ...]) -> struct.Struct:
 
 
 def _room(gives: "Kinds | None") -> int:
-    """Bytes of a result; for nothing numba leaves an address of nothing."""
+    """Bytes of a result; without one, numba still writes a null address."""
     return 8 if gives is None else sum(map(_size_given, leaves(gives)))
 
 
-# An array that is returned, in bytes: two addresses, two counts, its own address, shape, strides.
+# Offsets in a returned array: two addresses, two counts, the array's address, shape, strides.
 _OWN_ADDRESS = 24
 _SHAPE = 32
 
@@ -224,7 +220,7 @@ def _size_given(kind: Kind) -> int:
 
 
 class _Copy(NamedTuple):
-    """An array without gaps, from where to where it is in a machine's memory, and which it is."""
+    """A contiguous array, its begin and end in a machine's memory, and the caller's array."""
 
     array: Any
     begin: int
@@ -233,7 +229,7 @@ class _Copy(NamedTuple):
 
 
 class _Placed(NamedTuple):
-    """Values as numbers of a block, the arrays among them, and where these end."""
+    """Arguments as numbers of a block, the arrays among them, and the end of these in memory."""
 
     numbers: list[Any]
     copies: list[_Copy]
@@ -241,7 +237,7 @@ class _Placed(NamedTuple):
 
 
 class Machine:
-    """Memory, and the code that works on it."""
+    """An instance of a module with its memory, for one thread at a time."""
 
     def __init__(self, module: wasmtime.Module, begin: int) -> None:
         engine, self._counts = _compiler()
@@ -254,11 +250,11 @@ class Machine:
         self._exports: Any = wasmtime.Instance(self._store, module, imports).exports(self._store)
         self._view = memoryview(b"")
         self.begin = begin
-        self._board: Any = None  # a first argument whose arrays are in the memory, to stay
+        self._board: Any = None  # a first argument whose arrays stay in the memory between calls
         self._kept = _Placed([], [], begin)
 
     def run(self, entry: Entry, args: Sequence[Any]) -> list[Any]:
-        """The kernel's results, one by one; arrays that it may write to are as it left them."""
+        """Run the kernel; returns the values of its result. Writable arrays are copied back."""
         first = self._placed_first(entry, args[0])
         rest = _placed(entry.name, entry.rest, flat(args[1:]), first.end)
         copies = first.copies + rest.copies
@@ -272,7 +268,7 @@ class Machine:
         return _results(entry.gives, memory, BLOCK + entry.block.size)
 
     def write(self, entry: Entry, placed: _Placed) -> memoryview:
-        """Put a call's block and its arrays into the memory, which is returned."""
+        """Write a call's block and its arrays; returns the memory."""
         memory = self._all_memory(placed.end)
         for copy in placed.copies:
             memory[copy.begin : copy.end] = copy.array.data.cast("B")
@@ -281,9 +277,9 @@ class Machine:
         return memory
 
     def call(self, name: str) -> memoryview:
-        """Run the function of this name on what is in the memory, which is returned.
+        """Run a function on the arguments in the memory; returns the memory.
 
-        Raises EffortError where it takes longer than it may.
+        Raises EffortError if calls are limited and this one reaches its limit.
         """
         most = limits.most()
         if self._counts:
@@ -297,14 +293,16 @@ class Machine:
                 f"too much to compute: {name.rpartition('.')[2]} has not ended after {most:,} "
                 "instructions"
             ) from None
-        memory = self._all_memory(0)  # it may have grown
+        memory = self._all_memory(0)  # the call may have grown it
         (status,) = _STATUS.unpack_from(memory, STATUS)
         if status not in _FINE:
             raise RuntimeError(f"{name} ended with numba's code {status}")
         return memory
 
     def _placed_first(self, entry: Entry, value: Any) -> _Placed:
-        """The first argument; a tuple of locked arrays, as a board is, stays for the next call."""
+        """The first argument. A tuple of read-only arrays, such as a board, is not copied again if
+        the next call has the same one.
+        """
         if value is self._board:
             return self._kept
         placed = _placed(entry.name, entry.first, flat((value,)), self.begin)
@@ -316,7 +314,7 @@ class Machine:
         return placed
 
     def _all_memory(self, size: int) -> memoryview:
-        """All of the memory, which has at least so many bytes then; it moves when it grows."""
+        """All of the memory, grown to at least `size` bytes; growing may move it."""
         length = self._memory.data_len(self._store)
         if size > length:
             self._memory.grow(self._store, -(-(size - length) // PAGE))
@@ -329,9 +327,9 @@ class Machine:
 
 
 class InPlace:
-    """A call that is repeated: its arguments are in the memory of a machine of its own, to stay.
+    """A repeatable call with a private machine, in whose memory the arguments stay.
 
-    For kernels that return nothing and make no arrays, in one thread at a time.
+    For kernels that return nothing and allocate no arrays; one thread at a time.
     """
 
     def __init__(self, machine: Machine, entry: Entry, args: Sequence[Any]) -> None:
@@ -342,15 +340,15 @@ class InPlace:
         self._places = {id(copy.given): copy for copy in placed.copies}
 
     def view(self, array: Any) -> Any:
-        """The place in the memory of one of the arrays that the call was made with.
+        """The copy in the memory of one of the arrays that the call was made with.
 
-        Not to be kept for longer than the call.
+        It must not outlive the call.
         """
         begin = self._places[id(array)].begin
         return np.ndarray(array.shape, array.dtype, self._memory, begin)
 
     def __call__(self) -> None:
-        """Run the kernel; not again once it has raised."""
+        """Run the kernel. After an exception the call must not be repeated."""
         assert self._machine is not None
         machine, self._machine = self._machine, None
         if machine.call(self._name) is not self._memory:
@@ -358,14 +356,13 @@ class InPlace:
         self._machine = machine
 
     def close(self) -> None:
-        """Let go of the machine."""
         self._machine = None
 
 
 def _placed(
     name: str, kinds: Sequence[tuple[Kind, Any]], values: Iterator[Any], at: int
 ) -> _Placed:
-    """Some of a kernel's arguments, their arrays from that address on."""
+    """Place some of a kernel's arguments, with their arrays from the address `at` on."""
     numbers: list[Any] = []
     copies: list[_Copy] = []
     for (kind, dtype), value in zip(kinds, values, strict=True):
@@ -385,7 +382,7 @@ def _placed(
 
 
 def _results(kinds: Sequence[Kind], memory: memoryview, at: int) -> list[Any]:
-    """What a kernel left at an address."""
+    """Read a kernel's results from the address `at`."""
     found: list[Any] = []
     for kind in kinds:
         if kind.dimensions is not None:

@@ -1,8 +1,9 @@
-"""Native code of kernels, from the libraries in engine/artifact/native, if this machine can run it.
+"""Loads native code of kernels from engine/artifact/native, if this machine can run it.
 
-It takes half the time of WebAssembly, and has neither its walls nor a count of instructions: so it
-is for batches that a person asked for, and for no process that serves others. Arrays stay where
-they are. engine/exact/lanes/trial.py says whether the code is to be trusted here.
+Native code takes half the time of WebAssembly, but has neither its sandbox nor its count of
+instructions. So it runs only batches that a person has asked for, and never in a process that
+serves others. It works on arrays in place. engine/exact/lanes/trial.py tests whether its results
+are right on this machine.
 """
 
 import ctypes
@@ -26,12 +27,12 @@ FOLDER: Final = Path(__file__).parents[1] / "artifact" / "native"
 INDEX: Final = FOLDER / "index.json"
 
 SWITCH: Final = "PLINKO_NATIVE"
-"""An environment variable: with 0 in it no native code is run."""
+"""An environment variable; 0 turns native code off."""
 
 _V3 = {"avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe", "xsave"}
 _V4 = {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"}
 
-_FINE: Final = (0, -2)  # of numba's codes: a result, or none
+_FINE: Final = (0, -2)  # numba's codes for success, with and without a result
 
 _forbidden: Final = Event()
 
@@ -41,17 +42,17 @@ class NoNativeCodeError(Exception):
 
 
 def forbid() -> None:
-    """Run no native code from now on: this process computes for others."""
+    """Run no native code from now on. For processes that compute for others."""
     _forbidden.set()
 
 
 def is_forbidden() -> bool:
-    """Whether this process is to run no native code, because it computes for others."""
+    """Whether this process must not run native code, because it computes for others."""
     return _forbidden.is_set() or limits.are_limited()
 
 
 def _library() -> str:
-    """Name of the library for this machine; raises NoNativeCodeError."""
+    """The name of the library for this machine. Raises NoNativeCodeError."""
     if os.environ.get(SWITCH) == "0" or IS_OFF:
         raise NoNativeCodeError(f"{SWITCH if not IS_OFF else JIT_SWITCH} says so")
     machine = platform.machine()
@@ -66,7 +67,7 @@ def _library() -> str:
 
 
 def _flags() -> set[str]:
-    """What Linux says that the processor can do."""
+    """The processor's features, from /proc/cpuinfo."""
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="ascii", errors="replace")
     except OSError:
@@ -79,7 +80,7 @@ def _flags() -> set[str]:
 
 
 class NativeKernel:
-    """A kernel that returns nothing, to be called as the function is that it was made of."""
+    """A native kernel that returns nothing; takes the arguments of its Python function."""
 
     def __init__(self, name: str, function: Any, call: Call) -> None:
         self.name = name
@@ -88,7 +89,7 @@ class NativeKernel:
         self._block = struct.Struct(block_format(call.takes))
 
     def __call__(self, *args: Any) -> None:
-        """Run it; TypeError for arrays of other types than its own, or with gaps."""
+        """Run the kernel. Raises TypeError if an array has another type or is not contiguous."""
         numbers: list[Any] = []
         for kind, value in zip(self._kinds, flat(args), strict=True):
             numbers += [value] if kind.dimensions is None else _array(self.name, kind, value)
@@ -98,7 +99,7 @@ class NativeKernel:
 
 
 def _array(name: str, kind: Kind, value: Any) -> list[int]:
-    """An array as numba's code takes it."""
+    """The numbers that numba's code takes for an array."""
     fits = value.dtype == kind.name and value.ndim == kind.dimensions
     if not fits or not value.flags.c_contiguous:
         raise TypeError(f"{name} takes an array {kind} without gaps, no {value.dtype}")
@@ -107,7 +108,7 @@ def _array(name: str, kind: Kind, value: Any) -> list[int]:
 
 
 def load() -> dict[str, Callable[..., None]]:
-    """Each kernel in this machine's library by its name; raises NoNativeCodeError."""
+    """The kernels of this machine's library by name. Raises NoNativeCodeError."""
     name = _library()
     path = FOLDER / f"{name}.so"
     try:

@@ -1,7 +1,7 @@
-"""Kernels as native code: the same LLVM code as WebAssembly's, for a named processor.
+"""Compiles kernels to native code for a named processor, from the same LLVM code as WebAssembly.
 
-A listing is made beside it, and read for what would change bits: a fused multiply-add rounds once
-where all other machines round twice.
+The assembly listing is searched for instructions that would change bits: a fused multiply-add
+rounds once where other machines round twice.
 """
 
 import re
@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 from engine.jit.llvm_module import Export, loads, optimized, target_machine
 
 FUSED = re.compile(r"^\s*(vfn?m(?:add|sub)\w*|fn?m(?:add|sub)\w*|fml[as]\w*)\s", re.MULTILINE)
-"""Instructions that multiply and add in one rounding, of x86-64 and of aarch64."""
+"""Fused multiply-add instructions of x86-64 and of aarch64."""
 
 
 class Processor(NamedTuple):
-    """What code is made for, in LLVM's names."""
+    """A kind of processor, in LLVM's names."""
 
     triple: str
     cpu: str
@@ -23,13 +23,13 @@ class Processor(NamedTuple):
 
 
 class NativeEntry(Export):
-    """A kernel that returns nothing: its function takes the address of a block, gives its status.
+    """A kernel without a result; its function takes the address of a block and returns a status.
 
-    In the block there are eight bytes for each number that numba's code takes, as in WebAssembly.
+    The block has eight bytes for each number that numba's code takes, as in WebAssembly.
     """
 
     def entry(self, name: str, native: Any) -> str:
-        """Code of a function by this name that calls numba's."""
+        """LLVM code of a function with this name that calls numba's."""
         kinds = [str(each.type) for each in native.arguments][2:]
         places = "".join(
             f"\n%p{i} = getelementptr i64, ptr %block, i64 {i}" for i in range(len(kinds))
@@ -47,7 +47,7 @@ class NativeEntry(Export):
 
 
 def compile_object(exports: Mapping[str, NativeEntry], processor: Processor) -> bytes:
-    """An object file with these functions; ValueError if it would round once for twice."""
+    """An object file with these functions. Raises ValueError for fused multiply-adds."""
     machine = target_machine(
         processor.triple, cpu=processor.cpu, features=processor.features, reloc="pic",
         codemodel="default",
@@ -59,7 +59,7 @@ def compile_object(exports: Mapping[str, NativeEntry], processor: Processor) -> 
 
 
 def check_listing(listing: str) -> None:
-    """Raise ValueError if there is a fused instruction in an assembler's listing."""
+    """Raise ValueError if an assembly listing has a fused instruction."""
     fused = FUSED.search(listing)
     if fused is not None:
         raise ValueError(f"the code fuses: {fused.group(1)}")

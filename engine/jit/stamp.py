@@ -1,4 +1,4 @@
-"""An artifact's stamp: what it says it was made from, and what the kernels are now."""
+"""The stamp of an artifact: a hash of the sources that it was made from, to detect stale ones."""
 
 import hashlib
 import json
@@ -10,7 +10,7 @@ from engine.constants import PHYSICS_VERSION
 from engine.jit.wasm_sections import custom, with_custom
 
 SECTION: Final = "plinko"
-"""Name of the custom section that holds the stamp and what else is said of a module, as JSON."""
+"""Name of the custom section with the stamp and other data about a module, as JSON."""
 
 ENGINE: Final = Path(__file__).parents[1]
 
@@ -23,11 +23,11 @@ _MAKERS: Final = (
     ENGINE / "jit" / "webassembly.py",
     ENGINE / "jit" / "wasm_sections.py",
 )
-"""What makes machine code of kernels."""
+"""Sources that compile the kernels."""
 
 
 def sources() -> list[Path]:
-    """All files of Python that the engine's machine code is made of."""
+    """All Python files that the engine's machine code depends on."""
     found = [*_MAKERS, ENGINE / "constants.py", ENGINE / "certified" / "reach.py"]
     found += [ENGINE / "artifact" / name for name in ("entries.py", "libraries.py", "plays.py")]
     found += [ENGINE / "jit" / "native_code.py"]
@@ -38,30 +38,28 @@ def sources() -> list[Path]:
 
 @cache
 def current() -> dict[str, Any]:
-    """The stamp of an artifact of the engine that is made now."""
+    """The stamp that the engine's artifacts must have now."""
     return stamp_of_files(sources())
 
 
 def current_beside(file: Path) -> dict[str, Any]:
-    """The stamp of an artifact that is made now of this file's own kernels, which may contain any
-    of the engine's.
-    """
+    """The stamp that the artifact of `file` must have now; its kernels may call the engine's."""
     return stamp_of_files([file, *sources()])
 
 
 def stamp_of_files(files: list[Path]) -> dict[str, Any]:
-    """The stamp of an artifact that is made of these."""
+    """The stamp of an artifact that is made from these files."""
     text = b"\0".join(path.read_bytes() for path in files)
     return {"physics_version": PHYSICS_VERSION, "sources": hashlib.sha256(text).hexdigest()}
 
 
 def stamped(module: bytes, made_from: dict[str, Any], **said: Any) -> bytes:
-    """The module with its stamp, and whatever else it is to say."""
+    """The module with its stamp and the data `said`."""
     return with_custom(module, SECTION, json.dumps({**made_from, **said}).encode())
 
 
 def read(module: bytes) -> dict[str, Any]:
-    """What an artifact says of itself; ValueError if it says nothing."""
+    """The stamp and other data of an artifact. Raises ValueError if it has none."""
     content = custom(module, SECTION)
     if content is None:
         raise ValueError(f"the module has no section {SECTION!r}: it is not made by `make kernels`")
@@ -70,5 +68,5 @@ def read(module: bytes) -> dict[str, Any]:
 
 
 def is_of(made_from: dict[str, Any], said: dict[str, Any]) -> bool:
-    """Whether an artifact that says so has this stamp."""
+    """Whether an artifact with the data `said` has this stamp."""
     return made_from.items() <= said.items()

@@ -1,7 +1,7 @@
-"""A WebAssembly module's bytes, section by section: exports added to an object, a stamp put in.
+"""Reads and edits WebAssembly modules: adds exports to an object file, and custom sections.
 
-Of the format, https://webassembly.github.io/spec/core/binary/modules.html and, for the symbols of
-an object, https://github.com/WebAssembly/tool-conventions/blob/main/Linking.md.
+The format is described in https://webassembly.github.io/spec/core/binary/modules.html, the symbols
+of object files in https://github.com/WebAssembly/tool-conventions/blob/main/Linking.md.
 """
 
 from collections.abc import Iterator
@@ -16,16 +16,14 @@ START: Final = 8
 DATA: Final = 11
 
 _SYMBOL_TABLE: Final = 8  # a subsection of the custom section "linking"
-_FUNCTION: Final = 0  # kind of a symbol, and of an export
+_FUNCTION: Final = 0  # kind of symbol and of export
 _DATA: Final = 1
 _SECTION: Final = 3
-_UNDEFINED: Final = 0x10  # flags of a symbol
+_UNDEFINED: Final = 0x10  # flags of symbols
 _NAMED: Final = 0x40
 
 
 class _Reader:
-    """Reads bytes from the front."""
-
     def __init__(self, data: bytes) -> None:
         self.data = data
         self.at = 0
@@ -34,12 +32,11 @@ class _Reader:
         return self.at < len(self.data)
 
     def take(self, count: int) -> bytes:
-        """The next `count` bytes."""
         self.at += count
         return self.data[self.at - count : self.at]
 
     def number(self) -> int:
-        """The next number, unsigned LEB128."""
+        """The next unsigned LEB128 number."""
         value = shift = 0
         while True:
             (byte,) = self.take(1)
@@ -49,7 +46,7 @@ class _Reader:
                 return value
 
     def text(self) -> str:
-        """The next text, its length before it."""
+        """The next length-prefixed text."""
         return self.take(self.number()).decode()
 
 
@@ -68,7 +65,7 @@ def _sized(content: bytes) -> bytes:
 
 
 def sections(module: bytes) -> Iterator[tuple[int, bytes]]:
-    """Number and content of each section; ValueError if it is no module."""
+    """Each section's number and content. Raises ValueError if the bytes are not a module."""
     if not module.startswith(HEADER):
         raise ValueError(f"{module[:8]!r} is not how a WebAssembly module begins")
     reader = _Reader(module[len(HEADER) :])
@@ -78,7 +75,7 @@ def sections(module: bytes) -> Iterator[tuple[int, bytes]]:
 
 
 def custom(module: bytes, name: str) -> bytes | None:
-    """Content of the custom section of this name, None if there is none."""
+    """The content of the custom section with this name, or None."""
     for number, content in sections(module):
         reader = _Reader(content)
         if number == CUSTOM and reader.text() == name:
@@ -87,14 +84,14 @@ def custom(module: bytes, name: str) -> bytes | None:
 
 
 def with_custom(module: bytes, name: str, content: bytes) -> bytes:
-    """The module with a custom section at its end."""
     return module + bytes([CUSTOM]) + _sized(_sized(name.encode()) + content)
 
 
 def with_exports(object_file: bytes, names: tuple[str, ...]) -> bytes:
-    """A module of LLVM's object file that exports these functions, without what linkers read.
+    """Turn LLVM's object file into a module that exports these functions.
 
-    ValueError if it lacks one of them, or has data: these would have to be put somewhere.
+    Custom sections, which linkers read, are dropped. Raises ValueError if a function is missing, or
+    if the object has data, which a linker would have to place in memory.
     """
     functions = _functions(custom(object_file, "linking") or b"")
     lacking = [name for name in names if name not in functions]
@@ -115,9 +112,9 @@ def with_exports(object_file: bytes, names: tuple[str, ...]) -> bytes:
 
 
 def _functions(linking: bytes) -> dict[str, int]:
-    """Number of each function that an object defines, from its custom section "linking"."""
+    """The number of each function that an object defines, from its custom section "linking"."""
     reader = _Reader(linking)
-    reader.number()  # its version
+    reader.number()  # version
     while reader:
         kind, content = reader.number(), reader.take(reader.number())
         if kind == _SYMBOL_TABLE:
@@ -143,7 +140,7 @@ def _defined(table: _Reader) -> Iterator[tuple[str, int]]:
 
 
 def imports(module: bytes) -> list[str]:
-    """What a module asks for, as `module.name`, but for types and limits."""
+    """The names that a module imports, as `module.name`."""
     found = []
     for number, content in sections(module):
         if number != IMPORT:
@@ -152,11 +149,11 @@ def imports(module: bytes) -> list[str]:
         for _ in range(reader.number()):
             found.append(f"{reader.text()}.{reader.text()}")
             (kind,) = reader.take(1)
-            if kind == 0:  # a function, of a type
+            if kind == 0:  # a function: skip its type
                 reader.number()
-            elif kind == 3:  # a global, of a type, that may change or not
+            elif kind == 3:  # a global: skip its type and mutability
                 reader.take(2)
-            else:  # a table, of a type, or a memory: both with limits
+            else:  # a table or a memory: skip a table's type, and the limits
                 reader.take(1 if kind == 1 else 0)
                 (limits,) = reader.take(1)
                 reader.number()

@@ -1,7 +1,6 @@
-"""Kernels as WebAssembly: numba's LLVM code of some functions, made into one module.
+"""Compiles kernels to a WebAssembly module, from numba's LLVM code.
 
-LLVM's result is an object file, a module but for the names of what it exports; the last step adds
-these.
+LLVM emits an object file, which is a module without exports; the last step adds these.
 """
 
 from collections.abc import Callable, Mapping
@@ -23,11 +22,11 @@ _intrinsic: Any = intrinsic
 TRIPLE = "wasm32-unknown-unknown"
 
 FEATURES = "+bulk-memory,+mutable-globals,+nontrapping-fptoint,+sign-ext"
-"""What every engine has had for years. Neither threads nor relaxed SIMD: their results may differ
-from machine to machine."""
+"""Features that all WebAssembly engines have had for years. No threads and no relaxed SIMD, whose
+results may differ from machine to machine."""
 
 SIMD = "+simd128"
-"""Two numbers at a time, each with the bits that it has alone."""
+"""Vectors of two numbers; each result has the same bits as without vectors."""
 
 FLOATS = _types.CPointer(types.float64)
 INTS = _types.CPointer(types.int32)
@@ -37,8 +36,11 @@ BYTES = _types.CPointer(types.int8)
 INT = types.int32
 FLOAT = types.float64
 
-_PASSED = {INT: "i32", FLOAT: "double"}  # else an address
+_PASSED = {INT: "i32", FLOAT: "double"}  # all others are addresses
 
+# Numba allocates arrays with NRT_MemInfo_alloc_aligned. Here it takes the memory from the address
+# stored at HEAP on, grows the module's memory when that is full, and never frees; the caller
+# resets HEAP for each call.
 _SURROUNDINGS = """
 define {i64, i1} @product_of_sizes(i64 %a, i64 %b) alwaysinline {
   %product = mul i64 %a, %b
@@ -83,11 +85,11 @@ done:
 
 
 class Export(llvm_module.Export):
-    """A function that returns nothing. Types are those above: numbers, and addresses in the
+    """A function without a result. Its types are those above: numbers, and addresses in the
     module's memory."""
 
     def entry(self, name: str, native: Any) -> str:
-        """Code of a function by this name that calls numba's, which has no result and no error."""
+        """LLVM code of a function with this name that calls numba's; its status is ignored."""
         kinds = [_PASSED.get(kind, "ptr") for kind in self.takes]
         given = ", ".join(f"{kind} %a{i}" for i, kind in enumerate(kinds))
         return f"""
@@ -102,14 +104,14 @@ class Export(llvm_module.Export):
 
 
 class Entry(llvm_module.Export):
-    """A kernel of any arguments: its function of a module takes nothing, which costs the least.
+    """A kernel with any arguments, which are read from memory: a call without arguments is fastest.
 
-    In a block there are eight bytes for each number that numba's code takes. Behind it the result
-    is left, and numba's code of how it ended at STATUS.
+    The block at BLOCK has eight bytes for each number that numba's code takes. The function writes
+    its result after the block, and numba's status code at STATUS.
     """
 
     def entry(self, name: str, native: Any) -> str:
-        """Code of a function by this name that calls numba's."""
+        """LLVM code of a function with this name that calls numba's."""
         kinds = [str(each.type) for each in native.arguments][2:]
         loaded = loads(kinds, lambda i: f"ptr inttoptr (i32 {BLOCK + 8 * i} to ptr)")
         given = "".join(f", {kind} %a{i}" for i, kind in enumerate(kinds))
@@ -125,7 +127,9 @@ class Entry(llvm_module.Export):
         """
 
 
-_WIDE_PRODUCT = "@llvm.smul.with.overflow.i64"  # of 128 bits, which WebAssembly does not have
+# Numba multiplies array sizes with this. LLVM would call a 128-bit product for it, which
+# WebAssembly lacks; product_of_sizes suffices for sizes below 2^31.
+_WIDE_PRODUCT = "@llvm.smul.with.overflow.i64"
 
 
 @_intrinsic  # type: ignore[untyped-decorator, unused-ignore]
@@ -139,8 +143,8 @@ def further(context: Any, address: Any, count: Any) -> Any:
 
 
 def part(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile `function` into the exports that call it; unlike `inner_kernel`, it may make arrays
-    of addresses."""
+    """Compile `function` into the exports that call it. Unlike an `inner_kernel`, it may turn
+    addresses into arrays."""
     compiled: Callable[..., Any] = _njit(no_cpython_wrapper=True, **RULES)(function)
     return compiled
 
@@ -148,7 +152,7 @@ def part(function: Callable[..., Any]) -> Callable[..., Any]:
 def compile_module(exports: Mapping[str, llvm_module.Export], *, simd: bool = False) -> bytes:
     """A WebAssembly module with these functions.
 
-    It imports its memory, of which LLVM's stack is the part below the global that it imports too.
+    It imports its memory, and a global with the address below which LLVM's stack lies.
     """
     features = f"{FEATURES},{SIMD}" if simd else FEATURES
     machine = target_machine(TRIPLE, features=features)

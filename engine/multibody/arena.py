@@ -128,6 +128,7 @@ class Arena:
         return chosen
 
     def remove(self, ball: int) -> None:
+        """Remove a ball."""
         self.remove_many([ball])
 
     def remove_many(self, balls: Iterable[int]) -> None:
@@ -140,6 +141,7 @@ class Arena:
         self._record_input("remove_many", balls=chosen)
 
     def clear(self) -> None:
+        """Remove all balls."""
         self._table.wake_all()
         self._drop(list(range(self.count)))
         self._record_input("clear")
@@ -179,7 +181,7 @@ class Arena:
         self._record_input("edit", ball=int(ball), **values)
 
     def edit_all(self, **values: float) -> None:
-        """`edit` all balls."""
+        """Set some values of all balls, as `edit` does for one."""
         self._set(np.arange(self.count), values)
         self._record_input("edit_all", **values)
 
@@ -189,6 +191,7 @@ class Arena:
         self._table.edit(rows, new)
 
     def wake_all(self) -> None:
+        """Wake all balls."""
         self._table.wake_all()
         self._record_input("wake_all")
 
@@ -203,6 +206,7 @@ class Arena:
 
     @property
     def count(self) -> int:
+        """Number of balls."""
         return self._table.n
 
     @property
@@ -212,6 +216,7 @@ class Arena:
         return bool((marks & body.ASLEEP == 0).any())
 
     def step(self) -> None:
+        """Advance by one step of `settings.dt` seconds."""
         start = self.time
         self.tick += 1
         self.time = start + self.settings.dt
@@ -292,8 +297,7 @@ class Arena:
         return self._table.values(self._table.row(ball))
 
     def find(self, x: float, y: float) -> int | None:
-        """Id of the ball at the point (x, y) in m, or None; of several, the one with the nearest
-        centre."""
+        """Id of the ball at (x, y) in m, or None; of several, the one with the nearest centre."""
         pos = self._table.bodies.pos[: self.count]
         squares = (pos[:, body.X] - x) ** 2 + (pos[:, body.Y] - y) ** 2
         under = np.flatnonzero(squares <= pos[:, body.RADIUS] ** 2)

@@ -32,6 +32,7 @@ class Diagnostics:
 
     @property
     def total(self) -> float:
+        """Sum of the energies."""
         return self.kinetic + self.potential + self.rotational
 
 

@@ -15,10 +15,11 @@ SLEEP_SECONDS = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArenaSettings:
-    """gravity: m/s^2, downward. drag: 1/s. damping: factor of the velocity in each step.
+    """The settings of an arena. Raises ParameterError for an invalid value.
 
-    correction: fraction of an overlap that a substep removes. dt: duration of a step, s. max_speed:
-    m/s, None for no limit. sleeping: whether islands at rest fall asleep. Raises ParameterError.
+    gravity: m/s^2, downward. drag: 1/s. damping: factor of the velocity in each step. correction:
+    fraction of an overlap that a substep removes. dt: duration of a step, s. max_speed: m/s, None
+    for no limit. sleeping: whether islands at rest fall asleep.
     """
 
     gravity: float = 9.81
@@ -39,7 +40,9 @@ class ArenaSettings:
         if self.max_speed is not None:
             number(self.max_speed, "max_speed", 1e-9, 1e9)
         if not isinstance(self.sleeping, bool):
-            raise ParameterError(f"sleeping {self.sleeping!r} is not a bool", field="sleeping")
+            raise ParameterError(
+                f"sleeping is {self.sleeping!r}: it must be true or false", field="sleeping"
+            )
 
     def changed(self, values: Mapping[str, Any]) -> "ArenaSettings":
         """A copy with some other values; ParameterError for an unknown name."""

@@ -35,10 +35,12 @@ class Landings:
 
     @property
     def drops(self) -> int:
+        """Number of drops."""
         return sum(self.histogram) + self.unsettled
 
     @property
     def next_seed(self) -> int:
+        """The seed after the last one that was dropped."""
         return self.first + self.drops
 
     @property

@@ -33,6 +33,7 @@ class Odds:
     awards: tuple[tuple[float, float], ...]
 
     def to_dict(self) -> dict[str, Any]:
+        """The JSON form."""
         return {
             "aim": self.aim,
             "drops": self.drops,

@@ -77,6 +77,7 @@ class Payouts:
 
     @property
     def multipliers(self) -> tuple[float, ...]:
+        """Multipliers of all bins, left to right."""
         return self.board.bins.multipliers
 
     @property
@@ -90,6 +91,7 @@ class Payouts:
         return min(self.odds, key=lambda each: each.returned)
 
     def to_dict(self) -> dict[str, Any]:
+        """The JSON form."""
         return {
             "board": self.board.name,
             "board_digest": self.board.digest,

@@ -90,7 +90,8 @@ def solve(chances: Floats, risk: Risk, bounds: Bounds, mirrored: bool) -> tuple[
     else:
         raise ParameterError(
             f"no table of risk {risk} returns {bounds.target:g} from the board's own start and "
-            f"{bounds.least:g} to {bounds.most:g} from each of {len(chances)} aims",
+            f"{bounds.least:g} to {bounds.most:g} from each of {len(chances)} aims: use another "
+            "return or risk, or more drops",
             field="return",
         )
     pays: list[float] = found[member].tolist()

@@ -1,4 +1,4 @@
-"""The state of a ball in flight or in contact: a row of numbers, and what each column is."""
+"""The columns of a ball's state, which is a row of numbers."""
 
 T = 0  # s since the start
 X = 1  # centre, m

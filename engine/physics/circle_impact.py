@@ -1,7 +1,11 @@
-"""The time of impact of a ball in free flight on a circle.
+"""Finds when a ball in free flight hits a circle.
 
-With q(s) from the circle's centre to the ball's, D the contact distance and a = q'', the distance
-function is f(s) = |q(s)|^2 - D^2. All here rests on the minorant of time_of_impact.py.
+Let q(s) be the ball's centre as seen from the circle's centre, v and a its velocity and
+acceleration, and D the contact distance. The distance function is f(s) = |q(s)|^2 - D^2, in m^2:
+
+    f' = 2 q.v        f'' = 2 (|v|^2 + q.a)        f''' = 6 v.a - 2 k q.a
+
+Every search here steps by the minorant of time_of_impact.py, which needs a lower bound of f'''.
 """
 
 from math import sqrt
@@ -21,7 +25,7 @@ from engine.physics.time_of_impact import (
 
 
 class Motion(NamedTuple):
-    """The start of a free flight, or of a window of one; SI units."""
+    """The state at the start of a free flight or of a search window; SI units."""
 
     x: float
     y: float
@@ -34,9 +38,14 @@ class Motion(NamedTuple):
 
 @lean_kernel
 def third_derivative_bound(va: float, aa: float, qa: float, k: float, horizon: float) -> float:
-    """Lower bound, at most 0, of f''' on [0, horizon] for f = |q(s)|^2 - D^2.
+    """Lower bound, at most 0, of f''' on [0, horizon].
 
-    va = v.a, aa = a.a, qa = q.a at s = 0. With a(s) = a e^(-ks): f''' = 6 v.a - 2 k q.a.
+    va = v.a, aa = a.a, qa = q.a at s = 0. From a(s) = a e^(-ks) and the closed form of flight,
+
+        v(s).a(s) = e^(-ks) (va + aa phi(s))           >= min(va, 0)
+        q(s).a(s) = e^(-ks) (qa + va s + aa psi(s))    <= max(qa + max(va, 0) h + aa h^2 / 2, 0)
+
+    for s up to the horizon h, since e^(-ks) <= 1, phi >= 0 and 0 <= psi <= s^2 / 2.
     """
     bound = 0.0
     if va < 0.0:
@@ -52,7 +61,7 @@ def third_derivative_bound(va: float, aa: float, qa: float, k: float, horizon: f
 
 @lean_kernel
 def third_derivative_size(va: float, aa: float, qa: float, k: float, horizon: float) -> float:
-    """Upper bound of |f'''| on [0, horizon], with the arguments of `third_derivative_bound`."""
+    """Upper bound of |f'''| on [0, horizon]; arguments as in `third_derivative_bound`."""
     size = 6.0 * (abs(va) + aa * horizon)
     if k > 0.0:
         size += 2.0 * k * (abs(qa) + (abs(va) + 0.5 * aa * horizon) * horizon)
@@ -72,11 +81,13 @@ def circle_hit(
     horizon: float,
     best: float,
 ) -> float:
-    """First s in [0, min(horizon, best)] at which |q(s)|^2 = d2 is entered, or NO_HIT.
+    """First s in [0, min(horizon, best)] at which the ball enters |q(s)|^2 <= d2, or NO_HIT.
 
-    (qx, qy) is the ball's centre from the circle's, d2 the square of the contact distance; k times
-    horizon must not exceed SERIES_LIMIT. `best` only ends the search early: the root found does
-    not depend on it.
+    d2 is D^2; k times horizon must be at most SERIES_LIMIT. `best` only ends the search early. The
+    root does not depend on it, so the order in which surfaces are searched does not matter.
+
+    A ball that touches at the start (f <= 0 within rounding) hits at once if it moves inwards. If
+    not, it is leaving the circle, and the root at 0 is divided out.
     """
     f = qx * qx + qy * qy - d2
     b = qx * vx + qy * vy
@@ -107,10 +118,14 @@ def circle_search(
     fdd: float,
     low3: float,
 ) -> float:
-    """First time in [s, min(horizon, best)] at which |q|^2 = d2 is entered, or NO_HIT.
+    """`circle_hit` from the time s on, where f > 0, f' = fd and f'' = fdd.
 
-    `motion` is seen from the circle's centre, and the arguments are those of `circle_hit`; f > 0
-    and its derivatives are those at s, and low3 bounds f''' from below on [0, horizon].
+    `motion` is that at time 0, as seen from the circle's centre; low3 is a lower bound of f''' on
+    [0, horizon].
+
+    The minorant holds on [s, s + h]. If it has no root there, the search moves to s + h, where h
+    may be doubled; else h becomes the length of the step. As h shrinks, m tends to f'', and the
+    steps converge cubically.
     """
     qx, qy, vx, vy, ax, ay, k = motion
     size3 = third_derivative_size(
@@ -124,10 +139,10 @@ def circle_search(
         if step == NO_HIT or step > h:
             if s + h >= horizon:
                 return NO_HIT
-            step = h  # no root within the trusted part: go to its end and trust more
+            step = h  # no root within h: go to its end, and use a longer h next
             h = h + h
         elif _comes_near(f, fd, m, step, size3 * step - low3 * h, enough):
-            s = s + step  # |f| there is below its own rounding
+            s = s + step  # f is zero within its rounding there
             return s if s <= best else NO_HIT
         else:
             h = step
@@ -156,10 +171,11 @@ def circle_search(
 
 @lean_kernel
 def _comes_near(f: float, fd: float, m: float, step: float, change: float, enough: float) -> bool:
-    """Whether |f| <= enough after a `halley_step`; `change` bounds that of f'' from what m says.
+    """Whether |f| <= enough at the end of a `halley_step`.
 
-    The two parts of |f|, each at most half of `enough`: change step^2 / 6, and for a minorant with
-    a root, where x <= 1/2, f x^2 / (2 - x)^2 <= f x^2 / 2.
+    |f| has two parts, each of which must be at most half of `enough`. The minorant leaves
+    f x^2 / (2 - x)^2 <= f x^2 / 2, with x = f m / f'^2 <= 1/2 where it has a root. The difference
+    between f and the minorant is at most change step^2 / 6, where `change` is size3 step - low3 h.
     """
     square = fd * fd
     fm = f * m
@@ -180,10 +196,14 @@ def circle_hit_again(
     horizon: float,
     best: float,
 ) -> float:
-    """First s in (0, min(horizon, best)] at which a circle touched at s = 0 is hit again.
+    """First s in (0, min(horizon, best)] at which a ball hits again a circle it touches at s = 0.
 
-    Searches g(s) = f(s) / s, in which the root at 0 is divided out. g'' >= min(f''') / 3. A ball
-    that does not leave (g(0) <= 0 and g'(0) <= 0) hits at once: 0.
+    f has a root at 0, so the search is for a root of g(s) = f(s) / s. g is the mean of f' over
+    [0, s], so g'' >= min(f''') / 3. Returns 0 if the ball does not leave the circle, that is if
+    g(0) <= 0 and g'(0) <= 0.
+
+    With w = v + a psi(s) / s, q(s) = q + s w, so g = 2 q.w + s |w|^2. Here c1 = psi(s) / s,
+    c = c1 / s and c1' = 1 - k c1 - c.
     """
     g0 = 2.0 * (qx * vx + qy * vy)
     return _search_again(Motion(qx, qy, vx, vy, ax, ay, k), g0, horizon, best)
@@ -191,7 +211,10 @@ def circle_hit_again(
 
 @lean_kernel
 def _search_again(motion: Motion, g0: float, horizon: float, best: float) -> float:
-    """`circle_hit_again` for a known g(0): zero where the ball has no speed off the circle."""
+    """`circle_hit_again` for a known g(0), which is 0 if the ball has no speed off the circle.
+
+    Then the first step goes to the other root of the minorant g'(0) s + m s^2 / 2.
+    """
     qx, qy, vx, vy, ax, ay, k = motion
     va = vx * ax + vy * ay
     aa = ax * ax + ay * ay
@@ -218,8 +241,8 @@ def _search_again(motion: Motion, g0: float, horizon: float, best: float) -> flo
         s = s + step
         if s > horizon or s > best:
             return NO_HIT
-        # The step's end is off by what m leaves of g'' and by what Halley's step leaves of that:
-        # size step^2 (1 + |x| / 4) at most.
+        # At the end of a step, |g| is at most size step^2 (1 + |x| / 4), with x = m g / g'^2: one
+        # part from the difference between g'' and m, one from what Halley's step leaves.
         if s == before or (2.0 * size * step * step <= enough and -m * g <= 4.0 * gd * gd):
             return s
         c = 0.5
@@ -251,10 +274,10 @@ def circle_hit_after_lifting(
     horizon: float,
     best: float,
 ) -> float:
-    """First s in (0, min(horizon, best)] at which a circle that the ball lifts off is hit again.
+    """First s in (0, min(horizon, best)] at which a ball hits again a circle that it lifts off.
 
-    The ball moves along the circle and nothing presses it on: f = f' = 0 <= f''. Where that force
-    is zero within rounding, the third derivative decides, as for a ball that has rolled off.
+    The ball moves along the circle and is not pressed on: f = f' = 0 <= f''. If f'' is zero within
+    rounding, the third derivative decides, as for a ball that has rolled off.
     """
     if vx * vx + vy * vy + qx * ax + qy * ay > 0.0:
         return _search_again(Motion(qx, qy, vx, vy, ax, ay, k), 0.0, horizon, best)
@@ -274,12 +297,16 @@ def circle_hit_after_leaving(
     horizon: float,
     best: float,
 ) -> float:
-    """First s in (0, min(horizon, best)] at which a circle that the ball rolled off is hit again.
+    """First s in (0, min(horizon, best)] at which a ball hits again a circle that it rolled off.
 
-    Where the normal force vanishes f = f' = f'' = 0, so f(s) = s^3 h(s) with
-    h(s) >= h(0) + s min(f'''') / 24: the search starts beyond the root-free stretch this gives.
-    h(0) is proportional to how fast the force vanishes. Where that is zero within rounding too, f
-    begins as a.a s^4 / 4: the circle is not hit within this window.
+    Where the normal force becomes zero, f = f' = f'' = 0, so q.a = -|v|^2 and f(s) = s^3 h(s) with
+
+        h(0) = f'''(0) / 6 = v.a + k |v|^2 / 3        h(s) >= h(0) + s min(f'''') / 24
+
+    The second line bounds a time before which there is no root; the search starts there. For the
+    bound, f'''' = 6 a.a - 8 k v.a + 2 k^2 q.a >= -8 k |v||a| - 2 k^2 |q||a|. h(0) is proportional
+    to the rate at which the force becomes zero. If it is zero within rounding too, f begins as
+    a.a s^4 / 4, and the ball does not hit the circle within this window.
     """
     va = vx * ax + vy * ay
     vv = vx * vx + vy * vy
@@ -287,7 +314,7 @@ def circle_hit_after_leaving(
     if h0 <= 0.0:
         return NO_HIT
     if k == 0.0:
-        return NO_HIT  # f'''' = 6 a.a >= 0 for ever
+        return NO_HIT  # f'''' = 6 a.a >= 0 at all times
     aa = ax * ax + ay * ay
     a = sqrt(aa)
     speed = sqrt(vv) + a * horizon

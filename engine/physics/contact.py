@@ -1,4 +1,4 @@
-"""A ball that stays on a surface: it rolls or slides, and its motion is a power series in time.
+"""The motion of a ball that rolls or slides on a surface, as a power series in time.
 
 On a surface of curvature kappa (1/D on a circle, 0 on a line) with unit normal n towards the ball
 and tangent t = (-n_y, n_x), the centre moves at v = u t and, per unit mass,
@@ -10,9 +10,9 @@ and tangent t = (-n_y, n_x), the centre moves at v = u t and, per unit mass,
     sliding   F = -mu N sign(u - omega R)
     free      F = 0 (a surface without friction)
 
-The right-hand sides are polynomials of the unknowns, so their Taylor coefficients follow from each
-other by sums of products, to any order and without trigonometry (Jorba and Zou, Experimental
-Mathematics 14, 2005). Every event of a contact phase is the first zero of a polynomial made of
+The right-hand sides are polynomials in the unknowns, so each Taylor coefficient follows from those
+before it by sums of products, to any order and without trigonometry (Jorba and Zou, Experimental
+Mathematics 14, 2005). Every event of a contact phase is the first zero of a polynomial made from
 these series.
 """
 
@@ -22,29 +22,30 @@ from engine.jit.decorator import inner_kernel
 from engine.physics.series import Series, sum_of_magnitudes
 
 ORDER = 20
-"""Degree of the series. At 20 a step spans about a tenth of the time in which a ball falls off."""
+"""Degree of the series. With 20, a ball rolls off a circle in about ten steps."""
 
-# Rows of the state's series.
+# Rows of the series, shape (ROWS, ORDER + 1).
 NORMAL_X = 0
 NORMAL_Y = 1
 SPEED = 2
 SPIN = 3
 ANGLE = 4
 PATH = 5  # length travelled along t since the start of the step, m
-FORCE = 6  # N, per unit mass
-SCRATCH = 7  # an event function
+FORCE = 6  # normal force N per unit mass
+SCRATCH = 7  # the function whose zero is an event
 ROWS = 8
 
 ROLLING = 0
 SLIDING = 1
 FRICTIONLESS = 2
-HELD = 3  # at rest between two surfaces, and spinning
+HELD = 3  # spinning at rest between two surfaces
 
 LONGEST_STEP = 0.25
-"""s. Longer steps never pass the truncation test on a circle of ordinary size."""
+"""s. Longer steps would never pass the truncation test on a circle of ordinary size."""
 
 TRUNCATION = 6.9e-18
-"""Bound of the last two terms of each series (in 1, m/s and rad/s), 2^-57: below rounding."""
+"""Bound of the sum of the last two terms of each series, 2^-57: below rounding. For the normal (1),
+the speed (m/s), and the spin times the radius (m/s)."""
 
 
 @inner_kernel
@@ -58,9 +59,9 @@ def expand(
     friction: float,
     radius: float,
 ) -> None:
-    """Fill rows NORMAL_X to FORCE of `series`, shape (ROWS, ORDER + 1), from their first column.
+    """Fill rows NORMAL_X to FORCE of `series` from their first column.
 
-    slip_sign is the sign of u - omega R while sliding; the first terms of ANGLE and PATH are kept.
+    slip_sign is the sign of u - omega R while sliding.
     """
     nx = series[NORMAL_X]
     ny = series[NORMAL_Y]
@@ -99,7 +100,7 @@ def expand(
 
 @inner_kernel
 def hold(series: Series, spin_rate: float) -> None:
-    """Fill the same rows for a ball at rest whose spin changes evenly, in rad/s^2."""
+    """Fill the same rows for a ball at rest whose spin changes at a constant rate, in rad/s^2."""
     for row in range(FORCE + 1):
         for i in range(1, ORDER + 1):
             series[row, i] = 0.0
@@ -110,7 +111,10 @@ def hold(series: Series, spin_rate: float) -> None:
 
 @inner_kernel
 def step_length(series: Series, radius: float, travel: float) -> float:
-    """Longest step, s, on which the series are exact to rounding and the ball moves <= travel."""
+    """Longest step, in s, on which the series are exact to rounding and the ball moves <= travel.
+
+    The second condition lets one cell of the grid list all surfaces that the ball may touch.
+    """
     last = 0.0
     before = 0.0
     for row in range(SPIN + 1):
@@ -131,7 +135,7 @@ def step_length(series: Series, radius: float, travel: float) -> float:
 
 
 def new_series() -> Series:
-    """Work space for the series of one contact phase; kernels make no arrays of their own."""
+    """Work space for the series of one contact phase; kernels do not allocate arrays."""
     return np.zeros((ROWS, ORDER + 1))
 
 
@@ -145,9 +149,10 @@ def choose_mode(
     friction: float,
     rolls: bool,
 ) -> tuple[int, float]:
-    """Rolling, sliding or free, and the sign of the slip, at the start of a stretch.
+    """The mode at the start of a stretch, and the sign of the slip, 0 without slip.
 
-    `rolls` says that the slip is zero by what went before, whatever rounding left of it.
+    `rolls`: whether the event before has made the slip zero. Without this, a rounding error of the
+    slip would decide between rolling and sliding.
     """
     if friction == 0.0:
         return FRICTIONLESS, 0.0

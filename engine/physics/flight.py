@@ -1,13 +1,14 @@
 """Free flight under gravity and linear drag, in closed form.
 
-In free flight dv/dt = g - k v. With a0 = g - k v0 the acceleration at the start, and s the time
-since then,
+In free flight dv/dt = g - k v, with the drag k in 1/s. Let a0 = g - k v0 be the acceleration at the
+start, and s the time since then:
 
     a(s) = a0 exp(-k s)        v(s) = v0 + a0 phi(s)        r(s) = r0 + v0 s + a0 psi(s)
 
     phi(s) = (1 - exp(-k s)) / k        psi(s) = (s - phi(s)) / k
 
-and without drag phi = s, psi = s^2 / 2. All of flight is these two functions.
+Without drag, phi = s and psi = s^2 / 2. No library's exponential is called, because libraries
+differ between machines.
 """
 
 import numpy as np
@@ -16,8 +17,8 @@ import numpy.typing as npt
 from engine.jit.decorator import inner_kernel, lean_kernel
 from engine.physics import body
 
-# psi(s) = s^2 phi2(k s), phi2(z) = sum over n of (-z)^n / (n + 2)!. Up to z = 1/4 the first term
-# left out is z^11 / 13! < 4e-17, below half a unit in the last place of phi2 > 0.46.
+# psi(s) = s^2 phi2(k s), phi2(z) = sum over n of (-z)^n / (n + 2)!. Up to z = 1/4 the first
+# omitted term is z^11 / 13! < 4e-17, below half a unit in the last place of phi2 > 0.46.
 SERIES_LIMIT = 0.25
 
 _C0 = 1.0 / 2.0
@@ -44,7 +45,7 @@ def phi2(z: float) -> float:
 
 @lean_kernel
 def short_basis(k: float, s: float) -> tuple[float, float, float]:
-    """`basis` where k s <= SERIES_LIMIT, as within a search window."""
+    """`basis` for k s <= SERIES_LIMIT, which holds within a search window."""
     if k == 0.0:
         return 1.0, s, 0.5 * s * s
     psi = s * s * phi2(k * s)
@@ -53,16 +54,19 @@ def short_basis(k: float, s: float) -> tuple[float, float, float]:
 
 
 HALF_WAY = 0.503
-"""All of a way lies within this part of its length from the place of `half_chord`.
+"""All points of a path lie within this share of its length l from the point of `half_chord`.
 
-|PA| + |PB| is at most the way's length l for each P on it: P is in an ellipse about the middle of
-AB, whose long half axis is l / 2. What `half_chord` leaves out moves the middle by |a| s^2 z^2 / 48
-at most, with z = k s <= 1/4 and |a| s^2 / 2 <= l: l / 384."""
+For each point P of a path from A to B, |PA| + |PB| <= l: P lies in an ellipse about the middle of
+AB with semi-major axis l / 2. The terms that `half_chord` omits move that middle by at most
+|a| s^2 z^2 / 48, with z = k s <= 1/4 and |a| s^2 / 2 <= l, so by at most l / 384."""
 
 
 @lean_kernel
 def half_chord(k: float, s: float) -> tuple[float, float]:
-    """Half of s and of psi(s) for k s <= SERIES_LIMIT; psi's series is cut after two terms."""
+    """s / 2 and about psi(s) / 2 for k s <= SERIES_LIMIT: the first two terms of psi's series.
+
+    r0 + v0 s / 2 + a0 psi(s) / 2 is the middle between the path's start and end.
+    """
     half = 0.5 * s
     return half, half * half * (1.0 - k * s * (1.0 / 3.0))
 
@@ -71,7 +75,7 @@ def half_chord(k: float, s: float) -> tuple[float, float]:
 def basis(k: float, s: float) -> tuple[float, float, float]:
     """exp(-k s), phi(s) and psi(s) for a drag k >= 0 in 1/s and a time s >= 0 in s.
 
-    Beyond the series' range the time is halved until it fits and the results are doubled back:
+    Beyond the series' range, the time is halved until it fits, and the results are doubled back:
     psi(2s) = psi + phi s + exp(-k s) psi, phi(2s) = phi + exp(-k s) phi. All terms are positive,
     so nothing cancels.
     """

@@ -1,8 +1,8 @@
-"""Impulses at an impact: restitution along the normal, Coulomb friction with spin across it.
+"""Impulses at an impact: restitution along the normal, Coulomb friction along the tangent.
 
-Every impulse is per unit mass of the ball. The tangent of a normal n is t = (-n_y, n_x); a ball of
-radius R on a fixed surface slips there at u - omega R, where u = v.t. Friction changes v.t by j_t
-and omega by -R j_t m / I = -2 j_t / R (solid disc, I = m R^2 / 2).
+All impulses are per unit mass of the ball. The tangent of a normal n is t = (-n_y, n_x). A ball of
+radius R slips on a fixed surface at u - omega R, where u = v.t. Friction changes v.t by j_t and
+omega by -R j_t m / I = -2 j_t / R (solid disc, I = m R^2 / 2).
 """
 
 from engine.jit.decorator import inner_kernel
@@ -19,13 +19,13 @@ def bounce(
     restitution: float,
     friction: float,
 ) -> tuple[float, float, float, bool]:
-    """Velocity (m/s) and spin (rad/s) of a ball after it hits a fixed surface of normal (nx, ny).
+    """Velocity (m/s) and spin (rad/s) of a ball after an impact on a surface with normal (nx, ny).
 
-    The arguments are those before; radius in m, restitution e and coefficient of friction mu are
-    numbers. The last value says whether friction stopped the slip.
+    The arguments are velocity and spin before it, the radius in m, the restitution e and the
+    coefficient of friction mu. The last result is whether friction stopped the slip.
 
-    j_n = -(1 + e) v.n; the tangential impulse that stops the slip, -slip / (1 + m R^2 / I) =
-    -slip / 3, is limited by Coulomb's |j_t| <= mu j_n.
+    j_n = -(1 + e) v.n. The tangential impulse that stops the slip is -slip / (1 + m R^2 / I) =
+    -slip / 3; Coulomb's law limits it to |j_t| <= mu j_n.
     """
     jn = -(1.0 + restitution) * (vx * nx + vy * ny)
     sticks = False

@@ -1,6 +1,7 @@
-"""The time of impact of a ball in free flight on a straight line, from its distance h to it.
+"""Finds when a ball in free flight hits a straight line, from its distance to the line.
 
-h(s) = h + hd s + hdd psi(s), in m, where psi is that of flight.py; hd in m/s, hdd in m/s^2.
+The distance is h(s) = h + hd s + hdd psi(s), in m, with psi of flight.py, hd in m/s and hdd in
+m/s^2. Its second derivative hdd e^(-ks) keeps its sign.
 """
 
 from engine.jit.decorator import inner_kernel, lean_kernel
@@ -10,13 +11,12 @@ from engine.physics.time_of_impact import MAX_STEPS, NO_HIT, minorant_root, stay
 
 @inner_kernel
 def line_hit(h: float, hd: float, hdd: float, k: float, horizon: float, best: float) -> float:
-    """First s in [0, min(horizon, best)] at which h(s) = h + hd s + hdd psi(s) turns negative.
+    """First s in [0, min(horizon, best)] at which h(s) turns negative, or NO_HIT.
 
-    h is the distance left to a line, hd and hdd its first two derivatives at s = 0. h'' keeps its
-    sign during a flight, so h turns negative at most once. With h <= 0 at the start: 0 if the ball
-    goes on inwards, else the hit that follows its exit. A ball that touches the line, a rounding
-    error inside of it, may turn back before it is out: then the touch at 0 is divided out. NO_HIT
-    if there is none.
+    h'' keeps its sign during a flight, so h turns negative at most once. With h <= 0 at the start,
+    the result is 0 if the ball moves further in, and otherwise the hit after it has come out. A
+    ball that touches the line may be inside it by a rounding error, and turn back before it is out.
+    Then the root at 0 is divided out.
     """
     if h > 0.0:
         return _line_search(h, hd, hdd, k, horizon, best)
@@ -64,8 +64,7 @@ def _line_search(h: float, hd: float, hdd: float, k: float, horizon: float, best
 def _line_exit(h: float, hd: float, hdd: float, k: float, limit: float) -> float:
     """First s <= limit with h(s) >= 0 for h < 0, hd > 0, hdd < 0, or NO_HIT.
 
-    h is concave, so its tangents lie above it and Newton's steps from the left fall short of the
-    root, never beyond it.
+    h is concave, so it lies below its tangents, and Newton steps from the left never pass the root.
     """
     s = 0.0
     a = h
@@ -87,10 +86,10 @@ def _line_exit(h: float, hd: float, hdd: float, k: float, limit: float) -> float
 
 @inner_kernel
 def line_hit_again(hd: float, hdd: float, k: float, horizon: float, best: float) -> float:
-    """First s in (0, min(horizon, best)] at which a line touched at s = 0 is hit again.
+    """First s in (0, min(horizon, best)] at which a ball hits again a line it touches at s = 0.
 
-    The root at 0 divided out leaves hd + hdd psi(s) / s = 0. psi(s) / s is concave and at most
-    s / 2, so Newton's steps from 2 hd / -hdd stay to the left of the root.
+    Dividing out the root at 0 leaves hd + hdd psi(s) / s = 0. psi(s) / s is concave and at most
+    s / 2, so Newton steps from -2 hd / hdd on stay left of the root.
     """
     if hd <= 0.0:
         return 0.0 if hdd < 0.0 or hd < 0.0 else NO_HIT

@@ -1,4 +1,4 @@
-"""Polynomials in time: their values, and the first instant at which one turns negative."""
+"""Polynomials in time: values, bounds, and the first zero."""
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,7 @@ Series = npt.NDArray[np.float64]
 
 @inner_kernel
 def value(c: Series, s: float) -> float:
-    """Sum of c[i] s^i."""
+    """Sum over i of c[i] s^i."""
     total = c[-1]
     for i in range(len(c) - 2, -1, -1):
         total = total * s + c[i]
@@ -20,7 +20,7 @@ def value(c: Series, s: float) -> float:
 
 @inner_kernel
 def sum_of_magnitudes(c: Series, first: int, s: float) -> float:
-    """Sum over i >= first of |c[i]| s^(i - first): a bound of that part on [0, s]."""
+    """Sum over i >= first of |c[i]| s^(i - first): a bound of that part of the series on [0, s]."""
     total = 0.0
     for i in range(len(c) - 1, first - 1, -1):
         total = total * s + abs(c[i])
@@ -31,9 +31,9 @@ def sum_of_magnitudes(c: Series, first: int, s: float) -> float:
 def first_zero(c: Series, skip: int, horizon: float) -> float:
     """First s in [0, horizon] at which a polynomial that starts positive reaches zero, or NO_HIT.
 
-    The first `skip` coefficients are known to be zero: that many roots at s = 0 are divided out.
-    0 if what is left starts at or below zero. The minorant rests on
-    f''(s + d) >= f''(s) - d sup|f'''| with the bound of |f'''| taken from the coefficients.
+    The first `skip` coefficients are known to be zero, and s^skip is divided out. Returns 0 if the
+    quotient is not positive at s = 0. The search is that of time_of_impact.py: its minorant follows
+    from f''(s + d) >= f''(s) - d sup|f'''|, where the coefficients bound |f'''| on [0, horizon].
     """
     n = len(c)
     if not c[skip] > 0.0:
@@ -60,7 +60,7 @@ def first_zero(c: Series, skip: int, horizon: float) -> float:
         if step == NO_HIT or step > h:
             if s + h >= horizon:
                 return NO_HIT
-            step = h  # no root within the trusted part: go to its end and trust more
+            step = h  # no root within h: go to its end, and use a longer h next
             h = h + h
         else:
             h = step

@@ -1,7 +1,7 @@
-"""A surface that a ball may touch: its row of numbers, and what follows from that at a contact.
+"""The surfaces of a board as rows of an array, and the geometry of a contact.
 
-A surface is a circle (a peg, or the end of a wall) or a line (a wall between its ends). A board's
-surfaces are the rows of an array, shape (n, COLUMNS); their numbers in it name them.
+A surface is a circle (a peg, or the end of a wall) or a line (a wall between its ends). A surface
+is named by its row's number in the array, which has shape (n, COLUMNS).
 """
 
 from math import sqrt
@@ -13,19 +13,19 @@ from engine.jit.decorator import inner_kernel
 
 Surfaces = npt.NDArray[np.float64]
 
-# Columns: where a surface is, and how far from it a ball's centre is at contact.
+# Columns. Some have one meaning for circles and another for lines.
 X = 0  # of a circle's centre or a line's first end, m
 Y = 1
-DISTANCE = 2  # circle: the sum of both radii D, m; 0 for a line
+DISTANCE = 2  # circle: contact distance D, the sum of both radii, m; line: 0
 DISTANCE2 = 3  # circle: D^2
 LENGTH = 3  # line, m
 TX = 4  # line: unit vector along it
 TY = 5
 NX = 6  # line: unit normal
 NY = 7
-FIRST_END = 8  # line: the numbers of its two ends
+FIRST_END = 8  # line: numbers of the circles at its two ends
 LAST_END = 9
-FIRST_LINE = 4  # circle: up to four lines that end in it, -1 for none
+FIRST_LINE = 4  # circle: numbers of up to four lines that end in it, -1 for none
 LINE_SLOTS = 4
 INVERSE = 8  # circle: 1 / D
 COLUMNS = 10
@@ -35,11 +35,11 @@ COLUMNS = 10
 def touch(
     items: Surfaces, radius: float, item: int, side: float, x: float, y: float
 ) -> tuple[float, float, float, float]:
-    """Unit normal (nx, ny) of `item` towards a ball at (x, y), and the centre put on the surface.
+    """Unit normal (nx, ny) of `item` towards a ball that touches it at (x, y), and the centre of
+    the ball at the exact distance.
 
-    `radius` is the ball's, `side` (1 or -1) that of a line on which it is; lengths in m. The centre
-    is within rounding of the contact distance; putting it there exactly keeps the errors of many
-    bounces on one surface from adding up.
+    `radius` is the ball's, `side` (1 or -1) its side of a line; lengths in m. The centre moves only
+    by rounding errors; otherwise these would add up over many bounces on one surface.
     """
     dx = x - items[item, X]
     dy = y - items[item, Y]
@@ -57,7 +57,7 @@ def touch(
 
 @inner_kernel
 def side_of(items: Surfaces, item: int, x: float, y: float) -> float:
-    """Side of `item` on which a ball at (x, y) is: 1 or -1 for a line, 0 for a circle."""
+    """The side of a line on which a ball at (x, y) is, 1 or -1; 0 for a circle."""
     row = items[item]
     if row[DISTANCE] > 0.0:
         return 0.0

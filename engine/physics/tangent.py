@@ -1,10 +1,10 @@
-"""How a small change of a ball's state travels along its path: the laws of motion, differentiated.
+"""Carries a small change of a ball's state along its path: the derivatives of the laws of motion.
 
-A tangent is a row (dx, dy, dvx, dvy, domega), the change of the state per change of something
-earlier, at a fixed time. An event that comes d tau later changes with it: with f the rates of the
-state before and after the event and J the derivative of its law,
+A tangent is a row (dx, dy, dvx, dvy, domega): the change of the state at a fixed time, per change
+of an earlier quantity. An event with the condition g = 0 then comes d tau later. With f the rates
+of the state before and after the event, and J the derivative of its law,
 
-    d tau = -(dg . d) / (dg . f_before)        g = 0 where the event happens
+    d tau = -(dg . d) / (dg . f_before)
     d_after = J (d_before + f_before d tau) - f_after d tau
 
 (the saltation matrix; Müller, Chaos, Solitons and Fractals 5, 1995).
@@ -27,7 +27,7 @@ DVY = 3
 DOMEGA = 4
 TANGENT_SIZE = 5
 
-# Rows of a contact's variation: of the length along the surface, of its rate and of the spin.
+# Rows of a contact's variation: changes of the way along the surface, the speed and the spin.
 ALONG = 0
 RATE = 1
 SPINNING = 2
@@ -36,14 +36,14 @@ VARIATION_ROWS = 3
 
 @inner_kernel
 def shift(tangent: Tangent, rates: Tangent, s: float) -> None:
-    """Add s times the rates of the state: from one instant to another s later."""
+    """Turn the change at one time into the change s later, by s times the rates of the state."""
     for i in range(TANGENT_SIZE):
         tangent[i] += rates[i] * s
 
 
 @inner_kernel
 def flight_rates(vx: float, vy: float, gravity: float, k: float, rates: Tangent) -> None:
-    """Rates of a state in free flight, into `rates`."""
+    """Write the rates of a state in free flight into `rates`."""
     rates[DX] = vx
     rates[DY] = vy
     rates[DVX] = -k * vx
@@ -53,7 +53,7 @@ def flight_rates(vx: float, vy: float, gravity: float, k: float, rates: Tangent)
 
 @inner_kernel
 def through_flight(tangent: Tangent, k: float, s: float) -> None:
-    """A tangent s seconds later in flight."""
+    """Carry a tangent through s seconds of flight."""
     decay, phi, _ = basis(k, s)
     tangent[DX] += tangent[DVX] * phi
     tangent[DY] += tangent[DVY] * phi
@@ -63,7 +63,10 @@ def through_flight(tangent: Tangent, k: float, s: float) -> None:
 
 @inner_kernel
 def delay(tangent: Tangent, nx: float, ny: float, vx: float, vy: float) -> float:
-    """How much later a ball of velocity (vx, vy) hits what has the normal (nx, ny), s per unit."""
+    """Delay of the impact of a ball with velocity (vx, vy) on a surface with normal (nx, ny).
+
+    In s per unit of the tangent.
+    """
     approach = nx * vx + ny * vy
     if approach == 0.0:
         return 0.0
@@ -83,9 +86,10 @@ def bounce_tangent(
     restitution: float,
     friction: float,
 ) -> None:
-    """Change a tangent on a surface as the impulse of `bounce` does; velocities are before it.
+    """Carry a tangent through the impulse of `bounce`; velocity and spin are those before it.
 
-    The tangent's place is along the surface, of the curvature given, and turns its normal.
+    The tangent must be one at the impact: its change of position is along the surface, and turns
+    the normal by the curvature.
     """
     tx = -ny
     ty = nx
@@ -133,10 +137,7 @@ def contact_rates(
     radius: float,
     rates: Tangent,
 ) -> None:
-    """Rates of a state in sustained contact, into `rates`.
-
-    The equations are those of `contact`.
-    """
+    """Write the rates of a state in sustained contact, as contact.py has them, into `rates`."""
     force = -gravity * ny - curvature * u * u
     drive = gravity * nx - k * u
     rate = drive
@@ -169,10 +170,10 @@ def through_contact(
     friction: float,
     radius: float,
 ) -> None:
-    """A tangent s seconds later in a sustained contact, whose motion is in `series`.
+    """Carry a tangent through s seconds of sustained contact, whose motion is in `series`.
 
-    What leads off the surface is dropped. `variation`, shape (3, ORDER + 1), is work space: the
-    series of the variational equations, made like those of the motion.
+    Components off the surface are dropped. `variation`, shape (3, ORDER + 1), is work space for the
+    series of the variational equations, which are computed like those of the motion.
     """
     nx = series[contact.NORMAL_X]
     ny = series[contact.NORMAL_Y]
@@ -184,7 +185,7 @@ def through_contact(
     rate[0] = -tangent[DVX] * ny[0] + tangent[DVY] * nx[0]
     spin[0] = rate[0] / radius if mode == contact.ROLLING else tangent[DOMEGA]
     for i in range(contact.ORDER):
-        turn_x = 0.0  # of gravity's pull along the surface, and of its pressure
+        turn_x = 0.0  # changes of gravity's parts along the surface and onto it
         turn_y = 0.0
         square = 0.0
         if curvature > 0.0:

@@ -1,27 +1,27 @@
-"""A ball at rest in a notch: it touches two surfaces a and b, and only its spin is left.
+"""Decides what a ball does that rests in a notch between two surfaces a and b and may spin.
 
-n points from a surface to the ball's centre, t = (-n_y, n_x). The centre does not move, so that
-both contacts slip at -omega R, and friction pulls at both in the sense of s = sign(omega):
+n points from a surface to the ball's centre, t = (-n_y, n_x). The centre does not move, so both
+contacts slip at -omega R, and friction acts at both in the sense of s = sign(omega):
 
     g + N_a (n_a + s mu_a t_a) + N_b (n_b + s mu_b t_b) = 0
 
-Where both forces are positive, the ball spins in the notch, and friction brakes it evenly,
+If both normal forces are positive, the ball spins in the notch, and friction brakes it evenly,
 
     omega' = -s (2 / R) (mu_a N_a + mu_b N_b),
 
-until it stops. Otherwise a contact opens: the ball goes on along the other surface, if the forces
-there accelerate it away from the one that opens. `docs/physics.md` derives this.
+until it stops. Otherwise a contact may open: the ball continues along one surface if the forces
+there accelerate it away from the other. `docs/physics.md` derives this.
 """
 
 from engine.jit.decorator import inner_kernel
 
-# What becomes of the ball.
-FALLS = 0  # off both
-GOES_ON_A = 1
+# What the ball does.
+FALLS = 0  # off both surfaces
+GOES_ON_A = 1  # rolls or slides along a
 GOES_ON_B = 2
 SPINS = 3  # in the notch
-RESTS = 4  # without spin: for ever
-JAMS = 5  # an impulse at both contacts stops the spin
+RESTS = 4  # without spin, for ever
+JAMS = 5  # impulses at both contacts stop the spin at once
 
 
 @inner_kernel
@@ -35,9 +35,9 @@ def spinning_forces(
     by: float,
     friction_b: float,
 ) -> tuple[float, float]:
-    """Normal forces N_a and N_b per unit mass that hold a ball which spins in `sense`, 1 or -1.
+    """Normal forces N_a and N_b per unit mass on a ball that spins in `sense`, 1 or -1.
 
-    (ax, ay) and (bx, by) are the unit normals. Both are 0 where no forces hold it.
+    (ax, ay) and (bx, by) are the unit normals. Both forces are 0 if no forces hold the ball.
     """
     reach_ax = ax - sense * friction_a * ay
     reach_ay = ay + sense * friction_a * ax
@@ -53,9 +53,9 @@ def spinning_forces(
 def opens(
     gravity: float, pull: float, nx: float, ny: float, other_x: float, other_y: float
 ) -> bool:
-    """Whether a ball at rest that is left on one surface, of normal (nx, ny), leaves the other.
+    """Whether a ball at rest, held only by one surface with normal (nx, ny), leaves the other.
 
-    `pull` is what friction gives the ball along the tangent for each unit of the normal force.
+    `pull` is the friction along the tangent per unit of the normal force.
     """
     force = -gravity * ny
     along = gravity * nx + pull * force
@@ -74,14 +74,16 @@ def rest_in_notch(
     by: float,
     friction_b: float,
 ) -> tuple[int, float]:
-    """What becomes of a ball at rest that touches two surfaces; and, if it spins there, its brake.
+    """What a ball at rest on two surfaces does, and for SPINS the brake of its spin, 0 otherwise.
 
-    The brake is mu_a N_a + mu_b N_b in m/s^2, omega' = -2 brake / R.
+    The brake is mu_a N_a + mu_b N_b in m/s^2; |omega|' = -2 brake / R. If both contacts could open,
+    contact b opens without spin; with spin, the one whose normal force would have to pull.
     """
     if gravity * ay >= 0.0 and gravity * by >= 0.0:
-        return FALLS, 0.0  # pressed onto neither: without a normal force there is no friction
+        return FALLS, 0.0  # pressed onto neither surface, so there is no friction
     if omega == 0.0 or (friction_a == 0.0 and friction_b == 0.0):
-        # Rolling and sliding begin in the same direction: gravity's along the surface.
+        # Friction cannot turn the motion around: whether the ball rolls or slides, it begins to
+        # move in the direction of gravity along the surface.
         if opens(gravity, 0.0, ax, ay, bx, by):
             return GOES_ON_A, 0.0
         if opens(gravity, 0.0, bx, by, ax, ay):

@@ -1,8 +1,8 @@
-"""The stepped solver: fixed substeps of semi-implicit Euler, swept so that nothing tunnels.
+"""Moves a ball by fixed substeps of semi-implicit Euler; swept tests keep it from tunnelling.
 
 Each substep first gives the ball its new velocity, then moves it along a straight line at that
-velocity; what it hits on the way it bounces off at once. The path is therefore a chain of straight
-pieces, with an error of the order of the substep.
+velocity, and bounces it off surfaces on the way. The path is therefore a chain of straight
+segments, with an error of the order of the substep.
 """
 
 from math import sqrt
@@ -32,21 +32,21 @@ from engine.stepped.sweep import sweep
 State = npt.NDArray[np.float64]
 
 MAX_HITS = 16
-"""Impacts in one substep. A ball that has more is caught between surfaces; it is frozen for the
-rest of the substep, so it cannot be pushed through."""
+"""Impacts in one substep, at most. A ball that reaches this is caught between surfaces, and stands
+still for the rest of the substep, so that it cannot be pushed through."""
 
 
 RESTING = 1.0e-9
-"""A ball rests below this part of the speed gravity adds in a substep. A frictionless slope of so
-many radians would make it move as fast; the jitter of a ball in a notch is 1e-11 of that speed."""
+"""Relative to the speed that gravity adds in a substep: a slower ball rests. A ball on a
+frictionless slope of 1e-9 rad gains this speed in a substep; a ball in a notch jitters at 1e-11."""
 
 ENDLESS = 1 << 62
-"""Substeps, or events: more than there ever are."""
+"""A number of substeps that no drop reaches."""
 
 
 @lean_kernel
 def push_out(board: BoardArrays, state: State, correction: float) -> None:
-    """Move a ball out of what it overlaps, by the fraction `correction` of the depth."""
+    """Move a ball out of surfaces that it overlaps, by the fraction `correction` of the depth."""
     cell = cell_of(board, state[body.X], state[body.Y])
     if cell < 0:
         return
@@ -91,8 +91,9 @@ def _bounce_off(
 ) -> None:
     """Bounce off `item`; an approach slower than the threshold does not rebound.
 
-    `lag`, in m/s downwards, is what the parabola through the ends of the substeps is faster by. The
-    impact acts on its velocity: then an elastic bounce keeps the energy.
+    Within a substep the velocity is constant, but on the true parabola it changes. `lag`, in m/s
+    downwards, is the difference at the time of the impact. The impact acts on the parabola's
+    velocity, so that an elastic bounce conserves energy.
     """
     nx, ny, state[body.X], state[body.Y] = touch(
         board.items, board.radius, item, side, state[body.X], state[body.Y]
@@ -137,8 +138,8 @@ def substep(
     """Advance a ball by h seconds; decay = exp(-k h), gain = (1 - decay) / k.
 
     Returns RUNNING or an outcome. v <- v decay + g gain is the closed form of drag and gravity over
-    the substep. An approach below twice the speed that gravity adds in a substep is a ball that
-    lies on a surface, and does not rebound.
+    the substep. A ball that approaches a surface at less than twice the speed that gravity adds in
+    a substep lies on it, and does not rebound.
     """
     state[body.VX] = state[body.VX] * decay
     pull = board.gravity * gain
@@ -181,7 +182,7 @@ def substep(
 
 @lean_kernel
 def _note_freeze(state: State, log: Log) -> None:
-    """Write down that the ball is frozen for the rest of the substep."""
+    """Log that the ball stands still for the rest of the substep."""
     vx = state[body.VX]
     vy = state[body.VY]
     omega = state[body.OMEGA]
@@ -196,9 +197,10 @@ def _note_freeze(state: State, log: Log) -> None:
 
 @lean_kernel
 def _rests(a: State, b: State, speed: float, h: float, radius: float) -> bool:
-    """Whether a ball that was in state a is still there a substep later, in b.
+    """Whether a ball rests: between state a and state b, a substep later, it hardly changed.
 
-    It is if neither of its speeds reaches `speed`, m/s, nor did it move or turn as fast as that.
+    Its velocity in both states, its motion per substep, and the change of its spin times the radius
+    must be below `speed`, m/s.
     """
     still = abs(a[body.VX]) < speed and abs(a[body.VY]) < speed
     still = still and abs(b[body.VX]) < speed and abs(b[body.VY]) < speed
@@ -220,12 +222,11 @@ def step_on(
     correction: float,
     log: Log,
 ) -> int:
-    """Substep number `steps` (from 0) of a drop: RUNNING or an outcome.
+    """Substep number `steps` (from 0) of a drop; returns RUNNING or an outcome.
 
-    A ball that is left with next to nothing of the speed that gravity adds in a substep ends
-    where it is: balanced. `before` is work space, shape (7,).
+    A ball that rests (see RESTING) is balanced. `before` is work space, shape (7,).
     """
-    for column in range(body.SIZE):  # a slice would compile all of numpy's broadcasting
+    for column in range(body.SIZE):  # a slice would also compile numpy's broadcasting
         before[column] = state[column]
     outcome = substep(board, state, h, decay, gain, correction, log)
     if outcome != RUNNING:
@@ -253,11 +254,11 @@ def step_many(
     bins: npt.NDArray[np.int32],
     impacts: npt.NDArray[np.int32],
 ) -> None:
-    """Advance each ball, not touching the others, by up to `most_steps` substeps or to its end.
+    """Advance each ball, independently of the others, by up to `most_steps` substeps.
 
-    states (n, 7) and steps (n,), the substeps each ball has behind it, are changed in place.
-    Writes down how each drop ended, RUNNING if it has not, its bin, -1 if it did not land, and its
-    impacts in these steps, all of shape (n,). `before` is work space, shape (7,).
+    states, shape (n, 7), and steps, shape (n,), the number of substeps of each ball, are changed in
+    place. Writes each drop's outcome (RUNNING if it goes on), bin (-1 if it did not land) and
+    impacts in these steps into arrays of shape (n,). `before` is work space, shape (7,).
     """
     decay, gain, _ = basis(board.drag, h)
     for i in range(len(states)):
@@ -290,7 +291,7 @@ def trace_stepped_many(
     bins: npt.NDArray[np.int32],
     impacts: npt.NDArray[np.int32],
 ) -> None:
-    """`step_many` of balls at their start, shape (n, 7), to their ends."""
+    """`step_many` of balls from their starts, shape (n, 7), to their ends."""
     steps = np.zeros(len(states), np.int64)
     step_many(
         board, states, steps, ENDLESS, h, correction, max_events, np.empty(body.SIZE), log,

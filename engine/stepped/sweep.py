@@ -1,4 +1,4 @@
-"""The first surface hit on a straight line: the swept test of the stepped solver."""
+"""The swept test of the stepped solver: the first surface that a ball hits on a straight line."""
 
 from math import sqrt
 
@@ -10,7 +10,7 @@ from engine.physics.time_of_impact import NO_HIT
 
 @lean_kernel
 def sweep_circle(qx: float, qy: float, vx: float, vy: float, d2: float, horizon: float) -> float:
-    """First s in [0, horizon] with |q + v s|^2 <= d2 while closing in, or NO_HIT."""
+    """First s in [0, horizon] with |q + v s|^2 <= d2, if the ball approaches; or NO_HIT."""
     f = qx * qx + qy * qy - d2
     half_fd = qx * vx + qy * vy
     if half_fd >= 0.0:
@@ -29,7 +29,8 @@ def sweep_circle(qx: float, qy: float, vx: float, vy: float, d2: float, horizon:
 def sweep_line(
     board: BoardArrays, item: int, x: float, y: float, vx: float, vy: float, horizon: float
 ) -> tuple[float, float]:
-    """First s in [0, horizon] at which a ball closes in on the inside of a wall, and the side."""
+    """First s in [0, horizon] at which the ball hits a wall between its ends, or NO_HIT; and the
+    side."""
     items = board.items
     dx = x - items[item, surface.X]
     dy = y - items[item, surface.Y]
@@ -61,12 +62,11 @@ def sweep(
     horizon: float,
     left: int,
 ) -> tuple[float, int, float]:
-    """First surface of a cell hit within the horizon: time (the horizon if none), item, side.
+    """The first surface of a cell hit within the horizon: time, item and side.
 
-    `left` is the surface (or -1) that the ball just bounced off: a straight line away from a convex
-    surface cannot hit it again, whatever rounding says of the way the ball is going.
-
-    At equal times the lower surface number counts; item is -1 if nothing is hit.
+    Without a hit the time is the horizon and item is -1. At equal times the lower surface number
+    counts. `left` is the surface that the ball has just bounced off, or -1. It is not tested: a
+    straight line away from a convex surface cannot hit it again, but rounding may say so.
     """
     items = board.items
     best = horizon

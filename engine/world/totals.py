@@ -22,6 +22,7 @@ class Energy:
 
     @property
     def total(self) -> float:
+        """Sum of the three."""
         return self.kinetic + self.rotational + self.potential
 
 

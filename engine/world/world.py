@@ -334,9 +334,11 @@ class World:
         return events
 
     def energy(self) -> Energy:
+        """Energy of all live balls."""
         return energy_of(self.board, self._ball_set.states)
 
     def momentum(self) -> Momentum:
+        """Momentum of all live balls."""
         return momentum_of(self.board.ball, self._ball_set.states)
 
     def snapshot(self) -> bytes:

@@ -394,7 +394,7 @@ def test_the_address_is_a_link_that_opens_the_same_board(bench: Bench, opened: O
     bench.click(0.0, 2.0)
     bench.becomes("pegs.length", 4)
     bench.page.get_by_role("button", name="Copy link").click()
-    link = bench.page.get_by_label("Link with the board in it")
+    link = bench.page.get_by_label("Link containing the board")
     expect(link).to_have_value(bench.page.url)
     board = bench.board
     other = Bench(opened(bench.page.url.removeprefix(bench.screen.url)))
@@ -450,7 +450,7 @@ def test_payouts_from_too_few_drops_are_solved_with_a_warning(opened: Open) -> N
     bench = Bench(opened("/editor.html?board=triangle-16"))
     bench.page.get_by_role("button", name="Solve payouts").click()
     result = bench.page.locator("#result")
-    expect(result).to_contain_text("Payouts solved by")
+    expect(result).to_contain_text("Payouts solved from")
     expect(result).to_contain_text("drops cannot tell how often bins 0, ")
 
 

@@ -376,7 +376,7 @@ def test_a_ball_that_never_settles_is_replayed_to_where_it_ends(
     record = screen.api(f"drops/{posted['digest']}/1")
     assert record["bin"] is None
     expect(screen.root).to_have_attribute("data-last-bin", "none")
-    expect(screen.result).to_contain_text("comes to rest in no bin")
+    expect(screen.result).to_contain_text("comes to rest outside the bins")
     screen.page.keyboard.press("End")
     ((x, y),) = screen.pixels(
         posted["board"], [[0.0, 1.0 - 0.05 - posted["board"]["ball"]["radius"]]]

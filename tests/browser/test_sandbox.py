@@ -133,7 +133,7 @@ def test_everyone_has_a_box_of_their_own_that_moves_into_a_room(
 def test_a_room_that_is_not_there_is_said_so_with_ways_on(opened: Open) -> None:
     screen = opened("/sandbox.html?room=nosuch")
     expect(screen.result).to_contain_text("There is no room nosuch")
-    screen.page.locator("#ways-on").get_by_role("link", name="Open a box of my own").click()
+    screen.page.locator("#ways-on").get_by_role("link", name="Open my own box").click()
     balls(screen, 60)
 
 
@@ -207,10 +207,10 @@ def test_a_game_by_keyboard_alone(box: Any) -> None:
     assert sent["x"] == pytest.approx(-1.5)
     screen.ball()  # the picture follows the news
     page.keyboard.press("g")
-    expect(screen.result).to_contain_text("Ball 0 is held")
+    expect(screen.result).to_contain_text("Ball 0 is grabbed")
     page.keyboard.press("ArrowRight")
     page.keyboard.press("g")
-    expect(screen.result).to_have_text("Let go.")
+    expect(screen.result).to_have_text("Released.")
     assert told(screen, "release") == [{"type": "release", "ball": 0}]
     page.keyboard.press("k")
     expect(screen.result).to_have_text("Kicked ball 0.")
@@ -259,7 +259,7 @@ def test_a_board_of_touching_balls_is_played_and_halted_on_pages(
     monkeypatch.setenv("PLINKO_OPERATOR_TOKEN", OPERATOR)
     assert main(["halt", server.url, "--room", quick.room]) == 0
     expect(screen.result).to_have_text(
-        "This table is paused: it takes no drops now. Balls in flight land."
+        "This table is paused and takes no drops. Balls in flight still land."
     )
 
 

@@ -1,1 +1,1 @@
-"""The page's scripts in Node.js: unit tests in *.test.js, comparisons with Python in test_*.py."""
+"""The page's modules in Node.js: alone in *.test.js, compared with the server in test_*.py."""

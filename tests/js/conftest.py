@@ -1,4 +1,4 @@
-"""Calls functions of the page's modules in Node.js, with JSON in and JSON out."""
+"""The fixture `run`: calls a function with one of the page's modules in Node.js, by JSON."""
 
 import json
 import shutil
@@ -13,8 +13,9 @@ MODULES = Path(__file__).parents[2] / "static" / "js"
 
 Run = Callable[..., Any]
 
-# Reads one JSON line per call and answers with one line. Each function is a separate module, so
-# that it may await imports; it gets the named module, the argument, and `load` for more modules.
+# Each request is one line, and so is each response. A function is loaded as a separate module, so
+# that it may await imports. It is called with the named module, the argument, and `load`, which
+# loads further modules.
 _ANSWER = """
 import { createInterface } from "node:readline";
 const load = (name) => import(new URL(name, MODULES));
@@ -29,14 +30,14 @@ for await (const line of createInterface({ input: process.stdin })) {
 
 
 class ScriptError(Exception):
-    """An error that a script threw."""
+    """The script threw an error."""
 
 
 @pytest.fixture(scope="session")
 def run() -> Iterator[Run]:
-    """Calls a JavaScript function with a module of static/js and an argument.
+    """Call a JavaScript function with a module of static/js and an argument.
 
-    One process answers all calls, and loads each module once.
+    One process runs all calls, and loads each module once.
     """
     node = shutil.which("node")
     assert node, "Node.js is not installed: run tools/node"
@@ -56,7 +57,7 @@ def run() -> Iterator[Run]:
         asking.write(json.dumps({"name": name, "source": source, "argument": argument}) + "\n")
         asking.flush()
         line = answering.readline()
-        assert line, "Node.js ended"
+        assert line, "Node.js has exited"
         told = json.loads(line)
         if "thrown" in told:
             raise ScriptError(told["thrown"])

@@ -1,4 +1,4 @@
-// The folders of static/js: one way between them, types included, nothing unused.
+// The folders of static/js: imports, also of types, go in one direction, and every export is used.
 
 import assert from "node:assert/strict";
 import { readdirSync, readFileSync } from "node:fs";
@@ -15,7 +15,7 @@ const texts = new Map(
     .map((path) => [path, readFileSync(new URL(path, ROOT), "utf8")]),
 );
 
-/** What a file imports, as paths below static/js, by the names; types that JSDoc imports too. */
+/** The imports of a file, also of types in JSDoc: imported names by path below static/js. */
 function importsOf(path) {
   const found = [];
   const form = /(?:^import|@import|^export)\s+\{([^}]*)\}\s+from\s+"(\.[^"]+)"/gm;
@@ -27,15 +27,15 @@ function importsOf(path) {
   return found;
 }
 
-test("every file lies in a folder that has its place in the order", () => {
+test("every file is in a folder of the order", () => {
   for (const path of texts.keys()) assert.ok(FOLDERS.includes(path.split("/")[0]), path);
 });
 
-test("imports, of types too, go one way and find what they name", () => {
+test("imports, also of types, go one way and find their targets", () => {
   for (const path of texts.keys()) {
     const barred = forbidden(path.split("/")[0]);
     for (const { target } of importsOf(path)) {
-      assert.ok(texts.has(target), `${path} imports ${target}, which is not there`);
+      assert.ok(texts.has(target), `${path} imports ${target}, which does not exist`);
       assert.ok(!barred.includes(target.split("/")[0]), `${path} imports ${target}`);
     }
   }

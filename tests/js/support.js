@@ -1,4 +1,4 @@
-// What the tests of the page's pure modules share: golden files, comparisons, seeded chance, a board, storage.
+// Helpers for tests: golden files, comparisons, seeded random numbers, a board, storage.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -15,18 +15,18 @@ export function bytesOf(hex) {
   return Uint8Array.from(hex.match(/../g) ?? [], (pair) => parseInt(pair, 16)).buffer;
 }
 
-/** Numbers that differ by no more than a tolerance; NaN is near nothing. */
+/** Asserts that two numbers differ by at most a tolerance; NaN always fails. */
 export function near(actual, expected, tolerance, message = "") {
   const off = Math.abs(actual - expected);
   assert.ok(off <= tolerance, `${message} ${actual} is not within ${tolerance} of ${expected}`);
 }
 
-/** The same, by a share of the expected value. */
+/** The same, with the tolerance as a fraction of the expected value. */
 export function nearly(actual, expected, share, message) {
   near(actual, expected, share * Math.abs(expected), message);
 }
 
-/** Chance that is the same each time: mulberry32. @returns {() => number} 0 … 1 */
+/** Seeded random numbers, by mulberry32. @returns {() => number} 0 … 1 */
 export function chance(seed) {
   let state = seed >>> 0;
   return () => {
@@ -37,7 +37,7 @@ export function chance(seed) {
   };
 }
 
-/** @returns {number[]} Pascal's triangle */
+/** @returns {number[]} a row of Pascal's triangle */
 export function choose(rows) {
   let row = [1];
   for (let i = 0; i < rows; i += 1) row = [...row, 0].map((value, k) => value + (row[k - 1] ?? 0));
@@ -68,18 +68,18 @@ export function triangle() {
   };
 }
 
-/** Segments of paths as the server encodes them, and where a ball is on them. */
+/** Segments as the server encodes them, and the ball's places on them. */
 export function goldenSegments() {
   return json("tests/golden/segments.json");
 }
 
-/** A golden segment as the page names things. */
+/** A golden segment with the page's names of its fields. */
 export function segmentOf({ ball, bend, ...rest }) {
   const segment = { ...rest, id: ball };
   return bend ? { ...segment, bend: { ax: bend[0], ay: bend[1] } } : segment;
 }
 
-/** A browser's storage. @returns {Pick<Storage, "getItem" | "setItem">} */
+/** A fake of a browser's storage. @returns {Pick<Storage, "getItem" | "setItem">} */
 export function storage() {
   const kept = new Map();
   return { getItem: (key) => kept.get(key) ?? null, setItem: (key, value) => kept.set(key, value) };

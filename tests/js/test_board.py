@@ -1,4 +1,4 @@
-"""Pages and pictures agree about a board."""
+"""Pages and the server's pictures find the same side walls of a board."""
 
 import pytest
 

@@ -1,8 +1,8 @@
 """Draws the picture in docs/architecture.md from the import contract: `make architecture`.
 
-Each `layers` contract of pyproject.toml is a stack of rows: a package may import the rows below its
-own, but nothing in its own row or above. The text of a box is the first sentence of the package's
-docstring.
+Each `layers` contract of pyproject.toml is a stack of rows: a module may import every module in the
+rows below, and none in its own row or above. The text of a box is the first paragraph of the
+module's docstring.
 """
 
 import ast
@@ -21,7 +21,9 @@ GAP = 8
 HEAD = 40  # height of a stack's title, above its first row
 LINE = 15
 FONT = 12.5
-LETTER = 0.52 * FONT  # mean width of a letter, estimated high
+LETTER = 0.56 * FONT  # mean width of a letter, estimated high
+MOST = 4  # boxes side by side; a longer row is drawn in several lines, close to each other
+CLOSE = 3  # between these lines
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,7 @@ def stacks() -> list[Stack]:
 
 
 def sentence(package: str, part: str) -> str:
-    """The first sentence of a module's or package's docstring."""
+    """The first paragraph of the docstring of a module or package."""
     base = ROOT / package / part
     path = base / "__init__.py" if base.is_dir() else base.with_suffix(".py")
     text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
@@ -55,10 +57,10 @@ def sentence(package: str, part: str) -> str:
 def draw() -> str:
     """The drawing as SVG."""
     parts: list[str] = []
+    y = _bar(parts, MARGIN, "static", "The pages: they use the server only by REST and WebSocket.")
     y = _bar(
-        parts, MARGIN, "static", "The pages: they know the server by REST and WebSocket alone."
+        parts, y, "benchmarks", "Measurements of speed and error: may import everything below."
     )
-    y = _bar(parts, y, "benchmarks", "What is measured: may import all that is below.")
     left, right = stacks()
     width = (WIDTH - 2 * MARGIN - 3 * GAP) / 2
     bottom = max(
@@ -70,7 +72,7 @@ def draw() -> str:
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" width="{WIDTH}" '
         f'height="{height}" font-family="system-ui, sans-serif" font-size="15" fill="#1d2430">\n'
-        f"<title>The packages: each may import what stands below it in its stack</title>\n"
+        f"<title>The packages: each may import the packages below it in its stack</title>\n"
         f'<rect width="{WIDTH}" height="{height}" fill="#ffffff"/>\n{body}\n</svg>\n'
     )
 
@@ -89,13 +91,19 @@ def _stack(
     top = y + HEAD
     inner = width - 2 * 12
     for row in stack.layers:
-        each = (inner - GAP * (len(row) - 1)) / len(row)
-        says = [sentence(stack.package, part) for part in row]
-        height = _height(says, each)
-        for place, (part, text) in enumerate(zip(row, says, strict=True)):
-            left = x + 12 + place * (each + GAP)
-            _box(parts, (left, top, each, height), part, text, fill)
-        top += height + GAP
+        lines = -(-len(row) // MOST)
+        in_line = -(-len(row) // lines)
+        gap = GAP if lines == 1 else CLOSE
+        each = (inner - gap * (in_line - 1)) / in_line
+        for first in range(0, len(row), in_line):
+            names = row[first : first + in_line]
+            says = [sentence(stack.package, part) for part in names]
+            height = _height(says, each)
+            for place, (part, text) in enumerate(zip(names, says, strict=True)):
+                left = x + 12 + place * (each + gap)
+                _box(parts, (left, top, each, height), part, text, fill)
+            top += height + gap
+        top += GAP - gap
     bottom = top + 4
     parts.insert(
         frame,

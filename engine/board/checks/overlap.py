@@ -76,7 +76,7 @@ def _check_start(obs: Obstacles, left: float, right: float, y: float, what: str,
         name = f"walls[{walls[0]}]"
     raise BoardError(
         f"{what} at drop.y = {y!r} lets the ball (radius {obs.radius:g} m) start inside or "
-        f"touching {name}: a start must be clear of everything",
+        f"touching {name}: a start must not touch anything",
         field=path,
     )
 

@@ -233,8 +233,8 @@ def _grid(board: BoardFields, obs: Obstacles, xs: Floats, *exact: Floats) -> tup
     if cell > COARSEST_CELL * obs.radius:
         raise BoardError(
             f"ball.radius is {obs.radius!r}: the ball is too small for a board of "
-            f"{right - left:.6g} by {bottom - top:.6g} m from start to bins; the board can be "
-            f"checked from {cell / COARSEST_CELL:.3g} m on",
+            f"{right - left:.6g} by {bottom - top:.6g} m from start to bins; use a radius of at "
+            f"least {cell / COARSEST_CELL:.3g} m, or a smaller board",
             field="ball.radius",
         )
     columns = left + cell * (np.arange(math.ceil((right - left) / cell)) + _GENERIC)

@@ -1,4 +1,4 @@
 """Proves sustained contact: rolling and sliding as Taylor series with proven remainders.
 
-Imports the scene, ball arithmetic and what flights touch. Start with phase.py.
+Imports ball arithmetic, the scene and flights. Start with phase.py.
 """

@@ -19,8 +19,6 @@ from engine.certified.surfaces import Circle, Face, Surface
 
 
 class Cause(Enum):
-    """Why a stretch ends."""
-
     STEP = "the series end"
     LEAVES = "the normal force vanishes"
     CHANGES = "rolling becomes sliding, or sliding rolling"
@@ -141,7 +139,6 @@ def _passages(stretch: Stretch, known: Known, proof: Proof) -> list[Ending]:
 
 
 def _hits(stretch: Stretch, known: Known, proof: Proof) -> list[Ending]:
-    """Where the ball touches another surface."""
     start, end = stretch.start, stretch.at(arb(stretch.end))
     terms = [abs(term).upper() for term in stretch.way.terms]
     roam = sum((t * arb(stretch.end) ** i for i, t in enumerate(terms)), stretch.way.tail)

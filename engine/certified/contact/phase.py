@@ -49,8 +49,6 @@ def normal_force(scene: Scene, surface: Surface, ny: arb, u: arb) -> arb:
 
 
 class Phase:
-    """Follows one contact phase, stretch by stretch."""
-
     def __init__(self, scene: Scene, proof: Proof, note: Note) -> None:
         self.scene, self.proof, self.note = scene, proof, note
 
@@ -97,7 +95,6 @@ class Phase:
         return Stretch(self.scene, surface, now)
 
     def _moved(self, stretch: Stretch, ending: Ending) -> Contact:
-        """The ball at the end of a stretch."""
         return stretch.at(ending.share)
 
     def _changed(self, now: Contact, surface: Surface, ending: Ending) -> tuple[Contact, Known]:

@@ -53,7 +53,6 @@ class _Search:
         self.bend = bend(arb(end)).upper()
 
     def run(self, proof: Proof) -> arb | None:
-        """The first fall in (0, end]."""
         start = self.value(arb(0)) + self.tail
         proof.require(bool(start > 0), self.what)
         pieces = [(0.0, self.end, 0)]

@@ -1,6 +1,6 @@
-"""Windows of all flights: where they start, how long they are, which cell lists their candidates.
+"""The windows of all flights: where they start, how long they are, which cell lists candidates.
 
-`next_impact` has the same steps for one ball, and says why they are right.
+`next_impact` has the same steps for one ball, and explains them.
 """
 
 import numpy as np
@@ -15,18 +15,19 @@ from engine.physics.flight import SERIES_LIMIT, phi2
 from engine.physics.time_of_impact import NEGLIGIBLE
 
 PATIENCE = 10_000
-"""Windows in one flight after which a ball is left to others: it has missed the board."""
+"""Windows in one flight, at most. A ball that needs more has missed the board, and goes to the
+solver for one ball."""
 
 DOUBLINGS = 3
-"""Of a basis, at most: longer flights than LONGEST are for the solver for one ball."""
+"""Doublings of a basis. Flights longer than LONGEST go to the solver for one ball."""
 
 LONGEST = SERIES_LIMIT * 2**DOUBLINGS
-"""A flight's k s, at most. |a| falls to an eighth in it, no further."""
+"""Largest k s of a flight, 2: |a| falls to e^-2 of its start, so not below an eighth."""
 
 FIRST_ITEM = (1 << HEAD_BITS) - 1
-"""The bits of a cell's head that are its first item."""
+"""The bits of a cell's head that have its first item."""
 
-# The columns of `bases`, from its own first on: what it takes, and what it gives.
+# The columns of `bases`, relative to its first one: the times, then the results.
 TIME = 0 * lane.LANES
 DECAY = 1 * lane.LANES
 PHI = 2 * lane.LANES
@@ -35,7 +36,7 @@ PSI = 3 * lane.LANES
 
 @lean_kernel
 def bases(b: Floats, at: int, n: int, k: float) -> None:
-    """`basis` of n times up to LONGEST / k, whose columns begin at `at`."""
+    """`basis` of n times up to LONGEST / k; its columns begin at `at` in b."""
     for i in range(n):
         h = b[at + TIME + i]
         z = k * h
@@ -62,15 +63,16 @@ def bases(b: Floats, at: int, n: int, k: float) -> None:
 
 @lean_kernel
 def dot(x: float, y: float, ax: float, ay: float, drags: bool) -> float:
-    """(x, y).(ax, ay); without drag (ax, ay) is the gravity, straight down."""
+    """(x, y).(ax, ay); without drag ax is 0."""
     return x * ax + y * ay if drags else y * ay
 
 
 @lean_kernel
 def begin_flight(board: BoardArrays, w: Floats, m: Ints, i: int) -> None:
-    """Ball i is about to fly from where its lane says.
+    """Begin a flight of ball i from the state in its lane.
 
-    One that may come to its terminal velocity in the lanes, within rounding, is odd.
+    A ball that may reach its terminal velocity, within rounding, goes to the solver for one ball.
+    Within LONGEST |a| falls at most to an eighth, hence the factor 8 on the limit.
     """
     k = board.drag
     straight = NEGLIGIBLE * board.radius * k * k
@@ -87,7 +89,7 @@ def begin_flight(board: BoardArrays, w: Floats, m: Ints, i: int) -> None:
 
 @lean_kernel
 def open_windows(board: BoardArrays, w: Floats, m: Ints, n: int, drags: bool) -> None:
-    """Bring n balls to their windows' starts, and find how long the windows are."""
+    """Move n balls to the starts of their windows, and compute the windows' lengths."""
     k, gravity = board.drag, board.gravity
     travel = board.travel
     longest = SERIES_LIMIT / k if k > 0.0 else np.inf
@@ -124,7 +126,7 @@ def open_windows(board: BoardArrays, w: Floats, m: Ints, n: int, drags: bool) ->
 
 @lean_kernel
 def find_cells(board: BoardArrays, w: Floats, m: Ints, n: int, drags: bool) -> None:
-    """Each window's cell, the first candidate that it lists, and how many it lists."""
+    """Find each window's cell, its first candidate, and its number of candidates."""
     k, left = board.drag, board.left
     top = board.top
     cells_per_metre = board.cells_per_metre
@@ -143,7 +145,7 @@ def find_cells(board: BoardArrays, w: Floats, m: Ints, n: int, drags: bool) -> N
         is_inside = (across >= 0.0) & (down >= 0.0) & (across < width) & (down < height)
         column = np.int32(across if is_inside else 0.0)
         row = np.int32(down if is_inside else 0.0)
-        cell = row * np.int32(columns) + column  # narrow factors: vectors have no wide product
+        cell = row * np.int32(columns) + column  # 32 bits: vectors have no product of 64 bits
         m[lane.CELL + i] = cell if is_inside else columns * rows
     for i in range(n):
         head = heads[np.uint32(m[lane.CELL + i])]
@@ -153,7 +155,7 @@ def find_cells(board: BoardArrays, w: Floats, m: Ints, n: int, drags: bool) -> N
 
 @lean_kernel
 def look_at(w: Floats, m: Ints, i: int, member: int, centres: Floats) -> None:
-    """The candidate that is looked at for ball i is `member`."""
+    """Make `member` the current candidate of ball i."""
     m[lane.MEMBER + i] = member
     w[lane.CX + i] = centres[member, 0]
     w[lane.CY + i] = centres[member, 1]
@@ -162,9 +164,10 @@ def look_at(w: Floats, m: Ints, i: int, member: int, centres: Floats) -> None:
 
 @lean_kernel
 def close_windows(board: BoardArrays, space: Space, n: int, max_time: float) -> int:
-    """Send on the balls that hit nothing; list the lanes whose flights end: their number.
+    """Move the balls without a hit to their next windows, and list the lanes whose flights end.
 
-    START of such a lane is then the length of its flight. One that has flown for too long is odd.
+    Returns the number of these lanes; START of such a lane is then the duration of its flight. A
+    ball whose flight is too long for the lanes goes to the solver for one ball.
     """
     w, m, ended = space.w, space.m, space.ended
     k = board.drag

@@ -1,4 +1,4 @@
-"""The ends of flights, and the impacts there, side by side: `rebound` and `bounce` of all balls."""
+"""The ends of flights and the impacts there, side by side: `rebound` and `bounce` of all balls."""
 
 from engine.exact.board_arrays import BoardArrays
 from engine.exact.free_flight import DYING_BOUNCE, PLACE_ROUNDING
@@ -8,8 +8,8 @@ from engine.exact.lanes.lane import Floats, Space
 from engine.jit.decorator import lean_kernel
 from engine.physics import body, surface
 
-# Where values begin in `e`, shape (IMPACT_COLUMNS * LANES,): how long the flight takes, and
-# `flight.bases` of that; the state at its end, as `body` has it; the surface, and its material;
+# Where the columns of `e` begin, shape (IMPACT_COLUMNS * LANES,): the flight's duration and its
+# `flight.bases`; the state at its end, in the order of `body`; the surface and its material; …
 BASIS = 0 * lane.LANES
 END = 4 * lane.LANES
 T = END + body.T * lane.LANES
@@ -26,7 +26,7 @@ LINE_NX = 15 * lane.LANES  # a line's normal towards the ball
 LINE_NY = 16 * lane.LANES
 RESTITUTION = 17 * lane.LANES
 FRICTION = 18 * lane.LANES
-AFTER = 19 * lane.LANES  # the state after the impact, and what keeps the ball from flying on.
+AFTER = 19 * lane.LANES  # … the state after the impact; and whether the ball cannot fly on:
 STOOD = 26 * lane.LANES  # 1: it has not moved, within rounding
 DIES = 27 * lane.LANES  # 1: the bounce has died
 
@@ -78,7 +78,7 @@ def arrive(board: BoardArrays, space: Space, count: int, drags: bool) -> None:
 
 @lean_kernel
 def rebound_all(e: Floats, count: int, radius: float, rubs: bool) -> None:
-    """`rebound` of the first `count`; rubs: whether friction and spin are there at all."""
+    """`rebound` of the first `count` balls; rubs: whether any ball may have friction or spin."""
     for c in range(count):
         e[AFTER + body.T * lane.LANES + c] = e[T + c]
         x, y = e[X + c], e[Y + c]

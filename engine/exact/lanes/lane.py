@@ -1,15 +1,15 @@
-"""What is kept of the balls side by side, each in a lane of its own.
+"""The memory of the lanes: each lane has one ball, and an array has one value of all lanes in turn.
 
-A stage is a loop over the lanes. So a processor goes on with the next ball while it waits for the
-last one's results, guesses few branches wrong, and computes four or eight lanes at a time where a
-loop has none. Each ball goes through the arithmetic of the solver for one ball, in its order:
-nothing crosses lanes.
+A stage is a loop over the lanes. So a processor computes the next ball while it waits for the
+results of the one before, mispredicts few branches, and computes four or eight lanes at a time in
+loops without branches. Each ball goes through the arithmetic of the solver for one ball, in the
+same order, and no value depends on another lane.
 
-The stages are compiled twice, with and without drag and friction, by the argument `drags`: a
-constant where they are called, so that the code without has neither a branch nor the arithmetic.
+The stages are compiled twice, with and without drag and friction. The argument `drags` is a
+constant for the compiler, so the code without drag has neither the branches nor the arithmetic.
 
-Numbers that are read from memory to look something up by are unsigned: of a signed one the compiled
-code looks at the sign each time, for -1 would be the last, and that took a seventh of the time.
+Indices that are read from memory are unsigned. For signed ones the compiled code tests the sign
+each time, as Python's index -1 means the last item, and that took a seventh of the time.
 """
 
 from typing import NamedTuple
@@ -31,21 +31,23 @@ Ints = npt.NDArray[np.int64]
 Indices = npt.NDArray[np.uint32]
 
 LANES = 104
-"""Balls side by side: enough to hide what each waits for, few enough to stay in the nearest cache,
-and 13 of its lines: an odd number, or the columns' beginnings would drive each other out."""
+"""Balls side by side: enough to hide the latency of each, few enough for the first-level cache. A
+column of 104 numbers is 13 cache lines. An odd number keeps columns in different sets of the
+cache."""
 
 SLOTS = 8
-"""Members of a cell that are looked at for all balls together, at most; the others, one by one."""
+"""Members of a cell that are tested for all balls together, at most; the others are tested one by
+one."""
 
 WIDTH = 8
-"""A list is filled up to a multiple of this, so that no search is left over from the vectors."""
+"""Lists are padded to a multiple of this, so that all searches fit into whole vectors."""
 
 SEARCHES = 2 * LANES
-"""In a list; one that is half full is searched before it goes on."""
+"""Searches in a list; a list that is half full is searched before it is filled again."""
 
-# Where the lanes' values begin in the numbers `w`, shape (FLOAT_COLUMNS * LANES,): distances
-# known when the loops are compiled, or they could not be vectorized. First the state at the
-# flight's start, as `body` has it, …
+# Where the columns of the floats `w` begin, shape (FLOAT_COLUMNS * LANES,). They are constants,
+# because loops over columns at variable distances are not vectorized. First the state at the
+# flight's start, in the order of `body`, …
 T0 = body.T * LANES
 X0 = body.X * LANES
 Y0 = body.Y * LANES
@@ -54,10 +56,10 @@ VY0 = body.VY * LANES
 OMEGA = body.OMEGA * LANES
 AX0 = 7 * LANES
 AY0 = 8 * LANES
-RISE = 9 * LANES  # m/s, of `next_impact`
-ORIGIN_SIDE = 10 * LANES  # of the surface that the flight starts from
-START = 11 * LANES  # s of the flight at which the window starts, and its `flight.bases`
-# … then the window: where it starts, its length, and what is hit first in it.
+RISE = 9 * LANES  # m/s, as in `next_impact`
+ORIGIN_SIDE = 10 * LANES  # the side of the surface from which the flight starts
+START = 11 * LANES  # s into the flight at which the window starts, and its `flight.bases`
+# … then the window: the state at its start, its length, and the first hit in it.
 WX = 15 * LANES
 WY = 16 * LANES
 WVX = 17 * LANES
@@ -67,47 +69,47 @@ WAY = 20 * LANES
 HORIZON = 21 * LANES
 BEST = 22 * LANES
 HIT_SIDE = 23 * LANES
-VV = 24 * LANES  # v.v, v.a and a.a, of which the bound of f''' is made
+VV = 24 * LANES  # v.v, v.a and a.a, for the bound of f'''
 VA = 25 * LANES
 AA = 26 * LANES
-CX = 27 * LANES  # the centre and D^2 of the candidate that is looked at
+CX = 27 * LANES  # the centre and D^2 of the current candidate
 CY = 28 * LANES
 CD2 = 29 * LANES
 FLOAT_COLUMNS = 30
 
-# The same of the integers `m`, shape (INT_COLUMNS * LANES,).
+# The columns of the integers `m`, shape (INT_COLUMNS * LANES,).
 DROP = 0 * LANES  # number of the drop
-SURFACE = 1 * LANES  # the surface that the flight starts from, -1 for none
+SURFACE = 1 * LANES  # the surface from which the flight starts, or -1
 ORIGIN = 2 * LANES  # the same in the flight's first window, then -1
-ITEM = 3 * LANES  # what is hit first, or a code of `next_impact`
+ITEM = 3 * LANES  # the surface hit first, or a code of `next_impact`
 IMPACTS = 4 * LANES
-EVENTS = 5 * LANES  # these, and what the solver for one ball has noted
-ODD = 6 * LANES  # 1: this flight is for the solver for one ball
-CELL = 7 * LANES  # of the window, and how long its list is, up to HEAD_MANY
-MORE = 8 * LANES
-MARK = 9 * LANES  # bit n: the ball may hit the n-th member of its cell in this window; LOW; BEYOND
-MEMBER = 10 * LANES  # the candidate that is looked at
-WINDOWS = 11 * LANES  # searched in this flight
+EVENTS = 5 * LANES  # impacts, and other events that the solver for one ball has counted
+ODD = 6 * LANES  # 1: the solver for one ball must follow this flight
+CELL = 7 * LANES  # the window's cell
+MORE = 8 * LANES  # number of its members, up to HEAD_MANY
+MARK = 9 * LANES  # bit n: the ball may hit the n-th member of its cell; LOW and BEYOND of search.py
+MEMBER = 10 * LANES  # the current candidate
+WINDOWS = 11 * LANES  # windows of this flight
 INT_COLUMNS = 12
 
-SEARCH_COLUMNS = 16  # those of search.py
-IMPACT_COLUMNS = 28  # those of impact.py
+SEARCH_COLUMNS = 16  # see search.py
+IMPACT_COLUMNS = 28  # see impact.py
 
 
 class Space(NamedTuple):
-    """Work space: of the lanes, of their searches and impacts, and of one ball alone."""
+    """Work space of the lanes, of their searches and impacts, and of the solver for one ball."""
 
     w: Floats  # (FLOAT_COLUMNS * LANES,)
     m: Ints  # (INT_COLUMNS * LANES,)
     r: Floats  # (SEARCH_COLUMNS * SEARCHES,)
-    few: Floats  # the same, of those that take long
-    back: Indices  # (SEARCHES,): which of `r` these are
+    few: Floats  # the same, for searches that take many steps
+    back: Indices  # (SEARCHES,): the places of these in `r`
     e: Floats  # (IMPACT_COLUMNS * LANES,)
     whose: Indices  # (SEARCHES,): the lane of each search
-    which: Indices  # (SEARCHES,): the surface that it looks for
+    which: Indices  # (SEARCHES,): the surface of each search
     marked: Indices  # (LANES + 1,): lanes with a mark
     ended: Indices  # (LANES + 1,): lanes whose flights end in this window
-    members: Indices  # the board's, and SLOTS more
+    members: Indices  # the board's, padded with SLOTS zeros
     state: Floats  # (body.SIZE,)
     place: Ints  # (initial_state.COLUMNS,)
     series: Series
@@ -115,7 +117,6 @@ class Space(NamedTuple):
 
 
 def new_space(board: BoardArrays) -> Space:
-    """Work space for drops on `board`."""
     return Space(
         w=np.zeros(FLOAT_COLUMNS * LANES),
         m=np.zeros(INT_COLUMNS * LANES, np.int64),
@@ -137,7 +138,7 @@ def new_space(board: BoardArrays) -> Space:
 
 @lean_kernel
 def motion_of(w: Floats, i: int, k: float) -> Motion:
-    """How ball i moves from its window's start on."""
+    """The motion of ball i from its window's start on."""
     return Motion(
         w[WX + i], w[WY + i], w[WVX + i], w[WVY + i], w[WAX + i], w[WAY + i], k
     )  # fmt: skip
@@ -145,7 +146,7 @@ def motion_of(w: Floats, i: int, k: float) -> Motion:
 
 @lean_kernel
 def move_lane(w: Floats, m: Ints, i: int, last: int) -> None:
-    """The last lane's ball moves to lane i."""
+    """Move the ball in lane `last` to lane i."""
     for column in range(FLOAT_COLUMNS):
         w[column * LANES + i] = w[column * LANES + last]
     for column in range(INT_COLUMNS):

@@ -1,9 +1,9 @@
-"""What the balls hit first in their windows: candidates, and a search for each, side by side.
+"""Finds what the balls hit first in their windows, by searches side by side.
 
-Most candidates are turned down by the chord test, for all balls at once. The others are searched.
+The chord test excludes most candidates, for all balls at once. The others are searched.
 
-Each loop's body is that of the search in `circle_impact` that it names, with all cases computed and
-none branched on: a search that has ended is computed on, and nothing of it is kept.
+Each loop has the body of the search in circle_impact.py that it names, but computes all cases
+without branches. Searches that have ended are computed further, and their results are discarded.
 """
 
 import numpy as np
@@ -27,19 +27,19 @@ from engine.physics.time_of_impact import (
 )
 
 RARE = 8
-"""A slot that fewer than one ball in so many has a member in is not worth a look for all."""
+"""A slot is tested for all balls only if at least one ball in RARE has a member in it."""
 
 LOW = 1 << lane.SLOTS
 """The mark of a ball that may reach the bins in this window."""
 
 BEYOND = 2 << lane.SLOTS
-"""The mark of a ball whose cell has more members than were looked at for all."""
+"""The mark of a ball whose cell has more members than were tested for all balls."""
 
 FIRST_STEPS = 4
-"""Steps for all searches of a list; those that take more go on by themselves."""
+"""Steps of all searches of a list; those that need more are gathered and continued."""
 
-# Where values begin in `r`, shape (SEARCH_COLUMNS * SEARCHES,): the window's length,
-# the motion seen from the circle's centre, bounds of f''', …
+# Where the columns of `r` begin, shape (SEARCH_COLUMNS * SEARCHES,): the window's length,
+# the motion relative to the circle's centre, bounds of f''', …
 SEARCHED = 0 * lane.SEARCHES
 FROM_X = 1 * lane.SEARCHES
 FROM_Y = 2 * lane.SEARCHES
@@ -50,23 +50,23 @@ ACC_Y = 6 * lane.SEARCHES
 SQUARE = 7 * lane.SEARCHES  # D^2; 0 for a line
 LOW3 = 8 * lane.SEARCHES
 SIZE3 = 9 * lane.SEARCHES
-# … how far a search has come, …
+# … the search's time s, …
 S = 10 * lane.SEARCHES
-F = 11 * lane.SEARCHES  # f, f' and f''; of what has just been left g(0), g and g'
+F = 11 * lane.SEARCHES  # f, f' and f''; for a surface that was just left g(0), g and g'
 FD = 12 * lane.SEARCHES
 FDD = 13 * lane.SEARCHES
-TRUST = 14 * lane.SEARCHES
-STATUS = 15 * lane.SEARCHES  # … and how it stands:
+TRUST = 14 * lane.SEARCHES  # h of `circle_search`
+STATUS = 15 * lane.SEARCHES  # … and its status:
 
-SEARCHING = 0.0  # and after MAX_STEPS within rounding of what is hit
+SEARCHING = 0.0  # after MAX_STEPS this counts as a hit, as s is within rounding of it
 HIT = 1.0
 MISS = 2.0
-ALONE = 3.0  # for the solver for one ball: it touches, moves away at first, or does not leave
+ALONE = 3.0  # needs the solver for one ball: it touches, moves away at first, or does not leave
 
 
 @lean_kernel
 def bound3(va: float, aa: float, qa: float, k: float, horizon: float, drags: bool) -> float:
-    """`third_derivative_bound`, in which no case is branched on."""
+    """`third_derivative_bound` without branches."""
     bound = 6.0 * va if va < 0.0 else 0.0
     if drags:
         rise = qa + 0.5 * aa * horizon * horizon
@@ -77,7 +77,7 @@ def bound3(va: float, aa: float, qa: float, k: float, horizon: float, drags: boo
 
 @lean_kernel
 def is_far(w: Floats, i: int, x: float, y: float, d2: float, k: float, drags: bool) -> bool:
-    """Whether the chord test of `next_impact` turns down a circle at (x, y) for ball i."""
+    """Whether the chord test of `next_impact` excludes a circle at (x, y) for ball i."""
     qx = w[lane.WX + i] - x
     qy = w[lane.WY + i] - y
     horizon = w[lane.HORIZON + i]
@@ -91,7 +91,7 @@ def is_far(w: Floats, i: int, x: float, y: float, d2: float, k: float, drags: bo
 
 @lean_kernel
 def _mark_slot(w: Floats, m: Ints, n: int, slot: int, k: float, drags: bool) -> None:
-    """Mark which balls may hit the candidate that is looked at, the slot-th of their cells."""
+    """Mark the balls that may hit their current candidate, member number `slot` of their cells."""
     bit = 1 << slot
     for i in range(n):
         d2 = w[lane.CD2 + i]
@@ -103,8 +103,8 @@ def _mark_slot(w: Floats, m: Ints, n: int, slot: int, k: float, drags: bool) -> 
 
 @lean_kernel
 def _slots_of(m: Ints, n: int) -> int:
-    """How many members of their cells are worth a look for all balls together."""
-    slots = 1  # the first are there already
+    """The number of members of each cell that are tested for all balls together."""
+    slots = 1  # the first members are already the current candidates
     while slots < lane.SLOTS:
         longer = 0
         for i in range(n):
@@ -117,10 +117,9 @@ def _slots_of(m: Ints, n: int) -> int:
 
 @lean_kernel
 def mark(board: BoardArrays, space: Space, n: int, drags: bool) -> tuple[int, int]:
-    """Mark what the balls may hit in their windows; list the lanes with any mark.
+    """Mark what the balls may hit in their windows, and list the lanes with any mark.
 
-    Returns how many members of the cells were looked at for all balls, and how many lanes are
-    listed.
+    Returns the number of members of each cell that were tested, and the number of lanes listed.
     """
     w, m, members, marked = space.w, space.m, space.members, space.marked
     starts, centres = board.starts, board.centres
@@ -144,7 +143,7 @@ def mark(board: BoardArrays, space: Space, n: int, drags: bool) -> tuple[int, in
 
 @lean_kernel
 def reach_bins(board: BoardArrays, w: Floats, m: Ints, marked: Indices, count: int) -> None:
-    """Note which of the balls marked[:count] land before they hit anything else known."""
+    """Record which of the balls in marked[:count] land before they hit a surface."""
     for c in range(count):
         i = int(marked[c])
         if m[lane.MARK + i] & LOW:
@@ -158,7 +157,7 @@ def reach_bins(board: BoardArrays, w: Floats, m: Ints, marked: Indices, count: i
 
 @lean_kernel
 def _set_search(r: Floats, p: int, w: Floats, i: int, x: float, y: float, d2: float) -> None:
-    """Search p is that of ball i for a circle at (x, y)."""
+    """Make search p that of ball i for a circle at (x, y)."""
     r[FROM_X + p] = w[lane.WX + i] - x
     r[FROM_Y + p] = w[lane.WY + i] - y
     r[SPEED_X + p] = w[lane.WVX + i]
@@ -171,7 +170,7 @@ def _set_search(r: Floats, p: int, w: Floats, i: int, x: float, y: float, d2: fl
 
 @lean_kernel
 def open_searches(r: Floats, count: int, k: float, drags: bool) -> int:
-    """What `circle_search` knows ahead of its first step; how many searches fill the vectors."""
+    """Compute what `circle_search` needs before its first step; returns the padded number."""
     for p in range(count):
         qx, qy = r[FROM_X + p], r[FROM_Y + p]
         vx, vy = r[SPEED_X + p], r[SPEED_Y + p]
@@ -197,7 +196,7 @@ def open_searches(r: Floats, count: int, k: float, drags: bool) -> int:
 
 @lean_kernel
 def _fill_up(r: Floats, count: int) -> int:
-    """Add searches that have ended, until all fill vectors; how many they are then."""
+    """Pad with ended searches to a multiple of WIDTH; returns the number with these."""
     full = (count + lane.WIDTH - 1) // lane.WIDTH * lane.WIDTH
     for p in range(count, full):
         r[STATUS + p] = MISS
@@ -206,7 +205,7 @@ def _fill_up(r: Floats, count: int) -> int:
 
 @lean_kernel
 def _some_go_on(r: Floats, count: int) -> bool:
-    """Whether one of the searches has not ended."""
+    """Whether any search has not ended."""
     left = 0.0
     for p in range(count):
         left += 1.0 if r[STATUS + p] == SEARCHING else 0.0
@@ -215,7 +214,7 @@ def _some_go_on(r: Floats, count: int) -> bool:
 
 @lean_kernel
 def _gather(r: Floats, few: Floats, back: Indices, count: int) -> int:
-    """Copy the searches that go on to `few`; their number."""
+    """Copy the searches that have not ended to `few`; returns their number."""
     found = 0
     for p in range(count):
         back[np.uint32(found)] = p
@@ -228,7 +227,7 @@ def _gather(r: Floats, few: Floats, back: Indices, count: int) -> int:
 
 @lean_kernel
 def _put_back(r: Floats, few: Floats, back: Indices, found: int) -> None:
-    """How the searches in `few` have ended."""
+    """Copy the results of the searches in `few` back to `r`."""
     for q in range(found):
         p = int(back[q])
         r[S + p] = few[S + q]
@@ -237,7 +236,7 @@ def _put_back(r: Floats, few: Floats, back: Indices, found: int) -> None:
 
 @lean_kernel
 def open_again(r: Floats, count: int) -> None:
-    """From `open_searches` to `circle_hit_again`: g(0) = f'(0), g'(0) = f''(0) / 2."""
+    """Turn opened searches into those of `circle_hit_again`: g(0) = f'(0), g'(0) = f''(0) / 2."""
     for p in range(count):
         g = r[FD + p]
         gd = 0.5 * r[FDD + p]
@@ -249,7 +248,7 @@ def open_again(r: Floats, count: int) -> None:
 
 @lean_kernel
 def step_again(r: Floats, count: int, k: float, drags: bool) -> bool:
-    """One step of each `circle_hit_again` that goes on; whether one still does."""
+    """One step of each `circle_hit_again`; returns whether any has not ended."""
     for p in range(count):
         g0 = r[F + p]
         g, gd = r[FD + p], r[FDD + p]
@@ -258,7 +257,7 @@ def step_again(r: Floats, count: int, k: float, drags: bool) -> bool:
         ax, ay = r[ACC_X + p], r[ACC_Y + p]
         qa = dot(r[FROM_X + p], r[FROM_Y + p], ax, ay, drags)
         before, status = r[S + p], r[STATUS + p]
-        # `halley_step`, and `minorant_root` in both of its forms
+        # `halley_step`, and both forms of `minorant_root`
         square = gd * gd
         gm = g * m
         discriminant = square - 2.0 * m * g
@@ -293,7 +292,7 @@ def step_again(r: Floats, count: int, k: float, drags: bool) -> bool:
 
 @lean_kernel
 def search_again(board: BoardArrays, space: Space, fresh: int, active: int, drags: bool) -> None:
-    """Note which of the balls in the lanes ended[:fresh] hit what they have just left again."""
+    """Record which balls in the lanes ended[:fresh] hit again the surface that they have left."""
     w, m, r, few, back, whose = space.w, space.m, space.r, space.few, space.back, space.whose
     items = board.items
     k = board.drag
@@ -329,7 +328,7 @@ def search_again(board: BoardArrays, space: Space, fresh: int, active: int, drag
 
 @lean_kernel
 def _note_again(w: Floats, m: Ints, i: int, s: float) -> None:
-    """Ball i hits what it has just left after s, unless that is NO_HIT."""
+    """Record that ball i hits again after s the surface it has left, unless s is NO_HIT."""
     if s != NO_HIT:
         w[lane.BEST + i] = s
         m[lane.ITEM + i] = m[lane.ORIGIN + i]
@@ -340,10 +339,11 @@ def _note_again(w: Floats, m: Ints, i: int, s: float) -> None:
 def _list_marked(
     board: BoardArrays, space: Space, at: int, count: int, slots: int, drags: bool
 ) -> tuple[int, int]:
-    """List the candidates of the lanes marked[at:count] as searches, until half are full.
+    """List the candidates of the lanes marked[at:count] as searches, until the list is half full.
 
-    The first `slots` members of each cell have their marks; the others are looked at here. Returns
-    the next lane's place in `marked`, and the number of candidates.
+    The first `slots` members of each cell have been tested; the others are tested here. A ball with
+    too many candidates for the list goes to the solver for one ball. Returns the next lane's place
+    in `marked`, and the number of searches.
     """
     w, m, whose, which, members = space.w, space.m, space.whose, space.which, space.members
     starts, centres = board.starts, board.centres
@@ -377,7 +377,7 @@ def _list_marked(
 
 @lean_kernel
 def step_searches(r: Floats, count: int, k: float, drags: bool) -> bool:
-    """One step of each `circle_search` that goes on; whether one still does."""
+    """One step of each `circle_search`; returns whether any has not ended."""
     for p in range(count):
         f, fd = r[F + p], r[FD + p]
         h, low3 = r[TRUST + p], r[LOW3 + p]
@@ -424,7 +424,7 @@ def step_searches(r: Floats, count: int, k: float, drags: bool) -> bool:
 
 @lean_kernel
 def _keep_first(board: BoardArrays, space: Space, count: int) -> None:
-    """Of all that the balls would hit, note what each hits first."""
+    """Record the first hit of each ball; at equal times the lower surface number counts."""
     w, m, r = space.w, space.m, space.r
     for p in range(count):
         i = int(space.whose[p])
@@ -452,7 +452,7 @@ def _keep_first(board: BoardArrays, space: Space, count: int) -> None:
 
 @lean_kernel
 def search_marked(board: BoardArrays, space: Space, count: int, slots: int, drags: bool) -> None:
-    """Note what the balls in the lanes marked[:count] hit first of the surfaces of their cells."""
+    """Record the first surface of its cell that each ball in the lanes marked[:count] hits."""
     r, few, back = space.r, space.few, space.back
     k = board.drag
     at = 0

@@ -1,8 +1,8 @@
-"""Many drops side by side: the outcomes of `trace_many`, to the last bit, in less time.
+"""Traces many drops side by side: the outcomes of `trace_many`, to the last bit, in less time.
 
-What the lanes do themselves is what balls mostly do: fly, bounce, land. A ball that does anything
-else in a flight is handed to the solver for one ball, `follow`, until it has bounced off a surface
-and flies: rolling, two surfaces at once, terminal velocity, a limit. It goes on in its lane then.
+The lanes compute what balls mostly do: fly, bounce and land. For everything else (rolling, two
+surfaces at once, terminal velocity, a limit) a ball goes to the solver for one ball, `follow`. As
+soon as it has bounced off a surface and flies again, it continues in its lane.
 """
 
 from collections.abc import Callable, Mapping
@@ -25,7 +25,7 @@ from engine.physics import body
 
 
 class Drops(NamedTuple):
-    """Balls at rest at each (xs[i], y), in m, and what ends those that do not land."""
+    """Balls at rest at each (xs[i], y), in m, and the limits of their drops."""
 
     xs: Floats
     y: float
@@ -34,22 +34,26 @@ class Drops(NamedTuple):
 
 
 Code = Callable[[BoardArrays, Drops, Space, Results], None]
-"""A kernel of this file, or other machine code of it."""
+"""A kernel of this file, or native code of it."""
 
 
 def trace_drops(
     board: BoardArrays, drops: Drops, results: Results, code: Mapping[str, Code]
 ) -> None:
-    """`trace_many` of these drops; no log, no end states. code: what to run, by kernels' names."""
+    """`trace_many` of these drops, without a log or end states.
+
+    code: native code to run in place of a kernel, by the kernel's name.
+    """
     kernel = trace_plain_lanes if is_plain(board) else trace_lanes
     trace = code.get(f"{kernel.__module__}.{kernel.__name__}", kernel)
-    # Searches that have ended are computed on with the others: without the JIT, numpy would tell.
+    # The loops also compute searches that have ended, with invalid numbers. If kernels run as
+    # Python, numpy would warn.
     with np.errstate(all="ignore"):
         trace(board, drops, new_space(board), results)
 
 
 def is_plain(board: BoardArrays) -> bool:
-    """Whether neither drag nor friction is on a board: its drops are for `trace_plain_lanes`."""
+    """Whether a board has no drag and no friction, as `trace_plain_lanes` requires."""
     return board.drag == 0.0 and board.peg_friction == 0.0 and board.wall_friction == 0.0
 
 
@@ -61,7 +65,7 @@ def trace_lanes(board: BoardArrays, drops: Drops, space: Space, results: Results
 
 @kernel
 def trace_plain_lanes(board: BoardArrays, drops: Drops, space: Space, results: Results) -> None:
-    """`trace_drops` on a board without drag and friction: the same source, compiled once more."""
+    """`trace_drops` on a board without drag and friction: the same source, compiled separately."""
     _trace(board, drops, space, results, False)
 
 
@@ -80,7 +84,9 @@ def _trace(board: BoardArrays, drops: Drops, space: Space, results: Results, dra
         fresh = close_windows(board, space, active, drops.max_time)
         arrive(board, space, fresh, drags)
         rebound_all(e, fresh, board.radius, drags)
-        for c in range(fresh - 1, -1, -1):  # the last lanes first: they may move to earlier ones
+        # From the last lane to the first: when a drop ends, the last active lane takes its place,
+        # and must have been handled before.
+        for c in range(fresh - 1, -1, -1):
             i = int(space.ended[c])
             item = m[lane.ITEM + i]
             is_odd = _ends_oddly(m, e, i, c)
@@ -107,7 +113,6 @@ def _trace(board: BoardArrays, drops: Drops, space: Space, results: Results, dra
 
 @lean_kernel
 def _begin_drop(board: BoardArrays, w: Floats, m: Ints, i: int, drop: int, drops: Drops) -> None:
-    """Put drop number `drop` in lane i."""
     for column in range(body.SIZE):
         w[column * lane.LANES + i] = 0.0
     w[lane.X0 + i] = drops.xs[drop]
@@ -122,7 +127,7 @@ def _begin_drop(board: BoardArrays, w: Floats, m: Ints, i: int, drop: int, drops
 
 @lean_kernel
 def _search_windows(board: BoardArrays, space: Space, active: int, fresh: int, drags: bool) -> None:
-    """Find what balls hit first in their windows; `fresh` of the lanes `ended` begin a flight."""
+    """Find what balls hit first in their windows; the lanes ended[:fresh] begin a flight."""
     w, m = space.w, space.m
     open_windows(board, w, m, active, drags)
     find_cells(board, w, m, active, drags)
@@ -134,7 +139,7 @@ def _search_windows(board: BoardArrays, space: Space, active: int, fresh: int, d
 
 @lean_kernel
 def _ends_oddly(m: Ints, e: Floats, i: int, c: int) -> bool:
-    """Whether ball i, the c-th whose flight ends, does more in it than to fly until a hit."""
+    """Whether the flight of ball i, the c-th that ends, needs the solver for one ball."""
     origin, item = m[lane.SURFACE + i], m[lane.ITEM + i]
     touches_both = e[impact.STOOD + c] != 0.0 and origin >= 0 and item >= 0 and origin != item
     return bool(m[lane.ODD + i] != 0 or touches_both)
@@ -142,7 +147,7 @@ def _ends_oddly(m: Ints, e: Floats, i: int, c: int) -> bool:
 
 @lean_kernel
 def _bounce(w: Floats, m: Ints, e: Floats, i: int, c: int) -> None:
-    """Put ball i where its impact leaves it."""
+    """Set ball i to its state after the impact."""
     for column in range(body.SIZE):
         w[column * lane.LANES + i] = e[impact.AFTER + column * lane.LANES + c]
     w[lane.ORIGIN_SIDE + i] = w[lane.HIT_SIDE + i]
@@ -155,9 +160,11 @@ def _bounce(w: Floats, m: Ints, e: Floats, i: int, c: int) -> None:
 def _follow_alone(
     board: BoardArrays, space: Space, i: int, c: int, from_impact: bool, drops: Drops
 ) -> int:
-    """Follow ball i until it has bounced and flies; how its drop ended, RUNNING if it goes on.
+    """Follow ball i by the solver for one ball until it has bounced and flies.
 
-    It is the c-th whose flight ends, and is followed from the impact there or from its start.
+    It is the c-th whose flight ends, and is followed from the impact there, or from the flight's
+    start. Returns the drop's outcome, RUNNING if it goes on in its lane. `follow` is called for one
+    event at a time, so that it returns as soon as the ball flies.
     """
     w, m, e = space.w, space.m, space.e
     state, place, counts = space.state, space.place, space.log.counts
@@ -194,7 +201,7 @@ def _follow_alone(
 
 @lean_kernel
 def _write(board: BoardArrays, w: Floats, m: Ints, i: int, outcome: int, results: Results) -> None:
-    """The drop in lane i has ended."""
+    """Write the results of the drop in lane i."""
     drop = m[lane.DROP + i]
     results.bins[drop] = bin_of(board, w[lane.X0 + i]) if outcome == LANDED else -1
     results.outcomes[drop] = outcome

@@ -1,4 +1,4 @@
-"""Whether native code is to be trusted here: its drops are compared with WebAssembly's."""
+"""Tests native code on this machine: its drops must have the same bits as WebAssembly's."""
 
 import logging
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ from engine.jit import native
 from engine.seeding import start_xs
 
 DROPS: Final = 2000
-"""On each board: some 30,000 impacts, a tenth of a second in all."""
+"""Drops on each board: some 30,000 impacts, a tenth of a second in all."""
 
 NONE: Final[Mapping[str, Code]] = {}
 
@@ -28,9 +28,9 @@ _alone: Final = Lock()
 
 
 def trusted() -> Mapping[str, Code]:
-    """Native code of the lanes, for `trace_drops`; none where WebAssembly is to go on.
+    """Native code of the lanes, for `trace_drops`; empty if WebAssembly must run.
 
-    The first call in a process tries it, and says in the log if it is not to run.
+    The first call in a process tests the code, and logs why it is not used.
     """
     if native.is_forbidden():
         return NONE
@@ -56,14 +56,14 @@ def _tried() -> Mapping[str, Code]:
 
 
 def _boards() -> tuple[Board, ...]:
-    """With drag and friction, with much contact, and with neither drag nor friction."""
+    """A board with drag and friction, one with much contact, and one without drag and friction."""
     board = Board.preset("triangle-12")
     plain = replace(board, drag=0.0, ball=replace(board.ball, friction=0.0))
     return Board.preset("triangle-16"), Board.preset("classic"), plain
 
 
 def agree(board: Board, code: Mapping[str, Code]) -> bool:
-    """Whether native code has WebAssembly's bits in all outcomes of DROPS drops on a board."""
+    """Whether native code and WebAssembly give the same bits for DROPS drops on a board."""
     return _outcomes(board, NONE) == _outcomes(board, code)
 
 

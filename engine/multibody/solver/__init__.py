@@ -1,4 +1,4 @@
-"""A step of balls that touch each other, as kernels: broad phase to position projection.
+"""The kernels that advance balls that touch each other, from broad phase to position projection.
 
-Imports physics. Start with step.py; layout/ says what the arrays hold.
+Imports physics. Start with step.py; layout/ describes the arrays.
 """

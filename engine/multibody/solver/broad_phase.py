@@ -1,10 +1,13 @@
-"""Broad phase: which balls may touch each other, by a hierarchical hash grid for all sizes.
+"""Broad phase: finds the balls that may touch each other, with a hierarchical hash grid.
 
-A ball is a disc of its radius and its margin, the way it may go before neighbours are listed anew.
-It lies in one cell of the level whose cells are at least as large as that. On its level it looks
-ahead only, so each pair is seen once; on another, in all cells that its disc and the largest of
-that level cover. The smaller ball looks for the larger, unless these are few, and owns the pair, so
-a ratio of sizes of a thousand costs a few levels more, not a search through all.
+Each ball is represented by a disc with its radius plus its margin, the distance that it may move
+before the neighbour list is rebuilt. The disc is in one cell of the lowest level whose cells are at
+least as large as its radius.
+
+On its own level, a disc is only compared with those after it, so each pair is found once. On
+another level it searches all cells within its radius plus the largest radius of that level. Of two
+levels the smaller balls search for the larger, unless those are few; the smaller ball owns the
+pair. So a size ratio of a thousand costs a few more levels, and not a search through all balls.
 
 Ericson, Real-Time Collision Detection (2005), 7.2; the hash: Teschner et al., VMV 2003.
 """
@@ -24,27 +27,33 @@ PRIME_Y = 19349663
 PRIME_LEVEL = 83492791
 
 REST_MARGIN = 0.25
-"""Margin of a ball at rest, in radii. Smaller lists are made more often, larger ones are longer."""
+"""Margin of a ball at rest, in radii. With a smaller one the neighbour list is rebuilt more often;
+with a larger one it is longer."""
 
 CELL = 1.25
-"""Size of the least cells, in harmonic means of the discs' radii. Half of it would mean more
-cells for each ball, twice more balls in each; at one most balls would be on two levels."""
+"""Size of the smallest cells, in harmonic means of the discs' radii. With half the size a ball
+searches more cells; with twice the size each cell has more balls; at 1, most balls would be
+distributed over two levels."""
 
 ROWS = 1 << 32
-"""More than there can be balls: a ball's rank is its row and its level times this."""
+"""More than the possible number of balls. The rank of an awake ball is ROWS * level + row."""
 
 LEVELS = 48
 
 SLEEPERS = ROWS * LEVELS
-"""The rank from which on balls sleep."""
+"""Added to the row, this is the rank of a sleeping ball, above those of all awake balls."""
 
 PAIRS_PER_BALL = 64
-"""A longer list is made anew with half of what speed adds to the margins."""
+"""If there are more pairs per ball, they are searched again, with half the part of the margins that
+depends on speed."""
 
 
 @lean_kernel
 def _typical_speed(bodies: Bodies, n: int) -> float:
-    """Square of the mean root of the awake balls' speeds, m/s: few fast ones count little."""
+    """A mean speed of the awake balls, m/s: the square of the mean square root.
+
+    A few fast balls affect it less than the arithmetic mean.
+    """
     vel = bodies.vel
     marks = bodies.marks
     total = 0.0
@@ -62,8 +71,8 @@ def _typical_speed(bodies: Bodies, n: int) -> float:
 
 @lean_kernel
 def _set_margins(bodies: Bodies, n: int, horizon: float, gravity: float, scale: float) -> None:
-    """Give each awake ball its anchor, and as margin the way it is likely to go within `horizon`
-    seconds."""
+    """Set each ball's anchor to its place, and its margin to the distance that it will probably
+    move within `horizon` seconds; scale: factor of the part that depends on speed."""
     anchor = bodies.anchor
     pos = bodies.pos
     vel = bodies.vel
@@ -83,7 +92,7 @@ def _set_margins(bodies: Bodies, n: int, horizon: float, gravity: float, scale: 
 
 @lean_kernel
 def beyond_margin(bodies: Bodies, n: int, remaining: float) -> bool:
-    """Whether a ball would leave the margin around its anchor, in `remaining` seconds."""
+    """Whether any ball would leave its margin within `remaining` seconds at its velocity."""
     pos = bodies.pos
     vel = bodies.vel
     anchor = bodies.anchor
@@ -99,7 +108,7 @@ def beyond_margin(bodies: Bodies, n: int, remaining: float) -> bool:
 
 @inner_kernel
 def _new_grid(n: int) -> HashGrid:
-    """An empty grid with room for n balls, and two buckets or more for each."""
+    """An empty grid with room for n balls, and at least two buckets per ball."""
     buckets = 16
     while buckets < 2 * n:
         buckets *= 2
@@ -117,10 +126,10 @@ def _new_grid(n: int) -> HashGrid:
 
 @lean_kernel
 def _set_levels(bodies: Bodies, n: int, grid: HashGrid, disc_radius: Floats) -> int:
-    """Fill each disc's radius and level and what the grid knows of its levels; how many there are.
+    """Compute each disc's radius and level, and the levels' data; return the number of levels.
 
-    The size of the least cells suits the harmonic mean of the radii: most balls are on one level
-    then, and the small among balls of all sizes do not crowd in the cells of the large.
+    The smallest cells are sized by the harmonic mean of the radii. Then most balls are on one
+    level, and if sizes vary, the small balls do not crowd in the cells of the large ones.
     """
     total = 0.0
     for i in range(n):
@@ -148,15 +157,15 @@ def _set_levels(bodies: Bodies, n: int, grid: HashGrid, disc_radius: Floats) -> 
 
 @lean_kernel
 def _bucket(cx: int, cy: int, level: int, mask: int) -> int:
-    """Cells side by side are in buckets side by side: a row of them is one stretch."""
+    """The bucket of a cell. Neighbouring cells of a row are in consecutive buckets."""
     return int((cx + cy * PRIME_Y + level * PRIME_LEVEL) & mask)
 
 
 @lean_kernel
 def _fill_buckets(bodies: Bodies, n: int, grid: HashGrid, disc_radius: Floats) -> int:
-    """Sort the discs of all balls that are not gone by their buckets; how many they are.
+    """Sort the discs of all balls that are not gone by bucket; return their number.
 
-    A sleeper, which all others own their pairs with, has a rank above all others.
+    Sleepers get the highest ranks, so that the awake ball of a pair owns it.
     """
     pos = bodies.pos
     marks = bodies.marks
@@ -197,12 +206,13 @@ def _test_range(
     grid: HashGrid, x: float, y: float, radius: float, rank: int, low: int, high: int,
     found: Counts, count: int,
 ) -> int:  # fmt: skip
-    """Append the pairs of a disc with those from `low` to `high` that it overlaps, unless both
-    sleep; the length.
+    """Append the pairs of a disc with those discs from `low` to `high` - 1 that it overlaps.
 
-    `found` (p, 2) gets the lower rank and the higher. What does not fit is counted only. No branch
-    depends on where the balls are: half of such guesses of the processor would be wrong, which
-    costs more than to write what is overwritten.
+    Pairs of two sleepers are left out. found (p, 2) gets the lower rank, then the higher; pairs
+    without room are only counted. Returns the number of pairs.
+
+    No branch depends on the places of balls. The processor would mispredict about half of such
+    branches, which costs more than writing every row and overwriting it if it is not a pair.
     """
     discs = grid.discs
     ranks = grid.ranks
@@ -227,14 +237,14 @@ def _query_cells(
     grid: HashGrid, x: float, y: float, radius: float, rank: int, first: int, columns: int,
     found: Counts, count: int,
 ) -> int:  # fmt: skip
-    """`_test_range` for so many cells of a row, which begins with the bucket `first`."""
+    """`_test_range` for `columns` cells of a row, beginning with the bucket `first`."""
     starts = grid.bucket_starts
     room = len(starts) - 2
     end = first + columns
     count = _test_range(
         grid, x, y, radius, rank, starts[first], starts[min(end, room)], found, count
     )
-    if end > room:  # the row goes on at the first bucket
+    if end > room:  # the buckets wrap around: the rest of the row begins at bucket 0
         count = _test_range(
             grid, x, y, radius, rank, 0, starts[min(end - room, first)], found, count
         )
@@ -243,7 +253,7 @@ def _query_cells(
 
 @lean_kernel
 def _query_level(grid: HashGrid, m: int, level: int, found: Counts, count: int) -> int:
-    """Append the pairs of disc m with all those near it on another level, some perhaps twice."""
+    """Append the pairs of disc m with those near it on another level; some may be found twice."""
     x = grid.discs[m, hash_grid.X]
     y = grid.discs[m, hash_grid.Y]
     radius = grid.discs[m, hash_grid.RADIUS]
@@ -256,7 +266,7 @@ def _query_level(grid: HashGrid, m: int, level: int, found: Counts, count: int) 
     cy = int(np.floor((y - rim) * per_metre))
     columns = int(np.floor((x + rim) * per_metre)) - cx + 1
     rows = int(np.floor((y + rim) * per_metre)) - cy + 1
-    if columns * rows > max(25, starts[room]):  # there are fewer balls than cells
+    if columns * rows > max(25, starts[room]):  # more cells than balls: compare with all balls
         return _test_range(grid, x, y, radius, rank, 0, int(starts[room]), found, count)
     for row in range(rows):
         first = _bucket(cx, cy + row, level, room - 1)
@@ -266,8 +276,11 @@ def _query_level(grid: HashGrid, m: int, level: int, found: Counts, count: int) 
 
 @lean_kernel
 def _query_own_level(grid: HashGrid, m: int, level: int, found: Counts, count: int) -> int:
-    """Append the pairs of disc m with those near it on its level that are in its cell after it, in
-    its row's next cells or in the rows below: so each pair is found once."""
+    """Append the pairs of disc m with discs near it on its own level.
+
+    Only discs after it in its cell, in later cells of its row and in the rows below are tested, so
+    each pair is found once.
+    """
     x = grid.discs[m, hash_grid.X]
     y = grid.discs[m, hash_grid.Y]
     radius = grid.discs[m, hash_grid.RADIUS]
@@ -297,10 +310,10 @@ def _query_own_level(grid: HashGrid, m: int, level: int, found: Counts, count: i
 
 @lean_kernel
 def _query_all(grid: HashGrid, total: int, levels: int, found: Counts) -> int:
-    """Fill `found` with all pairs of balls that may touch, some perhaps twice; how many.
+    """Fill `found` with all pairs of balls that may touch, some perhaps twice; return their number.
 
-    Of two levels the balls of one are looked for around those of the other: around the smaller
-    ones, or around the larger if these are few and the cells around them not many.
+    Of two levels, the smaller balls search around themselves for the larger; or the larger for the
+    smaller, if they are few and have few cells around them.
     """
     level = grid.level
     population = grid.population
@@ -323,8 +336,11 @@ def _query_all(grid: HashGrid, total: int, levels: int, found: Counts) -> int:
 def find_pairs(
     bodies: Bodies, n: int, horizon: float, gravity: float
 ) -> tuple[Counts, int, Floats]:
-    """Give out margins and find the pairs of balls that may touch: ranks of owner and other in the
-    rows of an array, some perhaps twice, in any order; how many rows; each disc's radius in m."""
+    """Set margins and find the pairs of balls that may touch.
+
+    Returns an array with a row for each pair, the ranks of owner and other; the number of rows, in
+    any order and some perhaps twice; and each disc's radius in m.
+    """
     grid = _new_grid(n)
     disc_radius = np.empty(n)
     found = np.empty((4 * n + 64, 2), np.int64)
@@ -338,6 +354,6 @@ def find_pairs(
         if count > limit:
             scale *= 0.5
             continue
-        if count < len(found):  # the row after the last is written to
+        if count < len(found):  # not <=: `_test_range` also writes to the row after the last
             return found, count, disc_radius
         found = np.empty((count + 1, 2), np.int64)

@@ -1,8 +1,9 @@
 """Contact solver: sequential impulses with a warm start, for contacts at rest.
 
 Catto, Iterative Dynamics with Temporal Coherence (GDC 2005), and Fast and Simple Physics using
-Sequential Impulses (GDC 2006). A contact's impulse of the last substep is applied first, then
-corrected: in a pile at rest it is right already, and the loads of all layers are there at once.
+Sequential Impulses (GDC 2006). Each contact begins with its impulse of the last substep, which is
+then corrected. In a pile at rest this impulse is already right, so the load of all layers acts at
+once, instead of propagating by one layer in each pass.
 """
 
 from math import sqrt
@@ -21,20 +22,21 @@ from engine.multibody.solver.narrow_phase import SPECULATIVE_GAP, fallback_norma
 from engine.multibody.solver.position_projection import limit_pushes, push_apart
 
 SLOP = 0.001
-"""Overlap, in radii of the smaller ball, that is left alone: contacts at rest stay contacts."""
+"""Overlap, in radii of the smaller ball, that is not corrected, so that resting contacts last."""
 
 ROUNDING = 1.0e-10
-"""Approach, in the speeds of both, below which not even an elastic one rebounds: what rounding of
-velocities and of the normal leaves of none. Larger, a slow pair would be plastic beside fast ones;
-smaller, balls that touch and move together would knock each other again and again."""
+"""Approach, as a fraction of both balls' speeds, below which even an elastic pair does not rebound.
+It covers the rounding of velocities and of the normal. With a larger value, a slow pair that moves
+fast as a whole would be inelastic. With a smaller one, balls that touch and move together would
+have impact after impact."""
 
 STRETCHES = 4
-"""Stretches of the contacts' list that a pass takes from in turns."""
+"""Number of parts of the contacts' list from which a pass takes contacts in turn."""
 
 
 @inner_kernel
 def new_contacts(pairs: NeighbourList) -> Contacts:
-    """Work space for the contacts among so many pairs."""
+    """Work space with room for a contact of each pair."""
     room = len(pairs.other)
     return Contacts(
         np.empty((room, contact.END_COLUMNS), np.int32), np.empty((room, contact.COLUMNS))
@@ -46,10 +48,10 @@ def restitution_threshold(
     restitution: float, gravity: float, h: float,
     vx_a: float, vy_a: float, vx_b: float, vy_b: float,
 ) -> float:  # fmt: skip
-    """Approach in m/s below which an impact does not rebound: twice what gravity adds meanwhile.
+    """Approach in m/s below which an impact does not rebound: twice what gravity adds in h seconds.
 
-    An elastic ball never comes to rest, and without gravity none does before rounding stops it:
-    the threshold then is a part of the two balls' own speeds, however slow they are.
+    Elastic balls never come to rest, and without gravity no balls do. For these, the threshold is
+    only large enough to ignore rounding: a fraction of both balls' speeds.
     """
     floor = ROUNDING * (abs(vx_a) + abs(vy_a) + abs(vx_b) + abs(vy_b))
     if restitution >= 1.0:
@@ -59,7 +61,7 @@ def restitution_threshold(
 
 @lean_kernel
 def mix_materials(surface: Floats, items: Floats, a: int, b: int) -> tuple[float, float]:
-    """Restitution of a pair, the larger, and its friction coefficient, the root of the product."""
+    """A pair's restitution (the larger) and friction coefficient (the geometric mean)."""
     restitution = surface[a, body.RESTITUTION]
     mu = surface[a, body.FRICTION]
     if b >= 0:
@@ -83,8 +85,10 @@ def _may_touch(
     touch_distance: float,
     settings: SolverSettings,
 ) -> bool:
-    """Whether a and b, at (dx, dy) m from b, touch now or before the substep ends, slower than an
-    impact: a speculative contact."""
+    """Whether a, at (dx, dy) in m from b, touches it now or before the substep ends.
+
+    In the latter case the contact is speculative.
+    """
     dd = dx * dx + dy * dy
     far = touch_distance + 2.0 * settings.gravity * settings.h * settings.h
     if dd >= far * far:
@@ -101,9 +105,9 @@ def prepare_contacts(
     bodies: Bodies, n: int, pairs: NeighbourList, statics: StaticShapes, settings: SolverSettings,
     push_left: Floats, contacts: Contacts,
 ) -> int:  # fmt: skip
-    """Find the contacts, reduce their overlap and fill `contacts`; their number.
+    """Find the contacts, reduce their overlap and fill `contacts`; return their number.
 
-    `push_left` (n,) is work space. A new contact whose approach rebounds is left to the impacts.
+    push_left (n,): work space. A new contact that would rebound is left to the impacts.
     """
     pos = bodies.pos
     vel = bodies.vel
@@ -178,7 +182,7 @@ def prepare_contacts(
 def _apply(
     vel: Floats, a: int, b: int, nx: float, ny: float, normal: float, tangent: float
 ) -> None:
-    """Give a the impulse normal n + tangent t and b its opposite; t = (-n_y, n_x)."""
+    """Apply the impulse normal * n + tangent * t to a and its opposite to b; t = (-n_y, n_x)."""
     jx = normal * nx - tangent * ny
     jy = normal * ny + tangent * nx
     wa = vel[a, body.INVERSE_MASS]
@@ -193,7 +197,7 @@ def _apply(
 
 @lean_kernel
 def warm_start(vel: Floats, count: int, contacts: Contacts) -> None:
-    """Apply the impulses of the last substep."""
+    """Apply each contact's impulse of the last substep."""
     ends = contacts.ends
     rows = contacts.rows
     for c in range(count):
@@ -207,14 +211,15 @@ def warm_start(vel: Floats, count: int, contacts: Contacts) -> None:
 
 @lean_kernel
 def solve_contacts(vel: Floats, count: int, contacts: Contacts) -> float:
-    """One pass over the contacts: no approach, and Coulomb's friction within the normal impulse.
+    """One pass over the contacts: stop each approach, with Coulomb friction.
 
-    Returns the largest change of an approach, m/s: how far from the solution it still was.
+    The normal impulse j_n >= 0 makes v_n >= -gap / h. The tangential impulse, |j_t| <= mu j_n,
+    reduces slip = (v_a - v_b).t - omega_a R_a - omega_b R_b to 0. The bounds apply to the impulses
+    accumulated over all passes. Returns the largest change of an approach in m/s, which measures
+    how far the impulses were from the solution.
 
-    j_n >= 0 so that v_n >= -gap / h; |j_t| <= mu j_n, towards slip = 0 with
-    slip = (v_a - v_b).t - omega_a R_a - omega_b R_b. The bounds hold for the accumulated impulses.
-    Contacts are taken from STRETCHES stretches of the list in turns: neighbours in the list mostly
-    share a ball, and the processor would wait for one before it could begin the next.
+    The pass takes contacts from STRETCHES parts of the list in turn. Consecutive contacts in the
+    list usually share a ball, so the processor would have to finish one before it begins the next.
     """
     ends = contacts.ends
     rows = contacts.rows
@@ -254,7 +259,7 @@ def solve_contacts(vel: Floats, count: int, contacts: Contacts) -> float:
 
 @lean_kernel
 def store_impulses(pairs: NeighbourList, count: int, contacts: Contacts) -> None:
-    """Write the impulses back to the pairs for the next warm start."""
+    """Copy the impulses back to the pairs for the next warm start."""
     for c in range(count):
         k = contacts.ends[c, contact.PAIR]
         pairs.impulse[k, pair.NORMAL] = contacts.rows[c, contact.NORMAL_IMPULSE]

@@ -1,4 +1,4 @@
-"""An impact of two balls, or of a ball with what is fixed, at its place and time in a substep."""
+"""One impact of two balls, or of a ball with a fixed shape, at its place and time in a substep."""
 
 from math import sqrt
 
@@ -12,21 +12,21 @@ from engine.multibody.solver.layout.step_log import StepLog
 from engine.multibody.solver.narrow_phase import SLACK, fallback_normal, separation
 
 MAX_IMPACTS = 16
-"""Impacts of one ball in one substep. A ball that has more is caught between others; it is frozen
-where it is for the rest of the substep, so it cannot be pushed through anything."""
+"""Most impacts of one ball in one substep. A ball with more is caught between others. It is frozen
+for the rest of the substep, so that it cannot be pushed through anything."""
 
 MAX_REBOUNDS = 8
-"""Impacts of one ball in one substep that rebound by less than all; further ones do not rebound.
-Balls caught between others would bounce infinitely often otherwise."""
+"""Most inelastic impacts of one ball in one substep that rebound. Without this limit, balls caught
+between others would bounce infinitely often."""
 
 SEPARATION_SPEED = 1.0e-3
-"""Speed at which a pair that has reached the allowed overlap parts, in allowed overlaps a substep:
-above rounding, so that it has no second impact at once, and far below anything seen."""
+"""Speed at which a pair at the allowed overlap separates, in allowed overlaps per substep. It is
+larger than rounding, so that no second impact follows at once, and too small to be seen."""
 
 
 @lean_kernel
 def _note_touch(bodies: Bodies, a: int, b: int, t: float, speed: float, log: StepLog) -> None:
-    """Log an impact of a and b, `t` seconds into the step."""
+    """Log an impact of a and b, `t` seconds after the start of the step."""
     marks = bodies.marks
     marks[a, body.FLAGS] |= body.BOUNCED
     other = b
@@ -48,9 +48,11 @@ def _note_touch(bodies: Bodies, a: int, b: int, t: float, speed: float, log: Ste
 def freeze(
     vel: Floats, state: Ints, i: int, is_dead: bool, gravity: float, remaining: float
 ) -> None:
-    """Freeze ball i for the `remaining` s of the substep: it neither moves nor falls faster.
+    """Freeze ball i for the `remaining` s of the substep: it does not move, and gravity does not
+    act on it.
 
-    After impacts that do not rebound it is at rest between others, if gravity presses it there.
+    is_dead: whether its last impact did not rebound. With gravity, the ball is then at rest between
+    others, and its velocity becomes zero.
     """
     if state[i, sweep.FROZEN] == 0:
         state[i, sweep.FROZEN] = 1
@@ -65,7 +67,7 @@ def freeze(
 def _count_impact(
     vel: Floats, state: Ints, i: int, is_dead: bool, gravity: float, remaining: float
 ) -> None:
-    """Count an impact of ball i; one too many freezes it."""
+    """Count an impact of ball i, and freeze the ball if it had more than MAX_IMPACTS."""
     state[i, sweep.IMPACTS] += 1
     state[i, sweep.VERSION] += 1
     if state[i, sweep.IMPACTS] > MAX_IMPACTS:
@@ -77,7 +79,7 @@ def _freeze_against_frozen(
     vel: Floats, state: Ints, a: int, b: int, nx: float, ny: float, is_dead: bool, gravity: float,
     remaining: float,
 ) -> None:  # fmt: skip
-    """Freeze the one of two balls that still moves towards the other, if that is frozen."""
+    """If one of two balls is frozen and the other still moves towards it, freeze that one too."""
     if state[b, sweep.FROZEN] and vel[a, body.VX] * nx + vel[a, body.VY] * ny < 0.0:
         freeze(vel, state, a, is_dead, gravity, remaining)
     if state[a, sweep.FROZEN] and vel[b, body.VX] * nx + vel[b, body.VY] * ny > 0.0:
@@ -89,11 +91,14 @@ def impact(
     bodies: Bodies, items: Floats, state: Ints, a: int, b: int, settings: SolverSettings,
     now: float, start: float, log: StepLog,
 ) -> tuple[float, float]:  # fmt: skip
-    """Impact of a and b (a ball, or -1 - item), which both are where they are at `now`.
+    """Compute the impact of a and b (a ball, or -1 - item), whose places are those at time `now`.
 
-    Velocities of semi-implicit Euler lag half a substep behind the places: a ball that hits what
-    is fixed at `now` has fallen g (now - h/2) faster. With that, elastic impacts keep the energy.
-    Between balls it cancels. Returns the impulses, N s, of one that is a contact: zero otherwise.
+    In semi-implicit Euler, velocities are those of the middle of the substep. At `now`, a ball
+    really falls faster by g (now - h/2). Impacts on fixed shapes use this correction, so that
+    elastic ones conserve energy; between two balls it cancels.
+
+    Returns the normal and tangential impulse in N s of a slow approach, which counts as a contact,
+    otherwise zeros.
     """
     pos = bodies.pos
     vel = bodies.vel
@@ -131,7 +136,7 @@ def impact(
         if restitution < 1.0 and impacts > MAX_REBOUNDS:
             restitution = 0.0
     is_dead = restitution == 0.0
-    if is_dead and gravity > 0.0 and b >= 0:  # what is frozen is held by what is around it
+    if is_dead and gravity > 0.0 and b >= 0:  # a frozen ball is held by its neighbours
         if state[b, sweep.FROZEN]:
             wb = 0.0
         elif state[a, sweep.FROZEN]:

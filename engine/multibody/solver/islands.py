@@ -1,7 +1,7 @@
-"""Islands: balls that touch each other fall asleep together at rest, and wake together.
+"""Islands of balls that touch each other: they fall asleep together at rest, and wake together.
 
-The islands are found by union-find with path halving (Tarjan and van Leeuwen, JACM 1984), as in
-Box2D 3. An island that sleeps is a circular linked list of its balls (NEXT_IN_ISLAND).
+They are found by union-find with path halving (Tarjan and van Leeuwen, JACM 1984), as in Box2D 3. A
+sleeping island is a circular linked list of its balls (NEXT_IN_ISLAND).
 """
 
 from math import sqrt
@@ -18,13 +18,14 @@ from engine.multibody.solver.layout.solver_settings import SolverSettings
 from engine.multibody.solver.narrow_phase import SPECULATIVE_GAP, separation
 
 STILLNESS = 0.01
-"""Speed below which a ball counts as still, in sqrt(g R), what it gains by falling half a radius.
-Larger ones are seen as a stop; below the jitter of a pile's contact impulses it never sleeps."""
+"""Speed below which a ball counts as still, in units of sqrt(g R), the speed after a fall of half a
+radius. With a larger value, balls would visibly stop when they fall asleep. With a value below the
+jitter of contact impulses, a pile would never sleep."""
 
 
 @lean_kernel
 def wake_island(marks: Ints, i: int) -> None:
-    """Wake ball i and all that fell asleep with it."""
+    """Wake ball i and all balls that fell asleep with it."""
     j = i
     while marks[j, body.FLAGS] & body.ASLEEP:
         marks[j, body.FLAGS] &= ~body.ASLEEP
@@ -36,7 +37,7 @@ def wake_island(marks: Ints, i: int) -> None:
 
 @lean_kernel
 def _find_root(parents: Ints, i: int) -> int:
-    """The root of i's set in the union-find forest; paths to it are halved."""
+    """Return the root of i's set in the union-find forest, and halve the path to it."""
     while parents[i] != i:
         parents[i] = parents[parents[i]]
         i = parents[i]
@@ -45,7 +46,7 @@ def _find_root(parents: Ints, i: int) -> int:
 
 @lean_kernel
 def _union(parents: Ints, a: int, b: int) -> None:
-    """Join the sets of a and b; the least member is the root."""
+    """Join the sets of a and b; the smallest row becomes the root."""
     ra = _find_root(parents, a)
     rb = _find_root(parents, b)
     if ra < rb:
@@ -56,7 +57,7 @@ def _union(parents: Ints, a: int, b: int) -> None:
 
 @lean_kernel
 def count_still_steps(bodies: Bodies, n: int, settings: SolverSettings) -> int:
-    """Count the steps in which each awake ball was still; how many may sleep."""
+    """Update each awake ball's count of still steps; return how many balls may sleep."""
     marks = bodies.marks
     ready = 0
     for i in range(n):
@@ -78,7 +79,7 @@ def count_still_steps(bodies: Bodies, n: int, settings: SolverSettings) -> int:
 
 @inner_kernel
 def find_islands(bodies: Bodies, n: int, pairs: NeighbourList, statics: StaticShapes) -> Ints:
-    """A union-find forest (n,) of the balls: those that touch each other have one root."""
+    """A union-find forest (n,) of the balls, in which balls that touch have the same root."""
     parents = np.empty(n, np.int32)
     for i in range(n):
         parents[i] = i
@@ -98,7 +99,7 @@ def find_islands(bodies: Bodies, n: int, pairs: NeighbourList, statics: StaticSh
 def put_islands_to_sleep(
     bodies: Bodies, n: int, pairs: NeighbourList, statics: StaticShapes, settings: SolverSettings
 ) -> bool:
-    """Let every island sleep whose balls all were still long enough; whether there was one."""
+    """Put every island to sleep whose balls were all still long enough; return if there was one."""
     marks = bodies.marks
     parents = find_islands(bodies, n, pairs, statics)
     is_restless = np.zeros(n, np.bool_)
@@ -118,7 +119,7 @@ def put_islands_to_sleep(
         bodies.vel[i, body.VX] = 0.0
         bodies.vel[i, body.VY] = 0.0
         bodies.vel[i, body.RIM_SPEED] = 0.0
-        # The island's list: from its last member on to its first, the root.
+        # Append to the island's circular list: the last ball points to the first, the root.
         marks[i, body.NEXT_IN_ISLAND] = root
         if last[root] >= 0:
             marks[last[root], body.NEXT_IN_ISLAND] = i
@@ -128,7 +129,7 @@ def put_islands_to_sleep(
 
 @lean_kernel
 def wake_touched(bodies: Bodies, n: int, pairs: NeighbourList, statics: StaticShapes) -> bool:
-    """Wake the islands that an awake ball touches; whether there were any."""
+    """Wake all islands that an awake ball touches; return whether there were any."""
     woke = False
     for a in range(n):
         for k in range(pairs.starts[a], pairs.starts[a + 1]):

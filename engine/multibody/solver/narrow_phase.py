@@ -1,7 +1,7 @@
-"""Distance and time of impact of a moving disc and another, a peg or a wall; straight motion.
+"""Narrow phase: distance and time of impact of a disc in straight motion and another shape.
 
-The time of impact of a disc with a disc is the root of a quadratic equation (Ericson, Real-Time
-Collision Detection, 2005, 5.5.5); a wall is a segment, and its ends are discs without a radius.
+The time of impact of two discs is the root of a quadratic equation (Ericson, Real-Time Collision
+Detection, 2005, 5.5.5). A wall is a segment, and its ends are discs of radius zero.
 """
 
 from math import sqrt
@@ -14,16 +14,16 @@ from engine.multibody.solver.layout.array_types import Floats
 
 SLACK = 0.005
 """Overlap, in radii of the smaller disc, up to which a slow approach is left to the contact solver.
-Twice of it must stay below the one per cent that piles may show; at zero, every ball at rest would
-be an impact in each substep."""
+Twice this must stay below the 1 % that piles may show. At zero, every ball at rest would have an
+impact in each substep."""
 
 SPECULATIVE_GAP = 0.005
-"""Gap, in radii of the smaller disc, up to which two are in contact, so that a ball that hovers at
-the width of a hair keeps its impulse. Larger, it would hold back balls that pass each other; at
-zero, contacts flicker and piles never come to rest."""
+"""Gap, in radii of the smaller disc, up to which two discs are in contact, so that a ball with a
+tiny gap keeps its impulse. A larger value would slow down balls that pass each other. At zero,
+contacts would flicker and piles would never come to rest."""
 
 CREEP = 1.0e-3
-"""An approach that covers less than this part of the allowed overlap is none: rounding."""
+"""Approaches that cover less than this fraction of the allowed overlap are ignored as rounding."""
 
 
 @lean_kernel
@@ -43,8 +43,8 @@ def from_closest_point(items: Floats, item: int, x: float, y: float) -> tuple[fl
 
 @lean_kernel
 def separation(pos: Floats, items: Floats, a: int, b: int) -> tuple[float, float, float, float]:
-    """Vector in m from b (a ball, or -1 - item) to ball a, their contact distance, and the radius
-    of the smaller, by which tolerances are measured."""
+    """Return the vector in m from b (a ball, or -1 - item) to ball a, their contact distance, and
+    the radius of the smaller ball, which is the unit of tolerances."""
     if b >= 0:
         dx = pos[a, body.X] - pos[b, body.X]
         dy = pos[a, body.Y] - pos[b, body.Y]
@@ -58,7 +58,7 @@ def separation(pos: Floats, items: Floats, a: int, b: int) -> tuple[float, float
 
 @lean_kernel
 def fallback_normal(a: int, b: int) -> tuple[float, float]:
-    """A unit vector for discs with one centre: by their ids, so that it is always the same."""
+    """A unit normal for two discs with the same centre, computed from their ids."""
     mixed = (a * 40503 + b * 30011 + 7919) % 65521
     u = mixed % 255 / 255.0  # tan of a quarter of the angle from -pi/2 to pi/2
     u = 2.0 * u - 1.0
@@ -79,10 +79,10 @@ def time_of_impact(
     threshold: float,
     remaining: float,
 ) -> float:
-    """Seconds until a point at p with velocity v comes as near the origin as `distance`, or inf.
+    """Seconds until a point at p with velocity v is `distance` from the origin, or inf.
 
-    Looked for in [0, remaining]. Approaches slower than `threshold` (m/s along the normal) may come
-    nearer by `slack`, in m; those that are as near already have their impact at once.
+    Only times in [0, remaining] count. An approach slower than `threshold` (m/s along the normal)
+    may come nearer by `slack` in m. If the point is already that near, the time is 0.
     """
     pv = px * vx + py * vy
     if pv >= 0.0:
@@ -120,7 +120,7 @@ def _time_of_impact_side(
     dx: float, dy: float, vx: float, vy: float, tx: float, ty: float, length: float,
     distance: float, slack: float, threshold: float, remaining: float,
 ) -> float:  # fmt: skip
-    """`time_of_impact` for the inside of a wall; (dx, dy) is seen from its first end."""
+    """`time_of_impact` for a wall without its ends; (dx, dy): place relative to its first end."""
     d = tx * dy - ty * dx
     approach = -(tx * vy - ty * vx)
     if d < 0.0 or (d == 0.0 and approach < 0.0):
@@ -145,8 +145,10 @@ def time_of_impact_wall(
     dx: float, dy: float, vx: float, vy: float, tx: float, ty: float, length: float,
     distance: float, slack: float, threshold: float, remaining: float,
 ) -> float:  # fmt: skip
-    """`time_of_impact` for a wall of that direction and length, its ends included; (dx, dy) is
-    where the disc is, seen from the wall's first end."""
+    """`time_of_impact` for a wall including its ends; (dx, dy): place relative to its first end.
+
+    (tx, ty): unit vector along the wall.
+    """
     best = _time_of_impact_side(
         dx, dy, vx, vy, tx, ty, length, distance, slack, threshold, remaining
     )

@@ -1,7 +1,8 @@
-"""Neighbour list: the pairs that may touch until it is made anew, in order, with their impulses.
+"""Builds the neighbour list: the pairs that may touch before the next rebuild, with their impulses.
 
-A Verlet list (Verlet, Phys. Rev. 1967): it holds as long as no ball is farther from its anchor, the
-place where it was listed, than its margin. The warm start's impulses go from each list to the next.
+It is a Verlet list (Verlet, Phys. Rev. 1967), valid as long as no ball is farther than its margin
+from its anchor, its place at the last rebuild. A new list takes over the impulses of the old one
+for the warm start.
 """
 
 import numpy as np
@@ -18,7 +19,7 @@ from engine.multibody.solver.narrow_phase import from_closest_point
 
 @lean_kernel
 def _sort(values: Ints, first: int, last: int) -> None:
-    """Ascending order of a stretch, a short one: items near a ball."""
+    """Sort values[first:last] in place; insertion sort, because a ball has few items near it."""
     for k in range(first + 1, last):
         value = values[k]
         m = k
@@ -35,7 +36,8 @@ def _list_items(
 ) -> int:  # fmt: skip
     """Append the static items within `disc_radius` of ball `a` at (x, y), as -1 - item.
 
-    `seen` (items,) says for which ball each item was looked at last.
+    seen (items,): the last ball for which each item was tested, because an item is in several
+    cells. Returns the number of rows, which may exceed the room in `other`.
     """
     scale = statics.cells_per_metre
     items = statics.items
@@ -51,7 +53,7 @@ def _list_items(
             cell = row * statics.columns
             first = starts[cell + int(low)]
             last = starts[cell + int(high) + 1]
-            for k in range(first, last):  # cells side by side are listed one after the other
+            for k in range(first, last):  # the members of a row's cells are consecutive
                 item = members[k]
                 if seen[item] == a:
                     continue
@@ -67,7 +69,7 @@ def _list_items(
 
 @lean_kernel
 def _count_by_column(found: Counts, count: int, column: int, ends: Ints) -> None:
-    """Where the rows of each ball in a column of `found` begin, were they sorted: ends[ball]."""
+    """Set ends[ball] to the index of the ball's first row if `found` were sorted by `column`."""
     ends[:] = 0
     for m in range(count):
         ends[(found[m, column] & (ROWS - 1)) + 1] += 1
@@ -77,11 +79,11 @@ def _count_by_column(found: Counts, count: int, column: int, ends: Ints) -> None
 
 @lean_kernel
 def _sort_by_owner(found: Counts, count: int, order: Ints, ends: Ints, others: Ints) -> None:
-    """Put the others of each ball's pairs, ascending, into a stretch of `others`, from the end of
-    the ball before to ends[ball].
+    """Sort the pairs by owner and other: ball a's others end before others[ends[a]], and begin
+    where those of ball a - 1 end.
 
-    A radix sort, by the other first and then by the owner, without a comparison: the processor
-    would guess half of them badly.
+    This is a radix sort, by the other first and then by the owner. It needs no comparisons, about
+    half of which the processor would mispredict.
     """
     _count_by_column(found, count, 1, ends)
     for m in range(count):
@@ -101,8 +103,11 @@ def _list_all(
     bodies: Bodies, n: int, statics: StaticShapes, disc_radius: Floats, ends: Ints, others: Ints,
     seen: Ints, starts: Ints, owner: Ints, other: Ints,
 ) -> int:  # fmt: skip
-    """Fill `starts`, `owner` and `other`, each ball's others ascending, then what is fixed; the
-    length of the list, or more than the room in `other`, where that is too small."""
+    """Fill `starts`, `owner` and `other`: for each ball its other balls, then its static items.
+
+    Returns the length of the list, or a number larger than the room in `other` if that is too
+    small.
+    """
     pos = bodies.pos
     marks = bodies.marks
     room = len(other)
@@ -135,9 +140,9 @@ def _list_all(
 def list_pairs(
     bodies: Bodies, n: int, statics: StaticShapes, horizon: float, gravity: float
 ) -> tuple[Ints, Ints, Ints]:
-    """Give out margins and list who may touch whom: starts (n + 1,), owners and others (p,).
+    """Set margins and list the pairs that may touch: starts (n + 1,), owners and others (p,).
 
-    Each ball's others are in ascending order, so nothing depends on the order within a cell.
+    Each ball's others are sorted, so no result depends on the order of balls within a cell.
     """
     found, count, disc_radius = find_pairs(bodies, n, horizon, gravity)
     ends = np.empty(n + 1, np.int32)
@@ -159,7 +164,7 @@ def list_pairs(
 
 @lean_kernel
 def _find(starts: Ints, other: Ints, a: int, b: int) -> int:
-    """Row of the pair of `a` with `b` in `a`'s part of the list, or -1."""
+    """Row of the pair (a, b) among those that `a` owns, or -1."""
     found = -1
     for k in range(starts[a], starts[a + 1]):
         if other[k] == b:
@@ -170,7 +175,7 @@ def _find(starts: Ints, other: Ints, a: int, b: int) -> int:
 
 @lean_kernel
 def _carry_over_impulses(old: NeighbourList, starts: Ints, other: Ints, impulse: Floats) -> None:
-    """Copy the impulses of the old list to the pairs that are in the new one as well."""
+    """Copy the impulses of the old list's pairs that the new list has too."""
     old_starts = old.starts
     old_other = old.other
     old_impulse = old.impulse
@@ -191,7 +196,7 @@ def _carry_over_impulses(old: NeighbourList, starts: Ints, other: Ints, impulse:
 def _list_neighbours(
     starts: Ints, owner: Ints, other: Ints, neighbour_starts: Ints, neighbours: Ints
 ) -> None:
-    """Who may touch each ball, whoever owns the pair: from neighbour_starts[ball] to the next."""
+    """List each ball's neighbours in all its pairs, owned or not; see `NeighbourList`."""
     n = len(starts) - 1
     for a in range(n):
         neighbour_starts[a + 2] = starts[a + 1] - starts[a]
@@ -215,9 +220,9 @@ def rebuild(
     bodies: Bodies, n: int, statics: StaticShapes, old: NeighbourList, horizon: float,
     gravity: float,
 ) -> tuple[NeighbourList, Ints]:  # fmt: skip
-    """A new neighbour list that takes over the impulses of the old one, and who owns each pair.
+    """Return a new neighbour list with the impulses of the old one, and the owner of each pair.
 
-    Its margins are for the ways that balls are likely to go within `horizon` seconds.
+    Its margins are for the distances that balls probably move within `horizon` seconds.
     """
     starts, owner, other = list_pairs(bodies, n, statics, horizon, gravity)
     fixed = 0
@@ -233,7 +238,7 @@ def rebuild(
 
 @inner_kernel
 def owners(pairs: NeighbourList) -> Ints:
-    """Who owns each pair, shape (p,)."""
+    """The owner of each pair, shape (p,)."""
     starts = pairs.starts
     owner = np.empty(len(pairs.other), np.int32)
     for a in range(len(starts) - 1):

@@ -1,7 +1,7 @@
-"""Position projection: overlap is taken away by moving balls, without a change of their velocities.
+"""Position projection: removes overlap by moving balls, without changing their velocities.
 
-Post-stabilization (Cline and Pai, ICRA 2003), one pair after the other at the places as they then
-are (non-linear Gauss-Seidel, as in Box2D 2's position solver).
+This is post-stabilization (Cline and Pai, ICRA 2003). It treats one pair after the other at their
+current places (non-linear Gauss-Seidel, as in Box2D 2's position solver).
 """
 
 from math import sqrt
@@ -15,25 +15,25 @@ from engine.multibody.solver.layout.shape import StaticShapes
 from engine.multibody.solver.narrow_phase import SPECULATIVE_GAP, separation
 
 DEEP = 0.008
-"""Overlap, in radii of the smaller ball, above which a pair is pushed apart at the end of a step:
-below the one per cent that may show, above what the time-of-impact loop leaves by itself."""
+"""Overlap, in radii of the smaller ball, above which a pair is pushed apart at the end of a step.
+It is below the 1 % that may be visible, and above what the time-of-impact loop normally leaves."""
 
 LEAST_SHARE = 0.02
-"""Part of such a push that even the heavier ball takes. At zero, a light ball under a heavy one
-would be pushed to and fro between it and the floor; at a half, heavy ones would climb."""
+"""Least fraction of such a push that the heavier ball takes. At zero, a light ball under a heavy
+one would be pushed to and fro between it and the floor; at a half, heavy balls would climb."""
 
 PUSH_LIMIT = 0.25
-"""A ball's radii by which others may push it out of overlap in a substep. A wall pushes back by
-the correction factor times the depth, so a ball cannot be pushed through one: at 0.25 radii a
-substep and a factor of 0.4 it comes to rest 0.6 radii deep."""
+"""Largest distance, in its radii, that other balls may push a ball in a substep. A wall pushes back
+by the correction factor times the depth. So a ball cannot be pushed through a wall: with the least
+factor, 0.4, it stays at most about 0.6 radii deep (0.25 / 0.4)."""
 
 PROJECTION_PASSES = 64
-"""Passes over the pairs that overlap too much at the end of a step, at most; mostly none does."""
+"""Most passes over the overlapping pairs at the end of a step; usually none overlaps too much."""
 
 
 @lean_kernel
 def limit_pushes(pos: Floats, n: int, push_left: Floats) -> None:
-    """Fill `push_left` (n,), the m by which each ball may still be pushed."""
+    """Set `push_left` (n,), the distance in m by which each ball may still be pushed."""
     for i in range(n):
         push_left[i] = PUSH_LIMIT * pos[i, body.RADIUS]
 
@@ -42,7 +42,7 @@ def limit_pushes(pos: Floats, n: int, push_left: Floats) -> None:
 def push_apart(
     pos: Floats, push_left: Floats, a: int, b: int, nx: float, ny: float, push: float, share: float
 ) -> None:
-    """Move a and b apart by `push` m, of which a takes `share`; b is fixed if that is all."""
+    """Move a and b apart by `push` in m; share: a's fraction, 1 if b is a fixed shape."""
     da = push * share
     if b < len(push_left):
         db = push - da
@@ -60,7 +60,7 @@ def push_apart(
 def _project_deep(
     bodies: Bodies, pairs: NeighbourList, statics: StaticShapes, push_left: Floats
 ) -> bool:
-    """Push apart the pairs that overlap by more than DEEP; whether there were any."""
+    """Push apart the pairs that overlap by more than DEEP; return whether there were any."""
     pos = bodies.pos
     vel = bodies.vel
     marks = bodies.marks
@@ -97,9 +97,9 @@ def _project_deep(
 def project_positions(
     bodies: Bodies, n: int, pairs: NeighbourList, statics: StaticShapes, push_left: Floats
 ) -> None:
-    """Push apart all pairs that overlap by more than DEEP, until there are none or passes end.
+    """Push apart all pairs that overlap by more than DEEP, in at most PROJECTION_PASSES passes.
 
-    `push_left` (n,) is work space.
+    push_left (n,): work space.
     """
     limit_pushes(bodies.pos, n, push_left)
     for _ in range(PROJECTION_PASSES):
@@ -111,7 +111,8 @@ def project_positions(
 def deepest_overlap(
     bodies: Bodies, n: int, pairs: NeighbourList, statics: StaticShapes
 ) -> tuple[float, float, int]:
-    """Deepest overlap of listed pairs in m and in radii of the smaller ball; contacts touching."""
+    """Deepest overlap of the listed pairs in m and in radii of the smaller ball, and the number of
+    pairs in contact."""
     metres = 0.0
     radii = 0.0
     touching = 0

@@ -1,4 +1,4 @@
-"""Prediction: the first impact of every ball on the path it is on, by time-of-impact queries."""
+"""Predicts the first impact of every ball on its path, by time-of-impact queries."""
 
 from math import inf, sqrt
 
@@ -14,7 +14,7 @@ from engine.multibody.solver.narrow_phase import SLACK, time_of_impact, time_of_
 
 @lean_kernel
 def _time_in_margin(anchor: Floats, i: int, x: float, y: float, vx: float, vy: float) -> float:
-    """Seconds until ball i, now at (x, y), leaves its margin; inf if it does not move."""
+    """Seconds until ball i, which is at (x, y), leaves its margin; inf if it does not move."""
     vv = vx * vx + vy * vy
     dx = x - anchor[i, body.ANCHOR_X]
     dy = y - anchor[i, body.ANCHOR_Y]
@@ -30,7 +30,7 @@ def _time_in_margin(anchor: Floats, i: int, x: float, y: float, vx: float, vy: f
 
 @lean_kernel
 def _expiry(path: Floats, anchor: Floats, i: int, now: float, h: float) -> float:
-    """When, in s of the substep, ball i leaves the margin in which its list holds, or inf."""
+    """Time in the substep, s, at which ball i leaves its margin, or inf."""
     vx = path[i, sweep.VX]
     vy = path[i, sweep.VY]
     dx = path[i, sweep.X0] + vx * h - anchor[i, body.ANCHOR_X]
@@ -48,7 +48,7 @@ def _static_impact(
     path: Floats, items: Floats, i: int, item: int, x: float, y: float, remaining: float,
     settings: SolverSettings,
 ) -> float:  # fmt: skip
-    """Seconds until ball i, now at (x, y), hits a peg or a wall, within `remaining`, or inf."""
+    """Seconds until ball i, which is at (x, y), hits a static item; inf if not in `remaining`."""
     vx = path[i, sweep.VX]
     vy = path[i, sweep.VY]
     radius = path[i, sweep.RADIUS]
@@ -75,9 +75,9 @@ def _static_impact(
 def _ball_impact(
     path: Floats, a: int, b: int, px: float, py: float, remaining: float, settings: SolverSettings
 ) -> float:
-    """Seconds until ball a, seen from ball b at (px, py), hits it within `remaining`, or inf.
+    """Seconds until ball a, at (px, py) relative to ball b, hits it; inf if not in `remaining`.
 
-    One that sleeps is woken by the least touch.
+    Any touch of a sleeping ball counts, because it wakes the ball.
     """
     ra = path[a, sweep.RADIUS]
     rb = path[b, sweep.RADIUS]
@@ -100,10 +100,10 @@ def _ball_impact(
 def _may_hit(
     path: Floats, a: int, b: int, px: float, py: float, remaining: float, least_threshold: float
 ) -> bool:
-    """Whether ball a, seen from ball b at (px, py), can hit it within `remaining`.
+    """Whether ball a, at (px, py) relative to ball b, can hit it within `remaining`.
 
-    Most pairs cannot: those that part, that are too far from each other, or that touch and approach
-    slower than any pair rebounds. No branches: the processor would guess them badly.
+    Most pairs cannot: they separate, are too far apart, or touch and approach too slowly for any
+    pair to rebound. The test has no branches, because the processor would mispredict many.
     """
     vx = path[a, sweep.VX] - path[b, sweep.VX]
     vy = path[a, sweep.VY] - path[b, sweep.VY]
@@ -126,7 +126,10 @@ def _candidate_neighbours(
     path: Floats, pairs: NeighbourList, i: int, x: float, y: float, now: float, remaining: float,
     least_threshold: float, candidates: Ints,
 ) -> int:  # fmt: skip
-    """List the neighbours that ball i, now at (x, y), can hit, and all that is fixed; how many."""
+    """List the neighbours that ball i, which is at (x, y), can hit, and all its static items.
+
+    Returns their number.
+    """
     neighbours = pairs.neighbours
     count = 0
     for k in range(pairs.neighbour_starts[i], pairs.neighbour_starts[i + 1]):
@@ -144,11 +147,12 @@ def predict(
     sweeps: Sweeps, anchor: Floats, items: Floats, pairs: NeighbourList, i: int, now: float,
     settings: SolverSettings, least_threshold: float, candidates: Ints,
 ) -> tuple[float, int]:  # fmt: skip
-    """When, in s of the substep, ball i hits what next: a ball, -1 - item, EXPIRY or NOTHING.
+    """Predict ball i's next event: its time in the substep, s, and a ball, -1 - item, EXPIRY or
+    NOTHING.
 
-    One event for each ball is enough: whose velocity changes is predicted anew with all its pairs,
-    and so is who finds that its partner changed. Of impacts at one time the first in the list
-    counts.
+    One event per ball is enough. After a change of its velocity, a ball is predicted again with all
+    its pairs; so is a ball whose partner has changed when its event comes. Of impacts at the same
+    time, the first in the list counts.
     """
     path = sweeps.path
     h = settings.h
@@ -183,7 +187,8 @@ def _candidate_pairs(
     path: Floats, owner: Ints, other: Ints, now: float, remaining: float, least_threshold: float,
     candidates: Ints,
 ) -> int:  # fmt: skip
-    """List the pairs of balls that can hit each other, and all with what is fixed; how many."""
+    """List the pairs of balls that can hit each other, and all with static items; return their
+    number."""
     count = 0
     for k in range(len(other)):
         a = owner[k]
@@ -205,10 +210,10 @@ def predict_all(
     sweeps: Sweeps, anchor: Floats, n: int, owner: Ints, other: Ints, items: Floats, now: float,
     settings: SolverSettings, least_threshold: float, may_expire: bool, candidates: Ints,
 ) -> bool:  # fmt: skip
-    """Predict for every ball its first impact of the pairs that it owns; whether there is any.
+    """Predict every ball's first event among the pairs that it owns; return whether there is any.
 
-    The same as `predict` for each ball, but every pair is looked at once. `may_expire`: whether
-    balls may leave the margin in which the list of pairs holds.
+    This replaces `predict` for each ball, but tests every pair only once. may_expire: whether balls
+    may leave their margins.
     """
     path = sweeps.path
     state = sweeps.state

@@ -1,7 +1,22 @@
-"""A step of balls that touch each other: substeps of semi-implicit Euler, contacts, impacts.
+"""One step of balls that touch each other, and the order of its phases. Start here.
 
-Start here. Of each substep: new velocities, contact solver, time-of-impact loop; of each step:
-position projection, then sleep.
+    for each substep of h seconds:
+        velocities     drag and gravity over h; places follow from the new velocities
+                       (semi-implicit Euler)
+        wake           islands.py: sleeping islands that an awake ball touches wake up
+        contacts       contact_solver.py: impulses that stop slow approaches, as in piles
+        impacts        time_of_impact_loop.py: balls move, and fast approaches rebound,
+                       impact by impact in the order of time
+    then, once a step:
+        overlap        position_projection.py: moves apart balls that overlap visibly
+        sleep          islands.py: islands that were still long enough fall asleep
+
+Contacts come before impacts. A ball at rest on another would otherwise have an impact in every
+substep, and a pile would have more and more of them in less and less time. What the contact
+solver leaves, the impacts treat exactly, so nothing is passed through at any speed.
+
+All phases work on the pairs of the neighbour list (neighbour_list.py), which is rebuilt only when a
+ball leaves its margin, or when islands fall asleep or wake.
 """
 
 from math import inf, sqrt
@@ -32,18 +47,19 @@ from engine.multibody.solver.time_of_impact_loop import take_impacts
 from engine.physics.flight import basis
 
 CONTACT_PASSES = 4
-"""Passes over the contacts in a substep, at most. A pile at rest needs one, by its warm start; more
-in a heap that falls cost more than the impacts that they save."""
+"""Most passes over the contacts in a substep. Thanks to the warm start, a pile at rest needs one.
+In a falling heap, more passes would cost more than the impacts that they save."""
 
 CONVERGED = 0.02
-"""Change of an approach, in what gravity adds in a substep, below which a pass was the last."""
+"""Largest change of an approach by which a pass is the last, as a fraction of the speed that
+gravity adds in a substep."""
 
 
 @lean_kernel
 def _integrate_velocities(
     bodies: Bodies, n: int, settings: SolverSettings, decay: float, gain: float
 ) -> None:
-    """New velocities: drag and gravity over a substep in closed form, and the clamp if there is."""
+    """Apply drag and gravity over a substep, in closed form, and the limit of the speed."""
     for i in range(n):
         if bodies.marks[i, body.FLAGS] & (body.ASLEEP | body.GONE):
             continue
@@ -60,7 +76,7 @@ def _integrate_velocities(
 
 @lean_kernel
 def _damp(bodies: Bodies, n: int, damping: float) -> None:
-    """Keep that part of all velocities."""
+    """Multiply all velocities by `damping`."""
     for i in range(n):
         bodies.vel[i, body.VX] *= damping
         bodies.vel[i, body.VY] *= damping
@@ -71,7 +87,7 @@ def _damp(bodies: Bodies, n: int, damping: float) -> None:
 def _least_threshold(
     bodies: Bodies, n: int, statics: StaticShapes, settings: SolverSettings
 ) -> float:
-    """The least restitution threshold, m/s, of any pair: none, if something here is elastic."""
+    """A lower bound of all pairs' restitution thresholds, m/s; 0 if anything is elastic."""
     for i in range(n):
         if bodies.surface[i, body.RESTITUTION] >= 1.0:
             return 0.0
@@ -83,7 +99,7 @@ def _least_threshold(
 
 @lean_kernel
 def _begin(bodies: Bodies, n: int, log: StepLog) -> int:
-    """Take away the marks of the step before and empty the log; how many balls sleep."""
+    """Clear the marks of the previous step and the log; return the number of sleeping balls."""
     asleep = 0
     for i in range(n):
         bodies.marks[i, body.FLAGS] &= ~body.BOUNCED
@@ -99,7 +115,7 @@ def _solve_contacts(
     bodies: Bodies, n: int, pairs: NeighbourList, statics: StaticShapes, settings: SolverSettings,
     push_left: Floats, contacts: Contacts,
 ) -> None:  # fmt: skip
-    """The contact solver's part of a substep."""
+    """Run the contact solver for one substep."""
     count = prepare_contacts(bodies, n, pairs, statics, settings, push_left, contacts)
     warm_start(bodies.vel, count, contacts)
     for _ in range(CONTACT_PASSES):
@@ -114,11 +130,11 @@ def step_balls(
     bodies: Bodies, n: int, pairs: NeighbourList, statics: StaticShapes, settings: SolverSettings,
     log: StepLog, is_listed: bool,
 ) -> NeighbourList:  # fmt: skip
-    """Advance all balls by one step; returns the neighbour list as it then is.
+    """Advance all balls by one step; return the current neighbour list.
 
-    Where all sleep it only takes away the marks of the step before.
+    If all balls sleep, this only clears the marks of the previous step.
 
-    `is_listed` says that `pairs` is a list of these balls; else it only has impulses to take over.
+    is_listed: whether `pairs` is valid for these balls; if not, only its impulses are used.
     """
     decay, gain, _ = basis(settings.drag, settings.h)
     horizon = settings.h * settings.substeps

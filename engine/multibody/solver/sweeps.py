@@ -1,7 +1,7 @@
-"""Sweeps: the straight path of every ball in a substep, and balls that are moved along theirs.
+"""Sweeps: the straight paths of the balls in a substep, and moving balls along them.
 
-A path is kept as the place where the ball would have been at the start of the substep, so a ball is
-moved only when it has an impact or the substep ends.
+A path is stored by its place at the start of the substep, to which it is extrapolated back. So a
+ball needs to be moved only when it has an impact and when the substep ends.
 """
 
 from math import inf
@@ -16,7 +16,8 @@ from engine.multibody.solver.layout.sweep import Sweeps
 from engine.multibody.solver.position_projection import PUSH_LIMIT
 
 FARTHEST = 1.0e9
-"""m from the origin beyond which a ball has left; nearer, its cell's number fits an integer."""
+"""Distance from the origin in m beyond which a ball has left. Within it, the numbers of its cell
+fit into an integer."""
 
 
 @inner_kernel
@@ -35,7 +36,7 @@ def new_sweeps(n: int) -> Sweeps:
 
 @lean_kernel
 def start_sweeps(bodies: Bodies, n: int, sweeps: Sweeps, now: float) -> None:
-    """Put every ball on the path that it is on at `now`, where `pos` says it is."""
+    """Set every ball's path from its place in `pos` and its velocity at `now`."""
     pos = bodies.pos
     marks = bodies.marks
     path = sweeps.path
@@ -63,7 +64,7 @@ def start_sweeps(bodies: Bodies, n: int, sweeps: Sweeps, now: float) -> None:
 
 @lean_kernel
 def restart_sweep(bodies: Bodies, sweeps: Sweeps, i: int, now: float) -> None:
-    """Put ball i, now at its place in `pos`, on the path of its new velocity."""
+    """Set ball i's path from its place in `pos` and its new velocity at `now`."""
     path = sweeps.path
     vx = bodies.vel[i, body.VX]
     vy = bodies.vel[i, body.VY]
@@ -80,9 +81,9 @@ def restart_sweep(bodies: Bodies, sweeps: Sweeps, i: int, now: float) -> None:
 def _land(
     bodies: Bodies, sweeps: Sweeps, bins_y: float, i: int, now: float, start: float, log: StepLog
 ) -> None:
-    """Let ball i land if it crossed the bins' line downward on its path, on which it is at `now`.
+    """Mark ball i as landed if it crossed the bins' line downward on its path until `now`.
 
-    One that was pushed across the line by another lands as well.
+    A ball that another pushed across the line has landed too.
     """
     pos = bodies.pos
     path = sweeps.path
@@ -107,9 +108,9 @@ def _land(
 def advance(
     bodies: Bodies, sweeps: Sweeps, bins_y: float, i: int, now: float, start: float, log: StepLog
 ) -> None:
-    """Write to `pos` where ball i is at `now`; where it crosses the bins' line, it lands.
+    """Move ball i in `pos` along its path to `now`; it lands if it crosses the bins' line.
 
-    `now` in s of the substep, which begins `start` seconds into the step.
+    now: s since the start of the substep, which begins `start` s after the start of the step.
     """
     pos = bodies.pos
     path = sweeps.path
@@ -127,7 +128,7 @@ def advance(
 def advance_all(
     bodies: Bodies, n: int, sweeps: Sweeps, bins_y: float, now: float, start: float, log: StepLog
 ) -> None:
-    """`advance` all balls; those that are farther out than FARTHEST, or nowhere, leave."""
+    """`advance` all balls; those beyond FARTHEST, or whose place is NaN, have left."""
     pos = bodies.pos
     for i in range(n):
         advance(bodies, sweeps, bins_y, i, now, start, log)

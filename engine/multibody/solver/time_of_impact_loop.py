@@ -1,10 +1,12 @@
-"""The time-of-impact loop: impacts in the order of time, within a substep.
+"""The time-of-impact loop: moves all balls by one substep, impact by impact in the order of time.
 
-Every ball sweeps along a straight path at its new velocity. A pair that collides does so at the
-time and place where it does, with restitution and friction, and goes on from there: nothing is
-passed through, at any speed. Each ball has the first impact predicted for it, and a winner tree of
-their times tells whose is next: event-driven simulation as of hard discs (Alder and Wainwright,
-J. Chem. Phys. 1959; one event a ball: Lubachevsky, J. Comput. Phys. 1991).
+Every ball moves along a straight path at its new velocity. Each impact happens at its exact time
+and place, with restitution and friction, and both balls continue from there. So no ball passes
+through anything, at any speed.
+
+Only the first impact of each ball is predicted, and a winner tree of these times finds the next
+one. This is the event-driven simulation of hard discs (Alder and Wainwright, J. Chem. Phys. 1959;
+one event per ball: Lubachevsky, J. Comput. Phys. 1991).
 """
 
 from math import inf
@@ -28,19 +30,19 @@ from engine.multibody.solver.prediction import predict, predict_all
 from engine.multibody.solver.sweeps import advance, advance_all, restart_sweep, start_sweeps
 
 MAX_REBUILDS = 32
-"""Neighbour lists made in one substep; a ball that leaves the last one's margin is frozen."""
+"""Most rebuilds of the neighbour list in a substep; then leaving its margin freezes a ball."""
 
-# Why the loop stopped.
+# Reasons why the loop stopped.
 DONE = 0
 STALE = 1
 
 
 @lean_kernel
 def _set_time(tree: Floats, i: int, t: float) -> None:
-    """Ball i's next event is at t: the least of each pair of the tree's branches goes up.
+    """Set the time of ball i's next event, and update the minima on the way to the tree's root.
 
-    What goes up is at hand, so only the other branch is read, and nothing waits for what was just
-    written. Farther up all is as it was where the least is.
+    On each level, only the sibling is read, because the other value is `t`; so no read waits for
+    the previous write. The loop ends at a node whose minimum does not change.
     """
     p = len(tree) // 2 + i
     tree[p] = t
@@ -55,7 +57,7 @@ def _set_time(tree: Floats, i: int, t: float) -> None:
 
 @lean_kernel
 def _next_ball(tree: Floats) -> int:
-    """Whose event is next; of several at one time the first row."""
+    """The ball with the next event; of several at the same time, the one with the lowest row."""
     t = tree[1]
     leaves = len(tree) // 2
     p = 1
@@ -67,7 +69,7 @@ def _next_ball(tree: Floats) -> int:
 
 @lean_kernel
 def _add_impulse(pairs: NeighbourList, a: int, b: int, normal: float, tangent: float) -> None:
-    """Add to the impulse of a pair, which is in the list of one of its balls."""
+    """Add to the impulse of a pair, which either of its balls may own."""
     starts = pairs.starts
     other = pairs.other
     impulse = pairs.impulse
@@ -87,8 +89,10 @@ def _collide(
     bodies: Bodies, sweeps: Sweeps, pairs: NeighbourList, items: Floats, i: int, j: int,
     settings: SolverSettings, now: float, start: float, log: StepLog,
 ) -> bool:  # fmt: skip
-    """The impact of ball i with j (a ball, or -1 - item), both at their places at `now`, and their
-    new paths; whether it woke an island."""
+    """Compute the impact of ball i with j (a ball, or -1 - item) at `now`, and their new paths.
+
+    Both must be at their places at `now`. Returns whether the impact woke an island.
+    """
     marks = bodies.marks
     a = i
     b = j
@@ -115,8 +119,10 @@ def _take_from_tree(
     settings: SolverSettings, start: float, least_threshold: float, may_rebuild: bool,
     candidates: Ints, log: StepLog,
 ) -> tuple[int, float]:  # fmt: skip
-    """Take the events in their order until there are no more, or the neighbour list has to be made
-    anew: which it was, and when."""
+    """Process events in order, until there are no more or the neighbour list must be rebuilt.
+
+    Returns DONE or STALE, and the time in the substep.
+    """
     items = statics.items
     bins_y = statics.bins_y
     path = sweeps.path
@@ -147,7 +153,7 @@ def _take_from_tree(
             else:
                 state[i, sweep.VERSION] += 1
         else:
-            j = sweep.NOTHING  # the partner changed, and has a prediction of its own
+            j = sweep.NOTHING  # the partner has changed and was predicted again: predict only i
         ball = i
         while True:
             t = inf
@@ -173,10 +179,11 @@ def take_impacts(
     bodies: Bodies, n: int, pairs: NeighbourList, owner: Ints, statics: StaticShapes,
     settings: SolverSettings, start: float, least_threshold: float, sweeps: Sweeps, log: StepLog,
 ) -> tuple[NeighbourList, Ints]:  # fmt: skip
-    """Move all balls by one substep, which begins `start` seconds into the step.
+    """Move all balls by one substep, which begins `start` s after the start of the step.
 
-    `owner` (p,) is who owns each pair, `least_threshold` the least restitution threshold of all
-    pairs. Returns both of the list, made anew if balls left the margin in which it holds.
+    owner (p,): the owner of each pair. least_threshold: a lower bound of all pairs' restitution
+    thresholds. Returns the neighbour list and its owners, rebuilt if balls left their margins or
+    an island woke.
     """
     gravity = settings.gravity
     h = settings.h

@@ -43,7 +43,7 @@ export class Divergence {
 
   /**
    * Finds when the balls are first farther apart than a limit.
-   * @param {number} limit metres
+   * @param {number} limit m
    * @returns {{t: number, hits: number} | null} hits: the first ball's impacts until then
    */
   parting(limit) {
@@ -62,7 +62,7 @@ export class Divergence {
 
   /**
    * The geometric mean of the factors by which the first ball's impacts multiplied the distance until the parting.
-   * @param {number} limit metres
+   * @param {number} limit m
    * @returns {number | null} null without a parting or an impact, or if they started farther apart than the limit
    */
   growthPerHit(limit) {

@@ -1,4 +1,4 @@
-// Commitments, and the seed of a drop, which neither side alone can choose: see docs/fairness.md.
+// Commitments, and the seed of a drop, which neither side can choose by itself: see docs/fairness.md.
 
 import { bytesOfText, hexOf, hmac, joined, sha256 } from "./crypto.js";
 

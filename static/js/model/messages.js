@@ -57,7 +57,7 @@
  *   practice?: boolean, receipt?: SignedReceipt, visitor?: number} & Omit<BallStart, "x">} BriefAccepted in
  *   the stream `seeds`: x only if it does not follow from the seed
  * @typedef {{visitor: number} & Tag} Visitor
- * @typedef {{type: "presence", here: number, visitors: Visitor[], you?: number}} Presence who is at the table
+ * @typedef {{type: "presence", here: number, visitors: Visitor[], you?: number}} Presence the visitors of the table
  * @typedef {{type: "clock", tick: number, seq: number}} ClockMessage the room's time
  *
  * @typedef {object} SessionState the current state of a fair session

@@ -28,7 +28,7 @@ import { Store } from "./store.js";
 
 /**
  * @typedef {object} Choice the settings on the desk
- * @property {string | null} a practice seed; null where the server draws one
+ * @property {string | null} seed for practice; null where the server draws one
  * @property {number | null} aim m; null for the board's own start
  * @property {number} stake credits
  * @property {number} balls for each press of DROP

@@ -1,4 +1,8 @@
 // This visitor's drops in a room: sent, in flight, landed, and found again after a disconnect.
+//
+// A drop is added when it is sent, and accepted when the server answers. Then two things happen in either order: the
+// picture shows its landing, which makes the result final for the player, and the server sends the landing, which
+// removes the drop here. If the server's result differs from the one shown, the payout is corrected.
 
 import { payoutOf } from "../fairness/payout.js";
 import { MINOR_UNITS } from "../model/player/account.js";

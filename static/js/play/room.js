@@ -131,7 +131,8 @@ export class Room {
   }
 
   /**
-   * Sends a drop. It is staked in the session; with a chosen seed, or without a session, it is practice.
+   * Sends a drop. It is staked in the fair session, unless the player chose its seed or no session is possible: then it
+   * is practice.
    * @param {{seed: string | null, aim: number | null, stake: number}} ask
    * @returns {string | null} its ref; null if it could not be sent
    */

@@ -15,6 +15,7 @@ const POINTS = 400;
 /**
  * @param {Motion} motion
  * @param {boolean} withHeight whether to include the potential energy
+ * @returns {Plot}
  */
 export function energyPlot(motion, withHeight) {
   const rows = samples(motion).map((row) => (withHeight ? row : { ...row, height: 0 }));

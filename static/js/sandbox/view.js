@@ -14,7 +14,7 @@ import { parentOf } from "../util/dom.js";
 /** @import { Sling } from "./pointer.js" */
 
 const STEPS = 3.5; // sprites for each doubling of the radius; other radii are scaled from the nearest
-const LARGEST = 64; // CSS pixels: radius of the largest sprite that fits a canvas; larger balls scale it
+const LARGEST = 64; // CSS pixels: radius of the largest sprite whose sheet fits a canvas; larger balls scale it
 
 /**
  * The pointer controller's state, to be drawn.

@@ -19,7 +19,7 @@ from tests.browser.screen import COUNT_FRAMES
 def measuring(screen: Any) -> Any:
     """The screen with its instruments open."""
     screen.drawer("Lab").locator("#measure summary").click()
-    expect(screen.page.get_by_role("heading", name="Line to the server")).to_be_visible()
+    expect(screen.page.get_by_role("heading", name="Server connection")).to_be_visible()
     return screen
 
 
@@ -85,7 +85,7 @@ def test_one_ball_is_followed_and_its_speed_and_energy_drawn(opened: Open) -> No
     screen = measuring(opened("/?room=triangle-16", before=COUNT_FRAMES).ready())
     screen.seed.fill("42")
     screen.drop.click()
-    expect(screen.page.locator("#ball-note")).to_have_text("Seed 42 is followed.")
+    expect(screen.page.locator("#ball-note")).to_have_text("Following seed 42.")
     speed = screen.page.locator("#speed-plot")
     expect(speed).to_have_attribute("aria-label", re.compile(r"now [\d.]+ m/s, at most [\d.]+"))
     screen.landed(screen.api("drops/triangle-16/42")["bin"])
@@ -121,7 +121,7 @@ def test_a_ball_is_chosen_by_a_click_on_it(opened: Open) -> None:
     expect(screen.page.locator("#ball-note")).to_contain_text("Click a ball")
     # Found and clicked within one frame: on a busy machine the ball would be gone meanwhile.
     screen.page.wait_for_function(_CLICK_SILVER)
-    expect(screen.page.locator("#ball-note")).to_have_text("Seed 77 is followed.")
+    expect(screen.page.locator("#ball-note")).to_have_text("Following seed 77.")
 
 
 # A click in the middle of the pixels of somebody else's ball, light and nearly grey; true once

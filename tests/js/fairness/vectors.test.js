@@ -1,4 +1,4 @@
-// The published vectors of what the scheme is built on, and Stake's, by what the page has.
+// Published test vectors of the algorithms that fair sessions use, and those of Stake.
 
 import assert from "node:assert/strict";
 import test from "node:test";
@@ -11,7 +11,7 @@ import { dropSeed, pick } from "../../../static/js/fairness/seeds.js";
 
 const hex = (digits) => bytesOfHex(digits, "digits", digits.length / 2);
 
-test("HMAC is that of RFC 4231", async () => {
+test("HMAC gives the vectors of RFC 4231", async () => {
   for (const [key, data, expected] of [
     [hex("0b".repeat(20)), "Hi There", "b0344c61d8db38535ca8afceaf0bf12b881dc200c9833da726e9376c2e32cff7"],
     [bytesOfText("Jefe"), "what do ya want for nothing?",
@@ -23,7 +23,7 @@ test("HMAC is that of RFC 4231", async () => {
   }
 });
 
-test("signatures are those of RFC 8032", async () => {
+test("signatures verify as in RFC 8032", async () => {
   const key = hex("3d4017c3e843895a92b70aa74d1b7ebc9c982ccf2ec4968cc0cd55f12af4660c");
   const signature = hex("92a009a9f0d4cab8720e820b5f642540a2b27b5416503f8fb3762223ebdb69da"
     + "085ac1e43e15996e458f3613d0f11d8c387b2eaeb4302aeeb00d291612bb0c00");
@@ -31,7 +31,7 @@ test("signatures are those of RFC 8032", async () => {
   assert.ok(!(await isSigned(key, signature, hex("73"))));
 });
 
-test("Stake's vectors come out", async () => {
+test("HMAC gives Stake's vectors", async () => {
   for (const [server, client, nonce, path, bin] of [
     ["18e93f4a7b5b58d2569765766d1b6c3296bbd8430d6f20249044d72f14720159", "bb62964774", 1,
       "RRLRLLLLRLLLRLLL", 5],
@@ -50,11 +50,11 @@ test("Stake's vectors come out", async () => {
   }
 });
 
-// The tree over the eight leaves of Certificate Transparency's own tests.
+// The tree over the eight leaves of Certificate Transparency's tests.
 const ROOT_6 = "76e67dadbcdf1e10e1b74ddc608abd2f98dfb16fbce75277b5232a127f2087ef";
 const ROOT_8 = "5dc9da79a70659a9ad559cb701ded9a2ab9d823aad2f4960cfe370eff4604328";
 
-test("proofs are those of RFC 6962", async () => {
+test("proofs verify as in RFC 6962", async () => {
   const path = [
     "96a296d224f285c67bee93c30f8a309157f0daa35dc5b87e410b78630a09cfc7",
     "5f083f0a1a33ca076a95279832580db3e0ef4584bdff1f54c8a360f50de3031e",
@@ -77,7 +77,7 @@ test("proofs are those of RFC 6962", async () => {
   assert.ok(!(await isConsistent(six, eight, grown.slice(0, 2))));
 });
 
-test("a start is the HMAC that docs/fairness.md says", async () => {
+test("a seed is the HMAC that docs/fairness.md defines", async () => {
   const known = { server: hex("01".repeat(32)), client: hex("02".repeat(32)), board: hex("03".repeat(32)) };
   const message = [..."plinko drop 1\n"].map((c) => c.charCodeAt(0));
   const whole = [...message, ...known.client, 0, 0, 0, 0, 0, 0, 0, 5, ...known.board];
@@ -85,7 +85,7 @@ test("a start is the HMAC that docs/fairness.md says", async () => {
   assert.equal(await dropSeed(known, 5), String(BigInt(`0x${mac.slice(0, 16)}`)));
 });
 
-test("payouts are whole units rounded down, JSON has one spelling", () => {
+test("payouts are rounded down, and JSON is canonical", () => {
   assert.equal(payoutOf(10, 0.1), 1);
   assert.equal(payoutOf(3, 0.3), 0);
   assert.equal(payoutOf(100, 5.6), 560);

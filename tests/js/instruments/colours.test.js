@@ -1,4 +1,4 @@
-// Whose the balls in a bin are: each has its colour, in the order of landing, over lost lines and resets.
+// The colours of the balls in a bin: in the order of landing, also after reconnects and resets.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -8,7 +8,7 @@ import { Colours } from "../../../static/js/instruments/colours.js";
 /** @param {Colours} colours @param {number} bin @param {number} balls */
 const inBin = (colours, bin, balls) => Array.from({ length: balls }, (_, ball) => colours.of(bin, ball));
 
-test("a ball has its colour, one that landed earlier has none", () => {
+test("a ball has its colour, an earlier landing has none", () => {
   const colours = new Colours();
   colours.fit([2, 0]);
   colours.add(0, "red");
@@ -25,7 +25,7 @@ test("after a reconnect balls keep their colours", () => {
   assert.deepEqual([inBin(colours, 0, 3), inBin(colours, 1, 1)], [["red", null, "blue"], [null]]);
 });
 
-test("a room that restarts has none of the balls before", () => {
+test("a room that restarts forgets the balls before", () => {
   for (const counts of [[0, 1], [9, 9, 9]]) {
     const colours = new Colours();
     colours.fit([0, 0]);
@@ -35,7 +35,7 @@ test("a room that restarts has none of the balls before", () => {
   }
 });
 
-test("the colours of a bin have as much of it as they have balls", () => {
+test("a colour's share of a bin is its number of balls", () => {
   const colours = new Colours();
   colours.fit([1]);
   for (const colour of ["red", "blue", "red"]) colours.add(0, colour);

@@ -1,4 +1,4 @@
-// A pile's columns: discs fit their columns and the tray, and a disc stands for as few balls as there is room for.
+// A pile's columns: discs fit the columns and the tray, and a disc represents as few balls as possible.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -38,27 +38,27 @@ test("a wall stands between columns, up to where discs enter", () => {
   const upright = walls.filter(({ x1, x2 }) => x1 === x2);
   assert.deepEqual(upright.map(({ x1 }) => x1), plan.edges);
   assert.ok(upright.every(({ y1, y2 }) => y1 < plan.entry && y2 === plan.height));
-  assert.ok(plan.entry < -plan.radius, "it enters unseen");
+  assert.ok(plan.entry < -plan.radius, "it enters above the tray");
 });
 
-test("discs come to rest on every world", () => {
+test("discs have a gravity at which they come to rest", () => {
   const gravities = [0.001, 1.62, 9.81, 24.79, 90].map((gravity) => planFor(700, 72, { ...BOARD, gravity }).gravity);
   assert.deepEqual(gravities.slice(1, 4), [1.62, 9.81, 24.79]);
   assert.ok(gravities[0] > 1 && gravities[4] < 90);
 });
 
-test("a disc stands for as few balls of 1, 2, 5, 10, … as fit", () => {
+test("a disc represents the fewest of 1, 2, 5, 10, … that fit", () => {
   const plan = { room: [10, 10, 10] };
   assert.equal(shareFor([0, 0, 0], plan), 1);
   assert.equal(shareFor([10, 3, 0], plan), 1);
   assert.equal(shareFor([11, 3, 0], plan), 2);
   assert.equal(shareFor([22, 3, 0], plan), 5);
   assert.equal(shareFor([1_000_000, 3, 0], plan), 100_000);
-  assert.equal(shareFor([1, 0, 0], plan, 3), 5, "no fewer than it is told");
+  assert.equal(shareFor([1, 0, 0], plan, 3), 5, "not fewer than required");
   const many = { room: Array.from({ length: 30 }, () => 100) };
   const counts = many.room.map(() => 99);
   const discs = discsOf(counts, shareFor(counts, many)).reduce((sum, count) => sum + count, 0);
-  assert.ok(discs > 100 && discs < 300, `${discs} discs are a pile, and can be moved`);
+  assert.ok(discs > 100 && discs < 300, `${discs} discs look like a pile and can be moved`);
 });
 
 test("a disc enters within its column, downwards", () => {

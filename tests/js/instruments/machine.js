@@ -1,4 +1,4 @@
-// The kernels for balls that touch, for tests of what is built on them.
+// The kernels for touching balls, loaded for tests.
 
 import { readFileSync } from "node:fs";
 

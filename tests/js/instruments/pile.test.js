@@ -1,4 +1,4 @@
-// The pile in the tray: it falls, rests, sleeps, is the same each time, and stands for every ball that landed.
+// The pile in the tray: its discs fall and come to rest, always in the same way, and represent all landed balls.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -17,9 +17,9 @@ const HEIGHT = 72; // CSS pixels
 const PLAN = planOf(BOARD, GEOMETRY, HEIGHT);
 const COUNTS = [0, 2, 6, 12, 15, 11, 7, 1, 0];
 const STEP = SOLVER.dt;
-const MOST_STEPS = 3000; // at which whatever falls has come to rest long since
+const MOST_STEPS = 3000; // far more than any pile needs to come to rest
 
-/** @param {Heap} heap @returns {number} steps that it took until all rested */
+/** @param {Heap} heap @returns {number} steps until all discs were at rest */
 function settle(heap) {
   let steps = 0;
   for (; heap.runs && steps < MOST_STEPS; steps += 1) heap.step();
@@ -47,7 +47,7 @@ function filled(counts) {
   return heap;
 }
 
-test("discs heap up in their columns, and at rest cost nothing", () => {
+test("discs pile up in their columns, and at rest cost nothing", () => {
   const heap = filled(COUNTS);
   settle(heap);
   const discs = discsIn(heap);
@@ -60,7 +60,7 @@ test("discs heap up in their columns, and at rest cost nothing", () => {
   }
   discs.forEach((one, i) => {
     for (const two of discs.slice(i + 1)) {
-      assert.ok(Math.hypot(one.x - two.x, one.y - two.y) > 2 * radius - near, "beside each other");
+      assert.ok(Math.hypot(one.x - two.x, one.y - two.y) > 2 * radius - near, "they do not overlap");
     }
   });
   assert.ok(discs.some(({ y }) => y < height - 3 * radius), "some lie on others");
@@ -73,7 +73,7 @@ test("the same landings make the same pile, to the last bit", () => {
   assert.deepEqual(discsIn(one), discsIn(two));
 });
 
-test("a disc enters as fast as its ball, and wakes who it meets", () => {
+test("a disc enters at its ball's speed, and wakes others", () => {
   const heap = new Heap(machine, PLAN);
   heap.add(4, { x: 0.02, speed: 3 });
   heap.step();
@@ -87,45 +87,44 @@ test("a disc enters as fast as its ball, and wakes who it meets", () => {
   assert.ok(heap.runs);
   settle(heap);
   const [pushed] = discsIn(heap);
-  assert.ok(pushed.x < lay.x, "it was pushed aside");
+  assert.ok(pushed.x < lay.x, "it was pushed to the side");
 });
 
-test("a column that holds no more says so, and does not run on", () => {
+test("a full column is reported, and the pile stops", () => {
   const heap = filled([0, 0, 0, 0, 300, 0, 0, 0, 0]);
   settle(heap);
   assert.ok(heap.full);
   assert.ok(discsIn(heap).length < 300);
 });
 
-/** A pile that is not painted, and all that is wanted of the page's clock. */
 function pileOf(counts) {
   const pile = new Pile({ heapFor: (plan) => new Heap(machine, plan), stepMs: 1000 * STEP }, null);
   pile.lay(BOARD, GEOMETRY, HEIGHT, counts);
   return pile;
 }
 
-/** @param {Pile} pile @returns {number} pictures that showed something new, until nothing moved */
+/** @param {Pile} pile @returns {number} frames with a new picture, until nothing moved */
 function watch(pile, still) {
   let [shown, now] = [0, 1000];
   for (; pile.runs && now < 1000 + 1000 * STEP * MOST_STEPS; now += 1000 * STEP) shown += pile.advance(now, still) ? 1 : 0;
   assert.equal(pile.runs, false);
-  assert.equal(pile.advance(now, still), false, "at rest no picture is another");
+  assert.equal(pile.advance(now, still), false, "at rest the picture does not change");
   return shown;
 }
 
-test("the pile falls frame by frame, or with no motion lies there", () => {
+test("the pile falls, or with reduced motion appears at rest", () => {
   assert.ok(watch(pileOf(COUNTS), false) > 30);
   assert.equal(watch(pileOf(COUNTS), true), 1);
 });
 
-test("in a tray of another size the same discs lie at once", () => {
+test("in a resized tray the same discs appear at rest", () => {
   const pile = pileOf(COUNTS);
   watch(pile, false);
   pile.lay(BOARD, layOut(BOARD, 360), 27, COUNTS);
   assert.equal(watch(pile, false), 1);
 });
 
-test("a full column is swept, and discs stand for more balls then", () => {
+test("if a column is full, discs represent more balls", () => {
   const counts = [...COUNTS];
   const pile = pileOf(counts);
   assert.equal(pile.share, 1);
@@ -139,11 +138,11 @@ test("a full column is swept, and discs stand for more balls then", () => {
   assert.equal(counts[4], PLAN.room[4] + 1);
   watch(pile, true);
   pile.update(counts.map(() => 0), null);
-  assert.equal(pile.share, 1, "another table's counts begin anew");
+  assert.equal(pile.share, 1, "another table's counts begin again");
   assert.equal(pile.runs, false);
 });
 
-test("ten million balls are a pile, too", () => {
+test("ten million balls also make a pile", () => {
   const pile = pileOf(COUNTS.map((count) => 1_000_000 * count));
   assert.ok(pile.share >= 100_000);
   assert.equal(watch(pile, true), 1);

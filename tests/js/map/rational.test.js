@@ -1,11 +1,11 @@
-// Starts on the map are exact, however deep the zoom.
+// Starts on the map are exact at any zoom.
 
 import assert from "node:assert/strict";
 import test from "node:test";
 
 import { pixelMiddle, rationalText, readRational } from "../../../static/js/map/rational.js";
 
-test("what the server writes is read and written in lowest terms", () => {
+test("a fraction is read, and written in lowest terms", () => {
   assert.equal(rationalText(readRational("6/8")), "3/4");
   assert.equal(rationalText(readRational("-10/5")), "-2");
   assert.equal(rationalText(readRational("0")), "0");

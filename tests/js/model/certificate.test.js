@@ -1,4 +1,4 @@
-// What is said of proofs, and where two proven paths part.
+// Certificates in words, and where two proven paths part.
 
 import assert from "node:assert/strict";
 import test from "node:test";
@@ -16,22 +16,22 @@ const PROVEN = {
   events: [[0, 7, 1, 0, 0.5, 1e-20], [0, 9, 2, 0.3, 1, 1e-18], [5, 3, 4.2, 1.05, 5, 1e-17]],
 };
 
-test("a proven bin is told with enclosure, cost and double result", () => {
+test("a proven bin is shown with its enclosure and cost", () => {
   const words = provenWords(PROVEN);
   assert.equal(words, "Certified: bin 3, x = [1.05 +/- 0.05] m after [4.2 +/- 0.3] s; "
-    + "435 comparisons, each decided with 160 bits. Double precision has it right.");
-  assert.match(provenWords({ ...PROVEN, agrees: false }), /has another/);
+    + "435 comparisons, each decided with 160 bits. Double precision agrees.");
+  assert.match(provenWords({ ...PROVEN, agrees: false }), /Double precision differs/);
   assert.match(provenWords({ ...PROVEN, bin: null, unsettled: "balanced" }), /no bin, balanced/);
   assert.match(provenWords({ ...PROVEN, ties: ["peg 0 and peg 1"] }), /instant: peg 0 and peg 1\./);
 });
 
-test("what is left open is no proof, and says what is open", () => {
+test("an undecided drop is not proven, and the words say why", () => {
   const open = { ...PROVEN, certified: false, bin: null, undecided: "whether peg 3 is hit" };
-  assert.equal(provenWords(open), "Not proven: it stays open whether peg 3 is hit.");
+  assert.equal(provenWords(open), "Not proven. Undecided: whether peg 3 is hit.");
   assert.equal(partingWords(PROVEN, open), provenWords(open));
 });
 
-test("two paths part where they first hit different things", () => {
+test("two paths part where their events first differ", () => {
   /** @type {Certificate} */
   const other = { ...PROVEN, events: [[0, 7, 1, 3e-9, 0.5, 1e-20], [0, 8, 2, 0.3, 1, 1e-18]] };
   const parting = partingOf(PROVEN, other);

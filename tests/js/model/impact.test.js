@@ -1,4 +1,4 @@
-// Impacts as they are named.
+// Names of impacts.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";

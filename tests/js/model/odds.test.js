@@ -8,7 +8,7 @@ import { oddsAt, oddsWords } from "../../../static/js/model/odds.js";
 const own = { aim: null, return: 0.98953, doubt: 0.00038, awards: [{ multiplier: 110, chance: 1 / 14205 }] };
 const aside = { ...own, aim: 0.3, return: 0.98 };
 
-test("the nearest counted aim speaks for the chosen one", () => {
+test("the nearest counted aim stands for the chosen one", () => {
   const counted = /** @type {any[]} */ ([own, aside]);
   assert.equal(oddsAt(counted, null, 0), own);
   assert.equal(oddsAt(counted, 0.1, 0), own);
@@ -16,7 +16,7 @@ test("the nearest counted aim speaks for the chosen one", () => {
   assert.equal(oddsAt([], 0.1, 0), null);
 });
 
-test("a sentence says return, interval and odds of the top award", () => {
+test("a sentence says the return and the odds of the top award", () => {
   const said = oddsWords(/** @type {any} */ (own));
   assert.equal(said, "Average return 98.95 %. 110x about once in 14,205 drops.");
   const never = { ...own, awards: [{ multiplier: 9, chance: 0 }] };

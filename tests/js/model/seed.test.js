@@ -1,4 +1,4 @@
-// What is a seed is taken to the last digit, what is none is refused by name.
+// A seed keeps its last digit, and an invalid one is refused with its text.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -9,7 +9,7 @@ const LARGEST = "18446744073709551615";
 
 for (const text of ["-1", "18446744073709551616", "abc", "1.5", "1e3", "0x10", "NaN",
   "9".repeat(400), "１２"]) {
-  test(`a bad seed is named: ${text.slice(0, 24)}`, () => {
+  test(`an invalid seed is refused: ${text.slice(0, 24)}`, () => {
     const reading = readSeed(text);
     assert.equal(reading.ok, false);
     assert.ok(reading.message.includes(text.slice(0, 20)));
@@ -22,7 +22,7 @@ test("a seed keeps every digit", () => {
   for (const [typed, seed] of Object.entries(wanted)) assert.deepEqual(readSeed(typed), { ok: true, seed });
 });
 
-test("an empty field is no seed and no mistake", () => {
+test("an empty field is valid, and gives no seed", () => {
   assert.deepEqual(readSeed("  "), { ok: true, seed: null });
 });
 

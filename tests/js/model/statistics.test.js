@@ -1,4 +1,4 @@
-// Chance and doubt against known values, and tests that cry wolf as often as they say.
+// Statistics compared with known values, and tests whose false alarms are as frequent as they state.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -61,7 +61,7 @@ test("the gamma function is the factorial", () => {
   nearly(logGamma(x), stirling, 1e-12);
 });
 
-test("a fit of three bins by hand", () => {
+test("a fit of three bins is that computed by hand", () => {
   const counts = [30, 20, 10];
   const fit = fitTest(counts, [1 / 3, 1 / 3, 1 / 3]);
   const g = 2 * counts.reduce((sum, count) => sum + count * Math.log(count / 20), 0);
@@ -70,7 +70,7 @@ test("a fit of three bins by hand", () => {
   nearly(fit.p, Math.exp(-g / 2), 1e-9);
 });
 
-test("rare bins are judged together, and too few balls not at all", () => {
+test("rare bins are merged, and too few balls are not tested", () => {
   const chances = choose(8).map((ways) => ways / 256);
   assert.equal(fitTest(Array(9).fill(0), chances), null);
   assert.equal(fitTest([0, 0, 0, 1, 2, 1, 0, 0, 0], chances), null);
@@ -79,7 +79,7 @@ test("rare bins are judged together, and too few balls not at all", () => {
   assert.equal(fitTest([40, 310, 1090, 2190, 2730, 2190, 1100, 310, 40], chances).groups, 9);
 });
 
-test("the tests cry wolf as often as they say", () => {
+test("false alarms are as frequent as p says", () => {
   const random = chance(7);
   const share = choose(16).map((ways) => ways / 2 ** 16);
   const sample = (balls) => {
@@ -101,13 +101,13 @@ test("the tests cry wolf as often as they say", () => {
   }
 });
 
-test("a wrong law is found out", () => {
+test("wrong chances are found", () => {
   const share = choose(8).map((ways) => ways / 256);
   const skewed = [...share.slice(1), share[0]].map((part) => Math.round(1000 * part));
   assert.ok(fitTest(skewed, share).p < 1e-6);
 });
 
-test("mean and doubt are those of the textbook", () => {
+test("mean and interval are those of the textbook", () => {
   const values = [0.2, 0.2, 1, 4, 0.3];
   const one = new Mean();
   for (const value of values) one.add(value);

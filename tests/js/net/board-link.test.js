@@ -1,4 +1,4 @@
-// Boards in links: what comes out is what went in, and a broken link says so.
+// Boards in links: unpacking restores the board, and a broken link is an error.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -16,18 +16,18 @@ test("a board survives a link, which is short and plain", async () => {
   assert.ok(packed.length < 0.6 * JSON.stringify(board).length);
 });
 
-test("an address without a board has none", () => {
+test("an address without a board gives none", () => {
   assert.equal(boardInHash(""), null);
   assert.equal(boardInHash("#seed=1"), null);
 });
 
 for (const text of ["", "!!", "AAAA", "7cExAQ", "x".repeat(5000)]) {
-  test(`a broken link says so: ${text.slice(0, 8)}`, async () => {
+  test(`a broken link is an error: ${text.slice(0, 8)}`, async () => {
     await assert.rejects(unpackBoard(text), unread);
   });
 }
 
-test("a link that unpacks to gigabytes is given up", async () => {
+test("a link that would unpack to gigabytes is refused", async () => {
   const packed = await packBoard({ name: "0".repeat(5_000_000) });
   await assert.rejects(unpackBoard(packed), unread);
 });

@@ -1,4 +1,4 @@
-// A socket that comes back: at once where the server sends it on, later where the line is lost.
+// A connection reconnects: immediately when the server says that the room moved, after a wait when it was lost.
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, test } from "node:test";
 
@@ -43,7 +43,7 @@ async function connected() {
   return { connection, lost };
 }
 
-test("a client that is sent on comes back at once and silently", async () => {
+test("a client whose room moved reconnects at once and silently", async () => {
   const { connection, lost } = await connected();
   connection.settled();
   sockets[0].onclose({ code: 1012, reason: "room-moved" });
@@ -55,7 +55,7 @@ test("a client that is sent on comes back at once and silently", async () => {
   connection.close();
 });
 
-test("a client sent on and on waits, as with a lost connection", async () => {
+test("a client sent on repeatedly waits, as after a loss", async () => {
   const { connection, lost } = await connected();
   sockets[0].onclose({ code: 1012, reason: "" });
   sockets[1].onclose({ code: 1012, reason: "" });
@@ -64,7 +64,7 @@ test("a client sent on and on waits, as with a lost connection", async () => {
   connection.close();
 });
 
-test("a line that breaks without a word is lost", async () => {
+test("a silent connection is considered lost", async () => {
   const { connection, lost } = await connected();
   connection.settled();
   sockets[0].onclose({ code: 1006, reason: "" });

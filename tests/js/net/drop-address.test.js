@@ -15,7 +15,7 @@ test("an address keeps every digit", () => {
   );
 });
 
-test("what is not set is not in the address", () => {
+test("parameters that are not set are not in the address", () => {
   const drop = readDrop(new URLSearchParams("board=classic&seed=7"));
   assert.equal(replayLink(drop), "replay.html?board=classic&seed=7");
   assert.equal(dropPath(drop), "drops/classic/7");

@@ -1,4 +1,4 @@
-// The wire: golden snapshots and events to the last bit, and what follows no protocol refused by name.
+// Decoding of snapshots and events: golden ones to the last bit; errors name what is wrong.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -22,7 +22,7 @@ test("golden snapshots decode to the last bit", () => {
   }
 });
 
-test("columns that are large enough are filled again", () => {
+test("columns that are large enough are reused", () => {
   const { snapshots } = json("tests/golden/snapshots.json");
   const [{ hex, extent, velocity_scale: velocityScale }] = snapshots;
   const first = decodeSnapshot(bytesOf(hex), { extent, velocityScale });
@@ -36,7 +36,7 @@ for (const [hex, named] of [
   ["500101005802000011000000", "not 24"],
   ["50010000580200001100000000", "not 12"],
 ]) {
-  test(`bytes that are no snapshot are refused by name: ${named}`, () => {
+  test(`bytes that are not a snapshot are refused: ${named}`, () => {
     const extent = { x_min: 0, x_max: 1, y_min: 0, y_max: 1 };
     assert.throws(
       () => decodeSnapshot(bytesOf(hex), { extent, velocityScale: 1 }),
@@ -45,7 +45,7 @@ for (const [hex, named] of [
   });
 }
 
-test("golden events decode one at a time and as a tick's array", () => {
+test("golden events decode one by one and as a tick's array", () => {
   const { events } = json("tests/golden/events.json");
   assert.ok(events.length > 0);
   for (const { text, value } of events) assert.deepEqual(decodeEvents(text), [value]);
@@ -54,7 +54,7 @@ test("golden events decode one at a time and as a tick's array", () => {
 });
 
 for (const text of ["", "{", "3", "null", "[null]", '{"type":"hello","protocol":2}']) {
-  test(`text that is no event is refused: ${text}`, () => {
+  test(`text that is not an event is refused: ${text}`, () => {
     assert.throws(() => decodeEvents(text), (error) =>
       error instanceof ProtocolError && /event|protocol 2/.test(error.message));
   });

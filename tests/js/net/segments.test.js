@@ -1,4 +1,4 @@
-// Segments of paths: golden messages to the last bit, and damaged ones refused by name.
+// Decoding of segments: golden messages to the last bit; errors name what is wrong.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";

@@ -1,4 +1,4 @@
-// The clock: which tick is drawn when, through jitter, drift and sleep.
+// The clock: which tick is drawn when, despite jitter, drift and sleep.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -6,7 +6,7 @@ import { test } from "node:test";
 import { TickClock } from "../../../static/js/net/tick-clock.js";
 import { chance, near } from "../support.js";
 
-/** Ticks drawn at local times, given [tick, arrival]; before some stamps the room had slept. */
+/** The ticks drawn at local times, given [tick, arrival] of messages; before some of them the room slept. */
 function shownTicks(stamps, times, wakings = []) {
   const clock = new TickClock({ rate: 60 });
   let next = 0;
@@ -29,7 +29,7 @@ test("the picture stays three ticks behind a steady server", () => {
   });
 });
 
-test("the picture never runs backwards through jitter and drift", () => {
+test("the picture never runs backwards despite jitter and drift", () => {
   const random = chance(3);
   const fast = 1.002; // the server's clock gains two seconds in a thousand
   let arrived = 0;
@@ -48,7 +48,7 @@ test("the picture never runs backwards through jitter and drift", () => {
   assert.ok(Math.min(...behind) > 2, "the drift of 14 ticks was followed");
 });
 
-test("a room that slept is shown at its own tick again", () => {
+test("a room that wakes is shown at its tick again", () => {
   const stamps = range(100, (tick) => [tick, (tick * 1000) / 60]);
   const woken = stamps.length;
   stamps.push(...range(100, (tick) => [100 + tick, 60_000 + (tick * 1000) / 60]));

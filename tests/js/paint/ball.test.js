@@ -1,4 +1,4 @@
-// Balls, their light and their tails: where stamps are copied to and from, and the outline of a tail.
+// Balls: which stamps are copied to where, and the outline of a trail.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -6,7 +6,7 @@ import { test } from "node:test";
 import { fillTrail, paintFlash, paintLight } from "../../../static/js/paint/ball.js";
 import { chance, near } from "../support.js";
 
-/** What a canvas is told to copy: from the sheet, to the picture. */
+/** Records the copies on a canvas: from where on the sheet, to where on the picture. */
 function copies() {
   const told = [];
   const drawImage = (_, sx, sy, sw, sh, x, y, width, height) => {
@@ -17,7 +17,7 @@ function copies() {
 
 const stamp = (side, density) => ({ sheet: {}, side, density, half: side / density / 2 });
 
-test("light lies on whole pixels, right to half a pixel", () => {
+test("light is moved by at most half a pixel, to whole pixels", () => {
   const random = chance(7);
   for (const density of [1, 1.25, 2, 3]) {
     for (const side of [26, 79]) {
@@ -35,7 +35,7 @@ test("light lies on whole pixels, right to half a pixel", () => {
   }
 });
 
-test("a flash is chosen by its age and by how hard the impact was", () => {
+test("a flash is chosen by age and strength of the impact", () => {
   const flashes = { ...stamp(40, 2), radius: 4 };
   const at = (age, strength, radius = 4) => {
     const { told, ctx } = copies();
@@ -48,11 +48,11 @@ test("a flash is chosen by its age and by how hard the impact was", () => {
   const rows = [0, 0.25, 0.5, 0.75, 1].map((strength) => at(0, strength).sy / 40);
   assert.deepEqual(rows, [0, 1, 2, 3, 4]);
   assert.equal(at(0, 1).width, 20);
-  assert.equal(at(0, 1, 8).width, 40, "a larger peg shines in proportion");
+  assert.equal(at(0, 1, 8).width, 40, "the flash is proportional to the peg");
   assert.equal(at(0, 1, 8).reach, 20);
 });
 
-test("a tail is as wide as asked at the ball and ends in a point", () => {
+test("a trail has the given width at the ball, and a pointed end", () => {
   const outline = [];
   const ctx = {
     beginPath: () => (outline.length = 0),
@@ -66,5 +66,5 @@ test("a tail is as wide as asked at the ball and ends in a point", () => {
   assert.deepEqual(outline.filter(([x]) => x === 0), [[0, 5]]);
   outline.length = 0;
   fillTrail(ctx, Float64Array.of(30, 5, 20, 5), 2, 3);
-  assert.deepEqual(outline, [], "two points are too few to show a way");
+  assert.deepEqual(outline, [], "two points are too few for a trail");
 });

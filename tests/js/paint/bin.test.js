@@ -1,11 +1,11 @@
-// How a bin answers a ball.
+// The light of a bin that a ball has hit.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { beamHeight, pulseOf } from "../../../static/js/paint/bin.js";
 
-test("a bin shines the more the more it pays", () => {
+test("a bin that pays more shines more", () => {
   const scores = [0.2, 1, 10, 1000];
   const pulses = scores.map((score) => pulseOf(score, 0));
   const beams = pulses.map((pulse) => beamHeight({ height: 40 }, pulse));

@@ -1,18 +1,18 @@
-// What is wiped of a canvas before the next picture is all that was painted, and little else.
+// Before the next frame, all that was painted is cleared, and little else.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { Damage } from "../../../static/js/paint/damage.js";
 
-/** @param {Damage} damage @returns {number[][]} rectangles that it wipes of 100 x 100 */
+/** @param {Damage} damage @returns {number[][]} the rectangles that it clears on 100 x 100 pixels */
 function wiped(damage) {
   const boxes = [];
   damage.clear({ clearRect: (...box) => boxes.push(box) }, 100, 100);
   return boxes;
 }
 
-test("small marks are wiped one by one, once", () => {
+test("small marks are cleared one by one, once", () => {
   const damage = new Damage();
   damage.add(1, 2, 3, 4);
   damage.addPoints(Float64Array.of(50, 60, 55, 52), 2, 2);
@@ -20,7 +20,7 @@ test("small marks are wiped one by one, once", () => {
   assert.deepEqual(wiped(damage), []);
 });
 
-test("where too much is painted, all is wiped at once", () => {
+test("if much is painted, everything is cleared at once", () => {
   const damage = new Damage();
   damage.add(0, 0, 100, 61);
   assert.deepEqual(wiped(damage), [[0, 0, 100, 100]]);

@@ -1,4 +1,4 @@
-// What a bin pays stands upright in it, with its x, however narrow it is.
+// Multipliers are lettered upright in their bins, however narrow these are.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -7,7 +7,7 @@ import { paintBins } from "../../../static/js/paint/board.js";
 import { layOut } from "../../../static/js/paint/geometry.js";
 import { triangle } from "../support.js";
 
-/** What is written on a canvas that can only write, fill and measure. */
+/** The texts written on a fake canvas that can only write, fill and measure. */
 function written(board, width) {
   const texts = [];
   const ctx = {
@@ -19,14 +19,14 @@ function written(board, width) {
   return texts;
 }
 
-test("in one line where there is room, in two where there is less", () => {
+test("a label has one line, or two in a narrow bin", () => {
   const board = triangle();
   assert.deepEqual(written(board, 900).map(([text]) => text).slice(0, 3), ["10x", "3x", "1.5x"]);
   const narrow = written(board, 180);
   assert.deepEqual(narrow.map(([text]) => text).slice(0, 6), ["10", "x", "3", "x", "1.5", "x"]);
 });
 
-test("of narrow bins that pay alike some are labelled, legibly", () => {
+test("of very narrow bins that pay the same, some are labelled", () => {
   const board = triangle();
   const edges = Array.from({ length: 34 }, (_, i) => (i - 16.5) / 6);
   board.bins = { ...board.bins, edges, multipliers: edges.slice(1).map(() => 0.99) };

@@ -1,4 +1,4 @@
-// Colours: each score its step's, the same names by day and night, all text readable on its ground.
+// Colours: those of scores, the same names in light and dark, and enough contrast for every text.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -42,7 +42,7 @@ const GROUNDS = {
 };
 
 for (const name of ["light", "dark"]) {
-  test(`all text can be read on its ground: ${name}`, () => {
+  test(`all text has enough contrast: ${name}`, () => {
     const colours = THEME[name];
     for (const [text, grounds] of Object.entries(GROUNDS)) {
       for (const ground of grounds) {
@@ -50,34 +50,34 @@ for (const name of ["light", "dark"]) {
         assert.ok(ratio >= 4.5, `${text} on ${ground} is ${ratio.toFixed(2)}`);
       }
     }
-    // What shows where a field or a button ends needs less than text does.
+    // The borders of fields and buttons need less contrast than text.
     assert.ok(contrast(colours.line, colours.page) >= 3);
     assert.ok(contrast(colours.focus, colours.page) >= 3);
   });
 }
 
-test("each place has its own ground and palette, by board name", () => {
+test("each place has its own backdrop and palette, by board name", () => {
   const [home, ...away] = TABLES;
   assert.equal(placeOf(transported(triangle(), home).name), null);
   assert.deepEqual(away.map((table) => placeOf(transported(triangle(), table).name)), Object.keys(THEME.places));
   const both = { gravity: "Moon", material: "Glass on glass" };
   assert.equal(placeOf(transported(triangle(), both).name), "Moon");
   for (const [name, { named, ground, palette }] of Object.entries(THEME.places)) {
-    assert.equal(placeOf(`triangle-16 · ${named}`), name, "pictures made elsewhere go by the same names");
+    assert.equal(placeOf(`triangle-16 · ${named}`), name, "the server's pictures use the same names");
     assert.ok(ground in PRINTS && ground in SURROUNDINGS, name);
     for (const colour of Object.keys(palette)) assert.ok(colour in THEME.light, `${name}: ${colour}`);
   }
 });
 
 for (const place of [null, ...Object.keys(THEME.places)]) {
-  test(`balls, words and trays are seen on: ${place ?? "home"}`, () => {
+  test(`balls, words and trays have contrast on: ${place ?? "home"}`, () => {
     for (const scheme of [THEME.light, THEME.dark]) {
       const { palette } = lookOf(THEME, scheme, place);
       assert.ok(contrast(palette.trayInk, palette.tray) >= 4.5);
       assert.ok(contrast(palette.flash, palette.railShade) >= 4.5);
       assert.ok(contrast(palette.trayBar, palette.tray) >= 3);
       assert.ok(contrast(palette.trayMark, palette.tray) >= 3);
-      // At home a ball's light band tells it from the board, elsewhere its body too.
+      // On the default board only a ball's light band has enough contrast, elsewhere its body too.
       const own = place ? ["ball", "ballBand", "peg"] : ["ballBand", "peg"];
       for (const name of own) {
         for (const ground of ["board", "boardDeep"]) {
@@ -87,12 +87,12 @@ for (const place of [null, ...Object.keys(THEME.places)]) {
       }
       for (const ground of [palette.board, palette.boardDeep]) {
         const dim = Math.min(...[...COLOURS, palette.other].map((colour) => contrast(colour, ground)));
-        assert.ok(dim >= 2.4, `a ball of another on ${ground}: ${dim.toFixed(2)}`);
+        assert.ok(dim >= 2.4, `another player's ball on ${ground}: ${dim.toFixed(2)}`);
       }
     }
   });
 }
 
-test("every multiplier can be read on its bin", () => {
+test("every multiplier has enough contrast on its bin", () => {
   for (const { fill, ink, from } of THEME.payout) assert.ok(contrast(fill, ink) >= 4.5, `${from}`);
 });

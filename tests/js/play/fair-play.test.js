@@ -1,4 +1,4 @@
-// The page's side of a session: what it sends when, what it keeps, and what it does not believe.
+// The page's side of a fair session: what it sends when, what it stores, and which messages it rejects.
 
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
@@ -10,7 +10,7 @@ import { storage } from "../support.js";
 
 const HELLO = { board_digest: "b1", mode: "independent" };
 
-/** A page at a table, whose messages we see and answer. */
+/** A page at a table; the test sees and answers its messages. */
 function visit(kept = storage()) {
   const sent = [];
   const told = { faults: [], refused: [], ended: [] };
@@ -25,7 +25,7 @@ function visit(kept = storage()) {
   return { fair, sent, told };
 }
 
-/** Until it has asked for a session. @returns {Promise<string>} what it committed to */
+/** Waits until the page begins a session. @returns {Promise<string>} the page's commitment */
 async function asked({ sent }) {
   while (sent.at(-1)?.commitment === undefined) await new Promise(setImmediate);
   return sent.at(-1).commitment;
@@ -46,7 +46,7 @@ async function begun(at = visit()) {
   return at;
 }
 
-test("the secret opens after the server commits, and drops wait", async () => {
+test("the seed is revealed after the commitment, and drops wait", async () => {
   const at = visit();
   at.fair.greeted(HELLO);
   assert.ok(at.fair.drop("d0", { stake: 100 }));
@@ -65,7 +65,7 @@ for (const [name, statement] of [
   ["another table", { room: "other" }],
   ["another board", { board_digest: "b2" }],
 ]) {
-  test(`a commitment about ${name} is refused, the secret kept`, async () => {
+  test(`with ${name} in the statement the seed is not revealed`, async () => {
     const at = visit();
     at.fair.greeted(HELLO);
     at.fair.drop("d0", { stake: 100 });
@@ -78,7 +78,7 @@ for (const [name, statement] of [
   });
 }
 
-test("a page that comes back does not believe another commitment", async () => {
+test("after a reconnect another commitment is rejected", async () => {
   const kept = storage();
   const { commitment } = await begun(visit(kept));
   for (const [server, faults] of [["5e", 0], ["66", 1]]) {
@@ -92,7 +92,7 @@ test("a page that comes back does not believe another commitment", async () => {
   }
 });
 
-test("who checks is handed what the page was given", async () => {
+test("an export contains what the page received", async () => {
   const at = await begun();
   const receipt = { receipt: { session: "s1", drop: 0 }, index: 4, root: "aa", signature: "bb" };
   at.fair.accepted({ receipt });
@@ -103,7 +103,7 @@ test("who checks is handed what the page was given", async () => {
     [{ heard: [receipt], heard_session: { statement, signature: "51" } }]);
 });
 
-test("several drops into a session that is over begin one other", async () => {
+test("several drops after the end begin one new session", async () => {
   const at = await begun();
   at.sent.length = 0;
   for (const ref of ["d0", "d1", "d2"]) at.fair.refused({ ref, code: "session-state" });
@@ -112,7 +112,7 @@ test("several drops into a session that is over begin one other", async () => {
   assert.deepEqual(at.sent.map(({ type }) => type), ["session"]);
 });
 
-/** The table took a drop: the number `drop` of its session. */
+/** The table accepts a drop as number `drop` of its session. */
 function accepted(drop, ref = `d${drop}`) {
   return { ref, receipt: { receipt: { session: "s1", drop }, index: drop, root: "aa", signature: "bb" } };
 }
@@ -126,7 +126,7 @@ test("a drop waits for the next session while one ends", async () => {
   at.fair.end();
   at.fair.end();
   at.fair.drop("d1", { stake: 100 });
-  assert.deepEqual(kinds(at), ["d0"], "it ends once all its drops are answered");
+  assert.deepEqual(kinds(at), ["d0"], "it ends when all its drops are answered");
   at.fair.accepted(accepted(0));
   at.fair.refused({ ref: "other", code: "rate-limited" });
   assert.deepEqual(kinds(at), ["d0", "end"]);
@@ -139,7 +139,7 @@ test("a drop waits for the next session while one ends", async () => {
   assert.equal(at.sent.at(-1).session, "s2");
 });
 
-test("a session takes a thousand drops and no more", async () => {
+test("a session has at most a thousand drops", async () => {
   const at = await begun();
   at.fair.accepted(accepted(996));
   at.sent.length = 0;
@@ -147,14 +147,14 @@ test("a session takes a thousand drops and no more", async () => {
   assert.deepEqual(kinds(at), ["a", "b", "c"]);
   at.fair.accepted(accepted(997, "a"));
   at.fair.refused({ ref: "b", code: "rate-limited" });
-  assert.deepEqual(kinds(at), ["a", "b", "c", "d"], "one that was refused leaves its place");
+  assert.deepEqual(kinds(at), ["a", "b", "c", "d"], "a refused drop frees its place");
   at.fair.accepted(accepted(998, "c"));
   assert.deepEqual(kinds(at), ["a", "b", "c", "d"]);
   at.fair.accepted(accepted(999, "d"));
   assert.deepEqual(kinds(at), ["a", "b", "c", "d", "end"]);
 });
 
-test("a full session that a page returns to ends, one more begins", async () => {
+test("after a reload a full session ends, and another begins", async () => {
   const kept = storage();
   const { commitment } = await begun(visit(kept));
   const again = visit(kept);
@@ -163,7 +163,7 @@ test("a full session that a page returns to ends, one more begins", async () => 
   assert.deepEqual(kinds(again), ["session", "end"]);
 });
 
-test("an end told by a refused drop begins no second session", async () => {
+test("an end reported by a refused drop begins one session", async () => {
   const at = await begun();
   at.sent.length = 0;
   at.fair.drop("d0", { stake: 100 });
@@ -176,7 +176,7 @@ test("an end told by a refused drop begins no second session", async () => {
   assert.deepEqual(at.told.faults, []);
 });
 
-test("a page that can draw no secret says so, drops are practice", async (t) => {
+test("a page that cannot make a seed says so and only practises", async (t) => {
   const { subtle } = crypto;
   t.after(() => Object.defineProperty(crypto, "subtle", { value: subtle, configurable: true }));
   Object.defineProperty(crypto, "subtle", { value: undefined, configurable: true });
@@ -187,7 +187,7 @@ test("a page that can draw no secret says so, drops are practice", async (t) => 
   assert.match(at.told.faults[0], /https/);
 });
 
-test("the session's token is kept beyond its end, for the export", async () => {
+test("a session's token is kept after its end, for the export", async () => {
   const kept = storage();
   const at = await begun(visit(kept));
   at.fair.ended({ session: "s1", statement: { drops: 0 } });

@@ -1,4 +1,4 @@
-// A drop of ours is told once, whether it was shown before the table told its landing or not.
+// Each of the player's drops is reported once, whether or not it was shown before the table sent its landing.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -8,7 +8,7 @@ import { OwnDrops } from "../../../static/js/play/own-drops.js";
 const BALL = { id: 4, seed: "7", x: 0.1, explicit: false };
 const LANDED = { type: "landed", ball: 4, bin: 2, score: 3, t: 1, x_end: 0, digest: "00" };
 
-/** One drop in flight, and what is told of it from here on. */
+/** One drop in flight, and the list of its reports from here on. */
 function inFlight() {
   const told = [];
   const own = new OwnDrops({
@@ -20,7 +20,7 @@ function inFlight() {
   return { own, told };
 }
 
-test("a ball shown before its landing is told once, at once", () => {
+test("a ball that is shown early is reported once, immediately", () => {
   const { own, told } = inFlight();
   assert.deepEqual([own.unseen, own.count, own.held], [1, 1, 0]);
   own.seen(BALL, LANDED);
@@ -33,13 +33,13 @@ test("a ball shown before its landing is told once, at once", () => {
   assert.equal(own.count, 0);
 });
 
-test("heard of only when it had landed, it is told at once", () => {
+test("a ball that is not shown early is reported at its landing", () => {
   const { own, told } = inFlight();
   own.settled(BALL, LANDED);
   assert.deepEqual(told, [["seen", 3, 6]]);
 });
 
-test("where the table pays another sum, the account is corrected", () => {
+test("if the table pays another sum, the account is corrected", () => {
   const { own, told } = inFlight();
   own.seen(BALL, LANDED);
   own.settled(BALL, { ...LANDED, score: 0.5 });

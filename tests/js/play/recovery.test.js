@@ -1,4 +1,4 @@
-// What a page missed is found again, and counts once, whoever finds it.
+// Landings that a page missed are recovered from the export, and count once.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -14,7 +14,7 @@ const landed = (payout, bin = 3) => ({ bin, score: payout / 100, digest: "d1", p
 const receipt = (drop) => ({ session: "s1", drop, stake: 100, room: "old", ball: drop, seed: "7",
   board_digest: "b1", aim: null });
 
-/** A session as the server exports it: how each drop ended, null for one that falls. */
+/** A session's export, given the result of each drop, null for one in flight. */
 function exported(results, end = null) {
   return {
     session: { statement: { session: "s1" } }, board: { name: "triangle-8" }, end,
@@ -22,7 +22,7 @@ function exported(results, end = null) {
   };
 }
 
-/** A tab whose questions are answered one after the other. */
+/** A tab whose requests get these replies, in order. */
 function tab(storage, replies, token = "t1") {
   if (token) keepToken(storage, "s1", token);
   const wallet = new Wallet(storage);
@@ -47,9 +47,9 @@ const stakedOne = (wallet, drop = 0) => (
   wallet.apply({ type: "staked", session: "s1", drop, stake: 100, room: "old", ball: drop, seed: "7" })
 );
 
-test("after a reload, landings are asked for and paid", async () => {
+test("after a reload, landings are requested and paid", async () => {
   const storage = browser();
-  stakedOne(new Wallet(storage)); // the page of before
+  stakedOne(new Wallet(storage)); // the page before the reload
   const { wallet, recovery, told, done } = tab(storage, [exported([landed(250)])]);
   assert.equal(balanceOf(wallet.account), GRANT - 100);
   recovery.seekAllBut("new");
@@ -59,10 +59,10 @@ test("after a reload, landings are asked for and paid", async () => {
   assert.equal(viewOf(wallet.account, 0).profit, 1.5);
   assert.deepEqual(viewOf(wallet.account, 0).last[0].fair, { session: "s1", drop: 0 });
   await new Promise(setImmediate);
-  assert.deepEqual(told.found, [[["triangle-8", 2.5]]], "what it came to is told by the name of its board");
+  assert.deepEqual(told.found, [[["triangle-8", 2.5]]], "the landing is reported with its board's name");
 });
 
-test("a session is asked for by the token of this browser", async () => {
+test("a session is requested with this browser's token", async () => {
   const storage = browser();
   keepToken(storage, "other", "t0");
   keepToken(storage, "s1", "t1");
@@ -73,18 +73,18 @@ test("a session is asked for by the token of this browser", async () => {
   assert.deepEqual(told.shown, ["Bearer t1"]);
 });
 
-test("a stake in a session whose token is lost is paid back", async () => {
+test("the stake in a session whose token is lost is returned", async () => {
   const storage = browser();
   stakedOne(new Wallet(storage));
   const { wallet, recovery, told, done } = tab(storage, [], null);
   recovery.seekAllBut("new");
   await done;
-  assert.deepEqual(told.paths, [], "a question that can only be refused is not asked");
+  assert.deepEqual(told.paths, [], "a request that would be refused is not sent");
   assert.equal(balanceOf(wallet.account), GRANT);
   assert.equal(told.gone.length, 1);
 });
 
-test("the room that is watched tells its drops itself", () => {
+test("drops of the current room are not requested", () => {
   const storage = browser();
   stakedOne(new Wallet(storage));
   const { recovery, told } = tab(storage, []);
@@ -92,7 +92,7 @@ test("the room that is watched tells its drops itself", () => {
   assert.deepEqual(told.paths, []);
 });
 
-test("a drop taken while the page crashed is found with its stake", async () => {
+test("a drop accepted during a crash is found with its stake", async () => {
   const storage = browser();
   const { wallet, recovery, done } = tab(storage, [exported([landed(0, 4), landed(300)])]);
   recovery.seek(["s1"]);
@@ -100,7 +100,7 @@ test("a drop taken while the page crashed is found with its stake", async () => 
   assert.equal(balanceOf(wallet.account), GRANT - 200 + 300);
 });
 
-test("a void drop that is found has its stake back", async () => {
+test("the stake of a recovered void drop is returned", async () => {
   const storage = browser();
   const { wallet, recovery, done } = tab(storage, [exported([landed(100, null)])]);
   recovery.seek(["s1"]);
@@ -109,7 +109,7 @@ test("a void drop that is found has its stake back", async () => {
   assert.equal(viewOf(wallet.account, 0).last[0].bin, null);
 });
 
-test("a falling ball, or a silent server, is asked for again", async (t) => {
+test("a request is repeated while a ball falls or nothing answers", async (t) => {
   t.mock.timers.enable({ apis: ["setTimeout"] });
   const storage = browser();
   stakedOne(new Wallet(storage));
@@ -142,7 +142,7 @@ test("two tabs that find the same landing count it once", async () => {
   }
 });
 
-test("a session unknown to the ledger gives its stakes back", async () => {
+test("the stakes of a session unknown to the ledger are returned", async () => {
   const storage = browser();
   stakedOne(new Wallet(storage));
   const { wallet, recovery, told, done } = tab(storage, [new ApiError("unknown", 404)]);
@@ -152,7 +152,7 @@ test("a session unknown to the ledger gives its stakes back", async () => {
   assert.deepEqual(told.gone, [1]);
 });
 
-test("a player's mark is one in all tabs until another is made", () => {
+test("a player's mark is the same in all tabs until renewed", () => {
   const shared = browser();
   const first = new Wallet(shared).mark;
   assert.match(first, /^[0-9a-f]{32}$/);

@@ -1,4 +1,4 @@
-// Balls that are told together: what they come to counts every one of them, and why an auto-drop ended is told.
+// Balls that are reported together: the sum counts each of them, and says why an auto-drop ended.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -8,7 +8,7 @@ import { near } from "../support.js";
 
 const NEVER = Number.POSITIVE_INFINITY;
 
-/** A run whose table takes every ball. @returns {{run: Run, land: (ref: string, paid: number) => void}} */
+/** A run whose table accepts every ball. @returns {{run: Run, land: (ref: string, paid: number) => void}} */
 function running(limits = null) {
   const run = new Run(limits);
   let count = 0;
@@ -17,7 +17,7 @@ function running(limits = null) {
   return { run, drop, land };
 }
 
-test("a pause is not made up for by a burst", () => {
+test("a pause is not followed by a burst", () => {
   const { run, drop } = running();
   run.add(100, drop, 0, 10);
   const taken = (from, to) => {
@@ -32,7 +32,7 @@ test("a pause is not made up for by a burst", () => {
   assert.equal(run.left, 100 - given[0] - given[1] - given[2]);
 });
 
-test("an auto-drop stopped by its loss limit tells of all balls", () => {
+test("an auto-drop stopped by its loss limit reports all balls", () => {
   const { run, drop, land } = running({ win: NEVER, loss: 1.5 });
   run.add(NEVER, drop, 0, 1000);
   for (let now = 0; now < 4; now += 1) run.give(now, () => true);
@@ -47,7 +47,7 @@ test("an auto-drop stopped by its loss limit tells of all balls", () => {
   assert.equal(run.words().text, "Stopped at your loss limit: 4 balls, −2.80");
 });
 
-test("profit or a count ends it, and practice does not count", () => {
+test("profit or a count ends it; practice does not count", () => {
   const won = running({ win: 3, loss: NEVER });
   won.run.add(NEVER, won.drop, 0, 1000);
   for (let now = 0; now < 3; now += 1) won.run.give(now, () => true);
@@ -63,7 +63,7 @@ test("profit or a count ends it, and practice does not count", () => {
   assert.equal(counted.run.words().text, "Auto finished: 1 ball, 0.00");
 });
 
-test("one ball is told by its pay, several by their sums", () => {
+test("one ball is reported by its payout, several by their sums", () => {
   const one = running();
   one.run.add(1, one.drop, 0);
   one.run.give(0, () => true);
@@ -83,7 +83,7 @@ test("one ball is told by its pay, several by their sums", () => {
   assert.equal(practice.run.words().text, "9x (practice)");
 });
 
-test("a refused ball does not count, and a full table postpones", () => {
+test("a refused ball does not count, and a full table delays it", () => {
   const { run, drop } = running();
   run.add(1, drop, 0);
   assert.ok(run.give(0, () => false) > 0);

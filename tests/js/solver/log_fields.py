@@ -1,4 +1,4 @@
-"""Makes static/js/solver/log/fields.js anew: the server's list of a log's fields, for pages."""
+"""Generates static/js/solver/log/fields.js, the server's lists of a log's fields for pages."""
 
 import json
 from pathlib import Path
@@ -9,13 +9,13 @@ from app.rooms.drop_format import ENTRY, ENTRY_OPTIONAL, RESULT, DropFormat
 FILE = Path(__file__).parents[3] / "static/js/solver/log/fields.js"
 
 _HEAD = """\
-// The fields of a room's log, as app/rooms/drop_format.py lists them; not written by hand, but by
+// The fields of a room's log, as in app/rooms/drop_format.py. Generated: do not edit, but run
 // python -m tests.js.solver.log_fields
 """
 
 
 def text() -> str:
-    """The file as it must be."""
+    """The expected content of the file."""
     lists = {
         "NEEDED": DropFormat.needed,
         "OPTIONAL": DropFormat.optional,

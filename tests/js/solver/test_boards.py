@@ -1,4 +1,4 @@
-"""The editor's and the links' boards, held to what the engine says of a board."""
+"""The boards of the editor and of links are valid in the engine, with the same defaults."""
 
 from typing import Any
 
@@ -10,11 +10,11 @@ DRAFT = "editor/draft/draft.js"
 BOARD = Board.preset("triangle-8").to_dict()
 
 
-def test_a_small_board_to_start_with_can_be_played(run: Run) -> None:
+def test_the_small_board_to_start_with_is_playable(run: Run) -> None:
     assert Board.from_json(run(DRAFT, "({ EMPTY }) => EMPTY")).bins.count == 3
 
 
-def test_what_a_file_leaves_out_is_filled_in_as_the_server_does(run: Run) -> None:
+def test_omitted_parts_have_the_server_s_defaults(run: Run) -> None:
     forms: list[dict[str, Any]] = [
         {},
         {"bins": {"multipliers": [1, 2, 3]}},
@@ -28,7 +28,7 @@ def test_what_a_file_leaves_out_is_filled_in_as_the_server_does(run: Run) -> Non
         )
 
 
-def test_edges_never_pass_each_other(run: Run) -> None:
+def test_a_moved_edge_stays_between_its_neighbours(run: Run) -> None:
     script = "({ moved }, [board, x]) => moved(board, { kind: 'edge', index: 3 }, x, 0).bins.edges"
     for x in (-100.0, 100.0):
         edges = run(DRAFT, script, [BOARD, x])

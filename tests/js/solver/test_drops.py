@@ -1,4 +1,4 @@
-"""The modules that look at drops, held to the engine: the same motion, laws of impact, doubles."""
+"""Motion, impacts and doubles in the page's modules, compared with the engine."""
 
 import json
 import math
@@ -11,7 +11,7 @@ from engine import Board, Drop, drop
 from engine.constants import KIND_CONTACT_BEGIN
 from tests.js.conftest import Run
 
-# Balls that hardly bounce, on a slope and on pegs: bounces die, and rolling and sliding are real.
+# Balls with little bounce on a slope and on pegs: they soon roll and slide.
 RIDES = {
     "name": "rides",
     "drag": 0.3,
@@ -34,7 +34,7 @@ def boards() -> list[Board]:
 
 
 def given(done: Drop, fps: float, times: list[float]) -> dict[str, Any]:
-    """What the page gets of a drop, made without the server, and times to ask for."""
+    """The server's replies about a drop, made without a server, and times to sample."""
     impacts = done.impacts
     count = int(done.duration * fps) + 1
     frames = done.states([*(k / fps for k in range(count)), done.duration])
@@ -65,7 +65,7 @@ _STATES = """
 
 
 def test_the_page_flies_to_the_last_bit_as_the_engine_does(run: Run) -> None:
-    """Between impacts the page computes; on a surface it is right to a micrometre."""
+    """Between impacts the page computes the flight; on a surface it interpolates, within 1 µm."""
     rng = random.Random(7)
     rode = False
     for board in boards():
@@ -83,13 +83,13 @@ def test_the_page_flies_to_the_last_bit_as_the_engine_does(run: Run) -> None:
                     assert math.dist(mine[1:3], true[1:3]) < 1e-6, (board.name, seed, time)
                     assert mine == pytest.approx(list(true), abs=2e-3)
                 else:
-                    # The angle is summed in another order; the rest is the same arithmetic.
+                    # Only the angle is summed in another order.
                     assert mine[1:3] + mine[4:] == [*true[1:3], *true[4:]], (board.name, seed)
                     assert mine[3] == pytest.approx(true[3], abs=1e-9)
-    assert rode, "a ball rode a surface"
+    assert rode, "no ball rolled on a surface"
 
 
-def test_the_stepped_solver_is_shown_as_it_steps(run: Run) -> None:
+def test_a_stepped_drop_is_shown_at_its_substeps(run: Run) -> None:
     done = drop(Board.preset("triangle-12"), 5, solver="stepped", dt=1 / 60, substeps=4)
     times = [k * done.duration / 300 for k in range(300)]
     seen = run("model/motion/drop.js", _STATES, given(done, 240.0, times))
@@ -120,7 +120,7 @@ async ({ impactOf, energyOf }, { board, record, sampled }, load) => {
 
 
 def test_impulses_obey_the_laws_of_impact(run: Run) -> None:
-    """Newton's restitution, Coulomb's limit, and the spin that the same friction gives."""
+    """Newton's restitution, Coulomb's limit, and the spin from the same friction."""
     friction_seen = False
     for board in boards():
         for seed in range(3):
@@ -133,7 +133,7 @@ def test_impulses_obey_the_laws_of_impact(run: Run) -> None:
                 friction = math.sqrt(ball.friction * other.friction)
                 normal = impact["normal"]
                 assert math.hypot(normal["x"], normal["y"]) == pytest.approx(1.0)
-                # Differences of velocities of metres a second carry their rounding.
+                # Rounding of a difference of velocities of several m/s.
                 rounding = 1e-13 * ball.mass
                 size = impact["along"]
                 bounce = ball.mass * (1 + restitution) * impact["approach"]
@@ -185,7 +185,7 @@ def test_two_drops_part_when_the_engine_says_so(run: Run) -> None:
     for row in said["rows"][::97]:
         assert row["y"] == pytest.approx(apart(row["x"]), abs=1e-12)
     parted = said["parted"]
-    if parted is None:  # whatever the physics is tuned to, they may land before they part
+    if parted is None:  # both may land before they part
         assert max(apart(row["x"]) for row in said["rows"]) <= limit
         return
     assert apart(parted["t"]) == pytest.approx(limit, rel=1e-6)

@@ -1,7 +1,7 @@
-"""The page's solver in each engine of JavaScript that there is: the same digests in all of them.
+"""The page's solver gives the same digests in every JavaScript engine.
 
-`make test-browsers` says in FIREFOX, JSC and CHROMIUM where they are; without the first two only
-Node.js and wasmtime are asked, by other tests.
+`make test-browsers` sets FIREFOX, JSC and CHROMIUM to their paths. Other tests cover Node.js and
+wasmtime.
 """
 
 import json
@@ -52,7 +52,7 @@ try {
 
 
 class Handler(SimpleHTTPRequestHandler):
-    """Serves the modules, a page and what it is to compute; takes what it has found."""
+    """Serves the modules, the page and its task, and receives the page's result."""
 
     def __init__(self, given: bytes, found: "Queue[Any]", *args: Any) -> None:
         self.texts = {"/": _PAGE.replace("DIGESTS", _DIGESTS).encode(), "/given": given}
@@ -76,12 +76,12 @@ class Handler(SimpleHTTPRequestHandler):
         self.end_headers()
 
     def log_message(self, *_: Any) -> None:
-        """Says nothing."""
+        """Log nothing."""
 
 
 @contextmanager
 def served(given: bytes) -> Iterator[tuple[str, "Queue[Any]"]]:
-    """Address of the page, and where what it finds comes."""
+    """Yield the page's address, and the queue of its results."""
     found: Queue[Any] = Queue()
     with ThreadingHTTPServer(("127.0.0.1", 0), partial(Handler, given, found)) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
@@ -90,7 +90,7 @@ def served(given: bytes) -> Iterator[tuple[str, "Queue[Any]"]]:
 
 
 def in_browser(command: list[str], given: bytes) -> Any:
-    """What the page finds in a browser that is started on it."""
+    """Start a browser on the page, and return the page's result."""
     with served(given) as (address, found):
         browser = subprocess.Popen(
             [*command, address], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL

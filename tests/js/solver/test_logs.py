@@ -1,4 +1,4 @@
-"""Logs and records in JavaScript: written again, 1.0 as 1, they hold; and a page checks logs."""
+"""Logs and records survive JavaScript, which writes 1.0 as 1, and a page checks logs."""
 
 import json
 from copy import deepcopy
@@ -18,11 +18,11 @@ from tests.js.solver.test_solver import opened
 
 
 def rewritten(run: Run, value: Any) -> Any:
-    """`value` as JavaScript writes what it has read."""
+    """`value` after JavaScript has parsed and written it."""
     return run("util/doubles.js", "(_, value) => value", value)
 
 
-def test_logs_that_javascript_has_rewritten_hold(run: Run) -> None:
+def test_logs_that_javascript_has_rewritten_are_valid(run: Run) -> None:
     logs = {kind: make() for kind, make in LOGS.items()}
     logs |= {f"{kind} 1": of_first_version(log) for kind, log in logs.items()}
     again = rewritten(run, logs)
@@ -33,7 +33,7 @@ def test_logs_that_javascript_has_rewritten_hold(run: Run) -> None:
 
 @pytest.mark.parametrize("options", [{"seed": 2**64 - 1}, {"x": 0.0625}])
 @pytest.mark.parametrize("solver", ["exact", "stepped"])
-def test_records_that_javascript_has_rewritten_hold(
+def test_records_that_javascript_has_rewritten_are_valid(
     run: Run, options: dict[str, Any], solver: str
 ) -> None:
     record = drop("triangle-8", solver=solver, **options).to_dict()
@@ -41,7 +41,7 @@ def test_records_that_javascript_has_rewritten_hold(
 
 
 def compared(run: Run, *logs: Any) -> list[Any]:
-    """What the page says of each log: the field that differs, or none; or what it complains of."""
+    """Compare logs in the page: for each the field that differs, None, or the error."""
     compare = """
     const { compareLog, readJson } = await load();
     const say = async (text) => {
@@ -62,7 +62,7 @@ def compared(run: Run, *logs: Any) -> list[Any]:
 
 
 def altered(log: Any, *path: Any, to: Any) -> Any:
-    """A copy of the log with another value at `path`."""
+    """Return a copy of the log with another value at `path`."""
     copy = deepcopy(log)
     place = copy
     for key in path[:-1]:
@@ -72,7 +72,7 @@ def altered(log: Any, *path: Any, to: Any) -> Any:
     return copy
 
 
-def test_a_page_computes_a_room_s_log_again_to_the_last_bit(run: Run) -> None:
+def test_a_page_reproduces_a_room_s_log_to_the_last_bit(run: Run) -> None:
     log = LOGS["drops"]()
     late = next(i for i, each in enumerate(log["drops"]) if each["result"] is None)
     wrong = {
@@ -91,14 +91,14 @@ def test_a_page_computes_a_room_s_log_again_to_the_last_bit(run: Run) -> None:
     }
     void = {**log["drops"][0]["result"], "bin": None, "score": 1.0, "digest": ""}
     given_up = void | {"payout": log["drops"][late]["stake"]}
-    wrong["digest "] = altered(log, "drops", late, "result", to=given_up)  # all else holds
+    wrong["digest "] = altered(log, "drops", late, "result", to=given_up)  # the rest is valid
     kept = void | {"payout": log["drops"][late]["stake"] + 1}
     wrong[f"drops[{late}].result.payout"] = altered(log, "drops", late, "result", to=kept)
     found = compared(run, log, of_first_version(log), *wrong.values())
     assert found == [None, None, *(field.strip() for field in wrong)]
 
 
-def test_the_log_that_pages_are_tried_on_has_every_field() -> None:
+def test_the_log_of_these_tests_has_every_field() -> None:
     log = LOGS["drops"]()
     assert log.keys() == {*DropFormat.needed, *DropFormat.optional}
     assert set().union(*log["drops"]) == {*ENTRY, *ENTRY_OPTIONAL}

@@ -1,4 +1,4 @@
-"""What is drawn between the server's words: true to the fall, at any display's rate, in bounds."""
+"""Balls are drawn where they are, at any frame rate and with late messages, in bounded memory."""
 
 import random
 from bisect import bisect_right
@@ -19,8 +19,8 @@ Tell = Callable[..., tuple[dict[str, Any], Any]]
 
 TICK = 1.0 / 60.0  # s
 
-# One ball as a room tells of it: snapshots and contacts that arrive late and unevenly, pictures
-# of a display in between. Gives table time and place in each picture, and what is kept at most.
+# Plays one ball from messages that arrive late and unevenly, with a display's frames in between.
+# Returns table time and place in each frame, and the largest number of keyframes kept.
 _PLAY = """async ({ Table }, { hello, accepted, stamps, times, rate, scale }, load) => {
   const { TickClock } = await load("net/tick-clock.js");
   const { decodeSegments } = await load("net/segments.js");
@@ -54,7 +54,7 @@ _PLAY = """async ({ Table }, { hello, accepted, stamps, times, rate, scale }, lo
 
 
 def told(board: Board, seed: int, jitter: float) -> tuple[dict[str, Any], Any]:
-    """A drop as the wire carries it: ticks, rounded places, contacts above 0.05 m/s."""
+    """The messages of a drop in snapshots: ticks, rounded places, contacts above 0.05 m/s."""
     chance = random.Random(seed)
     fall = drop(board, seed=seed)
     ticks = np.arange(1, int(fall.duration / TICK) + 1)
@@ -91,7 +91,7 @@ def told(board: Board, seed: int, jitter: float) -> tuple[dict[str, Any], Any]:
 
 
 def told_in_segments(board: Board, seed: int, jitter: float) -> tuple[dict[str, Any], Any]:
-    """The same as the stream of segments carries it."""
+    """The messages of a drop in the stream `segments`."""
     chance = random.Random(seed)
     room = IndependentRoom("r", board, tick_rate=60, max_balls=1)
     hello = room.hello(0.0, Limits(1, 1.0, 4096), "segments")
@@ -119,7 +119,7 @@ def told_in_segments(board: Board, seed: int, jitter: float) -> tuple[dict[str, 
 
 
 def page_scale(scale: Any) -> dict[str, Any]:
-    """What the numbers of a room's segments mean, as the page names it."""
+    """The scale of a room's segments, with the page's names."""
     return {
         "extent": msgspec.to_builtins(scale.extent),
         "velocityScale": scale.velocity_scale,
@@ -142,7 +142,7 @@ def contact(tick: int, hit: Any) -> dict[str, Any]:
 
 
 def wired(state: Any, bounced: bool) -> list[float]:
-    """A ball in a snapshot's resolution: a sixteenth of a millimetre, a thousandth of a m/s."""
+    """A ball's state at about a snapshot's resolution: 1/8192 m and 1/1024 m/s."""
     x, y = (round(float(state[name]) * 8192) / 8192 for name in ("x", "y"))
     vx, vy = (round(float(state[name]) * 1024) / 1024 for name in ("vx", "vy"))
     return [x, y, float(state["theta"]), vx, vy, int(bounced)]
@@ -164,7 +164,7 @@ def test_displays_show_the_true_place_and_cut_no_bounce_short(
         assert len(times) > 0.8 * hertz * fall.duration
         true = fall.states(times)
         off = np.hypot([row[1] for row in shown] - true["x"], [row[2] for row in shown] - true["y"])
-        # Slow touches that are not told leave a corner rounded by a hair; a cut one is 20 mm off.
+        # A slow contact that is not sent rounds a corner slightly; a missed bounce is 20 mm off.
         assert np.quantile(off, 0.99) < 1e-3, f"seed {seed}: {np.quantile(off, 0.99)}"
         assert off.max() < 5e-3, f"seed {seed}: {off.max()} at {times[off.argmax()]}"
         steps = np.diff(times) * hertz
@@ -175,7 +175,7 @@ def test_displays_show_the_true_place_and_cut_no_bounce_short(
 @pytest.mark.parametrize("seed", [1, 2, 3])
 @pytest.mark.parametrize("name", ["triangle-8", "triangle-16", "galton"])
 def test_segments_are_drawn_as_exact_curves(run: Run, name: str, seed: int) -> None:
-    """Nothing is smoothed and no slow touch is left out, as in snapshots."""
+    """Unlike snapshots, segments include slow contacts, and nothing is smoothed."""
     given, fall = told_in_segments(Board.preset(name), seed, jitter=4.0)
     end = given["stamps"][-1]["at"] + 300
     played = run(

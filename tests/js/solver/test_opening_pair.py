@@ -1,4 +1,4 @@
-"""What the compare page opens on: a pair of balls that ends in different bins, on every preset."""
+"""The compare page opens with two balls that end in different bins, on every preset."""
 
 import math
 
@@ -9,7 +9,7 @@ MODULE = "compare/pair.js"
 SCRIPT = "({ openingPair }, names) => Object.fromEntries(names.map((n) => [n, openingPair(n)]))"
 
 
-def test_every_preset_has_a_pair_that_a_hair_parts(run: Run) -> None:
+def test_every_preset_has_an_opening_pair(run: Run) -> None:
     for name, pair in run(MODULE, SCRIPT, list(preset_names())).items():
         board = Board.preset(name)
         one = drop(board, int(pair["seed"]))
@@ -21,6 +21,6 @@ def test_every_preset_has_a_pair_that_a_hair_parts(run: Run) -> None:
         assert one.bin != two.bin, name
 
 
-def test_another_board_has_none(run: Run) -> None:
+def test_another_board_has_no_opening_pair(run: Run) -> None:
     assert run(MODULE, "({ openingPair }) => openingPair('0123456789abcdef')") is None
     assert run(MODULE, "({ openingPair }) => openingPair('triangle-3')") is None

@@ -1,4 +1,4 @@
-"""The page's own solver, held to the engine's: boards, arrays, digests, states, refusals."""
+"""The page's solver compared with the engine: boards, arrays, digests, states, errors."""
 
 import json
 import math
@@ -25,7 +25,7 @@ const solver = await openSolver(bytes);
 
 
 def opened(body: str) -> str:
-    """A function whose `solver` is open."""
+    """A JavaScript function with this body, in which `solver` is an open solver."""
     from tests.js.conftest import MODULES
 
     start = _OPEN.replace("MODULES_URL", json.dumps(f"{MODULES.as_uri()}/"))
@@ -75,7 +75,7 @@ def test_a_page_computes_hard_boards_to_the_engine_s_last_bit(run: Run, kind: st
 
 
 @pytest.mark.long
-def test_a_page_makes_a_board_s_arrays_as_the_engine_does(run: Run) -> None:
+def test_a_page_makes_the_engine_s_arrays_of_a_board(run: Run) -> None:
     boards = [board for board, _ in played()]
     boards += [Board.from_json(form()) for form in tries([large], [large, crowded])]
     found = run(
@@ -204,7 +204,7 @@ def test_labels_are_read_and_hashed_as_in_the_engine(run: Run) -> None:
     assert {mine["record"].get("label") for mine in found} == {"Caf\xe9 \U0001f381", None}
 
 
-def test_what_a_board_leaves_out_is_what_the_engine_puts_in(run: Run) -> None:
+def test_omitted_parts_have_the_engine_s_defaults(run: Run) -> None:
     bare = {
         "bins": {"multipliers": [1, 2, 1]},
         "drop": {"x": -0.0},

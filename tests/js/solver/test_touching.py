@@ -1,4 +1,4 @@
-"""The page's own box of balls that touch: to the last bit what the server's room would be."""
+"""The page's box of touching balls gives the same bits as the server's room."""
 
 import json
 from typing import Any
@@ -137,7 +137,7 @@ SCENES: dict[str, tuple[Scene, list[Input], int]] = {
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_the_page_s_box_is_the_server_s_to_the_last_bit(run: Run, name: str) -> None:
+def test_the_page_s_box_equals_the_server_s_to_the_last_bit(run: Run, name: str) -> None:
     scene, inputs, tick = SCENES[name]
     page, room = told_by_page(run, scene, inputs, tick), told_by_room(scene, inputs, tick)
     assert len(page) == len(room) == len(inputs) + 2
@@ -145,7 +145,7 @@ def test_the_page_s_box_is_the_server_s_to_the_last_bit(run: Run, name: str) -> 
         assert mine == true, f"at tick {true['tick']}"
 
 
-def test_a_box_that_was_at_rest_is_among_these_scenes() -> None:
+def test_one_of_these_scenes_comes_to_rest() -> None:
     scene, inputs, _ = SCENES["asleep and woken"]
     told = told_by_room(scene, inputs, 1800)
     assert all(flags & 1 for flags in told[1]["marks"][1::4])
@@ -155,7 +155,7 @@ def test_the_page_has_the_server_s_artifact() -> None:
     assert TOUCHING_PAGE.read_bytes() == (FOLDER / "touching.wasm").read_bytes()
 
 
-def test_the_page_measures_a_box_as_the_server_does(run: Run) -> None:
+def test_the_page_s_diagnostics_are_the_server_s(run: Run) -> None:
     scene, inputs, tick = SCENES["thrown and held"]
     measured = _TOLD.replace("return told;", "return diagnose(world.arena);")
     found = run(
@@ -196,7 +196,7 @@ def test_the_page_opens_the_scenes_that_the_server_has(run: Run) -> None:
             assert found["ranges"][name] == [entry["low"], entry["high"]], name
 
 
-def test_a_scene_that_cannot_be_is_refused_by_what_is_wrong(run: Run) -> None:
+def test_an_invalid_scene_is_refused_by_its_field(run: Run) -> None:
     wrong: list[dict[str, Any]] = [
         {"balls": 501}, {"balls": 2.5}, {"seed": "-1"}, {"gravity": 101}, {"radii": [0.2, 0.1]},
         {"radii": [0.001, 0.1]}, {"width": None}, {"dt": 0.001, "substeps": 32, "balls": 100},

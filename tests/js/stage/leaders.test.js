@@ -1,4 +1,4 @@
-// Whoever has a name is ranked, by name; a show of days keeps no more than it can show.
+// Named players are ranked by name, in bounded memory.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -13,7 +13,7 @@ function names(leaders, rank, most = 5) {
   return leaders.top(rank, most).map(({ best }) => best.owner.name);
 }
 
-test("they are ranked by best drop, balls or prizes", () => {
+test("players are ranked by best drop, balls or prizes", () => {
   const leaders = new Leaders();
   for (const [name, bin] of [["Ada", 1], ["Ada", 1], ["Ada", 1], ["Ben", 0], ["Cem", 1], ["Cem", 1]]) {
     leaders.note(landing(name, bin), BOARD);
@@ -24,14 +24,14 @@ test("they are ranked by best drop, balls or prizes", () => {
   assert.deepEqual(names(leaders, "balls", 1), ["Ada"]);
 });
 
-test("a name is one player, whatever number the line gave them", () => {
+test("a name is one player, also after a reconnect", () => {
   const leaders = new Leaders();
   leaders.note({ ...landing("Ada", 1), owner: { visitor: 1, name: "Ada" } }, BOARD);
   leaders.note({ ...landing("Ada", 1), owner: { visitor: 7, name: "Ada" } }, BOARD);
   assert.deepEqual(leaders.top("balls", 5).map(({ balls }) => balls), [2]);
 });
 
-test("guests, nobody's balls and balls at rest are not ranked", () => {
+test("guests, ownerless balls and void drops are not ranked", () => {
   const leaders = new Leaders();
   leaders.note(landing(null, 0), BOARD);
   leaders.note({ ...landing("Ada", 0), owner: null }, BOARD);
@@ -39,7 +39,7 @@ test("guests, nobody's balls and balls at rest are not ranked", () => {
   assert.deepEqual(leaders.top("balls", 5), []);
 });
 
-test("of a hundred thousand names the last are known", () => {
+test("of a hundred thousand names the last are kept", () => {
   const leaders = new Leaders();
   for (let i = 0; i < 100_000; i += 1) leaders.note(landing(`n${i}`, 1), BOARD);
   const known = leaders.top("balls", 100_000);

@@ -1,4 +1,4 @@
-// A stage's address says what is shown; what it does not say, or says wrongly, is as it comes.
+// A stage's address has options; missing and invalid ones have their defaults.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -9,11 +9,11 @@ const read = (search) => readWishes(new URLSearchParams(search));
 
 const PLAIN = { room: "main", ground: null, plate: true, names: true, winners: true, leaders: "best", queue: true, join: false, tray: null, expected: null, sound: false };
 
-test("without a word everything is shown, and nothing is heard", () => {
+test("by default everything is shown, and sound is off", () => {
   assert.deepEqual(read(""), PLAIN);
 });
 
-test("each part is switched by itself", () => {
+test("each part has its own switch", () => {
   assert.deepEqual(read("room=abc"), { ...PLAIN, room: "abc" });
   assert.deepEqual(read("plate=off"), { ...PLAIN, plate: false });
   assert.deepEqual(read("names=off"), { ...PLAIN, names: false });
@@ -28,13 +28,13 @@ test("each part is switched by itself", () => {
   assert.deepEqual(read("sound=on"), { ...PLAIN, sound: true });
 });
 
-test("a ground is transparent or a colour, and no other style", () => {
+test("a backdrop is transparent or a colour, and nothing else", () => {
   assert.deepEqual(
     ["transparent", "00B140", "#00b140", "red", "url(x)", "00b1400", ""].map((ground) => read({ ground }).ground),
     ["transparent", "#00b140", "#00b140", null, null, null, null],
   );
 });
 
-test("nonsense is as if it were not there", () => {
+test("invalid options are ignored", () => {
   assert.deepEqual(read("leaders=nobody&tray=on&expected=off&plate=maybe&winners=&sound=loud&room="), PLAIN);
 });

@@ -1,4 +1,4 @@
-// The rule by which no module of the pages says anything of its own.
+// The ESLint rule that no module of the pages contains text for people.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -7,13 +7,13 @@ import { Linter } from "eslint";
 
 import { ownWords } from "../../../tools/own-words.js";
 
-/** @param {string} code @returns {number} how often the rule complains */
+/** @param {string} code @returns {number} how many errors the rule reports */
 function complaints(code) {
   const plugins = { texts: { rules: { "own-words": ownWords } } };
   return new Linter().verify(code, [{ plugins, rules: { "texts/own-words": "error" } }]).length;
 }
 
-test("text for people is found, however it comes to the page", () => {
+test("text for people is found, however it reaches the page", () => {
   for (const code of [
     'note.textContent = "Nothing has landed";',
     "say(`There are ${count} balls`);",
@@ -25,7 +25,7 @@ test("text for people is found, however it comes to the page", () => {
   ]) assert.ok(complaints(code) > 0, code);
 });
 
-test("names, keys, selectors and messages of faults are no texts", () => {
+test("names, keys, selectors and messages of errors are allowed", () => {
   for (const code of [
     'say(t("play.first"));',
     'make("p", { class: "small strong" });',

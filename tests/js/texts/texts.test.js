@@ -1,4 +1,4 @@
-// The texts of all languages: the same keys, places and plural forms, each of them used.
+// The texts of all languages have the same keys and placeholders, all plural forms, and are all used.
 
 import assert from "node:assert/strict";
 import { readdirSync, readFileSync } from "node:fs";
@@ -13,7 +13,7 @@ const languages = new Map(names.map((name) =>
   [name.slice(0, 2), JSON.parse(readFileSync(new URL(name, FOLDER), "utf8"))]));
 const english = languages.get("en");
 
-/** Places in braces, each once, in alphabetical order. @param {string} text */
+/** The placeholders of a text, each once, in alphabetical order. @param {string} text */
 const placesOf = (text) => [...new Set(text.match(/\{\w*\}/g) ?? [])].sort();
 const formsOf = (text) => (typeof text === "string" ? [text] : Object.values(text));
 
@@ -30,7 +30,7 @@ test("every language has the same texts, in the same order", () => {
   }
 });
 
-test("a text has the same places in every language and form", () => {
+test("a text has the same placeholders in all languages and forms", () => {
   for (const [language, texts] of languages) {
     for (const [key, text] of Object.entries(texts)) {
       const expected = placesOf(formsOf(english[key]).at(-1));
@@ -46,7 +46,7 @@ test("a text has the same places in every language and form", () => {
 
 test("a text with forms has every language's plural categories", () => {
   for (const [language, texts] of languages) {
-    // Whole numbers as they come up here; of a million on, Spanish has another form that is alike.
+    // Only smaller numbers occur: from a million on, Spanish has another category with the same form.
     const rules = new Intl.PluralRules(language);
     const needed = new Set([0, 1, 2, 3, 4, 5, 11, 21, 100].map((count) => rules.select(count)));
     for (const [key, text] of Object.entries(texts)) {
@@ -57,16 +57,16 @@ test("a text with forms has every language's plural categories", () => {
   }
 });
 
-test("every text is used, and every key that is used has one", () => {
+test("every text is used, and every used key has a text", () => {
   const code = sources(/\.js$/).join("\n");
   const pages = sources(/\.(?:html|part)$/).join("\n");
   const used = new Set([...pages.matchAll(/(?:\{\{|\w=)([a-z]+\.[\w-]+|language)(?=[|} ])/g)].map(([, key]) => key));
-  for (const key of used) assert.ok(key in english, `a page asks for ${key}`);
+  for (const key of used) assert.ok(key in english, `a page uses ${key}`);
   const unused = Object.keys(english).filter((key) => !used.has(key) && !code.includes(`"${key}"`));
   assert.deepEqual(unused, []);
 });
 
-test("a page has no words of its own in tags or attributes", () => {
+test("a page has no text of its own in tags or attributes", () => {
   const same = /^(?:Plink|o|[A-Z]|Esc|English|Deutsch|Español|Plinko|[\d.]+ (?:[pnµm]m|cm|s)|\d+x|api\/\S+|–)$/;
   const parts = /<!--.*?-->|<script.*?<\/script>|<(?:[^>"]|"[^"]*")*>|\{\{[^|{}]*\}\}/gs;
   for (const page of sources(/\.(?:html|part)$/)) {
@@ -79,7 +79,7 @@ test("a page has no words of its own in tags or attributes", () => {
   }
 });
 
-test("places are filled, numbers by the language's rules", () => {
+test("placeholders are filled, numbers by the language's rules", () => {
   assert.equal(t("play.row", { row: 3, rows: 16 }), "Row 3 of 16…");
   assert.equal(t("count.drop", { n: 1 }), "1 drop");
   assert.equal(t("count.drop", { n: 12345 }), "12,345 drops");

@@ -1,4 +1,4 @@
-// Doubles one bit apart.
+// The doubles next to a double, and its bits.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -19,7 +19,7 @@ test("no double lies between one and the next", () => {
   assert.ok(Object.is(nextDown(5e-324), -0) || nextDown(5e-324) === 0);
 });
 
-test("a double is shown by its sign, exponent and fraction", () => {
+test("a double is shown as sign, exponent and fraction", () => {
   assert.equal(bitsOf(-2), `1 10000000000 ${"0".repeat(52)}`);
   assert.equal(bitsOf(nextUp(1)), `0 01111111111 ${"0".repeat(51)}1`);
 });

@@ -1,5 +1,5 @@
-"""The arrays of the solver, one table a file: its columns, and the named tuple that carries it.
+"""The arrays of the solver: each file has the columns of some arrays and a named tuple of these.
 
-A column is written with its module, `pos[i, body.X]`, `items[k, shape.X1]`: tables share names.
+Code names a column with its module, such as `pos[i, body.X]`, because files share column names.
 Imports nothing of the project. Start with body.py.
 """

@@ -1,4 +1,4 @@
-"""The types of the solver's arrays."""
+"""Types of the solver's arrays."""
 
 import numpy as np
 import numpy.typing as npt

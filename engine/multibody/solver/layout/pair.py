@@ -1,4 +1,4 @@
-"""The neighbour list as arrays: pairs that may touch, and the impulses kept for the warm start."""
+"""The neighbour list: pairs that may touch, and their impulses for the warm start."""
 
 from typing import NamedTuple
 
@@ -10,13 +10,14 @@ TANGENT = 1
 
 
 class NeighbourList(NamedTuple):
-    """Pairs that may touch until the next listing: ball a owns the rows starts[a] to starts[a+1].
+    """All pairs that may touch before the list is rebuilt.
 
-    A pair belongs to one of its balls; the other is a ball's row, or -1 - item for a fixed one.
+    One ball of a pair owns it: ball a owns the pairs starts[a] to starts[a + 1] - 1. `other` is the
+    row of the other ball, or -1 - item for a fixed shape.
     """
 
     starts: Ints  # (n + 1,)
     other: Ints  # (p,)
     impulse: Floats  # (p, 2): NORMAL, TANGENT
     neighbour_starts: Ints  # (n + 1,)
-    neighbours: Ints  # all that may touch a ball, whoever owns the pair; its starts are above
+    neighbours: Ints  # of each ball, in all its pairs, owned or not; from neighbour_starts[ball] on

@@ -1,10 +1,10 @@
-"""Static geometry as arrays: pegs and walls, and the grid that finds them by place."""
+"""Static geometry: pegs and walls, and the grid that finds those near a place."""
 
 from typing import NamedTuple
 
 from engine.multibody.solver.layout.array_types import Floats, Ints
 
-# Columns of `StaticShapes.items`: all are capsules, segments with a radius.
+# Columns of `StaticShapes.items`. Pegs and walls are both capsules: segments with a radius.
 X1 = 0  # first end of a wall, or a peg's centre, m
 Y1 = 1
 TX = 2  # unit vector along the wall; (1, 0) for a peg
@@ -17,7 +17,7 @@ COLUMNS = 8
 
 
 class StaticShapes(NamedTuple):
-    """Pegs, then walls, and a uniform grid whose cells list the items that pass through each."""
+    """Pegs, then walls, as items; and a uniform grid with the items in each cell."""
 
     items: Floats  # (m, 8)
     peg_count: int
@@ -28,4 +28,4 @@ class StaticShapes(NamedTuple):
     rows: int
     starts: Ints  # (columns rows + 1,)
     members: Ints  # item numbers, ascending in each cell
-    bins_y: float  # m; infinite where nothing lands
+    bins_y: float  # m; infinite without bins

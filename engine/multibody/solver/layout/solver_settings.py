@@ -1,16 +1,16 @@
-"""The numbers a step is computed with."""
+"""The settings of a step."""
 
 from typing import NamedTuple
 
 
 class SolverSettings(NamedTuple):
-    """`ArenaSettings` as the kernels take them; SI."""
+    """`ArenaSettings` in the form that the kernels take; SI units."""
 
     gravity: float
     drag: float
-    damping: float  # of the velocity, per step
+    damping: float  # factor of the velocity in each step
     correction: float
-    h: float  # a substep, s
+    h: float  # duration of a substep, s
     substeps: int
-    max_speed: float  # infinite: no clamp
-    sleep_steps: int  # steps of stillness before a ball may sleep; 0: never
+    max_speed: float  # infinite: no limit
+    sleep_steps: int  # still steps before a ball may sleep; 0: never

@@ -1,4 +1,11 @@
 // This player's fair session in a room: both secrets committed before a drop, the receipts, and the session's end.
+//
+// The messages of one session, in order:
+//   session   the page commits to its secret; the server answers with a signed statement that contains both commitments
+//   open      only now the page sends its secret, so the server cannot have chosen its own secret by it
+//   drop      each accepted drop comes back with a signed receipt
+//   end       once all drops are answered, the server reveals its secret, and the session can be checked
+// The next session begins at once. Drops made in between wait for it.
 
 import { canonical } from "../../fairness/canonical.js";
 import { bytesOfHex, hasCrypto, hexOf } from "../../fairness/crypto.js";

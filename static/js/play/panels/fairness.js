@@ -1,4 +1,4 @@
-// The padlock and the drawer "Fair": the commitments before a drop, and the check of the session after its end.
+// The padlock and the drawer "Fairness": the commitments before a drop, and the check of the session after its end.
 
 import { readExport } from "../../fairness/export.js";
 import { report, value } from "../../fairness/report.js";

@@ -1,4 +1,4 @@
-// The editor's model of a board: what may change, what is found where, what a refusal is about.
+// The editor's model of a board: changes, the element at a place, and the elements of an error.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -14,22 +14,22 @@ for (const [form, named] of [
   [[], /object/],
   [{ pegs: 3 }, /pegs/],
   [{ pegs: [{ x: 1, y: "two", radius: 0.1 }] }, /not a number/],
-  [{ bins: { edges: [0, 1, 0.5], multipliers: [1, 1] } }, /rise/],
+  [{ bins: { edges: [0, 1, 0.5], multipliers: [1, 1] } }, /increase/],
   [{ bins: { edges: [0, 1], multipliers: [1, 1] } }, /one multiplier/],
 ]) {
-  test(`what cannot be drawn is refused: ${JSON.stringify(form)}`, () => {
+  test(`an invalid board is refused: ${JSON.stringify(form)}`, () => {
     assert.throws(() => complete(form), (error) => error instanceof RangeError && named.test(error.message));
   });
 }
 
-test("edges never pass each other", () => {
+test("a moved edge stays between its neighbours", () => {
   for (const x of [-100, 100]) {
     const { edges } = moved(BOARD, { kind: "edge", index: 3 }, x, 0).bins;
     edges.slice(1).forEach((edge, i) => assert.ok(edge > edges[i]));
   }
 });
 
-test("a bin is divided and joined again", () => {
+test("a bin can be divided and joined again", () => {
   const { edges, multipliers: pays } = BOARD.bins;
   const middle = (edges[2] + edges[3]) / 2;
   const split = withSplit(BOARD, middle);
@@ -39,14 +39,14 @@ test("a bin is divided and joined again", () => {
   assert.deepEqual(without(split.board, split.ref), BOARD);
 });
 
-test("prizes come and go with their texts and stay at their bins", () => {
+test("a prize exists while it has a text, and stays at its bin", () => {
   const [text, colour] = ["text", "colour"].map((part) => `bins.labels[2].${part}`);
   const named = written(BOARD, text, "T-shirt");
   assert.deepEqual(named.bins.labels, BOARD.bins.multipliers.map((_, bin) => (bin === 2 ? { text: "T-shirt" } : null)));
   const coloured = written(named, colour, "#ff0088");
   assert.deepEqual(coloured.bins.labels[2], { text: "T-shirt", colour: "#ff0088" });
   assert.deepEqual(written(coloured, colour, ""), named);
-  assert.deepEqual(written(coloured, text, ""), BOARD, "without any prize a board is what it was");
+  assert.deepEqual(written(coloured, text, ""), BOARD, "without prizes a board has no labels");
   assert.equal(without(named, { kind: "bin", index: 0 }).bins.labels[1].text, "T-shirt");
   assert.deepEqual(without(named, { kind: "bin", index: 2 }).bins.labels, undefined);
   const split = withSplit(named, BOARD.bins.edges[0] - 1);
@@ -55,7 +55,7 @@ test("prizes come and go with their texts and stay at their bins", () => {
   assert.throws(() => complete({ ...BOARD, bins: { ...BOARD.bins, labels: [null] } }), RangeError);
 });
 
-test("bins keep one multiplier each until one bin is left", () => {
+test("each bin has one multiplier, and the last bin stays", () => {
   let board = BOARD;
   let turns = 0;
   for (; turns < 50; turns += 1) {
@@ -70,7 +70,7 @@ test("bins keep one multiplier each until one bin is left", () => {
   assert.equal(turns, BOARD.bins.multipliers.length - 1);
 });
 
-test("the smallest thing under the pointer is found", () => {
+test("the smallest element under the pointer is found", () => {
   const { walls: [wall], bins: { edges, y }, pegs, drop } = BOARD;
   for (const [ref, x, atY] of [
     [{ kind: "peg", index: 7 }, pegs[7].x + 0.01, pegs[7].y],
@@ -85,13 +85,13 @@ test("the smallest thing under the pointer is found", () => {
   }
 });
 
-test("snapped places are short decimals", () => {
+test("snapped coordinates are short decimals", () => {
   const values = [0.3000001, 0.1 + 0.2, -0.149, 1.0249];
   assert.deepEqual(values.map((value) => snap(value, 0.05)), [0.3, 0.3, -0.15, 1]);
   assert.deepEqual(values.map((value) => snap(value, 0)), values);
 });
 
-test("a value is written at its path and nowhere else", () => {
+test("a value is written only at its path", () => {
   const before = JSON.stringify(BOARD);
   const next = written(written(BOARD, "pegs[3].x", 9), "ball.radius", 0.5);
   const wanted = JSON.parse(before);
@@ -113,7 +113,7 @@ for (const [field, detail, wanted] of [
   ["pegs[999]", "no such peg is drawn", []],
   [null, "busy", []],
 ]) {
-  test(`a refusal names what it is about: ${field}`, () => {
+  test(`an error leads to its elements: ${field}`, () => {
     const found = refsInProblem(BOARD, field, detail);
     assert.deepEqual(found.map(({ kind, index }) => [kind, index]), wanted);
   });

@@ -5,7 +5,7 @@ import { test } from "node:test";
 
 import { EditHistory } from "../../../../static/js/editor/draft/history.js";
 
-test("undo and redo go both ways, and a change ends the future", () => {
+test("undo and redo are inverse, and a change clears redo", () => {
   const [a, b, c, d] = ["a", "b", "c", "d"].map((name) => ({ name }));
   const history = new EditHistory(a);
   assert.deepEqual([history.undo(), history.redo()], [false, false]);

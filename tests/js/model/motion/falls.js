@@ -1,14 +1,14 @@
-// True falls to hold drawn ones to: keyframes, and free fall with or without drag.
+// Exact falls with which tests compare drawn ones: keyframes, and free fall with or without drag.
 
 export const G = 9.81; // m/s^2
 export const TICK = 1 / 60; // s
 
-/** A moment with velocities on both sides, unless `more` says otherwise. */
+/** A keyframe with velocities on both sides, unless `more` changes that. */
 export function keyframe(t, x, y, vx, vy, more = {}) {
   return { t, x, y, vx, vy, angle: 0, vIn: true, vOut: true, bounced: false, ...more };
 }
 
-/** Where a ball is that flies from a keyframe, and how fast. */
+/** Place and velocity of a ball that flies from a keyframe. */
 export function fall(from, t, drag = 0) {
   const dt = t - from.t;
   const { x, y, vx, vy } = from;

@@ -1,4 +1,4 @@
-// Between two keyframes a ball flies as it does, and a bounce is drawn to its corner.
+// Between two keyframes the drawn flight is close to the exact one, and a bounce keeps its corner.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -24,7 +24,7 @@ test("a parabola is drawn exactly", () => {
   }
 });
 
-test("a bounce is drawn to its corner and not cut", () => {
+test("a bounce is drawn to its corner", () => {
   const random = chance(1);
   const between = (low, high) => low + (high - low) * random();
   for (let i = 0; i < 300; i += 1) {
@@ -58,7 +58,7 @@ test("with drag and rounding the corner is off by under 1 mm", () => {
   }
 });
 
-test("a bounce whose flag was lost is found by the velocities", () => {
+test("a bounce without its flag is found from the velocities", () => {
   const a = keyframe(1, 0, 0, 1, 3);
   const corner = 1 + 1.5 * TICK;
   const { x, y, vx, vy } = fall(a, corner);

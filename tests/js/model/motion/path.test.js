@@ -1,4 +1,4 @@
-// One ball's path: late news, no news, forgetting, and its bounds.
+// One ball's path: late keyframes, missing keyframes, forgetting, and bounded memory.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -15,7 +15,7 @@ function pathOf(moments, law = LAW) {
   return path;
 }
 
-test("a contact told late bends the path as one told in time", () => {
+test("a late contact gives the same path as one in time", () => {
   const a = keyframe(1, 0, 0, 1, 3, { angle: 6.2 });
   const corner = 1 + 0.4 * TICK;
   const { x, y, vx, vy } = fall(a, corner);
@@ -36,7 +36,7 @@ test("a contact told late bends the path as one told in time", () => {
   }
 });
 
-test("without news a ball flies on a little and then waits", () => {
+test("without new keyframes a ball flies on a little, then waits", () => {
   const a = keyframe(1, 0, 0, 1, 1);
   const path = pathOf([a]);
   const soon = path.poseAt(1.03);
@@ -45,7 +45,7 @@ test("without news a ball flies on a little and then waits", () => {
   assert.deepEqual({ ...path.poseAt(2) }, { ...path.poseAt(3) });
 });
 
-test("a table that nobody draws keeps a bounded path", () => {
+test("the path of a table that is not drawn is bounded", () => {
   const path = new Path(LAW, 600);
   for (let i = 0; i < 5000; i += 1) {
     path.add({ t: i / 60, x: 0, y: i, vx: 0, vy: 60, vIn: true, vOut: true });
@@ -55,7 +55,7 @@ test("a table that nobody draws keeps a bounded path", () => {
   near(path.end, 4999 / 60, 1e-9);
 });
 
-test("what a path forgets does not move what it keeps", () => {
+test("forgetting keyframes does not move the rest of the path", () => {
   const random = chance(4);
   const moments = Array.from({ length: 60 }, (_, i) => ({
     t: i * TICK, x: random(), y: random(), vx: 4 * random() - 2, vy: 4 * random() - 2,

@@ -1,4 +1,4 @@
-// Where a ball is on a segment of its path: the places that the golden file has.
+// Where a ball is on a segment of its path, compared with the golden file.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -6,7 +6,7 @@ import { test } from "node:test";
 import { segmentPose } from "../../../../static/js/model/motion/segment.js";
 import { goldenSegments, near, segmentOf } from "../../support.js";
 
-test("golden segments are drawn where they should be", () => {
+test("the ball is at the places of the golden file", () => {
   const { scale: law, frames } = goldenSegments();
   assert.ok(frames.length > 0);
   for (const { name, flights, curves, drawn } of frames) {

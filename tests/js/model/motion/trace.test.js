@@ -1,11 +1,11 @@
-// A whole path for those who see it only once it is over: bounded, with its corners.
+// A whole path, as players with reduced motion see it after the landing.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { Trace } from "../../../../static/js/model/motion/trace.js";
 
-test("a whole path is kept in bounded memory with its corners", () => {
+test("a whole path keeps its corners in bounded memory", () => {
   const trace = new Trace();
   const corner = { vx: 0, vy: 0, vIn: false, vOut: false };
   for (let i = 0; i < 6000; i += 1) {

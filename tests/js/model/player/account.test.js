@@ -1,4 +1,4 @@
-// Demo credits are a function of which events are known: no order, no repetition changes them.
+// Demo credits follow from the set of events: order and repetition do not change them.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -13,7 +13,7 @@ const staked = (drop, stake, session = "s1") => (
 );
 const settled = (drop, payout, session = "s1") => ({ type: "settled", session, drop, payout });
 
-test("a stake goes with the server's answer, a win at the landing", () => {
+test("a stake is paid with the receipt, a win at the landing", () => {
   assert.equal(balanceOf(newAccount()), GRANT);
   const taken = after([staked(0, 100)]);
   assert.equal(balanceOf(taken), GRANT - 100);
@@ -25,22 +25,22 @@ test("a stake goes with the server's answer, a win at the landing", () => {
   assert.deepEqual(openDrops(landed), []);
 });
 
-test("a void drop gives its stake back", () => {
+test("the stake of a void drop is returned", () => {
   assert.equal(balanceOf(after([staked(0, 100), settled(0, 100)])), GRANT);
 });
 
-test("a landing heard twice, by tab or reload, counts once", () => {
+test("a landing that arrives twice counts once", () => {
   const once = after([staked(0, 100), settled(0, 250)]);
   for (const again of [settled(0, 250), settled(0, 999), staked(0, 100), staked(0, 500)]) {
     assert.equal(applied(once, again), once);
   }
 });
 
-test("a landing of a drop without a known stake pays nothing", () => {
+test("a landing without a known stake pays nothing", () => {
   assert.equal(balanceOf(after([settled(0, 250)])), GRANT);
 });
 
-test("sessions are told apart, and tabs agree whatever the order", () => {
+test("tabs agree in any order of events, by session", () => {
   const events = [
     staked(0, 100), settled(0, 20), staked(1, 300), staked(0, 50, "s2"), settled(0, 500, "s2"),
     settled(1, 0), staked(2, 70),
@@ -53,18 +53,18 @@ test("sessions are told apart, and tabs agree whatever the order", () => {
   }
 });
 
-test("credits are topped up once for two tabs that ask at a time", () => {
+test("two tabs that top up at the same time do so once", () => {
   const poor = after([staked(0, GRANT - 100)]);
   const refill = refillOf(poor);
   assert.deepEqual(refill, { type: "granted", number: 2, amount: GRANT - 100 });
   assert.equal(balanceOf(after([refill, refill], poor)), GRANT);
   assert.deepEqual(refillOf(newAccount()), { type: "granted", number: 2, amount: GRANT });
   const old = { ...newAccount(), grants: 3 };
-  assert.equal(balanceOf(old), 3 * GRANT, "an account of before sums were kept");
+  assert.equal(balanceOf(old), 3 * GRANT, "an account from before sums existed");
   assert.equal(balanceOf(applied(old, { type: "granted", number: 4, amount: 500 })), 3 * GRANT + 500);
 });
 
-test("statistics and history are the account's, at every moment", () => {
+test("statistics and history follow from the account", () => {
   let account = after([staked(0, 100), staked(1, 200), staked(2, 100)]);
   let view = viewOf(account, 0.5);
   assert.deepEqual([view.staked, view.returned, view.profit, view.balance], [4.5, 0, -4.5, 995.5]);
@@ -86,7 +86,7 @@ test("statistics and history are the account's, at every moment", () => {
   assert.deepEqual([view.balls, view.profit, view.last.length, view.balance], [0, 0, 0, 999.5]);
 });
 
-test("the curve of very many drops stays small and ends right", () => {
+test("the curve of very many drops is short and ends correctly", () => {
   let account = newAccount();
   for (let n = 0; n < 3000; n += 1) account = after([staked(n, 10), settled(n, n % 3 ? 0 : 40)], account);
   const { curve, profit, balls } = viewOf(account, 0);
@@ -95,7 +95,7 @@ test("the curve of very many drops stays small and ends right", () => {
   assert.equal(curve.at(-1), profit);
 });
 
-test("ended sessions become a sum, and no event counts again", () => {
+test("ended sessions become a sum, and late events are ignored", () => {
   let account = after([staked(0, 100, "going on")]);
   for (let k = 0; k < 50; k += 1) {
     const id = `s${k}`;
@@ -111,7 +111,7 @@ test("ended sessions become a sum, and no event counts again", () => {
   assert.equal(knownDrops(account, "going on"), 1);
 });
 
-test("an ended session stays until all its drops have landed", () => {
+test("an ended session is kept until all its drops have landed", () => {
   let account = after([staked(0, 100, "old"), { type: "over", session: "old", total: 2 }]);
   for (let k = 0; k < 30; k += 1) {
     const id = `s${k}`;
@@ -121,7 +121,7 @@ test("an ended session stays until all its drops have landed", () => {
   assert.equal(balanceOf(account), GRANT + 100);
 });
 
-test("an account that was kept as JSON is the same", () => {
+test("an account survives storage as JSON", () => {
   const account = after([staked(0, 100), settled(0, 20), staked(1, 300)]);
   const kept = JSON.parse(JSON.stringify(account));
   assert.deepEqual(applied(kept, settled(1, 5)), applied(account, settled(1, 5)));

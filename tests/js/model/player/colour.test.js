@@ -1,4 +1,4 @@
-// Players whom nobody has seen choose a colour have one all the same, by who they are.
+// The default colours of players.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -6,7 +6,7 @@ import { test } from "node:test";
 import { colourOf, COLOURS } from "../../../../static/js/model/player/colour.js";
 import { chance } from "../../support.js";
 
-test("a player has one colour, and a crowd has all about equally", () => {
+test("a player has one colour, and colours are equally frequent", () => {
   const next = chance(1);
   const counts = new Map(COLOURS.map((colour) => [colour, 0]));
   for (let i = 0; i < 5000; i += 1) {

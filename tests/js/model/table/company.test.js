@@ -1,4 +1,4 @@
-// Who is at a table, whose ball is which, and what landed last.
+// The visitors of a table, the owners of its balls, and the last landings.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -10,18 +10,18 @@ const ada = { visitor: 1, name: "Ada", colour: "#57c7ff" };
 const presence = (visitors, here = visitors.length) => ({ type: "presence", here, visitors });
 const ball = (visitor, mine = false) => ({ visitor, mine, seed: "7", x: 0, explicit: false, pose: {} });
 
-test("a ball has its player's colour, and takes another in flight", () => {
+test("a ball has its player's colour, also when that changes", () => {
   const company = new Company(() => {});
   const flying = ball(1);
   company.dye(flying);
-  assert.ok(COLOURS.includes(flying.pose.colour), "who is not named yet has one, too");
+  assert.ok(COLOURS.includes(flying.pose.colour), "a visitor who is not known yet has one too");
   company.hear(presence([ada]), [flying]);
   assert.equal(flying.pose.colour, "#57c7ff");
   company.hear(presence([{ visitor: 1, name: "Ada" }]), [flying]);
   assert.equal(flying.pose.colour, swatchOf({ visitor: 1 }));
 });
 
-test("ours keeps its own until we choose; nobody's keeps its own", () => {
+test("own balls keep their colour until the player chooses one", () => {
   const company = new Company(() => {});
   const [mine, nobodys] = [ball(2, true), ball(undefined)];
   nobodys.pose.colour = "#123456";
@@ -32,7 +32,7 @@ test("ours keeps its own until we choose; nobody's keeps its own", () => {
   assert.equal(mine.pose.colour, "#ffe169");
 });
 
-test("a landing keeps its player's name, and the last few stay", () => {
+test("the last landings are kept with their players' names", () => {
   let changes = 0;
   const company = new Company(() => { changes += 1; });
   company.hear({ ...presence([ada], 3), you: 1 });
@@ -47,7 +47,7 @@ test("a landing keeps its player's name, and the last few stay", () => {
   assert.equal(company.landings[0].score, 99);
 });
 
-test("an unnamed visitor is known only while their balls fall", () => {
+test("names of visitors who left are kept, up to a limit", () => {
   const company = new Company(() => {});
   company.hear(presence([ada]));
   company.hear(presence([{ visitor: 9 }]));
@@ -56,10 +56,10 @@ test("an unnamed visitor is known only while their balls fall", () => {
   assert.deepEqual(company.ownerOf(ball(1)), { visitor: 1 });
   assert.equal(company.ownerOf(ball(399)).name, "v399");
   company.begin();
-  assert.deepEqual(company.ownerOf(ball(399)), { visitor: 399 }, "after a lost line numbers mean others");
+  assert.deepEqual(company.ownerOf(ball(399)), { visitor: 399 }, "after a reconnect numbers belong to other visitors");
 });
 
-test("a drop's tag goes before what its visitor is called", () => {
+test("a drop's tag takes precedence over its visitor's name", () => {
   const company = new Company(() => {});
   company.hear(presence([ada]));
   const tagged = { ...ball(1), tag: { name: "Ben" } };

@@ -1,4 +1,4 @@
-// Balls of ours that fall faster to the eye than by the table's clock: seen sooner, settled when the table says so.
+// The player's balls at a faster pace: their landings are seen early, and settle when the table sends them.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -15,7 +15,7 @@ const solver = await openSolver(readFileSync(KERNELS));
 const board = solver.read(triangle());
 const drop = solver.drop(board, { seed: "7" });
 
-/** A table with a ball of ours at that pace, dropped at its beginning; and all that it says as time passes. */
+/** A table with one ball of that pace, dropped at tick 0. */
 function falling(pace, mine = true) {
   const hello = { board, tick_rate: RATE, tick: 0, stream: "seeds", balls: [] };
   const table = new Table(hello, (start) => solver.drop(board, start));
@@ -42,26 +42,26 @@ test("turbo shows the same path in a fifth of the time", () => {
   assert.deepEqual(heard, [...heard].sort((one, two) => one - two));
 });
 
-test("an instant ball is gone when the table has told its landing", () => {
+test("an instant ball is forgotten when its landing arrives", () => {
   const { table, ball } = falling(PACES.instant);
   table.sceneAt(0, 0);
   assert.deepEqual(table.settle(0, 0), { seen: [ball], settled: [] });
   assert.deepEqual(table.settle(1, 1), { seen: [], settled: [] });
-  assert.equal(table.sceneAt(1, 1).balls.length, 0, "it is not seen to fall");
-  assert.equal(table.awake, true, "but the table's own ball does");
+  assert.equal(table.sceneAt(1, 1).balls.length, 0, "its fall is not shown");
+  assert.equal(table.awake, true, "but it still falls at the table");
   assert.equal(table.applyLanded({ type: "landed", ball: 0, digest: drop.digest.slice(0, 12) }), true);
   assert.deepEqual(table.settle(drop.duration, 2), { seen: [], settled: [ball] });
   table.sceneAt(drop.duration, 2);
   assert.equal(table.balls.size, 0);
 });
 
-test("the table is right: another landing than shown is refused", () => {
+test("a landing that differs from the shown one is reported", () => {
   const { table } = falling(PACES.instant);
   table.settle(0, 0);
   assert.equal(table.applyLanded({ type: "landed", ball: 0, digest: "000000000000" }), false);
 });
 
-test("others' balls fall live, ours wait for the table's word", () => {
+test("others' balls are always shown at the table's pace", () => {
   for (const { table, ball } of [falling(PACES.instant, false), falling(PACES.real)]) {
     assert.deepEqual(table.settle(drop.duration + 1, 0), { seen: [], settled: [] });
     table.applyLanded({ type: "landed", ball: 0, digest: drop.digest.slice(0, 12) });
@@ -70,7 +70,7 @@ test("others' balls fall live, ours wait for the table's word", () => {
   }
 });
 
-test("times in a fall and on the table convert at every pace", () => {
+test("times convert between fall and table at every pace", () => {
   for (const pace of [PACES.real, PACES.turbo]) {
     const fall = { start: 3, end: 8, pace };
     for (const at of [3, 4.5, 8]) near(timeInFall(fall, timeSeen(fall, at)), at, 1e-12);

@@ -1,4 +1,4 @@
-// Segments made into keyframes as time passes.
+// Keyframes from segments, as time passes.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -7,7 +7,7 @@ import { Path } from "../../../../static/js/model/motion/path.js";
 import { SegmentFeed } from "../../../../static/js/model/table/segment-feed.js";
 
 test("a ball on a peg is drawn at rest until its next segment", () => {
-  // No bounce is guessed where gravity moves nothing, nor a flight in the last part of a tick.
+  // Neither a bounce nor a flight is guessed, although the velocity does not change as in flight.
   const board = { gravity: 25, drag: 0, pegs: [], walls: [], bins: { y: 9 } };
   const path = new Path(board);
   const feed = new SegmentFeed(path, board, { stop: () => false }, 60);

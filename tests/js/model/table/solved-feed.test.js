@@ -1,4 +1,4 @@
-// Paths that the page computed, drawn as time passes: the ball's own curve at any time.
+// Paths that the page computed: at any time the drawn ball is where the solver says.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -36,7 +36,7 @@ test("a ball is drawn where the solver says, also at impacts", () => {
   }
 });
 
-test("each impact is heard once, in order, with its speed", () => {
+test("each impact is reported once, in order, with its speed", () => {
   const { solved, feed } = feedOf("5");
   const heard = [];
   for (let t = 0; t < solved.duration + 1; t += 0.05) {
@@ -47,7 +47,7 @@ test("each impact is heard once, in order, with its speed", () => {
   assert.ok(heard.every(({ speed }) => speed >= 0) && heard.some(({ speed }) => speed > 1));
 });
 
-test("a late client sees a ball in flight, and hears nothing old", () => {
+test("a late client sees a ball in flight, without old impacts", () => {
   const early = feedOf("5");
   const late = feedOf("5", START + 1.234);
   const heard = [];
@@ -60,7 +60,7 @@ test("a late client sees a ball in flight, and hears nothing old", () => {
   }
 });
 
-test("a table by seeds has the computed landing, and no other", () => {
+test("a brief landing is completed only if digests agree", () => {
   const hello = { board, tick_rate: RATE, tick: 0, stream: "seeds", balls: [] };
   const table = new Table(hello, (start) => solver.drop(board, start));
   const solved = solver.drop(board, { seed: "11" });

@@ -1,4 +1,4 @@
-// What a visitor wants to be called: kept, told to tables, and nothing that a table would refuse.
+// The name and colour that a visitor chose: stored, sent to tables, and valid.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -6,7 +6,7 @@ import { test } from "node:test";
 import { nameOf, Self } from "../../../../static/js/play/account/self.js";
 import { storage } from "../../support.js";
 
-test("what was chosen is told in all tabs, and the rest left out", () => {
+test("the choice is sent in all tabs, without empty fields", () => {
   const kept = storage();
   const self = new Self(kept);
   assert.deepEqual(self.message, { type: "appear" });
@@ -16,15 +16,15 @@ test("what was chosen is told in all tabs, and the rest left out", () => {
   assert.deepEqual(self.message, { type: "appear", colour: "#57c7ff" });
 });
 
-test("a name is taken as it reads, and invisible text is refused", () => {
+test("a name is normalised, and invisible text is refused", () => {
   assert.equal(nameOf("  Ada \t L. "), "Ada L.");
   assert.equal(nameOf("Jose\u0301"), "Jos\u00e9");
   assert.equal(nameOf(""), "");
-  assert.equal(nameOf("🎯".repeat(24)), "🎯".repeat(24), "characters count, not their halves");
+  assert.equal(nameOf("🎯".repeat(24)), "🎯".repeat(24), "characters are counted, not UTF-16 units");
   for (const name of ["<b>", "a&b", "\u202eadA", "A\u200bda", "x".repeat(25)]) assert.equal(nameOf(name), null);
 });
 
-test("what was kept by something else is not told", () => {
+test("invalid stored values are not sent", () => {
   const kept = storage();
   kept.setItem("plinko.visitor.1", JSON.stringify({ name: "<i>", colour: "red;x" }));
   assert.deepEqual(new Self(kept).message, { type: "appear" });

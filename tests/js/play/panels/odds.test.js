@@ -1,4 +1,4 @@
-// What a table gives back is told of the table that is there, however late the server says it.
+// The odds that are shown belong to the current table, even if the server answers late.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -13,7 +13,7 @@ const hello = (name, digest) => ({
   board_name: name, board_digest: digest, mode: "independent", board: { drop: { x: 0 } },
 });
 
-/** A page whose server answers when the test says. */
+/** A page whose server answers when the test wants. */
 function page(t) {
   const replies = new Map();
   const note = { textContent: "" };
@@ -42,14 +42,14 @@ function page(t) {
 
 const turns = async () => { for (let i = 0; i < 20; i += 1) await new Promise(setImmediate); };
 
-test("odds of the table before are not told of the next", async (t) => {
+test("the previous table's odds are not shown for the next", async (t) => {
   const { game, heard, note, replies, told, enter } = page(t);
   enter(hello("triangle-12", "d12"));
-  game.room.hello = null; // the player goes on, and no other table has greeted yet
+  game.room.hello = null; // the player has left, and the next table has not sent its hello yet
   replies.get("triangle-12")({ board_digest: "d12", aims: [odds(13)] });
   await turns();
   game.room.hello = hello("triangle-8", "d8");
-  heard.choice(); // as a panel does that hears of the table first
+  heard.choice(); // as if another panel were notified of the table first
   assert.equal(told.at(-1) ?? null, null);
   assert.equal(note.textContent, "");
   enter(game.room.hello);

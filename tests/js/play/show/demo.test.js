@@ -1,4 +1,4 @@
-// Demo balls: they fall as real ones do, are nobody's, and end.
+// Demo balls fall like real ones, belong to no player, and end.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";

@@ -1,4 +1,4 @@
-// Ghost trails weigh time, on a grid of a fixed size.
+// Ghost trails add up the time that balls spend in each cell of a grid.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -6,7 +6,7 @@ import { test } from "node:test";
 import { Density } from "../../../../static/js/play/show/density.js";
 import { nearly } from "../../support.js";
 
-test("ghost trails weigh time and have a fixed size", () => {
+test("ghost trails add up time on a grid of fixed size", () => {
   const density = new Density({ left: -4, right: 4, top: 0, bottom: 6 });
   const sum = () => density.cells.reduce((all, one) => all + one, 0);
   const law = { gravity: 0, drag: 0 };

@@ -1,4 +1,4 @@
-// What a landing leaves: from 5 times the stake light through its pegs, from 100 a look from near before.
+// After a landing from 5x the hit pegs light up, and from 100x a close-up is shown before that.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -12,7 +12,7 @@ import { triangle } from "../../support.js";
 const bytes = readFileSync(new URL("../../../../static/js/solver/kernels.wasm", import.meta.url));
 const solver = await openSolver(bytes);
 
-/** What is seen after a landing that paid so much: at each time, whether from near, and how many lights. */
+/** What is shown at these times after a landing with this multiplier. */
 function seen(pays, times, still = false) {
   const board = triangle();
   board.bins.multipliers = board.bins.multipliers.map(() => pays);
@@ -34,7 +34,7 @@ test("a jackpot is shown close for two seconds, then its pegs", () => {
   assert.deepEqual(end, { near: false, looking: false, lights: false, goesOn: false });
 });
 
-test("a win has light at once, less has none, nor reduced motion", () => {
+test("a win lights up; a smaller one or reduced motion does not", () => {
   assert.deepEqual(seen(5, [5, 5.3])[1], { near: false, looking: false, lights: true, goesOn: true });
   assert.deepEqual(seen(4, [5, 5.3])[1], { near: false, looking: false, lights: false, goesOn: false });
   assert.deepEqual(seen(100, [5, 5.3], true)[1], { near: false, looking: false, lights: false, goesOn: false });

@@ -1,4 +1,4 @@
-// A ball's way down in words, a few of them, and how near it came to more.
+// A ball's fall in a few words, and near misses.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -12,7 +12,7 @@ const board = {
 };
 const ball = (y, id = 1, mine = true) => ({ id, mine, x: 0.5, y });
 
-test("a ball is told of four times, whatever the frame rate", () => {
+test("a fall has four messages at any frame rate", () => {
   const falling = new Falling();
   falling.setBoard(board);
   const told = [];
@@ -20,10 +20,10 @@ test("a ball is told of four times, whatever the frame rate", () => {
   assert.deepEqual(told.filter((words) => words !== null), [
     "Falling…", "Row 3 of 8, above 20x…", "Row 5 of 8, above 20x…", "Row 7 of 8, above 20x…",
   ]);
-  assert.equal(falling.words([ball(-1, 2)]), "Falling…", "the next one is told of anew");
+  assert.equal(falling.words([ball(-1, 2)]), "Falling…", "the next ball begins again");
 });
 
-test("others' balls, and several of ours, are not told of", () => {
+test("others' balls, and several own balls, have no messages", () => {
   const falling = new Falling();
   falling.setBoard(board);
   assert.equal(falling.words([ball(0, 1, false)]), null);
@@ -31,13 +31,13 @@ test("others' balls, and several of ours, are not told of", () => {
   assert.notEqual(falling.words([ball(0), ball(1, 2, false)]), null);
 });
 
-test("a near miss is told only beside a bin that pays much more", () => {
+test("a near miss is shown only next to a bin that pays much more", () => {
   assert.equal(nearMiss(board, 0, -0.0123), "Just missed 20x");
   assert.equal(nearMiss(board, 0, -0.06), "", "more than half a radius away");
-  assert.equal(nearMiss(board, 1, 0.001), "", "what was missed pays less");
+  assert.equal(nearMiss(board, 1, 0.001), "", "the missed bin pays less");
 });
 
-test("nothing is told of a fall while something else is to be read", () => {
+test("a fall has no messages while another message is shown", () => {
   const falling = new Falling();
   falling.setBoard(board);
   falling.silent = true;

@@ -1,4 +1,4 @@
-// The impact that decided a drop is one that both balls make, and after which they part.
+// The impact that decided a drop is the last one that two nearby balls have in common.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -25,7 +25,7 @@ test("a drop's decisive impact is its last on the same pegs", async () => {
     const sides = [drop.xStart - fork.hair, drop.xStart + fork.hair].map(near);
     const theirs = sides.find((row) => row.slice(0, shared + 1).join() === ours.slice(0, shared + 1).join()
       && row[shared + 1] !== ours[shared + 1]);
-    assert.ok(theirs, `seed ${seed}: alike up to impact ${shared}, and no further`);
+    assert.ok(theirs, `seed ${seed}: the same up to impact ${shared}, then different`);
     const { x } = fork.path.at(-1);
     const bin = board.bins.edges.findIndex((edge, i) => x >= edge && x < board.bins.edges[i + 1]);
     assert.notEqual(bin, drop.bin);
@@ -33,7 +33,7 @@ test("a drop's decisive impact is its last on the same pegs", async () => {
   }
 });
 
-test("a drop whose bin no hair changes has no fork", async () => {
+test("a drop whose bin no tiny shift changes has no fork", async () => {
   const solver = await openSolver(bytes);
   const whole = solver.read({ ...board, pegs: [] });
   const drop = solver.drop(whole, { x: 0.1 });

@@ -1,4 +1,4 @@
-// What places sound like: each by itself, none louder than the other, overtones the first to give way.
+// The sounds of places: all different, equally loud, and without overtones when voices are few.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -10,7 +10,7 @@ import { chimeOf, chosen, toneOf, withOvertones } from "../../../../static/js/pl
 const SIDES = { left: -1, right: 1 };
 const hit = (timbre, x = 0) => toneOf({ kind: 0, speed: 2, x }, SIDES, timbre);
 
-test("each place has a sound that no other has, as loud as theirs", () => {
+test("each place has its own sound, as loud as the others", () => {
   const [, ...away] = TABLES.map(({ name }) => name);
   assert.deepEqual(Object.keys(TIMBRES), away);
   const tones = [HOME, ...Object.values(TIMBRES)].map((timbre) => hit(timbre));
@@ -21,13 +21,13 @@ test("each place has a sound that no other has, as loud as theirs", () => {
   }
 });
 
-test("where voices are few, the tones stay and their overtones go", () => {
+test("if voices are few, overtones are left out", () => {
   const tones = [-0.5, 0.5].flatMap((x) => withOvertones(hit(TIMBRES.Steel, x), TIMBRES.Steel));
   assert.equal(tones.length, 6);
   assert.deepEqual(chosen(tones, 2).map(({ frequency }) => frequency), [tones[0].frequency, tones[3].frequency]);
 });
 
-test("a bin that pays less ticks, more rings the more it pays", () => {
+test("a bin that pays little ticks, others ring by their payout", () => {
   assert.deepEqual([0.3, 1, 12, 130].map((score) => chimeOf(score, 0.5).length), [1, 2, 3, 4]);
   assert.ok(chimeOf(0.3, 0.5)[0].gain < chimeOf(1, 0.5)[0].gain);
 });
