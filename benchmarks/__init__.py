@@ -1,6 +1,6 @@
-"""What the project measures of itself: error, speed, stability, and what a server bears.
+"""The project's benchmarks: error, speed, stability, and the load that a server can take.
 
-One package a question; they share harness/, scenes/ and contestants/, and import the engine and the
-server. Contestants that may be missing are imported when asked for. Start with __main__.py,
-which is the command line; suite.py names every benchmark.
+Each package answers one question. All share harness/, scenes/ and contestants/, and import the
+engine and the server. A contestant that may not be installed is imported only when it is used.
+Start with __main__.py, the command line; suite.py names every benchmark.
 """

@@ -18,10 +18,10 @@ from benchmarks.load.command import load
 
 
 class _Grouped(click.Group):
-    """Its help lists the benchmarks under what they are about."""
+    """A command group whose help lists the benchmarks by subject."""
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write name and question of each."""
+        """Write each benchmark's name and question."""
         others = [name for name in self.commands if name not in suite.BENCHMARKS]
         for title, names in {**suite.GROUPS, "More": dict.fromkeys(others)}.items():
             with formatter.section(title):
@@ -32,24 +32,25 @@ class _Grouped(click.Group):
 
 @click.group(cls=_Grouped, context_settings={"help_option_names": ["-h", "--help"]})
 def main() -> None:
-    """Measure the engine and the server, in turns with others where there are others.
+    """Measure the engine and the server, in turns with other engines where they exist.
 
-    Each command prints tables that say how they were obtained; times are medians with their spread.
-    With --record they go to docs/measured, and what the pages show of them into the pages. Peers,
-    the oracle and plots need the `bench` extra: `make bench` installs it and records everything.
+    Each command prints tables and says how it measured them; times are medians with their spread.
+    --record writes the tables to docs/measured and updates the pages that show them. The other
+    engines, the oracle and the plots need the `bench` extra: `make bench` installs it and records
+    every benchmark.
     """
 
 
 def _measuring(command: Callable[..., None]) -> Callable[..., None]:
-    """Options that every benchmark has."""
+    """Add the options that every benchmark has."""
     for option in (
         click.option(
-            "--record", is_flag=True, help="Write docs/measured and the pages that show it."
+            "--record", is_flag=True, help="Write docs/measured and update the pages that show it."
         ),
         click.option(
-            "--rounds", type=click.IntRange(min=1), help="Of each timed job. [3; quick: 1]"
+            "--rounds", type=click.IntRange(min=1), help="Runs of each timed job. [3; quick: 1]"
         ),
-        click.option("--quick", is_flag=True, help="Tiny sizes: shows that it works."),
+        click.option("--quick", is_flag=True, help="Use tiny sizes, only to show that it works."),
     ):
         command = option(command)
     return command
@@ -80,29 +81,29 @@ def _add(name: str, question: str) -> None:
 
 _MORE: dict[str, tuple[Any, ...]] = {
     "accuracy": (
-        click.option("--node/--no-node", default=True, help="With engines for Node.js. [yes]"),
+        click.option("--node/--no-node", default=True, help="Include Node.js engines. [yes]"),
     ),
     "stability": (
-        click.option("--long", is_flag=True, help="10^7 random drops, which take hours."),
+        click.option("--long", is_flag=True, help="Play 10^7 random drops, which takes hours."),
         click.option(
             "--findings", type=click.Path(file_okay=False, path_type=Path),
-            help="Save the drops that went wrong in this directory.",
+            help="Save faulty drops in this directory.",
         ),
-        click.option("--cluster", metavar="WHERE", help="As of `plinko simulate`."),
+        click.option("--cluster", metavar="WHERE", help="As in `plinko simulate`."),
     ),
 }  # fmt: skip
-"""Options that only one benchmark has."""
+"""Extra options, by the benchmark that has them."""
 
 
 def _effort(quick: bool, rounds: int | None, record: bool, **more: Any) -> Effort:
-    """What the options ask for; UsageError for a quick run that is to be recorded."""
+    """Raises UsageError for a quick run with --record."""
     if quick and record:
-        raise click.UsageError("a quick run measures little: it is not recorded")
+        raise click.UsageError("a quick run is too small to measure anything: it is not recorded")
     return Effort(quick=quick, rounds=rounds or (1 if quick else 3), **more)
 
 
 def _measured(name: str, effort: Effort) -> tuple[Section, float]:
-    """What a benchmark finds, and the seconds that it took."""
+    """Run a benchmark; returns its section and the seconds that it took."""
     began = time.monotonic()
     with _progress() as step:
         section = suite.run(name, effort.telling(step))
@@ -114,7 +115,8 @@ def _measured(name: str, effort: Effort) -> tuple[Section, float]:
 def every(quick: bool, rounds: int | None, record: bool) -> None:
     """Run all benchmarks, one after the other.
 
-    Each is recorded as soon as it is done; one that cannot run here is named at the end.
+    With --record, each is recorded as soon as it ends. A benchmark that cannot run on this machine
+    is named at the end.
     """
     effort, missing = _effort(quick, rounds, record), {}
     for name in suite.BENCHMARKS:
@@ -137,7 +139,7 @@ def every(quick: bool, rounds: int | None, record: bool) -> None:
 
 @main.command("pages")
 def fill() -> None:
-    """Put what docs/measured records into the README and the pages in docs."""
+    """Copy the tables of docs/measured into the README and the pages in docs."""
     _fill()
 
 
@@ -152,7 +154,7 @@ def _fill() -> None:
 
 @contextmanager
 def _progress() -> Iterator[Callable[[str], None]]:
-    """Shows the label of the last piece of work in one line, where somebody sees it."""
+    """Show the label of the latest step in one line, if stderr is a terminal."""
     if not sys.stderr.isatty():
         yield lambda _: None
         return

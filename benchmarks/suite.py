@@ -1,4 +1,4 @@
-"""The benchmarks by name."""
+"""The list of benchmarks, and how one is run by name."""
 
 import importlib
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ from benchmarks.harness.report import Section
 
 
 class Benchmark(NamedTuple):
-    """Where in this package it is, and the question that it answers."""
+    """A module within `benchmarks`, and the question that it answers."""
 
     module: str
     question: str
@@ -45,13 +45,13 @@ GROUPS: Final[Mapping[str, Mapping[str, Benchmark]]] = MappingProxyType({
         "attack": Benchmark("serving.attack.attack", "What do players notice of an attack?"),
     },
 })  # fmt: skip
-"""Every benchmark, as the help lists them, in the order in which all of them run."""
+"""Every benchmark, in the order of the help and of `python -m benchmarks all`."""
 
 BENCHMARKS: Final = {name: each for group in GROUPS.values() for name, each in group.items()}
 
 
 def run(name: str, effort: Effort) -> Section:
-    """Run the benchmark `name`; each is imported when it is asked for."""
+    """Import and run the benchmark `name`."""
     module = importlib.import_module(f"benchmarks.{BENCHMARKS[name].module}")
     section: Section = module.run(effort)
     return section

@@ -1,1 +1,1 @@
-"""Tests as claims; a package, so that helpers have one name whatever the working directory."""
+"""All tests; a package, so that helpers have the same name in any working directory."""

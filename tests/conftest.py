@@ -1,6 +1,6 @@
-"""For all tests: a deterministic profile of property tests, and no files where a user has his.
+"""Settings for all tests: deterministic property tests, no files among the user's, long tests.
 
-Tests marked `long` are tried many more times, or only, by `make test-long`, which sets LONG=1: see
+`make test-long` sets LONG=1: tests marked `long` then try more cases, or run at all, see
 tests/long.py.
 """
 
@@ -24,25 +24,25 @@ from tests.kit import postgres
 from tests.long import LONG, tries
 from tests.rows import in_rows
 
-# Property tests try the same examples in every run, and a slow machine fails none of them.
-# HYPOTHESIS_PROFILE=search looks for new examples, many more of them.
+# Property tests try the same examples in every run. They have no deadline, so that they pass on a
+# slow machine. HYPOTHESIS_PROFILE=search tries many more, new examples.
 settings.register_profile(
     "ci", derandomize=True, deadline=None, database=None, max_examples=tries(25, 500)
 )
 settings.register_profile("search", deadline=None, max_examples=2000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 
-# Servers that tests start keep nothing where a user's server keeps its own; those that are to come
-# back are given a directory.
+# By default, servers started by tests keep their ledger in memory, not in the user's folder. A test
+# that restarts a server gives it a directory.
 os.environ.setdefault("PLINKO_DATABASE_URL", "sqlite://")
 
-# Nobody here speaks TLS, and each of many HTTP clients would read all of a system's certificates:
-# they look for them in a folder that has none.
+# No test uses TLS, but each HTTP client would read all certificates of the system. This folder has
+# no certificates, which saves that time.
 os.environ.pop("SSL_CERT_FILE", None)
 os.environ["SSL_CERT_DIR"] = str(Path(__file__).parent)
 
 
-@pytest.hookimpl(trylast=True)  # once what shares fixtures stands together
+@pytest.hookimpl(trylast=True)  # after pytest has grouped tests that share fixtures
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     workers = getattr(config, "workerinput", {}).get("workercount", 1)
     if workers > 1:
@@ -50,7 +50,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:
-    """Property tests try many more examples with LONG=1; some tests run only then."""
+    """Mark property tests as `long`, and skip tests that run only with LONG=1."""
     if is_hypothesis_test(getattr(item, "obj", None)):
         item.add_marker("long")
     for marker in () if LONG else item.iter_markers("long"):
@@ -59,19 +59,19 @@ def pytest_itemcollected(item: pytest.Item) -> None:
 
 
 def pytest_collection() -> None:
-    """What is imported and found from now on stays, so nobody searches it for garbage."""
+    """Switch garbage collection off: modules and tests that are collected now stay anyway."""
     gc.disable()
 
 
 def pytest_collection_finish() -> None:
-    """Nor need later searches go through it again."""
+    """Exclude everything that exists now from later garbage collections."""
     gc.freeze()
     gc.enable()
 
 
 @pytest.fixture(scope="session")
 def postgresql() -> Iterator[postgres.PostgreSQL]:
-    """The one that all tests of a process share, each with databases of its own."""
+    """The PostgreSQL server that all tests of a process share; each test has its own databases."""
     if missing := postgres.why_not():
         pytest.skip(missing)
     with postgres.running() as running:
@@ -80,9 +80,9 @@ def postgresql() -> Iterator[postgres.PostgreSQL]:
 
 @pytest.fixture
 def limited_calls(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Calls of `trace_many` end after so many instructions, as all do in a server."""
+    """Limit the instructions of each call of `trace_many`, as a server does for all calls."""
     if "NUMBA_DISABLE_JIT" in os.environ:
-        pytest.skip("Python counts nothing")
+        pytest.skip("plain Python does not count instructions")
     limited = threading.Event()
     limited.set()
     monkeypatch.setattr(limits, "_limited", limited)

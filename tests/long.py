@@ -1,9 +1,9 @@
-"""How often tests try a claim: a few times in `make test`, many times in `make test-long`.
+"""How many cases tests try: a few in `make test`, many in `make test-long`.
 
-LONG=1 in the environment is the one switch, and `make test-long` runs all tests that are marked
-`long`: `@pytest.mark.long` is for a test that tries its claim a few times without it, by `tries`;
-`@pytest.mark.long("why")` for one that runs only with it: sieges, frozen processes, measurements.
-Property tests are marked by tests/conftest.py.
+The only switch is LONG=1 in the environment; `make test-long` sets it and runs all tests that are
+marked `long`. `@pytest.mark.long` marks a test that tries a few cases without LONG=1, by `tries`.
+`@pytest.mark.long("why")` marks a test that runs only with it: sieges, frozen processes,
+measurements. tests/conftest.py marks the property tests.
 """
 
 import os
@@ -15,5 +15,5 @@ LONG: Final = bool(os.environ.get("LONG"))
 
 
 def tries(few: T, many: T) -> T:
-    """`many` in `make test-long`, else `few`: counts, or lists of cases."""
+    """`many` in `make test-long`, otherwise `few`: numbers, or lists of cases."""
     return many if LONG else few

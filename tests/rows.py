@@ -1,9 +1,9 @@
-"""In which order workers are given the tests: what shares servers and browsers comes first.
+"""The order of tests for xdist's workers: tests that share servers and browsers come first.
 
-xdist deals tests out in rows, one for each worker, and who has done all of its own takes from the
-end of another's. What is taken finds no fixture of the row it came from: another browser, another
-cluster would start. So each row begins with tests that share something dear, and ends with those
-that cost nothing but themselves.
+xdist gives each worker a row of tests. A worker that has finished its row takes tests from the end
+of another row. It does not have that row's fixtures, so it would have to start another browser or
+another cluster. Each row therefore begins with tests that share expensive fixtures, and ends with
+tests that need none.
 """
 
 from collections.abc import Sequence
@@ -16,11 +16,11 @@ DEAR: Final = (
     ("tests/browser/",),
     ("tests/app/cluster/", "tests/app/persistence/"),
 )
-"""What belongs together, by how its tests' names begin; the first that fits counts."""
+"""Groups of tests that share expensive fixtures, by the beginnings of their names."""
 
 
 def in_rows(names: Sequence[str], tests: Sequence[T], workers: int) -> list[T]:
-    """All of the tests, whose names are given, in the order for so many workers."""
+    """Return `tests`, with these `names`, in the order for `workers` workers."""
     dear: list[list[T]] = [[] for _ in DEAR]
     cheap: list[T] = []
     for name, test in zip(names, tests, strict=True):
@@ -29,7 +29,7 @@ def in_rows(names: Sequence[str], tests: Sequence[T], workers: int) -> list[T]:
         (cheap if kind is None else dear[kind]).append(test)
     ordered: list[T] = []
     for row in range(workers):
-        # As xdist divides what is left by the workers that are left.
+        # xdist computes a row's length in the same way.
         length = (len(tests) - len(ordered)) // (workers - row)
         first = [test for group in dear[row::workers] for test in group]
         rest = max(0, length - len(first))

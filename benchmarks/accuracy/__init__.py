@@ -1,4 +1,4 @@
-"""Run time against error: who finds the true path, and at what price.
+"""Run time against error: which engine finds the true path, and how much time that takes.
 
 Imports the contestants, scenes, harness and the engine. Start with accuracy.py.
 """

@@ -1,6 +1,7 @@
-"""Run time against error: our solvers, a tutorial's engine and those people would pick.
+"""Run time against error: our solvers, a tutorial's engine and the popular engines.
 
-The truth is the mpmath oracle. Every contestant plays the same boards from the same starts.
+The true paths come from the mpmath oracle. Every contestant plays the same boards from the same
+starts.
 """
 
 from collections.abc import Iterator, Sequence
@@ -48,12 +49,10 @@ COLUMNS = (
 
 
 def plot_of(key: str) -> str:
-    """File name of a board's plot."""
     return f"bench-accuracy-{key}.png"
 
 
 def run(effort: Effort) -> Section:
-    """All of the accuracy benchmark."""
     section = Section("accuracy")
     boards = {key: scenes.triangle(rows, tuning) for key, (_, rows, tuning) in BOARDS.items()}
     rates = QUICK_RATES if effort.quick else RATES
@@ -74,7 +73,7 @@ def run(effort: Effort) -> Section:
 
 @contextmanager
 def contestants(section: Section, effort: Effort) -> Iterator[list[Contestant]]:
-    """All who can take part; who cannot is written into the section."""
+    """All contestants that are installed; the others are noted in the section as absent."""
     found: list[Contestant] = [Exact(), Stepped(), Naive()]
     for kind in (Chipmunk, Box2d):
         try:
@@ -84,7 +83,7 @@ def contestants(section: Section, effort: Effort) -> Iterator[list[Contestant]]:
     helpers: list[node.NodeEngine] = []
     if effort.node:
         try:
-            # A quick run does not reach for the network.
+            # Only check: packages that are missing are reported, not installed.
             node.check()
             helpers = [node.NodeEngine(module) for module in node.ENGINES]
         except AbsentError as error:
@@ -107,12 +106,12 @@ def _entries(everyone: Sequence[Contestant], rates: Sequence[int]) -> Iterator[E
 
 
 def label(contestant: Contestant, rate: int) -> str:
-    """Name, with the step if there is one."""
+    """The contestant's name, with its time step if it has one."""
     return f"{contestant.name} 1/{rate}" if rate else contestant.name
 
 
 def step_of(rate: int) -> float:
-    """dt in s; contestants without steps are looked at 240 times a second."""
+    """dt in s; contestants without steps are sampled 240 times a second."""
     return 1.0 / (rate or 240)
 
 
@@ -121,7 +120,7 @@ def _speeds(
 ) -> dict[str, Sample]:
     """Drops per second of each entry, in turns."""
     some = np.resize(xs, effort.size(40, 2))
-    many = np.resize(xs, effort.size(4096, 64))  # the compiled ones would be over too soon
+    many = np.resize(xs, effort.size(4096, 64))  # compiled contestants finish few drops too soon
 
     def job(contestant: Contestant, rate: int) -> Job:
         compiled = isinstance(contestant, Exact | Naive)

@@ -1,4 +1,4 @@
-"""What proofs cost and need, and how many bins double precision gets right."""
+"""How many bins double precision gets right, and the time and precision that proofs need."""
 
 import time
 from collections import defaultdict
@@ -15,7 +15,7 @@ from engine.constants import KIND_CONTACT_BEGIN
 BOARD = "triangle-16"
 PLOT = "bench-certified.png"
 STEP = 8  # bits between the precisions that are tried
-LEAST = 24  # bits, the first of them
+LEAST = 24  # bits: the first precision that is tried
 TITLE = "Double-precision bins held against proofs"
 
 
@@ -40,7 +40,7 @@ def run(effort: Effort) -> Section:
 
 
 def _right_bins(section: Section, effort: Effort) -> None:
-    """All bins of a sample proven: those that were called certain too."""
+    """Prove every bin of a sample, also the bins that the engine calls certain."""
     from engine.certified.many import certify_many
 
     drops = effort.size(1000, 3)
@@ -73,7 +73,7 @@ def _right_bins(section: Section, effort: Effort) -> None:
 
 
 def _needs(section: Section, effort: Effort) -> None:
-    """The least precision that decides a drop, against its number of impacts."""
+    """Find the least precision that decides a drop, against its number of impacts."""
     from fractions import Fraction
 
     from engine.certified.certify import Effort as Bits
@@ -120,7 +120,7 @@ def _needs(section: Section, effort: Effort) -> None:
 
 
 def precision_plot(found: dict[str, list[Need]], path: str) -> None:
-    """Bits needed against impacts, a point a drop; open where the ball came to roll or slide."""
+    """Bits needed against impacts, one point per drop; open if the ball rolled or slid."""
     figure, axes = plots.start(7.2, 4.2)
     axis: Any = axes[0]
     for (name, points), color in zip(found.items(), (plots.OURS, plots.STEPPED), strict=True):

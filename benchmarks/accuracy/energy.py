@@ -1,4 +1,4 @@
-"""What each contestant does to energy: ten elastic seconds, and one bounce on a level floor."""
+"""How well each contestant keeps energy: ten elastic seconds, and one bounce on a level floor."""
 
 from collections.abc import Sequence
 
@@ -12,14 +12,14 @@ from benchmarks.scenes import boards
 from engine import Board, drop
 
 SECONDS = 10.0
-HEIGHTS = tuple(0.5 + 0.137 * i for i in range(8))  # m; no two meet the floor at the same phase
+HEIGHTS = tuple(0.5 + 0.137 * i for i in range(8))  # m; each meets the floor at another phase
 RESTITUTION = 0.7
 
 
 def elastic(
     section: Section, everyone: Sequence[Contestant], rates: Sequence[int], effort: Effort
 ) -> None:
-    """Energy drift over ten seconds in a closed box with pegs where nothing is lost."""
+    """Energy drift over ten seconds in a closed box with pegs, all elastic."""
     board = boards.elastic_box()
     balls = effort.size(32, 2)
     zone = board.drop
@@ -49,7 +49,7 @@ def elastic(
 
 
 def _drift(board: Board, paths: Paths) -> tuple[float, float, float]:
-    """Median, lowest and highest relative change of mechanical energy between first and last."""
+    """Median, lowest and highest relative change of mechanical energy over the whole path."""
     floor = max(wall.y1 for wall in board.walls) - board.ball.radius
 
     def energy(row: int) -> object:
@@ -63,7 +63,7 @@ def _drift(board: Board, paths: Paths) -> tuple[float, float, float]:
 def bounces(
     section: Section, everyone: Sequence[Contestant], rates: Sequence[int], effort: Effort
 ) -> None:
-    """Height after one bounce: e = sqrt(h' / h) is 0.7 on paper."""
+    """Height after one bounce, from which e = sqrt(h' / h) follows; it should be 0.7."""
     heights = HEIGHTS[:2] if effort.quick else HEIGHTS
     rows, data = [], {}
     for contestant in everyone:
@@ -105,7 +105,7 @@ def _restitution(contestant: Contestant, rate: int, height: float) -> float:
 
 
 def _exact_apex(contestant: Contestant, board: Board, fall: float, rise: float) -> float:
-    """Height at the instant at which the ball turns, which the exact solver can be asked for."""
+    """y at the instant at which the ball turns, which the exact solver can compute."""
     assert isinstance(contestant, Exact)
     hit = drop(board, x=0.0).impacts[0]
     turn = float(hit["t"]) - float(hit["vy"]) / board.gravity

@@ -1,4 +1,4 @@
-"""How far each contestant's histogram of bins is from the true one, and how far chance would be."""
+"""Distance of each contestant's histogram of bins from the true one, and the distance by chance."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -10,14 +10,14 @@ from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table
 from engine import Board, drop_many
 
-SECONDS = 40.0  # longer than any drop of the board falls
+SECONDS = 40.0  # longer than any drop on the board takes
 RATES = (60, 240)
 
 
 def histograms(
     section: Section, board: Board, everyone: Sequence[Contestant], effort: Effort
 ) -> None:
-    """Total-variation distance of each histogram from the exact solver's on many more drops."""
+    """Total-variation distance of each histogram from the exact solver's, which has more drops."""
     drops = effort.size(1000, 40)
     truth_drops = effort.size(1_000_000, 10_000)
     zone = board.drop
@@ -57,5 +57,5 @@ def histograms(
 
 
 def _seconds(board: Board) -> float:
-    """Time in which every drop of the exact solver's sample lands, and a quarter more."""
+    """1.25 times the longest duration in a sample of exact drops, at most SECONDS."""
     return min(SECONDS, 1.25 * float(drop_many(board, range(4096)).duration.max()))

@@ -1,4 +1,4 @@
-"""What really happens on a board: drops of the mpmath oracle, several processes at work on them."""
+"""The true paths on a board: drops of the mpmath oracle, computed by several processes."""
 
 import importlib
 import math
@@ -21,17 +21,19 @@ AFTER = (1, 2, 4, 8)
 """Positions are compared midway between these impacts and the next."""
 
 DIGITS = 30
-"""Decimal digits of the oracle: a drop loses one to two an impact, and eight or nine are asked."""
+"""Decimal digits of the oracle: a drop loses one or two per impact, and about nine impacts are
+compared."""
 
 
 @dataclass(frozen=True)
 class Reference:
     """Drops from xs, shape (n,): all arrays have n rows.
 
-    times: midway after each of AFTER, s, shape (n, 4), NaN where a drop has no such impact;
-    positions, m, (n, 4, 2); floor: what one rounding of the start becomes by then, m, (n, 4);
-    bins, -1 where the ball does not land; durations in s; decidable: whether a program in double
-    precision can know the bin, by the rule of the tests, shape (n,).
+    times: midway after each impact of AFTER, s, shape (n, 4), NaN if a drop has too few impacts;
+    positions at these times, m, (n, 4, 2); floor: the position error at these times that one
+    rounding of the start causes, m, (n, 4); bins, -1 if the ball does not land; durations in s;
+    decidable: whether a program in double precision can know the bin, by the rule of the tests,
+    shape (n,).
     """
 
     board: Board
@@ -48,7 +50,7 @@ _Row = tuple[list[float], list[tuple[float, float]], list[float], int, float, bo
 
 
 def reference(board: Board, drops: int, effort: Effort) -> Reference:
-    """Oracle drops of a board from starts spread over the drop zone by a fixed seed."""
+    """Oracle drops of a board, from random starts in the drop zone with a fixed seed."""
     try:
         importlib.import_module("tests.engine.oracle")
     except ImportError as error:
@@ -77,7 +79,7 @@ def reference(board: Board, drops: int, effort: Effort) -> Reference:
 
 
 def _oracle(board_json: str, x: float) -> _Row:
-    """One oracle drop, in floats."""
+    """One oracle drop, rounded to floats."""
     from tests.engine.oracle import golden, oracle_drop
 
     board = Board.from_json(board_json)

@@ -4,7 +4,7 @@ from typing import Any
 
 from benchmarks.harness import plots
 
-PANELS = (0, 2)  # of the impacts compared: an early one and a late one
+PANELS = (0, 2)  # indices of the compared impacts that are drawn: an early and a late one
 STYLE = {
     "plinko exact": (plots.OURS, "o"),
     "plinko stepped": (plots.STEPPED, "o"),
@@ -19,7 +19,7 @@ STYLE = {
 
 
 def work_precision(title: str, data: dict[str, Any], path: str) -> None:
-    """Two panels, an early and a late impact; one line a contestant, over its steps."""
+    """Two panels, an early and a late impact; one line per contestant, over its time steps."""
     figure, axes = plots.start(10.6, 4.6, columns=2)
     for axis, panel in zip(axes, PANELS, strict=True):
         _panel(axis, data, panel)

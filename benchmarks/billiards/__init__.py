@@ -1,7 +1,8 @@
-"""Balls that fly as in the literature's billiards: with a velocity, with or without gravity.
+"""Billiards as in the literature: balls start with a velocity, with or without gravity.
 
-The exact solver's flights and impacts, on open boards and on boards that repeat for ever. Imports
-drops, for one ball's path, and the exact solver. Start with billiard.py; flow.py moves many balls.
+Uses the exact solver's flights and impacts, on open boards and on boards that repeat without end.
+Imports drops, for one ball's path, and the exact solver. Start with billiard.py; flow.py moves many
+balls.
 """
 
 from benchmarks.billiards.billiard import Billiard

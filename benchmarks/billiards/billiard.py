@@ -1,4 +1,4 @@
-"""A billiard: pegs and walls without bins, that may repeat for ever; frozen, checked once."""
+"""A billiard: pegs and walls without bins; the pegs may repeat without end."""
 
 import dataclasses
 import math
@@ -16,16 +16,16 @@ Vector = tuple[float, float]
 ELASTIC: Final = Material(restitution=1.0, friction=0.0)
 
 _NO_BINS: Final = Bins(math.inf, (-1.0, 1.0), (0.0,))
-"""A line that no ball ever crosses, which costs the search one comparison in a window."""
+"""Bins on a line that no ball crosses. The search pays one comparison per window for it."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Billiard:
-    """What a ball moves among. SI units, x right, y down; raises BoardError that names the value.
+    """The surroundings of a ball. SI units, x right, y down; raises BoardError for a bad value.
 
-    ball: a disc; its centre moves as a point does among pegs larger by its radius. material: of
-    all pegs and walls. gravity in m/s^2, 0 or more; linear drag in 1/s. cell: two vectors in m by
-    which the pegs repeat in all directions, None for pegs and walls as they stand.
+    ball: a disc; its centre moves like a point among pegs that are larger by its radius. material:
+    of all pegs and walls. gravity in m/s^2, 0 or more; linear drag in 1/s. cell: two vectors in m
+    by which the pegs repeat in all directions; None: nothing repeats.
     """
 
     pegs: tuple[Peg, ...] = ()
@@ -37,7 +37,7 @@ class Billiard:
     cell: tuple[Vector, Vector] | None = None
 
     def __post_init__(self) -> None:
-        """Put checked floats in place of what was given."""
+        """Replace the values by checked floats."""
         checked: dict[str, Any] = {
             "pegs": values.pegs(self.pegs),
             "walls": values.walls(self.walls),
@@ -52,11 +52,11 @@ class Billiard:
 
     @cached_property
     def fields(self) -> BoardFields:
-        """The billiard as the exact solver's arrays are made of it; without the pegs' copies."""
+        """The billiard as a board for the exact solver, without copies of the pegs."""
         return self.with_pegs(self.pegs)
 
     def with_pegs(self, pegs: tuple[Peg, ...]) -> BoardFields:
-        """`fields` with other pegs: those of one cell and their copies around it."""
+        """`fields` with other pegs: the pegs of one cell and their copies around it."""
         return BoardFields(
             name="billiard",
             gravity=self.gravity,
@@ -71,7 +71,7 @@ class Billiard:
 
 
 def _cell(cell: Any, pegs: tuple[Peg, ...], walls: tuple[Wall, ...]) -> tuple[Vector, Vector]:
-    """Return `cell` as two vectors of floats that span an area; BoardError otherwise."""
+    """Return `cell` as two vectors of floats; raises BoardError unless they span an area."""
     if walls or not pegs:
         raise BoardError(
             f"cell is given with {len(pegs)} pegs and {len(walls)} walls: a billiard that repeats "

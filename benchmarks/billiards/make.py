@@ -1,4 +1,4 @@
-"""Writes flow_many.wasm, the machine code of flow_many.py: python -m benchmarks.billiards.make"""
+"""Compiles flow_many.py to flow_many.wasm: python -m benchmarks.billiards.make"""
 
 from pathlib import Path
 from typing import Final
@@ -13,12 +13,12 @@ ARTIFACT: Final = KERNELS.with_suffix(".wasm")
 
 
 def play() -> None:
-    """Call each kernel that Python calls, once."""
+    """Call once each kernel that Python calls, so that its argument types are known."""
     launch(Billiard(gravity=1.0), [(0.0, 0.5)], [(1.0, 0.0)], tangents=True).until(0.1)
 
 
 def made() -> bytes:
-    """The artifact, made now."""
+    """Compile the artifact and return its bytes."""
     return made_by(
         "from benchmarks.billiards.make import KERNELS, play; "
         "from engine.artifact.rehearsal import compiled_beside; "

@@ -1,4 +1,4 @@
-"""One ball of a billiard with all that it does: its path to an instant, rolling and sliding too."""
+"""The full path of one ball of a billiard up to an instant, with rolling and sliding."""
 
 from dataclasses import replace
 
@@ -28,13 +28,13 @@ def path(
 ) -> Trajectory:
     """Follow one ball from `place` (m) with `velocity` (m/s) and `spin` (rad/s) to `until` (s).
 
-    All of the exact solver: flight, impacts, rolling and sliding. It ends before only where the
-    ball comes to rest, or after `max_events`; its `outcome` says which. Raises ParameterError for
-    a number out of range, and for a billiard that repeats: only `launch` follows balls in one.
+    The exact solver computes flight, impacts, rolling and sliding. The path ends earlier if the
+    ball comes to rest or after `max_events`; its `outcome` says which. Raises ParameterError for a
+    number out of range and for a billiard that repeats, in which only `launch` follows balls.
     """
     if billiard.cell is not None:
         raise ParameterError(
-            "a path is followed on an open billiard; in one that repeats launch a flow",
+            "a path needs an open billiard, and this one repeats (`cell`): use `launch` instead",
             field="billiard",
         )
     start = np.zeros(body.SIZE)
@@ -54,8 +54,9 @@ def _followed(
 ) -> Trajectory:
     """The path to `until` and somewhat beyond.
 
-    The solver looks at the time only after a stretch of flight without impacts, and a ball in a
-    narrow gap has none: so it is asked for ever more events until they reach as far.
+    The solver checks the time only after a stretch of flight without impacts, and a ball in a
+    narrow gap has no such stretch. The limit of events is therefore raised until the path is long
+    enough.
     """
     events = min(_FIRST_EVENTS, max_events)
     while True:
@@ -66,7 +67,7 @@ def _followed(
 
 
 def _cut(path: Trajectory, until: float) -> Trajectory:
-    """The path up to `until` of one that goes beyond it, or ends in the flight that does."""
+    """Cut a path at `until`; its last flight must reach that time."""
     events = int(np.searchsorted(path.events[:, 0], until, side="right"))
     segments = int(np.searchsorted(path.segments[:, body.T], until, side="right"))
     far = path.end.copy()

@@ -1,4 +1,4 @@
-"""A board that repeats for ever as the kernels' arrays: one cell, and copies all around it."""
+"""The kernels' arrays of a billiard that repeats: one cell, and copies of its pegs around it."""
 
 from functools import lru_cache
 from math import ceil, hypot
@@ -10,18 +10,18 @@ from engine.errors import BoardError
 from engine.exact.board_arrays import BoardArrays, arrays_of
 
 HOP_OF_OPEN_BOARD = 100_000.0
-"""Search windows of a flight on an open board in which a ball that hits nothing has escaped: a
-board of the most pegs there may be is some hundred windows wide."""
+"""Search windows without an impact after which a ball on an open board has escaped. A board with
+the largest allowed number of pegs is some hundred windows wide."""
 
 MAX_COPIES = 20_000
 
 
 @lru_cache(maxsize=16)
 def arrays_and_repeat(billiard: Billiard) -> tuple[BoardArrays, Repeat]:
-    """The kernels' form of `billiard`; kept for those used last.
+    """The kernels' form of `billiard`; cached for the latest billiards.
 
-    The copies go as far as a ball from the first cell can come in a hop, a search window more, and
-    what it touches there.
+    The copies reach as far as a ball from the first cell can touch a peg within one hop and one
+    search window.
     """
     if billiard.cell is None:
         board = arrays_of(billiard.fields)
@@ -33,15 +33,15 @@ def arrays_and_repeat(billiard: Billiard) -> tuple[BoardArrays, Repeat]:
     narrowest = abs(area) / longest
     contact = billiard.ball.radius + max(peg.radius for peg in billiard.pegs)
     spread = max(hypot(peg.x, peg.y) for peg in billiard.pegs)
-    # The first cell's far corner, a hop, and a search window, which is shorter than a hop.
+    # The first cell's far corner, one hop, and one search window, which is shorter than a hop.
     reach = 3.0 * longest + contact + spread
     around = ceil(reach / narrowest)
     side = 2 * around + 1
     if side * side * len(billiard.pegs) > MAX_COPIES:
         raise BoardError(
             f"cell {billiard.cell!r} needs {side} by {side} copies of {len(billiard.pegs)} pegs "
-            f"around a ball, more than {MAX_COPIES}: choose vectors of like length, far from "
-            "parallel, and pegs near the origin",
+            f"around a ball, more than {MAX_COPIES}: choose vectors of similar length that are far "
+            "from parallel, and pegs near the origin",
             field="cell",
         )
     steps = range(-around, around + 1)

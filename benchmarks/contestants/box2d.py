@@ -1,10 +1,11 @@
 """Box2D 2.3 through its Python binding, as its expert would set it up.
 
-Built for things of 0.1 to 10 m, it lets no impact slower than 1 m/s rebound: the scene is ten
-times larger, so that the threshold is 0.1 m/s here and its tolerated overlap 0.5 mm. Restitutions
-of a pair are its maximum, frictions the root of their product: the ball has 0 and 1, the board the
-pair's restitution and the square of its friction. linearDamping is set so that its rule
-v / (1 + c dt) equals exp(-k dt). Continuous collision is left on, sleeping is off.
+Box2D is built for bodies of 0.1 to 10 m, and no impact slower than 1 m/s rebounds. The scene is
+therefore ten times larger, which makes the threshold 0.1 m/s and the tolerated overlap 0.5 mm in
+real size. Box2D gives a pair the larger restitution and the root of the product of the frictions.
+The ball therefore has 0 and 1, and the board has the pair's restitution and the square of its
+friction. linearDamping is set so that its rule v / (1 + c dt) equals exp(-k dt). Continuous
+collision is left on, sleeping is off.
 """
 
 from typing import Any
@@ -19,8 +20,6 @@ POSITION_ITERATIONS = 3
 
 
 class Box2d(PythonEngine):
-    """Box2D 2.3."""
-
     name = "Box2D"
 
     def __init__(self) -> None:
@@ -73,11 +72,9 @@ class _World:
         ]
 
     def step(self) -> None:
-        """Advance by one step."""
         self.world.Step(self.dt, VELOCITY_ITERATIONS, POSITION_ITERATIONS)
 
     def read(self, positions: Floats, velocities: Floats) -> None:
-        """Write all states."""
         for row, body in enumerate(self.bodies):
             positions[row] = body.position
             velocities[row] = body.linearVelocity

@@ -1,9 +1,9 @@
 """Chipmunk 2D through pymunk, as its expert would set it up.
 
-Elasticities and frictions of a pair are multiplied: the ball has 1, the board has the pair's value.
-The overlap it tolerates, 0.1 units by default, is 0.1 mm. Its damping would slow the spin too, so
-drag is applied to the velocities before each step, all balls at once through pymunk's batch
-functions (in the timing as well). No sleeping.
+Chipmunk multiplies the elasticities and frictions of a pair: the ball has 1, the board has the
+pair's value. The tolerated overlap, by default 0.1 units, is set to 0.1 mm. Chipmunk's damping
+would slow the spin too, so drag is applied to the velocities before each step, to all balls at once
+through pymunk's batch functions (this is part of the measured time). Sleeping is off.
 """
 
 from typing import Any
@@ -18,8 +18,6 @@ SLOP = 1e-4  # m
 
 
 class Chipmunk(PythonEngine):
-    """Chipmunk 2D."""
-
     name = "Chipmunk"
 
     def __init__(self) -> None:
@@ -60,12 +58,11 @@ class _Space:
             self.space.add(body, disc)
         self.count = len(xs)
         self.batch = pymunk.batch
-        self.speeds = np.zeros(2 * self.count + 2)  # the last two are the ground's
+        self.speeds = np.zeros(2 * self.count + 2)  # the last two belong to the static body
         self.before, self.after = pymunk.batch.Buffer(), pymunk.batch.Buffer()
         self.after.set_float_buf(self.speeds)
 
     def step(self) -> None:
-        """Advance by one step."""
         if self.decay != 1.0:
             fields = self.batch.BodyFields.VELOCITY
             self.before.clear()
@@ -75,7 +72,6 @@ class _Space:
         self.space.step(self.dt)
 
     def read(self, positions: Floats, velocities: Floats) -> None:
-        """Write all states."""
         fields = self.batch.BodyFields.POSITION | self.batch.BodyFields.VELOCITY
         buffer = self.batch.Buffer()
         self.batch.get_space_bodies(self.space, fields, buffer)

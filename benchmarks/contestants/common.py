@@ -1,4 +1,4 @@
-"""What every contestant is asked for, and what is read off its paths."""
+"""The interface of a contestant, and the figures that are computed from its paths."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -13,18 +13,18 @@ from engine.board.materials import Material, combine
 Floats = npt.NDArray[np.float64]
 
 POLL = 0.25
-"""Seconds of simulated time between two looks at whether all balls have landed."""
+"""Simulated seconds between two checks whether all balls have landed."""
 
 LONGEST = 60.0
 """Simulated seconds after which a timed run gives up on balls that have not landed."""
 
 
 BALLS_AT_ONCE = 100
-"""Balls whose whole paths are held in memory at a time when only their ends are wanted."""
+"""Balls whose whole paths are in memory at a time, if only their bins are needed."""
 
 
 class AbsentError(Exception):
-    """A contestant that cannot take part; the message says why and what would help."""
+    """A contestant cannot take part; the message says why and how to fix it."""
 
 
 @dataclass(frozen=True)
@@ -36,9 +36,9 @@ class Paths:
     velocities: Floats
 
     def at(self, times: Floats) -> Floats:
-        """Positions at times[i, j] of ball i, shape (n, m, 2), between steps by a straight line.
+        """Positions of ball i at times[i, j], shape (n, m, 2), interpolated linearly between steps.
 
-        That is what a renderer does. It costs at most g dt^2 / 8, far below a step's own error.
+        A renderer does the same. The error is at most g dt^2 / 8, far below a step's own error.
         """
         last = len(self.positions) - 2
         row = np.clip((times / self.dt).astype(np.int64), 0, last)
@@ -50,7 +50,7 @@ class Paths:
         return found
 
     def landings(self, board: Board) -> npt.NDArray[np.int64]:
-        """Bin of each ball, shape (n,), where it first passed the bins' line; -1 if it did not."""
+        """The bin where each ball first crossed the bins' line, shape (n,); -1 if it never did."""
         height = self.positions[..., 1]
         below = height >= board.bins.y
         row = np.maximum(below.argmax(axis=0), 1)
@@ -66,7 +66,7 @@ class Paths:
         return found
 
     def deepest(self, board: Board) -> float:
-        """Largest depth in m by which a ball ever overlapped a peg; 0 if none did."""
+        """Largest overlap of a ball with a peg at any step, in m."""
         if not board.pegs:
             return 0.0
         pegs = np.array([(peg.x, peg.y, peg.radius) for peg in board.pegs])
@@ -82,24 +82,24 @@ class Paths:
 
 
 class Contestant(ABC):
-    """An engine that can drop many balls at once that do not touch each other."""
+    """An engine that can drop many balls at once, which do not touch each other."""
 
     name: str
     stepped = True  # has a time step to choose
 
     @abstractmethod
     def seconds(self, board: Board, xs: Floats, dt: float) -> float:
-        """Wall seconds on one core from the start of the drops from `xs` until all have landed.
+        """Wall seconds on one core to drop balls from `xs` until all have landed.
 
-        Setting the board up is not in it, and neither is reading positions.
+        Setting up the board and reading positions is not counted.
         """
 
     @abstractmethod
     def paths(self, board: Board, xs: Floats, dt: float, duration: float) -> Paths:
-        """All states over `duration` seconds of balls dropped at rest from `xs`, m."""
+        """All states during `duration` seconds of balls dropped at rest from `xs`, in m."""
 
     def bins(self, board: Board, xs: Floats, dt: float, duration: float) -> npt.NDArray[np.int64]:
-        """Bin in which each ball has landed by `duration`, -1 if in none, shape (n,)."""
+        """The bin of each ball that has landed by `duration`, otherwise -1, shape (n,)."""
         parts = [xs[i : i + BALLS_AT_ONCE] for i in range(0, len(xs), BALLS_AT_ONCE)]
         found = [self.paths(board, part, dt, duration).landings(board) for part in parts]
         return np.concatenate(found)
@@ -114,7 +114,7 @@ class Contestant(ABC):
 
 @dataclass(frozen=True)
 class Observation:
-    """positions, m, shape (n, m, 2); bins, -1 for none, shape (n,); deepest overlap, m."""
+    """positions in m, shape (n, m, 2); bins, -1 if not landed, shape (n,); deepest overlap in m."""
 
     positions: Floats
     bins: npt.NDArray[np.int64]
@@ -128,15 +128,15 @@ def pairs(board: Board) -> tuple[Material, Material]:
 
 
 def steps_of(duration: float, dt: float) -> int:
-    """Whole steps that cover a duration."""
+    """Number of whole steps that cover a duration."""
     return ceil(duration / dt - 1e-9)
 
 
 def poll_steps(dt: float) -> int:
-    """Steps between two looks."""
+    """Steps between two checks whether all balls have landed."""
     return max(1, round(POLL / dt))
 
 
 def decay_of(board: Board, dt: float) -> float:
-    """Part of its speed that drag leaves a ball after dt, exp(-k dt)."""
+    """The factor exp(-k dt) by which drag slows a ball during dt."""
     return exp(-board.drag * dt)

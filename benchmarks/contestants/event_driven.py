@@ -1,6 +1,6 @@
-"""Elastic discs in a box without gravity, for codes that go from impact to impact, and for ours.
+"""Elastic discs in a box without gravity, by an event-driven program and by this engine.
 
-That is all that event-driven molecular dynamics does: no gravity, friction, rest or lost energy.
+Event-driven molecular dynamics supports no more: no gravity, friction, rest or lost energy.
 """
 
 from typing import Any
@@ -13,7 +13,7 @@ from engine import Arena, ArenaSettings
 
 
 class Billiards:
-    """python-billiards: a table of all pairs' times of impact, in NumPy."""
+    """python-billiards, which keeps the times of impact of all pairs in a NumPy table."""
 
     name = "billiards (PyPI)"
 
@@ -33,11 +33,11 @@ class Billiards:
         self._impacts = 0
 
     def run(self, seconds: float) -> None:
-        """Go on by `seconds` of the gas."""
+        """Advance by simulated `seconds`."""
         self._impacts += len(self._world.evolve(self._world.time + seconds))
 
     def impacts(self) -> int:
-        """How many there were so far."""
+        """Number of impacts since the start."""
         return self._impacts
 
     def places(self) -> Floats:
@@ -63,12 +63,12 @@ class Ours:
         self._impacts = 0
 
     def run(self, seconds: float) -> None:
-        """Go on by `seconds` of the gas, whole steps."""
+        """Advance by simulated `seconds`, in whole steps."""
         for _ in range(round(seconds / DT)):
             self._arena.step()
 
     def impacts(self) -> int:
-        """How many there were so far."""
+        """Number of impacts since the start, including those that no event reported."""
         self._impacts += len(self._arena.take_events())
         return self._impacts + self._arena.events_lost
 

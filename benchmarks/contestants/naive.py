@@ -1,9 +1,10 @@
-"""The engine that tutorials on games describe, as they describe it, compiled.
+"""The physics engine of game tutorials, compiled.
 
-Semi-implicit Euler with one step a frame, v first and x with the new v; overlaps found after the
-move in a grid of cells two largest diameters wide; j = -(1 + e) v_n m; friction min(mu j, what
-would stop the tangential velocity), with the right dimension and without spin, as they
-know none; drag as the factor 1 - k dt; 60 % of an overlap mended at once.
+Semi-implicit Euler with one step per frame: first v, then x with the new v. After the move,
+overlaps are found in a grid whose cells are two of the largest diameters wide. The impulse is
+j = -(1 + e) v_n m. Friction is min(mu j, the impulse that stops the tangential velocity), without
+spin, which these tutorials leave out. Drag is the factor 1 - k dt. 60 % of an overlap is corrected
+at once.
 """
 
 import numpy as np
@@ -22,12 +23,12 @@ from benchmarks.contestants.common import (
 from benchmarks.harness.clock import seconds_of
 from engine import Board
 
-CORRECTION = 0.6  # the middle of the documents' 0.4 to 0.8
+CORRECTION = 0.6  # share of an overlap; the tutorials' values are 0.4 to 0.8
 Ints = npt.NDArray[np.int64]
 
 
 class _Grid:
-    """Pegs and walls, and which of them each cell may touch."""
+    """Pegs and walls, and for each cell those that a ball in it may touch."""
 
     def __init__(self, board: Board) -> None:
         reach = board.ball.radius
@@ -73,9 +74,9 @@ def _advance(
     frame: Floats,
     shape: tuple[int, int],
 ) -> None:
-    """Advance all balls, r and v of shape (n, 2), by some steps.
+    """Advance all balls by `steps` steps; r and v have the shape (n, 2).
 
-    The grid: frame = x0, y0, cell size; shape = columns, rows.
+    The grid is given by frame = (x0, y0, cell size) and shape = (columns, rows).
     """
     columns, rows = shape
     keep = 1.0 - drag * dt
@@ -126,12 +127,9 @@ def _advance(
 
 
 class Naive(Contestant):
-    """The tutorials' engine."""
-
     name = "naive Euler"
 
     def seconds(self, board: Board, xs: Floats, dt: float) -> float:
-        """Wall seconds until all have landed."""
         grid = _Grid(board)
         r, v = _start(board, xs)
         self._run(board, grid, r[:1].copy(), v[:1].copy(), 1, dt)  # compiles
@@ -145,7 +143,6 @@ class Naive(Contestant):
         return seconds_of(work)
 
     def paths(self, board: Board, xs: Floats, dt: float, duration: float) -> Paths:
-        """States at every step."""
         grid = _Grid(board)
         r, v = _start(board, xs)
         positions, velocities = [r.copy()], [v.copy()]

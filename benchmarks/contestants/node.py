@@ -1,4 +1,4 @@
-"""Engines for Node.js, each in a process that stays up between tasks, so that its JIT is warm."""
+"""Engines for Node.js, each in a process that is kept between tasks, so that its JIT stays warm."""
 
 import json
 import shutil
@@ -29,11 +29,11 @@ ENGINES = {
     "rapier": "Rapier",
     "box2d-wasm": "Box2D wasm",
 }
-"""Module in the folder, and the name to print."""
+"""Module in the folder benchmarks/node, and the name to print."""
 
 
 def check() -> None:
-    """Raise AbsentError naming what is missing: Node.js, or the packages."""
+    """Raise AbsentError if Node.js or the packages are not installed."""
     if shutil.which("node") is None:
         raise AbsentError("matter-js, planck, Rapier, Box2D wasm: Node.js is not installed")
     if not (FOLDER / "node_modules").is_dir():
@@ -44,7 +44,7 @@ def check() -> None:
 
 
 class NodeProcess:
-    """`node ARGUMENTS` in the folder: one JSON task a line, each answered by one line."""
+    """`node ARGUMENTS` in benchmarks/node: reads one JSON task per line, writes one line each."""
 
     def __init__(self, *arguments: str) -> None:
         self._name = " ".join(arguments)
@@ -57,7 +57,7 @@ class NodeProcess:
         )
 
     def ask(self, task: dict[str, Any]) -> dict[str, Any]:
-        """Its answer; RuntimeError with what it says went wrong."""
+        """Return the process's answer; raises RuntimeError with the error that it reports."""
         assert self._process.stdin
         assert self._process.stdout
         self._process.stdin.write(json.dumps(task) + "\n")
@@ -80,8 +80,6 @@ class NodeProcess:
 
 
 class NodeEngine(Contestant):
-    """One of ENGINES."""
-
     def __init__(self, module: str) -> None:
         self.name = ENGINES[module]
         self._process = NodeProcess("runner.mjs", module)
@@ -91,7 +89,7 @@ class NodeEngine(Contestant):
         self._process.close()
 
     def seconds(self, board: Board, xs: Floats, dt: float) -> float:
-        """Wall seconds of the steps; the looks at the balls in between are not counted."""
+        """Wall seconds of the steps, without the checks whether all balls have landed."""
         steps = int(LONGEST / dt)
         return sum(
             self._ask(board, xs[i : i + WORLD_BALLS], dt, steps, None)
@@ -99,7 +97,6 @@ class NodeEngine(Contestant):
         )
 
     def paths(self, board: Board, xs: Floats, dt: float, duration: float) -> Paths:
-        """States at every step."""
         steps = steps_of(duration, dt)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "states"

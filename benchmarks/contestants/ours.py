@@ -1,4 +1,4 @@
-"""Our two solvers. The stepped one takes one substep a step here, so that dt means what it says."""
+"""Our two solvers. The stepped one takes one substep per step, so that dt is its true step."""
 
 import numpy as np
 import numpy.typing as npt
@@ -9,14 +9,12 @@ from engine import Board, drop, drop_many
 
 
 class Exact(Contestant):
-    """The exact solver."""
-
     name = "plinko exact"
     stepped = False
     solver = "exact"
 
     def options(self, dt: float) -> dict[str, object]:
-        """Keyword arguments of `drop` and `drop_many`."""
+        """Keyword arguments for `drop` and `drop_many`."""
         return {"solver": self.solver}
 
     def seconds(self, board: Board, xs: Floats, dt: float) -> float:
@@ -45,7 +43,7 @@ class Exact(Contestant):
     def observe(
         self, board: Board, xs: Floats, dt: float, times: Floats, duration: float
     ) -> Observation:
-        """As for all, but at the very times, and with the solver's own bins."""
+        """Like the inherited method, but with exact positions at `times` and the solver's bins."""
         found = np.empty((*times.shape, 2))
         for i, x in enumerate(xs.tolist()):
             states = drop(board, x=x, **self.options(dt)).states(times[i])  # type: ignore[arg-type]
@@ -55,12 +53,9 @@ class Exact(Contestant):
 
 
 class Stepped(Exact):
-    """The stepped solver."""
-
     name = "plinko stepped"
     stepped = True
     solver = "stepped"
 
     def options(self, dt: float) -> dict[str, object]:
-        """One substep a step."""
         return {"solver": self.solver, "dt": dt, "substeps": 1}

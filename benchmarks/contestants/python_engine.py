@@ -1,4 +1,4 @@
-"""Contestants whose engine is a C library behind Python objects: one world, many balls."""
+"""Base class for engines that are C libraries with a Python binding: many balls in one world."""
 
 from abc import abstractmethod
 from typing import Protocol
@@ -10,12 +10,12 @@ from benchmarks.harness.clock import seconds_of
 from engine import Board
 
 WORLD_BALLS = 10
-"""Balls in a world that is timed. Fewer pay more for each call from Python, and more of them make
-the broad phase look at pairs that may not touch anyway; both libraries are fastest near ten."""
+"""Balls in a timed world. With fewer, the calls from Python cost more per ball; with more, the
+broad phase examines more pairs, which cannot touch anyway. Both libraries are fastest near ten."""
 
 
 class Scene(Protocol):
-    """A world with all balls in it; they pass through each other."""
+    """A world with all balls, which pass through each other."""
 
     def step(self) -> None:
         """Advance by one step."""
@@ -32,7 +32,7 @@ class PythonEngine(Contestant):
         """A world with a ball at rest at each of `xs`."""
 
     def seconds(self, board: Board, xs: Floats, dt: float) -> float:
-        """Wall seconds of the steps; the looks at the balls in between are not counted."""
+        """Wall seconds of the steps, without the checks whether all balls have landed."""
         parts = [xs[i : i + WORLD_BALLS] for i in range(0, len(xs), WORLD_BALLS)]
         return sum(self._seconds(board, part, dt) for part in parts)
 
@@ -53,7 +53,6 @@ class PythonEngine(Contestant):
         return total
 
     def paths(self, board: Board, xs: Floats, dt: float, duration: float) -> Paths:
-        """States at every step."""
         scene = self.scene(board, xs, dt)
         steps = steps_of(duration, dt)
         positions, velocities = np.empty((2, steps + 1, len(xs), 2))

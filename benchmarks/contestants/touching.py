@@ -1,9 +1,10 @@
 """Chipmunk and Box2D with balls that touch each other, as their experts would set them up.
 
-Chipmunk multiplies the elasticities and the frictions of a pair, Box2D takes the larger and the
-root of the product: each gets what gives the pair its value. Chipmunk: its ten iterations, 0.1 mm
-of overlap allowed. Box2D lets nothing slower than 1 m/s rebound, so its scene is ten times larger;
-eight and three iterations, the manual's advice, and continuous collision as it is by default.
+Chipmunk multiplies the elasticities and the frictions of a pair. Box2D takes the larger restitution
+and the root of the product of the frictions. The values are set so that each pair gets the scene's
+restitution and friction. Chipmunk keeps its ten iterations and tolerates an overlap of 0.1 mm. In
+Box2D no impact slower than 1 m/s rebounds, so its scene is ten times larger; it takes eight and
+three iterations, as its manual advises, with the default continuous collision.
 """
 
 from math import pi, sqrt
@@ -21,8 +22,6 @@ SLEEP_SECONDS = 0.5
 
 
 class Chipmunk:
-    """Chipmunk 2D."""
-
     name = "Chipmunk"
 
     def __init__(self, heap: Heap, *, sleeping: bool, steps: int = 1) -> None:
@@ -64,13 +63,11 @@ class Chipmunk:
 
 
 class Box2d:
-    """Box2D 2.3."""
-
     name = "Box2D"
 
     def __init__(self, heap: Heap, *, sleeping: bool) -> None:
         try:
-            import Box2D as b2  # noqa: N813 - as everybody calls it
+            import Box2D as b2  # noqa: N813 - the usual short name
         except ImportError as error:
             raise AbsentError(f"Box2D: {error}; pip install '.[bench]'") from error
         self.world: Any = b2.b2World(gravity=(0.0, SCALE * GRAVITY), doSleep=sleeping)
@@ -102,8 +99,6 @@ class Box2d:
 
 
 class Ours:
-    """The arena."""
-
     name = "this engine"
 
     def __init__(self, heap: Heap, *, sleeping: bool) -> None:

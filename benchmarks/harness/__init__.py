@@ -1,4 +1,4 @@
-"""What the benchmarks share: clocks, how thorough a run is, reports, plots.
+"""Parts that all benchmarks share: timing, options of a run, reports, plots.
 
-Imports accuracy's names of columns for the README, and nothing else. Start with report.py.
+Start with report.py.
 """

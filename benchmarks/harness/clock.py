@@ -1,4 +1,4 @@
-"""Times of contestants that run in turns, so that a busy machine is unfair to all alike."""
+"""Timing of contestants in turns, so that a busy machine slows all of them alike."""
 
 import gc
 import statistics
@@ -15,17 +15,14 @@ class Sample:
 
     @property
     def median(self) -> float:
-        """Middle value."""
         return statistics.median(self.values)
 
     @property
     def low(self) -> float:
-        """Smallest value."""
         return min(self.values)
 
     @property
     def high(self) -> float:
-        """Largest value."""
         return max(self.values)
 
     def map(self, function: Callable[[float], float]) -> "Sample":
@@ -33,18 +30,17 @@ class Sample:
         return Sample(tuple(function(value) for value in self.values))
 
     def over(self, other: "Sample") -> "Sample":
-        """Ratio to `other`, round by round: what slows both in a round cancels."""
+        """Ratios to `other`, round by round, so that a load that slows both cancels."""
         return Sample(tuple(a / b for a, b in zip(self.values, other.values, strict=True)))
 
     def to_dict(self) -> dict[str, float | list[float]]:
-        """JSON form."""
         return {"median": self.median, "values": list(self.values)}
 
 
 def seconds_of(work: Callable[[], object], clock: Callable[[], float] = time.perf_counter) -> float:
-    """Seconds of one call by `clock`, without a garbage collection in it.
+    """Seconds that one call takes by `clock`, with garbage collection off.
 
-    Wall time, or with `time.process_time` the processor time of all threads.
+    The default clock gives wall time, `time.process_time` the processor time of all threads.
     """
     was_on = gc.isenabled()
     gc.disable()
@@ -58,18 +54,18 @@ def seconds_of(work: Callable[[], object], clock: Callable[[], float] = time.per
 
 
 Job = Callable[[], float]
-"""Does its work once and returns what it measured, mostly seconds."""
+"""Does its work once and returns one figure, usually the seconds it took."""
 
 
 def timed(work: Callable[[], object]) -> Job:
-    """A job that measures the wall seconds of `work`."""
+    """A job that returns the wall seconds of `work`."""
     return lambda: seconds_of(work)
 
 
 def in_turns(
     jobs: Mapping[str, Job], rounds: int, tick: Callable[[], None] | None = None
 ) -> dict[str, Sample]:
-    """Run each job once a round, every round starting with another one; a sample for each.
+    """Run each job once per round and return a sample per job; each round starts at another job.
 
     The first round is not counted: it warms caches and branch predictors.
     """

@@ -1,4 +1,4 @@
-"""How thorough a run is, and whom it tells how far it has come."""
+"""The options of a run: its sizes, its rounds, and where it reports progress."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -6,21 +6,22 @@ from pathlib import Path
 
 
 class MissingError(Exception):
-    """Something a benchmark cannot do without is not there; the message says what."""
+    """A benchmark lacks something that it needs; the message names it."""
 
 
 def _silent(label: str) -> None:
-    """Progress that nobody watches."""
+    """Ignore the progress."""
 
 
 @dataclass(frozen=True)
 class Effort:
-    """quick: small sizes, to see that all works. rounds: repeats of each timed job, at least 1.
+    """The options of one run.
 
-    long: 10^7 random drops in the stability benchmark, which takes hours. node: engines for
-    Node.js too. findings: where faults are saved, if anywhere. cluster: who computes the
-    random drops, see `engine.batches.workers`. step(label) is called at each piece
-    of work done.
+    quick: small sizes, only to see that everything works. rounds: runs of each timed job, at least
+    1. long: 10^7 random drops in the stability benchmark, which take hours. node: also measure
+    engines for Node.js. findings: the folder for faulty drops; None: they are not saved. cluster:
+    the workers that compute the random drops, see `engine.batches.workers`. step(label) is called
+    after each step of the work.
     """
 
     quick: bool = False
@@ -32,9 +33,9 @@ class Effort:
     step: Callable[[str], None] = _silent
 
     def size(self, full: int, quick: int) -> int:
-        """The size of something in this run."""
+        """`quick` in a quick run, `full` otherwise."""
         return quick if self.quick else full
 
     def telling(self, step: Callable[[str], None]) -> "Effort":
-        """The same, with its progress told to `step`."""
+        """A copy that reports its progress to `step`."""
         return replace(self, step=step)

@@ -1,4 +1,4 @@
-"""What the figures were measured on: processor, cores, and the versions of all that matters."""
+"""A description of the machine: processor, cores, load, and versions of the packages in use."""
 
 import os
 import platform
@@ -11,7 +11,7 @@ PACKAGES = ("numpy", "wasmtime", "numba", "llvmlite", "pymunk", "Box2D", "mpmath
 
 
 def describe() -> dict[str, str]:
-    """Name and value of everything a reader needs to judge a figure, in the order to print it."""
+    """Everything a reader needs to judge a figure, by name, in the order to print it."""
     return {
         "processor": processor(),
         "cores": str(cores()),
@@ -23,7 +23,7 @@ def describe() -> dict[str, str]:
 
 
 def processor() -> str:
-    """Model of the processor as the system names it."""
+    """The processor's model, as the system names it."""
     if CPU_INFO.is_file():
         for line in CPU_INFO.read_text().splitlines():
             key, _, value = line.partition(":")
@@ -40,7 +40,7 @@ def cores() -> int:
 
 
 def version(package: str) -> str:
-    """Version of an installed package, or that it is not installed."""
+    """The package's version, or "not installed"."""
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
@@ -48,5 +48,5 @@ def version(package: str) -> str:
 
 
 def load() -> str:
-    """Runnable processes over the last minute: figures of a busy machine are noisy."""
+    """Mean number of runnable processes in the last minute: a busy machine gives noisy figures."""
     return f"{os.getloadavg()[0]:.1f}" if sys.platform != "win32" else "unknown"

@@ -1,11 +1,12 @@
-"""Puts recorded tables into the pages that show them, between comments that say which.
+"""Copies recorded tables into the pages that show them, between comments that name the table.
 
     <!-- table accuracy: Error against the oracle | rows: plinko exact; Chipmunk 1/240 -->
     <!-- /table -->
 
-names a file of docs/measured and the title of a table in it, or how that begins; then, if not all
-of it is shown, which rows by their first cells, and which columns besides the first. `machines` and
-`multiplied` have comments of their own: who measured, and what docs/scale.md multiplies.
+names a file of docs/measured and a table in it, by its title or the beginning of its title. A page
+that does not show the whole table lists rows, by their first cells, and columns other than the
+first. Two more comments are filled: `machines` lists the machines that measured, and `multiplied`
+has the tables that docs/scale.md derives.
 """
 
 import os
@@ -25,7 +26,7 @@ _TABLE = re.compile(
     r"(<!-- table ([\w-]+): ([^|]*?)((?: \| .*?)?) -->\n).*?(<!-- /table -->)", re.DOTALL
 )
 _SPREAD = re.compile(r" \([^()]* to [^()]*\)$")
-"""Of a cell: what the file tells besides the median."""
+"""The spread in a cell, which a file shows after the median and a page does not."""
 
 _OTHER = re.compile(r"(<!-- (machines|multiplied) -->\n).*?(<!-- /\2 -->)", re.DOTALL)
 _MACHINE = re.compile(
@@ -34,7 +35,7 @@ _MACHINE = re.compile(
 
 
 def fill_all() -> list[Path]:
-    """Fill the README and every page in docs; returns those that have changed."""
+    """Fill the README and every page in docs; returns the pages that have changed."""
     changed = []
     for page in (README, *sorted(DOCS.glob("*.md"))):
         old = page.read_text(encoding="utf-8")
@@ -46,8 +47,10 @@ def fill_all() -> list[Path]:
 
 
 def filled(text: str, place: Path, folder: Path = FOLDER) -> str:
-    """A page of this folder with all its tables as they are recorded. One that is not yet recorded
-    is named; MissingError names a row or a column that is not in a table.
+    """Fill the tables of a page that lies in the folder `place`.
+
+    A table that is not recorded yet is replaced by the command that records it. Raises MissingError
+    if a table lacks a row or a column that the page asks for.
     """
 
     def table(found: re.Match[str]) -> str:
@@ -63,13 +66,13 @@ def filled(text: str, place: Path, folder: Path = FOLDER) -> str:
 
 
 def _choices(text: str) -> dict[str, list[str]]:
-    """`| rows: a; b | columns: c` as a list for each word."""
+    """Parse `| rows: a; b | columns: c` into {"rows": ["a", "b"], "columns": ["c"]}."""
     parts = (part.partition(":") for part in text.split(" | ")[1:])
     return {word.strip(): [each.strip() for each in rest.split(";")] for word, _, rest in parts}
 
 
 def _part(file: Path, title: str, choices: dict[str, list[str]], place: Path) -> str:
-    """A caption that leads to the file, and the table, of samples their medians alone."""
+    """A caption with a link to the file, and the chosen part of the table without spreads."""
     recorded = Recorded(file.read_text(encoding="utf-8") if file.exists() else "")
     rows = recorded.rows(title)
     if not rows:
@@ -91,7 +94,7 @@ def _chosen(there: Sequence[str], asked: Sequence[str] | None, title: str) -> Se
 
 
 def _machines(folder: Path) -> str:
-    """On which machines the recorded files were measured, and under which load."""
+    """A list of the machines that measured the recorded files, with the load during each."""
     found: dict[str, list[str]] = {}
     for file in sorted(folder.glob("*.md")):
         about = _MACHINE.search(file.read_text(encoding="utf-8"))
@@ -104,7 +107,7 @@ def _machines(folder: Path) -> str:
 
 
 def _multiplied(folder: Path) -> str:
-    """The tables that docs/scale.md derives; the first one, of costs, only repeats other files."""
+    """The tables that docs/scale.md derives, without the first, which repeats other files."""
     _costs, *derived = tables(units_of(read(folder)))
     return "\n\n".join("#" + table.text() for table in derived)
 

@@ -1,4 +1,4 @@
-"""The figures of docs/benchmarks.md: few inks, direct labels, nothing that is not data."""
+"""The style of the plots in docs/benchmarks.md: few colours, direct labels, no decoration."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ FLOOR = "#22262e"
 
 
 def start(width: float, height: float, columns: int = 1) -> tuple[Any, list[Any]]:
-    """A figure and its axes in the house style."""
+    """A figure and its axes in the common style."""
     import matplotlib as mpl
 
     mpl.use("Agg")
@@ -49,7 +49,7 @@ def start(width: float, height: float, columns: int = 1) -> tuple[Any, list[Any]
 
 
 def finish(figure: Any, path: str) -> None:
-    """Write the figure and let go of it."""
+    """Write the figure to a file and close it."""
     from matplotlib import pyplot as plt
 
     figure.savefig(path, bbox_inches="tight", facecolor="white", pad_inches=0.15)
@@ -57,7 +57,7 @@ def finish(figure: Any, path: str) -> None:
 
 
 def growth(rows: dict[str, Any], pegs: dict[str, Any], path: str) -> None:
-    """Nanoseconds per impact against the size of the board: two flat lines, if all is well."""
+    """Nanoseconds per impact against the size of the board, which should give two flat lines."""
     figure, axes = start(8.2, 3.1, columns=2)
     tallest = 0.0
     for axis, data, label in (

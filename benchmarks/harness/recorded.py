@@ -1,4 +1,4 @@
-"""What was measured: a file for each benchmark in docs/measured, written here and read here."""
+"""The files in docs/measured, one for each benchmark: how they are written and read."""
 
 import os
 import re
@@ -17,7 +17,6 @@ _NUMBER = re.compile(r"[+-]?[\d,]+(\.\d+)?(e[+-]?\d+)?")
 
 
 def write(section: Section, machine: dict[str, str], seconds: float, folder: Path) -> None:
-    """Write a benchmark's file and its plots."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, plot in section.plots.items():
         IMAGES.mkdir(parents=True, exist_ok=True)
@@ -39,19 +38,19 @@ def _words(plot: str) -> str:
 
 
 def read(folder: Path = FOLDER) -> "Recorded":
-    """All that is recorded."""
+    """All recorded files together."""
     texts = (path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.md")))
     return Recorded("\n".join(texts))
 
 
 @dataclass(frozen=True)
 class Recorded:
-    """The tables of one file or of several, each under a title of its own."""
+    """The tables of one file or several; each table has a different title."""
 
     text: str
 
     def number(self, title: str, row: str, column: str) -> float:
-        """The number at the beginning of a cell; MissingError where there is none."""
+        """The number at the beginning of a cell; raises MissingError if it has no number."""
         for cells in self.rows(title):
             if next(iter(cells.values())) != row:
                 continue
@@ -62,21 +61,21 @@ class Recorded:
         raise MissingError(f"no file records {column!r} of {row!r} under {title!r}")
 
     def has(self, title: str) -> bool:
-        """Whether there is a table whose title begins so."""
+        """Whether any table's title begins with `title`."""
         return bool(self._lines(title))
 
     def rows(self, title: str) -> list[dict[str, str]]:
-        """The rows of a table, each cell under its column's name; none without a table."""
+        """The rows of a table, each cell by its column's name; empty if no table matches."""
         header, _, *body = map(_cells, self._lines(title) or ["", ""])
         return [dict(zip(header, cells, strict=True)) for cells in body]
 
     def title(self, begin: str) -> str:
-        """The whole title that begins so."""
+        """The full title that starts with `begin`."""
         _, _, rest = self.text.partition(f"\n## {begin}")
         return begin + rest.partition("\n")[0]
 
     def _lines(self, title: str) -> list[str]:
-        """The lines of the table under the first heading that begins so; none without one."""
+        """The lines of the table under the first heading that begins with `title`, if any."""
         _, found, rest = self.text.partition(f"\n## {title}")
         lines: list[str] = []
         for line in rest.splitlines() if found else ():

@@ -1,4 +1,4 @@
-"""Results as people and programs read them: tables in Markdown, and the numbers behind them."""
+"""The results of a benchmark: tables in Markdown for people, numbers in JSON for programs."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -17,11 +17,10 @@ class Table:
     notes: Sequence[str] = ()
 
     def text(self) -> str:
-        """Title, table and remarks, in Markdown."""
         return "\n\n".join([f"## {self.title}", self.body(), *self.notes])
 
     def body(self) -> str:
-        """The table alone, its cells padded, so that it reads well on a terminal too."""
+        """Only the table. Cells are padded, so that it is readable in a terminal."""
         cells = [list(self.columns), *([str(cell) for cell in row] for row in self.rows)]
         widths = [max(len(row[i]) for row in cells) for i in range(len(self.columns))]
         lines = []
@@ -33,7 +32,6 @@ class Table:
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
         return {
             "title": self.title,
             "columns": list(self.columns),
@@ -50,24 +48,22 @@ def _line(row: Sequence[str], widths: Sequence[int]) -> str:
 
 @dataclass
 class Section:
-    """What one benchmark found: tables, the numbers behind them, and who could not take part."""
+    """The results of one benchmark: tables, the numbers behind them, and absent contestants."""
 
     name: str
     tables: list[Table] = field(default_factory=list)
     data: dict[str, Any] = field(default_factory=dict)
     absent: list[str] = field(default_factory=list)
     plots: dict[str, Callable[[str], None]] = field(default_factory=dict)
-    """File name of each plot and the function that draws it into a path."""
+    """By each plot's file name, the function that draws the plot into a path."""
 
     def text(self) -> str:
-        """All of it in Markdown."""
         parts = [table.text() for table in self.tables]
         if self.absent:
             parts.append("Not taking part:\n\n" + "\n".join(f"- {line}" for line in self.absent))
         return "\n\n".join(parts)
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
         return {
             "tables": [table.to_dict() for table in self.tables],
             "data": self.data,
@@ -76,14 +72,14 @@ class Section:
 
 
 def spread(sample: Sample, form: str = "{:.3g}") -> str:
-    """`median (low to high)`, or the one value there is."""
+    """`median (low to high)`, or the value itself if the sample has only one."""
     if len(sample.values) == 1:
         return form.format(sample.median)
     return f"{form.format(sample.median)} ({form.format(sample.low)} to {form.format(sample.high)})"
 
 
 def length(metres: float) -> str:
-    """A length with a fitting unit, two digits."""
+    """A length with two digits and a unit that suits its size."""
     if metres == 0.0:
         return "0"
     for unit, size in (("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9), ("pm", 1e-12)):

@@ -1,4 +1,4 @@
-"""The engine held against published numbers that nobody here computed.
+"""The engine compared with published figures.
 
 Imports the engine and the harness. Start with literature.py.
 """

@@ -1,6 +1,6 @@
 """Error against cost, from fixed steps to proven digits: the photon, and drops on a board.
 
-What is proven needs no truth to be held against: its error is the enclosure's radius.
+A certified result needs no reference: its error is the radius of the enclosure.
 """
 
 import math
@@ -28,15 +28,15 @@ from engine.constants import KIND_PEG, KIND_WALL
 
 BITS = (64, 80, 96, 128, 160, 192, 256)
 RATES = (60, 240, 960, 3840)
-"""Steps per second, of four substeps each."""
+"""Steps per second; each step has four substeps."""
 
 IMPACT = 8
-"""Places are compared midway between this impact and the next."""
+"""Positions are compared midway between this impact and the next."""
 
 
 @dataclass(frozen=True)
 class Point:
-    """What one way of computing costs, s, and its error, m; of drops the medians."""
+    """Time in s and error in m of one method; medians if there are several drops."""
 
     way: str
     label: str
@@ -45,7 +45,7 @@ class Point:
 
 
 def of_the_photon(effort: Effort) -> list[Point]:
-    """Double precision, and certified at ever more bits."""
+    """The photon in double precision, and certified at rising precision."""
     siam.in_double_precision()
     double = siam.in_double_precision()
     cost = _least(siam.in_double_precision, effort)
@@ -60,7 +60,7 @@ def of_the_photon(effort: Effort) -> list[Point]:
 
 
 def of_drops(effort: Effort) -> list[Point]:
-    """Drops on twelve rows without drag and friction: fixed steps, double precision, certified."""
+    """Drops on twelve rows without drag and friction, by all three methods."""
     board = boards.triangle(12, boards.PLAIN)
     zone = board.drop
     count = effort.size(12, 3)
@@ -74,7 +74,7 @@ def of_drops(effort: Effort) -> list[Point]:
 
 @dataclass(frozen=True)
 class _Truth:
-    """A place that is known to 50 digits and more, and when the ball is there."""
+    """A ball's position, known to at least 50 digits, at a given time."""
 
     x_start: float
     time: float
@@ -91,16 +91,16 @@ class _Truth:
         return cls(x, time, float(place.x), float(place.y))
 
     def off(self, state: np.void) -> float:
-        """How far a state is from here, m."""
+        """Distance of a state from the true position, m."""
         return math.hypot(float(state["x"]) - self.x, float(state["y"]) - self.y)
 
 
 Play = Callable[[_Truth], float]
-"""Plays a drop and returns how far off it is, m."""
+"""Plays a drop and returns its position error, m."""
 
 
 def _enclosed(board: Board, x: float, time: float, bits: int) -> State | None:
-    """The ball at `time`, enclosed at a precision of `bits`; None if that leaves a step open."""
+    """The ball's enclosure at `time` with `bits` of precision; None if it cannot be decided."""
     path = prove(board, Fraction(x), effort=ProofEffort(first_bits=bits, most_bits=bits)).path
     if path is None:
         return None
@@ -142,5 +142,5 @@ def _point(way: str, label: str, play: Play, truths: list[_Truth], effort: Effor
 
 
 def _least(work: Callable[[], object], effort: Effort) -> float:
-    """Processor seconds of the fastest of some runs."""
+    """Processor seconds of the fastest of several runs."""
     return min(seconds_of(work, time.thread_time) for _ in range(effort.size(5, 2)))

@@ -1,4 +1,4 @@
-"""Error against cost on log scales, down to where double precision ends and far beyond."""
+"""Plot of error against cost on log scales, far below the error of double precision."""
 
 from benchmarks.harness import plots
 from benchmarks.literature.digits import Point
@@ -11,7 +11,7 @@ STYLE = {
 }
 SHOWN = ("dt 1/3840 s", "96 bits", "128 bits", "192 bits")
 LEAST = 1e-16
-"""m. Where an error in double precision is nothing, so that it can be drawn."""
+"""m. An error of zero in double precision is drawn here, because the scale is logarithmic."""
 
 
 def draw(drops: list[Point], photon: list[Point], path: str) -> None:

@@ -1,7 +1,7 @@
-"""The elastic Galton board: a point falls for ever through a lattice of discs and loses nothing.
+"""The elastic Galton board: a point falls without end through a lattice of discs, with no loss.
 
-It gains speed from gravity alone and is scattered the more often the faster it is: its speed grows
-as t^(1/3), its depth as t^(2/3), and it comes back up again and again (Chernov and Dolgopyat).
+Only gravity speeds it up, and the faster it is, the more often it is scattered. Its speed grows as
+t^(1/3), its depth as t^(2/3), and it returns upwards again and again (Chernov and Dolgopyat).
 """
 
 from dataclasses import dataclass
@@ -17,16 +17,17 @@ from benchmarks.literature.finding import Estimate
 GAP = 0.2
 GRAVITY = 1.0
 PARTS = 20
-"""Groups of balls, each fitted by itself: their spread is the error of the exponents."""
+"""Groups of balls, each fitted separately: the spread of the fits is the exponents' error."""
 
 Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class GaltonBoard:
-    """What was found. times, shape (m,); depths and speeds, shape (m, n).
+    """The results. times, shape (m,); depths and speeds, shape (m, n).
 
-    A depth is measured from where the ball would be at rest, half above its start.
+    A depth is measured from the height at which the ball would be at rest, v^2 / 2g = 0.5 above its
+    start.
     """
 
     times: Floats
@@ -37,19 +38,19 @@ class GaltonBoard:
     depth_exponent: Estimate
     energy_drift: float
     returned: float
-    """Part of the balls that, after a hundredth of the time, rose above half of their depth."""
+    """Share of the balls that, after a hundredth of the time, rose above half of their depth."""
 
 
 def board() -> Billiard:
-    """The Lorentz gas of this gap with gravity."""
+    """The Lorentz gas with the gap GAP, and gravity."""
     gas = lorentz.billiard(GAP)
     return Billiard(pegs=gas.pegs, ball=gas.ball, cell=gas.cell, gravity=GRAVITY)
 
 
 def measure(balls: int, longest: float, effort: Effort) -> GaltonBoard:
-    """Follow `balls` points that start with speed 1 to the time `longest`, with looks in between.
+    """Follow `balls` points that start with speed 1 until `longest`, sampled at 61 times.
 
-    Exponents are fitted over the last hundredfold of time.
+    Exponents are fitted over the last two decades of time.
     """
     galton = board()
     flow = launch(galton, *lorentz.starts(galton, balls, seed=2))
@@ -80,7 +81,7 @@ def measure(balls: int, longest: float, effort: Effort) -> GaltonBoard:
 
 
 def _exponent(times: Floats, values: Floats) -> Estimate:
-    """Slope of log mean value against log time, fitted for each of PARTS groups of balls."""
+    """Slope of the log of the mean against log time, fitted for each of PARTS groups of balls."""
     groups = np.array_split(values, PARTS, axis=1)
     log = np.log(times)
     slopes = [np.polyfit(log, np.log(group.mean(axis=1)), 1)[0] for group in groups]

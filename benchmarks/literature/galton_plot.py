@@ -1,4 +1,4 @@
-"""Depth and speed on the elastic Galton board against time: a few balls, all of them, the law."""
+"""Plot of depth and speed on the elastic Galton board: single balls, the mean, the law."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from benchmarks.harness import plots
 from benchmarks.literature.galton import GaltonBoard
 
 SHOWN = 12
-"""Balls drawn one by one."""
+"""Balls whose curves are drawn one by one."""
 
 
 def draw(found: GaltonBoard, path: str) -> None:

@@ -1,5 +1,5 @@
-"""What an impact costs among elastic discs, beside event-driven molecular dynamics, and whether
-both find the same motion."""
+"""Elastic discs by this engine and by event-driven molecular dynamics: cost of an impact, and
+whether both find the same motion."""
 
 import time
 from typing import Any
@@ -14,14 +14,15 @@ from benchmarks.harness.report import Section, Table, length, spread
 from benchmarks.scenes.touching import DT, Gas, gas
 
 FRAMES = {"this engine": 600, "billiards (PyPI)": 3}
-"""Frames of 1/60 s that are timed: those of 500 balls are over in a moment, or take many."""
+"""Frames of 1/60 s that are timed: with 500 balls one engine is fast, the other takes seconds per
+frame."""
 
 LOOKS = (3, 6, 12)
-"""Frames after which both are compared: later chaos parts them, if nothing does before."""
+"""Frames after which both are compared; later, chaos separates them in any case."""
 
 
 def cost_of_an_impact(section: Section, effort: Effort) -> None:
-    """Add a table of the codes that are here, and one of how far apart their balls are."""
+    """Add a table of the cost of each installed engine, and a table of the balls' distances."""
     scene = gas(effort.size(500, 40))
     makers = _those_there(scene, section)
     rounds = min(effort.rounds, 3)
@@ -49,7 +50,7 @@ def _those_there(scene: Gas, section: Section) -> dict[str, Any]:
 
 
 def _job(maker: Any, scene: Gas, frames: int) -> Job:
-    """Seconds of one core for each impact of a run anew; what it is made of is not counted."""
+    """Processor seconds per impact of a new run, without building the scene."""
 
     def job() -> float:
         world = maker(scene)
@@ -85,7 +86,7 @@ def _cost_table(scene: Gas, times: dict[str, Sample], rounds: int) -> Table:
 def _apart(
     section: Section, scene: Gas, makers: dict[str, Any], effort: Effort
 ) -> list[dict[str, float]]:
-    """Add a table of the largest distance between the balls of both codes, look by look."""
+    """Add a table of the largest distance between the balls of both engines, by time."""
     if len(makers) < 2:
         return []
     ours, other = (maker(scene) for maker in makers.values())

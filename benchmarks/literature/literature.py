@@ -1,4 +1,4 @@
-"""The engine held against the literature: every figure beside the published one, with its error."""
+"""The engine compared with the literature: each figure, the published figure, and the error."""
 
 from collections.abc import Callable
 from dataclasses import asdict
@@ -19,11 +19,10 @@ CHERNOV_DOLGOPYAT = "Chernov and Dolgopyat, J. Amer. Math. Soc. 22, 821 (2009)"
 BORNEMANN = "Bornemann et al., The SIAM 100-Digit Challenge (2004), problem 2"
 
 DIGITS = (10, 30, 100, 1000)
-"""Proven digits asked for."""
+"""Numbers of digits to prove."""
 
 
 def run(effort: Effort) -> Section:
-    """All cases."""
     section = Section("literature")
     _textbook(section, effort)
     _siam(section, effort)
@@ -38,7 +37,7 @@ def run(effort: Effort) -> Section:
 
 
 def _textbook(section: Section, effort: Effort) -> None:
-    """What should be right to rounding, and is asked once."""
+    """Cases that should be right up to rounding."""
     findings = [
         *(textbook.orbit_multiplier(spacing, 1.0) for spacing in (2.5, 3.0, 6.0, 20.0)),
         *(textbook.slider_leaves(speed) for speed in (0.01, 0.3, 1.0)),
@@ -56,7 +55,7 @@ def _textbook(section: Section, effort: Effort) -> None:
 
 
 def _siam(section: Section, effort: Effort) -> None:
-    """Problem 2, in double precision and proven; the latter needs python-flint."""
+    """Problem 2, in double precision and with proof; the proof needs python-flint."""
     found = siam.in_double_precision()
     rows = [
         ["published", _shown(siam.TRUTH), "", ""],
@@ -102,7 +101,7 @@ def _shown(digits: str) -> str:
 
 
 def _digits_plotter(section: Section, effort: Effort) -> Callable[[str], None]:
-    """Measure error against cost now, to be drawn later."""
+    """Measure error against cost now; the returned function draws it later."""
     from benchmarks.literature import digits, digits_plot
 
     drops, photon = digits.of_drops(effort), digits.of_the_photon(effort)

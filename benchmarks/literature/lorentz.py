@@ -1,7 +1,7 @@
 """The triangular Lorentz gas: mean free path, diffusion and Lyapunov exponent.
 
-A point among discs of radius 1 at the points of a triangular lattice, d = 2 + w apart. For
-0 < w < 4 / sqrt(3) - 2 no straight line runs free for ever, and the point diffuses.
+A point moves among discs of radius 1 on a triangular lattice with the spacing d = 2 + w. For
+0 < w < 4 / sqrt(3) - 2 every straight line hits a disc, and the point diffuses.
 """
 
 from dataclasses import dataclass
@@ -16,24 +16,24 @@ from benchmarks.literature.finding import Estimate
 from engine.board.parts import BallSpec, Peg
 
 GAPS = (0.1, 0.2, sqrt(5.0) - 2.0, 0.3)
-"""w. At the third, the golden mean's, discs are sqrt(5) apart."""
+"""Values of w. The third is the golden mean's, with a spacing of sqrt(5)."""
 
 LYAPUNOV = {0.1: (2.6709, 8e-4), 0.2: (2.1041, 7e-4), GAPS[2]: (1.9634, 7e-4), 0.3: (1.7605, 7e-4)}
-"""Of an independent code, with its standard error."""
+"""By gap: the exponent found by an independent program, and its standard error."""
 
 SPAN = 20.0
-"""Time between two looks: five times what a point stays in one cell at w = 0.1, where it stays
-longest, so that its steps are no longer correlated."""
+"""Time between two samples: five times the mean stay in one cell at w = 0.1, where stays are
+longest, so that successive displacements are no longer correlated."""
 
 WARM_UP = 20.0
-"""Time in which a tangent turns into the direction that grows."""
+"""Time in which a tangent turns into the growing direction."""
 
 Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class LorentzGas:
-    """What was found at one gap: path and time in units of the discs' radius, at speed 1."""
+    """The results at one gap; lengths in radii of a disc, times at speed 1."""
 
     gap: float
     impacts: int
@@ -44,7 +44,8 @@ class LorentzGas:
 
 
 def billiard(gap: float) -> Billiard:
-    """One disc and its lattice; half of its radius is the ball's, whose centre is the point."""
+    """One disc and its lattice. The peg and the ball have half of the radius each, so that the
+    ball's centre moves like the point."""
     d = 2.0 + gap
     return Billiard(
         pegs=(Peg(0.0, 0.0, 0.5),),
@@ -60,15 +61,15 @@ def mean_free_path(gap: float) -> float:
 
 
 def machta_zwanzig(gap: float) -> float:
-    """Diffusion coefficient of a walk between traps that forgets all: exact as w goes to 0."""
+    """Diffusion coefficient of a memoryless walk between traps; exact in the limit w -> 0."""
     d = 2.0 + gap
     return gap * d * d / (pi * (sqrt(3.0) * d * d - 2.0 * pi))
 
 
 def starts(gas: Billiard, count: int, seed: int) -> tuple[Floats, Floats]:
-    """Places spread evenly over the free part of a cell and directions over the circle.
+    """Random positions in the free part of a cell, and random directions, both uniform.
 
-    That measure stays as it is under the flow, so that time averages have no bias from the start.
+    The flow preserves this distribution, so the start does not bias time averages.
     """
     assert gas.cell is not None
     rng = np.random.default_rng(seed)
@@ -84,7 +85,7 @@ def starts(gas: Billiard, count: int, seed: int) -> tuple[Floats, Floats]:
 
 
 def measure(gap: float, balls: int, looks: int, effort: Effort, seed: int = 1) -> LorentzGas:
-    """Follow `balls` points over `looks` spans of time, after a warm-up."""
+    """Follow `balls` points over `looks` spans of SPAN, after a warm-up."""
     gas = billiard(gap)
     first = launch(gas, *starts(gas, balls, seed), tangents=True).until(WARM_UP)
     places, last = [first.places], first
@@ -107,13 +108,16 @@ def measure(gap: float, balls: int, looks: int, effort: Effort, seed: int = 1) -
 
 
 def _ratio(time: float, impacts: Floats) -> Estimate:
-    """Mean free path at speed 1: time over impacts, whose mean has the error."""
+    """Mean free path at speed 1: the time over the mean number of impacts."""
     mean = Estimate.of(impacts)
     return Estimate(time / mean.value, time * mean.error / mean.value**2)
 
 
 def _diffusion(places: Floats) -> Estimate:
-    """(<r^2> over two spans - <r^2> over one) / 4 SPAN: what a point's first steps add cancels."""
+    """(<r^2> over two spans - <r^2> over one) / 4 SPAN.
+
+    In the difference, the correlated first steps of a point cancel.
+    """
     one = (np.diff(places, axis=0) ** 2).sum(axis=2).mean(axis=0)
     two = ((places[2:] - places[:-2]) ** 2).sum(axis=2).mean(axis=0)
     return Estimate.of((two - one) / (4.0 * SPAN))

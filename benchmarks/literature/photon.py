@@ -1,7 +1,7 @@
-"""The photon of problem 2 in ball arithmetic: as many digits as are asked for, with proof.
+"""The photon of problem 2 in ball arithmetic: any number of digits, with proof.
 
-The flights and impacts are those of the certified solver; the mirrors' radius is 1/3 itself, which
-no float64 is.
+It uses the certified solver's flights and impacts. The mirrors' radius is exactly 1/3, which no
+float64 can represent.
 """
 
 import time
@@ -21,16 +21,16 @@ from engine.constants import KIND_PEG
 
 ELASTIC = Pair(ONE, ZERO)
 NO_BOARD = Billiard().fields
-"""Nothing but an empty plane without gravity, to which the mirrors are added."""
+"""An empty plane without gravity, to which the mirrors are added."""
 
 
 @dataclass(frozen=True)
 class Certified:
-    """The distance's digits that are proven, and what that took."""
+    """The proven digits of the distance, and the work that the proof took."""
 
     text: str
-    digits: int  # how many were asked for and are proven, after the point; 0 if not all are
-    error: float  # 0 below what float64 knows
+    digits: int  # the requested digits after the point, if all are proven, otherwise 0
+    error: float  # bound; 0 if it is too small for float64
     bits: int
     comparisons: int
     reflections: int
@@ -38,7 +38,7 @@ class Certified:
 
 
 def with_digits(digits: int) -> Certified:
-    """The distance at t = 10, proven to so many digits: precision is doubled until it is."""
+    """The distance at t = 10, proven to `digits` digits by doubling the precision as needed."""
     start = time.perf_counter()
     bits = 64
     while True:
@@ -50,9 +50,9 @@ def with_digits(digits: int) -> Certified:
 
 
 def with_bits(bits: int, digits: int) -> Certified | None:
-    """What is proven of the distance at a precision of `bits`; None if a comparison is left open.
+    """The distance as proven with `bits` of precision; None if a comparison is undecided.
 
-    The text has at most so many digits, and fewer where they are not proven.
+    The text has at most `digits` digits, and fewer if fewer are proven.
     """
     start = time.perf_counter()
     proof = Proof()
@@ -70,7 +70,7 @@ def with_bits(bits: int, digits: int) -> Certified | None:
 
 
 def _mirrors() -> Scene:
-    """The mirrors at the precision that is set."""
+    """The mirrors at the current precision."""
     places = [(x, y) for x in MIRRORS for y in MIRRORS]
     return Scene(
         NO_BOARD,
@@ -82,7 +82,7 @@ def _mirrors() -> Scene:
 
 
 def _fly(proof: Proof) -> tuple[State, int]:
-    """Where the photon is at t = 10, and its reflections; UndecidedError if bits are wanting."""
+    """The photon's state at t = 10 and its reflections; UndecidedError if precision is too low."""
     scene = _mirrors()
     state = State(ZERO, ONE / 2, ONE / 10, ONE, ZERO, ZERO)
     touched: Touched = {}

@@ -1,7 +1,7 @@
-"""SIAM 100-Digit Challenge, problem 2: a photon among mirrors, asked for to ten digits and more.
+"""SIAM 100-Digit Challenge, problem 2: the path of a photon among mirrors, to ten digits or more.
 
-Mirrors of radius 1/3 stand at the integer points. A photon leaves (1/2, 1/10) for the east with
-speed 1: how far from the origin is it at t = 10? Each of its 14 reflections multiplies an error.
+Mirrors of radius 1/3 stand at the integer points. A photon leaves (1/2, 1/10) eastwards with speed
+1. How far from the origin is it at t = 10? Each of its 14 reflections multiplies an error.
 """
 
 from dataclasses import dataclass
@@ -17,12 +17,12 @@ TRUTH = "0.995262919443354160890311809426721621029466922734154349803208858072986
 START = ("1/2", "1/10")
 TIME = 10.0
 MIRRORS = range(-3, 4)
-"""Integers x and y of the mirrors that are looked at: the photon comes to (-2, 1.4) at most."""
+"""Integer x and y of the mirrors in the scene: the photon goes no farther than (-2, 1.4)."""
 
 
 @dataclass(frozen=True)
 class DoublePrecision:
-    """Distance at t = 10, and how far off it may be by the engine's own estimate."""
+    """Distance at t = 10, its true error, and the engine's own estimate of the error."""
 
     distance: float
     reflections: int
@@ -31,7 +31,7 @@ class DoublePrecision:
 
 
 def in_double_precision() -> DoublePrecision:
-    """The exact solver's answer; its estimate is that of the place of the last reflection."""
+    """The exact solver's answer; the estimate is that for the last reflection's position."""
     mirrors = tuple(Peg(float(x), float(y), 0.25) for x in MIRRORS for y in MIRRORS)
     board = Billiard(pegs=mirrors, ball=BallSpec(radius=1.0 / 12.0, restitution=1.0))
     found = path(board, (0.5, 0.1), (1.0, 0.0), TIME)

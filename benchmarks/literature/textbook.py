@@ -1,6 +1,6 @@
-"""What a textbook says to the last digit: an orbit's multiplier, where a ball leaves a peg, falls.
+"""Textbook formulas that the engine should meet up to rounding: orbits, falls, rolling, bounces.
 
-Each is derived where it is used; the sources say where it is printed.
+Each formula is derived where it is used; the sources say where it is printed.
 """
 
 from decimal import Decimal, localcontext
@@ -46,9 +46,9 @@ def orbit_multiplier(spacing: float, radius: float) -> Finding:
 
 
 def slider_leaves(speed: float) -> Finding:
-    """Where a ball without friction that starts on top of a peg with `speed` leaves it.
+    """The angle at which a frictionless ball leaves a peg, started on its top with `speed`.
 
-    u^2 = u0^2 + 2 g D (1 - cos), and the normal force is gone when u^2 = g D cos:
+    u^2 = u0^2 + 2 g D (1 - cos), and the normal force vanishes when u^2 = g D cos:
     cos = (2 + u0^2 / g D) / 3.
     """
     wanted = (2.0 + speed * speed / (G * _DISTANCE)) / 3.0
@@ -59,10 +59,10 @@ def slider_leaves(speed: float) -> Finding:
 
 
 def roller_leaves(friction: float, speed: float) -> Finding:
-    """The same with friction, where a ball that rolls to the end has cos = (4 + 3 u0^2/gD) / 7.
+    """The same with friction: a ball that rolls until it leaves has cos = (4 + 3 u0^2/gD) / 7.
 
-    With spin 3/4 u^2 = 3/4 u0^2 + g D (1 - cos). A real ball slips just before it leaves, as the
-    normal force goes to zero, so that this is the limit of much friction.
+    With spin, 3/4 u^2 = 3/4 u0^2 + g D (1 - cos). A real ball slips just before it leaves, because
+    the normal force goes to zero. The formula is therefore the limit of infinite friction.
     """
     wanted = (4.0 + 3.0 * speed * speed / (G * _DISTANCE)) / 7.0
     found = leaving_cosine(friction, speed)
@@ -77,7 +77,7 @@ _DISTANCE = 0.5
 
 
 def leaving_cosine(friction: float, speed: float) -> float:
-    """Cosine of the angle from the top at which a ball leaves a peg, rolling from its top."""
+    """Cosine of the angle from the top at which a ball leaves a peg after rolling from its top."""
     radius = 0.1
     surface = Material(0.0, friction)
     board = Billiard(
@@ -92,7 +92,7 @@ def leaving_cosine(friction: float, speed: float) -> float:
 
 
 def falls_with_drag(drag: float, time: float) -> Finding:
-    """How far a ball has fallen: (g/k) (t - (1 - exp(-k t)) / k), here to 40 digits."""
+    """Distance fallen with drag: (g/k) (t - (1 - exp(-k t)) / k), computed to 40 digits."""
     board = Billiard(gravity=G, drag=drag)
     found = float(path(board, (0.0, 0.0), (0.0, 0.0), time).end[body.Y])
     with localcontext() as context:
@@ -106,10 +106,11 @@ def falls_with_drag(drag: float, time: float) -> Finding:
 
 
 def bounces_end(restitution: float, height: float) -> Finding:
-    """When a ball's bounces on a floor have died: (1 + e) / (1 - e) sqrt(2 h / g).
+    """The time at which bounces on a floor have died out: (1 + e) / (1 - e) sqrt(2 h / g).
 
-    The engine ends the infinite sequence at a bounce slower than 1e-8 m/s. The flights that it
-    cuts off are the rest of the same series, 2 v / (g (1 - e)) for that bounce's v: added here.
+    The engine ends the infinite sequence at a bounce slower than 1e-8 m/s. The remaining flights
+    are the rest of a geometric series, 2 v / (g (1 - e)) with the speed v of that bounce, which is
+    added here.
     """
     radius = 0.1
     board = Billiard(
@@ -130,9 +131,9 @@ def bounces_end(restitution: float, height: float) -> Finding:
 
 
 def cradle(balls: int, speed: float) -> Finding:
-    """A ball hits a row of equal ones that touch: the last leaves with all of its speed.
+    """A ball hits a row of equal touching balls, and the last one leaves with all of its speed.
 
-    Touching elastic balls have no law of their own; one impact after the other gives this.
+    The engine has no special law for touching elastic balls; impacts one after another give this.
     """
     radius = 0.1
     arena = Arena(Place(), ArenaSettings(gravity=0.0))

@@ -1,4 +1,4 @@
-"""Many clients in one room, and what each of them gets: the load generator.
+"""The load generator: many clients in one room, and statistics of what they receive.
 
 Imports the protocol. Start with generator.py.
 """

@@ -1,8 +1,8 @@
-"""A client of a room in Python, light enough to be hundreds of clients in one process.
+"""A light client of a room, so that one process can run hundreds of them.
 
-`connect` joins a room and hands every message to a listener as it comes. The library `websockets`
-knows the protocol (its part that does no I/O); its own tasks and queues, one for each connection,
-are left out: with them a message costs up to twice as much. What binary messages hold is not
+`connect` joins a room and passes every message to a listener as it arrives. The protocol comes from
+the part of the library `websockets` that does no I/O. Its tasks and queues, one for each
+connection, are not used: with them a message costs up to twice as much. Binary messages are not
 decoded here.
 """
 
@@ -22,24 +22,24 @@ from websockets.uri import WebSocketURI, parse_uri
 from app.errors import InvalidValueError
 from engine.json_text import JsonObject
 
-_LATEST = 0.25  # s that a tick may be late and its room not yet have slept
+_LATEST = 0.25  # s; a tick that is later means that its room has slept
 
 
 class RefusedError(Exception):
-    """The server did not open the connection."""
+    """The server refused or closed the connection."""
 
 
 class Listener(Protocol):
-    """What a client does with what it hears; `now` is time.monotonic() when it was read."""
+    """Receives a client's messages; `now` is time.monotonic() when a message was read."""
 
     def event(self, client: "RoomClient", event: dict[str, Any], now: float) -> None:
-        """An event of docs/protocol.md."""
+        """Receive an event of docs/protocol.md."""
 
     def binary(self, client: "RoomClient", data: bytes, now: float) -> None:
-        """A binary message: a snapshot or segments."""
+        """Receive a binary message: a snapshot or segments."""
 
     def closed(self, client: "RoomClient", code: int, reason: str) -> None:
-        """The connection has ended; 1006 without a word."""
+        """The connection has ended; `code` is 1006 if it ended without a close frame."""
 
 
 class RoomClient(asyncio.Protocol):
@@ -47,21 +47,20 @@ class RoomClient(asyncio.Protocol):
 
     def __init__(self, listener: Listener, uri: WebSocketURI, events: bool) -> None:
         self.ready: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        self.texts = 0  # text messages that were read
-        self.text_bytes = 0  # in them
+        self.texts = 0  # text messages read
+        self.text_bytes = 0  # bytes in these
         self._listener = listener
         self._events = events
         self._protocol = ClientProtocol(uri, max_size=None)
         self._transport: asyncio.Transport | None = None
 
     def send(self, **message: object) -> None:
-        """Send a message of docs/protocol.md; nothing once the connection is closed."""
+        """Send a message of docs/protocol.md; do nothing if the connection is closed."""
         if self._protocol.state is State.OPEN:
             self._protocol.send_text(msgspec.json.encode(message))
             self._flush()
 
     def close(self) -> None:
-        """Leave."""
         if self._protocol.state is State.OPEN:
             self._protocol.send_close(CloseCode.NORMAL_CLOSURE)
             self._flush()
@@ -69,18 +68,18 @@ class RoomClient(asyncio.Protocol):
             self._transport.close()
 
     def stall(self) -> None:
-        """Stop reading, for those who test what a server does then."""
+        """Stop reading, to see how the server treats a stalled client."""
         assert self._transport is not None
         self._transport.pause_reading()
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Ask for the upgrade."""
+        """Request the upgrade to a WebSocket."""
         self._transport = cast(asyncio.Transport, transport)
         self._protocol.send_request(self._protocol.connect())
         self._flush()
 
     def data_received(self, data: bytes) -> None:
-        """Take what came: first the answer to the handshake, then messages."""
+        """Process received bytes: first the answer to the handshake, then messages."""
         now = time.monotonic()
         protocol = self._protocol
         protocol.receive_data(data)
@@ -94,7 +93,7 @@ class RoomClient(asyncio.Protocol):
             self._transport.close()
 
     def connection_lost(self, error: Exception | None) -> None:
-        """Tell how it ended."""
+        """Fail `ready` if the handshake was not done, otherwise report the end to the listener."""
         if self._protocol.state is not State.CLOSED:
             self._protocol.receive_eof()
         if not self.ready.done():
@@ -117,7 +116,7 @@ class RoomClient(asyncio.Protocol):
                 self._listener.event(self, event, now)
 
     def _flush(self) -> None:
-        """Write what the protocol has to say: messages, pongs, the answer to a close."""
+        """Write the protocol's outgoing bytes: messages, pongs, the answer to a close."""
         assert self._transport is not None
         for data in self._protocol.data_to_send():
             if data and not self._transport.is_closing():
@@ -125,9 +124,9 @@ class RoomClient(asyncio.Protocol):
 
 
 def room_url(url: str, room: str, stream: str) -> str:
-    """The address of a room's WebSocket from that of the server, or a whole one as it is.
+    """The address of a room's WebSocket, from the server's address or from a full WebSocket URL.
 
-    Raises InvalidValueError for what is no address of either kind.
+    Raises InvalidValueError if `url` is neither.
     """
     parts = urlsplit(url if "://" in url else f"http://{url}")
     scheme = {"http": "ws", "https": "wss", "ws": "ws", "wss": "wss"}.get(parts.scheme)
@@ -143,9 +142,9 @@ def room_url(url: str, room: str, stream: str) -> str:
 
 
 async def connect(url: str, listener: Listener, *, events: bool = True) -> RoomClient:
-    """Join the room at a `room_url`; without `events` they are read and not looked at.
+    """Join the room at a `room_url`; without `events`, text messages are counted but not decoded.
 
-    Raises RefusedError, or OSError when nobody answers.
+    Raises RefusedError, or OSError if the server cannot be reached.
     """
     uri = parse_uri(url)
     _, client = await asyncio.get_running_loop().create_connection(
@@ -159,11 +158,11 @@ async def connect(url: str, listener: Listener, *, events: bool = True) -> RoomC
 
 
 class Clock:
-    """What time it is on the server, and when it made each tick: estimated from pongs, for ever.
+    """Estimates the server's clock, and when each tick was due, from the latest pongs.
 
-    Times are time.monotonic() of this process. The quickest of the last pongs has the least error
-    in it, at most half its way there and back. A tick is due tick / rate seconds after a beginning
-    that stands while the room is awake; the least late of the last ticks shows it best.
+    Times are time.monotonic() of this process. The pong with the shortest round trip has the least
+    error, at most half of that round trip. A tick is due tick / rate seconds after an origin that
+    does not change while the room is awake; the least late of the latest ticks shows it best.
     """
 
     def __init__(self, tick_rate: float, kept: int = 20) -> None:
@@ -171,7 +170,7 @@ class Clock:
         self._pongs: deque[tuple[float, float, float]] = deque(maxlen=kept)
 
     def observe(self, pong: JsonObject, now: float) -> None:
-        """Take a pong whose `t` was time.monotonic() when the ping left."""
+        """Add a pong, whose `t` is time.monotonic() when the ping was sent."""
         trip = now - pong["t"]
         ahead = pong["server_time"] - (pong["t"] + 0.5 * trip)
         begin = pong["tick_time"] - pong["tick"] / self.rate
@@ -179,7 +178,7 @@ class Clock:
 
     @property
     def known(self) -> bool:
-        """Whether there was a pong."""
+        """Whether a pong has arrived."""
         return bool(self._pongs)
 
     @property
@@ -189,12 +188,12 @@ class Clock:
 
     @property
     def trip(self) -> float:
-        """Seconds of the quickest way there and back."""
+        """Shortest round trip, s."""
         return min(self._pongs)[0]
 
     def due(self, tick: int) -> float:
-        """When this tick was due, on this process's clock."""
+        """The time at which this tick was due, on this process's clock."""
         newest = self._pongs[-1][2]
-        # A room that slept meanwhile has another beginning: what it was before says nothing.
+        # A room that has slept since has a new origin, so older pongs do not count.
         begin = min(begin for _, _, begin in self._pongs if begin > newest - _LATEST)
         return begin + tick / self.rate - self.offset

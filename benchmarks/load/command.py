@@ -1,4 +1,4 @@
-"""`python -m benchmarks load`: many clients in one room of a running server, and what they get."""
+"""`python -m benchmarks load`: joins many clients to one room of a running server."""
 
 import json
 
@@ -11,28 +11,28 @@ from benchmarks.load.generator import Load, Report, run
 STREAMS = ("snapshots", "segments", "seeds")
 
 
-@click.command(name="load", short_help="What do many clients of a running server get?")
+@click.command(name="load", short_help="What do many clients of a running server receive?")
 @click.argument("url")
 @click.option("--clients", type=click.IntRange(1, 100_000), default=10, show_default=True)
 @click.option(
     "--seconds", type=click.FloatRange(0.1, 86_400), default=10.0, show_default=True, metavar="S"
 )
-@click.option("--room", default="main", show_default=True, help="Which room to join.")
+@click.option("--room", default="main", show_default=True, help="The room to join.")
 @click.option("--stream", type=click.Choice(STREAMS), default="snapshots", show_default=True)
 @click.option(
     "--drops", type=click.FloatRange(0.0, 1e4), default=5.0, show_default=True, metavar="N",
-    help="Balls a second that one of the clients drops, so that something moves.",
+    help="Balls per second that one of the clients drops, so that something moves.",
 )  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def load(
     url: str, clients: int, seconds: float, room: str, stream: str, drops: float, as_json: bool
 ) -> None:
-    """Join CLIENTS clients to a room of the server at URL and print what they get.
+    """Join CLIENTS clients to a room of the server at URL and print what they receive.
 
-    Latency runs from when a tick was due on the server to when its frame was read here, by the
-    clocks' offset estimated from pings. A frame is behind by the ticks made since; a gap is a tick
-    of which a client got no snapshot. The stream `seeds` has no frames, but texts alone; bytes are
-    those of both.
+    Latency is the time from when a tick was due on the server until its frame was read here; pings
+    estimate the offset between the two clocks. "Behind" is the latency in ticks. A gap is a tick
+    without a snapshot for a client. The stream `seeds` has only texts and no frames; bytes count
+    both.
     """
     try:
         report = run(Load(room_url(url, room, stream), clients, stream, drops), seconds)

@@ -1,4 +1,4 @@
-"""Many clients in one room, and what each of them gets: what `python -m benchmarks load` prints."""
+"""The load generator: joins many clients to one room and counts what they receive."""
 
 import asyncio
 import contextlib
@@ -16,26 +16,26 @@ from app.protocol import messages
 from benchmarks.load.client import Clock, RefusedError, RoomClient, connect
 from engine.json_text import JsonObject
 
-_TOGETHER = 50  # handshakes under way at once
-_PING = 0.2  # s between the timekeeper's pings
-_GREETING = 30.0  # s in which a server greets, however busy
+_TOGETHER = 50  # handshakes at a time
+_PING = 0.2  # s between the first client's pings, which estimate the server's clock
+_GREETING = 30.0  # s within which even a busy server sends its hello
 
 
 @dataclass(slots=True)
 class Counted:
-    """What one client got while it was counted."""
+    """Counts of one client."""
 
     frames: int = 0  # binary messages
-    bytes: int = 0  # in them, and in texts
+    bytes: int = 0  # of binary and text messages
     texts: int = 0
-    missed: int = 0  # ticks of which it got no snapshot
+    missed: int = 0  # ticks without a snapshot
     tick: int = -1
     end: tuple[int, str] | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What all of them got. Latencies: from when a tick was due until its frame was read, in s."""
+    """Figures of all clients. Latencies: from when a tick was due until its frame was read, s."""
 
     stream: str
     asked: int
@@ -56,15 +56,15 @@ class Report:
     errors: dict[str, int]
 
     def behind(self, share: float) -> int:
-        """Frames that all but the slowest `1 - share` of frames were at most behind."""
+        """`latency(share)` in whole ticks."""
         return int(self.latency(share) * self.tick_rate)
 
     def latency(self, share: float) -> float:
-        """The latency that this share of all frames did not exceed, in s; 0 without frames."""
+        """The latency in s that this share of all frames did not exceed; 0 without frames."""
         return float(np.quantile(self.latencies, share)) if len(self.latencies) else 0.0
 
     def to_dict(self) -> JsonObject:
-        """JSON form: figures instead of the latencies themselves."""
+        """JSON form, with quantiles instead of the latencies themselves."""
         fps = self.fps or [0.0]
         return {
             "stream": self.stream,
@@ -91,9 +91,9 @@ class Report:
 
 @dataclass(slots=True)
 class Load:
-    """Joins `clients` clients to a room, has one of them drop balls, and counts.
+    """Joins `clients` clients to a room, drops balls from one of them, and counts.
 
-    Over `url`, or in turns over it and all of `more`.
+    The clients are spread evenly over the addresses `url` and `more`.
     """
 
     url: str
@@ -101,13 +101,15 @@ class Load:
     stream: str = messages.SNAPSHOTS
     drops: float = 5.0  # a second
     more: tuple[str, ...] = ()
-    settle: float = 0.5  # s of watching before counting begins
+    settle: float = 0.5  # s between the hello and the start of counting
     wait: Callable[[float], Awaitable[None]] = asyncio.sleep
     on_count: Callable[[], None] = lambda: None  # called when counting begins
-    on_counted: Callable[[], None] = lambda: None  # and when it has ended
+    on_counted: Callable[[], None] = lambda: None  # called when counting has ended
     counting: bool = False
     leaving: bool = False
-    answered: asyncio.Event = field(default_factory=asyncio.Event)  # a client was greeted or ended
+    answered: asyncio.Event = field(
+        default_factory=asyncio.Event
+    )  # a client got its hello or ended
     counted: dict[RoomClient, Counted] = field(default_factory=dict)
     refused: Counter[str] = field(default_factory=Counter)
     errors: Counter[str] = field(default_factory=Counter)
@@ -117,7 +119,7 @@ class Load:
     dropped: int = 0
 
     async def run(self, seconds: float) -> Report:
-        """Count for so many seconds; raises RefusedError when nobody gets in."""
+        """Count for `seconds`; raises RefusedError if no client can join."""
         first, *_ = await self._join()
         chores = [asyncio.create_task(self._ping(first)), asyncio.create_task(self._drop(first))]
         try:
@@ -145,7 +147,7 @@ class Load:
         async def join(number: int) -> RoomClient | None:
             async with gate:
                 try:
-                    # One of them listens for all: to decode events takes longer than to count.
+                    # Only the first decodes events, which takes longer than counting them.
                     client = await connect(urls[number % len(urls)], self, events=number == 0)
                 except (RefusedError, OSError) as error:
                     self.refused[str(error)] += 1
@@ -166,7 +168,7 @@ class Load:
             counted.bytes += sign * client.text_bytes
 
     async def _greeted(self) -> None:
-        """Wait for the hello; raises RefusedError when none can come any more, or comes in time."""
+        """Wait for the first hello; raises RefusedError if all clients ended or time is up."""
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(_GREETING):
                 while self.hello is None and any(c.end is None for c in self.counted.values()):
@@ -183,14 +185,14 @@ class Load:
             await asyncio.sleep(_PING)
 
     async def _drop(self, client: RoomClient) -> None:
-        """Balls at an even rate, the first at once, so that something always moves."""
+        """Drop balls at an even rate, the first at once, so that something always moves."""
         while self.drops > 0:
             client.send(type="drop")
             self.dropped += 1
             await asyncio.sleep(1.0 / self.drops)
 
     def event(self, client: RoomClient, event: dict[str, Any], now: float) -> None:
-        """Keep the clock, and count what the server refuses."""
+        """Update the clock, and count the errors that the server sends."""
         kind = event["type"]
         if kind == "hello" and self.hello is None:
             self.hello = event
@@ -202,7 +204,7 @@ class Load:
             self.errors[event["code"]] += 1
 
     def binary(self, client: RoomClient, data: bytes, now: float) -> None:
-        """Count a snapshot or segments: both have their tick at the same place."""
+        """Count a snapshot or segments; both have the tick in bytes 4 to 8."""
         counted = self.counted.setdefault(client, Counted())
         tick = int.from_bytes(data[4:8], "little")
         before, counted.tick = counted.tick, tick
@@ -216,7 +218,7 @@ class Load:
             self.latencies.append(now - self.clock.due(tick))
 
     def closed(self, client: RoomClient, code: int, reason: str) -> None:
-        """Note who was sent away."""
+        """Note a client whose connection the server closed."""
         if not self.leaving:
             self.counted.setdefault(client, Counted()).end = (code, reason)
             self.answered.set()
@@ -249,7 +251,7 @@ class Load:
 
 
 def run(load: Load, seconds: float) -> Report:
-    """Run a load on an event loop of its own, the fast one where there is one."""
+    """Run a load in a new event loop, with uvloop if it is installed."""
     with contextlib.suppress(ImportError):
         import uvloop
 

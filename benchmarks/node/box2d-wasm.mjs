@@ -1,10 +1,10 @@
-// Box2D 2.4 compiled to WebAssembly, as its expert would set it up: see planck.mjs.
+// Box2D 2.4 compiled to WebAssembly, set up as in planck.mjs.
 //
-// Its velocityThreshold of 1 m/s can be set per fixture (SetRestitutionThreshold): 0.
+// The velocityThreshold of 1 m/s, below which no impact rebounds, is set to 0 on each fixture.
 const SCALE = 10;
 
 export async function load() {
-  globalThis.fetch = undefined; // its loader would fetch its file by a path; without it, it reads
+  globalThis.fetch = undefined; // with fetch, the loader would fetch a file path; without, it reads
   const { default: Box2DFactory } = await import('box2d-wasm');
   const b2 = await Box2DFactory();
   return (board, xs, dt) => create(b2, board, xs, dt);

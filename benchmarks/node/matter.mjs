@@ -1,13 +1,13 @@
 // matter-js, as its expert would set it up.
 //
-// Lengths in pixels, 100 a metre, for its tolerances are sized for that. Its circles are polygons,
-// with at most one side a pixel of radius: ours have 64 sides. No impact slower than 2 pixels a
-// frame rebounds by default; that limit is lowered to 0.001. Making a body static sets its
-// restitution to 0 and its friction to 1, so both are set again afterwards. Pairs take the larger
-// restitution and the smaller friction: the ball has 0 and 1. There is no continuous collision, so
-// a wall is half a metre thick, away from the ball. Its friction is an impulse per frame, not
-// Coulomb's, and no setting makes it that. frictionAir is set so that its rule
-// v (1 - f dt / (1/60 s)) equals exp(-k dt). No sleeping.
+// Lengths are in pixels, 100 per metre, because its tolerances are made for that. Its circles are
+// polygons with at most one side per pixel of radius: ours have 64 sides. By default no impact
+// slower than 2 pixels per frame rebounds; that limit is lowered to 0.001. Making a body static
+// sets its restitution to 0 and its friction to 1, so both are set again afterwards. A pair has the
+// larger restitution and the smaller friction: the ball therefore has 0 and 1. There is no
+// continuous collision, so a wall is half a metre thick, on the side away from the ball. Friction
+// is an impulse per frame and not Coulomb's, which no setting changes. frictionAir is set so that
+// its rule v (1 - f dt / (1/60 s)) equals exp(-k dt). Sleeping is off.
 import Matter from 'matter-js';
 
 const SCALE = 100;

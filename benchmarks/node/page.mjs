@@ -1,7 +1,7 @@
-// The pages' own solver on V8: `node page.mjs`, one JSON task a line on stdin.
+// The pages' own solver on V8: `node page.mjs` reads one JSON task per line on stdin.
 //
-// Task: {board, drops}: the seeds from 0, in slices as static/js/solver/many/worker.js takes them.
-// Answer: {seconds, bins, x_ends}, one JSON line on stdout; whoever asks compares the latter two.
+// Task: {board, drops}: drops with seeds from 0, in slices like static/js/solver/many/worker.js.
+// Answer: {seconds, bins, x_ends}, one JSON line on stdout; the caller compares bins and x_ends.
 import { readFileSync } from 'node:fs';
 import { createInterface } from 'node:readline';
 

@@ -1,9 +1,10 @@
 // planck, as its expert would set it up.
 //
-// Ten times larger than life, so that its tolerated overlap of 5 mm is half of one here; every
-// impact rebounds, however slow (velocityThreshold 0). Restitutions of a pair are its maximum,
-// frictions the root of their product: the ball has 0 and 1. linearDamping is set so that its rule
-// v / (1 + c dt) equals exp(-k dt). Continuous collision on, sleeping off.
+// The scene is ten times larger than life, so that the tolerated overlap of 5 mm is 0.5 mm in real
+// size. Every impact rebounds, however slow (velocityThreshold 0). A pair has the larger
+// restitution and the root of the product of the frictions: the ball therefore has 0 and 1, the
+// board the square of its friction. linearDamping is set so that its rule v / (1 + c dt) equals
+// exp(-k dt). Continuous collision is on, sleeping is off.
 const SCALE = 10;
 
 export async function load() {

@@ -1,9 +1,9 @@
 // Rapier 2D, as its expert would set it up.
 //
-// In metres, with lengthUnit 0.1 (the size of a ball), from which it derives its tolerances. The
-// combination rules are set on the ball and win: Max for restitution and for friction, so that the
-// pair's values are those of the board. linearDamping is set so that its rule v / (1 + c dt) equals
-// exp(-k dt). Continuous collision on, sleeping off.
+// Lengths are in metres, with lengthUnit 0.1 (the size of a ball), from which Rapier derives its
+// tolerances. The ball's combination rule is Max for restitution and friction, and the ball's own
+// values are 0, so that a pair has the board's values. linearDamping is set so that its rule
+// v / (1 + c dt) equals exp(-k dt). Continuous collision is on, sleeping is off.
 const BALLS = 0x0001_0002; // in group 1, touches group 2
 const BOARD = 0x0002_0001;
 

@@ -1,9 +1,9 @@
-// Plays boards on one Node.js engine: `node runner.mjs ENGINE`, one JSON task a line on stdin.
+// Plays boards on one Node.js engine: `node runner.mjs ENGINE` reads a JSON task per line on stdin.
 //
 // Task: {board, xs, dt, steps, poll, record}. board: {gravity, drag, radius, density, y, bins_y,
 // pegs: [[x, y, r]], walls: [[x1, y1, x2, y2]], peg: [e, mu], wall: [e, mu]}, SI, pair values.
-// record: a file to write float64 x, y, vx, vy of all balls at steps 0 … steps into; or null: step
-// until all balls are below bins_y, looking every `poll` steps, and count no look's time.
+// record: the file for float64 x, y, vx, vy of all balls at steps 0 … steps. null: step until all
+// balls are below bins_y, which is checked every `poll` steps; the checks are not timed.
 // Answer: {seconds} or {error}, one JSON line on stdout.
 import { writeFileSync } from 'node:fs';
 import { createInterface } from 'node:readline';

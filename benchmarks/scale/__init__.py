@@ -1,5 +1,5 @@
-"""What a million spectators, 100,000 rooms and 10^12 drops need, by measured unit costs.
+"""Estimates for a million spectators, 100,000 rooms and 10^12 drops, from measured unit costs.
 
-`units` measures what no other benchmark does, `estimates` multiplies what is recorded. Begin with
-`estimates`.
+`units` measures the costs that no other benchmark measures; `estimates` multiplies the recorded
+costs. Start with `estimates`.
 """

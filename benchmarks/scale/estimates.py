@@ -1,4 +1,4 @@
-"""What much needs, by what little takes: figures are measured, or one times another. Pure."""
+"""Estimates for large numbers: recorded unit costs times a number of clients, rooms or drops."""
 
 import math
 from dataclasses import dataclass
@@ -20,11 +20,11 @@ ROOMS: Final = 100_000
 DROPS: Final = 10**12
 
 MARKS: Final = 4.0
-"""Times a second that an awake room writes to the ledger how far it has come."""
+"""Marks per second: an awake room writes its progress to the ledger this often."""
 
 SHARE: Final = 0.5
-"""Of a core that one process gives to its rooms, and to those who watch them: the rest is for
-requests and for what comes at once."""
+"""Share of a core that a process spends on its rooms or on their clients; the rest is for requests
+and bursts."""
 
 DAY: Final = 86_400.0  # s
 WORKERS: Final = 1000
@@ -39,16 +39,17 @@ _ROW: Final = 40
 """Bytes of a drop's row before compression: seed, bin, score, duration, impacts, x_end."""
 
 _HASH: Final = 68
-"""Bytes of a hash in a result's JSON: 64 digits, quotes, comma and blank."""
+"""Bytes of a hash in a result's JSON: 64 digits, quotes, comma and space."""
 
 
 @dataclass(frozen=True)
 class Units:
-    """Measured costs. Of a stream: clients a core, bytes/s and messages/s of one client; none of
-    them where they are not recorded. relayed: the same of one over a relay, whose core it is.
+    """Measured unit costs.
 
-    ticks, room_bytes: s of a core and bytes of a room, by its balls. drop, mark: s that PostgreSQL
-    takes; row: bytes of a drop there. client, server: resident bytes. rate: drops/s of a core.
+    streams: by stream, clients per core, bytes/s and messages/s of one client; empty if not
+    recorded. relayed: the same for the spectators of a relay and the relay's core. ticks,
+    room_bytes: s of a core and bytes of a room, by its balls in flight. drop, mark: s in
+    PostgreSQL; row: bytes of a drop there. client, server: resident bytes. rate: drops/s of a core.
     """
 
     streams: dict[str, tuple[float, float, float]]
@@ -64,10 +65,10 @@ class Units:
 
 
 def units_of(page: Recorded) -> Units:
-    """The costs that pages record; MissingError names the first one that is not there.
+    """The recorded unit costs; raises MissingError for the first one that is not recorded.
 
-    The streams side by side may be missing, which a quiet machine alone can measure: snapshots are
-    then told by the largest crowd and by what a ball in flight takes on the wire.
+    Only the comparison of the streams may be missing, because only a quiet machine can measure it.
+    The cost of snapshots then comes from the largest crowd and from the bytes per ball on the wire.
     """
 
     def stream(name: str) -> tuple[float, float, float]:
@@ -98,7 +99,7 @@ def units_of(page: Recorded) -> Units:
 
 
 def _crowd(page: Recorded) -> tuple[float, float, float]:
-    """Clients a core by snapshots, bytes/s and messages/s of one."""
+    """Clients per core for snapshots, bytes/s and messages/s of one client."""
     clients, rate = 800, Settings().tick_rate
     share = page.number(CROWDS, str(clients), "of a core")
     for row in page.rows(WIRE):
@@ -108,7 +109,7 @@ def _crowd(page: Recorded) -> tuple[float, float, float]:
 
 
 def _relayed(page: Recorded) -> tuple[float, float, float]:
-    """Spectators a core of relays, bytes/s and messages/s of one."""
+    """Spectators per core of a relay, bytes/s and messages/s of one spectator."""
     crowd = f"{max(relays.CROWDS):,}"
     return (
         page.number(relays.COST, relays.SERVED, "value"),
@@ -118,7 +119,7 @@ def _relayed(page: Recorded) -> tuple[float, float, float]:
 
 
 def tables(cost: Units) -> list[Table]:
-    """All that docs/scale.md derives."""
+    """The tables of docs/scale.md."""
     spectators = [_spectators(cost)] if cost.streams or cost.relayed else []
     return [_costs(cost), *spectators, _rooms(cost), _drops(cost), _first(cost)]
 
@@ -187,7 +188,7 @@ def _spectators(cost: Units) -> Table:
 
 
 def processes_for(spectators: int, clients: float) -> int:
-    """Processes for so many, where a core serves so many: by its time, and by its connections."""
+    """Processes for `spectators`, if a core serves `clients`: limited by time and connections."""
     return math.ceil(spectators / min(SHARE * clients, MAX_CONNECTIONS))
 
 
@@ -245,7 +246,7 @@ def _drops(cost: Units) -> Table:
 
 
 def _first(cost: Units) -> Table:
-    """What one of each part carries."""
+    """The largest numbers that one server, one ledger and one room can take."""
     rate = Settings().tick_rate
     marks = 1.0 / (MARKS * cost.mark + cost.drop / FALL)
     ticks = SHARE / (rate * cost.ticks[1])
@@ -268,7 +269,7 @@ def _first(cost: Units) -> Table:
 
 
 def _bytes(count: float) -> str:
-    """A size with a fitting unit, three digits."""
+    """A size with three digits and a unit that suits it."""
     for name, size in (("PB", 1e15), ("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
         if count >= size:
             return f"{_digits(count / size)} {name}"
@@ -283,6 +284,5 @@ def _time(seconds: float) -> str:
 
 
 def _digits(number: float) -> str:
-    """Three digits."""
     places = 0 if number >= 99.95 else 1 if number >= 9.995 else 2
     return f"{number:,.{places}f}"

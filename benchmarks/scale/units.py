@@ -1,4 +1,4 @@
-"""Unit costs that no other benchmark has: a room's tick by its balls, its memory, its rows."""
+"""Unit costs that no other benchmark measures: a room's ticks, its memory, its rows in a ledger."""
 
 import contextlib
 import gc
@@ -17,18 +17,17 @@ from engine import Board
 
 BOARD: Final = "triangle-16"
 BALLS: Final = (1, 8, 50)
-"""In flight in one room: one player, a few, a crowd."""
+"""Balls in flight in one room: of one player, of a few, of a crowd."""
 
 TICKS: Final = 120
 GROUP: Final = 100
-"""Rows of one transaction: what comes in at a busy server while the one before is committed."""
+"""Drops per transaction: as many as reach a busy server while it commits the last transaction."""
 
 ROOM: Final = "A room by the balls in flight in it"
 LEDGER: Final = "What a ledger takes"
 
 
 def run(effort: Effort) -> Section:
-    """All of them."""
     section = Section("scale")
     _rooms(section, effort)
     _ledger(section, effort)
@@ -36,7 +35,7 @@ def run(effort: Effort) -> Section:
 
 
 def _rooms(section: Section, effort: Effort) -> None:
-    """What a tick takes, and what a room and its balls are in memory."""
+    """The time of a tick, and the memory of a room with its balls."""
     times = in_turns(
         {str(balls): _ticking(balls) for balls in BALLS},
         effort.rounds,
@@ -88,8 +87,8 @@ def _ticking(balls: int) -> Job:
 
 
 def _memory(balls: int, rooms: int) -> float:
-    """Bytes of a room in mid-flight, the mean of several."""
-    _room(balls).step(watched=False)  # what all share is there then
+    """Bytes of a room with balls in flight, the mean of several rooms."""
+    _room(balls).step(watched=False)  # allocates what all rooms share
     gc.collect()
     tracemalloc.start()
     try:
@@ -103,7 +102,7 @@ def _memory(balls: int, rooms: int) -> float:
 
 
 def _ledger(section: Section, effort: Effort) -> None:
-    """Drops with their results, and marks of how far rooms have come, in SQLite and PostgreSQL."""
+    """The cost of drops with results, and of marks of a room's progress, in both databases."""
     drops = effort.size(20_000, GROUP)
     found = {}
     with tempfile.TemporaryDirectory() as folder:
@@ -134,7 +133,7 @@ def _ledger(section: Section, effort: Effort) -> None:
 
 
 def _costs(url: str, drops: int, effort: Effort) -> dict[str, float]:
-    """µs of a drop with its result, µs of a mark, and bytes that a drop takes."""
+    """µs of a drop with its result, µs of a mark, and bytes of a drop."""
     from app.persistence.ledger.database import Database
     from app.persistence.statements import writing
     from app.rooms.records import BoardRow, DropRow, Mark, ResultRow, RoomRow, Write
@@ -174,7 +173,7 @@ def _costs(url: str, drops: int, effort: Effort) -> dict[str, float]:
 
 
 def _backend(database: Any) -> int | None:
-    """The process of the database that works for us; None for SQLite, which is in ours."""
+    """PostgreSQL's process for this connection; None for SQLite, which runs in this process."""
     import sqlalchemy as sa
 
     if database.file is not None:
@@ -184,12 +183,12 @@ def _backend(database: Any) -> int | None:
 
 
 def _worked(backend: int | None) -> float:
-    """Processor time so far, s: of this process, and of the database's."""
+    """Processor time of this process and of the database's process until now, s."""
     return time.process_time() + (processor_time(backend) if backend else 0.0)
 
 
 def _size(database: Any) -> float:
-    """Bytes of all tables with their indexes."""
+    """Bytes of the whole database, indexes included."""
     import sqlalchemy as sa
 
     with database.transaction() as connection:
@@ -201,7 +200,7 @@ def _size(database: Any) -> float:
 
 @contextlib.contextmanager
 def _postgresql() -> Iterator[str | None]:
-    """The address of an empty database; None where PostgreSQL is not installed."""
+    """The address of an empty database; None if PostgreSQL is not installed."""
     from tests.kit import postgres
 
     if postgres.why_not():

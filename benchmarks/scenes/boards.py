@@ -1,4 +1,4 @@
-"""The boards that the benchmarks share."""
+"""Boards shared by the benchmarks: triangles, lattices, and scenes that the validator refuses."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -12,29 +12,30 @@ from engine.board.model import Board
 from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
 
 PLAIN = presets.Tuning(drag=0.0, restitution=0.6, friction=0.0, jitter=0.8)
-"""No drag, no friction: what every other engine can be asked for without excuses."""
+"""No drag, no friction: every other engine can simulate this."""
 
 FULL = presets.Tuning(drag=2.2, restitution=0.65, friction=0.15, jitter=0.8)
-"""Drag, friction, spin and the contact phases that come with them."""
+"""Drag, friction, spin, and the rolling and sliding that they cause."""
 
 THIN = PLAIN._replace(restitution=0.5)
-"""On the lattice: bounces so low that most balls hit one peg in each row."""
+"""For the lattice: bounces are so low that most balls hit one peg in each row."""
 
-SPACING = 0.6  # m, of the lattice boards: a ball fits between a peg and a wall
+SPACING = 0.6  # m between the pegs of a lattice: a ball fits between a peg and a wall
 PEG_RADIUS = 0.05
 BALL_RADIUS = 0.1
 
 
 def triangle(rows: int, tuning: presets.Tuning) -> Board:
-    """The triangular board of the reference game with the physics given."""
+    """The reference game's triangular board with the physics of `tuning`."""
     name = f"{'plain' if tuning is PLAIN else 'trial'}-{rows}"
     return Board.of(presets.triangle(name, rows, payouts.multipliers(rows, "medium"), tuning))
 
 
 def lattice(rows: int, columns: int, tuning: presets.Tuning) -> Board:
-    """A staggered rectangle of pegs: the same walk whatever its size, started in the middle.
+    """A staggered rectangle of pegs; drops from its middle are similar for every size.
 
-    Even rows have columns + 1 pegs, half of the outermost inside the walls; odd rows have columns.
+    Odd rows have `columns` pegs. Even rows have one more; half of their outermost pegs is inside
+    the walls.
     """
     pitch = 0.875 * SPACING
     top = 2.0 * SPACING
@@ -71,9 +72,9 @@ def unchecked(
     floor: float = 1e5,
     gravity: float = 9.81,
 ) -> Board:
-    """A scene that is no board for play: closed boxes and bare floors.
+    """A scene that the validator would refuse, such as a closed box or a bare floor.
 
-    Frictionless and drag-free; the values are checked, how the parts stand to each other is not.
+    It has no friction and no drag. Values are checked, but not how the parts lie to each other.
     `floor` is the height of the bins' line in m, by default far out of reach.
     """
     material = Material(restitution, 0.0)
@@ -92,7 +93,7 @@ def unchecked(
 
 
 def revised(board: Board, **changes: Any) -> Board:
-    """`board` with some fields changed, unchecked as a whole."""
+    """`board` with some fields changed, without the checks of the whole board."""
     with mock.patch.object(playable, "check"):
         return replace(board, **changes)
 
@@ -104,7 +105,7 @@ def bare_floor(restitution: float, height: float) -> Board:
 
 
 def elastic_box() -> Board:
-    """A closed box with nine pegs in which nothing is lost: e = 1, no friction, no drag."""
+    """A closed box with nine pegs and no loss of energy: e = 1, no friction, no drag."""
     walls = (
         Wall(-1.5, -1.5, 1.5, -1.5),
         Wall(-1.5, 1.5, 1.5, 1.5),

@@ -1,7 +1,7 @@
-"""Scenes shared by tests, benchmarks and demos: small boards that each show one thing.
+"""Scenes shared by tests, benchmarks and demos: small boards that show one effect each.
 
-A scene is a board that may be played (but for the level shelf), what happens on it, and a start
-where it is seen at its clearest. Every seed of its board is a drop of the same kind.
+A scene is a valid board (except the level shelf), a description of the effect, and the start that
+shows it best. Drops from other seeds of the board show the same effect.
 """
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ from engine.errors import BoardError
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """A board, what it shows, and an explicit start x in m (None: seeds show it as well)."""
+    """A board, the effect that it shows, and a start x in m (None: any seed shows it)."""
 
     name: str
     shows: str
@@ -37,24 +37,23 @@ _RAMP: Final = Wall(-1.0, 0.6, 0.8, 1.4)
 
 
 def scene_names() -> tuple[str, ...]:
-    """Names of all scenes."""
     return tuple(_MAKERS)
 
 
 @cache
 def scene(name: str) -> Scene:
-    """Return the scene `name`; BoardError naming it if there is none."""
+    """Return the scene `name`; raises BoardError if it does not exist."""
     if name not in _MAKERS:
         raise BoardError(
-            f"there is no scene {name!r:.60}; there are {', '.join(_MAKERS)}", field="scene"
+            f"there is no scene {name!r:.60}; the scenes are {', '.join(_MAKERS)}", field="scene"
         )
     return _MAKERS[name]()
 
 
 def trial(rows: int, restitution: float, friction: float, drag: float) -> Board:
-    """The triangular board of `rows` rows with the physics given, drag in 1/s.
+    """The triangular board of `rows` rows with the given physics, drag in 1/s.
 
-    The start's jitter is that of the presets before they were tuned: 0.8 peg spacings.
+    The start's jitter is 0.8 peg spacings, as in the presets before they were tuned.
     """
     tuning = presets.Tuning(drag, restitution, friction, jitter=0.8)
     payout = payouts.multipliers(rows, "medium")
@@ -78,7 +77,7 @@ def _chute(
     jitter: float = 0.02,
     gravity: float = 9.81,
 ) -> Board:
-    """A walled chute 4 m wide and 4 m deep with eight bins; the parts given come first."""
+    """A chute between walls, 4 m wide and 4 m deep, with eight bins; the given walls come first."""
     half = 0.5 * _WIDTH
     surface = Material(restitution, friction)
     sides = tuple(Wall(side, -0.5, side, _FLOOR) for side in (-half, half))

@@ -1,10 +1,10 @@
-"""Valid boards that cost more than others, as JSON forms."""
+"""Valid boards that are expensive to compute or to check, as JSON forms."""
 
 from typing import Any
 
 
 def hall(gravity: float = 10_000.0) -> dict[str, Any]:
-    """A board whose balls bounce up to a hundred thousand times before they find the way out."""
+    """A board on which balls bounce up to a hundred thousand times before they find the exit."""
     smooth = {"restitution": 1.0, "friction": 0.0}
     walls = [(-0.5, -0.25, -0.5, 0.75), (0.5, -0.25, 0.5, 0.75), (-0.5, -0.25, 0.5, -0.25),
              (-0.5, 0.225, -0.012501, 0.25), (0.012501, 0.25, 0.5, 0.225)]  # fmt: skip
@@ -41,7 +41,7 @@ def large() -> dict[str, Any]:
 
 
 def crowded() -> dict[str, Any]:
-    """The large board with 950 walls at its left side, within a millimetre."""
+    """The large board with 950 more walls at its left side, all within a millimetre."""
     form = large()
     form["name"] = "crowded"
     form["walls"] += [

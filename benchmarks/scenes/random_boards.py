@@ -1,4 +1,4 @@
-"""Random boards within the validator's rules, and starts that aim at what is delicate on them."""
+"""Random valid boards, and starts that aim at their delicate places."""
 
 import numpy as np
 
@@ -8,16 +8,16 @@ from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
 from engine.errors import BoardError
 
 TRIES = 400
-"""Boards made up until one is valid. Most are refused for a gap that a ball can wedge in."""
+"""Most boards to try until one is valid. Most are refused for a gap in which a ball can wedge."""
 
 
 def random_board(seed: int) -> Board:
-    """A valid board made from `seed`: pegs, slanted bars, any material, gravity, drag and scale."""
+    """A valid board from `seed`, with random pegs, slanted bars, material, gravity, drag, scale."""
     rng = np.random.default_rng(seed)
     for _ in range(TRIES):
         try:
             return _attempt(rng)
-        except BoardError:  # the validator refused it, which is what it is for
+        except BoardError:  # refused by the validator
             continue
     raise RuntimeError(f"no valid board in {TRIES} attempts from seed {seed}")
 
@@ -52,7 +52,7 @@ def _attempt(rng: np.random.Generator) -> Board:
 def _pegs(
     rng: np.random.Generator, width: float, height: float, ball: float
 ) -> list[tuple[float, float, float]]:
-    """Pegs at least a ball apart from each other, and from the walls."""
+    """Pegs with gaps of at least a ball between each other and to the walls."""
     found: list[tuple[float, float, float]] = []
     slack = 1.0 + 10.0 ** rng.uniform(-6.0, 0.0)
     for _ in range(int(rng.integers(1, 120))):
@@ -70,7 +70,6 @@ def _pegs(
 def _bars(
     rng: np.random.Generator, width: float, height: float
 ) -> list[tuple[float, float, float, float]]:
-    """A few slanted bars."""
     found = []
     for _ in range(int(rng.integers(1, 4))):
         x, y = rng.uniform(-0.3 * width, 0.3 * width), rng.uniform(0.2 * height, 0.9 * height)
@@ -80,9 +79,10 @@ def _bars(
 
 
 def _surface(rng: np.random.Generator) -> tuple[float, float]:
-    """Restitution and friction, at times at the ends of their ranges.
+    """Random restitution and friction, sometimes at the ends of their ranges.
 
-    Not too often: a ball that loses nothing bounces until it runs out of events, at a second each.
+    Restitution 1 is rare: a ball that loses no energy bounces until it runs out of events, which
+    takes a second.
     """
     extremes = [0.0, 1.0, 0.999999, rng.uniform()]
     restitution = float(rng.choice(extremes, p=[0.25, 0.02, 0.02, 0.71]))
@@ -91,12 +91,12 @@ def _surface(rng: np.random.Generator) -> tuple[float, float]:
 
 
 def _spread(rng: np.random.Generator, middle: float, decades: float) -> float:
-    """A number around `middle`, within some decades to either side."""
+    """A random number around `middle`, at most `decades` decades away."""
     return float(middle * 10.0 ** rng.uniform(-decades, decades))
 
 
 def starts(board: Board, count: int, seed: int) -> list[float]:
-    """Starts within the drop zone: half anywhere, half at pegs' middles and grazing their rims."""
+    """Starts in the drop zone: half anywhere, half above the middle or the rim of a peg."""
     rng = np.random.default_rng([seed, 1])
     low = board.drop.x - board.drop.jitter
     high = board.drop.x + board.drop.jitter

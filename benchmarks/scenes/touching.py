@@ -1,4 +1,4 @@
-"""Scenes of many balls that touch each other, as every engine of the comparison gets them."""
+"""Scenes of many balls that touch each other, the same for every engine."""
 
 from dataclasses import dataclass, replace
 
@@ -18,7 +18,7 @@ DT = 1.0 / 60.0
 
 @dataclass(frozen=True)
 class Heap:
-    """Static geometry and n equal balls at rest in it; all of one material, Earth's gravity."""
+    """Static geometry and n equal balls at rest, all of one material, with Earth's gravity."""
 
     name: str
     place: Place
@@ -37,7 +37,7 @@ class Heap:
 
 
 def _rows(n: int, left: float, right: float, top: float, radius: float, up: bool) -> list[Floats]:
-    """Centres in rows that do not touch, each moved a little so that they are no crystal."""
+    """Centres in rows that do not touch, each shifted a little to break the symmetry."""
     step = 2.4 * radius
     columns = int((right - left) / step)
     k = np.arange(n)
@@ -49,7 +49,7 @@ def _rows(n: int, left: float, right: float, top: float, radius: float, up: bool
 
 
 def box(n: int = 500, radius: float = 0.08) -> Heap:
-    """n balls in a closed box that they fill to a half; larger boxes for more, equal density."""
+    """n balls that fill about half of a closed box, whose area is proportional to n."""
     side = float(np.sqrt(n / 500.0)) * 5.0
     geometry = Place.box(side, side, restitution=MATERIAL.restitution, friction=MATERIAL.friction)
     x, y = _rows(n, -0.5 * side, 0.5 * side, 0.0, radius, up=False)
@@ -57,7 +57,7 @@ def box(n: int = 500, radius: float = 0.08) -> Heap:
 
 
 def board(n: int = 500, radius: float = 0.06) -> Heap:
-    """n balls over the pegs of the 12-row board, half its ball's size; its bins have a floor."""
+    """n balls above the 12-row board, half as large as its ball; the bins have a floor."""
     preset = Board.preset("triangle-12")
     mouth = preset.walls[0]
     foot = preset.walls[2]
@@ -81,7 +81,7 @@ def board(n: int = 500, radius: float = 0.06) -> Heap:
 
 @dataclass(frozen=True)
 class Gas:
-    """A heap's balls in motion where nothing pulls, rubs or is lost; velocities in m/s."""
+    """A heap's balls in motion, without gravity, friction or loss; velocities in m/s."""
 
     heap: Heap
     vx: Floats
@@ -89,7 +89,7 @@ class Gas:
 
 
 def gas(n: int = 500, radius: float = 0.08, speed: float = 2.0) -> Gas:
-    """The balls of `box`, all as fast, in directions by a fixed seed; their material is elastic."""
+    """The balls of `box`, elastic, at the same speed in directions from a fixed seed."""
     heap = box(n, radius)
     angle = np.random.default_rng(3).uniform(0.0, 2.0 * np.pi, n)
     elastic = replace(heap.place, peg_material=Material(1.0, 0.0), wall_material=Material(1.0, 0.0))
@@ -98,14 +98,14 @@ def gas(n: int = 500, radius: float = 0.08, speed: float = 2.0) -> Gas:
 
 
 def overlap(heap: Heap, x: Floats, y: Floats) -> float:
-    """Deepest overlap in radii of balls at these places."""
+    """Deepest overlap of balls at these positions, in radii."""
     arena = Arena(heap.place)
     arena.add_many(x, y, radius=heap.radius)
     return arena.diagnostics().penetration_radii
 
 
 def lost(heap: Heap, x: Floats, y: Floats) -> int:
-    """How many of these balls are no longer between the heap's walls."""
+    """Number of balls outside of the heap's walls."""
     sides = [side for wall in heap.place.walls for side in (wall.x1, wall.x2)]
     floor = max(max(wall.y1, wall.y2) for wall in heap.place.walls)
     return int(np.count_nonzero((x < min(sides)) | (x > max(sides)) | (y > floor)))

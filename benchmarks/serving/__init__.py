@@ -1,4 +1,4 @@
-"""What the server and its pages cost: streams, pictures, idle rooms.
+"""The cost of the server and its pages: streams, pictures, idle rooms, attacks.
 
 Imports the harness, the server and the engine. Start with stream.py.
 """

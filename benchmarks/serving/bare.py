@@ -1,9 +1,9 @@
-"""The least that sending costs: python -m benchmarks.serving.bare CLIENTS, a loop of send(2) in C.
+"""The lower bound of the cost of sending: python -m benchmarks.serving.bare CLIENTS.
 
-Takes CLIENTS connections on a free port, which it prints. Then, for each line `BYTES HZ SECONDS` on
-its standard input, it sends so many bytes to every client so many times a second and prints how
-many sends succeeded. What is measured is the processor time of this process. The loop is compiled
-by numba and calls the C library directly: no interpreter, no event loop, no bookkeeping.
+Accepts CLIENTS connections on a free port, which it prints. Then, for each line `BYTES HZ SECONDS`
+on its standard input, it sends BYTES bytes to every client HZ times a second for SECONDS and prints
+how many sends succeeded. The benchmark measures the processor time of this process. numba compiles
+the loop, which calls send(2) of the C library: no interpreter, no event loop, no bookkeeping.
 """
 
 import ctypes
@@ -24,7 +24,7 @@ _send.restype = ctypes.c_ssize_t
 
 @njit(cache=False)
 def broadcast(descriptors: npt.NDArray[np.int32], address: int, size: int) -> int:
-    """Send `size` bytes at `address` to each socket; how many took them all."""
+    """Send `size` bytes at `address` to each socket; returns how many sockets took all of them."""
     whole = 0
     for descriptor in descriptors:
         whole += _send(descriptor, address, size, _FLAGS) == size
@@ -32,7 +32,7 @@ def broadcast(descriptors: npt.NDArray[np.int32], address: int, size: int) -> in
 
 
 def main(clients: int) -> None:
-    """Serve until the input ends."""
+    """Serve until standard input ends."""
     with socket.create_server(("127.0.0.1", 0), backlog=4096) as listener:
         broadcast(np.zeros(0, np.int32), 0, 0)
         print(f"bare sender at 127.0.0.1:{listener.getsockname()[1]}", flush=True)

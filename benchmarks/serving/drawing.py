@@ -1,4 +1,4 @@
-"""How late a server's ticks are while it draws pictures for somebody who asks all the time."""
+"""How late a server's ticks are while clients request pictures all the time."""
 
 import contextlib
 import threading
@@ -15,14 +15,14 @@ from benchmarks.serving import stream
 from benchmarks.serving.process import OPTIONS, Served, can_watch, serving
 
 ASKERS = 2
-CLIENTS = 20  # who watch the room meanwhile
+CLIENTS = 20  # clients that watch the room meanwhile
 BOARD = "triangle-16"
 
 QUIET, BUSY = "nobody asks for a picture", f"{ASKERS} clients ask for GIFs all the time"
 
 
 def ticks(section: Section, effort: Effort) -> None:
-    """Lateness of the ticks of one server, in turns with and without requests for GIFs."""
+    """Measure the ticks of one server, in turns with and without requests for GIFs."""
     if not can_watch():
         section.absent.append("ticks while pictures are drawn: needs /proc, as on Linux")
         return
@@ -45,7 +45,7 @@ def ticks(section: Section, effort: Effort) -> None:
 
 
 def _lateness(server: Served, seconds: float) -> dict[float, float]:
-    """Ticks in each bucket, summed from the first, while a room with balls is watched."""
+    """Cumulative number of ticks by bucket, while clients watch a room with balls."""
     from benchmarks.load.client import room_url
     from benchmarks.load.generator import Load, run
 
@@ -59,7 +59,7 @@ def _lateness(server: Served, seconds: float) -> dict[float, float]:
 
 @contextlib.contextmanager
 def _asking(server: Served, seeds: "Iterator[int] | None") -> Iterator[list[int]]:
-    """Clients who ask for one GIF after the other; gives the sizes of those they got."""
+    """Let clients request one GIF after another; yields the list of the sizes received."""
     over = threading.Event()
     answers: list[int] = []
 

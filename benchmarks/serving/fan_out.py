@@ -1,4 +1,4 @@
-"""Processor time of the server for each frame it delivers, in turns with a bare loop of sends."""
+"""The server's processor time per frame delivered, compared with a bare loop of sends."""
 
 import asyncio
 import contextlib
@@ -17,14 +17,14 @@ from benchmarks.serving.process import OPTIONS, Served, core_for_server, pinned,
 BALLS = 50
 HZ = 60.0
 SETTLE = 0.3
-"""s after the drops before counting: their acceptance is told, and the ticker is awake."""
+"""s between the last acceptance and the start of counting."""
 
 SERVER = "the server"
 BARE = "send(2) in a C loop"
 
 
 def compare(section: Section, effort: Effort) -> None:
-    """The bare loop and the server."""
+    """Measure the server and the bare loop in turns."""
     clients = effort.size(400, 10)
     window = 3.0 if not effort.quick else 0.5
     core = core_for_server()
@@ -37,7 +37,7 @@ def compare(section: Section, effort: Effort) -> None:
         bare = stack.enter_context(_bare(clients))
         pinned(bare.process, core)
         loop.run_until_complete(_connect(bare, clients))
-        crowd.measure()  # for the size of what the bare loop is to send
+        crowd.measure()  # finds the size of the messages that the bare loop has to send
         jobs: dict[str, Job] = {
             SERVER: crowd.measure,
             BARE: lambda: loop.run_until_complete(_send(bare, crowd.size, window)),
@@ -74,11 +74,10 @@ class _Crowd:
     window: float  # s
     size: int = 1  # bytes a client gets in a tick
     pictures: int = 0
-    balls: int = 0  # in flight, as the first client is told
+    balls: int = 0  # in flight, by the events of the first client
     clients: list[Any] = field(default_factory=list)
 
     async def join(self, count: int) -> None:
-        """Connect the clients."""
         from benchmarks.load.client import connect, room_url
 
         url = room_url(self.server.address, "main", "snapshots")
@@ -86,7 +85,7 @@ class _Crowd:
             self.clients.append(await connect(url, self, events=number == 0))
 
     def measure(self) -> float:
-        """µs of the server's processor time a picture delivered."""
+        """µs of the server's processor time per frame delivered."""
         return self.loop.run_until_complete(self._measure())
 
     async def _measure(self) -> float:
@@ -113,11 +112,11 @@ class _Crowd:
             self.balls += (event["type"] == "accepted") - (event["type"] == "landed")
 
     def binary(self, client: Any, data: bytes, now: float) -> None:
-        """Count it."""
+        """Count a frame."""
         self.pictures += 1
 
     def closed(self, client: Any, code: int, reason: str) -> None:
-        """Nothing: that it misses shows in the count."""
+        """Do nothing: missing frames show in the count."""
 
 
 async def _leave(crowd: _Crowd) -> None:
@@ -141,13 +140,13 @@ def _bare(clients: int) -> Iterator[Served]:
         yield Served(process, process.stdout.readline().split()[-1])
     finally:
         assert process.stdin is not None
-        process.stdin.close()  # which ends it
+        process.stdin.close()  # ends the process
         process.wait()
         process.stdout.close()
 
 
 class _Drain(asyncio.Protocol):
-    """Reads and forgets."""
+    """Reads and discards."""
 
 
 async def _connect(bare: Served, clients: int) -> None:
@@ -157,7 +156,7 @@ async def _connect(bare: Served, clients: int) -> None:
 
 
 async def _send(bare: Served, size: int, window: float) -> float:
-    """µs of the bare sender's processor time a send."""
+    """µs of the bare sender's processor time per send."""
     stdin, stdout = cast(Any, bare.process.stdin), cast(Any, bare.process.stdout)
     cpu = bare.cpu
     stdin.write(f"{size} {HZ} {window}\n")

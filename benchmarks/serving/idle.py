@@ -1,4 +1,4 @@
-"""What the server does when nobody looks: rooms without watchers, and a thousand rooms asleep."""
+"""The cost of unwatched rooms: a tick without clients, and a thousand rooms asleep."""
 
 import json
 import time
@@ -12,11 +12,11 @@ from engine import Board, World
 
 BALLS = 50
 TICKS = 60
-READY = 60.0  # s the server may take to start
+READY = 60.0  # s; limit for the server's start
 
 
 def live(section: Section, effort: Effort) -> None:
-    """A tick of a room with balls in flight: the engine alone, unwatched, watched."""
+    """A tick of a room with balls in flight: only the engine, unwatched, watched."""
     jobs: dict[str, Job] = {
         "the engine's tick alone": _engine_tick,
         "a room nobody watches": lambda: _room_tick(watched=False),
@@ -82,7 +82,7 @@ def _room_tick(*, watched: bool, cameras_there: bool = False) -> float:
 
 def server(section: Section, effort: Effort) -> None:
     """Processor time of a server whose rooms are all asleep."""
-    rooms = effort.size(999, 3)  # and the one that is always there
+    rooms = effort.size(999, 3)  # in addition to `main`
     watch = float(effort.size(20, 1))
     if not can_watch():
         section.absent.append("idle server: its processor time is read from /proc, as on Linux")

@@ -1,7 +1,7 @@
-"""What the game page costs the browser: frames, work and pauses of a full table, by tracing.
+"""The game page's work in the browser: frames, processor time and stalls of a full room.
 
-A real Chromium, headless and without a graphics processor, shows a table in which 200 balls are
-kept in flight. What its main thread did is read from the browser's own trace.
+A real Chromium, headless and without a graphics processor, shows a room with 200 balls in flight.
+The work of its main thread is read from the browser's own trace.
 """
 
 import json
@@ -23,10 +23,10 @@ from benchmarks.serving.process import serving
 BALLS = 200
 BOARD = "triangle-16"
 STALL = 8.0
-"""ms. A layout or a collection longer than this is seen: it is half of a frame at 60 Hz."""
+"""ms. A longer layout or garbage collection is visible: this is half of a frame at 60 Hz."""
 
 SCREENS = ((1366, 768, 1), (360, 740, 3))
-"""Width and height in CSS pixels, device pixels in one of them: a laptop, a phone."""
+"""Width and height in CSS pixels, and device pixels per CSS pixel: a laptop, a phone."""
 
 LAYOUT = ("Layout", "UpdateLayoutTree")
 GARBAGE = ("MinorGC", "MajorGC", "BlinkGC.AtomicPhase")
@@ -46,13 +46,13 @@ FLAGS = (
 
 @dataclass(frozen=True)
 class Trace:
-    """What the page's main thread did: times by the trace's name of the work.
+    """The work of the page's main thread: durations by the trace's names.
 
-    The processor's time of that thread, so that what else runs on the machine is not in it.
+    Durations are processor time of that thread, so that other load on the machine is not counted.
     """
 
     frames: tuple[float, ...]
-    """When each frame's callback began, ms."""
+    """The time at which each frame's callback began, ms."""
     durations: dict[str, tuple[float, ...]]
 
     @property
@@ -71,7 +71,7 @@ class Trace:
 
 
 def run(effort: Effort) -> Section:
-    """Measure the page on each screen; MissingError without Playwright or Chromium."""
+    """Measure the page on each screen; raises MissingError without Playwright or Chromium."""
     seconds = effort.size(10, 1)
     section = Section("page")
     rows = []
@@ -141,7 +141,7 @@ def _data(trace: Trace, in_flight: int) -> dict[str, Any]:
 
 
 def quantile(values: Sequence[float], share: float) -> float:
-    """The value that `share` percent of them do not exceed; 0 of none."""
+    """The value that `share` percent of the values do not exceed; 0 for an empty sequence."""
     if not values:
         return 0.0
     ordered = sorted(values)
@@ -158,7 +158,7 @@ def _stalls(values: Sequence[float]) -> str:
 
 
 def measure(width: int, height: int, density: int, seconds: float, balls: int) -> tuple[Trace, int]:
-    """A trace of a table that is kept full, and how many balls were in flight at its end."""
+    """Trace a room that is kept full; also returns the number of balls in flight at the end."""
     try:
         from playwright.sync_api import sync_playwright
     except ImportError as error:
@@ -186,10 +186,10 @@ def measure(width: int, height: int, density: int, seconds: float, balls: int) -
 
 
 def read(events: Sequence[dict[str, Any]]) -> Trace:
-    """The page's main thread, which is the one that draws frames, out of a trace's events."""
+    """Extract the page's main thread, which draws the frames, from a trace's events."""
     frames = [event for event in events if event["name"] == "FireAnimationFrame"]
     if not frames:
-        raise MissingError("the trace holds no frame: the page drew nothing")
+        raise MissingError("the trace has no frame: the page drew nothing")
     threads = Counter((event["pid"], event["tid"]) for event in frames)
     main = threads.most_common(1)[0][0]
     durations: dict[str, list[float]] = {}
@@ -201,29 +201,30 @@ def read(events: Sequence[dict[str, Any]]) -> Trace:
 
 
 def _taken(event: dict[str, Any]) -> float:
-    """ms of processor time; where the trace has none, ms."""
+    """Processor time in ms; wall time if the trace has no processor time."""
     taken: float = event.get("tdur", event.get("dur", 0))
     return taken / 1e3
 
 
 def chromium() -> str:
-    """The browser: $CHROMIUM, or the machine's own; MissingError if there is none."""
+    """Path of the browser: $CHROMIUM, or one on the PATH; raises MissingError if none exists."""
     program = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("chrome")
     if program is None:
-        raise MissingError("needs Chromium: name it in the environment variable CHROMIUM")
+        raise MissingError("needs Chromium: set the environment variable CHROMIUM to its path")
     return program
 
 
 @contextmanager
 def feeding(url: str, balls: int) -> Iterator[None]:
-    """Keeps the main room full: another player who never stops."""
+    """Keep `main` full: another player drops balls without a pause."""
     from websockets.sync.client import connect
 
     done = threading.Event()
     with connect(f"{url.replace('http', 'ws', 1)}/ws/rooms/main") as socket:
 
         def drop() -> None:
-            # A drop takes six seconds; twice what keeps the table full. The rest is refused.
+            # A ball falls for about six seconds. This is twice the rate that keeps the room full;
+            # the server refuses the rest.
             while not done.wait(3.0 / balls):
                 socket.send('{"type": "drop"}')
 
@@ -249,6 +250,6 @@ def _in_flight(url: str) -> int:
 
 
 def _fill(url: str, balls: int) -> None:
-    """Wait until the table is as full as it gets."""
+    """Wait until the room is nearly full."""
     while _in_flight(url) < 0.95 * balls:
         time.sleep(0.2)

@@ -1,4 +1,4 @@
-"""What pictures cost: frames of a live room, drops as stills and animations, a stream's viewers."""
+"""The cost of pictures: frames of a live room, drops as stills and animations, a live stream."""
 
 import asyncio
 import io
@@ -24,14 +24,13 @@ PNG_SECONDS: Final = 5e-3
 GIF_LENGTH, GIF_FPS = 4.0, 30  # s, frames/s
 GIF_SECONDS, GIF_BYTES = 0.5, 1_000_000
 BAND: Final = 2.0
-"""Levels of 255 by which a square of 8 x 8 pixels may be off: a smooth plate of 8 bits a channel
-has steps of one by itself, and a step of two is on the verge of what an eye sees."""
+"""Allowed error of the mean of 8 x 8 pixels, in levels of 255. A smooth gradient with 8 bits per
+channel has steps of one level anyway, and a step of two is barely visible."""
 
 VIEWERS: Final = (1, 50)
 
 
 def run(effort: Effort) -> Section:
-    """All of the picture benchmark."""
     section = Section("pictures")
     _frames(section, effort)
     _drops(section, effort)
@@ -42,17 +41,17 @@ def run(effort: Effort) -> Section:
 
 
 def _repeated(work: Callable[[], object], times: int) -> Job:
-    """A job that returns the seconds of one of several calls in a row."""
+    """A job that returns the mean processor seconds of several calls in a row."""
 
     def repeat() -> None:
-        for _ in range(times):  # results are dropped at once, as a server does with a frame
+        for _ in range(times):  # each result is freed at once, as in a server
             work()
 
     return lambda: seconds_of(repeat, time.process_time) / times
 
 
 def _kept(name: str, draw: Callable[[], bytes], made: dict[str, bytes]) -> Job:
-    """A job that returns the seconds of one call, and keeps what it drew."""
+    """A job that returns the processor seconds of one call, and stores the picture in `made`."""
 
     def keep() -> None:
         made[name] = draw()
@@ -61,7 +60,7 @@ def _kept(name: str, draw: Callable[[], bytes], made: dict[str, bytes]) -> Job:
 
 
 def _crowd() -> World:
-    """A world with BALLS balls all over the board."""
+    """A world with BALLS balls spread over the board."""
     world = World(Board.preset(BOARD))
     seed = 0
     while world.count < BALLS:
@@ -73,7 +72,7 @@ def _crowd() -> World:
 
 
 def _trails(world: World) -> dict[int, npt.NDArray[np.float64]]:
-    """By ball, where it is and was in five frames at 30 a second, newest first."""
+    """By ball, its positions in the last five frames at 30 per second, newest first."""
     past: list[dict[int, tuple[float, float]]] = []
     for _ in range(5):
         world.step()
@@ -86,7 +85,7 @@ def _trails(world: World) -> dict[int, npt.NDArray[np.float64]]:
 
 
 def _frames(section: Section, effort: Effort) -> None:
-    """A frame on the cached layer, and what it takes to encode it."""
+    """A frame with the cached board layer, and the cost of encoding it."""
     from app.render import Stage
 
     world = _crowd()
@@ -142,7 +141,7 @@ def _frames(section: Section, effort: Effort) -> None:
 
 
 def _anew(world: World) -> object:
-    """A frame for which the board is painted too."""
+    """A frame with nothing cached: the board is painted too."""
     from app.render import Stage
     from app.render.parts.board import forget
 
@@ -157,7 +156,7 @@ def _pillow_png(picture: Image.Image) -> bytes:
 
 
 def four_seconds() -> Drop:
-    """The drop among a thousand that is nearest to GIF_LENGTH long."""
+    """The drop among a thousand per board whose duration is nearest to GIF_LENGTH."""
     boards = [Board.preset(f"triangle-{rows}") for rows in (16, 12, 8)]
     found = [
         (abs(float(duration) - GIF_LENGTH), number, seed)
@@ -215,7 +214,7 @@ def _drops(section: Section, effort: Effort) -> None:
 
 
 def bands(d: Drop, animation: bytes, fps: int) -> float:
-    """How far the means of squares of pixels are off, levels of 255, at the 99th percentile."""
+    """The 99th percentile of the error of the means of 8 x 8 pixels, in levels of 255."""
     from app.render.animation import Film
     from app.render.still import DEFAULT_WIDTH
 
@@ -233,7 +232,7 @@ def bands(d: Drop, animation: bytes, fps: int) -> float:
 
 
 def _squares(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.float64]:
-    """Means of squares of 8 x 8 pixels, one number for each channel."""
+    """Means over squares of 8 x 8 pixels, one number per channel."""
     height, width = (8 * (size // 8) for size in pixels.shape[:2])
     tiles = pixels[:height, :width].reshape(height // 8, 8, width // 8, 8, 3)
     means: npt.NDArray[np.float64] = tiles.mean(axis=(1, 3), dtype=np.float64).ravel()
@@ -272,7 +271,7 @@ def _many(section: Section, effort: Effort) -> None:
 
 
 def _stream(section: Section, effort: Effort) -> None:
-    """A room filmed for nobody, for one, and for fifty."""
+    """A live stream of a room with no viewer, one, and fifty."""
     ticks = effort.size(240, 6)
     drawn: dict[str, float] = {}
 
@@ -313,7 +312,7 @@ def _stream(section: Section, effort: Effort) -> None:
 
 
 async def _filmed(viewers: int, ticks: int) -> dict[str, Any]:
-    """Processor time a tick and frames drawn."""
+    """Processor time per tick, and the number of frames drawn."""
     from app.pictures.film import Cameras, Shot
     from app.rooms.independent import IndependentRoom
     from app.rooms.pending import DropCommand

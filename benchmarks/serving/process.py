@@ -1,4 +1,4 @@
-"""A server to measure: started on a free port of this machine, watched from outside, stopped."""
+"""A server process to measure: started on a free port, observed from outside, stopped."""
 
 import contextlib
 import os
@@ -20,24 +20,24 @@ OPTIONS = (
     *("--drop-rate", "1000000", "--max-clients", "5000"),
     *("--trusted-proxies", "127.0.0.1"),
 )
-"""For servers that are to be loaded from one address, as by a proxy that speaks for many."""
+"""Options for servers under load from one address, as from a proxy that serves many clients."""
 
 READY = 120.0
-"""s that a server may take to start, which may compile the physics."""
+"""s; limit for a server's start, during which it may compile the physics."""
 
 _STATUS = Path("/proc/self/status")
 
 
 @dataclass(frozen=True)
 class Served:
-    """A running server: its process and its address."""
+    """A running server."""
 
     process: subprocess.Popen[str]
     address: str
 
     @property
     def cpu(self) -> float:
-        """User and system time so far, in s."""
+        """User and system time until now, in s."""
         return processor_time(self.process.pid)
 
     @property
@@ -46,10 +46,10 @@ class Served:
         for line in Path(f"/proc/{self.process.pid}/status").read_text().splitlines():
             if line.startswith("VmRSS:"):
                 return float(line.split()[1]) * 1024.0
-        raise MissingError("the system does not tell the resident memory of a process")
+        raise MissingError("this system does not report the resident memory of a process")
 
     def metrics(self) -> dict[str, float]:
-        """Every sample of /metrics by its name with labels."""
+        """The samples of /metrics, by name with labels."""
         with urllib.request.urlopen(f"{self.address}/metrics", timeout=10.0) as answer:
             lines = answer.read().decode().splitlines()
         pairs = (line.rpartition(" ") for line in lines if not line.startswith("#"))
@@ -57,16 +57,16 @@ class Served:
 
 
 def processor_time(pid: int) -> float:
-    """User and system time of a process so far, in s."""
+    """User and system time of a process until now, in s."""
     with contextlib.suppress(OSError, AttributeError):
-        # The clock of another process, as clock_getcpuclockid(3) names it on Linux.
+        # The id of another process's clock, as clock_getcpuclockid(3) computes it on Linux.
         return time.clock_gettime((~pid << 3) | 2)
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def memory(pid: int) -> float:
-    """Bytes of a process and of all that it started, what they share counted once."""
+    """Bytes of a process and its descendants; shared memory counts once."""
     found = 0.0
     for each in _family(pid):
         with contextlib.suppress(OSError):
@@ -77,7 +77,7 @@ def memory(pid: int) -> float:
 
 
 def worked(pid: int) -> float:
-    """User and system time so far of a process and of all that it started, ended ones too; in s."""
+    """User and system time of a process and its descendants, also ended ones, until now, in s."""
     ticks = 0
     for each in _family(pid):
         with contextlib.suppress(OSError):
@@ -96,19 +96,19 @@ def _family(pid: int) -> list[int]:
 
 
 def can_watch() -> bool:
-    """Whether this system tells of a process what is asked here."""
+    """Whether /proc exists, from which this module reads time and memory of processes."""
     return _STATUS.exists()
 
 
 def core_for_server() -> int | None:
-    """The core that the server gets for itself, where there are two."""
+    """The core that is reserved for the server; None if there is only one core."""
     cores = sorted(os.sched_getaffinity(0))
     return cores[-1] if len(cores) > 1 else None
 
 
 @contextlib.contextmanager
 def serving(arguments: Sequence[str] = (), log: IO[str] | None = None) -> Iterator[Served]:
-    """Run `plinko serve` with these arguments until the block ends; `log` gets what it logs."""
+    """Run `plinko serve` with these arguments until the block ends; its log goes to `log`."""
     with tempfile.TemporaryDirectory() as directory:
         given = ["serve", "--port", "0", "--data", directory, *arguments]
         with started(given, "/readyz", log) as found:
@@ -117,7 +117,7 @@ def serving(arguments: Sequence[str] = (), log: IO[str] | None = None) -> Iterat
 
 @contextlib.contextmanager
 def started(arguments: Sequence[str], answers: str, log: IO[str] | None = None) -> Iterator[Served]:
-    """Run a command of `plinko` that serves, from when this path answers until the block ends."""
+    """Run a serving command of `plinko`; the block begins when the path `answers` responds."""
     process = subprocess.Popen(
         [sys.executable, "-m", "app.cli", *arguments],
         cwd=Path(__file__).parents[2],
@@ -132,7 +132,7 @@ def started(arguments: Sequence[str], answers: str, log: IO[str] | None = None) 
 
 
 def pinned(process: subprocess.Popen[str], core: int | None) -> None:
-    """Keep every thread of a process on one core."""
+    """Pin every thread of a process to one core; do nothing if `core` is None."""
     if core is None:
         return
     for thread in Path(f"/proc/{process.pid}/task").iterdir():
@@ -140,7 +140,7 @@ def pinned(process: subprocess.Popen[str], core: int | None) -> None:
 
 
 def stop(process: subprocess.Popen[str]) -> None:
-    """End a process that was started here."""
+    """Stop a process by SIGINT, and kill it if that takes too long."""
     process.send_signal(signal.SIGINT)
     try:
         process.wait(15)
@@ -152,10 +152,10 @@ def stop(process: subprocess.Popen[str]) -> None:
 
 
 def _address(process: subprocess.Popen[str], answers: str) -> str:
-    """The address that a server prints once it can be used."""
+    """Read the address that a server prints, and wait until the path `answers` responds."""
     assert process.stdout is not None
     if not select.select([process.stdout], [], [], READY)[0]:
-        raise MissingError(f"the server said nothing within {READY:.0f} s")
+        raise MissingError(f"the server printed no address within {READY:.0f} s")
     line = process.stdout.readline()
     if not line:
         raise MissingError(f"the server ended with exit code {process.wait(READY)}")

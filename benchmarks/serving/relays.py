@@ -1,4 +1,4 @@
-"""One room and thousands of spectators over some relays: what a spectator costs, and whom."""
+"""Thousands of spectators of one room over relays: the cost of a spectator to each process."""
 
 import asyncio
 import contextlib
@@ -16,14 +16,15 @@ from benchmarks.serving.streams import FALL, IN_FLIGHT
 
 RELAYS: Final = 3
 CROWDS: Final = (1000, 5000)
-"""Spectators: what the second crowd takes more than the first is its spectators' alone."""
+"""Spectators in two crowds; the difference in cost is the cost of the additional spectators."""
 
 SPECTATORS: Final = 1_000_000
 
 _ENOUGH: Final = 0.8
-"""Of the messages of one among few that one among many must have: else the room itself was slow."""
+"""Least ratio of a spectator's messages in the large crowd to those in the small one. Below it, the
+room itself was slow, and the measurement is not valid."""
 
-_OWN_FILES: Final = 200  # that a process opens beside its connections
+_OWN_FILES: Final = 200  # files that a process opens in addition to its connections
 
 SHARES: Final = f"One room, watched by seeds over {RELAYS} relays"
 COST: Final = "What one spectator more costs"
@@ -32,9 +33,11 @@ SERVED: Final = "spectators that a core of relays serves"
 
 @dataclass(frozen=True)
 class Shares:
-    """Of a core: what each took while `spectators` watched. messages, bytes: of one, a second.
+    """Measurements while `spectators` watched.
 
-    least, most: messages of the one who had fewest and most. memory: all relays' resident bytes.
+    server, redis, relays: shares of a core. messages, bytes: per second of one spectator. least,
+    most: smallest and largest number of messages of a spectator. memory: resident bytes of all
+    relays.
     """
 
     spectators: int
@@ -49,7 +52,7 @@ class Shares:
 
 
 def run(effort: Effort) -> Section:
-    """Both crowds, on one set of processes."""
+    """Measure both crowds on the same processes."""
     section = Section("relays")
     from tests.kit import redis
 
@@ -78,9 +81,9 @@ def run(effort: Effort) -> Section:
 
 
 def check_files(spectators: int) -> None:
-    """Raise MissingError where one process may not open so many connections; needs Unix.
+    """Raise this process's limit of open files as needed; MissingError if it is too low.
 
-    The limit is raised as far as the system lets us, for what is started from here too.
+    Processes that are started from here inherit the limit. Needs Unix.
     """
     import resource
 
@@ -91,20 +94,19 @@ def check_files(spectators: int) -> None:
     if hard != endless and hard < wanted:
         raise MissingError(
             f"{spectators:,} spectators need {wanted:,} open files, and the system allows "
-            f"{hard:,}: ulimit -n"
+            f"{hard:,}: raise the limit (ulimit -n)"
         )
     resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
 
 
 def vars_of(shares: Shares) -> dict[str, float]:
-    """JSON form."""
     return {name: getattr(shares, name) for name in Shares.__dataclass_fields__}
 
 
 async def _crowd(
     server: Served, redis: int, relays: list[Served], spectators: int, seconds: float
 ) -> Shares:
-    """Have so many watch, evenly over the relays, while somebody plays at the server."""
+    """Let `spectators` watch, evenly over the relays, while a player drops balls at the server."""
     spent: list[list[float]] = []
 
     def look() -> None:
@@ -129,7 +131,7 @@ async def _crowd(
         await playing
     if report.connected != spectators or report.closed or report.refused:
         raise AssertionError(
-            f"of {spectators} spectators {report.connected} came in; closed: {report.closed}, "
+            f"of {spectators} spectators, {report.connected} connected; closed: {report.closed}, "
             f"refused: {report.refused}"
         )
     took = report.seconds
@@ -178,7 +180,7 @@ def _shares(found: list[Shares]) -> Table:
 
 
 def _each(small: Shares, large: Shares) -> Table:
-    """What each further spectator costs the relays, and what a million would."""
+    """The cost of each additional spectator to the relays, extrapolated to a million."""
     more = large.spectators - small.spectators
     cost, memory = (large.relays - small.relays) / more, (large.memory - small.memory) / more
     if cost <= 0.0 or large.messages < _ENOUGH * small.messages:

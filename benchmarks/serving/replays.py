@@ -1,7 +1,7 @@
-"""Distinct replays a second over REST, in turns with `/healthz` and with a bare route.
+"""Distinct replays per second over REST, compared with `/healthz` and with a bare route.
 
-`python -m benchmarks.serving.replays BYTES` is that route: FastAPI and uvicorn, which answer each
-request with so many bytes and do nothing else.
+`python -m benchmarks.serving.replays BYTES` serves the bare route: FastAPI and uvicorn answer each
+request with BYTES bytes and do nothing else.
 """
 
 import asyncio
@@ -24,13 +24,13 @@ from benchmarks.serving.process import OPTIONS, Served, core_for_server, pinned,
 BOARD: Final = "triangle-16"
 CONNECTIONS: Final = 16
 LEAST: Final = 0.55
-"""Of `/healthz`'s requests a second."""
+"""Aim for replays, relative to `/healthz`'s requests per second."""
 
 REPLAYS, HEALTH, BARE = "replays of distinct seeds", "`/healthz`", "a bare FastAPI route"
 
 
 def run(effort: Effort) -> Section:
-    """Requests a second of each."""
+    """Measure requests per second of each route, in turns."""
     section = Section("replays")
     window = 2.0 if not effort.quick else 0.2
     seeds = count()
@@ -81,7 +81,7 @@ def _always(path: str) -> Iterator[str]:
 def _rate(
     loop: asyncio.AbstractEventLoop, address: str, paths: Iterator[str], seconds: float
 ) -> float:
-    """Requests a second that were answered."""
+    """Answered requests per second."""
     return loop.run_until_complete(_ask(address, paths, seconds))
 
 
@@ -105,7 +105,7 @@ async def _ask(address: str, paths: Iterator[str], seconds: float) -> float:
 
 
 class _Client(asyncio.Protocol):
-    """Asks for one path after the other."""
+    """Requests one path after another over one connection."""
 
     line: asyncio.Transport
 
@@ -117,13 +117,13 @@ class _Client(asyncio.Protocol):
         self._buffer = bytearray()
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Ask for the first."""
+        """Send the first request."""
         assert isinstance(transport, asyncio.Transport)
         self.line = transport
         self._ask()
 
     def data_received(self, data: bytes) -> None:
-        """Ask for the next once an answer is whole."""
+        """Send the next request when an answer is complete."""
         self._buffer += data
         head, gap, body = self._buffer.partition(b"\r\n\r\n")
         length = head.lower().partition(b"content-length: ")[2].partition(b"\r\n")[0]
@@ -172,7 +172,7 @@ def _serve_bare(size: int) -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         print(f"http://127.0.0.1:{listener.getsockname()[1]}", flush=True)
         server = uvicorn.Server(uvicorn.Config(app, log_level="warning", access_log=False))
-        with contextlib.suppress(KeyboardInterrupt):  # by which it is stopped
+        with contextlib.suppress(KeyboardInterrupt):  # SIGINT stops it
             server.run(sockets=[listener])
 
 

@@ -1,4 +1,4 @@
-"""How long rooms are silent when the machine pauses the server, or has too much else to do."""
+"""How long rooms send no frames when the machine pauses the server or is busy."""
 
 import asyncio
 import contextlib
@@ -18,18 +18,19 @@ from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table
 from benchmarks.serving.process import Served, serving
 
-ROOMS: Final = 7  # `main` and six of players, of which every second one has touching balls
+ROOMS: Final = 7  # `main` and six new rooms, half of which have touching balls
 DROPS: Final = 4  # a second in each room
 PAUSES: Final = (0.02, 0.05, 1.0)  # s
 TIMES: Final = 10
-"""Pauses of each length. A pause is to hit a room's turn, and turns take some 15 % of the time."""
+"""Pauses of each length: enough that some of them hit a room's tick, since ticks take some 15 % of
+the time."""
 BETWEEN: Final = 1.5  # s between two pauses
-BUSY: Final = 4  # processes that take all that they can get of the cores
-SECONDS: Final = 30.0  # with those, and with nothing
+BUSY: Final = 4  # processes that compute without a pause
+SECONDS: Final = 30.0  # with busy processes, and without any disturbance
 
 
 def run(effort: Effort) -> Section:
-    """Watch seven rooms of one server by snapshots, through pauses and beside busy processes."""
+    """Watch seven rooms of one server by snapshots, during pauses and next to busy processes."""
     section = Section("silence")
     seconds = float(effort.size(int(SECONDS), 2))
     times = effort.size(TIMES, 2)
@@ -76,7 +77,7 @@ def run(effort: Effort) -> Section:
 
 
 class Watch:
-    """The clients of the rooms, and how long each was without a frame since `begin`."""
+    """The listener of one client per room: the longest time without a frame since `begin`."""
 
     def __init__(self, server: Served) -> None:
         self.server = server
@@ -86,14 +87,14 @@ class Watch:
         self._began = 0.0
 
     def begin(self, clients: list[Any]) -> None:
-        """Count from now on."""
+        """Start counting."""
         self._began = time.monotonic()
         self._last = dict.fromkeys(clients, self._began)
         self._longest = dict.fromkeys(clients, 0.0)
         self._frames = dict.fromkeys(clients, 0)
 
     def pause(self, seconds: float) -> None:
-        """Stop the server for so long; what comes late because of that is no silence."""
+        """Stop the server for `seconds`; the pause itself does not count as silence."""
         os.kill(self.server.process.pid, signal.SIGSTOP)
         time.sleep(seconds)
         os.kill(self.server.process.pid, signal.SIGCONT)
@@ -101,7 +102,7 @@ class Watch:
         self._last = dict.fromkeys(self._last, now)
 
     def found(self) -> tuple[list[float], list[float]]:
-        """Of each room the longest silence in s and the frames a second."""
+        """For each room, the longest silence in s and the frames per second."""
         now = time.monotonic()
         for client in self._last:
             self._note(client, now)
@@ -112,24 +113,24 @@ class Watch:
         self._longest[client] = max(self._longest[client], now - self._last[client])
 
     def event(self, client: Any, event: dict[str, Any], now: float) -> None:
-        """Nothing: frames are counted."""
+        """Do nothing: only frames count."""
 
     def binary(self, client: Any, data: bytes, now: float) -> None:
-        """Note how long a frame was awaited."""
+        """Count a frame and update the longest silence."""
         if client in self._last:
             self._note(client, now)
             self._last[client] = now
             self._frames[client] += 1
 
     def closed(self, client: Any, code: int, reason: str) -> None:
-        """Nothing: a room whose client is closed is silent from then on."""
+        """Do nothing: the room counts as silent from now on."""
 
 
 async def _watched(server: Served, disturb: Callable[[Watch], Awaitable[None]]) -> dict[str, float]:
-    """What the clients of all rooms see of a disturbance."""
+    """The silences and rates of all rooms during a disturbance."""
     watch = Watch(server)
     async with _playing(server, watch) as clients:
-        await asyncio.sleep(2.0)  # until as many balls land as are dropped
+        await asyncio.sleep(2.0)  # lets the rooms fill with balls
         before = server.metrics()
         watch.begin(clients)
         await disturb(watch)
@@ -145,7 +146,7 @@ async def _watched(server: Served, disturb: Callable[[Watch], Awaitable[None]]) 
 
 @contextlib.asynccontextmanager
 async def _playing(server: Served, watch: Watch) -> AsyncIterator[list[Any]]:
-    """A client in each of the rooms that drops balls all the time; `main` is the first."""
+    """Connect a client to each room that drops balls all the time; the first is in `main`."""
     from benchmarks.load.client import connect, room_url
 
     names = ["main"]
@@ -171,7 +172,7 @@ async def _play(client: Any) -> None:
 
 
 def _room(server: Served, mode: str) -> str:
-    """The id of a new room on a board of sixteen rows."""
+    """Open a room on a board of sixteen rows; returns its id."""
     request = urllib.request.Request(
         f"{server.address}/api/v1/rooms",
         json.dumps({"board": "triangle-16", "mode": mode}).encode(),
@@ -188,7 +189,7 @@ async def _undisturbed(watch: Watch, seconds: float) -> None:
 
 async def _pauses(watch: Watch, pause: float, times: int) -> None:
     for number in range(times):
-        await asyncio.sleep(BETWEEN + 0.0037 * number)  # at another moment between two ticks
+        await asyncio.sleep(BETWEEN + 0.0037 * number)  # each time at another phase of a tick
         watch.pause(pause)
     await asyncio.sleep(BETWEEN)
 
@@ -200,9 +201,10 @@ async def _beside_busy(watch: Watch, seconds: float) -> None:
 
 @contextlib.contextmanager
 def _busy(count: int) -> Iterator[None]:
-    """Processes that compute without end, as other programs do: each in a session of its own.
+    """Run processes that compute without end, each in its own session, like other programs.
 
-    Linux shares the cores among sessions first (`sched_autogroup_enabled`).
+    The session matters because Linux shares the cores first among sessions
+    (`sched_autogroup_enabled`).
     """
     command = [sys.executable, "-c", "while True: pass"]
     processes = [subprocess.Popen(command, start_new_session=True) for _ in range(count)]

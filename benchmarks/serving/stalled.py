@@ -1,4 +1,4 @@
-"""One client that stops reading among many who watch large frames: what it costs the others."""
+"""What one client that stops reading costs the other clients, when frames are large."""
 
 import asyncio
 import json
@@ -15,11 +15,11 @@ from engine import Board
 
 CLIENTS = 20
 GRAVITY = 0.2
-"""m/s^2: so little that thousands of balls are in flight together for long enough."""
+"""m/s^2: so low that thousands of balls stay in flight during the measurement."""
 
 
 def watch(section: Section, effort: Effort) -> None:
-    """Frames of 40 KB to twenty clients, one of whom reads nothing."""
+    """Send frames of 40 KB to twenty clients, one of which stops reading."""
 
     balls = effort.size(3400, 50)
     seconds = float(effort.size(10, 1))
@@ -53,14 +53,14 @@ def watch(section: Section, effort: Effort) -> None:
 
 
 def _slow_board() -> dict[str, Any]:
-    """A board on which nothing happens fast."""
+    """A board with little gravity, on which balls fall slowly."""
     form: dict[str, Any] = Board.preset("triangle-8").to_dict()
     return {**form, "name": "slow", "gravity": GRAVITY, "drag": 0.0}
 
 
 @dataclass(slots=True)
 class _Watch:
-    """Clients of one server, and what each got since counting began."""
+    """The listener of all clients: what each received since counting began."""
 
     server: Served
     balls: int
@@ -72,7 +72,7 @@ class _Watch:
     accepted: int = 0
 
     async def run(self, seconds: float) -> dict[str, float]:
-        """Fill the room, count, stall one, count again."""
+        """Fill the room, count, stall one client, count again."""
         from benchmarks.load.client import connect, room_url
 
         url = room_url(self.server.address, "main", "snapshots")
@@ -105,7 +105,7 @@ class _Watch:
         }
 
     async def _count(self, seconds: float) -> float:
-        """The least fps of the clients over so many seconds."""
+        """Count for `seconds`; returns the lowest fps of the clients."""
         self.counts = dict.fromkeys(self.clients, 0)
         self.seen = dict.fromkeys(self.clients, time.monotonic())
         begin = time.monotonic()
@@ -113,19 +113,19 @@ class _Watch:
         return min(self.counts.values()) / (time.monotonic() - begin)
 
     async def _until_closed(self) -> float:
-        """Seconds until the server gave a client up."""
+        """Seconds until the server closed a client that was too slow."""
         begin = time.monotonic()
         while not self.server.metrics()["plinko_clients_too_slow_total"]:
             await asyncio.sleep(0.2)
         return time.monotonic() - begin
 
     def event(self, client: Any, event: dict[str, Any], now: float) -> None:
-        """Count what the first client is told."""
+        """Count the acceptances sent to the first client."""
         if event["type"] == "accepted" and self.clients and client is self.clients[0]:
             self.accepted += 1
 
     def binary(self, client: Any, data: bytes, now: float) -> None:
-        """Count a frame and how long it was awaited."""
+        """Count a frame and update the longest gap."""
         self.size = max(self.size, len(data))
         if client in self.counts:
             self.counts[client] += 1
@@ -133,4 +133,4 @@ class _Watch:
             self.seen[client] = now
 
     def closed(self, client: Any, code: int, reason: str) -> None:
-        """Nothing: the server's own count says it."""
+        """Do nothing: the server's metric reports the end."""

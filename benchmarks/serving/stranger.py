@@ -1,7 +1,8 @@
-"""How soon somebody who has never been here plays on a phone, and has handed a ball on.
+"""How soon a new visitor with a phone can play and share a ball.
 
-A real Chromium, headless, as a phone on a line of 1.6 Mbit/s and 150 ms; whatever it does, it
-does as soon as the page lets it: what is left for the person to understand is not in it.
+A real, headless Chromium plays the phone, with a network of 1.6 Mbit/s and 150 ms. It takes each
+step as soon as the page allows it; the time that a person needs to understand the page is not
+included.
 """
 
 import time
@@ -15,7 +16,7 @@ from benchmarks.serving.page import FLAGS, chromium
 from benchmarks.serving.process import serving
 
 PHONES: Final = ((360, 640, 3), (390, 844, 3))
-"""Width and height in CSS pixels, device pixels in one of them."""
+"""Width and height in CSS pixels, and device pixels per CSS pixel."""
 
 LINE: Final = {
     "offline": False,
@@ -34,11 +35,11 @@ _TAKEN: Final = """performance.getEntries().reduce(
 _SHEET: Final = """
 navigator.share = async () => { document.documentElement.dataset.handed = "on"; };
 """
-"""The system's own sheet, which a browser without a screen has not: it is open at once."""
+"""Replaces the system's share sheet, which a headless browser lacks, by one that opens at once."""
 
 
 def run(effort: Effort) -> Section:
-    """Visit on each phone; MissingError without Playwright or Chromium."""
+    """Visit with each phone; raises MissingError without Playwright or Chromium."""
     section = Section("stranger")
     rows = []
     for width, height, density in PHONES:
@@ -71,7 +72,7 @@ def _spread(times: list[float]) -> str:
 
 
 def visit(width: int, height: int, density: int) -> dict[str, float]:
-    """Seconds from the opening of the page to each step, and the bytes taken before the first."""
+    """Seconds from opening the page to each step, and bytes loaded before the first tap."""
     try:
         from playwright.sync_api import sync_playwright
     except ImportError as error:

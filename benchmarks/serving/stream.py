@@ -1,4 +1,4 @@
-"""What it costs to show a room to many: processor time, lateness, memory, bytes on the wire."""
+"""The cost of streaming a room to many clients: processor time, lateness, memory, bytes."""
 
 import asyncio
 
@@ -8,14 +8,13 @@ from benchmarks.serving import fan_out, idle, stalled, streams, wire
 from benchmarks.serving.process import OPTIONS, Served, can_watch, core_for_server, pinned, serving
 
 LATE = 0.004
-"""s; a tick that begins later than this after it was due can be seen."""
+"""s; a tick that begins this much after it was due is visibly late."""
 
 DROPS = 8.0
-"""Balls a second in the room that is watched: some 50 in flight."""
+"""Balls dropped per second in the watched room; some 50 are then in flight."""
 
 
 def run(effort: Effort) -> Section:
-    """All of the streaming benchmark."""
     section = Section("stream")
     wire.compare(section, effort)
     if not can_watch():
@@ -31,7 +30,7 @@ def run(effort: Effort) -> Section:
 
 
 def _crowds(section: Section, effort: Effort) -> None:
-    """Rooms of rising size at 60 Hz on one core: how late the ticks are, and what arrives."""
+    """Rising numbers of clients in a room at 60 Hz: lateness, frames, processor time."""
     rows = []
     data = {}
     for clients in (100, 400, 800) if not effort.quick else (10,):
@@ -91,7 +90,7 @@ def _crowd(clients: int, effort: Effort) -> dict[str, float]:
 
 
 class Window:
-    """What a server did between two moments."""
+    """A server's processor time and metrics between `begin` and `end`."""
 
     def __init__(self, server: Served) -> None:
         self.server = server
@@ -100,17 +99,15 @@ class Window:
         self._after: dict[str, float] = {}
 
     def begin(self) -> None:
-        """From here."""
         self._before = self.server.metrics()
         self.cpu = -self.server.cpu
 
     def end(self) -> None:
-        """Until here."""
         self.cpu += self.server.cpu
         self._after = self.server.metrics()
 
     def lateness(self) -> list[tuple[float, float]]:
-        """Upper bound in s and count of ticks, summed from the first, of each bucket."""
+        """The upper bound in s and the cumulative number of ticks of each bucket."""
         name = "plinko_tick_lateness_seconds_bucket"
         buckets = [key for key in self._after if key.startswith(name)]
         pairs = [
@@ -121,13 +118,13 @@ class Window:
 
 
 def share_within(buckets: list[tuple[float, float]], bound: float) -> float:
-    """Part of the ticks within a bucket's bound."""
+    """Share of the ticks with a lateness up to `bound`, which is a bucket's bound."""
     total = buckets[-1][1]
     return max((n for b, n in buckets if b <= bound), default=0.0) / total if total else 0.0
 
 
 def quantile(buckets: list[tuple[float, float]], share: float) -> float:
-    """Lateness that this share of the ticks did not exceed, evenly spread within a bucket."""
+    """The lateness that this share of the ticks did not exceed, interpolated in a bucket."""
     wanted = share * buckets[-1][1]
     low = below = 0.0
     for bound, count in buckets:
@@ -138,7 +135,7 @@ def quantile(buckets: list[tuple[float, float]], share: float) -> float:
 
 
 def _memory(section: Section, effort: Effort) -> None:
-    """Resident memory with the physics compiled, and what each client adds."""
+    """Resident memory with the physics compiled, and the memory that each client adds."""
     clients = effort.size(400, 10)
     effort.step("memory")
     with serving(OPTIONS) as server:
@@ -160,7 +157,7 @@ def _memory(section: Section, effort: Effort) -> None:
 
 
 async def _with_clients(server: Served, clients: int, seconds: float) -> float:
-    """Resident memory in bytes while so many clients watch balls fall."""
+    """Resident memory in bytes while `clients` clients watch balls fall."""
     from benchmarks.load.client import room_url
     from benchmarks.load.generator import Load
 

@@ -1,4 +1,4 @@
-"""The three streams of one room side by side: bytes and processor time for each who watches."""
+"""The three streams of a room compared: bytes and processor time for each client."""
 
 from app.protocol import messages
 from benchmarks.harness.effort import Effort
@@ -7,18 +7,18 @@ from benchmarks.serving.process import OPTIONS, Served, core_for_server, pinned,
 
 IN_FLIGHT = 50
 FALL = 4.6
-"""s that a ball of triangle-16 falls on average; one is dropped so often that IN_FLIGHT fly."""
+"""Mean duration of a drop on triangle-16, s. The drop rate follows: IN_FLIGHT balls per FALL."""
 
 CLIENTS = {
     messages.SNAPSHOTS: (100, 400),
     messages.SEGMENTS: (100, 400),
     messages.SEEDS: (400, 1600),
 }
-"""Two crowds for each stream: what the second takes more than the first is its clients' alone."""
+"""Two crowds per stream; the difference in cost is the cost of the additional clients."""
 
 
 def compare(section: Section, effort: Effort) -> None:
-    """Each stream with a small and a large crowd, one after the other."""
+    """Measure each stream with a small and then a large crowd."""
     found = {}
     for stream, crowds in CLIENTS.items():
         effort.step(f"stream {stream}")
@@ -65,7 +65,7 @@ def _cost(stream: str, small: int, large: int, seconds: float) -> dict[str, floa
 def _crowd(
     server: Served, stream: str, clients: int, seconds: float
 ) -> tuple[float, dict[str, float]]:
-    """Share of a core that the server takes, and what one client reads a second."""
+    """The server's share of a core, and bytes and messages per second of one client."""
     from benchmarks.load.client import room_url
     from benchmarks.load.generator import Load, run
 

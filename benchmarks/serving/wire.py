@@ -1,4 +1,4 @@
-"""Bytes on the wire: snapshots against segments and seeds, of the same falls."""
+"""Bytes on the wire: snapshots, segments and seeds of the same drops."""
 
 from collections.abc import Sequence
 
@@ -15,7 +15,7 @@ BOARDS = ("triangle-8", "triangle-12", "triangle-16", "classic", "galton")
 
 
 def compare(section: Section, effort: Effort) -> None:
-    """Both streams of the same drops on several boards, with one ball and with many."""
+    """Count the streams of the same drops on several boards, with one ball and with many."""
     rows = []
     data: dict[str, dict[str, float]] = {}
     many = effort.size(50, 5)

@@ -1,4 +1,4 @@
-"""How fast this machine can add and multiply: the floor under every time per impact."""
+"""How fast this machine can add and multiply: a lower bound for the time of an impact."""
 
 from typing import Any
 
@@ -11,10 +11,10 @@ from benchmarks.harness.clock import Job, seconds_of
 Floats = npt.NDArray[np.float64]
 
 LANES = 64
-"""Independent numbers: enough for all vector lanes and the latency of each operation."""
+"""Independent numbers: enough to fill all vector lanes and to hide the latency of operations."""
 
 DEPTH = 16
-"""Operations on each number between its load and its store, so that memory does not count."""
+"""Operations per number between load and store, so that memory access does not matter."""
 
 SWEEPS = 40_000
 
@@ -62,7 +62,7 @@ def _serial(x: Floats, a: float, b: float, sweeps: int) -> None:
     x[0] = y
 
 
-# Only the first may contract a * b + c into one operation, which the engine must not do.
+# Only `fused` may contract a * b + c into one operation; the engine must never do that.
 _KERNELS: dict[str, tuple[Any, int]] = {
     "fused": (njit(fastmath={"contract"})(_chain), DEPTH),
     "separate": (njit(_chain), DEPTH),
@@ -81,7 +81,7 @@ MEANING = {
 
 
 def jobs(sweeps: int = SWEEPS) -> dict[str, Job]:
-    """Jobs that measure nanoseconds for one operation of each kind, on one core."""
+    """Jobs that return nanoseconds of one operation of each kind, on one core."""
     return {name: _job(name, sweeps) for name in _KERNELS}
 
 

@@ -1,4 +1,4 @@
-"""A batch by one machine code or another, as benchmarks compare them."""
+"""The same batch by different machine code, for benchmarks that compare them."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -15,7 +15,7 @@ from engine.physics.contact import new_series
 
 
 def alone(board: Board, xs: Any) -> Callable[[], Results]:
-    """One ball after the other, by the solver for one ball."""
+    """A batch of one ball after another, by the solver for one ball."""
     arrays, found = arrays_of(board), new_results(len(xs))
 
     def work() -> Results:
@@ -29,7 +29,7 @@ def alone(board: Board, xs: Any) -> Callable[[], Results]:
 
 
 def side_by_side(board: Board, xs: Any, code: Mapping[str, Code]) -> Callable[[], Results]:
-    """In lanes, by this machine code."""
+    """A batch in lanes, by this machine code."""
     arrays, found = arrays_of(board), new_results(len(xs))
     drops = Drops(xs, board.drop.y, MAX_EVENTS, MAX_TIME)
 

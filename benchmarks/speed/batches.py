@@ -1,4 +1,4 @@
-"""Long batches: local workers against threads, the scheduler's cost, and a thousand workers."""
+"""Long batches: workers compared with threads, the scheduler's cost, estimates for more workers."""
 
 import gc
 import resource
@@ -23,17 +23,18 @@ from engine.parameters import Exact
 BOARD: Final = "triangle-16"
 
 SLICES: Final = 8
-"""Of the drops: threads and workers take each in turns, so that a slow minute is one of both."""
+"""Slices of the drops, which threads and workers compute in turns, so that a slow minute of the
+machine affects both."""
 
 EMPTY: Final = 4000
-"""Calls that compute nothing, which is what handing out costs."""
+"""Calls that compute nothing, which measure the cost of a call."""
 
 MANY: Final = (10, 100, 1000, 10_000)
-"""Workers of one thread that the table goes up to."""
+"""Numbers of workers, of one thread each, in the table of estimates."""
 
 
 def run(effort: Effort) -> Section:
-    """Efficiency of as many local workers as cores, and what follows for more."""
+    """Efficiency of one local worker per core, and estimates for more workers."""
     section = Section("batches")
     cores = machine.cores()
     drops = effort.size(10_000_000, SLICES * 1000) // SLICES
@@ -66,7 +67,7 @@ def run(effort: Effort) -> Section:
 
 
 def _pair(job: Job, here: Workers, there: Workers, *, threads_first: bool) -> tuple[float, float]:
-    """Seconds of a job by threads and by workers, whose digests are the same."""
+    """Seconds of a job by threads and by workers; raises AssertionError if their digests differ."""
     order = (here, there) if threads_first else (there, here)
     found = {workers: _seconds(job, workers) for workers in order}
     if found[here][1] != found[there][1]:
@@ -84,7 +85,7 @@ def _seconds(job: Job, workers: Workers) -> tuple[float, str | None]:
 
 
 def _cost_of_a_call(workers: Workers, calls: int) -> tuple[float, float]:
-    """Seconds of the clock, and of scheduler's and client's process, for a call of nothing."""
+    """Wall seconds of an empty call, and processor seconds of the scheduler and client for it."""
     for _ in workers.compute(_nothing, range(workers.at_once)):
         pass
     began, spent = time.perf_counter(), time.process_time()
@@ -98,7 +99,7 @@ def _nothing(number: int, _threads: int) -> int:
 
 
 def _memory(_number: int, _threads: int) -> int:
-    """Bytes that this worker had at most."""
+    """This worker's largest resident memory, bytes."""
     most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return most if sys.platform == "darwin" else 1024 * most
 
@@ -131,7 +132,7 @@ def _measured(data: dict[str, Any]) -> Table:
 
 
 def _more(block: float, call: float) -> Table:
-    """What one scheduler can feed: a block's time on a core against a call's cost."""
+    """How many workers one scheduler can feed, from the time of a block and the cost of a call."""
     rows = []
     for workers in MANY:
         needed, given = workers / (block * together(workers)), 1.0 / call

@@ -1,4 +1,4 @@
-"""One drop: called from Python, as JSON, and as a whole process; and how soon a server is ready."""
+"""The time of one drop from Python, as JSON and as a process, and of a server's start."""
 
 import os
 import subprocess
@@ -17,7 +17,7 @@ from engine import Board, drop
 BOARD: Final = "triangle-16"
 
 COLD = ("exact", "and stepped", "and occupancy")
-"""What has been loaded each time that COLD_PROGRAM tells the seconds."""
+"""What COLD_PROGRAM has loaded each time that it prints the seconds."""
 
 COLD_PROGRAM = """
 import time
@@ -41,7 +41,6 @@ print(time.perf_counter() - start)
 
 
 def run(effort: Effort) -> Section:
-    """Microseconds of a drop, then seconds of processes."""
     section = Section("drop")
     _calls(section, effort)
     _starts(section, effort)
@@ -76,7 +75,7 @@ def _calls(section: Section, effort: Effort) -> None:
 
 
 def _each(way: Callable[[int], object], drops: int) -> Job:
-    """Microseconds of one of several drops."""
+    """A job that returns the mean microseconds of a drop."""
 
     def work() -> None:
         for seed in range(drops):
@@ -86,7 +85,7 @@ def _each(way: Callable[[int], object], drops: int) -> Job:
 
 
 def _starts(section: Section, effort: Effort) -> None:
-    """Loading each solver, and whole processes."""
+    """Measure the loading of each solver, and whole processes."""
     runs = effort.size(5, 1)
     cold = [Sample(tuple(s)) for s in zip(*_cold_starts(effort.size(3, 1)), strict=True)]
     effort.step("cold start")
@@ -133,20 +132,23 @@ def _starts(section: Section, effort: Effort) -> None:
 
 
 def _server_start() -> tuple[float, float]:
-    """Seconds until a server takes drops that makes its ledger first, and its megabytes then."""
+    """Seconds until a server with a new ledger takes drops, and its memory then, MB."""
     began = time.perf_counter()
     with serving() as served:
         return time.perf_counter() - began, served.resident / 1e6
 
 
 def _cold_starts(count: int) -> list[list[float]]:
-    """Seconds from the first import to each of COLD; count runs."""
+    """Seconds from the first import to each of COLD, for `count` runs."""
     told = [_run([sys.executable, "-c", COLD_PROGRAM]).split() for _ in range(count)]
     return [[float(seconds) for seconds in each] for each in told]
 
 
 def _run(command: list[str]) -> str:
-    """Its output. Python keeps bytecode, as it does of an installed program, whatever is set."""
+    """Run a command and return its output.
+
+    Python may write bytecode even if this process may not, as for an installed program.
+    """
     kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     return subprocess.run(
         command,

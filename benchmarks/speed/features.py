@@ -1,4 +1,4 @@
-"""What a feature costs the scene that has it."""
+"""The cost of each feature: the time of a drop with it and without it."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -16,7 +16,6 @@ from engine.board.materials import Material
 
 
 def run(effort: Effort) -> Section:
-    """All of the feature benchmark."""
     section = Section("features")
     _prices(section, effort)
     worlds.run(section, effort)
@@ -25,18 +24,18 @@ def run(effort: Effort) -> Section:
 
 
 def _bare() -> Board:
-    """No drag, no friction, restitution as in play."""
+    """A board without drag and friction, with the game's restitution."""
     return scenes.triangle(12, scenes.FULL._replace(drag=0.0, friction=0.0))
 
 
 def _without_walls(board: Board) -> Board:
-    """The same pegs in the open, with the outer bins made wide enough for all."""
+    """The same pegs without walls; the outer bins are wide enough for every ball."""
     edges = (-1e3, *board.bins.edges[1:-1], 1e3)
     return scenes.revised(board, walls=(), bins=replace(board.bins, edges=edges))
 
 
 def _pairs() -> dict[str, tuple[Board, Board]]:
-    """Feature: the board with it, and the board without it."""
+    """By feature, a board with it and a board without it."""
     bare = _bare()
     rough = Material(bare.peg_material.restitution, scenes.FULL.friction)
     rubbing = replace(
@@ -67,7 +66,7 @@ def _impacts(board: Board, drops: int) -> float:
 
 
 def _each_drop(board: Board, drops: int, impacts: float, ask: Callable[[Drop], object]) -> Job:
-    """Nanoseconds per impact of single drops, each asked for something."""
+    """Nanoseconds per impact of single drops, with the result of `ask` for each."""
     ask(drop(board, 0))
 
     def work() -> object:

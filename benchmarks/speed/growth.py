@@ -1,4 +1,4 @@
-"""How the cost of an impact grows with a board: with its rows, and with its pegs alone."""
+"""How the cost of an impact depends on the size of a board: on its rows and on its pegs."""
 
 from typing import Any
 
@@ -10,14 +10,15 @@ from engine import Board, drop_many
 
 
 def run(effort: Effort) -> Section:
-    """A table for rows, one for pegs, and both as a figure."""
     section = Section("growth")
     rows = (8, 16, 32) if effort.quick else (8, 16, 24, 32, 48, 64)
     widths = (16, 32) if effort.quick else (16, 32, 64, 128, 256, 626)
     by_rows = {str(n): scenes.lattice(n, 33, scenes.FULL) for n in rows}
     by_pegs = {}
     for width in widths:
-        board = scenes.lattice(16, width, scenes.FULL)  # even: a peg row is centred alike
+        board = scenes.lattice(
+            16, width, scenes.FULL
+        )  # even widths: the same rows of pegs are centred
         by_pegs[f"{len(board.pegs):,}"] = board
     section.data["rows"] = _growth(
         section, effort, by_rows, "Cost against rows, 33 columns", "rows"
@@ -33,7 +34,7 @@ def _growth(
     section: Section, effort: Effort, boards: dict[str, Board], title: str, what: str
 ) -> dict[str, Any]:
     drops = effort.size(8_192, 256)
-    # The first batch also lays the board out.
+    # The first batch of a board also builds its arrays.
     impacts = {
         name: float(drop_many(board, range(drops)).impact_count.mean())
         for name, board in boards.items()

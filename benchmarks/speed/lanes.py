@@ -1,5 +1,7 @@
-"""Batches: balls one by one and side by side, in WebAssembly, native code and a page; pymunk too;
-and what the counted operations would take at the machine's best."""
+"""The speed of batches: one ball at a time and in lanes, in WebAssembly, native code and a page.
+
+For comparison: pymunk, and the time of the counted operations at the machine's highest speed.
+"""
 
 import time
 from collections.abc import Callable
@@ -18,10 +20,10 @@ from engine import Board, drop_many
 from engine.exact.lanes import trial
 
 DROPS = 16_384
-"""In a round, but for pymunk, which has a hundredth."""
+"""Drops per round; pymunk plays a hundredth of them."""
 
 STEP = 1 / 240
-"""s; pymunk's."""
+"""pymunk's time step, s."""
 
 BOARDS: dict[str, Board] = {
     "triangle-16": Board.preset("triangle-16"),
@@ -33,7 +35,6 @@ BOARDS: dict[str, Board] = {
 
 
 def run(effort: Effort) -> Section:
-    """The table."""
     section = Section("lanes")
     drops = effort.size(DROPS, 512)
     times, impacts = _measured(section, drops, effort)
@@ -50,7 +51,7 @@ def run(effort: Effort) -> Section:
 def _measured(
     section: Section, drops: int, effort: Effort
 ) -> tuple[dict[str, Sample], dict[str, float]]:
-    """Seconds of each contestant on each board, and each board's impacts a drop."""
+    """Seconds of each contestant on each board, and each board's impacts per drop."""
     jobs: dict[str, Job] = dict(arithmetic.jobs(effort.size(arithmetic.SWEEPS, 500)))
     impacts = {}
     native = trial.trusted()
@@ -74,7 +75,7 @@ def _measured(
 
 
 def _processor_time(work: Callable[[], object]) -> Job:
-    """Seconds that the processor works: what else runs on the machine is not in them."""
+    """A job that returns processor seconds, so that other load on the machine does not count."""
     return lambda: seconds_of(work, time.process_time)
 
 
@@ -83,7 +84,7 @@ def _many(board: Board, drops: int, threads: int) -> Callable[[], object]:
 
 
 def _pymunk(board: Board, xs: Any, drops: int) -> Job:
-    """Seconds for `drops`, by the few that are made."""
+    """Seconds for `drops` drops, scaled up from the few that are played."""
     contestant = Chipmunk()
     job = _processor_time(lambda: contestant.seconds(board, xs, STEP))
     return lambda: job() * drops / len(xs)
@@ -164,7 +165,7 @@ def _arithmetic_table(times: dict[str, Sample]) -> Table:
 
 
 def least_time(count: dict[str, float], times: dict[str, Sample]) -> float:
-    """Nanoseconds that so many operations take by each one's shortest time."""
+    """Nanoseconds of `count` operations if each takes its shortest measured time."""
     pairs = 0.5 * (count["add"] + count["multiply"])
     return (
         pairs * times["separate"].low

@@ -1,7 +1,7 @@
-"""Counts the floating-point operations of the exact solver by running it, uncompiled, on numbers
-that count.
+"""Counts the floating-point operations of the exact solver.
 
-Runs in a process of its own, because the kernels have to be imported with the JIT off.
+The solver runs uncompiled, on numbers that count their operations. This takes a separate process,
+because the kernels have to be imported with the JIT off.
 """
 
 import json
@@ -26,7 +26,7 @@ print(json.dumps(operations.count(sys.stdin.read(), int(sys.argv[1]))))
 
 
 class Counting(float):
-    """A float whose arithmetic is counted; every result counts too."""
+    """A float that counts arithmetic on it; its results are such floats too."""
 
     __slots__ = ()
 
@@ -49,13 +49,13 @@ Counting.__abs__ = lambda self: Counting(float.__abs__(self))  # type: ignore[me
 
 
 def counting_root(value: float) -> Counting:
-    """Square root that is counted."""
+    """The square root, counted."""
     COUNTS["root"] += 1
     return Counting(math.sqrt(value))
 
 
 class _CountingNumpy:
-    """numpy, but arrays of floats are made of numbers that count."""
+    """numpy, but its new arrays of floats consist of counting numbers."""
 
     def __init__(self, numpy: Any) -> None:
         self._numpy = numpy
@@ -64,11 +64,10 @@ class _CountingNumpy:
         return getattr(self._numpy, name)
 
     def zeros(self, shape: Any, dtype: Any = float) -> Any:
-        """As numpy's."""
         return self._full(shape, dtype, 0.0)
 
     def empty(self, shape: Any, dtype: Any = float) -> Any:
-        """As numpy's, filled with zeros."""
+        """Like numpy's, but filled with zeros."""
         return self._full(shape, dtype, 0.0)
 
     def _full(self, shape: Any, dtype: Any, value: float) -> Any:
@@ -78,7 +77,7 @@ class _CountingNumpy:
 
 
 def counting(value: Any) -> Any:
-    """`value` with its floats made to count: scalars, arrays and named tuples of them."""
+    """`value` with counting floats in place of floats, also in arrays and named tuples."""
     import numpy as np
 
     if isinstance(value, float):
@@ -94,7 +93,7 @@ def counting(value: Any) -> Any:
 
 
 def count(board_json: str, drops: int) -> dict[str, float]:
-    """Operations of each kind per impact over some drops, one by one; needs the JIT off."""
+    """Operations of each kind per impact, over some drops one by one; needs the JIT off."""
     import numpy as np
 
     from engine import Board
@@ -124,7 +123,7 @@ def count(board_json: str, drops: int) -> dict[str, float]:
 
 
 def count_apart(board_json: str, drops: int) -> dict[str, float]:
-    """`count` in a process of its own, where the JIT is off."""
+    """Run `count` in a new process with the JIT off."""
     found = subprocess.run(
         [sys.executable, "-c", _PROGRAM, str(drops)],
         input=board_json,

@@ -1,4 +1,4 @@
-"""The same drops by each machine code of the kernels: a page's, wasmtime's, a batch's."""
+"""The same drops by the page's code, by wasmtime and by native code."""
 
 import contextlib
 import shutil
@@ -20,11 +20,11 @@ from engine.exact.outcome import Results
 
 BOARDS = ("triangle-8", "triangle-16", "classic")
 DROPS = 32_768
-"""In a round: half a second of each, or more."""
+"""Drops per round, which take each contestant half a second or more."""
 
 
 def compare(section: Section, effort: Effort) -> None:
-    """A table of drops a second on one core: a page's own code, WebAssembly by wasmtime, native."""
+    """Add a table of drops per second on one core."""
     if shutil.which("node") is None or not trial.trusted():
         section.absent.append("a page's drops: Node.js and native code are needed")
         return
@@ -53,7 +53,7 @@ def compare(section: Section, effort: Effort) -> None:
 
 
 def _times(board: Board, drops: int, page: NodeProcess, effort: Effort) -> dict[str, Sample]:
-    """Seconds of each; AssertionError where one's bits differ."""
+    """Seconds of each contestant; raises AssertionError if its results differ in any bit."""
     true = drop_many(board, range(drops), threads=1)
     form = board.to_dict()
 
@@ -81,7 +81,7 @@ def _times(board: Board, drops: int, page: NodeProcess, effort: Effort) -> dict[
 
 def _same(true: DropBatch, bins: Any, ends: Any) -> None:
     if bins.tolist() != true.bin.tolist() or ends.tolist() != true.x_end.tolist():
-        raise AssertionError("not the same drops")
+        raise AssertionError("bins or ends differ from those of drop_many")
 
 
 def _row(name: str, drops: int, times: dict[str, Sample]) -> list[str]:

@@ -1,5 +1,5 @@
-"""Balls that touch each other: speed and overlap beside Chipmunk and Box2D, growth, memory, energy,
-and how the stepped solver's error falls with its step."""
+"""Balls that touch each other: speed and overlap compared with Chipmunk and Box2D, growth, memory,
+energy, and how the stepped solver's error falls with its step."""
 
 import math
 import time
@@ -23,16 +23,16 @@ from engine.parameters import Exact, Stepped
 from engine.seeding import start_x
 
 Maker = Callable[[], Any]
-"""A contestant's world of a heap, anew for each run."""
+"""Makes a contestant's world of a heap, one for each run."""
 
 MORE_STEPS = (4, 16, 64)
-"""Steps a frame: as many as ours takes by default, and until Chipmunk's balls hardly overlap."""
+"""Steps per frame: our default number of substeps, and more, until Chipmunk's balls hardly
+overlap."""
 
 MODES = {"nobody sleeps": False, "who rests may sleep": True}
 
 
 def run(effort: Effort) -> Section:
-    """All of it."""
     section = Section("touching")
     _beside_others(section, effort)
     _with_more_steps(section, effort)
@@ -60,7 +60,7 @@ def _beside_others(section: Section, effort: Effort) -> None:
 
 
 def _with_more_steps(section: Section, effort: Effort) -> None:
-    """Chipmunk with as many steps a frame as we take, and with as many as it needs."""
+    """Compare with Chipmunk at as many steps per frame as ours, and at more."""
     n = effort.size(500, 60)
     frames = effort.size(600, 60)
     data: dict[str, Any] = {}
@@ -99,7 +99,7 @@ def _run_job(maker: Maker, frames: int) -> Job:
 
 
 def _watch(maker: Maker, heap: scenes.Heap, frames: int) -> tuple[float, int]:
-    """Deepest overlap in radii after any frame of a run of its own, and how many balls got out."""
+    """In a separate run, the deepest overlap in radii after any frame, and the lost balls."""
     world = maker()
     worst = 0.0
     places = world.places()
@@ -114,7 +114,7 @@ def _versus(
     section: Section, title: str, heap: scenes.Heap, makers: dict[str, Maker], frames: int,
     effort: Effort,
 ) -> dict[str, Any]:  # fmt: skip
-    """Add a table of speed and overlap; the same as data."""
+    """Add a table of speed and overlap; returns the same figures as data."""
     jobs = {name: _run_job(maker, frames) for name, maker in makers.items()}
     times = in_turns(jobs, effort.rounds, lambda: effort.step(heap.name))
     seen = {name: _watch(maker, heap, frames) for name, maker in makers.items()}

@@ -1,4 +1,4 @@
-"""What moving worlds pay for balls that touch, and for diagnostics."""
+"""The cost of touching balls, and of diagnostics, in a moving world."""
 
 import gc
 import time
@@ -12,15 +12,15 @@ from engine import Arena, Board, World
 from engine.multibody.scenes import on_board, sandbox
 from engine.seeding import start_x
 
-EVERY = 6  # ticks from one ball to the next: then they fall apart, and touch where they may
+EVERY = 6  # ticks from one ball to the next: balls start apart and may meet later
 BALLS = 200  # in the box
 
 Done = tuple[int, str]
-"""Balls times ticks that were computed, and the digest of what came of them."""
+"""Balls times ticks that were computed, and the digest of the result."""
 
 
 def run(section: Section, effort: Effort) -> None:
-    """What balls cost that touch, and what diagnostics cost."""
+    """Add a table of both costs."""
     ticks = effort.size(480, 24)
     jobs = {
         "ball-ball pairs/with": _job(lambda: _knocking(ticks)),
@@ -34,7 +34,7 @@ def run(section: Section, effort: Effort) -> None:
 
 
 def _job(work: Callable[[], Done]) -> Job:
-    """Nanoseconds of this thread per ball and tick."""
+    """A job that returns this thread's nanoseconds per ball and tick."""
 
     def job() -> float:
         gc.collect()
@@ -50,7 +50,7 @@ def _job(work: Callable[[], Done]) -> Job:
 
 
 def _passing(ticks: int) -> Done:
-    """Balls one after the other down 12 rows of pegs, by the stepped solver of one ball."""
+    """Balls one after another on 12 rows of pegs, by the stepped solver for single balls."""
     world = World(boards.triangle(12, boards.FULL), solver="stepped")
     done = 0
     for tick in range(ticks):
@@ -63,7 +63,7 @@ def _passing(ticks: int) -> Done:
 
 
 def _knocking(ticks: int) -> Done:
-    """The same balls, which touch each other."""
+    """The same balls, which collide with each other."""
     board = boards.triangle(12, boards.FULL)
     arena = on_board(board)
     done = 0
@@ -89,7 +89,7 @@ def _add(arena: Arena, board: Board, seed: int) -> None:
 
 
 def _box(ticks: int, *, asked: bool = False) -> Done:
-    """Balls that fall to a heap in a box; `asked`: for their energies and contacts each tick."""
+    """Balls that fall to a heap in a box; `asked`: with diagnostics each tick."""
     arena = sandbox(BALLS, seed=1, sleeping=False)
     for _ in range(ticks):
         arena.step()

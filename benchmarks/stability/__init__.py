@@ -1,4 +1,4 @@
-"""Scenes made to break a solver; what must never happen is counted.
+"""Scenes made to break a solver, in which faults such as tunnelling are counted.
 
 Imports scenes, the harness and the engine. Start with stability.py.
 """

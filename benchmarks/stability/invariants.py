@@ -1,7 +1,7 @@
-"""Looks over a drop's shoulder: whether its path keeps the laws, whatever made it.
+"""Checks whether a drop's path keeps the physical laws, independently of the solver.
 
-Judges the path as the public interface shows it, against the board as it was given. Nothing of the
-solvers' own geometry is used.
+The check uses the path that the public interface returns and the board, and none of the solvers'
+own geometry.
 """
 
 import time
@@ -21,31 +21,31 @@ from engine.parameters import Stepped
 Floats = npt.NDArray[np.float64]
 
 FAULTS = ("NaN", "tunnelling", "escape", "hang", "energy growth")
-"""What must never happen."""
+"""The faults that are counted; none may ever happen."""
 
 BETWEEN = 12
-"""States looked at between two events."""
+"""States that are checked between two events."""
 
 DEPTH = 1e-9
-"""Overlap that is rounding, as a part of the sizes involved (radii, coordinates)."""
+"""Overlap that rounding may cause, relative to the sizes involved (radii, coordinates)."""
 
 STEPPED_DEPTH = 1e-4
-"""The same for the stepped solver. In a notch it puts the ball onto one surface and so into the
-other by what gravity adds to a step; seen: 7e-6 of the ball's radius."""
+"""The same for the stepped solver, relative to the ball's radius. In a notch it corrects the ball
+out of one surface and thereby into the other, by what gravity adds in a step; observed: 7e-6."""
 
 GAIN = 1e-9
-"""Energy gain that is rounding, as a part of the largest energy of the drop."""
+"""Energy gain that rounding may cause, relative to the largest energy of the drop."""
 
 HANG = 20.0
-"""Wall seconds after which a drop counts as hung although it came back."""
+"""Wall seconds; a drop that takes longer counts as hung, although it ended."""
 
 KEPT = 5
-"""Findings kept of each fault; one is enough to look into, thousands would be the same bug."""
+"""Findings kept of each fault: one is enough to debug, and thousands would show the same bug."""
 
 
 @dataclass
 class Findings:
-    """Counts over many drops, and enough of the first faults to play them again."""
+    """Counts over many drops, and the first faulty drops, so that they can be replayed."""
 
     drops: int = 0
     faults: Counter[str] = field(default_factory=Counter)
@@ -53,7 +53,7 @@ class Findings:
     kept: list[dict[str, Any]] = field(default_factory=list)
 
     def add(self, other: "Findings") -> None:
-        """Take in the findings of another part of the work."""
+        """Add the findings of another part of the work."""
         self.drops += other.drops
         self.faults += other.faults
         self.unsettled += other.unsettled
@@ -61,7 +61,7 @@ class Findings:
             self._keep(item)
 
     def note(self, what: str, board: Board, x: float, solver: dict[str, Any], size: float) -> None:
-        """Write a fault down."""
+        """Count a fault, and keep the drop."""
         self.faults[what] += 1
         place = {"board": board.to_dict(), "x": x, "x_hex": x.hex()}
         self._keep({"fault": what, "size": size, **place, "solver": solver})
@@ -72,7 +72,7 @@ class Findings:
 
 
 def examine(board: Board, xs: Sequence[float], solver: dict[str, Any]) -> Findings:
-    """Drop a ball from each of `xs` (m) and judge its path; `solver`: keyword arguments of drop."""
+    """Drop a ball from each of `xs` (m) and check its path; `solver`: keyword arguments of drop."""
     found = Findings()
     pegs = np.array([(p.x, p.y, p.radius) for p in board.pegs]).reshape(-1, 3)
     walls = np.array([(w.x1, w.y1, w.x2, w.y2) for w in board.walls]).reshape(-1, 4)
@@ -115,7 +115,7 @@ def _faults(played: Drop, pegs: Floats, walls: Floats) -> list[tuple[str, float]
 
 
 def _times(played: Drop) -> Floats:
-    """The start, the events, the end, and some instants between each two of them."""
+    """The start, the events, the end, and BETWEEN - 1 instants between neighbours of these."""
     stops = np.unique(np.concatenate([[0.0], played.impacts["t"], [played.duration]]))
     parts = np.linspace(0.0, 1.0, BETWEEN, endpoint=False)
     inner = stops[:-1, None] + np.diff(stops)[:, None] * parts
@@ -123,10 +123,11 @@ def _times(played: Drop) -> Floats:
 
 
 def _energy_gain(played: Drop, values: Floats) -> float:
-    """By how much energy per mass (J/kg) grew beyond what is allowed; 0 if it did not.
+    """Growth of energy per mass (J/kg) beyond the allowed growth; 0 if it is within.
 
-    Exact: it never grows. Stepped: an impact within a step of h leaves the ball with up to g h |v|
-    too much, so that is allowed for each impact, twice, and once for the step under way.
+    With the exact solver, energy may never grow. With the stepped one, an impact within a step of
+    h leaves the ball with up to g h |v| too much. Twice that is allowed for each impact, and as
+    much once more for the current step.
     """
     board = played.board
     _, y, vx, vy, omega, _ = values
@@ -149,7 +150,7 @@ def _energy_gain(played: Drop, values: Floats) -> float:
 def deepest(xs: Floats, ys: Floats, pegs: Floats, walls: Floats, radius: float) -> float:
     """Largest overlap (m) of a ball at any (xs[i], ys[i]) with a peg or a wall.
 
-    Passing through a wall between two states counts as an overlap of a radius.
+    A passage through a wall between two states counts as an overlap of one radius.
     """
     worst = 0.0
     for i in range(xs.shape[0]):

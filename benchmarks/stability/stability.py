@@ -1,4 +1,4 @@
-"""Scenes made to break a solver, and random boards: what must never happen is counted."""
+"""Counts faults in scenes made to break a solver, and on random boards."""
 
 import json
 from collections import defaultdict
@@ -26,13 +26,12 @@ SOLVERS: dict[str, dict[str, Any]] = {
 }
 
 Totals = defaultdict[tuple[str, str], Findings]
-"""Findings of a part of the benchmark, by a solver."""
+"""Findings by part of the benchmark and solver."""
 
 TORTURE, RANDOM = "torture catalogue", "random boards"
 
 
 def run(effort: Effort) -> Section:
-    """The catalogue, coincident balls, balls that touch each other, random boards."""
     section = Section("stability")
     totals: Totals = defaultdict(Findings)
     tables = [
@@ -72,7 +71,7 @@ def _row(name: str, solver: str, found: Findings) -> list[str]:
 
 
 def _together(totals: Totals, touching: list[dict[str, Any]]) -> Table:
-    """What the other tables come to."""
+    """The sums of the other tables."""
     rows = [_row(part, solver, found) for (part, solver), found in totals.items()]
     frames = sum(each["frames"] for each in touching)
     counts = [f"{sum(each['faults'][what] for each in touching):,}" for what in FAULTS]
@@ -108,7 +107,7 @@ def _catalogue(totals: Totals, effort: Effort) -> Table:
 
 
 def _crowds(effort: Effort) -> Table:
-    """Balls on top of each other, in a live world: each goes its own way, the same as alone."""
+    """Balls that start in the same place in a live world: none may change another's path."""
     board = Board.preset("triangle-8")
     balls = effort.size(500, 20)
     rows = []
@@ -133,7 +132,7 @@ def _crowds(effort: Effort) -> Table:
 
 
 def _touching(section: Section, effort: Effort) -> Table:
-    """Balls that touch each other: frames in which something happened that must not."""
+    """Balls that touch each other: the number of frames with a fault."""
     rows = []
     section.data["touching"] = []
     for scene in touching_torture.catalogue(effort.quick):

@@ -1,4 +1,4 @@
-"""The torture catalogue: scenes made to break a solver, many of them no boards for play."""
+"""The torture catalogue: scenes made to break a solver, many of which the validator refuses."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -19,7 +19,7 @@ REACH = 0.15  # m: the ball's 0.1 and a peg's 0.05
 
 @dataclass(frozen=True)
 class Torture:
-    """A scene, its starts in m, and options of the stepped solver other than its defaults."""
+    """A scene, its starts in m, and options of the stepped solver that differ from its defaults."""
 
     name: str
     board: Board
@@ -28,14 +28,14 @@ class Torture:
 
 
 def catalogue(starts: int) -> Iterator[Torture]:
-    """All scenes; `starts` is how many random ones each of the larger gets."""
+    """All scenes; each larger one has `starts` random starts."""
     yield from _aimed()
     yield from _traps()
     yield from _extremes(starts)
 
 
 def _near(x: float, units: int = 8) -> list[float]:
-    """x and the floats around it."""
+    """x and the floats next to it."""
     return [x + k * float(np.spacing(x or 1e-300)) for k in range(-units, units + 1)]
 
 
@@ -56,7 +56,9 @@ def _scene(
             peg_material=physics,
             walls=tuple(walls),
             wall_material=physics,
-            bins=Bins(2.0, (-1e6, 0.0, 1e6), (1.0, 1.0)),  # from 100 km a ball is thrown far
+            bins=Bins(
+                2.0, (-1e6, 0.0, 1e6), (1.0, 1.0)
+            ),  # wide: a ball dropped from 100 km bounces far away
             drop=DropZone(0.0, start, 0.5),
         )
 

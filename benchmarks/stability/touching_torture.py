@@ -1,6 +1,7 @@
-"""Balls that touch each other in scenes made to break a solver: what must never happen is counted.
+"""Counts faults in scenes of touching balls that are made to break the solver.
 
-Nothing of the solver's own geometry is used but the deepest overlap, computed from the centres.
+The only part of the solver's own geometry in use is the deepest overlap, which it computes from the
+centres.
 """
 
 import math
@@ -20,17 +21,17 @@ from engine.multibody.scenes import sandbox
 JUPITER = 24.79
 
 INSIDE = 0.5
-"""Overlap in radii of the smaller ball that counts as tunnelling: from there a ball may be pushed
-out on the other side."""
+"""Overlap in radii of the smaller ball that counts as tunnelling: a ball that is deeper may be
+pushed out on the other side."""
 
 GAIN = 5e-3
-"""Energy from nowhere that is tolerated, as a part of all there is: what pushing balls out of an
-overlap lifts them by, and what a step of a tenth of a second is off by."""
+"""Tolerated energy gain, relative to the scene's energy. It covers the lift of balls that are
+pushed out of an overlap, and the error of steps of a tenth of a second."""
 
 
 @dataclass
 class Scene:
-    """An arena to watch for `frames` steps; `settled`: that from which overlap and energy count."""
+    """An arena to watch for `frames` steps; overlap and energy count from step `settled` on."""
 
     name: str
     arena: Arena
@@ -40,7 +41,7 @@ class Scene:
 
 @dataclass
 class Seen:
-    """What was counted in a scene, and the deepest overlap in radii after any step."""
+    """The faults of a scene, and the deepest overlap in radii after any step."""
 
     frames: int = 0
     deepest: float = 0.0
@@ -48,7 +49,7 @@ class Seen:
 
 
 def catalogue(quick: bool) -> Iterator[Scene]:
-    """All scenes, in sizes for a quick or a full run."""
+    """All scenes, in the sizes of a quick or a full run."""
     frames = 20 if quick else 600
     many = 20 if quick else 100
     for e in (0.0, 1.0):
@@ -122,7 +123,7 @@ def funnel(n: int) -> Arena:
 
 
 def watch(scene: Scene) -> Seen:
-    """Play a scene and look at it after every step."""
+    """Play a scene and check it after every step."""
     arena = scene.arena
     left, right, top, bottom = arena.place.extent
     first = arena.diagnostics()
@@ -153,7 +154,7 @@ def watch(scene: Scene) -> Seen:
 
 
 def to_dict(scene: Scene, seen: Seen) -> dict[str, Any]:
-    """JSON form of a scene's row."""
+    """JSON form of a scene's counts."""
     return {
         "scene": scene.name,
         "frames": seen.frames,

@@ -1,4 +1,4 @@
-"""The load is tried on a server as the app's own tests have it."""
+"""Fixtures of the app's tests: the load generator runs on the same server."""
 
 from tests.app.conftest import server, what_starts_read
 

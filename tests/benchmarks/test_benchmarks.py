@@ -1,4 +1,4 @@
-"""The benchmarks run, say what they should, and judge rightly; how fast they run is no claim."""
+"""The benchmarks run, print what they should, and detect faults; their speed is not tested."""
 
 import asyncio
 import io
@@ -80,7 +80,7 @@ def test_the_machine_is_named() -> None:
 
 @pytest.mark.parametrize("rows", [8, 13])
 def test_lattices_of_any_width_give_the_same_walk(rows: int) -> None:
-    """The cost against pegs is only a fair curve if the path stays what it is."""
+    """Costs on boards of different width are comparable only if the path is the same."""
     narrow, wide = (scenes.lattice(rows, n, scenes.FULL) for n in (32, 64))
     assert len(wide.pegs) > 1.9 * len(narrow.pegs)
     assert narrow.drop == wide.drop
@@ -95,7 +95,7 @@ def test_arithmetic_is_measured_in_positive_nanoseconds() -> None:
 
 
 def test_operations_are_counted() -> None:
-    """Falling and bouncing off a floor once takes some operations, but not thousands."""
+    """A drop with few impacts takes tens to hundreds of operations per impact, not thousands."""
     board = scenes.revised(scenes.lattice(8, 8, scenes.PLAIN))
     counts = operations.count_apart(board.to_json(), 1)
     assert 20.0 < counts["add"] < 2000.0
@@ -104,14 +104,14 @@ def test_operations_are_counted() -> None:
 
 
 def everyone() -> list[Contestant]:
-    """All that there are for this processor."""
+    """All contestants that exist for this processor."""
     box2d = [Box2d()] if platform.machine() == "x86_64" else []
     return [Exact(), Stepped(), Naive(), Chipmunk(), *box2d]
 
 
 @pytest.mark.long("it runs every engine")
 def test_all_contestants_play_the_same_scene() -> None:
-    """Until the first impact there is nothing to differ about but the step."""
+    """Before the first impact, contestants may differ only by the error of their step."""
     board = scenes.triangle(12, scenes.PLAIN)
     xs = np.array([0.05, -0.2])
     dt = 1.0 / 960.0
@@ -207,7 +207,7 @@ def test_random_boards_do_no_harm(solver: str) -> None:
 
 
 def test_every_scene_of_the_torture_catalogue_can_be_made() -> None:
-    """Those too that no validation would let pass: they fall for hours."""
+    """This includes scenes that the validator would refuse, where drops take hours."""
     names = [scene.name for scene in torture.catalogue(1)]
     assert len(set(names)) == len(names)
 
@@ -216,7 +216,9 @@ def test_every_scene_of_the_torture_catalogue_can_be_made() -> None:
 def test_the_torture_catalogue_does_no_harm_to_the_exact_solver() -> None:
     found = invariants.Findings()
     for scene in torture.catalogue(1):
-        if "drag 1000" not in scene.name and "e 1" not in scene.name:  # those take a second a drop
+        if (
+            "drag 1000" not in scene.name and "e 1" not in scene.name
+        ):  # drops there take a second each
             found.add(invariants.examine(scene.board, scene.xs[:2], {"solver": "exact"}))
     assert found.drops > 40
     assert dict(found.faults) == {}, found.kept
@@ -241,7 +243,7 @@ def test_pictures_are_measured_and_their_aims_are_told() -> None:
 
 
 def test_bands_are_seen() -> None:
-    """An animation of six colours has them."""
+    """An animation with six colours has visible bands."""
     d = pictures.four_seconds()
     from app.render import drop_animation
 
@@ -290,7 +292,7 @@ def test_segments_take_fewer_bytes_than_snapshots() -> None:
     for name, found in section.data["wire"].items():
         assert 0 < found["segments"] < found["snapshots"], name
         assert found["segments"] < found["all_segments"] < found["all_snapshots"], name
-        # 12 bytes of header and 12 a ball, 60 times a second; and less than 5 of framing.
+        # 12 bytes of header, 12 per ball, and less than 5 of framing, 60 times a second
         assert 720 < found["snapshots"] < 60 * 29, name
 
 
@@ -335,16 +337,16 @@ def test_a_tick_s_delay_excludes_ticks_that_were_given_up() -> None:
     assert lateness(on_time) == pytest.approx([0.0] * 300, abs=1e-9)
     once = [(tick, at + (0.009 if tick == 150 else 0.0)) for tick, at in on_time]
     assert lateness(once)[149:152] == pytest.approx([0.0, 0.009, 0.0], abs=1e-9)
-    # A stall of six ticks: five were made up for in one message, and one was given up.
+    # A stall of six ticks: the server made up for five in one message, and skipped one.
     stalled = [
         (tick, at + (0.0 if tick < 150 else 1.0 / 60.0))
         for tick, at in on_time
         if not 150 <= tick < 154
     ]
     assert max(lateness(stalled)) == pytest.approx(0.0, abs=1e-9)
-    # For a second and more every tick is late by nearly one: that is late, not given up.
+    # For more than a second every tick is late by nearly one tick; none was skipped.
     slow = [(tick, at + (0.014 if tick >= 100 else 0.0)) for tick, at in on_time]
     assert lateness(slow)[200:] == pytest.approx([0.014] * 100, abs=1e-9)
-    # The first one that was seen came late, and the one after it was given up.
+    # The first snapshot came late, and the next tick was skipped.
     begun = [(tick, at + (1.0 / 60.0 if tick else 0.0044)) for tick, at in on_time]
     assert lateness(begun) == pytest.approx([0.0044] + [0.0] * 299, abs=1e-9)

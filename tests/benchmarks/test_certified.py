@@ -1,4 +1,4 @@
-"""What the benchmark of proofs counts is what the proofs say."""
+"""The benchmark of proofs counts what the proofs say."""
 
 from pathlib import Path
 

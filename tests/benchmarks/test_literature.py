@@ -41,7 +41,7 @@ def test_a_ball_without_friction_leaves_a_peg_at_two_thirds(speed: float) -> Non
 
 
 def test_a_ball_with_much_friction_leaves_a_peg_as_if_rolling() -> None:
-    """What is left to 4/7 falls as one over the friction: extrapolated it is gone."""
+    """The difference to 4/7 falls like one over the friction, and extrapolates to zero."""
     off = {mu: textbook.roller_leaves(mu, 1e-3).apart for mu in (0.0, 1.0, 5.0, 10.0)}
     assert off[0.0] == pytest.approx(2.0 / 3.0 - 4.0 / 7.0, abs=1e-6)
     assert off[1.0] > off[5.0] > off[10.0] > 0.0
@@ -68,7 +68,7 @@ def test_the_lorentz_gas_has_its_free_path_and_lyapunov_exponent(section: Sectio
 
 
 def test_the_lorentz_gas_diffuses_as_machta_and_zwanzig_say(section: Section) -> None:
-    """Within a tenth at the narrowest gap, a third more at the widest; both known."""
+    """The estimate holds within a tenth at the narrowest gap, and less closely at wider gaps."""
     for found, most in zip(section.data["lorentz_diffusion"], (0.1, 0.4, 0.4, 0.6), strict=True):
         ratio = found["value"] / lorentz.machta_zwanzig(found["gap"])
         slack = 4.0 * found["error"] / lorentz.machta_zwanzig(found["gap"])
@@ -83,7 +83,7 @@ def test_balls_of_the_elastic_galton_board_gain_speed_as_known(section: Section)
     assert "came back up" in table.notes[0]
 
 
-def test_its_figures_are_drawn(section: Section, tmp_path: Path) -> None:
+def test_the_figures_are_drawn(section: Section, tmp_path: Path) -> None:
     assert list(section.plots) == ["bench-digits.png", "bench-galton-board.png"]
     for name, draw in section.plots.items():
         draw(str(tmp_path / name))

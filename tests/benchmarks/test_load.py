@@ -1,4 +1,4 @@
-"""The Python client: how it joins and ends, the server's clock, and what a load counts."""
+"""The load generator: its client joins and ends, estimates the server's clock, and counts."""
 
 import asyncio
 import json
@@ -34,13 +34,13 @@ def test_a_servers_address_leads_to_its_room(given_url: str, whole: str) -> None
 
 
 @pytest.mark.parametrize("bad", ["ftp://h", "http://", ""])
-def test_what_is_no_address_is_named(bad: str) -> None:
+def test_an_invalid_address_is_named(bad: str) -> None:
     with pytest.raises(InvalidValueError, match="is not an address"):
         room_url(bad, "main", "snapshots")
 
 
 def pong(sent: float, ahead: float, there: float, tick: int, late: float) -> dict[str, Any]:
-    """Of a room whose tick k is due at server time 500 + k / 60."""
+    """A pong from a room whose tick k is due at server time 500 + k / 60."""
     made = 500.0 + tick / 60.0 + late
     return {"t": sent, "server_time": sent + there + ahead, "tick": tick, "tick_time": made}
 
@@ -48,7 +48,7 @@ def pong(sent: float, ahead: float, there: float, tick: int, late: float) -> dic
 def test_the_clock_follows_the_quickest_pong_and_earliest_tick() -> None:
     clock = Clock(60.0)
     assert not clock.known
-    clock.observe(pong(10.0, 490.0, 0.010, 0, 0.005), 10.050)  # slow on its way back
+    clock.observe(pong(10.0, 490.0, 0.010, 0, 0.005), 10.050)  # slow on the way back
     clock.observe(pong(10.2, 490.0, 0.001, 12, 0.0), 10.202)
     clock.observe(pong(10.4, 490.0, 0.030, 24, 0.004), 10.440)
     assert clock.offset == pytest.approx(490.0)
@@ -62,13 +62,13 @@ def test_the_clock_drifts_with_the_server_s_and_forgets_a_sleep() -> None:
         ahead = 490.0 + 1e-4 * k
         clock.observe(pong(10.0 + k, ahead, 0.001, 60 * k, 0.0), 10.002 + k)
     assert clock.offset == pytest.approx(490.0 + 1e-4 * 97, abs=3e-4)
-    late = pong(200.0, 490.01, 0.001, 6000, 100.0)  # it slept for 100 s
+    late = pong(200.0, 490.01, 0.001, 6000, 100.0)  # the room slept for 100 s
     clock.observe(late, 200.002)
     assert clock.due(6000) == pytest.approx(late["tick_time"] - 490.01, abs=1e-3)
 
 
 class Ears:
-    """A listener that keeps everything."""
+    """A listener that stores everything."""
 
     def __init__(self) -> None:
         self.events: list[dict[str, Any]] = []
@@ -89,7 +89,7 @@ async def test_it_joins_plays_and_leaves(server: Running) -> None:
     ears = Ears()
     joined = await connect(room_url(server.url, "triangle-8", "snapshots"), ears)
     joined.send(type="drop", seed="42", ref="x" * 200)
-    # What others have dropped here falls beside it.
+    # Balls of other tests may fall in the same room.
     await eventually(lambda: any(event.get("ref") for event in ears.events))
     (mine,) = [event for event in ears.events if event.get("ref")]
     assert (mine["type"], mine["seed"], mine["ref"]) == ("accepted", "42", "x" * 200)
@@ -131,7 +131,7 @@ async def test_a_connection_that_breaks_ends_without_a_word() -> None:
         joined = await connect(f"ws://127.0.0.1:{port}/", ears)
         assert await ears.end == (1006, "")
     assert [len(data) for data in ears.binaries] == [70_000]
-    joined.send(type="ping", t=0.0)  # to nobody, and no error
+    joined.send(type="ping", t=0.0)  # the connection is closed; sending raises no error
 
 
 async def test_what_is_no_websocket_is_refused(server: Running) -> None:
@@ -144,14 +144,14 @@ async def test_a_load_counts_what_its_clients_got(stream: str) -> None:
     began = time.monotonic()
 
     async def enough(_: float) -> None:
-        """Not so many seconds, but until everybody was sent something and the clock was set."""
+        """Wait until every client has received something and the clock is set."""
         frames = [each.frames for each in load.counted.values()]
         await eventually(
             lambda: (
                 load.clock
                 and load.clock.known
                 and load.dropped >= 3
-                # Not what a pong said of the room before it moved, whose ticks have no time.
+                # A pong from before the room moved does not count, since its ticks have no time.
                 and load.clock.due(max(c.tick for c in load.counted.values())) > began
                 and (
                     not load.counting
@@ -197,10 +197,10 @@ class Silent:
     texts = text_bytes = 0
 
     def send(self, **message: Any) -> None:
-        """To nobody."""
+        """Do nothing."""
 
     def close(self) -> None:
-        """It has no connection."""
+        """Do nothing: there is no connection."""
 
 
 async def test_a_load_counts_gaps_and_ends() -> None:

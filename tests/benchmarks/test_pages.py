@@ -1,4 +1,4 @@
-"""What is measured is recorded once, and pages show it as it is recorded."""
+"""Measurements are recorded once, and pages show exactly what is recorded."""
 
 from pathlib import Path
 
@@ -25,7 +25,7 @@ MACHINE = {
 
 @pytest.fixture
 def measured(tmp_path: Path) -> Path:
-    """A folder with one file, of the benchmark `drop`."""
+    """A folder with one recorded file, of the benchmark `drop`."""
     recorded.write(Section("drop", [TABLE]), MACHINE, 3.0, tmp_path / "measured")
     return tmp_path / "measured"
 

@@ -1,4 +1,4 @@
-"""What a spectator over a relay costs is what more of them cost more."""
+"""The cost of a spectator over a relay is the difference between two crowds."""
 
 import json
 import resource
@@ -25,7 +25,7 @@ FEW = Shares(
 MANY = replace(FEW, spectators=5000, relays=0.25, memory=1.8e8)
 
 
-def test_what_more_spectators_cost_is_a_spectator_s() -> None:
+def test_a_spectators_cost_is_the_difference_of_crowds() -> None:
     table = relays._each(FEW, MANY)
     assert [row[1:] for row in table.rows] == [
         ["0.00500%", "measured"],

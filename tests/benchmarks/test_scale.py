@@ -1,4 +1,4 @@
-"""docs/scale.md is multiplied from what is recorded, and from nothing else."""
+"""docs/scale.md is computed only from recorded figures."""
 
 from contextlib import nullcontext
 from dataclasses import replace
@@ -31,7 +31,7 @@ COST = Units(
 
 
 def cells(table: Table, row: str) -> dict[str, str]:
-    """A row by its first cell, under the names of the columns."""
+    """The cells of the row with this first cell, by column."""
     (found,) = (each for each in table.rows if each[0] == row)
     return dict(zip(table.columns, found, strict=True))
 
@@ -43,7 +43,7 @@ def test_spectators_are_cores_processes_and_bytes() -> None:
     assert found["processes"] == "200", "half a core each"
     assert (found["memory"], found["sent"]) == ("50.0 GB", "1.00 GB/s")
     assert found["messages a second"] == "10,000,000"
-    # Where a core serves more than a process may have connections, these decide.
+    # If a core serves more clients than a process may have connections, the connections decide.
     most = MAX_CONNECTIONS
     assert processes_for(10 * most, 1e9) == 10
 

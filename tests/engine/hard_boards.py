@@ -1,11 +1,11 @@
-"""A catalogue of what is hard for a ball: boards on which it touches two things, hangs, creeps.
+"""A catalogue of hard boards, on which a ball touches two surfaces, hangs, or creeps.
 
-Each kind is a recipe, a function of a random generator that adds its surfaces to a `Draft`. The
-same recipes make examples for hypothesis (`hard_boards`), which shrinks them, and any number of
-boards by their numbers (`hard_board`). A recipe draws as it likes, so some of its boards are traps
-or have pegs that overlap, and are no boards for play; `playable` sorts them out.
+Each kind is a recipe: a function that adds random surfaces to a `Draft`. The same recipes make
+examples for hypothesis (`hard_boards`), which shrinks them, and any number of numbered boards
+(`hard_board`). Recipes do not avoid traps or overlapping pegs; `playable` returns only the boards
+that the validator accepts.
 
-Presets have none of this: restitution 0 to 0.5, friction 0 to 1, drag up to its limit.
+These boards go beyond the presets: restitution 0 to 0.5, friction 0 to 1, drag up to its limit.
 """
 
 import math
@@ -21,7 +21,7 @@ from engine.board.values import MAX_DRAG
 from engine.errors import BoardError
 
 SIDE: Final = 1.0
-"""m; the upright walls that close the board stand at -SIDE and SIDE."""
+"""m; the upright side walls are at -SIDE and SIDE."""
 
 BOTTOM: Final = 2.5
 """m; the height of the bins, below starts at 0."""
@@ -31,14 +31,14 @@ FRICTIONS: Final = (0.0, 0.1, 0.3, 0.6, 1.0)
 DRAGS: Final = (0.0, 0.0, 0.0, 0.0, 0.005, 1.0, 1.0, 10.0, MAX_DRAG)
 
 LEAST_SPEED: Final = 0.015
-"""m/s; at the least, the terminal speed on a slope: none takes a ball to the time limit."""
+"""m/s; least terminal speed on a slope, so that no ball reaches the time limit."""
 
 Point = tuple[float, float]
 
 
 @dataclass
 class Draft:
-    """A board while a recipe adds to it; metres, x right, y down. Balls start about `aim`."""
+    """A board to which recipes add; metres, x right, y down. Balls start around `aim`."""
 
     choice: Random
     radius: float
@@ -56,18 +56,18 @@ class Draft:
         return LEAST_SPEED * self.drag / self.gravity
 
     def angle(self, low: float, high: float) -> float:
-        """An angle in rad: anywhere between, hardly more than the least, or one of the two."""
+        """An angle in rad: one of the two, hardly more than the least, or anywhere in between."""
         anywhere = self.choice.uniform(low, high)
         least: float = low + (high - low) * 10.0 ** self.choice.uniform(-4.0, 0.0)
         return self.choice.choice([low, high, least, least, least, anywhere, anywhere, anywhere])
 
     def peg_under(self, place: Point, lean: float, radius: float) -> None:
-        """A peg that a ball at `place` touches; its normal leans from 'up' by `lean` rad."""
+        """Add a peg that a ball at `place` touches; its normal leans from 'up' by `lean` rad."""
         far = self.radius + radius
         self.pegs.append((place[0] - far * math.sin(lean), place[1] + far * math.cos(lean), radius))
 
     def gap_beside(self, x: float, y: float, radius: float) -> float:
-        """Room in m between a peg of that place and radius and all else, side walls included."""
+        """Gap in m between such a peg and everything else, side walls included."""
         gaps = [SIDE - abs(x) - radius]
         gaps += [math.hypot(x - px, y - py) - radius - other for px, py, other in self.pegs]
         for x1, y1, x2, y2 in self.walls:
@@ -79,11 +79,11 @@ class Draft:
 
 
 Recipe = Callable[[Draft, float, float], None]
-"""Adds to the draft about a place (x, y) in m, where a ball is to come by."""
+"""Adds surfaces to the draft around (x, y) in m, where a ball should pass."""
 
 
 def _normals(draft: Draft, steepest: float) -> tuple[float, float]:
-    """How far two normals lean to the same side, rad, the less first: neither holds the ball."""
+    """Angles in rad, the smaller first, of two normals that lean to the same side."""
     low = draft.angle(1e-3, 1.2)
     high = draft.angle(low + 0.05, max(low + 0.1, steepest))
     side = draft.choice.choice([-1.0, 1.0])
@@ -91,7 +91,7 @@ def _normals(draft: Draft, steepest: float) -> tuple[float, float]:
 
 
 def _beside_another(draft: Draft, apart: float) -> float:
-    """A peg's radius in m, such that a ball can touch another one, `apart` rad round it, too."""
+    """A peg's radius in m such that a ball can also touch another peg, `apart` rad around it."""
     half = math.sin(0.5 * min(apart, 2.0))
     return min(
         draft.choice.choice([0.01, 0.03, 0.1, 0.3]), 0.999 * draft.radius * half / (1.0 - half)
@@ -99,7 +99,7 @@ def _beside_another(draft: Draft, apart: float) -> float:
 
 
 def notch_of_pegs(draft: Draft, x: float, y: float) -> None:
-    """Two pegs that a ball touches at once, and that both push it to the same side."""
+    """Two pegs that a ball touches at once and that push it to the same side."""
     low, high = _normals(draft, steepest=2.2)
     for lean in (low, high):
         draft.peg_under((x, y), lean, _beside_another(draft, abs(high - low)))
@@ -128,7 +128,7 @@ def peg_on_a_wall(draft: Draft, x: float, y: float) -> None:
 
 
 def _slope_under(draft: Draft, place: Point, lean: float) -> None:
-    """A slope that a ball at `place` touches, some of it up from there and some down."""
+    """A slope that a ball at `place` touches, which extends up and down from there."""
     x, y = place[0] - draft.radius * math.sin(lean), place[1] + draft.radius * math.cos(lean)
     tx, ty = math.copysign(1.0, lean) * math.cos(lean), abs(math.sin(lean))
     up, down = draft.choice.choice([1e-3, 0.01, 0.2]), draft.choice.uniform(0.02, 0.2)
@@ -147,7 +147,7 @@ def peg_in_a_side_wall(draft: Draft, x: float, y: float) -> None:
 
 
 def twins(draft: Draft, x: float, y: float) -> None:
-    """Two pegs, or a peg and a wall, that a ball strikes in one instant, to the last bits."""
+    """Two pegs, or a peg and a wall, that a ball hits at the same instant, to the last bits."""
     low, high = _normals(draft, steepest=1.5)
     draft.peg_under((x, y), high, _beside_another(draft, abs(high - low)))
     if draft.choice.random() < 0.5:
@@ -158,7 +158,7 @@ def twins(draft: Draft, x: float, y: float) -> None:
 
 
 def overhangs(draft: Draft, x: float, y: float) -> None:
-    """A ramp that throws the ball at bars that lean over: it strikes their undersides."""
+    """A ramp that throws the ball against the undersides of leaning bars."""
     side = draft.choice.choice([-1.0, 1.0])
     slope, length = draft.choice.uniform(0.3, 1.0), draft.choice.uniform(0.1, 0.4)
     end = x + side * length * math.cos(slope), y + length * math.sin(slope) - 0.4
@@ -186,7 +186,7 @@ def shelves(draft: Draft, x: float, y: float) -> None:
 
 
 def funnel(draft: Draft, x: float, y: float) -> None:
-    """Two slopes with a mouth between that is hardly wider than the ball."""
+    """Two slopes with a gap between them that is hardly wider than the ball."""
     mouth = draft.radius * draft.angle(1.0 + 1e-6, 1.5)
     for side in (-1.0, 1.0):
         lip = x + side * mouth
@@ -195,7 +195,7 @@ def funnel(draft: Draft, x: float, y: float) -> None:
 
 
 def chute(draft: Draft, x: float, y: float) -> None:
-    """Two parallel bars, upright or leaning, between which a ball has hardly room to bounce."""
+    """Two parallel bars, upright or leaning, with hardly room for a ball to bounce between."""
     lean = draft.angle(-0.8, 0.8)
     half = draft.radius * draft.angle(1.0 + 1e-7, 1.05)
     tx, ty = math.sin(lean), math.cos(lean)
@@ -222,7 +222,7 @@ def stairs(draft: Draft, x: float, y: float) -> None:
 
 
 def treacle(draft: Draft, x: float, y: float) -> None:
-    """Pegs in air so thick that the ball needs minutes: it falls a few centimetres a second."""
+    """Pegs and high drag: a ball falls a few centimetres per second and takes minutes."""
     draft.gravity, draft.drag = 9.81, draft.choice.choice([100.0, 300.0, MAX_DRAG])
     for row in range(4):
         peg = x + draft.choice.uniform(-0.4, 0.4), y - 0.6 + 0.4 * row
@@ -230,7 +230,7 @@ def treacle(draft: Draft, x: float, y: float) -> None:
 
 
 def thicket(draft: Draft, x: float, y: float) -> None:
-    """Pegs and bars anywhere, wherever there is room for the ball between them."""
+    """Pegs and bars at random places that leave room for the ball between them."""
     for _ in range(draft.choice.randint(3, 9)):
         at = x + draft.choice.uniform(-0.8, 0.8), y + draft.choice.uniform(-0.3, 1.2)
         radius = draft.choice.choice([0.001, 0.03, 0.1, 0.2])
@@ -255,14 +255,14 @@ KINDS: Final[dict[str, Recipe]] = {
 
 @dataclass(frozen=True)
 class HardBoard:
-    """A board's JSON form, and starts in m that are right at what is hard about it, if any."""
+    """A board's JSON form, and starts in m that aim at its hard part, if any."""
 
     kind: str
     form: dict[str, Any]
     starts: tuple[float, ...]
 
     def playable(self) -> Board | None:
-        """The board, or None if it is one that no ball may be dropped on."""
+        """The board, or None if the validator refuses it."""
         try:
             return Board.from_json(self.form)
         except BoardError:
@@ -306,7 +306,7 @@ def _made(kind: str, choice: Random) -> HardBoard:
 
 
 def _deflect(draft: Draft, lowest: float) -> None:
-    """Pegs above, from which balls come down from all sides and with a spin."""
+    """Add pegs above, from which balls arrive from all directions and with spin."""
     for _ in range(draft.choice.randint(0, 5)):
         at = draft.choice.uniform(-0.8, 0.8), draft.choice.uniform(0.3, lowest)
         peg = *at, draft.choice.choice([0.03, 0.1])
@@ -320,7 +320,7 @@ def hard_board(kind: str, number: int) -> HardBoard:
 
 
 def numbered(kind: str) -> Iterator[HardBoard]:
-    """All boards of a kind, without end."""
+    """All boards of a kind, an endless iterator."""
     number = 0
     while True:
         yield hard_board(kind, number)

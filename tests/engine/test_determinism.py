@@ -1,4 +1,4 @@
-"""The same bits everywhere: golden digests, by machine code and as plain Python."""
+"""The same bits everywhere: machine code and plain Python give the golden digests."""
 
 import json
 import os
@@ -43,7 +43,7 @@ def test_a_version_of_the_physics_has_its_entry_in_the_changelog() -> None:
 
 
 def run_python(code: str, folder: Path = ROOT, **environment: str) -> str:
-    """What a fresh interpreter prints for `code` in `folder`."""
+    """The output of `code` in a new interpreter in `folder`."""
     done = subprocess.run(
         [sys.executable, "-c", code],
         cwd=folder,
@@ -57,7 +57,7 @@ def run_python(code: str, folder: Path = ROOT, **environment: str) -> str:
 
 
 def test_plain_python_gives_the_golden_digests() -> None:
-    """Every preset and scene by both solvers, one drop each: the kernels without the JIT."""
+    """One drop on every preset and scene by both solvers, without the JIT."""
     code = (
         "import sys, engine.exact.trace as exact\n"
         "assert not hasattr(exact.trace_many, 'function'), 'kernels are compiled'\n"
@@ -80,7 +80,7 @@ def test_a_changed_bit_is_told_by_name() -> None:
 def test_results_cannot_change_behind_the_versions_back(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The maker refuses; it agrees to a raised version, and to boards that are new."""
+    """make.py refuses changed digests, unless the version is raised; new boards are accepted."""
     entry = check.golden()["drops"]["triangle-8"]
     old = {"physics_version": 1, "seeds": [], "drops": {"triangle-8": entry}, "batches": {}}
     file = tmp_path / "digests.json"
@@ -103,5 +103,5 @@ def test_results_cannot_change_behind_the_versions_back(
     monkeypatch.setattr(check, "current", lambda: more)
     assert make.main([]) == 0
     monkeypatch.setattr(check, "current", lambda: changed)
-    assert make.main([]) == 1  # a board that goes takes its drops with it
+    assert make.main([]) == 1  # the drops of a removed board would be lost
     assert make.main(["--initial"]) == 0

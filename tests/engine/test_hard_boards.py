@@ -1,4 +1,4 @@
-"""Every ball on a hard board lands, where stepping in time and proofs say that it does."""
+"""Balls on hard boards land, and where time steps and proofs say."""
 
 import json
 from itertools import islice
@@ -14,32 +14,32 @@ from tests.engine.hard_boards import KINDS, HardBoard, hard_board, hard_boards, 
 from tests.long import tries
 
 DROPS = 50
-"""On each board; the boards of all kinds make a million of them in `make test-long`."""
+"""Drops on each board; with all boards of all kinds, `make test-long` plays a million."""
 
 BOARDS = tries(6, 1 + 1_000_000 // (DROPS * len(KINDS)))
 
 ALIKE = 1e-3
-"""m; by how much x_end may differ between two step sizes, for a drop to be compared at all.
+"""m; a drop is compared only if x_end differs by less between the two step sizes.
 
-Near an edge a ball that is a hair to the left goes left. There a step's error, however small, says
-nothing of the exact path, and mostly the two step sizes lead to different places. Where they agree
-to a millimetre their error does not grow to more than some millimetres on the way."""
+Near an edge, the smallest error of a step decides on which side a ball passes, and the steps say
+nothing about the exact path. The two step sizes then mostly end at different places. If they agree
+to a millimetre, their error has grown to a few millimetres at most."""
 
 NEAR = 5e-3
-"""m; and by how much the exact one may then differ."""
+"""m; largest allowed difference between the exact x_end and that of the steps."""
 
 STEPPED_DRAG = 20.0
-"""1/s; in thicker air a flight takes minutes, and so do its steps."""
+"""1/s; with more drag a flight takes minutes, and so does computing its steps."""
 
 
 def played(kind: str, count: int) -> list[tuple[HardBoard, Board]]:
-    """The first `count` boards of a kind that may be played."""
+    """The first `count` playable boards of a kind."""
     boards = ((hard, hard.playable()) for hard in numbered(kind))
     return list(islice(((hard, board) for hard, board in boards if board is not None), count))
 
 
 def dropped(hard: HardBoard, board: Board) -> list[DropBatch]:
-    """Drops by seed, and from the starts that are right at what is hard."""
+    """Drops by seed, and from the starts that aim at the hard parts."""
     batches = [drop_many(board, range(DROPS))]
     if hard.starts:
         batches.append(drop_many(board, range(len(hard.starts)), xs=hard.starts))
@@ -47,7 +47,7 @@ def dropped(hard: HardBoard, board: Board) -> list[DropBatch]:
 
 
 def check_ends(batch: DropBatch) -> None:
-    """All land, but for those that are proven to stay where they lie."""
+    """Assert that every ball lands, or is proven to stay where it lies."""
     for i in np.flatnonzero(batch.outcome != LANDED).tolist():
         where = (json.dumps(batch.board.to_dict()), float(batch.x_start[i]))
         assert batch.outcome[i] in {BALANCED, WEDGED}, (REASONS[batch.outcome[i]], *where)
@@ -74,7 +74,7 @@ def test_a_ball_lands_on_any_hard_board(hard: HardBoard) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_most_hard_boards_may_be_played(kind: str) -> None:
-    """So that the other tests are about something."""
+    """Otherwise the other tests would have little to test."""
     made = [hard_board(kind, number) for number in range(40)]
     assert sum(hard.playable() is not None for hard in made) > 20
 
@@ -82,7 +82,7 @@ def test_most_hard_boards_may_be_played(kind: str) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "treacle"])
 def test_a_ball_goes_where_steps_in_time_lead_it(kind: str) -> None:
-    """At two step sizes; where these differ there is nothing to compare with."""
+    """Two step sizes are computed; drops on which they disagree are not compared."""
     compared = odd = count = 0
     for _, board in played(kind, tries(4, 100)):
         if board.drag > STEPPED_DRAG:
@@ -95,7 +95,7 @@ def test_a_ball_goes_where_steps_in_time_lead_it(kind: str) -> None:
         alike &= np.abs(coarse.x_end - fine.x_end) <= ALIKE
         near = (exact.outcome == LANDED) & (np.abs(exact.x_end - fine.x_end) <= NEAR)
         for i in np.flatnonzero(alike & ~near).tolist():
-            # Steps of both sizes may err alike, by chance: one of 800 drops into funnels did.
+            # Both step sizes may err alike by chance, as in one of 800 drops into funnels.
             proof, where = certify(board, i), (json.dumps(board.to_dict()), i)
             assert proof.bin == exact.bin[i], where
             assert proof.x_end is not None

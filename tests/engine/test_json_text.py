@@ -1,4 +1,4 @@
-"""JSON that could be read in two ways is not read at all, and its place is named."""
+"""Ambiguous JSON is refused, and the error names the place."""
 
 import json
 from typing import Any
@@ -50,7 +50,7 @@ def test_a_value_without_one_meaning_is_refused_by_its_place(
         json_text.parse(text)
     assert caught.value.field == place
     assert why in str(caught.value)
-    str(caught.value).encode()  # what is refused can itself be told
+    str(caught.value).encode()  # the message can be encoded as UTF-8
 
 
 def test_a_surrogate_pair_is_one_character() -> None:
@@ -58,7 +58,7 @@ def test_a_surrogate_pair_is_one_character() -> None:
 
 
 @pytest.mark.parametrize("text", ["", "{", '{"a":1,}', "[1 2]", b"\xff", b"\xef\xbb\xbf{}", "'a'"])
-def test_what_is_not_json_is_said_to_be_none(text: str | bytes) -> None:
+def test_text_that_is_not_json_is_reported_as_such(text: str | bytes) -> None:
     with pytest.raises(JsonSyntaxError, match="not JSON"):
         json_text.parse(text)
 

@@ -1,4 +1,4 @@
-"""What the package gives by name, and what it costs to import it."""
+"""The package's public names, and what importing it loads."""
 
 import pytest
 
@@ -18,7 +18,7 @@ def test_every_public_name_exists_and_is_listed_before_its_use() -> None:
     assert len(set(engine.__all__)) == len(engine.__all__)
 
 
-def test_an_unknown_name_is_said_to_be_one() -> None:
+def test_an_unknown_name_is_reported_as_unknown() -> None:
     with pytest.raises(AttributeError, match="module 'engine' has no attribute 'Pinball'"):
         _ = engine.Pinball  # type: ignore[attr-defined]
 

@@ -1,4 +1,4 @@
-"""What a notebook shows: drawings that are sound SVG, and pictures by whoever is installed."""
+"""What a notebook shows: valid SVG drawings, and pictures by an installed painter."""
 
 import sys
 from collections.abc import Iterator
@@ -85,7 +85,7 @@ def test_a_picture_is_a_png(name: str) -> None:
 
 @pytest.fixture
 def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A folder on the path in which a package may be installed, and no other painter is."""
+    """A folder on the path for a package with a painter; no other painter is found."""
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
     notebooks._painter.cache_clear()
     yield tmp_path

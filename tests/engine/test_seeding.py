@@ -1,4 +1,4 @@
-"""A seed is an integer below 2^64, and decides a start that is even over the drop zone."""
+"""A seed is an integer below 2^64; starts of seeds are uniform over the drop zone."""
 
 import numpy as np
 import pytest
@@ -81,7 +81,7 @@ def test_starts_of_successive_seeds_are_even_and_uncorrelated() -> None:
     n = 100_000
     x = start_xs(np.arange(n, dtype=np.uint64), 0.0, 1.0)
     counts = np.histogram(x, bins=100, range=(-1.0, 1.0))[0]
-    # Chi-squared with 99 degrees of freedom: mean 99, deviation 14; and a correlation's is 1 / 316.
+    # Chi-squared with 99 degrees of freedom: mean 99, deviation 14. A correlation's is 1 / 316.
     assert abs(((counts - n / 100) ** 2 / (n / 100)).sum() - 99) < 5 * 14.1
     assert abs(np.corrcoef(x[:-1], x[1:])[0, 1]) < 5 / np.sqrt(n)
     assert x.min() < -0.999

@@ -1,4 +1,4 @@
-"""Balls that touch each other under stress: never a NaN, an escape, growing energy, or a hang.
+"""Touching balls under stress: no NaN, escape, growth of energy, or hang.
 
 With LONG_TESTS=1 in the environment the scenes have their full sizes.
 """
@@ -18,16 +18,16 @@ from engine.multibody.static_geometry import Place
 LONG = os.environ.get("LONG_TESTS") == "1"
 
 DEEPEST = 0.01
-"""Overlap in radii that may show after a frame; above 0.008 the solver pushes pairs apart."""
+"""Allowed overlap after a frame, in radii; above 0.008 the solver pushes pairs apart."""
 
 
 def watch(
     arena: Arena, frames: int, half: float, height: float, *, slack: float = 1e-3, every: int = 5
 ) -> float:
-    """Step, and look at every few frames: all finite, all inside, no energy from nowhere.
+    """Step, and assert every few frames that states are finite, inside, and without energy gain.
 
-    Energy may exceed its start by `slack` of what there was plus what the lag of velocities by
-    half a substep can show. Returns the deepest overlap in radii.
+    Energy may grow by the share `slack` of its start, plus the error from velocities that lag by
+    half a substep. Returns the deepest overlap in radii.
     """
     first = arena.diagnostics()
     h = arena.settings.dt / arena.settings.substeps
@@ -87,7 +87,7 @@ def test_a_size_ratio_of_a_thousand() -> None:
 
 
 def test_the_cost_of_a_size_ratio_of_a_thousand_is_not_quadratic() -> None:
-    """Pairs listed, which is what costs: near the number of balls, not of its square."""
+    """The number of listed pairs, which decides the cost, grows like the number of balls."""
     arena = Arena(Place.box(4.0, 4.0), ArenaSettings(gravity=0.0))
     rng = np.random.default_rng(3)
     n = 3000
@@ -146,7 +146,7 @@ def test_frames_from_a_thousandth_to_a_tenth_of_a_second(dt: float, gravity: flo
 
 
 def test_many_steps_of_a_small_scene() -> None:
-    """A million of them in the long mode; elastic and in motion all the time."""
+    """Elastic balls that never rest; a million steps in the long mode."""
     arena = sandbox(
         4, restitution=1.0, friction=0.0, radii=(0.1, 0.2), width=1.5, height=1.5, speed=2.0
     )

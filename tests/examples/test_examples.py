@@ -1,4 +1,4 @@
-"""Every file in examples/ is run as its first lines say, and does what it says."""
+"""Every file in examples/ runs as its first lines say, and does what they say."""
 
 import asyncio
 import csv
@@ -31,7 +31,7 @@ DRAWN = GOLDEN.with_name("draw_session.json")
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
-    """A server on whose table `main` balls land within a second."""
+    """A server in whose room `main` balls land within a second."""
     board = tmp_path_factory.mktemp("board") / "tiny.json"
     board.write_text(json.dumps(TINY))
     with serving(board=str(board)) as running:
@@ -121,7 +121,7 @@ def test_a_worksheet_has_its_pictures_table_and_questions(tmp_path: Path) -> Non
 
 
 def names(server: Running) -> list[str]:
-    """Of all drops that the room `main` has had."""
+    """The names of all named drops in the log of `main`."""
     log = httpx.get(f"{server.url}/api/v1/rooms/main/log", timeout=LIMIT).json()
     return [drop["name"] for drop in log["drops"] if "name" in drop]
 
@@ -136,7 +136,7 @@ def test_a_bot_drops_a_ball_for_each_viewer_and_says_where_it_is(server: Running
 
 
 def test_a_bot_reads_a_chat_as_twitch_has_it(server: Running) -> None:
-    """A chat that asks whether the bot is still there, and breaks off in between."""
+    """The chat pings the bot, and closes the connection in between."""
     heard: list[str] = []
     visits: list[ServerConnection] = []
 
@@ -188,7 +188,7 @@ def test_a_draw_is_held_as_the_page_about_the_stage_says(server: Running, tmp_pa
         return [places.get(word, word) for word in line.split()[1:]]
 
     assert "200 seeds, ready for POST rooms" in run(sys.executable, "-m", "app.cli", *words(find))
-    # On a quick board: what the command has written for the preset takes seconds to fall.
+    # On a fast board: the drops that the command has written for the preset take seconds.
     draw = {"board": TINY, "mode": "draw", "draw": find_draw(Board.from_json(TINY), [1, 9999])}
     Path(places["draw.json"]).write_text(json.dumps(draw))
     told = run(sys.executable, *words(hold), "--server", server.url, given="\n")

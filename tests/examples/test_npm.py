@@ -1,4 +1,4 @@
-"""The npm package of the page's solver: made, packed and used as whoever installs it uses it."""
+"""The npm package of the page's solver is built, packed, installed and used as by a user."""
 
 import json
 import os
@@ -22,7 +22,7 @@ def node_folder() -> str:
 
 @pytest.fixture(scope="module")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Somebody's project, into which the package was installed from what `npm pack` makes."""
+    """A user's project, into which the output of `npm pack` is installed."""
     folder = tmp_path_factory.mktemp("npm")
     in_it = folder / "node_modules" / "plinko-solver"
     run(ROOT / "tools" / "npm-package", in_it, cwd=ROOT)

@@ -1,1 +1,1 @@
-"""Known good outputs, and what makes and compares them."""
+"""Golden files (known good outputs), and the programs that make and compare them."""

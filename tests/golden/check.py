@@ -1,10 +1,10 @@
-"""The golden digests of drops: computes them here and compares them with the committed ones.
+"""Compares the golden digests of drops with those that this machine computes.
 
     python -m tests.golden.check [--quick]
 
-prints each that differs and exits with 1 if any does. Needs the engine alone, so that it runs where
-nothing else is installed: under an emulated processor, or without the JIT (`--quick` is for these:
-one drop of each board and solver).
+prints each digest that differs and exits with 1 if any does. It needs only the engine, so that it
+also runs on emulated processors and without the JIT. `--quick` is for these: it plays one drop per
+board and solver.
 """
 
 import json
@@ -20,13 +20,13 @@ FILE = Path(__file__).parent / "digests.json"
 SOLVERS = ("exact", "stepped")
 SEEDS = (42, 0, 1, 4_294_967_296, 18_446_744_073_709_551_615)
 BATCH = {"exact": 1000, "stepped": 100}
-"""Drops, seeds 0, 1, ..., behind each of the batch digests."""
+"""By solver, the number of drops (seeds 0, 1, …) in each batch digest."""
 
 Entry = dict[str, Any]
 
 
 def board_of(name: str) -> Board:
-    """The board of a golden entry: a preset's, or that of `scene:NAME`."""
+    """The board of a golden entry: a preset, or the board of `scene:NAME`."""
     kind, _, rest = name.rpartition(":")
     return scene(rest).board if kind == "scene" else Board.preset(name)
 
@@ -55,7 +55,7 @@ def batch_entry(name: str) -> Entry:
 
 
 def batch_names() -> tuple[str, ...]:
-    """Entries with a batch: all but the payout variants, which are the same board to the ball."""
+    """Entries with a batch: all but the payout variants, on which balls fall in the same way."""
     return tuple(name for name in names() if not name.endswith(("-low", "-high")))
 
 
@@ -76,7 +76,7 @@ def golden() -> dict[str, Any]:
 
 
 def differences(expected: Entry, actual: Entry, name: str) -> list[str]:
-    """What differs between two entries, one line each; lists are compared as far as `actual` is."""
+    """One line for each difference between two entries; lists are compared up to `actual`'s end."""
     lines = []
     for key, value in actual.items():
         wanted = expected.get(key)

@@ -1,11 +1,11 @@
-"""The layout of golden files: a drop, a board or a message a line, so that a change is one line."""
+"""The layout of golden files: one drop, board or message per line, so that diffs are short."""
 
 import json
 from typing import Any
 
 
 def in_lines(document: dict[str, Any]) -> str:
-    """The document as JSON: a line for each member, and one for each item that a member holds."""
+    """The document as JSON, with a line for each member and for each item of a member."""
     return _spread(document, 2) + "\n"
 
 

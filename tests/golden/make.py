@@ -1,8 +1,8 @@
 """Writes the golden digests: python -m tests.golden.make [--initial]
 
-Refuses to change what any drop gives under the same PHYSICS_VERSION: raise it in
-engine/constants.py and say what changed in CHANGELOG.md under 'Simulation results changed'. New
-boards may be added at any time. --initial, for use before anyone relies on a result, overwrites.
+Refuses to change any digest under the same PHYSICS_VERSION: raise it in engine/constants.py and
+describe the change in CHANGELOG.md under 'Simulation results changed'. New boards may be added at
+any time. --initial overwrites everything; use it only before anyone relies on a result.
 """
 
 import sys
@@ -12,7 +12,7 @@ from tests.golden.lines import in_lines
 
 
 def changed(old: check.Entry, new: check.Entry) -> list[str]:
-    """Lines about entries of `old` that are gone or differ in `new`."""
+    """One line for each entry of `old` that is missing or different in `new`."""
     lines = []
     for group in ("drops", "batches"):
         for name, entry in old[group].items():
@@ -24,7 +24,7 @@ def changed(old: check.Entry, new: check.Entry) -> list[str]:
 
 
 def main(arguments: list[str]) -> int:
-    """Write the file; 1 if that would change results behind the version's back."""
+    """Write the file; returns 1 instead if results changed under the same version."""
     new = check.current()
     if check.FILE.exists() and "--initial" not in arguments:
         old = check.golden()

@@ -1,4 +1,4 @@
-"""Makes session.json and draw_session.json anew: what checkers of sessions are tried on."""
+"""Writes session.json and draw_session.json, the samples for checkers of fair sessions."""
 
 from pathlib import Path
 
@@ -10,12 +10,12 @@ DRAWN_FILE = Path(__file__).with_name("draw_session.json")
 
 
 def text() -> str:
-    """The session as it must be."""
+    """The text of session.json."""
     return in_lines(honest(4))
 
 
 def drawn_text() -> str:
-    """The session of a room with a draw as it must be."""
+    """The text of draw_session.json, the session of a room with a draw."""
     return in_lines(honest(6, drawing=draw()))
 
 

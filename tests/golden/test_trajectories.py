@@ -1,4 +1,4 @@
-"""No ball of a preset has moved since version 4 of the physics, to the last bit."""
+"""Drops on presets have had the same bits since version 4 of the physics."""
 
 import hashlib
 import json
@@ -15,7 +15,7 @@ RECORDED = json.loads(Path(__file__).with_name("trajectories.json").read_text(en
 
 
 def trajectories(name: str) -> str:
-    """What the file says of a preset, computed now."""
+    """The hash of a preset's drops, computed now."""
     found = hashlib.sha256()
     for one in drop_many(Board.preset(name), range(1000)):
         found.update(np.array([one.x_end, one.duration, one.bin]).tobytes())

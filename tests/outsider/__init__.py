@@ -1,5 +1,5 @@
-"""What an outsider makes of the pages alone: a decoder and a checker, strangers to the project.
+"""A decoder and a checker as an outsider would write them, using only the documentation.
 
-decoder.py and checker.py import the standard library only, which a test checks; the tests beside
-them hold both to the server and the engine.
+decoder.py and checker.py import only the standard library, which a test checks. The tests in this
+folder compare both with the server and the engine.
 """

@@ -1,4 +1,4 @@
-"""Digests, starts and payouts as docs/records.md and docs/boards.md say; nothing of the project."""
+"""Digests, starts and payouts by docs/records.md and docs/boards.md, without the project's code."""
 
 import hashlib
 import json
@@ -102,7 +102,7 @@ def solver_bytes(record: Json) -> bytes:
 
 
 def drop_digests(record: Json, form: Json) -> list[str]:
-    """Digests that a record may have: one if it landed, else one for each way not to land."""
+    """Digests that a record may have: one if it landed, otherwise one for each way not to land."""
     zone = completed(form)["drop"]
     x = record.get("x")
     if x is None:
@@ -117,7 +117,7 @@ def drop_digests(record: Json, form: Json) -> list[str]:
 
 
 def record_errors(record: Json, form: Json) -> list[str]:
-    """What is wrong with a record, as far as its board `form` and it alone tell."""
+    """The wrong fields of a record, as far as the record and its board `form` show."""
     wrong = []
     bins = completed(form)["bins"]
     if record["board_digest"] != board_digest(form):
@@ -173,7 +173,7 @@ def payout(stake: int, score: float) -> int:
 
 
 def canonical(value: Any) -> str:
-    """RFC 8785 for what logs hold."""
+    """Canonical JSON by RFC 8785, for the values that logs contain."""
     if isinstance(value, dict):
         members = (f"{canonical(key)}:{canonical(part)}" for key, part in sorted(value.items()))
         return "{" + ",".join(members) + "}"
@@ -185,7 +185,7 @@ def canonical(value: Any) -> str:
 
 
 def number(value: float) -> str:
-    """A double as JavaScript writes it: Python's digits, its exponent from 1e-7 down."""
+    """A double as JavaScript writes it: Python's digits, but an exponent only from 1e-7 down."""
     if value == int(value):
         return str(int(value))
     text = repr(value)
@@ -206,7 +206,7 @@ def log_digest(log: Json) -> str:
 
 
 def log_errors(log: Json) -> list[str]:
-    """What is wrong with a log, as far as it alone tells: its digest and its payouts."""
+    """The wrong parts of a log, as far as the log itself shows: its digest and its payouts."""
     wrong = ["digest"] * (log["digest"] != log_digest(log))
     for each in log.get("drops", []):
         result = each["result"]

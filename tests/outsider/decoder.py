@@ -1,4 +1,4 @@
-"""Binary messages of a room as docs/protocol.md lays them out; uses nothing of the project."""
+"""Decodes a room's binary messages by docs/protocol.md, without the project's code."""
 
 import math
 import struct
@@ -12,7 +12,7 @@ SEGMENTS = (0x53, 2)
 
 
 def snapshot(data: bytes, extent: Box, velocity_scale: float) -> Row:
-    """tick, seq and balls of a snapshot; ValueError if it is none."""
+    """tick, seq and balls of a snapshot; raises ValueError if `data` is not a snapshot."""
     magic, version, count, tick, seq = struct.unpack_from("<BBHII", data)
     if (magic, version) != SNAPSHOT or len(data) != 12 + 12 * count:
         raise ValueError(f"{len(data)} bytes, magic {magic:#x}, version {version}")
@@ -35,9 +35,9 @@ def snapshot(data: bytes, extent: Box, velocity_scale: float) -> Row:
 
 
 def segments(data: bytes, hello: Row) -> Row:
-    """tick, seq, full, flights and curves of a message; ValueError if it is none.
+    """tick, seq, full, flights and curves of a message; raises ValueError for other data.
 
-    hello: `extent`, `velocity_scale`, `spin_scale` and `tick_rate` of the room's.
+    hello: the room's `extent`, `velocity_scale`, `spin_scale` and `tick_rate`.
     """
     magic, version, flights, tick, seq, curves, flags, _ = struct.unpack_from("<BBHIIHBB", data)
     if (magic, version) != SEGMENTS or len(data) != 16 + 18 * flights + 26 * curves:
@@ -75,7 +75,7 @@ def _segment(tick: int, row: tuple[Any, ...], hello: Row) -> Row:
 
 
 def place_on_flight(flight: Row, t: float, gravity: float, drag: float) -> tuple[float, float]:
-    """x and y (m) of a ball at t on a flight, by the formulas of the page."""
+    """x and y (m) of a ball at time t on a flight, by the page's formulas."""
     s = t - flight["t"]
     psi = s * s / 2
     if drag:

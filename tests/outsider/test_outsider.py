@@ -1,4 +1,4 @@
-"""The decoder and the checker that an outsider wrote, held to the server and the engine."""
+"""The outsider's decoder and checker agree with the server and the engine."""
 
 import ast
 import json
@@ -28,7 +28,7 @@ SNAPSHOTS = json.loads((GOLDEN / "snapshots.json").read_text())["snapshots"]
 
 
 @pytest.mark.parametrize("module", [decoder, checker])
-def test_an_outsider_imports_the_standard_library_alone(module: Any) -> None:
+def test_an_outsider_imports_only_the_standard_library(module: Any) -> None:
     tree = ast.parse(Path(module.__file__).read_text(encoding="utf-8"))
     imports = [node for node in ast.walk(tree) if isinstance(node, ast.Import | ast.ImportFrom)]
     names = {
@@ -62,7 +62,7 @@ def test_golden_messages_of_segments_are_decoded_to_the_last_bit() -> None:
 
 
 @pytest.mark.parametrize("data", ["", "50", "5001010000000000000000", "530100005802000011000000"])
-def test_what_is_no_snapshot_is_refused(data: str) -> None:
+def test_data_that_is_no_snapshot_is_refused(data: str) -> None:
     with pytest.raises((ValueError, struct.error)):
         decoder.snapshot(bytes.fromhex(data), {}, 1.0)
 

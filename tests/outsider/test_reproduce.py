@@ -1,4 +1,4 @@
-"""docs/reproduce.md and the files next to it are a whole solver with the engine's digests."""
+"""docs/reproduce.md and the files next to it are a complete solver with the engine's digests."""
 
 import re
 from functools import cache
@@ -21,7 +21,7 @@ FILES = [path.read_text(encoding="utf-8") for path in sorted(DOCS.glob("reproduc
 
 @cache
 def solver() -> dict[str, Any]:
-    """The names that the page's Python and the files define."""
+    """The names defined by the page's Python code and the files."""
     names: dict[str, Any] = {}
     for block in [*re.findall(r"^```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL), *FILES]:
         exec(block, names)
@@ -29,7 +29,7 @@ def solver() -> dict[str, Any]:
 
 
 def redo(board: Board, seed: int, x: float | None) -> tuple[str, list[Any]]:
-    """Digest and events of a drop by the page alone; the board's digest is its own."""
+    """Digest and events of a drop, computed only by the page's code, also the board's digest."""
     page, form = solver(), board.to_dict()
     x = page["start_x"](seed, form["drop"]) if x is None else x
     y = form["drop"]["y"]
@@ -86,7 +86,7 @@ def test_the_page_gives_the_digests_of_drops_on_hard_boards(kind: str) -> None:
 
 
 def worked() -> str:
-    """The page's worked drop, as its own code computes it."""
+    """The page's worked example, as the page's code computes it."""
     page, board = solver(), Board.preset("triangle-8")
     form = board.to_dict()
     layout, x, y = page["Board"](form), page["start_x"](42, form["drop"]), form["drop"]["y"]

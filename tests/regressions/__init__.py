@@ -1,1 +1,1 @@
-"""Saved states in which a bug once showed, and the test that plays them again."""
+"""Saved states that once showed a bug, and the tests that replay them."""

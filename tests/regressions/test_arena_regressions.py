@@ -1,4 +1,4 @@
-"""Saved arenas that once went wrong: all inside and finite, hardly an overlap, no energy gained."""
+"""Saved arenas that once went wrong: balls stay inside, hardly overlap, and gain no energy."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""Every saved state that once went wrong: the ball passes through nothing, and its drop ends."""
+"""Saved states that once went wrong: the ball passes through no surface, and its drop ends."""
 
 import json
 from pathlib import Path
@@ -18,7 +18,7 @@ def test_a_ball_ends_as_it_should(path: Path) -> None:
     saved = json.loads(path.read_text(encoding="utf-8"))
     with mock.patch(
         "engine.board.checks.playable.check"
-    ):  # some are traps, which no board for play may be
+    ):  # some are traps, which the validator refuses
         board = Board.from_json(saved["board"])
     found = drop(board, x=saved["x"], solver=saved["solver"])
     assert found.bin == saved["bin"], saved["about"]

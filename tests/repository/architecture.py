@@ -1,4 +1,4 @@
-"""The drawing in docs/architecture.md, made of the import contract by `make architecture`.
+"""Draws the picture in docs/architecture.md from the import contract: `make architecture`.
 
 Each `layers` contract of pyproject.toml is a stack of rows: a module may import every module in the
 rows below, and none in its own row or above. The text of a box is the first paragraph of the
@@ -18,24 +18,24 @@ PICTURE = ROOT / "docs" / "images" / "architecture.svg"
 WIDTH = 1160  # px, as all below
 MARGIN = 20
 GAP = 8
-HEAD = 40  # of a stack, above its first row
+HEAD = 40  # height of a stack's title, above its first row
 LINE = 15
 FONT = 12.5
-LETTER = 0.56 * FONT  # a letter's width on average, a little on the safe side
+LETTER = 0.56 * FONT  # mean width of a letter, estimated high
 MOST = 4  # boxes side by side; a longer row is drawn in several lines, close to each other
 CLOSE = 3  # between these lines
 
 
 @dataclass(frozen=True)
 class Stack:
-    """A package whose parts stand in layers, from the top one down."""
+    """A package whose parts are in layers, from top to bottom."""
 
     package: str
     layers: tuple[tuple[str, ...], ...]
 
 
 def stacks() -> list[Stack]:
-    """The packages with an exhaustive contract for their parts: the server, then the engine."""
+    """The packages with an exhaustive contract: the server, then the engine."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     found = {}
     for contract in project["tool"]["importlinter"]["contracts"]:

@@ -1,6 +1,6 @@
-"""Pictures of the pages for the documentation, anew: `python -m tests.repository.photographs`.
+"""Takes the documentation's pictures of the pages: `python -m tests.repository.photographs`.
 
-Each shows what the pages themselves chose or computed: nothing here knows a bin or a digest.
+Each picture shows what the page itself chose or computed; no bin or digest is fixed here.
 """
 
 import io
@@ -28,7 +28,7 @@ FLAGS = ["--headless", "--no-sandbox", "--disable-gpu"]
 
 @contextmanager
 def chromium() -> "Iterator[Browser]":
-    """A Chromium without a window."""
+    """A headless Chromium."""
     from playwright.sync_api import sync_playwright
 
     program = os.environ.get("CHROMIUM") or shutil.which("chromium")
@@ -48,7 +48,7 @@ def table(page: "Page", address: str) -> None:
 
 
 def replay(page: "Page", address: str) -> None:
-    """A replay at one of its strong impacts, with normal and impulse."""
+    """A replay at a strong impact, with normal and impulse."""
     page.goto(f"{address}/replay.html?board=triangle-12&seed=42")
     page.wait_for_selector("html[data-state=replay]")
     impulses = page.locator("#impacts tr td:last-child").all_text_contents()[4:-1]
@@ -57,7 +57,7 @@ def replay(page: "Page", address: str) -> None:
 
 
 def compare(page: "Page", address: str) -> None:
-    """Two balls that start one bit apart, on the first seed found to part."""
+    """Two balls that start one bit apart, with the first seed whose balls separate."""
     page.goto(f"{address}/compare.html?board=triangle-16&seed=1")
     page.wait_for_selector("html[data-state=replay]")
     page.get_by_role("button", name="Find a pair that splits").click()
@@ -80,7 +80,7 @@ def editor(page: "Page", address: str) -> None:
 
 
 def problem(page: "Page", address: str) -> None:
-    """What the server objects to, shown at its place."""
+    """An error of the server, shown at the bad field."""
     page.goto(f"{address}/editor.html?board=triangle-8")
     page.wait_for_selector("html[data-check=good]")
     page.locator("#field").focus()
@@ -97,8 +97,7 @@ def sandbox(page: "Page", address: str) -> None:
     page.wait_for_function(_FALLEN)
 
 
-# The box has gone on for so many of its seconds, counted from the least that was seen: a box that
-# is begun anew begins at none.
+# Whether the box's clock has advanced by 1.5 s since its smallest value: a reset box starts at 0.
 _FALLEN = """() => {
   const time = parseFloat(document.querySelector("[data-fact=time]")?.textContent);
   if (Number.isNaN(time)) return false;
@@ -131,20 +130,20 @@ def take(address: str, folder: Path, names: list[str] | None = None) -> None:
 
 
 def show(page: "Page", count: int) -> None:
-    """Let so many frames go by."""
+    """Wait for `count` frames."""
     from tests.browser.screen import frames
 
     frames(page, count)
 
 
 def moment(page: "Page") -> bytes:
-    """What is seen once all that was asked for is laid out and drawn."""
+    """A screenshot after the page has been laid out and drawn."""
     show(page, 2)
     return page.screenshot()
 
 
 def still(page: "Page") -> bytes:
-    """What is seen once it changes no more."""
+    """A screenshot after the page has stopped changing."""
     seen = [page.screenshot()]
 
     def same() -> bool:
@@ -157,7 +156,7 @@ def still(page: "Page") -> bytes:
 
 
 def keep(png: bytes, path: Path) -> None:
-    """Write a screenshot: the README's as PNG, the others as WebP at a quarter of the bytes."""
+    """Write a screenshot: the README's as PNG, the others as WebP, which is a quarter as large."""
     from PIL import Image
 
     if path.name == "page":
@@ -168,7 +167,7 @@ def keep(png: bytes, path: Path) -> None:
 
 
 def main() -> None:
-    """Take the scenes that the command line names, or all, of a server started for it."""
+    """Start a server and photograph the scenes named on the command line, or all."""
     from tests.repository.readme import IMAGES, ROOT
 
     with ServerProcess("sqlite://") as server:

@@ -1,8 +1,8 @@
-"""The examples of pages, run: `python -m tests.repository.readme [PAGE…]` writes what they print.
+"""Runs the examples of pages: `python -m tests.repository.readme [PAGE…]` updates their output.
 
-A ```console block holds commands (`$ ...`), each followed by what it prints. A ```python block is
-a program, and the ```text block after it what that prints. Commands run in a folder of their own,
-in order; where they speak to http://127.0.0.1:8000, a server is there.
+A ```console block has commands (`$ ...`), each followed by its output. A ```python block is a
+program, and the ```text block after it is its output. Commands run in order in a temporary folder,
+with a server for those that use http://127.0.0.1:8000.
 """
 
 import os
@@ -29,17 +29,17 @@ ADDRESS = "http://127.0.0.1:8000"
 
 _CONSOLE = re.compile(r"```console\n(.*?)```", re.DOTALL)
 _PYTHON = re.compile(r"```python\n(.*?)```\n+```text\n(.*?)```", re.DOTALL)
-# What differs from machine to machine: times, and sizes of compressed files.
+# Output that differs between machines: times, and sizes of compressed files.
 _MEASURED = re.compile(r"[\d,.]+ (?=drops/s|bytes)|(?<=drops/s, )[\d.]+ (?=s\b)")
 
 
 @dataclass(frozen=True)
 class Example:
-    """A command or program, what the README says it prints, and where it says so."""
+    """A command or program, the output shown by the page, and where it is shown."""
 
     code: str
     says: str
-    start: int  # of what it prints, in the README's text
+    start: int  # of the shown output, in the page's text
     end: int
     is_program: bool
 
@@ -62,12 +62,12 @@ def pictures(example: Example) -> list[str]:
 
 
 def without_measurements(text: str) -> str:
-    """The part of what an example prints that every machine prints."""
+    """An example's output without the parts that differ between machines."""
     return _MEASURED.sub("# ", text)
 
 
 class Runner:
-    """Runs examples one after the other in one folder."""
+    """Runs examples one after another in one folder."""
 
     def __init__(self, folder: Path, address: str) -> None:
         self.folder = folder
@@ -75,13 +75,13 @@ class Runner:
         (folder / IMAGES).mkdir(parents=True, exist_ok=True)
 
     def run(self, example: Example) -> str:
-        """What the example prints; raises CalledProcessError where it fails."""
+        """Run the example and return its output; raises CalledProcessError if it fails."""
         if example.is_program:
             command = [sys.executable, "-c", example.code]
         else:
             code = example.code.replace(ADDRESS, self.address)
             command = ["bash", "-c", f"set -o pipefail; {_CURL}{code}"]
-        # The programs of this environment come first, as in one that is activated.
+        # This environment's programs come first on the PATH, as if it were activated.
         path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
         done = subprocess.run(
             command,
@@ -96,7 +96,7 @@ class Runner:
         return done.stdout.replace(self.address, ADDRESS)
 
 
-# A machine without curl has Python.
+# Without curl, a Python function takes its place.
 _CURL = "" if shutil.which("curl") else (
     "curl() { python -c 'import sys, urllib.request as u; "
     "sys.stdout.buffer.write(u.urlopen(sys.argv[-1]).read())' \"$@\"; }; "
@@ -105,7 +105,7 @@ _CURL = "" if shutil.which("curl") else (
 
 @contextmanager
 def runner() -> Iterator[Runner]:
-    """A runner with a server and a folder that are gone afterwards."""
+    """A runner with a temporary server and folder."""
     with ExitStack() as stack:
         folder = stack.enter_context(tempfile.TemporaryDirectory())
         server = stack.enter_context(ServerProcess("sqlite://"))
@@ -113,7 +113,7 @@ def runner() -> Iterator[Runner]:
 
 
 def main(pages: Sequence[str]) -> None:
-    """Write what the examples of these pages print into them, and their pictures beside them."""
+    """Write the output of the examples into these pages, and their pictures next to them."""
     with runner() as run:
         for page in [ROOT / name for name in pages] or PAGES:
             renew(page, run)
@@ -125,7 +125,7 @@ def main(pages: Sequence[str]) -> None:
 
 
 def renew(page: Path, run: Runner) -> None:
-    """Write what the examples of a page print into it."""
+    """Write the output of a page's examples into the page."""
     text = page.read_text(encoding="utf-8")
     found = examples(text)
     prints = [run.run(example) for example in found]

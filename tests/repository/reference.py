@@ -1,8 +1,8 @@
-"""docs/python-reference.md, made of the sources: `python -m tests.repository.reference` writes it.
+"""Writes docs/python-reference.md from the sources: `python -m tests.repository.reference`.
 
-The page is for readers of the repository: each name with its arguments and the first lines of its
-docstring. The site has types and whole docstrings, by docs/python.md, which also says which members
-of a class are shown.
+The page is for readers of the repository: each name with its arguments and the beginning of its
+docstring. The site has types and whole docstrings, from docs/python.md, which also lists the
+members of classes to show.
 """
 
 import ast
@@ -29,7 +29,7 @@ GROUPS = {
     "Errors": ["EngineError", "BoardError", "Fault", "SeedError", "ParameterError", "RecordError"],
     "Versions": ["PHYSICS_VERSION", "__version__"],
 }  # fmt: skip
-"""All names of `plinko`, in the order in which a reader meets them."""
+"""All names of `plinko`, in the order of the page."""
 
 _HEAD = """\
 # The Python reference
@@ -49,7 +49,7 @@ SHOWN = {
         re.MULTILINE,
     )
 }
-"""Members by class, where the page of the interface lists them; of other classes all are shown."""
+"""By class, the members that docs/python.md lists; of other classes, all members are shown."""
 
 
 def text() -> str:
@@ -87,7 +87,7 @@ def _class(name: str, value: type) -> str:
 
 
 def _ours(value: type) -> Iterator[type]:
-    """The class and its bases in the engine, the class first."""
+    """The class and then its bases that belong to the engine."""
     return (kind for kind in value.__mro__ if kind.__module__.startswith("engine."))
 
 

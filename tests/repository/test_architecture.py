@@ -1,4 +1,4 @@
-"""docs/architecture.md cannot lie: its drawing is the contract's, and what it names is there."""
+"""docs/architecture.md is true: its drawing shows the import contract, and what it names exists."""
 
 import ast
 import re
@@ -15,7 +15,7 @@ NAMED = sorted(
 
 
 def test_the_drawing_is_made_of_the_import_contract_as_it_stands() -> None:
-    assert draw() == PICTURE.read_text(encoding="utf-8"), "make architecture draws it anew"
+    assert draw() == PICTURE.read_text(encoding="utf-8"), "`make architecture` draws it again"
     assert f"(images/{PICTURE.name})" in PAGE
 
 
@@ -27,7 +27,7 @@ def test_every_package_of_engine_and_server_is_in_the_drawing() -> None:
 
 
 def definitions(path: Path) -> set[str]:
-    """Names that a Python file defines, those in classes as Class.name; of others, all words."""
+    """Names that a Python file defines (members as Class.name); all words of other files."""
     text = path.read_text(encoding="utf-8")
     if path.suffix != ".py":
         return set(re.findall(r"\w+", text))

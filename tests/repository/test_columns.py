@@ -1,4 +1,4 @@
-"""The numbers of arrays' columns are reached through their modules: `layout.LENGTH`."""
+"""The numbers of array columns are used with their module, such as `layout.LENGTH`."""
 
 import ast
 from functools import cache
@@ -30,8 +30,8 @@ COLUMN_MODULES = (
     "engine.physics.surface",
     "engine.physics.tangent",
 )
-"""Modules whose constants of type int are columns: two of them may give one name to two columns,
-and of a wrong one a kernel makes numbers, not an error."""
+"""Modules whose int constants are columns. Two modules may use one name for different columns, and
+with a wrong column a kernel computes wrong numbers without an error."""
 
 
 @cache
@@ -41,14 +41,16 @@ def text_of(path: Path) -> str:
 
 @cache
 def imports(path: Path) -> tuple[ast.ImportFrom, ...]:
-    """All that a file imports by name, wherever it does."""
+    """All `from … import` statements of a file, also those in functions."""
     tree = ast.parse(text_of(path))
     return tuple(node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom))
 
 
 def bare_columns(path: Path, module: str) -> list[str]:
     """Columns of a module that a file imports by name, without the module."""
-    if module not in text_of(path):  # most files: to parse them all takes seconds
+    if module not in text_of(
+        path
+    ):  # true for most files, and parsing all of them would take seconds
         return []
     columns = {
         name

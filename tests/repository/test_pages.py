@@ -1,4 +1,4 @@
-"""Tables of the documentation hold what the code holds: boards, and scenes with parameters."""
+"""Tables of boards and scenes in the documentation agree with the code."""
 
 import json
 import re
@@ -65,7 +65,7 @@ def with_value(path: str, value: float) -> dict[str, Any]:
 
 
 def complaint(form: dict[str, Any]) -> tuple[str, str]:
-    """Field and message of what is wrong with a board; empty where nothing is."""
+    """Field and message of a board's error; both are empty for a valid board."""
     try:
         Board.from_json(form)
     except BoardError as error:
@@ -84,7 +84,7 @@ NUMBERS = [
 
 @pytest.mark.parametrize(("name", "low", "high"), NUMBERS)
 def test_limits_are_what_the_page_says(name: str, low: float, high: float) -> None:
-    """A number at its limit may make no playable board, but is in its range; one beyond is not."""
+    """A number at its limit is in range, even if the board is not playable; beyond it is not."""
     path = name.replace("[]", "[0]")
     for value, outside in ((low, low - abs(low) * 1e-9 - 1e-9), (high, high * (1 + 1e-9))):
         field, says = complaint(with_value(name, value))

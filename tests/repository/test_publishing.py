@@ -1,4 +1,4 @@
-"""What others publish and cite the project by: workflows, the citation, and the site's pages."""
+"""Publishing: the workflows, the citation, and the site's pages."""
 
 import json
 import re
@@ -26,7 +26,7 @@ def steps(workflow: Any) -> list[dict[str, Any]]:
     return [step for job in workflow["jobs"].values() for step in job.get("steps", ())]
 
 
-# Workflows. `make lint` holds them to the schema that their host publishes.
+# Workflows. `make lint` checks them against their host's schema.
 
 
 @pytest.mark.parametrize("path", WORKFLOWS.values(), ids=WORKFLOWS)
@@ -66,7 +66,7 @@ def test_the_citation_is_of_this_version_and_license() -> None:
     ]
 
 
-# The site. `make docs` fails on a page that is in no contents, and on a broken link.
+# The site. `make docs` fails on a page without an entry in the contents, and on a broken link.
 
 
 def test_every_public_name_is_in_the_reference() -> None:

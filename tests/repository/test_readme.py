@@ -1,4 +1,4 @@
-"""The README shows what its commands print, its pictures are what they draw, its links lead on."""
+"""Pages show what their examples print and draw, and their links work."""
 
 import hashlib
 import json
@@ -41,12 +41,12 @@ def run() -> Iterator[Runner]:
         yield ready
 
 
-@pytest.mark.long  # a page of pictures repeats what the README draws, in each format
+@pytest.mark.long  # the page of pictures draws the README's picture again in every format
 @pytest.mark.parametrize(
     "page", tries((README, INDEX, QUICKSTART), PAGES), ids=lambda page: page.name
 )
 def test_every_example_prints_and_draws_what_its_page_shows(run: Runner, page: Path) -> None:
-    """In order and in one test, as later commands read files that earlier ones wrote."""
+    """All examples of a page in order, because later ones read files that earlier ones wrote."""
     for example in quick(page):
         printed = run.run(example)
         assert without_measurements(printed) == without_measurements(example.says), example.code
@@ -55,7 +55,7 @@ def test_every_example_prints_and_draws_what_its_page_shows(run: Runner, page: P
 
 
 def quick(page: Path) -> list[Example]:
-    """The examples of a page, but for those that take a million drops: too long for a test."""
+    """The examples of a page, without those of a million drops, which take too long."""
     found = examples(page.read_text(encoding="utf-8"))
     return [example for example in found if "1000000" not in example.code]
 
@@ -69,7 +69,7 @@ def _compare(run: Runner, name: str) -> None:
             new.seek(frame)
             kept.seek(frame)
             pictures = [np.asarray(image.convert("RGB")).astype(int) for image in (new, kept)]
-            # Another version of the image library may round otherwise, but draws the same.
+            # Another version of the image library may round differently, but draws the same.
             assert abs(pictures[0] - pictures[1]).mean() < 1.0
 
 
@@ -83,7 +83,7 @@ def test_links_and_pictures_lead_somewhere(document: Path) -> None:
 
 
 def test_the_script_of_the_page_on_batches_runs_as_a_file(tmp_path: Path) -> None:
-    """With fewer drops than it says, in processes that import the file."""
+    """It runs with fewer drops, in processes that import the file."""
     page = (ROOT / "docs" / "batches.md").read_text(encoding="utf-8")
     (code,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     script = tmp_path / "batch.py"

@@ -1,4 +1,4 @@
-"""What every file of the repository keeps to, and what its packaging promises."""
+"""Rules for every file of the repository, and for its packaging."""
 
 import os
 import re
@@ -34,7 +34,7 @@ def pinned() -> dict[str, str]:
 
 
 def canonical(name: str) -> str:
-    """A distribution's name as indexes compare it."""
+    """A distribution's name in the form in which indexes compare names."""
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
@@ -109,7 +109,7 @@ def test_an_old_python_is_refused_with_both_versions_named(tmp_path: Path) -> No
 
 
 def test_kernels_take_nothing_from_math_but_what_is_exact() -> None:
-    """IEEE 754 defines these to the last bit; all else may differ from machine to machine."""
+    """IEEE 754 defines these functions to the last bit; others may differ between machines."""
     files = [path.read_text(encoding="utf-8") for path in (ROOT / "engine").rglob("*.py")]
     kernels = [text for text in files if re.search(r"^@(inner_|lean_)?kernel$", text, re.MULTILINE)]
     assert kernels

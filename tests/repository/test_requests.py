@@ -1,8 +1,8 @@
-"""docs/requests.md: each request that it shows is sent, and answered as it says.
+"""Each request in docs/requests.md is sent, and the response is the one that the page shows.
 
-A block ```http has a request, the ```json block after it the response. In a response "…" stands for
-any value, as the last item of a list for any more items, and as a key for any more fields; "{name}"
-keeps a text, which later requests have in the same place.
+An ```http block has a request, and the ```json block after it the response. In a response, "…"
+stands for any value, as the last item of a list for any further items, and as a key for any further
+fields. "{name}" stores a text, which later requests use under the same name.
 """
 
 import hashlib
@@ -26,7 +26,7 @@ COMMITMENT = hashlib.sha256(bytes(32)).hexdigest()
 
 
 def matches(says: Any, is_so: Any, kept: dict[str, str]) -> bool:
-    """Whether a response is what the page says; keeps the texts that it names."""
+    """Whether a response matches the page; stores the texts that the page names in `kept`."""
     if says == REST:
         return True
     if isinstance(says, str) and (name := re.fullmatch(r"\{(\w+)\}", says)):
@@ -55,7 +55,7 @@ def send(client: httpx.Client, request: str, kept: dict[str, str]) -> httpx.Resp
     headers = dict(filled(line, kept).split(": ", 1) for line in lines)
     if body:
         headers["content-type"] = "application/json"
-    # In a body a name in braces is a whole text: all other braces are JSON's.
+    # In a body, a name in braces is a whole JSON string; all other braces belong to JSON.
     sent = re.sub(r'"\{(\w+)\}"', lambda name: json.dumps(kept[name[1]]), body)
     return client.request(method, path, content=sent.encode() or None, headers=headers)
 

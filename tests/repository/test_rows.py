@@ -1,4 +1,4 @@
-"""Workers begin with the tests that share servers and browsers, and each test is run once."""
+"""Workers start with the tests that share servers and browsers, and each test runs once."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The wheel, built and installed where nothing of the source is: what users get from an index."""
+"""The wheel, built and installed without the source tree, as users get it from an index."""
 
 import email
 import json
@@ -22,13 +22,13 @@ from tests.repository.test_repository import PROJECT, ROOT
 
 @dataclass(frozen=True)
 class Installed:
-    """A wheel's file and an environment in which it is installed."""
+    """A wheel and an environment in which it is installed."""
 
     wheel: Path
     folder: Path
 
     def run(self, *command: str) -> subprocess.CompletedProcess[str]:
-        """A program of the environment; the source is neither on its path nor its folder."""
+        """Run a program of the environment, away from the source and without its path."""
         environment = {name: v for name, v in os.environ.items() if name != "PYTHONPATH"}
         return subprocess.run(
             [self.folder / "bin" / command[0], *command[1:]],
@@ -47,7 +47,7 @@ class Installed:
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
-    """Built by the project's backend; what it needs is taken from the tests' own environment."""
+    """Build the wheel by the project's backend; dependencies come from the tests' environment."""
     folder = tmp_path_factory.mktemp("wheel")
     pip: list[str | Path] = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet"]
     offline: list[str | Path] = ["--no-deps", "--no-index"]
@@ -56,7 +56,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
     (wheel,) = folder.glob("*.whl")
     fresh = folder / "fresh"
     venv.create(fresh, with_pip=False)
-    # A line of a .pth file adds a folder, but not what .pth files in it add: not the source.
+    # A .pth file adds this folder, but not what .pth files in it would add, such as the source.
     (site,) = fresh.glob("lib/python*/site-packages")
     there = [path for path in sys.path if path.endswith("site-packages")]
     (site / "dependencies.pth").write_text("\n".join(there) + "\n")
@@ -134,7 +134,7 @@ sys.exit(main({arguments!r}))
 
 
 def without_server(installed: Installed, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """A command where only the package's own dependencies are installed, not those of extras."""
+    """Run a command without the dependencies of extras, as if only the package were installed."""
     extras = PROJECT["project"]["optional-dependencies"]
     needed = {line for name in ("server", "certify", "table") for line in extras[name]}
     modules = [re.match(r"[\w-]+", line)[0].replace("-", "_") for line in needed]  # type: ignore[index]
@@ -166,7 +166,7 @@ def test_physics_pictures_and_commands_need_no_server(
 
 
 def test_a_session_is_checked_without_the_server(installed: Installed) -> None:
-    """Every step holds but one: the sample names the solver of pages of its own."""
+    """Every check passes but one: the sample names the page solver of another build."""
     (installed.folder / "session.json").write_text(
         (ROOT / "tests/golden/session.json").read_text("utf-8"), "utf-8"
     )

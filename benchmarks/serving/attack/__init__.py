@@ -1,1 +1,1 @@
-"""A server attacked: what its other players notice. Start with attack.py."""
+"""What players notice while a server is attacked. Start with attack.py."""

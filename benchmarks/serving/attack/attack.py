@@ -1,4 +1,4 @@
-"""The worst valid requests of every kind from one address, and what the others notice of it."""
+"""What a player notices while one address sends the worst valid requests of every kind."""
 
 import asyncio
 import multiprocessing
@@ -20,21 +20,22 @@ from benchmarks.serving.attack.attackers import KINDS, LOGGED, Attack
 from benchmarks.serving.attack.player import Player, play
 from benchmarks.serving.process import Served, can_watch, memory, serving
 
-SECONDS: Final = 6.0  # that an attack of one kind lasts
-TIMES: Final = 3  # that all of them are made, in turns
-_RESTS: Final = 60.0  # s within which a server rests after an attack, if it ever does
+SECONDS: Final = 6.0  # duration of an attack of one kind
+TIMES: Final = 3  # rounds of all kinds of attacks
+_RESTS: Final = 60.0  # s within which a server must become idle after an attack
 _STOLEN: Final = 0.01
-"""Of all processor time, taken by the host for others, above which an attack is made again."""
-_TRIES: Final = 5  # of it, at most
-_PERIOD: Final = 1.0 / 60.0  # s; a tick that comes later than this comes after the next is due
+"""Share of all processor time; if the host steals more, the attack is repeated."""
+_TRIES: Final = 5  # repetitions of one attack, at most
+_PERIOD: Final = 1.0 / 60.0  # s; a tick that is later than this comes after the next is due
 _UNBOUND: Final = ("--drop-rate", "100000")
-"""So that a room gets a long log soon; the attacks have nothing of it that computes."""
+"""A high limit of drops, so that a room gets a long log quickly. It allows the attacks no more
+computation."""
 
 
 def run(effort: Effort) -> Section:
-    """One attack after the other on a server with its own limits, then all of them together."""
+    """Run one attack after another on a server with its default limits, then all together."""
     if not can_watch():
-        raise MissingError("the system does not tell the memory of processes")
+        raise MissingError("this system does not report the memory of processes in /proc")
     section = Section("attack")
     seconds, times = float(effort.size(int(SECONDS), 2)), effort.size(TIMES, 1)
     refusals: dict[str, str] = {}
@@ -69,7 +70,7 @@ def _all(attack: Attack) -> "list[Callable[[int], None]]":
 
 
 def _room_with_log(server: Served, drops: int) -> str:
-    """A room with so many drops in its log: their balls land at once."""
+    """Open a room with `drops` drops in its log; its balls land at once."""
     fast = {**hall(), "name": "fast", "walls": hall()["walls"][:2]}
     room: str = Attack(server.address).must("/api/v1/rooms", {"board": fast})["id"]
 
@@ -95,7 +96,7 @@ def _undisturbed(
     kind: "Callable[[Attack], list[Callable[[int], None]]]",
     seconds: float,
 ) -> dict[str, Any]:
-    """The attack that lost least, of those made while the host took time away."""
+    """Repeat an attack while the host steals time; returns the run with the least stolen time."""
     tries = []
     for attack in attacks:
         stolen = Stolen()
@@ -110,7 +111,7 @@ def _suffer(
     server: Served, attack: Attack, acts: "list[Callable[[int], None]]", seconds: float
 ) -> dict[str, Any]:
     most = 0.0
-    # In a process of its own: else it would wait for the attackers' Python, not for the server.
+    # The player runs in its own process. In this one it would wait for the attackers' threads.
     spawn = multiprocessing.get_context("spawn")
     acting = attack.going_on([_elsewhere(act) for act in acts])
     with ProcessPoolExecutor(1, spawn) as own, acting:
@@ -133,10 +134,10 @@ def _suffer(
 
 
 def _elsewhere(act: "Callable[[int], None]") -> "Callable[[int], None]":
-    """An act with what processor time nobody else wants: attackers come from other machines."""
+    """Run an act only on idle processor time, because real attackers use other machines."""
 
     def begin(number: int) -> None:
-        if number == 0:  # the first on its thread
+        if number == 0:  # the thread's first call
             os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
         act(number)
 
@@ -144,7 +145,7 @@ def _elsewhere(act: "Callable[[int], None]") -> "Callable[[int], None]":
 
 
 def _rest(attack: Attack) -> bool:
-    """Close what an attack opened, and wait until nothing moves or is computed; whether it came."""
+    """Close the attack's rooms and wait until the server is idle; returns whether it became so."""
     attack.close_rooms()
     end = time.monotonic() + _RESTS
     while time.monotonic() < end:

@@ -1,4 +1,4 @@
-"""Those who send the worst valid requests of each kind from one address."""
+"""The attackers: for each kind of attack, the worst valid requests from one address."""
 
 import contextlib
 import dataclasses
@@ -19,26 +19,26 @@ LOGGED: Final = 20_000  # drops of the room whose log is read
 
 _TIMEOUT: Final = 30.0
 _TRIES: Final = 10
-_PAUSE: Final = 0.02  # s after a refusal
-_GONE: Final = 0.2  # s after nobody answered
+_PAUSE: Final = 0.02  # s to wait after a refusal
+_GONE: Final = 0.2  # s to wait after a failed connection
 
 
 @dataclass(slots=True)
 class Attack:
     """Requests of one kind, sent by several threads at once until it stops."""
 
-    server: str  # its address, as `http://HOST:PORT`
-    address: str = "127.0.0.1"  # of its own: what others had computed is not charged to it
-    logged: str = ""  # the room whose log is long
+    server: str  # the server's address, as `http://HOST:PORT`
+    address: str = "127.0.0.1"  # the attack's own source address, whose budget is still unspent
+    logged: str = ""  # id of the room with a long log
     answers: Counter[str] = field(default_factory=Counter)
     prices: dict[str, str] = field(default_factory=dict)
-    opened: dict[str, str] = field(default_factory=dict)  # rooms, and the tokens that close them
+    opened: dict[str, str] = field(default_factory=dict)  # room ids, and the tokens to close them
     stopped: threading.Event = field(default_factory=threading.Event)
 
     def ask(self, path: str, body: Any = None) -> Any:
-        """Send a request; counts what came of it, and returns a JSON answer to a POST.
+        """Send a request and count its outcome; returns the JSON answer to a POST.
 
-        `body` is JSON as bytes, or what becomes that.
+        `body` is JSON as bytes, or a value to encode. None: the request is a GET.
         """
         data = body if body is None or isinstance(body, bytes) else json.dumps(body).encode()
         headers = {"Content-Type": "application/json"} if data else {}
@@ -66,20 +66,20 @@ class Attack:
         if answer.status == 422:
             plain = re.sub(r"/[0-9a-f]{64}", "/BOARD", path.partition("?")[0])
             self.prices[re.sub(r"/[0-9]+\b", "/SEED", plain)] = problem["detail"]
-        # A client that is told to wait and does not is one more request, no more work.
+        # Without this pause, the attack would only send more requests that cost the server little.
         self.stopped.wait(_PAUSE)
         return None
 
     def must(self, path: str, body: Any) -> Any:
-        """`ask` until there is an answer: workers may have to compile first."""
+        """Repeat `ask` until it succeeds: workers may have to compile first."""
         for _ in range(_TRIES):
             found = self.ask(path, body)
             if found is not None:
                 return found
-        raise MissingError(f"POST {path} was not answered: {dict(self.answers)}")
+        raise MissingError(f"POST {path} did not succeed: {dict(self.answers)}")
 
     def close_rooms(self) -> None:
-        """Close the rooms that were opened and are still there."""
+        """Close the rooms that this attack opened, if they still exist."""
         while self.opened:
             room, token = self.opened.popitem()
             peer = http.client.HTTPConnection(*self._peer, timeout=_TIMEOUT)
@@ -94,7 +94,7 @@ class Attack:
         return host, int(port)
 
     def hang_up(self, path: str) -> None:
-        """Ask for something and leave at once."""
+        """Send a request and disconnect without waiting for the answer."""
         host, port = self._peer
         own = (self.address, 0)
         with contextlib.suppress(OSError), socket.create_connection((host, port), 5.0, own) as peer:
@@ -103,7 +103,7 @@ class Attack:
         self.answers["hung up"] += 1
 
     def half_open(self, part: bytes, most: int, pause: float) -> None:
-        """Connect and say `part` so often, as fast as it is taken, but never all of a request."""
+        """Send `part` up to `most` times as headers of a request that is never completed."""
         said = 0
         own = (self.address, 0)
         try:
@@ -118,7 +118,7 @@ class Attack:
 
     @contextlib.contextmanager
     def going_on(self, acts: "list[Callable[[int], None]]") -> Iterator[None]:
-        """Each act over and over, on a thread of its own, until the block ends."""
+        """Repeat each act on its own thread until the block ends."""
 
         def again(act: Callable[[int], None]) -> None:
             number = 0
@@ -142,7 +142,7 @@ def _nothing(attack: Attack) -> "list[Callable[[int], None]]":
 
 
 def _pictures(attack: Attack) -> "list[Callable[[int], None]]":
-    """Animations of the largest size: refused ones, and the dearest that are taken."""
+    """Animations of the largest size: some that are refused, and the most expensive accepted."""
 
     def act(number: int) -> None:
         fps = 60 if number % 3 == 0 else 8
@@ -152,7 +152,7 @@ def _pictures(attack: Attack) -> "list[Callable[[int], None]]":
 
 
 def _expensive_board(attack: Attack) -> "list[Callable[[int], None]]":
-    """Pictures, tallies and records of a board whose every drop takes a hundred thousand events."""
+    """Pictures, batches and records on a board where each drop has a hundred thousand events."""
     digest = attack.must("/api/v1/boards", hall())["digest"]
 
     def act(number: int) -> None:
@@ -186,11 +186,11 @@ def _rooms(attack: Attack) -> "list[Callable[[int], None]]":
         room = rooms[number % len(rooms)]
         attack.ask(f"/api/v1/rooms/{room['id']}/drops", {})
 
-    return [act] * 2 if rooms else []  # none where the server is away, or gives no more of them
+    return [act] * 2 if rooms else []  # no rooms: the server is gone, or the quota is used up
 
 
 def _sandboxes(attack: Attack) -> "list[Callable[[int], None]]":
-    """Ten sandboxes of as many balls as there may be."""
+    """Ten sandboxes with the largest number of balls."""
     scene = {"scene": "sandbox", "balls": 500, "radii": [0.05, 0.08], "substeps": 8}
     rooms = [room["id"] for _ in range(10) if (room := attack.ask("/api/v1/rooms", scene))]
 
@@ -203,7 +203,7 @@ def _sandboxes(attack: Attack) -> "list[Callable[[int], None]]":
 
 
 def _logs(attack: Attack) -> "list[Callable[[int], None]]":
-    """The log of a room of many drops, a hundred times at once."""
+    """The log of a room with many drops, a hundred times at once."""
 
     def act(number: int) -> None:
         attack.ask(f"/api/v1/rooms/{attack.logged}/log")
@@ -212,7 +212,7 @@ def _logs(attack: Attack) -> "list[Callable[[int], None]]":
 
 
 def _hung_up(attack: Attack) -> "list[Callable[[int], None]]":
-    """Pictures that are asked for and not waited for."""
+    """Requests for pictures by clients that disconnect at once."""
 
     def act(number: int) -> None:
         attack.hang_up(f"/api/v1/boards/triangle-16/density.png?seed={10_000 * number}&width=2048")
@@ -221,7 +221,7 @@ def _hung_up(attack: Attack) -> "list[Callable[[int], None]]":
 
 
 def _boards(attack: Attack) -> "list[Callable[[int], None]]":
-    """Boards of five thousand pegs to be checked."""
+    """Boards of five thousand pegs to check."""
     body = json.dumps(large()).encode()
 
     def act(number: int) -> None:
@@ -231,7 +231,7 @@ def _boards(attack: Attack) -> "list[Callable[[int], None]]":
 
 
 def _registered(attack: Attack) -> "list[Callable[[int], None]]":
-    """Boards of five thousand pegs, each another one, to be kept."""
+    """Boards of five thousand pegs to register, all different."""
     form = large()
 
     def begin(first: int) -> "Callable[[int], None]":
@@ -241,7 +241,7 @@ def _registered(attack: Attack) -> "list[Callable[[int], None]]":
 
 
 def _large_rooms(attack: Attack) -> "list[Callable[[int], None]]":
-    """Rooms, each over a board of five thousand pegs of its own."""
+    """Rooms over different boards of five thousand pegs."""
     form = large()
 
     def begin(first: int) -> "Callable[[int], None]":
@@ -255,7 +255,7 @@ def _large_rooms(attack: Attack) -> "list[Callable[[int], None]]":
 
 
 def _streams(attack: Attack) -> "list[Callable[[int], None]]":
-    """Live pictures in the largest size, of rooms that move."""
+    """Live pictures of `main` in the largest sizes."""
 
     def act(number: int) -> None:
         attack.ask(f"/api/v1/rooms/main/frame.png?width={2048 - number % 8}")
@@ -264,7 +264,7 @@ def _streams(attack: Attack) -> "list[Callable[[int], None]]":
 
 
 def _half_open(attack: Attack) -> "list[Callable[[int], None]]":
-    """Two hundred connections that never come to the end of a request."""
+    """Two hundred connections that never complete a request."""
 
     def act(number: int) -> None:
         attack.half_open(b"X", 1 << 20, 1.0)
@@ -273,7 +273,7 @@ def _half_open(attack: Attack) -> "list[Callable[[int], None]]":
 
 
 def _headers(attack: Attack) -> "list[Callable[[int], None]]":
-    """Headers without end."""
+    """Requests whose headers never end."""
     part = b"".join(b"X-%d: %s\r\n" % (number, b"x" * 1000) for number in range(64))
 
     def act(number: int) -> None:
@@ -283,7 +283,7 @@ def _headers(attack: Attack) -> "list[Callable[[int], None]]":
 
 
 def _evictions(attack: Attack) -> "list[Callable[[int], None]]":
-    """Twenty-one addresses that open rooms as long as there are any to be had."""
+    """Twenty-one addresses that open as many rooms as they can."""
     newcomers = [dataclasses.replace(attack, address=f"127.0.1.{n}") for n in range(1, 22)]
 
     def act(number: int) -> None:

@@ -1,4 +1,4 @@
-"""A player of `main` who notes what others' attacks do to it."""
+"""The player whose experience is measured: when snapshots arrive, and how long drops wait."""
 
 import asyncio
 import contextlib
@@ -9,37 +9,37 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-_SETTLES: Final = 1.0  # s after which a room that slept runs
-_AROUND: Final = 60  # ticks, of which some came in time
+_SETTLES: Final = 1.0  # s until a room that slept runs
+_AROUND: Final = 60  # ticks, of which at least one is taken to be in time
 _RATE: Final = 60.0  # ticks a second
-_ALIKE: Final = 10  # ticks that came by the same clock, which one alone does not show
-_SPREAD: Final = 0.002  # s within which they came
+_ALIKE: Final = 10  # ticks that must agree on when tick 0 was due
+_SPREAD: Final = 0.002  # s within which they must agree
 
 
 class Player:
-    """A player of `main`: when its snapshots come, and how long its drops wait."""
+    """A player of `main` that records when snapshots arrive and how long its drops wait."""
 
     def __init__(self) -> None:
-        self.seen: list[tuple[int, float]] = []  # ticks, and when they came
+        self.seen: list[tuple[int, float]] = []  # tick, and time of its snapshot's arrival
         self.accepted: list[float] = []
         self.refused = 0
         self.asked: dict[str, float] = {}
-        self._settled = math.inf  # from when on the room has not slept
+        self._settled = math.inf  # time from which the room is surely awake
 
     def event(self, client: Any, event: dict[str, Any], now: float) -> None:
-        """Take an event: an acceptance ends a wait."""
+        """Note how long an accepted drop waited; count errors."""
         if event["type"] == "accepted" and event.get("ref") in self.asked:
             self.accepted.append(now - self.asked.pop(event["ref"]))
         elif event["type"] == "error":
             self.refused += 1
 
     def binary(self, client: Any, data: bytes, now: float) -> None:
-        """Take a snapshot."""
+        """Note a snapshot's tick and arrival."""
         if now > self._settled:
             self.seen.append((int.from_bytes(data[4:8], "little"), now))
 
     def closed(self, client: Any, code: int, reason: str) -> None:
-        """Nothing: what does not come is missed."""
+        """Do nothing: missing snapshots show in the figures."""
 
     async def play(self, address: str, seconds: float) -> None:
         """Drop a ball four times a second, so that the room never sleeps."""
@@ -58,11 +58,11 @@ class Player:
 
 
 def lateness(seen: Sequence[tuple[int, float]], rate: float = _RATE) -> list[float]:
-    """By how many s each tick of a room that does not sleep came late; ticks with their times.
+    """The lateness in s of each tick, from ticks and arrival times of a room that never sleeps.
 
-    The least late of all came in time, unless it is alone with that. Ticks that the server gave up
-    are missing from its rate, and those that follow are not late for it: how many it gave up, the
-    least late of the second before a tick shows, or of the second after.
+    The least late tick is taken to be in time, unless no other tick agrees with it. If the server
+    skips ticks, all later ticks move by whole ticks. They are not late because of that: the least
+    late tick of the second before or after a tick shows how many ticks were skipped by then.
     """
     begins = [at - tick / rate for tick, at in seen]
     first = _begin(begins, rate)
@@ -77,10 +77,11 @@ def lateness(seen: Sequence[tuple[int, float]], rate: float = _RATE) -> list[flo
 
 
 def _begin(begins: Sequence[float], rate: float) -> float:
-    """When tick 0 was due, by when each tick says that it was.
+    """The time at which tick 0 was due, from the estimate of each tick.
 
-    A late tick followed by one that was given up has all others later by less than a tick: they
-    are by whole ones, and it is that one tick which came late.
+    If the first ticks were late and the server then skipped one, all later estimates are larger by
+    less than a tick. Ticks are skipped as a whole, so it is the few early estimates that are wrong:
+    the result is the value on which many ticks agree, less whole ticks.
     """
     ordered = sorted(begins)
     least = ordered[0] if ordered else 0.0
@@ -91,7 +92,7 @@ def _begin(begins: Sequence[float], rate: float) -> float:
 
 @dataclass(frozen=True)
 class Seen:
-    """What a player noted: by how many s each snapshot came late, how long each drop waited."""
+    """A player's records: lateness of each snapshot and waiting time of each drop, in s."""
 
     late: list[float]
     accepted: list[float]
@@ -99,9 +100,10 @@ class Seen:
 
 
 def play(address: str, seconds: float) -> Seen:
-    """Play on the server for so long, in a process that waits for no other where that is allowed.
+    """Play on the server for `seconds`, with real-time priority if the system allows it.
 
-    What is noted is when a snapshot came, not when there was a processor to note it.
+    The priority makes sure that the player records when a snapshot arrived, and not when a
+    processor became free to record it.
     """
     with contextlib.suppress(PermissionError):
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))

@@ -1,1 +1,1 @@
-"""Balls with a velocity, without bins: one path, and flows of many on boards that repeat."""
+"""Tests of billiards: the path of one ball, and flows of many balls on boards that repeat."""

@@ -1,11 +1,11 @@
-"""Billiards that the tests share."""
+"""Billiards shared by the tests: a lattice, an open patch of it, a box."""
 
 from benchmarks.billiards import Billiard
 from engine.board.parts import BallSpec, Peg, Wall
 
 BALL = BallSpec(radius=0.5, restitution=1.0)
 SIDE = 2.3
-"""m, of the cell: discs of 0.5 m and a ball of 0.5 m leave gaps of 0.3 m."""
+"""m; spacing of the lattice. Discs and ball have radii of 0.5 m, which leaves gaps of 0.3 m."""
 
 CELL = ((SIDE, 0.0), (0.5 * SIDE, 0.5 * 3.0**0.5 * SIDE))
 

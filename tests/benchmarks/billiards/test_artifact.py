@@ -1,4 +1,4 @@
-"""The machine code of flows: made from the kernels that are there, those of the engine too."""
+"""The machine code of flows is up to date with its own kernels and with the engine's."""
 
 import pytest
 
@@ -6,7 +6,7 @@ from benchmarks.billiards import make
 from engine.jit import machine_code, stamp
 
 
-def test_the_artifact_was_made_from_the_kernels_that_are_there() -> None:
+def test_the_artifact_was_made_from_the_present_kernels() -> None:
     made_from = stamp.read(make.ARTIFACT.read_bytes())
     fresh = stamp.current_beside(make.KERNELS)
     assert stamp.is_of(fresh, made_from), "kernels have changed since: `make kernels`"
@@ -21,5 +21,5 @@ def test_a_change_of_an_engine_kernel_makes_it_stale() -> None:
 
 
 @pytest.mark.long("numba compiles for a while")
-def test_the_artifact_made_anew_is_the_one_that_is_there() -> None:
+def test_a_rebuilt_artifact_is_the_committed_one() -> None:
     assert make.made() == make.ARTIFACT.read_bytes()

@@ -1,4 +1,4 @@
-"""What a billiard may be: every value is checked, and an error names it."""
+"""The values of a billiard: each is checked, and an error names the bad value."""
 
 import math
 from typing import Any

@@ -27,7 +27,7 @@ def test_a_flow_goes_where_the_single_path_goes() -> None:
 
 
 def test_a_board_that_repeats_is_one_without_end() -> None:
-    """An error grows as exp(1.76 t): a thousandfold in these four seconds."""
+    """Errors grow like exp(1.76 t), which is a factor of a thousand in four seconds."""
     open_board = launch(patch(), PLACES, VELOCITIES).until(4.0)
     repeated = launch(lattice(), PLACES, VELOCITIES).until(4.0)
     assert repeated.places == pytest.approx(open_board.places, abs=1e-11)
@@ -68,7 +68,7 @@ def test_nothing_is_lost_where_all_is_elastic() -> None:
 
 
 def test_a_ball_in_a_free_corridor_never_hits_anything() -> None:
-    """Discs of contact distance 1 in squares of 4: corridors two wide."""
+    """The discs have a contact distance of 1 m and a spacing of 4 m: corridors are 2 m wide."""
     square = Billiard(pegs=(Peg(0.0, 0.0, 0.5),), ball=BALL, cell=((4.0, 0.0), (0.0, 4.0)))
     flow = launch(square, [(0.0, 2.0), (2.0, 2.9)], [(3.0, 0.0), (0.0, -5.0)]).until(1e3)
     assert flow.places == pytest.approx(np.array([(3e3, 2.0), (2.0, 2.9 - 5e3)]), abs=1e-9)

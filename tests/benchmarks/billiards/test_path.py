@@ -1,4 +1,4 @@
-"""One ball of a billiard: the product's own solver, asked to end at an instant."""
+"""One ball of a billiard, followed by the exact solver until a given instant."""
 
 import numpy as np
 import pytest
@@ -69,7 +69,7 @@ def test_a_ball_between_walls_is_where_reflection_folds_it_to() -> None:
 
 
 def test_a_path_ends_in_time_however_often_the_ball_bounces() -> None:
-    """In a gap of a millimetre all of a flight is one stretch of the search."""
+    """In a gap of a millimetre, the whole path is one stretch of the solver's search."""
     narrow = path(box(1e-3), (0.0, 0.0), (1.0, 0.0), 1.0)
     assert narrow.end[body.T] == 1.0
     assert len(narrow.events) == 1000

@@ -1,4 +1,4 @@
-"""Drops that whatever runs the artifact must give to the last bit: presets and random boards."""
+"""Drops that every host of the artifact must reproduce bit for bit."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -13,7 +13,7 @@ RANDOM_SEEDS = tries(5, 20)
 
 
 def played() -> Iterator[tuple[Board, int]]:
-    """Each board, and for how many seeds it is compared."""
+    """Each board, and the number of its seeds to compare."""
     for name in preset_names():
         yield Board.preset(name), PRESET_SEEDS
     for number in range(RANDOM_BOARDS):
@@ -21,7 +21,7 @@ def played() -> Iterator[tuple[Board, int]]:
 
 
 def cases() -> list[dict[str, Any]]:
-    """As JSON: boards, their digests, and those of their drops with the seeds 0, 1, 2 …"""
+    """For JSON: boards, their digests, and the digests of their drops with the seeds 0, 1, 2 …"""
     return [
         {
             "board": board.to_dict(),

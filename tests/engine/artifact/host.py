@@ -15,14 +15,14 @@ from engine.exact.board_arrays import BoardArrays
 from engine.physics import body, contact
 
 PAGE: Final = 65_536
-"""Bytes that a module's memory grows by."""
+"""Bytes of a page, by which a module's memory grows."""
 
 STACK: Final = PAGE
-"""Bytes below all blocks."""
+"""Bytes reserved below all blocks for the module's stack."""
 
 
 class Run(NamedTuple):
-    """What the kernels wrote of some balls: as `trace_many` does, copied out of their memory."""
+    """The results of some balls, like those of `trace_many`, copied out of the kernels' memory."""
 
     states: npt.NDArray[np.float64]
     events: npt.NDArray[np.float64]
@@ -35,7 +35,7 @@ class Run(NamedTuple):
 
 
 def blocks_of(board: BoardArrays) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.uint32]]:
-    """A board as entries.py reads it: all that is floats, and all that is whole numbers."""
+    """A board as entries.py reads it: one block of floats and one of whole numbers."""
     numbers = [value for value in board if isinstance(value, float)]
     sizes = [
         len(board.items), board.columns, board.rows, board.peg_count, len(board.members),
@@ -47,10 +47,10 @@ def blocks_of(board: BoardArrays) -> tuple[npt.NDArray[np.float64], npt.NDArray[
 
 
 class Host:
-    """The artifact in memory of its own; not for two threads at once."""
+    """An instance of the artifact with its own memory, for one thread at a time."""
 
     def __init__(self, module: bytes | None = None) -> None:
-        """Load `module`, or else the committed one."""
+        """Load `module`, by default the committed artifact."""
         engine = wasmtime.Engine()
         self._store = wasmtime.Store(engine)
         limits = wasmtime.MemoryType(wasmtime.Limits(4, None))
@@ -65,7 +65,7 @@ class Host:
         self._free = STACK
 
     def load(self, board: BoardArrays) -> None:
-        """All calls from now on are of this board."""
+        """Use this board for all later calls."""
         floats, words = blocks_of(board)
         self._free = STACK
         f = self._take(np.float64, floats.shape)
@@ -75,7 +75,7 @@ class Host:
         self._board = (f, w)
 
     def trace(self, states: npt.NDArray[np.float64], events: int = 0, segments: int = 0) -> Run:
-        """Follow balls at rest from `states`, shape (n, 7), with a log of so much room."""
+        """Follow balls at rest from `states`, shape (n, 7); the log has this much room."""
         balls = len(states)
         free = self._free
         shapes = {
@@ -112,7 +112,7 @@ class Host:
         )
 
     def _take(self, kind: Any, shape: tuple[int, ...]) -> int:
-        """Address of room for an array, with memory grown to hold it."""
+        """Reserve memory for an array, which may grow the memory; returns its address."""
         at = self._free
         self._free += -(-int(np.prod(shape)) * np.dtype(kind).itemsize // 8) * 8
         lacking = self._free - self._memory.data_len(self._store)
@@ -121,7 +121,7 @@ class Host:
         return at
 
     def _array(self, at: int, kind: Any, shape: tuple[int, ...]) -> npt.NDArray[Any]:
-        """The memory at an address; not to be kept, as memory moves when it grows."""
+        """A view of the memory at an address. Do not keep it: memory moves when it grows."""
         size = self._memory.data_len(self._store)
         everything = np.ctypeslib.as_array(self._memory.data_ptr(self._store), (size,))
         count = int(np.prod(shape)) * np.dtype(kind).itemsize

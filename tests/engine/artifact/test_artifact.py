@@ -1,4 +1,4 @@
-"""The artifacts: made from the kernels that are there, small, needing nothing, right to the bit."""
+"""The artifacts are up to date, small, free of imports, and right to the last bit."""
 
 import gzip
 import re
@@ -23,7 +23,7 @@ ROOMY = (4096, 16384)  # rows of a log: events and segments, more than most of t
 
 
 def compare(host: Host) -> int:
-    """How many drops were compared, of all that `played` names."""
+    """Compare the drops of `played`; returns how many could be compared."""
     compared = 0
     for board, seeds in played():
         host.load(arrays_of(board))
@@ -52,24 +52,24 @@ def test_the_page_s_artifact_gives_the_engine_s_bits() -> None:
 
 
 @pytest.mark.long("it compiles for a minute")
-def test_an_artifact_made_anew_gives_the_same_bits() -> None:
+def test_a_rebuilt_artifact_gives_the_same_bits() -> None:
     assert compare(Host(make.for_pages())) >= 390
 
 
 @pytest.mark.long("it compiles for minutes")
-def test_artifacts_made_anew_are_those_that_are_there() -> None:
+def test_rebuilt_artifacts_are_the_committed_ones() -> None:
     for path, module in make.everything():
         assert path.read_bytes() == module, path.name
 
 
 @pytest.mark.parametrize("path", [make.PAGE, *(make.FOLDER / f"{n}.wasm" for n in PLAYS)])
-def test_an_artifact_was_made_from_the_kernels_that_are_there(path: Path) -> None:
+def test_an_artifact_was_made_from_the_present_kernels(path: Path) -> None:
     made_from = stamp.read(path.read_bytes())
     assert stamp.is_of(stamp.current(), made_from), "kernels have changed since: `make kernels`"
 
 
 def test_an_artifact_has_every_kernel_that_its_play_calls() -> None:
-    """Those too that are called in place, again and again on the same arrays."""
+    """This includes kernels that are called in place, repeatedly on the same arrays."""
     called = make.made_by(
         "from engine.artifact.plays import PLAYS; "
         "from engine.artifact.rehearsal import rehearse; "
@@ -102,7 +102,7 @@ def test_all_kernels_are_in_the_stamp() -> None:
     assert kernels <= set(stamp.sources())
 
 
-def test_the_artifact_is_small_and_asks_for_memory_alone() -> None:
+def test_the_artifact_is_small_and_imports_only_memory() -> None:
     module = make.PAGE.read_bytes()
     assert len(gzip.compress(module)) <= make.MOST_GZIPPED
     assert wasm_sections.imports(module) == ["env.__linear_memory", "env.__stack_pointer"]
@@ -122,7 +122,7 @@ def test_many_balls_go_as_each_alone() -> None:
 
 
 def test_the_page_leaves_room_for_all_columns_of_the_kernels() -> None:
-    """With one too few of `initial`, many drops overwrote each other, and then crashed the page."""
+    """When `initial` had one column too few, drops overwrote each other and crashed the page."""
     text = make.PAGE.with_suffix(".js").read_text("utf-8")
     columns = dict(
         re.findall(r"^const (STATE|EVENT|SEGMENT|INITIAL|SERIES) = ([^;]+);", text, re.M)

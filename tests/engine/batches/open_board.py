@@ -1,4 +1,4 @@
-"""A board with one peg, so quick that tests compute whole blocks of it."""
+"""A board with one peg, so fast that tests can compute whole blocks of drops."""
 
 from typing import Final
 
@@ -21,4 +21,4 @@ FORM: Final = {
 OPEN: Final = Board.from_json(FORM)
 
 DROPS: Final = 2 * 65_536 + 100
-"""Of three blocks, of which the last is short."""
+"""Three blocks; the last one is short."""

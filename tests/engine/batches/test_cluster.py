@@ -1,4 +1,4 @@
-"""Blocks on a real Dask cluster of processes on this machine, and what is refused before work."""
+"""Blocks on a real Dask cluster of local processes, and the errors that come before any work."""
 
 import os
 import signal
@@ -58,7 +58,7 @@ def test_an_interrupt_is_the_client_s_and_local_workers_go_on(workers: Workers) 
 
 
 def test_a_second_cluster_on_this_machine_takes_ports_of_its_own(workers: Workers) -> None:
-    """What it would warn of otherwise is an error here."""
+    """With the same port, Dask would warn, and warnings are errors in tests."""
     with workers_at("local:1") as others:
         assert list(others.compute(max, [1])) == list(workers.compute(max, [1]))
 
@@ -123,7 +123,7 @@ def test_addresses_say_how_many_workers_are_started() -> None:
 
 
 class _Threads:
-    """A client that knows how many threads there are."""
+    """A stand-in for a Dask client, which only knows its number of threads."""
 
     def __init__(self, threads: int) -> None:
         self._threads = threads
@@ -153,7 +153,7 @@ kills = pytest.mark.long("scheduler, workers and client are killed")
 
 
 class Machines:
-    """A scheduler and its workers, each a process of its own."""
+    """A scheduler and its workers, each in a separate process."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder

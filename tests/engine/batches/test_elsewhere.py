@@ -1,4 +1,4 @@
-"""Payouts, a search and a density that workers compute in any order are what this process finds."""
+"""Workers find the same payouts, tunings and densities as this process, in any order."""
 
 import pickle
 from collections.abc import Callable, Iterable, Iterator
@@ -22,7 +22,7 @@ from tests.engine.batches.open_board import OPEN
 
 
 class Elsewhere:
-    """Workers that get and give bytes, and are ready last come first served."""
+    """Workers that pickle their input and output, and finish in the reverse order."""
 
     at_once = 3
 

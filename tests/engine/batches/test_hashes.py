@@ -1,4 +1,4 @@
-"""Hashes of blocks: the same root whatever stands for what, and no more of them than were said."""
+"""Hashes of blocks: the root does not depend on how they are joined; their number is bounded."""
 
 import random
 
@@ -27,7 +27,7 @@ def test_the_root_is_that_of_all_hashes_in_any_order(kept: int, blocks: int) -> 
     one.add(order[-1], hashes[order[-1]])
     assert one.root == merkle.root_of(hashes)
     assert one.runs == [(0, blocks)]
-    # Those of the last blocks, too few for one more, stand for half as many each.
+    # The last blocks are too few for a full hash, so their hashes cover half as many blocks each.
     assert len(one.hashes) <= kept + one.level
 
 
@@ -56,7 +56,7 @@ def test_runs_and_hashes_that_do_not_belong_together_are_refused() -> None:
 def test_a_block_has_its_own_hash_up_to_so_many() -> None:
     assert BlockHashes(KEPT).level == 0
     assert BlockHashes(KEPT + 1).level == 1
-    # A million million drops: sixty-four blocks are checked together, by some minute of a core.
+    # 10^12 drops: sixty-four blocks share a hash, and checking them takes about a core minute.
     most = BlockHashes(-(-(10**12) // 65_536))
     assert most.level == 6
     assert most.blocks >> most.level < KEPT

@@ -1,4 +1,4 @@
-"""Blocks and their sums: one digest however they came, and no result that says more than it has."""
+"""The sum of blocks has the same digest in any order, and claims only what it has counted."""
 
 import json
 import random

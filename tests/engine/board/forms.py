@@ -1,4 +1,4 @@
-"""Boards in JSON form that the board tests share: an example, a bare box, and random ones."""
+"""Boards in JSON form for the board tests: an example, an empty box, and random boards."""
 
 import copy
 import math
@@ -23,7 +23,7 @@ EXAMPLE: Form = {
     "bins": {"y": 5.196, "edges": [-4.0, -3.5, 4.0], "multipliers": [1.0, 2.0]},
     "drop": {"x": 0.0, "y": -0.5, "jitter": 0.25},
 }
-"""The design's own example, to the letter."""
+"""The example of the design document, verbatim."""
 
 SIDES = [
     {"x1": -4.0, "y1": -1.0, "x2": -4.0, "y2": 6.0},
@@ -43,7 +43,7 @@ def changed(form: Form, path: tuple[str | int, ...], value: object) -> Form:
 
 
 def leaves(form: object, path: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
-    """Paths of all values in `form` that are neither lists nor objects."""
+    """Paths of all leaf values in `form`: those that are neither lists nor objects."""
     if isinstance(form, dict):
         for key, value in form.items():
             yield from leaves(value, (*path, key))
@@ -63,7 +63,7 @@ def at(form: Form, path: tuple[str | int, ...]) -> Any:
 
 
 def dotted(path: tuple[str | int, ...]) -> str:
-    """`path` as errors write it: pegs[3].radius."""
+    """`path` in the spelling of error messages, such as pegs[3].radius."""
     text = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in path)
     return text.removeprefix(".")
 
@@ -106,7 +106,7 @@ def _between(low: float, high: float) -> st.SearchStrategy[float]:
 
 
 def _labels(count: int) -> st.SearchStrategy[Form]:
-    """None at all, or one or None for each bin."""
+    """No labels at all, or for each bin a label or None."""
     text = st.text("aZäß9&<🎁日", min_size=1, max_size=40)
     colours = st.sampled_from(["#000000", "#ff0088"])
     label = st.fixed_dictionaries({"text": text}, optional={"colour": colours})
@@ -116,7 +116,7 @@ def _labels(count: int) -> st.SearchStrategy[Form]:
 
 @st.composite
 def valid_forms(draw: st.DrawFn) -> Form:
-    """Playable boards: sparse pegs at random in a walled box, every value drawn."""
+    """Playable boards: sparse random pegs in a walled box, with every value random."""
     radius = draw(_between(0.05, 0.2))
     cell = 4.0 * radius + 0.5
     columns = int(6.0 / cell)
@@ -164,7 +164,8 @@ def valid_forms(draw: st.DrawFn) -> Form:
 
 @st.composite
 def wild_forms(draw: st.DrawFn) -> Form:
-    """Boxes with a few large pegs and walls anywhere, playable or not; for a ball of radius 0.3."""
+    """Boxes with a few large pegs and walls at random places, playable or not, for a ball of
+    radius 0.3."""
     pegs: list[tuple[float, float, float]] = []
     for _ in range(draw(st.integers(0, 12))):
         x, y, r = draw(_between(-4.0, 4.0)), draw(_between(0.2, 6.0)), draw(_between(0.05, 0.8))

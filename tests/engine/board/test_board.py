@@ -1,4 +1,4 @@
-"""A board is data: it survives its JSON form, and its digest is its content and nothing else."""
+"""A board is data: it survives its JSON form, and its digest depends only on its content."""
 
 import copy
 import dataclasses

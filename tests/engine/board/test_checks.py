@@ -1,4 +1,4 @@
-"""A board on which drops cannot be fair is refused: overlaps, bad starts, traps, no way out."""
+"""Boards are refused for overlaps, bad starts, traps, and if a ball cannot get out."""
 
 import copy
 import math
@@ -36,7 +36,7 @@ def refusal(form: Form) -> BoardError:
 
 
 def verdict(form: Form) -> str:
-    """What is wrong with `form`, in a word; empty if nothing is."""
+    """A keyword of the error that `form` raises; empty if it is playable."""
     try:
         Board.from_json(form)
     except BoardError as error:
@@ -126,9 +126,11 @@ class TestTraps:
         assert f"at (0, {3.0 - height:.6g})" in error
 
     def test_a_steep_pair_is_no_trap_as_the_ball_rolls_off_below(self) -> None:
-        apart = 0.45  # peg to peg; the ball, 0.3 from both, does not fit between
+        apart = 0.45  # between the pegs; the ball, 0.3 from both, does not fit between them
         touching = 0.3
-        lean = math.asin(0.5 * apart / touching)  # of the ball's place from the pair's middle line
+        lean = math.asin(
+            0.5 * apart / touching
+        )  # angle of the ball's centre from the pair's middle line
         for tilt, answer in ((lean - 0.05, "wedge in"), (lean + 0.05, "")):
             dx, dy = 0.5 * apart * math.cos(tilt), 0.5 * apart * math.sin(tilt)
             assert verdict(box([(-dx, 3.0 - dy, 0.2), (dx, 3.0 + dy, 0.2)])) == answer
@@ -207,11 +209,11 @@ class TestShelves:
         )
 
     @pytest.mark.parametrize("rise", [1e-6, -0.01, 0.5])
-    def test_a_wall_that_slopes_is_none(self, rise: float) -> None:
+    def test_a_sloping_wall_is_no_level_wall(self, rise: float) -> None:
         assert verdict(box(walls=[(-1.0, 3.0, 1.0, 3.0 + rise)])) == ""
 
     @pytest.mark.parametrize("end", [(3.0, 3.0 + 1e-12), (-1.0, 3.0), (3.0, 3.0)])
-    def test_a_wall_that_is_level_but_for_rounding_is_one(self, end: tuple[float, float]) -> None:
+    def test_a_wall_that_is_level_but_for_rounding_is_level(self, end: tuple[float, float]) -> None:
         assert verdict(box(walls=[(1e-9, 3.0, *end)])) == (
             "come to rest there" if end[0] < 0.0 else ""
         )
@@ -236,7 +238,7 @@ class TestShelves:
         ):
             assert verdict({**away, "drop": zone}) == answer
 
-    def test_a_wall_that_no_ball_falls_straight_onto_is_none(self) -> None:
+    def test_a_level_wall_onto_which_no_ball_falls_is_fine(self) -> None:
         for roof in (
             box([(0.0, 2.0, 0.1)], SHELF),
             box(walls=[*SHELF, (-0.2, 1.0, 0.3, 1.2)]),
@@ -256,15 +258,15 @@ class TestShelves:
             "come to rest there"
         )
 
-    def test_a_level_wall_above_the_start_or_below_the_bins_is_none(self) -> None:
+    def test_a_level_wall_above_the_start_or_below_bins_is_fine(self) -> None:
         assert verdict(box(walls=[(-1.0, -1.0, 1.0, -1.0), (-1.0, 6.1, 1.0, 6.1)])) == ""
 
     @settings(max_examples=tries(50, 1000), suppress_health_check=[HealthCheck.too_slow])
     @given(wild_forms(), st.floats(0.5, 5.5), st.floats(-3.0, 3.0), st.floats(0.0, 2.0))
-    def test_whatever_is_above_it_the_ball_decides(
+    def test_a_level_wall_is_refused_if_a_ball_hits_it_first(
         self, form: Form, y: float, x: float, jitter: float
     ) -> None:
-        """Refused exactly if some ball has its first impact on the top of the level wall."""
+        """The board is refused exactly if some ball hits the top of the level wall first."""
         form = copy.deepcopy(form)
         form["walls"].append({"x1": -1.0, "y1": y, "x2": 1.0, "y2": y})
         form |= {"drop": {"x": x, "jitter": jitter}, "bins": {"y": 6.0, "edges": [-99.0, 99.0]}}
@@ -279,13 +281,13 @@ class TestShelves:
             direct += on_top and first.events[0, 2] < y
         if verdict(form) == "":
             assert direct == 0
-        elif direct == 0:  # there is one, in between those tried
+        elif direct == 0:  # such a start exists between those that were tried
             told = str(refusal(form))
             at = told.split("at x = ")[1].split(",", maxsplit=1)[0]
-            # Another wall may be level, too.
+            # Another wall may be level as well.
             named = int(told.split("walls[")[1].split("]", maxsplit=1)[0])
             first = follow(board, at_start(board, float(at)), Exact(), max_events=1)
-            # It may touch a peg at the same instant, which counts first.
+            # The ball may touch a peg at the same instant, and that impact is listed first.
             rest = board.walls[named].y1 - board.ball.radius
             at_rest = first.events[0, 2] == pytest.approx(rest, rel=0.0, abs=1e-9)
             assert first.marks.tolist()[0] == [KIND_WALL, named] or at_rest
@@ -321,7 +323,7 @@ class TestTime:
             "bins.y = 6.0, and a drop ends after 1000 s"
         )
 
-    def test_one_on_which_a_ball_does_is_fine(self) -> None:
+    def test_a_board_on_which_a_ball_lands_in_time_is_fine(self) -> None:
         for values in ({"gravity": 1.21e-5}, {"gravity": 6.1, "drag": 1000.0}, {"drag": 1000.0}):
             board = Board.from_json({**box(), **values})
             assert drop(board, 1).unsettled is None or board.drag > 0.0, values
@@ -489,7 +491,7 @@ def test_a_ball_passes_exactly_if_dense_sampling_finds_a_way(form: Form) -> None
     answer = verdict(form)
     assume(answer != "inside or touching")
     obs = _obstacles(form)
-    # Ways that the margin of 5 % decides are left out; all others are wider than the sampling.
+    # Skip ways that the margin of 5 % decides; all others are wider than the sampling.
     x, y = np.meshgrid(np.arange(-6.0, 6.0, 0.02), np.linspace(0.0, 6.0, 301))
     surely, perhaps = (_passes(_free(obs, x, y, scale), x) for scale in (1.05, 0.95))
     assume(surely == perhaps)
@@ -497,7 +499,7 @@ def test_a_ball_passes_exactly_if_dense_sampling_finds_a_way(form: Form) -> None
 
 
 def _obstacles(form: Form) -> Obstacles:
-    """The obstacles of `form`, good or bad as a board."""
+    """The obstacles of `form`, even if it is not a valid board."""
     parts: dict[str, Any] = dict(form)
     board = Board.from_json({**parts, "pegs": [], "walls": []})
     pegs = [type("P", (), peg)() for peg in form["pegs"]]
@@ -507,7 +509,7 @@ def _obstacles(form: Form) -> Obstacles:
 
 
 def _free(obs: Obstacles, x: Any, y: Any, scale: float) -> Any:
-    """Tell of places (x, y) if a ball `scale` times as far from everything may be there."""
+    """Whether a ball at (x, y) overlaps nothing, with all reaches multiplied by `scale`."""
     free = np.ones(np.shape(x), dtype=np.bool_)
     for cx, cy, reach in zip(obs.x, obs.y, obs.reach * scale, strict=True):
         free &= (x - cx) ** 2 + (y - cy) ** 2 > reach * reach
@@ -520,7 +522,7 @@ def _free(obs: Obstacles, x: Any, y: Any, scale: float) -> Any:
 
 
 def _passes(free: Any, x: Any) -> bool:
-    """Tell if a way leads from the start, x = 0 in the first row, to the last row."""
+    """Whether a way leads from the start, x = 0 in the first row, to the last row."""
     reached = np.zeros_like(free)
     reached[0, np.abs(x[0]).argmin()] = True
     while True:
@@ -535,7 +537,7 @@ def _passes(free: Any, x: Any) -> bool:
 
 
 def _spread(reached: Any, free: Any) -> Any:
-    """Fill each free run of a row that is reached anywhere."""
+    """Mark the whole of each free run in a row if any part of it is reached."""
     runs = np.cumsum(~free)
     return free & np.isin(runs, runs[reached & free])
 

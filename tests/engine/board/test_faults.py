@@ -1,4 +1,4 @@
-"""All that is wrong with a board is named at once."""
+"""All faults of a board are reported at once."""
 
 import pickle
 
@@ -15,7 +15,7 @@ GOOD = {
 
 
 def faults(form: dict[str, object]) -> list[str]:
-    """The fields that are wrong, each once and in its own words."""
+    """The wrong fields of `form`; each has exactly one message."""
     with pytest.raises(BoardError) as caught:
         Board.from_json(GOOD | form)
     error = caught.value

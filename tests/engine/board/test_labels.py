@@ -1,4 +1,4 @@
-"""Labels say what a ball wins: they are part of a board's digest, and of nothing that moves."""
+"""Labels say what a ball wins: they are part of a board's digest and do not affect drops."""
 
 import dataclasses
 import hashlib

@@ -69,14 +69,14 @@ def _fields(ball: BallSpec) -> dict[str, Any]:
         (lambda board: polygon([(0, 0), (1, 1)]), "corners"),
     ],
 )
-def test_what_cannot_be_is_named(make: Any, field: str) -> None:
+def test_an_impossible_change_is_named(make: Any, field: str) -> None:
     with pytest.raises(BoardError) as caught:
         make(Board.preset("triangle-8"))
     assert caught.value.field == field
 
 
 def test_a_ball_goes_around_a_polygon() -> None:
-    """A roof with its ridge under the start parts the balls, and none gets into it."""
+    """A roof with its ridge below the start divides the balls, and no ball enters it."""
     roof = polygon([(0.0, 0.5), (0.5, 1.5), (-0.5, 1.5)])
     board = Board.from_json(
         {"bins": {"y": 2.5, "edges": [-2.0, 0.0, 2.0]}, "drop": {"jitter": 0.3, "y": 0.1}}

@@ -1,4 +1,4 @@
-"""Materials combine as users of Box2D expect, and the reference tables are whole."""
+"""Materials combine as users of Box2D expect, and the reference tables are complete."""
 
 import math
 

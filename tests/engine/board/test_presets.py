@@ -30,7 +30,7 @@ def test_no_two_presets_share_a_digest() -> None:
 
 
 def test_the_boards_known_to_be_playable_are_exactly_the_presets() -> None:
-    """Whoever changes a preset copies its new digest into the table, once it passes every check."""
+    """If you change a preset, check that it passes every test, then copy its digest here."""
     assert {name: Board.preset(name).digest for name in preset_names()} == DIGESTS
 
 
@@ -64,7 +64,7 @@ def test_a_preset_is_made_once() -> None:
     assert Board.preset("triangle-16") is Board.preset("triangle-16")
 
 
-def test_a_board_that_only_borrows_a_presets_name_is_none() -> None:
+def test_a_board_with_only_a_presets_name_is_no_preset() -> None:
     form = Board.preset("triangle-8").to_dict()
     assert Board.from_json({**form, "gravity": 1.62}).preset_name is None
     assert Board.from_json({**form, "name": "mine"}).preset_name is None
@@ -73,7 +73,7 @@ def test_a_board_that_only_borrows_a_presets_name_is_none() -> None:
 @pytest.mark.parametrize(
     "name", ["triangle-7", "triangle-17", "triangle-8-medium", "TRIANGLE-8", ""]
 )
-def test_an_unknown_preset_is_named_with_those_there_are(name: str) -> None:
+def test_the_error_for_an_unknown_preset_lists_all_presets(name: str) -> None:
     with pytest.raises(BoardError, match="there is no such preset") as caught:
         Board.preset(name)
     assert repr(name) in str(caught.value)

@@ -1,4 +1,4 @@
-"""A value that is wrong by itself is refused by an error that names its path, it, and the rule."""
+"""The error for an invalid value names its path, the value, and the rule."""
 
 import json
 import math
@@ -39,7 +39,7 @@ def test_every_number_must_be_finite(path: Path_, value: float) -> None:
 
 @pytest.mark.parametrize("value", [True, False, "1.0", None, [1.0], {}, 1j], ids=repr)
 @pytest.mark.parametrize("path", NUMBERS, ids=dotted)
-def test_every_number_must_be_a_number_and_true_is_none(path: Path_, value: object) -> None:
+def test_every_number_must_be_a_number_and_true_is_not(path: Path_, value: object) -> None:
     error = refusal(changed(EXAMPLE, path, value))
     assert error.field == dotted(path)
     assert str(error) == f"{dotted(path)} is {value!r}: it must be a number"
@@ -229,7 +229,7 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("source", [None, 5, 1.5, ["{}"], b"{}"], ids=repr)
-def test_a_source_that_is_no_source_is_refused(source: object) -> None:
+def test_an_invalid_source_is_refused(source: object) -> None:
     assert refusal(source).field == "board"
 
 

@@ -1,1 +1,1 @@
-"""The certified solver held against the oracle and against itself with a law broken."""
+"""Tests of the certified solver against the oracle, and with deliberately wrong laws."""

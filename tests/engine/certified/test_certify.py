@@ -1,4 +1,4 @@
-"""What a certificate claims, and that a wrong law or a tie would not pass for a theorem."""
+"""The claims of a certificate; a wrong law or a tie must not pass as a proof."""
 
 from fractions import Fraction
 from itertools import count
@@ -54,7 +54,7 @@ def test_a_proof_ends_when_its_time_is_over_and_says_so() -> None:
 
 
 def test_a_start_is_taken_to_all_its_digits() -> None:
-    """Starts that float64 cannot tell apart land at places that are told apart."""
+    """Two starts that are equal in float64 have provably different landings."""
     near = certify(TRIANGLE, x="0.01", effort=Effort(400))
     far = certify(TRIANGLE, x=Fraction(1, 100) + Fraction(1, 10**40), effort=Effort(400))
     assert near.path is not None
@@ -81,7 +81,7 @@ def test_a_proof_of_a_wide_start_holds_for_all_starts_in_it() -> None:
 
 @pytest.mark.parametrize(("seed", "digits"), [(4, 12), (3, 24)])
 def test_a_wide_start_is_followed_by_how_fast_its_paths_part(seed: int, digits: int) -> None:
-    """Boxes alone do not prove as many starts at once; seed 3 bounces to rest, rolls and slides."""
+    """Boxes without derivatives prove fewer starts at once; with seed 3 the ball also rolls."""
     middle, radius = Fraction(start_of(TRIANGLE, seed, None)), Fraction(1, 10**digits)
     wide = prove(TRIANGLE, middle, radius, Effort(160, 160))
     assert wide.path is not None
@@ -103,7 +103,7 @@ def test_a_wide_start_is_followed_by_how_fast_its_paths_part(seed: int, digits: 
 def test_a_derivative_of_the_wrong_law_is_found_out(
     monkeypatch: pytest.MonkeyPatch, module: Any, law: str, seed: int, digits: int
 ) -> None:
-    """Paths that part more slowly than they do are not where they are proven to be."""
+    """If the derivative is too small, the proven region does not contain the true paths."""
     right = getattr(module, law)
 
     def wrong(*parts: Any) -> Any:
@@ -116,7 +116,7 @@ def test_a_derivative_of_the_wrong_law_is_found_out(
     monkeypatch.setattr(module, law, wrong)
     try:
         wide = prove(TRIANGLE, middle, radius, Effort(160, 160))
-    except ValueError:  # the box and the line have nothing in common
+    except ValueError:  # box and line are disjoint: the error is detected
         return
     assert wide.path is None or not all(
         around.state.x.contains(event.state.x)
@@ -134,7 +134,7 @@ def test_a_ball_in_perfect_balance_is_proven_to_rest() -> None:
 
 
 def test_what_happens_at_once_by_symmetry_is_recognised_and_said() -> None:
-    """Two pegs at the same distance on both sides: the first in the board's order counts first."""
+    """With pegs at equal distances on both sides, the first in the board's order is hit first."""
     board = scene(pegs=(Peg(-0.14, 0.0, 0.05), Peg(0.14, 0.0, 0.05)), restitution=0.5)
     found = certify(board, x=0.0)
     assert found.ties[0] == "peg 0 and peg 1, by symmetry"
@@ -150,7 +150,7 @@ def test_a_landing_on_an_edge_belongs_to_the_bin_on_its_right() -> None:
 
 
 def test_a_graze_is_decided_however_narrow() -> None:
-    """A ball that falls past a peg at 1e-30 m more or less than the sum of the radii."""
+    """A ball falls past a peg at a distance 1e-30 m above or below the sum of the radii."""
     board = scene(pegs=(Peg(0.0, 0.0, 0.5),), radius=0.25, restitution=0.5)
     at = Fraction(3, 4)
     past = certify(board, x=at + Fraction(1, 10**30))
@@ -176,7 +176,7 @@ def test_bad_starts_are_named() -> None:
 
 @pytest.mark.long
 def test_on_boards_thrown_together_proofs_and_certain_bins_agree() -> None:
-    """Pegs and walls of any size and slope; both ways decide most of them."""
+    """Random pegs and walls of any size and slope; both solvers decide most drops."""
     decided = 0
     seeds = range(tries(6, 400))
     for seed in seeds:
@@ -202,11 +202,11 @@ def test_the_share_of_right_bins_is_counted() -> None:
     assert share.share_right == share.right / 6
 
 
-# A law that is wrong by a sign, a factor or a bound must not agree with the oracle.
+# With a law that is wrong by a sign, a factor or a bound, proofs must disagree with the oracle.
 
 
 def _traced(name: str, number: int) -> tuple[str, bool]:
-    """The turns of an oracle's drop as they are traced now, and whether its landing is enclosed."""
+    """The events of an oracle's drop by the certified solver, and whether it encloses the end."""
     head, drops = golden.load(name)
     asked = drops[number]
     with precision(160):
@@ -257,7 +257,7 @@ def test_drag_of_the_wrong_sign_does_not_agree(monkeypatch: pytest.MonkeyPatch) 
 def test_rolling_with_another_share_of_gravity_does_not_agree(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """A ring (1/2) instead of a disc (2/3)."""
+    """The inertia of a ring (factor 1/2) instead of a disc (2/3)."""
     right = contact_series.Stretch._expand
 
     def wrong(self: contact_series.Stretch, terms: int) -> list[list[arb]]:
@@ -280,7 +280,7 @@ def test_a_normal_force_without_centripetal_part_disagrees(
 
 
 def test_a_ball_on_walls_and_ends_goes_where_doubles_say() -> None:
-    """Down a ramp, over its end, and on."""
+    """The ball goes down a ramp, over its end, and on."""
     board = scene(
         walls=(Wall(-0.5, 0.2, 0.3, 0.5), Wall(0.3, 0.5, 0.6, 0.8)),
         restitution=0.2,

@@ -1,4 +1,4 @@
-"""What the certified solver proves is what the fifty-digit oracle says, in every digit of it."""
+"""The certified solver's proofs agree with the fifty-digit oracle in every digit."""
 
 import pytest
 from flint import arb
@@ -14,7 +14,7 @@ BOARDS = ("plain-12", "trial-8", "trial-16", "triangle-8", "triangle-12", "trian
 
 
 def encloses(ball: arb, decimal: str) -> bool:
-    """Whether a proven ball and a number of 25 digits, rounded in the last, can be the same."""
+    """Whether an enclosure can contain a number of 25 digits, whose last digit is rounded."""
     digits = decimal.split("e", maxsplit=1)[0].lstrip("-").replace(".", "").lstrip("0")
     with precision(400):
         number = arb(decimal)
@@ -23,7 +23,7 @@ def encloses(ball: arb, decimal: str) -> bool:
 
 
 def turns_of(certificate: Certificate) -> str:
-    """Kind and index of each event, as the oracle's files have them."""
+    """Kind and index of each event, in the format of the oracle's files."""
     assert certificate.path is not None
     marks = ((event.kind, event.index) for event in certificate.path.events)
     return " ".join(f"{kind}" if kind == 5 else f"{kind}:{index}" for kind, index in marks)

@@ -1,4 +1,4 @@
-"""What a screen leaves out is not touched: no surface is, before the time that it says."""
+"""A screen omits only surfaces that the ball does not touch before the screen's time."""
 
 from fractions import Fraction
 
@@ -16,7 +16,7 @@ from tests.long import tries
 
 
 def test_no_surface_is_touched_earlier_than_the_screen_says() -> None:
-    """Places along flights of boards thrown together: whatever a ball is in by then was named."""
+    """On random boards, the screen has listed every surface that a ball's flight overlaps."""
     looked = 0
     for seed in range(tries(4, 60)):
         board, x = random_scene(seed)
@@ -24,7 +24,7 @@ def test_no_surface_is_touched_earlier_than_the_screen_says() -> None:
             scene = scene_of(board, 160)
             try:
                 path = trace(board, arb(x), 160, Proof(2000))
-            except UndecidedError:  # then there are no flights to look at
+            except UndecidedError:  # undecided: no flights to check
                 continue
             for event in path.events[:12]:
                 course = Flight(scene, event.state).course

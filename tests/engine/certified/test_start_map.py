@@ -1,4 +1,4 @@
-"""The map of starts: each pixel is what the drop from there proves, however deep the zoom."""
+"""The map of starts: each pixel is the proven bin of its start, at any zoom."""
 
 from fractions import Fraction
 
@@ -29,7 +29,7 @@ def test_a_pixel_is_the_proven_bin_of_its_middle() -> None:
 
 
 def test_deep_zooms_are_proven_whole() -> None:
-    """One proof for all starts in a strip that is far narrower than float64 can tell apart."""
+    """One proof covers all starts in a strip that is far narrower than float64 can resolve."""
     strip = strip_at(BOARD, "0.01", DEEPEST, 64)
     assert set(strip.bins) == {certify(BOARD, x="0.01").bin}
     assert (strip.proofs, strip.whole) == (1, 64)

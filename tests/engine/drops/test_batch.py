@@ -1,4 +1,4 @@
-"""Many drops: each is the drop of its seed, however the work is split."""
+"""A batch contains the single drop of each seed, however its work is split."""
 
 import math
 import threading
@@ -78,7 +78,7 @@ def test_a_batch_in_another_order_holds_the_same_drops() -> None:
     sorted_, shuffled = drop_many(TRIANGLE, range(500)), drop_many(TRIANGLE, order)
     assert shuffled.duration.tobytes() == sorted_.duration[order.astype(int)].tobytes()
     assert shuffled.bin.tobytes() == sorted_.bin[order.astype(int)].tobytes()
-    assert shuffled.digest != sorted_.digest  # the digest is of the outcomes in order
+    assert shuffled.digest != sorted_.digest  # the digest depends on the order of the outcomes
 
 
 def test_seeds_may_come_in_any_form() -> None:
@@ -194,7 +194,7 @@ def test_a_bad_number_of_threads_is_refused_with_its_value(threads: object) -> N
 
 
 @pytest.mark.parametrize("seeds", [-1, 2**32, True, "12", None, 1.5, [1.5], [[1, 2]], [-1], {"a"}])
-def test_seeds_that_are_none_are_named(seeds: object) -> None:
+def test_invalid_seeds_are_named(seeds: object) -> None:
     with pytest.raises(SeedError, match="seed"):
         drop_many(TRIANGLE, seeds)  # type: ignore[arg-type]
 

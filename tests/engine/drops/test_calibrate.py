@@ -1,4 +1,4 @@
-"""The search for tunings measures what it says, and only ever gets better."""
+"""The search for tunings measures its fit correctly and never gets worse."""
 
 from dataclasses import replace
 from itertools import groupby, pairwise

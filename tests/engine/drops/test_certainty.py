@@ -1,4 +1,4 @@
-"""How sure a drop is: its tangents are the oracle's, and what it calls certain stays."""
+"""The certainty of a drop: its tangents agree with the oracle, and certain bins are right."""
 
 import math
 
@@ -16,7 +16,7 @@ from tests.engine.oracle import golden, oracle_drop
 from tests.engine.oracle.scenes import accuracy_boards
 
 BLURRED = 1e8
-"""Growth beyond which rounding of the path itself, not of its tangent, shows in six digits."""
+"""Growth beyond which rounding of the path itself affects six digits of the tangent."""
 
 BOARDS = sorted(accuracy_boards())
 
@@ -57,7 +57,7 @@ def test_whatever_the_start_a_ball_leaves_a_wall_at_its_end() -> None:
 
 @pytest.mark.parametrize("name", BOARDS)
 def test_the_estimated_error_covers_the_true_one(name: str) -> None:
-    """Of the place of landing, in every drop that double precision can decide."""
+    """The error of the landing's x, in every drop that double precision can decide."""
     board = accuracy_boards()[name]
     ratios = []
     for kept in golden.load(name)[1]:
@@ -66,7 +66,7 @@ def test_the_estimated_error_covers_the_true_one(name: str) -> None:
             assert found.certainty.error is not None
             ratios.append(abs(float(kept.end - found.x_end)) / found.certainty.error)
     assert max(ratios) < 16.0  # engine.drops.certainty.MARGIN
-    assert 0.01 < np.median(ratios) < 1.0  # an estimate of anything would cover it too
+    assert 0.01 < np.median(ratios) < 1.0  # the estimate must not be far too large either
 
 
 @pytest.mark.parametrize("name", BOARDS)
@@ -95,7 +95,7 @@ def test_a_certain_bin_stays_when_the_start_moves_by_a_step() -> None:
 
 
 def test_a_long_chaotic_drop_is_not_certain() -> None:
-    """Without air a ball bounces long enough for half a unit to grow to the size of the board."""
+    """Without drag a ball bounces so long that half an ulp grows to the size of the board."""
     board = scene("elastic").board
     assert not drop_in("elastic").certain
     grown = drop(board, x=start_in("elastic")).amplification

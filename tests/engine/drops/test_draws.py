@@ -1,4 +1,4 @@
-"""A draw that is made for a board: for each bin with a weight, the first seeds that land there."""
+"""A draw made for a board has, for each bin with a weight, the first seeds that land there."""
 
 import pytest
 
@@ -34,7 +34,7 @@ def test_it_gives_up_and_names_the_bins_that_lack_seeds() -> None:
 @pytest.mark.parametrize(
     ("name", "values"), [("per_bin", {"per_bin": 0}), ("patience", {"patience": 0})]
 )
-def test_what_cannot_be_is_named(name: str, values: dict[str, int]) -> None:
+def test_an_impossible_draw_is_named(name: str, values: dict[str, int]) -> None:
     with pytest.raises(ParameterError, match=f"{name} is 0") as refused:
         find_draw(BOARD, [1] * 9, **values)
     assert refused.value.field == name

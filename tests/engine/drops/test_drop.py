@@ -1,4 +1,4 @@
-"""One drop: what it tells, at which times it can be asked, and what it refuses."""
+"""One drop: its record, its states at any time, and the values that it refuses."""
 
 import json
 import math
@@ -94,7 +94,9 @@ def test_states_are_continuous_but_for_velocities_at_impacts(name: str) -> None:
         for field in ("x", "y"):
             assert abs(after[field] - before[field]).max() <= 1e-9 * fastest + 1e-12
             assert abs(after[field] - found.impacts[field]).max() <= 1e-12
-        unique = np.append(np.diff(times) > 0.0, True)  # of events at one instant the last counts
+        unique = np.append(
+            np.diff(times) > 0.0, True
+        )  # if several events share an instant, the last one counts
         for field in ("vx", "vy", "omega"):
             assert abs(after[field] - found.impacts[field])[unique].max() <= 1e-8
 
@@ -125,7 +127,7 @@ def test_a_record_is_json_and_holds_the_drop(solver: str) -> None:
 
 @pytest.mark.parametrize("certainty", [False, True])
 def test_a_records_text_is_what_python_writes_of_its_values(certainty: bool) -> None:
-    """Of numbers with an exponent as well, which few drops have."""
+    """This includes numbers with an exponent, which few drops have."""
     exponents = 0
     for seed in range(150):
         found = drop(TRIANGLE, seed)
@@ -192,7 +194,7 @@ def test_every_nan_has_the_same_bits_in_a_digest() -> None:
 
 
 @pytest.mark.parametrize("seed", [-1, 2**64, "abc", "-1", "1.0", "", " 1", 1.0, math.nan, True, []])
-def test_what_is_no_seed_is_refused_by_name(seed: object) -> None:
+def test_an_invalid_seed_is_refused_by_name(seed: object) -> None:
     with pytest.raises(SeedError) as caught:
         drop(TRIANGLE, seed)  # type: ignore[arg-type]
     assert repr(seed)[:30] in str(caught.value)
@@ -204,7 +206,7 @@ def test_no_seed_and_no_start_is_refused() -> None:
 
 
 @pytest.mark.parametrize("x", [math.nan, math.inf, -math.inf, 100.0, -100.0, "0.1", True])
-def test_a_start_that_is_none_is_refused_with_its_value(x: object) -> None:
+def test_an_invalid_start_is_refused_with_its_value(x: object) -> None:
     with pytest.raises(ParameterError) as caught:
         drop(TRIANGLE, 1, x=x)  # type: ignore[arg-type]
     assert caught.value.field == "x"

@@ -1,4 +1,4 @@
-"""Where balls spend their time: what is counted is what the paths say, however it is counted."""
+"""Occupancy counts where balls spend their time, however the work is split."""
 
 import importlib
 import math
@@ -15,19 +15,19 @@ BOARD = Board.preset("triangle-8")
 GRID: dict[str, Any] = {"left": -4.0, "top": -0.5, "cells_per_metre": 20.0, "shape": (140, 160)}
 MODULE = importlib.import_module(
     "engine.drops.occupancy"
-)  # whose name in `engine` is the function's
+)  # the module; `engine.occupancy` is the function
 WEYL = 0x9E3779B97F4A7C15
 
 
 def looked_at(seed: int, step: float, duration: float) -> Any:
-    """The times at which a drop is looked at."""
+    """The times at which a drop is sampled."""
     phase = float((seed * WEYL % 2**64) >> 11) * 2.0**-53
     times = (np.arange(math.ceil(duration / step) + 1) + phase) * step
     return times[times < duration]
 
 
 def by_hand(board: Board, seeds: range, step: float) -> np.ndarray[Any, np.dtype[np.int64]]:
-    """The counts from the states that each drop gives."""
+    """The counts computed from the states of each drop."""
     rows, columns = GRID["shape"]
     counts = np.zeros((rows, columns), np.int64)
     for seed in seeds:
@@ -45,13 +45,13 @@ def test_balls_are_counted_where_their_paths_are(name: str) -> None:
     board, seeds = Board.preset(name), range(100, 140)
     found = occupancy(board, seeds, step=0.002, **GRID)
     wanted = by_hand(board, seeds, 0.002)
-    # A look that falls on the edge of a cell may be rounded into its neighbour.
+    # A sample on the edge of a cell may be rounded into the neighbouring cell.
     assert abs(found.counts - wanted).sum() <= 1e-4 * wanted.sum()
     assert found.counts.sum() > 1000
 
 
 def test_balls_that_roll_are_counted_too() -> None:
-    """A ball without bounce slides down a slope most of the time."""
+    """A ball without restitution slides down a slope most of the time."""
     board = Board.from_json(
         {
             "ball": {"radius": 0.1, "restitution": 0.0},
@@ -103,7 +103,7 @@ def test_all_time_is_counted_on_a_grid_that_holds_the_board() -> None:
 def test_drops_too_long_for_the_log_are_followed_all_the_same(
     room: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """One drop has more than 3 segments; 128 have more than 400, and some part of them has not."""
+    """3 segments are too few for any drop, and 400 are too few for 128 drops together."""
     whole = occupancy(BOARD, range(150), **GRID)
     monkeypatch.setattr(MODULE, "_SEGMENTS", room)
     parts = occupancy(BOARD, range(150), **GRID)

@@ -1,4 +1,4 @@
-"""Seeds by bin: all that land there, in order, and an end where none does."""
+"""Seeds by bin: the search finds every seed that lands there, in order, and ends if none does."""
 
 from itertools import islice
 
@@ -12,13 +12,13 @@ BOARD = Board.preset("triangle-8")
 ONE_SIDED = Board.from_json(
     {"bins": {"y": 2.0, "edges": [-1.0, 0.0, 1.0]}, "drop": {"x": -0.5, "jitter": 0.25}}
 )
-"""Without pegs: every ball falls straight into bin 0."""
+"""A board without pegs, on which every ball falls straight into bin 0."""
 
 
 def test_each_seed_lands_there_and_none_between_is_left_out(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(module, "FIRST_BATCH", 16)  # so that batches meet within what is compared
+    monkeypatch.setattr(module, "FIRST_BATCH", 16)  # several batches within the compared seeds
     all_bins = drop_many(BOARD, 600).bin
     for number in range(BOARD.bins.count):
         wanted = [seed for seed in range(600) if all_bins[seed] == number]
@@ -54,7 +54,7 @@ def test_a_bin_that_no_ball_comes_to_ends_with_an_error() -> None:
     assert caught.value.field == "bin"
 
 
-def test_patience_begins_anew_with_each_seed_that_is_found() -> None:
+def test_patience_restarts_with_each_seed_that_is_found() -> None:
     rare = list(seeds_landing_in(BOARD, 0, count=4))
     gap = max(b - a for a, b in zip([-1, *rare], rare, strict=False))
     assert list(seeds_landing_in(BOARD, 0, count=4, patience=gap)) == rare
@@ -63,13 +63,13 @@ def test_patience_begins_anew_with_each_seed_that_is_found() -> None:
 
 
 @pytest.mark.parametrize("number", [-1, 9, True, 1.0, "1", None])
-def test_what_is_no_bin_of_the_board_is_named_at_once(number: object) -> None:
+def test_an_invalid_bin_is_named_at_once(number: object) -> None:
     with pytest.raises(ParameterError, match="the bins of 'triangle-8' are 0 to 8") as caught:
         seeds_landing_in(BOARD, number)  # type: ignore[arg-type]
     assert caught.value.field == "bin"
 
 
-def test_what_is_no_count_or_seed_is_named_at_once() -> None:
+def test_an_invalid_count_or_seed_is_named_at_once() -> None:
     with pytest.raises(ParameterError, match="count is 0"):
         seeds_landing_in(BOARD, 0, count=0)
     with pytest.raises(ParameterError, match="patience is 0"):

@@ -1,4 +1,4 @@
-"""A path followed in slices has the bits of one followed at once, wherever it is cut."""
+"""A path computed in slices has the same bits as one computed at once, wherever it is cut."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ from tests.long import tries
 
 
 def in_slices(path: SlicedPath, sizes: "list[int]") -> list[Slice]:
-    """All slices to the end, of these sizes in turn."""
+    """All slices up to the end; their sizes repeat `sizes`."""
     parts: list[Slice] = []
     while not path.ended:
         parts.append(path.follow(sizes[len(parts) % len(sizes)]))
@@ -25,7 +25,7 @@ def in_slices(path: SlicedPath, sizes: "list[int]") -> list[Slice]:
 
 
 def assert_same(board: Board, x: float, sizes: "list[int]", most: int = 100_000) -> int:
-    """How many events the drop has, which is the same drop however it is cut."""
+    """Assert that the drop is the same in slices; returns its number of events."""
     whole = follow(board, at_start(board, x), Exact(), most)
     path = SlicedPath(board, x, most)
     parts = in_slices(path, sizes)
@@ -70,7 +70,7 @@ def test_a_drop_without_end_ends_at_the_same_event() -> None:
 def test_slices_get_shorter_where_a_call_takes_too_long(
     limited_calls: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A preset's 64 events take 100,000 instructions."""
+    """64 events on a preset take about 100,000 instructions."""
     monkeypatch.setattr(sliced, "EFFORT", 20_000)
     board = Board.preset("triangle-16")
     assert assert_same(board, start_of(board, 0, None), [64]) > 16

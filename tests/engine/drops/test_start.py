@@ -1,4 +1,4 @@
-"""A player's aim: the middle of what the seed draws, and nothing else about the start."""
+"""A player's aim sets the middle of the random start, and nothing else about it."""
 
 import json
 from typing import Any

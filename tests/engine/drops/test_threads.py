@@ -1,4 +1,4 @@
-"""Work shared among threads: all of it is done, errors arrive, and an interrupt ends it."""
+"""Work shared among threads is completed; errors reach the caller, and an interrupt stops it."""
 
 import subprocess
 import sys
@@ -63,7 +63,7 @@ def test_progress_is_told_on_the_calling_thread_up_to_the_sum() -> None:
 
 
 def test_what_another_thread_does_last_is_told_too() -> None:
-    """Worker 1 ends its part once the caller has told of its own, the other one."""
+    """Worker 1 ends its part after the caller has reported progress for the other part."""
     begun = Barrier(2)
     told: list[int] = []
     heard = Event()
@@ -82,7 +82,7 @@ def test_what_another_thread_does_last_is_told_too() -> None:
 
 
 def test_an_error_in_a_thread_reaches_the_caller_and_ends_work() -> None:
-    """Worker 0 waits in its first part until worker 1 has failed in the second."""
+    """Worker 0 waits in the first part until worker 1 has failed in the second part."""
     failed = Event()
     begun: list[int] = []
 
@@ -100,7 +100,7 @@ def test_an_error_in_a_thread_reaches_the_caller_and_ends_work() -> None:
 
 
 def test_an_interrupt_at_any_moment_ends_it() -> None:
-    """A pool of `concurrent.futures` hangs within these: a lock of its own stays taken."""
+    """A pool of `concurrent.futures` would hang here: an interrupt leaves its lock taken."""
     done = subprocess.run(
         [sys.executable, "-c", INTERRUPTED], capture_output=True, text=True, check=False,
         timeout=LIMIT,

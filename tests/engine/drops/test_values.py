@@ -1,4 +1,5 @@
-"""Boards, drops and batches as values: short to print, equal by digest, closed to writers."""
+"""Boards, drops and batches are values: they print briefly, compare by digest, and are
+read-only."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -79,7 +80,7 @@ def test_values_are_equal_if_their_digests_are() -> None:
 
 
 def arrays(value: Any) -> dict[str, np.ndarray[Any, Any]]:
-    """The arrays that belong to a value."""
+    """The arrays of a value, by name."""
     names = [*getattr(value, "__dataclass_fields__", ()), *(("impacts",) * isinstance(value, Drop))]
     found = {name: getattr(value, name) for name in names}
     return {name: array for name, array in found.items() if isinstance(array, np.ndarray)}
@@ -201,10 +202,10 @@ def test_zero_is_one_place_in_a_world_too() -> None:
 
 
 def test_a_record_from_when_zero_had_a_sign_is_still_reproduced() -> None:
-    then = (13.0, 3.0, 1.3, 0.7, 0.4, 0.7, 1.3, 3.0, 13.0)  # the board's payouts, in its digest
+    then = (13.0, 3.0, 1.3, 0.7, 0.4, 0.7, 1.3, 3.0, 13.0)  # the board's payouts at that time
     board = replace(BOARD, bins=replace(BOARD.bins, multipliers=then))
     record = drop(board, x=0.0).to_dict()
-    # The digest that releases before this gave the start at -0.0.
+    # The digest that earlier releases gave for the start -0.0.
     old = record | {"x": -0.0, "digest": OLD_DIGEST}
     assert verify(old).ok
     assert verify(record).ok

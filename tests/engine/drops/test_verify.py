@@ -1,4 +1,4 @@
-"""A record comes out again, to the bit, or the first field that does not is named."""
+"""Verifying a record reproduces it bit for bit, or names the first field that differs."""
 
 import copy
 import json
@@ -15,7 +15,7 @@ TRIANGLE = Board.preset("triangle-16")
 
 
 def record(**options: Any) -> dict[str, Any]:
-    """A record as it comes back from JSON."""
+    """A record after a round trip through JSON."""
     found: dict[str, Any] = json.loads(json.dumps(drop(TRIANGLE, 42, **options).to_dict()))
     return found
 
@@ -169,7 +169,7 @@ def test_a_claim_of_the_wrong_kind_is_a_claim_that_differs(field: str, value: ob
 
 
 @pytest.mark.parametrize("whole", [None, [], "record", 3])
-def test_what_is_no_object_is_malformed(whole: Any) -> None:
+def test_a_record_that_is_not_an_object_is_malformed(whole: Any) -> None:
     with pytest.raises(RecordError):
         verify(whole)
 

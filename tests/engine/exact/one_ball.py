@@ -1,4 +1,4 @@
-"""One ball through the kernel of many, on any arrays of a board and with any limits."""
+"""Follow one ball with the kernel for many, on any arrays of a board and with any limits."""
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +13,7 @@ from engine.physics.contact import new_series
 def trace(
     layout: BoardArrays, state: npt.NDArray[np.float64], max_events: int, max_time: float, log: Log
 ) -> tuple[int, int]:
-    """The outcome and the bin, -1 if it did not land; `state`, shape (7,), becomes the last one."""
+    """Return outcome and bin (-1 if not landed); `state`, shape (7,), becomes the last state."""
     outcome, where, impacts = np.zeros(1, np.int8), np.zeros(1, np.int32), np.zeros(1, np.int32)
     trace_many(
         layout, state.reshape(1, -1), in_flight(1), max_events, max_time, new_series(), log,

@@ -1,4 +1,4 @@
-"""The flat form of a board: cells, bins, and that a grid may only save work."""
+"""The flat form of a board: cells, bins, and a grid that saves work and changes no result."""
 
 import math
 from typing import Any
@@ -110,8 +110,7 @@ def test_each_edge_belongs_to_the_bin_on_its_right() -> None:
 
 @pytest.mark.parametrize("name", [*BOARDS, *scene_names()])
 def test_the_grid_changes_no_bit_of_an_exact_drop(name: str) -> None:
-    """So every cell lists all that a ball can touch from it: a surface left out would be
-    passed through."""
+    """Every cell therefore lists all surfaces that a ball can touch from it."""
     board = board_of(name)
     for seed in range(4):
         assert grid_changes_nothing(board, start_x(seed, board.drop.x, board.drop.jitter))
@@ -142,7 +141,7 @@ def test_the_grid_changes_no_bit_of_a_stepped_drop(name: str) -> None:
 
 
 def grid_changes_nothing(board: Board, x: float) -> bool:
-    """Whether an exact drop is the same, in its first 2000 events, with one cell for all."""
+    """Whether an exact drop has the same first 2000 events with a single cell for all surfaces."""
     results = []
     for arrays in (arrays_of(board), gridless(board)):
         state, log = at_start(board, x), new_log(2000, 0)
@@ -156,14 +155,14 @@ def grid_changes_nothing(board: Board, x: float) -> bool:
 def test_a_sweep_finds_the_first_surface_on_a_straight_line(
     x: float, y: float, vx: float, vy: float
 ) -> None:
-    """Against a walk along the line: nothing is touched before, and something is at the end."""
+    """Compare with samples along the line: the ball touches nothing before the end point."""
     board = Board.preset("triangle-8")
     arrays = gridless(board)
     horizon = 0.5 / (math.hypot(vx, vy) + 1e-9)
     gap = gaps(board, np.array([x]), np.array([y]))
     if gap.min() < 0.0:
         return
-    with np.errstate(over="ignore"):  # a time beyond all numbers is one that does not come
+    with np.errstate(over="ignore"):  # an infinite time means no impact
         s, item, _ = sweep(arrays, 0, x, y, vx, vy, horizon, -1)
     t = np.linspace(0.0, s, 400)
     path = gaps(board, x + vx * t, y + vy * t)
@@ -175,7 +174,8 @@ def test_a_sweep_finds_the_first_surface_on_a_straight_line(
 
 
 def gaps(board: Board, x: Floats, y: Floats) -> Floats:
-    """Distance of the ball at each place from each surface, shape (surfaces, places), m."""
+    """Distance in m of a ball's centre at each place from each surface, shape (surfaces,
+    places)."""
     rows = [np.hypot(x - p.x, y - p.y) - p.radius for p in board.pegs]
     for w in board.walls:
         tx, ty = w.x2 - w.x1, w.y2 - w.y1

@@ -1,4 +1,4 @@
-"""One log of many balls holds what each ball alone would write."""
+"""The log of many balls has the same events that each ball alone would have."""
 
 from collections.abc import Callable
 from typing import Any
@@ -66,7 +66,7 @@ def test_balls_of_one_log_are_told_apart(solver: str, trace: Callable[..., None]
 
 
 def test_each_ball_of_a_log_has_all_the_events_it_may_have() -> None:
-    """A limit is of one ball's events, however many were there before it."""
+    """The limit of events applies to each ball separately."""
     states, results = started(), results_of(len(SEEDS))
     log = new_log(0, 0, len(SEEDS))
     trace_exact(states, 4, log, results)

@@ -1,4 +1,4 @@
-"""The exact solver: what it conserves, never passes through, and how it ends what has no end."""
+"""The exact solver conserves energy, never passes through a surface, and ends endless motions."""
 
 import math
 
@@ -41,7 +41,7 @@ Floats = npt.NDArray[np.float64]
 
 G = 9.81
 NEAR = 1e-12
-"""m; what a ball may be inside of a surface by rounding alone."""
+"""Largest overlap with a surface that rounding may cause, m."""
 
 
 def board_of(name: str) -> Board:
@@ -49,7 +49,7 @@ def board_of(name: str) -> Board:
 
 
 def overlap(board: Board, x: Floats, y: Floats) -> float:
-    """Deepest overlap of a ball at any of the places with any surface, m."""
+    """Deepest overlap in m of a ball at any of the places with any surface."""
     least = math.inf
     for p in board.pegs:
         least = min(least, float((np.hypot(x - p.x, y - p.y) - p.radius).min()))
@@ -81,7 +81,9 @@ def test_energy_is_kept_over_a_hundred_thousand_elastic_impacts() -> None:
     energy = 0.5 * (vx * vx + vy * vy) + G * (1.1 - y)
     assert abs(energy / start - 1.0).max() <= 1e-12
     assert overlap(board, x, y) <= NEAR
-    assert len(np.unique(log.marks[:, 0] * 100 + log.marks[:, 1])) == 25 + 4  # it was everywhere
+    assert (
+        len(np.unique(log.marks[:, 0] * 100 + log.marks[:, 1])) == 25 + 4
+    )  # it has hit every surface
 
 
 @pytest.mark.parametrize("name", ["triangle-8", "triangle-16", "classic", *scene_names()])
@@ -107,7 +109,7 @@ def test_time_runs_forward_and_energy_does_not_grow(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["triangle-8", "triangle-16", "galton", *scene_names()])
 def test_a_mirrored_start_on_a_mirrored_board_mirrors_the_path(name: str) -> None:
-    """To the last bit: x, vx and omega negated, all else the same, the bins counted back."""
+    """To the last bit: x, vx and omega are negated, the bin is mirrored, the rest is equal."""
     board = board_of(name)
     flip = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
     for seed in range(8):
@@ -123,7 +125,7 @@ def test_a_mirrored_start_on_a_mirrored_board_mirrors_the_path(name: str) -> Non
 
 
 def test_every_preset_is_its_own_mirror_image() -> None:
-    """Pegs in another order, the same path: nothing depends on the numbers of surfaces."""
+    """Mirroring reorders the pegs, so this shows that a path does not depend on their order."""
     for name in ("triangle-9", "triangle-16", "classic", "galton"):
         board = Board.preset(name)
         for seed in range(8):
@@ -146,7 +148,7 @@ def test_a_ball_in_the_open_falls_by_the_closed_form() -> None:
 
 @pytest.mark.parametrize("e", [0.2, 0.5, 0.9])
 def test_a_bouncing_ball_rests_after_the_geometric_series(e: float) -> None:
-    """Infinitely many bounces in finite time: t0 (1 + e) / (1 - e) for a fall of t0."""
+    """Infinitely many bounces take a finite time: t0 (1 + e) / (1 - e) if the fall takes t0."""
     board = place(walls=(Wall(-1.0, 1.0, 1.0, 1.0),), restitution=e)
     rest = drop(board, x=0.0)
     fall = math.sqrt(2.0 * (1.0 - board.ball.radius) / G)
@@ -159,7 +161,7 @@ def test_a_bouncing_ball_rests_after_the_geometric_series(e: float) -> None:
 
 
 def test_a_ball_hits_a_wall_s_end_as_a_disc_of_its_own_radius() -> None:
-    """Straight down beside the end of an upright wall: contact on a circle about the end."""
+    """A ball that falls on the end of an upright wall touches it on a circle around the end."""
     board = place(walls=(Wall(0.0, 1.0, 0.0, 2.0),), restitution=1.0)
     for x in (1e-9, 0.03, -0.07, 0.0999, -0.1 + 1e-9):
         hit = follow(board, at_start(board, x), Exact()).events[0]
@@ -173,7 +175,7 @@ def test_a_ball_hits_a_wall_s_end_as_a_disc_of_its_own_radius() -> None:
 @pytest.mark.parametrize("miss", [1e-12, 1e-9, 1e-6])
 def test_a_ball_that_passes_an_end_by_a_hair_is_not_touched(miss: float) -> None:
     board = place(walls=(Wall(0.0, 1.0, 0.0, 2.0),), bins=Bins(3.0, (-1.0, 0.0, 1.0), (1.0, 1.0)))
-    assert len(follow(board, at_start(board, 0.1 + miss), Exact()).events) == 1  # the landing
+    assert len(follow(board, at_start(board, 0.1 + miss), Exact()).events) == 1  # only the landing
     assert len(follow(board, at_start(board, 0.1 - miss), Exact()).events) > 1
 
 
@@ -200,7 +202,7 @@ def test_a_ball_a_breath_off_the_top_of_a_peg_leaves_it() -> None:
 
 @pytest.mark.parametrize("drag", [0.5, 2.0])
 def test_rolling_on_level_ground_is_stopped_by_drag_and_ends(drag: float) -> None:
-    """Exponentially, so never; yet a ball with less than rounding still to go has arrived."""
+    """Drag never stops the ball, but its drop ends when the way left is below rounding."""
     walls = (Wall(-50.0, 1.0, 50.0, 1.0), Wall(-0.5, 0.2, 0.0, 0.5))
     for friction in (0.0, 0.5):
         board = place(walls=walls, restitution=0.3, friction=friction, drag=drag)
@@ -216,7 +218,7 @@ V_NOTCH = (Wall(-1.0, 0.2, 0.0, 1.0), Wall(0.0, 1.0, 1.0, 0.2))
 @pytest.mark.parametrize("friction", [0.0, 0.1])
 @pytest.mark.parametrize("drag", [0.0, 2.0])
 def test_a_ball_in_a_notch_wedges(e: float, friction: float, drag: float) -> None:
-    """Between walls, and between pegs: at rest, soon, with a reason, and with the stake back."""
+    """Between walls or pegs, the drop soon ends at rest, with a reason, and returns the stake."""
     pegs = (Peg(-0.13, 1.0, 0.1), Peg(0.13, 1.0, 0.1))
     funnel = (Wall(-0.5, 0.3, -0.2, 0.9), Wall(0.5, 0.3, 0.2, 0.9))
     for parts in ({"walls": V_NOTCH}, {"pegs": pegs, "walls": funnel}):
@@ -244,7 +246,7 @@ def test_a_ball_that_bounces_for_ever_ends_by_time_or_by_events() -> None:
 
 
 def test_a_drop_is_the_same_after_one_that_ran_out_of_events() -> None:
-    """They work in the same memory, where the first has left how it would have gone on."""
+    """Both drops use the same memory, which still has the first drop's unfinished state."""
     board = place(walls=(Wall(-1.0, 1.0, 1.0, 1.0),), restitution=1.0)
     start, close = at_start(board, 0.0), at_start(board, 0.0)
     close[body.Y] = 1.0 - board.ball.radius - 1e-6
@@ -263,7 +265,7 @@ def test_a_ball_thrown_off_the_board_escapes_or_runs_out_of_time() -> None:
 
 
 def test_a_contact_phase_is_told_from_its_beginning_to_its_end() -> None:
-    """Begins and ends alternate; changes lie between; a ball that was on a surface stays near."""
+    """Contacts begin and end in turn, changes lie in between, and the ball stays on the surface."""
     seen = 0
     for name in ("low-restitution", "dead", "zigzag", "polyline", "ramp"):
         for seed in range(6):

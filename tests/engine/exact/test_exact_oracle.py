@@ -1,4 +1,4 @@
-"""The exact solver is held to the fifty-digit oracle: its positions, its hits and its bins."""
+"""The exact solver agrees with the fifty-digit oracle in positions, impacts and bins."""
 
 import math
 import statistics
@@ -31,12 +31,12 @@ BOARDS = sorted(accuracy_boards())
 FIRST_IMPACTS = 4
 WORST = 1e-10  # m, after the first four impacts
 MEDIAN = 1e-13  # m
-# Rounding errors of one flight and one impact, in ulps of the coordinates; seen: about 2.
+# Rounding error of one flight and one impact, in ulps of the coordinates; observed: about 2.
 ULPS = 32
 
 
 def errors(oracle: OracleDrop, board: Board, x: float) -> list[float]:
-    """Distances in m between oracle and solver event by event; the events must be the same."""
+    """Distances in m between oracle and solver at each event; the events must be equal."""
     played = drop(board, x=x)
     assert golden.turns_of(played.impacts) == golden.turns_of(oracle.events)
     assert played.bin == oracle.bin
@@ -47,11 +47,11 @@ def errors(oracle: OracleDrop, board: Board, x: float) -> list[float]:
 
 
 def assert_agrees(board: Board, x: float) -> OracleDrop:
-    """Same events, same bin, positions within rounding as it grows; return the oracle's drop."""
+    """Assert equal events, bin, and positions within grown rounding; returns the oracle's."""
     oracle = oracle_drop(board, x)
     found = errors(oracle, board, x)
     rounding = ULPS * math.ulp(max(1.0, abs(float(board.bins.y))))
-    if max(found) > rounding:  # may it be more? What has not grown needs no measure of growth.
+    if max(found) > rounding:  # only then compute how far rounding grows, which is slow
         for number, (error, growth) in enumerate(zip(found, oracle.growths, strict=True)):
             assert growth < golden.SHARP, "a scene too chaotic to compare"
             assert error <= rounding * max(1.0, growth), (number, error, growth)
@@ -79,7 +79,7 @@ def test_the_oracle_files_are_of_the_boards_as_they_are(name: str) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("name", tries(["trial-8"], BOARDS))
 def test_the_oracle_files_say_what_the_oracle_says(name: str) -> None:
-    """A drop is computed again; in `make test-long`, which checks files made anew, some of each."""
+    """Recompute one drop of each file, and several in `make test-long`, which checks new files."""
     board = accuracy_boards()[name]
     _, drops = golden.load(name)
     short = sorted(drops, key=lambda d: len(d.turns))
@@ -122,7 +122,7 @@ def test_the_bin_is_the_oracle_s_in_every_decidable_drop(name: str) -> None:
     assert len(sure) >= (0.7 if board.drag > 0 else 0.1) * len(drops)
 
 
-# One law at a time, live.
+# One law at a time, computed here.
 
 
 def test_a_parabola_and_a_bounce() -> None:
@@ -161,7 +161,7 @@ def test_sliding_and_rolling_over_a_peg(
 
 
 def test_a_ball_too_fast_to_roll_slides_until_it_rolls() -> None:
-    """Down a steep wall onto a shallow one; the second change is the wall's end."""
+    """From a steep wall the ball slides onto a shallow one; the second change is at its end."""
     walls = (Wall(-1.0, -1.0, -0.4, 0.0), Wall(-0.45, 0.2, 1.5, 0.25))
     board = scene(walls=walls, friction=0.05, restitution=0.2, start_y=-1.6)
     oracle = assert_agrees(board, -0.95)
@@ -184,7 +184,7 @@ def test_the_inside_of_a_wall(x: float, slope: float) -> None:
 @pytest.mark.parametrize("offset", [-0.0999, -0.05, 0.001, 0.0999])
 @pytest.mark.parametrize("restitution", [0.0, 0.5])
 def test_the_ends_of_a_wall(offset: float, restitution: float) -> None:
-    """The wall stands, hangs or lies: the ball falls on an end of it, off centre."""
+    """The ball falls off-centre on the end of an upright, slanted or nearly level wall."""
     for far in ((0.0, 1.0), (0.3, 0.9), (-0.9, 0.2)):
         walls = (Wall(far[0], far[1], 0.0, 0.0),)
         assert_agrees(scene(walls=walls, restitution=restitution, friction=0.2), offset)
@@ -210,7 +210,7 @@ def test_rolling_into_a_peg_and_into_a_wall() -> None:
         board = scene(walls=(slope,), pegs=(stop,), friction=0.9)
         oracle, played = oracle_drop(board, -0.5), drop(board, x=-0.5)
         assert kinds(oracle)[:3] == [KIND_WALL, KIND_CONTACT_BEGIN, KIND_PEG]
-        # It ends in the notch, where what comes after what is a question of the last digits.
+        # It ends in the notch, where the order of events depends on the last digits.
         assert oracle.bin is None
         assert played.bin is None
         for e, i in zip(oracle.events[:6], played.impacts, strict=False):
@@ -236,7 +236,7 @@ def test_a_vertical_graze_of_a_peg_hits_or_misses_by_geometry(
 @pytest.mark.parametrize("overlap", [1e-6, 1e-9, 1e-12])
 @pytest.mark.parametrize("drag", [0.0, 2.0])
 def test_a_curved_graze_of_a_peg_is_decided_to_a_picometre(overlap: float, drag: float) -> None:
-    """Off a slope the ball flies past a peg; the peg is grown or shrunk about a bare touch."""
+    """The ball bounces off a slope and flies past a peg, which it just touches or misses."""
     slope = Wall(-0.5, -0.5, 0.5, 0.5)
     bare = oracle_drop(scene(walls=(slope,), restitution=1.0, drag=drag), 0.0)
     distance = closest(bare, (1.0, 0.5))
@@ -255,7 +255,7 @@ def test_a_curved_graze_of_a_peg_is_decided_to_a_picometre(overlap: float, drag:
 
 
 def closest(path: OracleDrop, point: tuple[float, float]) -> mpmath.mpf:
-    """Smallest distance in m of the last flight of `path` from a point, by golden section."""
+    """Smallest distance in m of the last flight of `path` from a point (golden-section search)."""
     low, high = path.events[0].t, path.duration
     ratio = (mp.sqrt(5) - 1) / 2
 
@@ -274,7 +274,7 @@ def closest(path: OracleDrop, point: tuple[float, float]) -> mpmath.mpf:
 
 @pytest.mark.parametrize("miss", [-1e-12, 1e-12])
 def test_a_graze_of_a_wall_s_end_hits_or_misses_by_geometry(miss: float) -> None:
-    """The upright wall ends at the height of the closest approach of a vertical fall."""
+    """The ball falls vertically past the end of an upright wall."""
     board = scene(walls=(Wall(0.0, 0.0, 0.0, 1.0),), radius=0.25, restitution=0.5)
     assert (kinds(assert_agrees(board, 0.25 + miss)) == [5]) is (miss > 0)
 
@@ -294,7 +294,7 @@ def test_the_shared_scenes_play_as_by_the_oracle(name: str) -> None:
     assert max(found) < 1e-13 if name != "apex" else max(found) < 1e-15
 
 
-# Boards thrown together. The seeds were picked for what happens, after all from 0 to 59 agreed.
+# Random boards. All seeds from 0 to 59 agreed; these were chosen for what happens on them.
 
 
 @pytest.mark.parametrize("seed", [0, 2, 3, 9, 11, 20, 26, 31, 33, 46, 47, 49, 51, 55])
@@ -324,7 +324,7 @@ def test_where_the_oracle_is_stuck_in_a_notch_the_ball_is_too(
 
 
 def test_states_between_events_are_the_oracles() -> None:
-    """Position, angle, velocity and spin at evenly spread times, in flight and in contact."""
+    """Compare full states at evenly spaced times, in flight and in contact."""
     board = scene(
         pegs=(Peg(0.0, 0.0, 0.4),),
         friction=0.4,
@@ -342,7 +342,7 @@ def test_states_between_events_are_the_oracles() -> None:
 
 
 def test_a_golden_drop_keeps_what_the_comparison_needs() -> None:
-    """A wrong bin, a wrong turn and a moved ball are each seen."""
+    """The comparison notices a wrong bin, a wrong event and a moved ball."""
     name = "triangle-8"
     board = accuracy_boards()[name]
     kept: GoldenDrop = golden.load(name)[1][0]

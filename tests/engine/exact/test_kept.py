@@ -1,4 +1,4 @@
-"""What is made of boards is kept by its bytes."""
+"""The cache of values made of boards, limited by their bytes."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -13,7 +13,7 @@ def boards(count: int) -> list[Board]:
 
 
 def kept(most: int, size: int = 10) -> tuple[Kept[bytes], list[BoardFields]]:
-    """One that makes values of so many bytes, and of which boards it made them."""
+    """A cache whose values have `size` bytes, and the list of boards for which it made one."""
     made: list[BoardFields] = []
 
     def make(board: BoardFields) -> bytes:

@@ -1,4 +1,4 @@
-"""Drops side by side: each has the bits it has alone, on any board, and so has each stage."""
+"""Drops in lanes have the same bits as single drops, on any board and at each stage."""
 
 import json
 from collections.abc import Iterator
@@ -64,7 +64,7 @@ def plain(board: Board) -> Board:
 
 
 def lossy(board: Board) -> Board:
-    """The board with bounces that die at once: balls roll a lot."""
+    """The board with nearly no restitution, so that balls mostly roll."""
     dull = replace(board.ball.material, restitution=0.05)
     return replace(board, ball=replace(board.ball, restitution=0.05), peg_material=dull)
 
@@ -88,7 +88,7 @@ BOARDS = {
 
 
 def starts(board: Board, count: int) -> Array:
-    """Places over all of the drop zone."""
+    """Starts all over the drop zone."""
     return board.drop.x + np.linspace(-0.99, 0.99, count) * board.drop.jitter
 
 
@@ -107,7 +107,7 @@ def alone(
 def agree(
     arrays: BoardArrays, xs: Array, y: float, events: int = MAX_EVENTS, time: float = MAX_TIME
 ) -> Results:
-    """Asserts that drops side by side have the bits they have alone."""
+    """Assert that drops in lanes have the same bits as single drops."""
     expected, found = alone(arrays, xs, y, events, time), new_results(len(xs))
     trace_drops(arrays, Drops(xs, y, events, time), found, NONE)
     assert bits(found) == bits(expected)
@@ -115,13 +115,13 @@ def agree(
 
 
 def bits(results: Results) -> list[bytes]:
-    """Those of each column."""
+    """The bytes of each column."""
     columns: tuple[Array, ...] = results
     return [column.tobytes() for column in columns]
 
 
 @pytest.mark.parametrize("name", BOARDS)
-def test_drops_side_by_side_are_those_one_by_one(name: str) -> None:
+def test_lanes_give_single_drops(name: str) -> None:
     board = BOARDS[name]
     xs = start_xs(np.arange(DROPS, dtype=np.uint64), board.drop.x, board.drop.jitter)
     agree(arrays_of(board), xs, board.drop.y)
@@ -131,13 +131,13 @@ def test_drops_side_by_side_are_those_one_by_one(name: str) -> None:
 @pytest.mark.parametrize(
     "count", [1, lane.LANES - 1, lane.LANES, lane.LANES + 1, 5 * lane.LANES + 3]
 )
-def test_they_are_however_many_there_are(name: str, count: int) -> None:
+def test_lanes_give_single_drops_for_any_count(name: str, count: int) -> None:
     board = BOARDS[name]
     agree(arrays_of(board), starts(board, count), board.drop.y)
 
 
 @given(st.integers(0, 2**32 - 1), st.booleans())
-def test_they_are_on_any_board(seed: int, is_smooth: bool) -> None:
+def test_lanes_give_single_drops_on_any_board(seed: int, is_smooth: bool) -> None:
     board = plain(random_board(seed)) if is_smooth else random_board(seed)
     assert is_plain(arrays_of(board)) or not is_smooth
     agree(arrays_of(board), starts(board, 2 * lane.LANES), board.drop.y)
@@ -145,7 +145,7 @@ def test_they_are_on_any_board(seed: int, is_smooth: bool) -> None:
 
 @settings(suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much])
 @given(hard_boards)
-def test_they_are_on_any_hard_board(hard: HardBoard) -> None:
+def test_lanes_give_single_drops_on_any_hard_board(hard: HardBoard) -> None:
     board = hard.playable()
     assume(board is not None)
     assert board is not None
@@ -153,7 +153,7 @@ def test_they_are_on_any_hard_board(hard: HardBoard) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_they_are_on_hard_boards_of_each_kind(kind: str) -> None:
+def test_lanes_give_single_drops_on_each_kind_of_hard_board(kind: str) -> None:
     made = 0
     for hard in numbered(kind):
         if (board := hard.playable()) is not None:
@@ -164,7 +164,7 @@ def test_they_are_on_hard_boards_of_each_kind(kind: str) -> None:
 
 
 @pytest.mark.parametrize("file", sorted(CASES.glob("*.json")), ids=lambda file: file.stem)
-def test_they_are_on_the_boards_that_once_held_a_ball_for_ever(file: Path) -> None:
+def test_lanes_give_single_drops_on_boards_that_once_hung(file: Path) -> None:
     for case in json.loads(file.read_text(encoding="utf-8")):
         board = Board.from_json(case["board"])
         seed = np.array([case["seed"]], np.uint64)
@@ -174,7 +174,7 @@ def test_they_are_on_the_boards_that_once_held_a_ball_for_ever(file: Path) -> No
 
 @pytest.mark.parametrize("cells_per_metre", [0.1, 1.0, 30.0])
 def test_how_many_surfaces_a_cell_lists_changes_no_bit(cells_per_metre: float) -> None:
-    """All of the board's in one cell, too: the searches' list runs over, and is taken in parts."""
+    """With one cell for all surfaces, the list of searches is too long for one pass."""
     board = BOARDS["thin pegs"]
     fine = arrays_of(board)
     cells = cells_of(fine.items, board.ball.radius, fine.travel, cells_per_metre)
@@ -189,7 +189,7 @@ def test_on_a_board_without_any_surface_balls_fall_into_the_bins() -> None:
     bare = boards.unchecked(restitution=0.5, start=(0.0, 0.0), jitter=0.5, floor=3.0)
     arrays = arrays_of(bare)
     agree(arrays, starts(bare, 3 * lane.LANES), bare.drop.y)
-    assert (arrays.heads & flight.FIRST_ITEM).max() < len(arrays.centres)  # it is read all the same
+    assert (arrays.heads & flight.FIRST_ITEM).max() < len(arrays.centres)  # it is read nevertheless
 
 
 @pytest.mark.parametrize("name", ["thin pegs", "triangle-16", "restitution of 0.05"])
@@ -203,12 +203,12 @@ def test_a_drop_that_comes_to_a_limit_ends_there(name: str) -> None:
     assert TIME_LIMIT in ended.outcomes
 
 
-def test_a_ball_that_misses_the_board_holds_nobody_up() -> None:
+def test_a_ball_that_misses_the_board_delays_no_other() -> None:
     board = boards.unchecked(
         pegs=(Peg(0.0, 1.0, 0.1),), restitution=0.5, start=(0.0, 0.0), jitter=0.5
     )
     arrays = arrays_of(board)._replace(bins_y=1e12)
-    xs = starts(board, 4)  # none in the middle: it would come to rest on the peg
+    xs = starts(board, 4)  # no start in the middle: that ball would come to rest on the peg
     ended = agree(arrays, xs, board.drop.y, time=1e9)
     assert set(ended.outcomes) == {SEARCH_LIMIT}
     assert flight.PATIENCE * arrays.travel < 1e12
@@ -225,12 +225,12 @@ def test_plain_python_gives_the_same_bits() -> None:
     assert run_python(code, NUMBA_DISABLE_JIT="1").split() == compiled
 
 
-# Each stage by itself, run by Python, beside the solver for one ball.
+# Each stage separately, run by Python, compared with the solver for one ball.
 
 
 @pytest.fixture
 def _like_machine_code() -> Iterator[None]:
-    """Searches that have ended are computed on with the others: numpy would tell."""
+    """Ignore numpy's warnings: lanes whose search has ended still compute along with the others."""
     with np.errstate(all="ignore"):
         yield
 
@@ -239,7 +239,7 @@ KINDS_OF_BOARD = pytest.mark.parametrize("name", ["triangle-16", "drag of 20/s",
 
 
 def flying(board: Board, count: int) -> tuple[BoardArrays, Space, bool]:
-    """Balls all over a board, flying anywhere, at any time of their flights; whether any drags."""
+    """Balls in flight all over a board, with random velocities; also whether drag acts."""
     arrays = arrays_of(board)
     space = new_space(arrays)
     longest = min(0.2, flight.LONGEST / arrays.drag) if arrays.drag > 0.0 else 0.2
@@ -298,7 +298,8 @@ def test_windows_open_where_and_as_long_as_one_does(name: str) -> None:
 
 
 def searches(name: str) -> tuple[BoardArrays, Space, list[tuple[Motion, float, float]], bool]:
-    """Flights past a circle each, at about its distance; as searches, and as motions with D^2."""
+    """One flight past a circle per lane, at about its distance: as searches, and as motions with
+    D^2."""
     arrays, space, drags = flying(BOARDS[name], lane.LANES)
     flight.open_windows(arrays, space.w, space.m, lane.LANES, drags)
     choice = np.random.default_rng(11)
@@ -359,7 +360,7 @@ def test_searches_for_what_was_just_left_find_what_one_finds(name: str) -> None:
 
 
 @KINDS_OF_BOARD
-def test_no_circle_is_turned_down_that_is_hit(name: str) -> None:
+def test_no_circle_that_is_hit_is_skipped(name: str) -> None:
     arrays, space, motions, drags = searches(name)
     for i, (motion, d2, horizon) in enumerate(motions):
         w = space.w

@@ -1,4 +1,4 @@
-"""The oracle against itself and against formulas on paper, before it may judge the solver."""
+"""The oracle is checked against itself and against formulas, before other tests rely on it."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -24,11 +24,11 @@ from tests.long import tries
 mp = mpmath.MPContext()
 mp.dps = 70
 G = mp.mpf(9.81)
-DIGITS = mp.mpf(10) ** -45  # what fifty digits must keep
+DIGITS = mp.mpf(10) ** -45  # tolerance at fifty digits
 
 
 def energy(event: Event, *, spin: Any = 0) -> Any:
-    """Mechanical energy per mass in J/kg, with m R^2 / 2 of spin when `spin` is R."""
+    """Mechanical energy per mass in J/kg; if `spin` is R, with the rotation of a disc."""
     kinetic = (event.vx**2 + event.vy**2) / 2 + (spin * event.omega) ** 2 / 4
     return kinetic - G * event.y
 
@@ -53,7 +53,8 @@ def test_a_ball_in_the_open_falls_through_air_by_the_closed_form(k: float) -> No
 
 
 def test_a_hit_on_a_peg_is_where_geometry_says() -> None:
-    """Straight down onto a peg off centre: y = -sqrt(D^2 - x^2), and the mirror law of e = 1."""
+    """The ball falls off-centre on a peg: it hits at y = -sqrt(D^2 - x^2) and is mirrored (e =
+    1)."""
     drop = oracle_drop(scene(pegs=(Peg(0.0, 0.0, 0.05),), restitution=1.0), 0.08)
     hit, reach = drop.events[0], mp.mpf(0.05) + mp.mpf(0.1)
     x = mp.mpf(0.08)
@@ -66,7 +67,7 @@ def test_a_hit_on_a_peg_is_where_geometry_says() -> None:
 
 
 def test_friction_turns_slip_into_spin_up_to_coulombs_bound() -> None:
-    """A sloping wall, e = 0: little friction rubs by mu j, much friction ends in rolling."""
+    """On a sloping wall, low friction gives the impulse mu j, and high friction ends in rolling."""
     wall = (Wall(-1.0, -0.5, 1.0, 0.5),)
     for mu, sticks in ((0.1, False), (0.9, True)):
         board = scene(walls=wall, friction=mu, restitution=0.5)
@@ -89,16 +90,16 @@ def test_a_graze_is_a_hit_exactly_when_it_overlaps(shortfall: float) -> None:
 
 
 def test_a_parabola_that_grazes_a_peg_is_judged_where_closest() -> None:
-    """Off a 45 degree wall at height y the ball flies level: x = v t, y = g t^2 / 2.
+    """From a wall at 45 degrees the ball bounces off horizontally: x = v t, y = g t^2 / 2.
 
-    The closest approach to a peg is a root of a cubic; the peg is grown or shrunk by 1e-12 m.
+    The closest approach to a peg is a root of a cubic; the peg is larger or smaller by 1e-12 m.
     """
     wall = Wall(-0.5, -0.5, 0.5, 0.5)
     start = oracle_drop(scene(walls=(wall,), restitution=1.0), 0.0).events[0]
 
     x, y, v = start.x - 1, start.y - mp.mpf(0.5), start.vx
 
-    def slope(t: Any) -> Any:  # of half the distance's square
+    def slope(t: Any) -> Any:  # of half the squared distance
         return G * G / 2 * t**3 + (v * v + G * y) * t + v * x
 
     t = mp.findroot(slope, (0.1, 0.5), solver="anderson")
@@ -171,7 +172,7 @@ def test_a_slider_with_friction_obeys_the_law_of_speed_squared() -> None:
     assert not of_kind(drop, KIND_CONTACT_CHANGE)
     assert begin.vx > mp.mpf(0.1) * begin.omega > 0
     reach, mu = mp.mpf(0.4) + mp.mpf(0.1), mp.mpf(0.05)
-    # Particular solution A cos a + B sin a, put in and compared by cosine and sine.
+    # Particular solution A cos a + B sin a; compare the coefficients of cosine and sine.
     force = 2 * G * reach
     b = force * (1 - 2 * mu * mu) / (1 + 4 * mu * mu)
     a = -3 * mu * force / (1 + 4 * mu * mu)
@@ -188,7 +189,7 @@ Law = Callable[[list[Any]], list[Any]]
 
 
 def midpoint(law: Law, y: list[Any], span: Any, parts: int) -> list[Any]:
-    """`span` seconds in `parts` steps of the midpoint rule, whose error is even in the step."""
+    """Integrate `span` in `parts` steps of the midpoint rule, whose error is even in the step."""
     h = span / parts
     before, now = y, [a + h * b for a, b in zip(y, law(y), strict=True)]
     for _ in range(parts - 1):
@@ -198,7 +199,7 @@ def midpoint(law: Law, y: list[Any], span: Any, parts: int) -> list[Any]:
 
 
 def integrated(law: Law, y: list[Any], span: Any, steps: int = 24, columns: int = 16) -> list[Any]:
-    """Gragg's extrapolation (Hairer, Norsett and Wanner I, II.9), `columns` deep, even parts."""
+    """Gragg's extrapolation with `columns` columns (Hairer, Norsett and Wanner I, II.9)."""
     for _ in range(steps):
         table: list[list[list[Any]]] = []
         for row in range(columns):
@@ -214,7 +215,7 @@ def integrated(law: Law, y: list[Any], span: Any, steps: int = 24, columns: int 
 
 @pytest.mark.parametrize("drag", [0.0, 2.0])
 def test_rolling_and_sliding_agree_with_a_general_integrator(drag: float) -> None:
-    """Extrapolated midpoint steps on the angle, from contact event to contact event."""
+    """Integrate over the angle from one contact event to the next."""
     friction = 0.4
     drop = oracle_drop(scene(pegs=(Peg(0.0, 0.0, 0.4),), friction=friction, drag=drag), 0.01)
     phases = [e for e in drop.events if e.kind in (2, 3, 4)]
@@ -240,7 +241,7 @@ def test_rolling_and_sliding_agree_with_a_general_integrator(drag: float) -> Non
 
 
 def test_a_disc_rolls_down_a_wall_by_two_thirds_of_the_slope() -> None:
-    """With air: u' = 2/3 (g sin a - k u). The wall's end is where the closed form has it."""
+    """With drag, u' = 2/3 (g sin a - k u); compare the time at the wall's end."""
     for drag in (0.0, 1.5):
         wall = Wall(-1.0, -0.25, 1.0, 0.25)
         board = scene(walls=(wall,), friction=0.9, drag=drag)
@@ -256,13 +257,13 @@ def test_a_disc_rolls_down_a_wall_by_two_thirds_of_the_slope() -> None:
             path = a / c * t + (u0 - a / c) * (1 - mp.exp(-c * t)) / c
         else:
             speed, path = u0 + a * t, u0 * t + a * t * t / 2
-        assert u1**2 > G * mp.mpf(0.1)  # too fast for the end to hold it: it leaves at once
+        assert u1**2 > G * mp.mpf(0.1)  # too fast to follow the end's curve: it leaves at once
         assert abs(path - length) < DIGITS
         assert abs(speed - u1) < DIGITS
 
 
 def test_a_slow_ball_rolls_over_a_wall_s_end_until_no_force_acts() -> None:
-    """Rolling, sliding, then N = 0: g cos(theta) = u^2 / R at the end's circle."""
+    """The ball rolls, slides, then leaves at N = 0: g cos(theta) = u^2 / R around the end."""
     board = scene(walls=(Wall(-1.0, 0.0, 0.0, 0.0078125),), friction=0.5)
     drop = oracle_drop(board, -0.05)
     end = of_kind(drop, KIND_CONTACT_END)[0]
@@ -274,7 +275,7 @@ def test_a_slow_ball_rolls_over_a_wall_s_end_until_no_force_acts() -> None:
 
 
 def test_walls_that_share_an_end_pass_the_ball_on() -> None:
-    """A flat roof bent at 0: the ball rolls over the ridge onto the other slope and off its end."""
+    """The roof bends at x = 0: the ball rolls over it onto the other slope and off its end."""
     roof = (Wall(-1.0, 0.0, 0.0, 0.0625), Wall(0.0, 0.0625, 1.0, 0.1875))
     drop = oracle_drop(scene(walls=roof, friction=0.9), -0.05)
     end = of_kind(drop, KIND_CONTACT_END)[0]

@@ -1,4 +1,4 @@
-"""What any textbook of mechanics says of bouncing, sliding, rolling and falling, of the engine.
+"""The engine agrees with textbooks of mechanics about bouncing, sliding, rolling and falling.
 
 Sources: Goldstein, Classical Mechanics (bouncing and rolling bodies; the slider on a sphere);
 Landau and Lifshitz, Mechanics; Cross, The bounce of a ball, Am. J. Phys. 67 (1999).
@@ -24,7 +24,7 @@ from engine.constants import (
 from tests.engine.oracle.scenes import scene
 
 G = 9.81
-RADIUS = 0.1  # m, of the ball in the scenes
+RADIUS = 0.1  # m, radius of the ball in the scenes
 FLOOR = Wall(-5.0, 1.0, 5.0, 1.0)
 
 
@@ -53,8 +53,10 @@ def test_the_bounces_of_a_ball_end_after_a_finite_time() -> None:
         (begin,) = of_kind(played, KIND_CONTACT_BEGIN)
         fall_time = math.sqrt(2.0 * (2.0 - RADIUS) / G)
         wanted = fall_time * (1.0 + restitution) / (1.0 - restitution)
-        assert begin["t"] == pytest.approx(wanted, abs=1e-7)  # the last flights are cut off
-        assert played.bin is None  # it lies there
+        assert begin["t"] == pytest.approx(
+            wanted, abs=1e-7
+        )  # the engine cuts off the last tiny flights
+        assert played.bin is None  # it stays on the floor
 
 
 def test_a_ball_that_falls_straight_hits_when_galileo_says() -> None:
@@ -71,7 +73,7 @@ def test_a_ball_that_falls_for_long_reaches_terminal_speed(drag: float) -> None:
 
 
 def test_a_little_drag_is_a_little_change_of_the_parabola() -> None:
-    """y = g t^2 / 2 - k g t^3 / 6 to first order in k."""
+    """To first order in k, y = g t^2 / 2 - k g t^3 / 6."""
     k, t = 1e-4, 0.5
     played = drop(scene(drag=k), x=0.0)
     fallen = float(played.states([t])["y"][0]) + 1.0
@@ -79,7 +81,8 @@ def test_a_little_drag_is_a_little_change_of_the_parabola() -> None:
 
 
 def test_a_frictionless_slider_leaves_a_circle_at_two_thirds() -> None:
-    """From rest near the top: cos(theta) = 2/3; from theta0 with speed u0 energy corrects that."""
+    """From rest at the top, cos(theta) = 2/3. Energy conservation corrects for theta0 and speed
+    u0."""
     played = drop(scene(pegs=(Peg(0.0, 0.0, 0.4),)), x=1e-4)
     begin, end = of_kind(played, KIND_CONTACT_BEGIN)[0], of_kind(played, KIND_CONTACT_END)[0]
     reach = 0.4 + RADIUS
@@ -91,10 +94,10 @@ def test_a_frictionless_slider_leaves_a_circle_at_two_thirds() -> None:
 
 
 def test_a_rolling_disc_would_leave_a_circle_at_four_sevenths() -> None:
-    """With much friction it rolls nearly to cos(theta) = 4/7, and slips just before: leaves later.
+    """With high friction the ball rolls nearly until it leaves, and slips just before.
 
-    u^2 = 4/3 g D (1 - cos): at N = 0 cos = 4/7. Slipping keeps the speed above rolling's, so that
-    the ball leaves between 4/7 and the frictionless 2/3.
+    From u^2 = 4/3 g D (1 - cos), rolling would end with N = 0 at cos(theta) = 4/7. Because of the
+    slip, the ball leaves at a cosine between 4/7 and the frictionless 2/3.
     """
     played = drop(scene(pegs=(Peg(0.0, 0.0, 0.4),), friction=5.0), x=1e-3)
     end = of_kind(played, KIND_CONTACT_END)[0]
@@ -119,7 +122,7 @@ def test_a_disc_rolls_down_a_slope_at_two_thirds_of_the_pull(slope: float) -> No
 
 
 def test_a_disc_slips_if_friction_is_below_a_third_of_the_slope() -> None:
-    """Rolling needs mu >= tan(theta) / 3; below it a = g (sin - mu cos) and the spin lags."""
+    """Rolling needs mu >= tan(theta) / 3; with less, a = g (sin - mu cos) and the spin lags."""
     slope = 0.6
     for factor, rolls in ((1.001, True), (0.999, False)):
         mu = factor * slope / 3.0
@@ -137,7 +140,7 @@ def test_a_disc_slips_if_friction_is_below_a_third_of_the_slope() -> None:
 
 
 def test_a_glancing_ball_that_sticks_keeps_two_thirds_of_speed() -> None:
-    """No spin before, no slip after: u' = 2/3 u, and R omega' = u' (Cross 1999, for a disc)."""
+    """Without spin before and slip after, u' = 2/3 u and R omega' = u' (Cross 1999, for a disc)."""
     slope = Wall(-1.0, -0.5, 1.0, 0.5)
     hit = drop(scene(walls=(slope,), friction=1.0, restitution=0.5), x=0.0).impacts[0]
     cosine, sine = 2.0 / math.sqrt(5.0), 1.0 / math.sqrt(5.0)
@@ -181,7 +184,7 @@ def test_off_a_slope_of_45_degrees_a_ball_leaves_level() -> None:
 
 @pytest.mark.parametrize("gravity", [1.62, 3.72, 24.79])
 def test_another_world_is_the_same_but_slower_or_faster(gravity: float) -> None:
-    """Without drag all times go with 1 / sqrt(g): the path does not depend on gravity."""
+    """Without drag, times are proportional to 1 / sqrt(g); the path does not depend on g."""
 
     def board(g: float) -> Board:
         pegs = (Peg(0.0, 0.0, 0.2), Peg(0.9, 0.6, 0.3), Peg(-0.6, 0.8, 0.3))

@@ -1,4 +1,4 @@
-"""Two surfaces at once, plastic hits and long flights: the laws of docs/physics.md."""
+"""Contact with two surfaces at once, plastic impacts and long flights, by docs/physics.md."""
 
 from itertools import pairwise
 from math import exp, hypot, log, sqrt
@@ -37,7 +37,7 @@ def at(x: float, y: float, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0)
 
 
 def normals(degrees_a: float, degrees_b: float) -> tuple[float, float, float, float]:
-    """Unit normals, by their angles from straight up; positive leans right."""
+    """Two unit normals from their angles from straight up; positive angles lean right."""
     a, b = np.radians(degrees_a), np.radians(degrees_b)
     return float(np.sin(a)), float(-np.cos(a)), float(np.sin(b)), float(-np.cos(b))
 
@@ -78,10 +78,10 @@ def test_the_forces_found_are_those_that_hold_or_move_the_ball(
 
 
 def spun(omega: float) -> tuple[Board, Trajectory]:
-    """A ball that begins at rest in a notch of a slope and an upright wall, and spins."""
+    """A spinning ball that starts in the notch of a slope and an upright wall, without velocity."""
     slope, wall = Wall(-1.0, 0.5, 1.0, 1.5), Wall(0.0, -1.0, 0.0, 1.0)
     board = place(walls=(slope, wall), restitution=0.0, friction=0.5, radius=R)
-    x = -R  # it touches the wall on its left side, and the slope below
+    x = -R  # the ball touches the left side of the wall, and the slope below
     y = 1.0 + 0.5 * x - R * hypot(1.0, 0.5)
     return board, follow(board, at(x, y - 1e-3, omega=omega), Exact())
 
@@ -135,7 +135,7 @@ def test_nearly_parallel_overhangs_stop_a_ball_within_the_bound() -> None:
 
 
 def test_friction_at_its_limit_rolls_on() -> None:
-    """tan of the slope = 3 mu: rolling takes all the friction there is, to the last bit."""
+    """The tangent of the slope is 3 mu, so rolling needs all of the friction, to the last bit."""
     slope = Wall(1.0, 1.0, -1.0, 1.6)
     board = place(walls=(slope,), restitution=0.0, friction=0.1, radius=R, bins=NEAR, drop=ZONE)
     for x in (0.2, 0.5, 0.7):
@@ -164,7 +164,7 @@ def test_a_ball_reaches_terminal_velocity_between_pegs_too() -> None:
     )
     found = drop(board, x=0.05)
     assert found.bin is not None
-    # Nothing is faster than the terminal velocity, so the fall takes this long at least.
+    # No ball is faster than the terminal velocity, so the fall takes at least this long.
     assert found.duration >= (board.bins.y - board.drop.y) * 900.0 / board.gravity
 
 

@@ -1,4 +1,4 @@
-"""Compiled modules are kept for the next process, and read only if they can be trusted."""
+"""Compiled modules are cached for the next process, and read only if they can be trusted."""
 
 from importlib.metadata import version
 from pathlib import Path
@@ -26,7 +26,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def seven(engine: wasmtime.Engine) -> int:
-    """What the module computes."""
+    """Run the module, which should return 7."""
     store = wasmtime.Store(engine)
     exports: Any = wasmtime.Instance(store, code_cache.module(engine, bytes(CODE)), []).exports(
         store
@@ -37,7 +37,7 @@ def seven(engine: wasmtime.Engine) -> int:
 
 @pytest.fixture
 def compiled(monkeypatch: pytest.MonkeyPatch) -> list[bytes]:
-    """Codes that were compiled since."""
+    """The codes that were compiled from now on."""
     codes: list[bytes] = []
 
     class Counted(wasmtime.Module):

@@ -1,4 +1,4 @@
-"""Machine code in place of kernels: there for all of them, called as they are, with their bits."""
+"""Machine code replaces every kernel: it is called in the same way and gives the same bits."""
 
 import importlib
 import os
@@ -34,7 +34,7 @@ Floats = npt.NDArray[np.float64]
 
 
 def entries() -> dict[str, EntryKernel[Any, Any]]:
-    """All kernels that Python enters."""
+    """All kernels that Python calls, by name."""
     names = [each.name for each in pkgutil.walk_packages(engine.__path__, "engine.")]
     modules = [importlib.import_module(name) for name in names if ".artifact" not in name]
     found = [value for each in modules for value in vars(each).values()]
@@ -56,7 +56,7 @@ def test_an_artifact_of_other_sources_is_not_run(monkeypatch: pytest.MonkeyPatch
 
 
 def test_threads_may_be_the_first_to_call_a_kernel_at_once() -> None:
-    """Each finds machine code, and of one engine all that it needs."""
+    """Every thread finds machine code, with all its parts from one wasmtime engine."""
     kernel = cast("EntryKernel[Any, Any]", trace_many)
     found: list[machine_code.Machine] = []
     module = machine_code.modules.__wrapped__()[kernel.name]
@@ -83,7 +83,7 @@ def test_what_a_call_takes_is_read_as_it_was_written() -> None:
 
 
 class Pair(NamedTuple):
-    """What a kernel might return."""
+    """An example of a kernel's result."""
 
     total: float
     parts: Floats
@@ -97,7 +97,7 @@ def test_results_have_the_names_that_the_function_gives_them() -> None:
 
 
 def sampled(out: Floats) -> None:
-    """States of a drop at the times of its first impacts; the drop's own arrays are locked."""
+    """Write the states of a drop at its first impacts to `out`; the drop's arrays are read-only."""
     path = drop(Board.preset("triangle-8"), 5).trajectory
     rows = np.arange(len(out))
     assert not path.segments.flags.writeable
@@ -116,7 +116,7 @@ def test_arrays_may_be_locked_and_have_gaps() -> None:
 
 
 def test_a_board_kept_in_memory_neither_changes_nor_mixes() -> None:
-    """Drops on one board again and again, by more than one kernel, and on another one between."""
+    """Drops on one board repeatedly, by more than one kernel, and on another board in between."""
     names = ("triangle-8", "triangle-8", "classic", "triangle-8")
     first, again, other, last = [
         drop(Board.preset(name), 5).to_dict(certainty=True) for name in names
@@ -160,7 +160,7 @@ def test_a_drop_that_was_stopped_costs_the_next_one_nothing(limited_calls: None)
 
 
 def digests() -> list[str]:
-    """Of drops by both solvers, of many in lanes, and of a heap of balls."""
+    """Digests of drops by both solvers, of a batch in lanes, and of a heap of balls."""
     names = ("triangle-8", "classic", "scene:comb")
     boards = [check.board_of(name) for name in names]
     found = [drop(each, 3, solver=s).digest for each in boards for s in ("exact", "stepped")]

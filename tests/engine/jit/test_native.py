@@ -1,4 +1,4 @@
-"""Native code asks for nothing, fuses nothing, and runs only with WebAssembly's bits."""
+"""Native code has no imports or fused operations, and runs only with WebAssembly's bits."""
 
 import json
 import logging
@@ -24,7 +24,7 @@ LIBRARIES = sorted(native.FOLDER.glob("*.so"))
 
 @pytest.fixture(autouse=True)
 def _fresh(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """A process in which nothing has been tried or forbidden."""
+    """Act as a new process, in which native code was neither tried nor forbidden."""
     monkeypatch.setattr(native, "_forbidden", Event())
     trial._tried.cache_clear()
     yield
@@ -33,7 +33,7 @@ def _fresh(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 @pytest.fixture
 def code() -> Mapping[str, Code]:
-    """This machine's native code."""
+    """This machine's native code; tests are skipped if it does not exist."""
     try:
         return native.load()
     except native.NoNativeCodeError as reason:
@@ -55,7 +55,7 @@ def test_a_library_asks_for_nothing(path: Any) -> None:
 
 
 def test_what_a_library_asks_for_is_seen() -> None:
-    """A file of four sections: relocations, an undefined symbol, and a library that is needed."""
+    """The file has relocations, an undefined symbol, a needed library, and code."""
     symbols = bytes(24) + struct.pack("<IBBHQQ", 1, 0x12, 0, 0, 0, 0)
     contents = [(4, bytes(48)), (11, symbols), (6, struct.pack("<qQ", 1, 7)), (1, b"code")]
     table, body = b"", b""
@@ -177,12 +177,12 @@ def test_a_library_that_has_changed_is_not_loaded(
         "import app.computing.preloaded",
     ],
 )
-def test_a_process_that_computes_for_others_runs_none(program: str) -> None:
+def test_a_process_that_computes_for_others_runs_no_native_code(program: str) -> None:
     code = (
         f"{program}\n"
         "from engine.exact.lanes import trial\n"
         "from engine.jit import native\n"
-        "native.load = None\n"  # to call it would fail
+        "native.load = None\n"  # a call of it would fail
         "print(len(trial.trusted()))\n"
     )
     assert run_python(code) == "0\n"

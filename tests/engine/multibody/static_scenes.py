@@ -1,4 +1,4 @@
-"""Boards for the tests of the engine: what may be played, mirrored, and what no board may be."""
+"""Boards for the engine's tests: arbitrary ones, boxes, mirrored and random ones."""
 
 import math
 from dataclasses import replace
@@ -25,7 +25,7 @@ def place(
     bins: Bins = FAR_BELOW,
     drop: DropZone | None = None,
 ) -> Board:
-    """A board of any parts, trap or not: that a ball can start and pass is not checked."""
+    """A board of any parts, without the check that a ball can start and pass."""
     surface = Material(restitution, friction)
     with mock.patch("engine.board.checks.playable.check"):
         return Board(
@@ -52,7 +52,7 @@ def box(
     drag: float = 0.0,
     radius: float = 0.1,
 ) -> Board:
-    """A closed box from (-width/2, 0) to (width/2, height); its bins are outside of it."""
+    """A closed box from (-width/2, 0) to (width/2, height), with the bins outside."""
     half = 0.5 * width
     corners = ((-half, 0.0), (half, 0.0), (half, height), (-half, height))
     return place(
@@ -67,7 +67,7 @@ def box(
 
 
 def mirrored(board: Board) -> Board:
-    """The board seen in a mirror on x = 0; parts keep their numbers, bins are counted back."""
+    """The board mirrored at x = 0; parts keep their numbers, and the order of bins is reversed."""
     bins, zone = board.bins, board.drop
     with mock.patch("engine.board.checks.playable.check"):
         return replace(
@@ -86,7 +86,7 @@ def _crossed(
     friction: float,
     drag: float,
 ) -> Board:
-    """A board 2.4 m wide of pegs, without those on others, and of walls (x, y, length, turn)."""
+    """A board 2.4 m wide of pegs that do not overlap, and of walls (x, y, length, turn)."""
     kept: list[Peg] = []
     for peg in (Peg(*values) for values in pegs):
         if all(math.hypot(peg.x - p.x, peg.y - p.y) > peg.radius + p.radius for p in kept):
@@ -121,4 +121,4 @@ any_board: st.SearchStrategy[Board] = st.builds(
     friction=st.sampled_from([0.0, 0.1, 0.6, 2.0]),
     drag=st.sampled_from([0.0, 1.0, 4.0]),
 )
-"""Boards of any parts, traps and crossing walls included."""
+"""Boards of any parts, including traps and crossing walls."""

@@ -26,7 +26,7 @@ SPACE = StaticGeometry()
 
 
 def free(**settings: object) -> Arena:
-    """No gravity and nothing around."""
+    """An empty arena without gravity."""
     return Arena(SPACE, ArenaSettings(gravity=0.0, **settings))  # type: ignore[arg-type]
 
 
@@ -52,7 +52,7 @@ def test_a_head_on_impact_has_its_restitution_and_momentum(e: float) -> None:
 
 
 def test_where_two_balls_collide_does_not_depend_on_the_substeps() -> None:
-    """The impact is at the time and place where they touch, not at the end of a substep."""
+    """Balls collide where and when they touch, not at the end of a substep."""
     places = []
     for substeps in (1, 4, 64):
         arena = free(substeps=substeps)
@@ -70,7 +70,7 @@ def test_where_two_balls_collide_does_not_depend_on_the_substeps() -> None:
 @pytest.mark.parametrize("mu", [0.0, 0.05, 0.3, 2.0])
 @pytest.mark.parametrize("spin", [-30.0, 0.0, 12.0])
 def test_friction_between_balls_is_coulombs_with_spin(mu: float, spin: float) -> None:
-    """The impulse that stops the slip, slip / (3 / m_a + 3 / m_b), but at most mu times j_n."""
+    """The friction impulse is slip / (3 / m_a + 3 / m_b), but at most mu j_n."""
     arena = free()
     arena.add(0.0, 0.0, vx=2.0, vy=1.0, omega=spin, radius=0.1, density=50.0, friction=mu,
               restitution=0.5)  # fmt: skip
@@ -81,7 +81,7 @@ def test_friction_between_balls_is_coulombs_with_spin(mu: float, spin: float) ->
     assert isinstance(touch, Touch)
     a, b = arena.ball(0), arena.ball(1)
     mass = a["mass"]
-    n = np.array([-2.0, -1.0]) / math.sqrt(5.0)  # from the struck ball to the striking one
+    n = np.array([-2.0, -1.0]) / math.sqrt(5.0)  # from the second ball to the first
     t = np.array([-n[1], n[0]])
     normal = (1.5) * math.sqrt(5.0) * mass / 2.0
     slip = float(np.array([2.0, 1.0]) @ t) - spin * 0.1
@@ -108,7 +108,7 @@ def test_a_pair_has_the_larger_restitution_and_mean_friction() -> None:
 
 
 SPEEDS = [10.0**k for k in (-290, -200, -162, -100, -30, -12, -6, -4, -3, 0, 3, 6)]
-"""m/s: from where a momentum has all its digits up to nearly what a ball may have."""
+"""m/s: from where a momentum keeps all of its digits to nearly the largest allowed speed."""
 
 
 @pytest.mark.parametrize("speed", SPEEDS)
@@ -117,7 +117,7 @@ SPEEDS = [10.0**k for k in (-290, -200, -162, -100, -30, -12, -6, -4, -3, 0, 3, 
 def test_a_pair_rebounds_by_its_restitution_however_slow_it_is(
     speed: float, e: float, angle: float
 ) -> None:
-    """Discs that touch and approach head-on; an elastic one gives all its speed to the other."""
+    """Two touching discs approach head-on; if elastic, one passes all its speed to the other."""
     arena = free(dt=0.001, substeps=32)
     x, y = math.cos(angle), math.sin(angle)
     for place, v in ((-0.5, speed), (0.5, 0.0)):
@@ -163,7 +163,7 @@ def test_a_cradle_of_touching_balls_passes_the_blow_to_the_last() -> None:
 
 @pytest.mark.parametrize("gravity", [0.0, G])
 def test_an_elastic_box_keeps_its_energy(gravity: float) -> None:
-    """10 s; with gravity, but for the half substep by which velocities lag."""
+    """For 10 s; with gravity, apart from the half substep by which velocities lag."""
     arena = sandbox(
         60, gravity=gravity, restitution=1.0, friction=0.0, radii=(0.08, 0.08), speed=2.0, seed=3
     )
@@ -209,7 +209,7 @@ def test_momentum_is_kept_to_rounding_where_nothing_outside_acts() -> None:
 def test_nothing_tunnels_at_any_speed_or_size(
     angle: float, exponent: float, size: float, e: float
 ) -> None:
-    """A small ball of up to 100 km/s among large ones and pegs, in a box 4 m wide."""
+    """A small ball at up to 100 km/s among large balls and pegs, in a box 4 m wide."""
     geometry = StaticGeometry(
         walls=StaticGeometry.box(4.0, 4.0).walls,
         wall_material=Material(e, 0.1),
@@ -255,11 +255,11 @@ def test_a_pile_stands_still_sleeps_and_wakes_when_touched() -> None:
         arena.step()
         rows = arena.bodies
         woken = int((rows["asleep"][:-1] == 0).sum())
-        if woken == 0:  # not before it is touched
+        if woken == 0:  # before the ball touches the pile, all sleep
             fell = rows[-1]
             gaps = np.hypot(rows["x"][:-1] - fell["x"], rows["y"][:-1] - fell["y"]) - 0.16
             assert gaps.min() > 0.0
-    assert woken == 120  # it fell asleep as one
+    assert woken == 120  # the pile is one island, so all balls wake
     assert arena.ball(ball)["vy"] < 3.0
 
 
@@ -278,7 +278,7 @@ def test_a_removed_support_wakes_what_lay_on_it() -> None:
 
 @pytest.fixture
 def computed(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """Gets the number of balls of each step that is computed."""
+    """The number of balls in each step that is computed from now on."""
     found: list[int] = []
 
     def noting(*arguments: Any) -> Any:
@@ -373,7 +373,7 @@ def test_a_ball_on_a_board_lands_in_the_bin_below_it() -> None:
 
 
 def test_a_ball_pushed_across_the_bins_line_lands() -> None:
-    """It is there without having crossed the line in its flight."""
+    """The push moves it beyond the line, which it did not cross in flight."""
     board = Board.preset("triangle-8")
     arena = on_board(board)
     pushed = arena.add(0.1, board.bins.y + 0.1 * 0.05, vy=1.0, radius=0.05)
@@ -526,7 +526,7 @@ def test_walls_hold_from_either_side_and_their_ends_are_round() -> None:
     assert arena.bodies["vx"][2] == pytest.approx(2.0)
 
 
-def test_recorded_inputs_applied_anew_give_the_same_digest() -> None:
+def test_replayed_inputs_give_the_same_digest() -> None:
     arena = sandbox(40, seed=9)
     again = Arena(arena.place, arena.settings)
     for row in arena.bodies:

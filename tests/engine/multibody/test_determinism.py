@@ -1,4 +1,4 @@
-"""An arena's bits: the same on every run, after a restore, without the JIT, whatever the order."""
+"""An arena has the same bits on every run, after a restore, without the JIT, and in any order."""
 
 import os
 import subprocess
@@ -45,7 +45,7 @@ def run(code: str, **environment: str) -> str:
 
 
 def test_plain_python_gives_the_bits_of_compiled_code() -> None:
-    """Impacts, contacts, a neighbour list made anew, a removed and a fast ball, without the JIT."""
+    """Without the JIT: impacts, contacts, a rebuilt neighbour list, a removed and a fast ball."""
     check = (
         "from engine.multibody.solver.step import step_balls\n"
         "assert not hasattr(step_balls, 'function')\n"
@@ -55,7 +55,7 @@ def test_plain_python_gives_the_bits_of_compiled_code() -> None:
 
 @pytest.mark.parametrize("tick", [1, 37, 90, 200])
 def test_a_restored_arena_goes_on_bit_for_bit(tick: int) -> None:
-    """From the fall, from the heap, and from sleep."""
+    """Restored while balls fall, in a heap, and asleep."""
     arena = sandbox(60, width=2.0, height=3.0, restitution=0.4, seed=11, radii=(0.05, 0.1))
     for _ in range(tick):
         arena.step()
@@ -87,7 +87,7 @@ def test_taking_snapshots_and_looking_change_nothing() -> None:
 
 
 def test_the_order_in_which_balls_are_added_does_not_matter() -> None:
-    """Only their ids do: the grid, the pairs and the contacts come in the order of the ids."""
+    """Only ids matter: grid, pairs and contacts are in the order of the ids."""
     rng = np.random.default_rng(6)
     n = 80
     x, y = 0.25 * (np.arange(n) % 10) - 1.2, 0.25 * (np.arange(n) // 10) + 0.2

@@ -1,4 +1,4 @@
-"""An independent oracle of a drop: the laws of physics at fifty digits, nothing of the kernels."""
+"""An independent oracle of a drop: the laws of physics at fifty digits, without the kernels."""
 
 from tests.engine.oracle.drop import CUT, Event, OracleDrop, oracle_drop
 from tests.engine.oracle.roots import OracleError

@@ -1,9 +1,9 @@
-"""Rolling and sliding over a peg, a wall or a wall's end, as Taylor series in time of high order.
+"""Rolling and sliding over a peg, a wall or a wall's end, by high-order Taylor series in time.
 
-The unknowns are the arc length s, the angle of the contact (through its cosine and sine), the
-speed u along the surface and the spin. Every event (the surface lets go, rolling starts to slip,
-slipping stops, another body, the wall's end, the bins' line) is a series too, whose first fall
-through zero is found with proof.
+The unknowns are the arc length s, the angle of the contact (as cosine and sine), the speed u along
+the surface, and the spin. Every possible event is a series too: the ball leaves, starts or stops
+slipping, meets another body, reaches the wall's end or the bins' line. The first downward zero of
+such a series is found with proof.
 """
 
 from dataclasses import dataclass
@@ -16,11 +16,11 @@ from tests.engine.oracle.roots import OracleError, deflated, first_fall, horner
 from tests.engine.oracle.scene import Body, Circle, Face, Real, Scene
 
 _LONGEST_STEP = 0.25  # seconds
-_TRUST = 0.9  # of the step at which the last terms of the series reach rounding
+_TRUST = 0.9  # share of the step at which the last terms of the series reach rounding
 
 
 class End(Enum):
-    """Why a stretch of contact ends."""
+    """The reason why a stretch of contact ends."""
 
     STEP = "the series ends, the contact does not"
     LEAVES = "the normal force reaches zero"
@@ -33,7 +33,7 @@ class End(Enum):
 
 @dataclass(frozen=True)
 class Riding:
-    """A ball on a surface: contact normal, speed along (-ny, nx); slip: 0 rolls, +-1 slides so."""
+    """A ball on a surface: contact normal, speed along (-ny, nx); slip: 0 rolls, +-1 slides."""
 
     t: Real
     x: Real
@@ -48,7 +48,7 @@ class Riding:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a stretch of contact ended, where, and its series for looking up states in between."""
+    """How and where a stretch of contact ended, and its series, which give states in between."""
 
     end: End
     state: Riding
@@ -57,12 +57,12 @@ class Outcome:
 
 
 def curvature(surface: Body) -> Real:
-    """1/m: of the centre's path over the surface."""
+    """Curvature of the centre's path over the surface, 1/m."""
     return 1 / surface.reach if isinstance(surface, Circle) else surface.reach * 0
 
 
 def settle(scene: Scene, surface: Body, p: Point) -> Riding:
-    """The ball at `p` taken as riding on `surface`: no normal speed, rolling or sliding."""
+    """The ball at `p` in contact with `surface`: without normal speed, rolling or sliding."""
     nx, ny = surface.normal(p.x, p.y)
     u = p.vy * nx - p.vx * ny
     x, y = p.x, p.y
@@ -70,7 +70,7 @@ def settle(scene: Scene, surface: Body, p: Point) -> Riding:
 
 
 def with_slip(scene: Scene, surface: Body, s: Riding) -> Riding:
-    """The same state with its slip decided: by the slip itself, or by Coulomb where it is zero."""
+    """The same state with its slip set by the velocity, or by Coulomb's law if that is zero."""
     friction = surface.material.friction
     slip = s.u - s.omega * scene.radius
     if friction == 0:
@@ -97,7 +97,7 @@ def _at_rest(scene: Scene, s: Riding) -> bool:
 
 
 class Stretch:
-    """One Taylor expansion of a contact, good for `span` seconds from its start."""
+    """One Taylor expansion of a contact, accurate for `span` seconds from its start."""
 
     def __init__(self, scene: Scene, surface: Body, start: Riding) -> None:
         self.scene, self.surface, self.start = scene, surface, start
@@ -158,7 +158,7 @@ class Stretch:
         return span
 
     def _path(self) -> tuple[list[Real], list[Real]]:
-        """Series of the centre: middle + D n over a circle, start + s t over a face."""
+        """Series of the centre: middle + D n on a circle, start + s t on a face."""
         body, start = self.surface, self.start
         if isinstance(body, Circle):
             x, y = [body.reach * a for a in self.c], [body.reach * a for a in self.d]
@@ -172,7 +172,9 @@ class Stretch:
         """The state at `share` (0 to 1) of the span."""
         now = [horner(series, share)[0] for series in self._state()]
         x, y, theta, c, d, u, omega = now
-        size = (c * c + d * d) ** 0.5  # one to rounding; kept there from step to step
+        size = (
+            c * c + d * d
+        ) ** 0.5  # is 1 up to rounding; divided out, so that errors do not grow
         t = self.start.t + share * self.span
         return Riding(t, x, y, theta, c / size, d / size, u, omega, self.start.slip)
 
@@ -180,12 +182,12 @@ class Stretch:
         return self.x, self.y, self.theta, self.c, self.d, self.u, self.omega
 
     def point(self, share: Real) -> Point:
-        """The state at `share` of the span as a point of the path."""
+        """The state at `share` of the span as a Point."""
         s = self.at(share)
         return Point(s.t, s.x, s.y, s.theta, -s.u * s.ny, s.u * s.nx, s.omega)
 
     def first_event(self) -> tuple[Real, End, Body | None]:
-        """The first event within the span as (share, what, body); (1, STEP, None) when none."""
+        """The first event within the span as (share, what, body); (1, STEP, None) without one."""
         found: list[tuple[Real, End, Body | None]] = []
         for end, body, series in self._events():
             share = self._first(series)
@@ -196,7 +198,7 @@ class Stretch:
         return min(found, key=lambda event: event[0])
 
     def _first(self, series: list[Real]) -> Real | None:
-        """First fall of a series that starts at or above zero; at once if it sets out below."""
+        """First downward zero of a series that starts at or above zero; 0 if it falls at once."""
         cleared = deflated(series, self.scene.tiny)
         if not cleared:
             return None
@@ -205,7 +207,7 @@ class Stretch:
         return first_fall(cleared, self.scene.ctx.eps)
 
     def _events(self) -> list[tuple[End, Body | None, list[Real]]]:
-        """Every event of this stretch, as a series that is positive until it happens."""
+        """Each possible event of this stretch, as a series that is positive until it happens."""
         scene, body = self.scene, self.surface
         size = len(self.push)
         fall = [-a for a in self.y]
@@ -228,7 +230,7 @@ class Stretch:
         return events
 
     def _limits(self) -> list[tuple[Body | None, list[Real]]]:
-        """How far the ball is from a face's ends, or a wall's end from becoming a face.
+        """Distances to a face's ends, or on a wall's end to its faces.
 
         Walls may share an end: the ball may pass onto any of them, and the body says which.
         """
@@ -253,7 +255,7 @@ class Stretch:
         return bool(abs(a.x - b.x) < tiny and abs(a.y - b.y) < tiny)
 
     def _part_of_surface(self, other: Body) -> bool:
-        """Whether `other` only continues the surface: this wall, or one that shares its end."""
+        """Whether `other` continues the surface: the same wall, or one that shares its end."""
         body = self.surface
         if other.kind == body.kind and other.index == body.index:
             return True
@@ -303,7 +305,7 @@ class Stretch:
 
 
 def ride(scene: Scene, surface: Body, start: Riding) -> Outcome:
-    """One stretch of contact from `start`: up to its first event, or a step of the series."""
+    """One stretch of contact from `start` to its first event, or to the end of the series' step."""
     if _at_rest(scene, start):
         return Outcome(End.RESTS, start, None)
     if not pressing(scene, surface, start):
@@ -322,7 +324,7 @@ def ride(scene: Scene, surface: Body, start: Riding) -> Outcome:
 
 
 def _lets_go(scene: Scene, s: Riding) -> Riding:
-    """Rolling that the friction cannot hold: slides against the force that would have held it."""
+    """Rolling becomes sliding, because friction is too weak: it slides against the force needed."""
     hold = rolling_force(scene.g, scene.k, s.nx, s.u)
     sign = 1 if hold < 0 else -1
     return Riding(s.t, s.x, s.y, s.theta, s.nx, s.ny, s.u, s.omega, sign)

@@ -1,4 +1,4 @@
-"""A whole drop by the book: flights, hits and contact phases, to as many digits as asked for."""
+"""A whole drop from textbook laws: flights, impacts and contacts, to any number of digits."""
 
 import math
 import random
@@ -22,10 +22,12 @@ from tests.engine.oracle.laws import impact
 from tests.engine.oracle.roots import OracleError
 from tests.engine.oracle.scene import Body, Circle, Face, Real, Scene
 
-CUT: Final = 1e-8  # m/s: below this a rebound is taken as the beginning of a contact
+CUT: Final = 1e-8  # m/s: a slower rebound is taken as the beginning of a contact
 NUDGE: Final = 1e-25  # m: how far the second run of an amplification starts from the first
-SHAKES: Final = 4  # runs with other signs of the changes at hits: in one alone they may cancel
-MAX_SECONDS: Final = 1000  # of simulated time: longer than any drop that ends
+SHAKES: Final = (
+    4  # runs with other signs of the changes at impacts: in a single run they may cancel
+)
+MAX_SECONDS: Final = 1000  # simulated; longer than any drop that ends
 
 
 @dataclass(frozen=True)
@@ -44,9 +46,9 @@ class Event:
 
 @dataclass
 class OracleDrop:
-    """What happened to one ball. Numbers are mpf; `bin` is None when it never lands.
+    """The result of one drop. Numbers are mpf; `bin` is None if the ball never lands.
 
-    How errors grow is measured by further runs, played when it is first asked for: one for
+    The growth of errors is measured by further runs, which are played on first use: one for
     `amplifications`, SHAKES for `growths`.
     """
 
@@ -56,29 +58,31 @@ class OracleDrop:
     events: list[Event]
     reason: str | None
     _pieces: list["Flight | Stretch"] = field(default_factory=list)
-    _again: "Callable[[Real, int], OracleDrop] | None" = None  # by a shake and its pattern
+    _again: "Callable[[Real, int], OracleDrop] | None" = (
+        None  # plays again, with a shake and its pattern
+    )
 
     @cached_property
     def amplifications(self) -> list[float]:
         """Metres that the position at each event moves per metre that the start moves.
 
-        From a second run, started NUDGE metres away; infinite once it takes other turns.
+        Measured by a second run, started NUDGE metres away; infinite after their events differ.
         """
         return _spread(self, self._beside)
 
     @cached_property
     def amplification(self) -> float:
-        """The last of `amplifications`: of x_end. Infinite where the runs have other events."""
+        """The last of `amplifications`, of x_end; infinite if the runs have different events."""
         same = len(self.events) == len(self._beside.events) and bool(self.amplifications)
         return self.amplifications[-1] if same else math.inf
 
     @cached_property
     def growths(self) -> list[float]:
-        """How far the position at each event is from that of further runs, per NUDGE.
+        """Distance at each event to the farthest of SHAKES further runs, per NUDGE.
 
-        Their start is nudged and their velocity changed by one part in 1 / NUDGE at every hit, up
-        or down; the farthest of SHAKES runs counts. It says what rounding does on the way even
-        where a contact phase has made the ball forget its start.
+        These runs start NUDGE metres away, and their velocity changes by the factor 1 +- NUDGE at
+        every impact. They show how rounding grows on the way, even if a contact phase has made the
+        ball forget its start.
         """
         spreads = [_spread(self, self._nudged(NUDGE, pattern)) for pattern in range(SHAKES)]
         return [max(at_event) for at_event in zip(*spreads, strict=True)]
@@ -107,7 +111,7 @@ class OracleDrop:
 
 
 class _Run:
-    """One ball from its start to its end."""
+    """Plays one ball from its start to its end."""
 
     def __init__(
         self,
@@ -124,11 +128,11 @@ class _Run:
         self.now = Point(zero, x_start, scene.start_y, zero, zero, zero, zero)
         self.events: list[Event] = []
         self.pieces: list[Flight | Stretch] = []
-        self.end: str | None = None  # why the run is over
+        self.end: str | None = None  # the reason why the run is over
         self.done_with: Face | None = None
 
     def run(self) -> OracleDrop:
-        """Play the ball until it lands, rests, or has had too many events."""
+        """Play the ball until it lands, rests, or has too many events."""
         while self.end is None:
             self._fly_or_hit()
             if len(self.events) >= self.max_events:
@@ -143,7 +147,7 @@ class _Run:
         self.events.append(Event(p.t, p.x, p.y, p.vx, p.vy, p.omega, kind, index))
 
     def _fly_or_hit(self) -> None:
-        """From a state off contact: hit what is touched and approached, or fly to the next hit."""
+        """Bounce off a body that is touched and approached, or fly to the next impact."""
         touching = self.scene.touching(self.now.x, self.now.y)
         for body in touching:
             if self._speed_off(body) < -self.scene.tiny:
@@ -168,7 +172,7 @@ class _Run:
         return self.now.vx * nx + self.now.vy * ny
 
     def _stays(self, body: Body) -> bool:
-        """Whether the surface pushes the ball. A face left over its end is no surface any more."""
+        """Whether the surface pushes the ball; never for a face that the ball left over its end."""
         if body is self.done_with:
             return False
         return pressing(self.scene, body, settle(self.scene, body, self.now))
@@ -199,7 +203,7 @@ class _Run:
         return False
 
     def _ride(self, surface: Body) -> None:
-        """A contact phase: from the moment the bounces end to the moment the ball is off."""
+        """A contact phase: from the end of the bounces until the ball leaves the surface."""
         state = settle(self.scene, surface, self.now)
         self._become(state)
         self._record(KIND_CONTACT_BEGIN, _contact_index(surface))
@@ -215,10 +219,10 @@ class _Run:
             if outcome.end is End.LANDS:
                 self._land()
                 return
-            if outcome.end is End.MEETS:  # the hit that follows is the record of it
+            if outcome.end is End.MEETS:  # the impact that follows is recorded instead
                 return
             if outcome.end is End.LEAVES:
-                self._shake(1)  # slower, it would not leave yet
+                self._shake(1)  # a slower ball would not leave yet
                 self._record(KIND_CONTACT_END, _contact_index(surface))
                 return
             if outcome.end is End.CHANGES:
@@ -236,7 +240,7 @@ class _Run:
                 return
 
     def _shake(self, sign: int = 0) -> None:
-        """Change speed and spin by the same tiny part, so that what rolls goes on rolling."""
+        """Change speed and spin by the same tiny factor, so that a rolling ball goes on rolling."""
         if self.shake:
             p, part = self.now, 1 + self.shake * (sign or self.signs.choice((-1, 1)))
             self.now = p._replace(vx=p.vx * part, vy=p.vy * part, omega=p.omega * part)
@@ -245,7 +249,7 @@ class _Run:
         self.now = Point(s.t, s.x, s.y, s.theta, -s.u * s.ny, s.u * s.nx, s.omega)
 
     def _pass(self, surface: Body, end: Body | None, s: Riding) -> tuple[Body, Riding]:
-        """From a wall's face onto its end, or from an end onto a face of `end`'s wall.
+        """Pass from a wall's face onto its end, or from an end onto a face of `end`'s wall.
 
         The curvature, and with it N, jumps.
         """
@@ -263,7 +267,7 @@ class _Run:
 
 
 def _contact_index(surface: Body) -> int:
-    """How contact events name a surface: a peg by its index, wall w as -1 - w."""
+    """The number of a surface in contact events: a peg's index, -1 - w for wall w."""
     return surface.index if surface.kind == KIND_PEG else -1 - surface.index
 
 
@@ -272,7 +276,7 @@ def _same_turns(a: Event, b: Event) -> bool:
 
 
 def _spread(a: OracleDrop, b: OracleDrop) -> list[float]:
-    """How far apart two runs are at each event, per metre between their starts."""
+    """Distance of two runs at each event, per metre between their starts."""
     spread: list[float] = []
     for left, right in zip(a.events, b.events, strict=False):
         if not _same_turns(left, right):
@@ -287,8 +291,8 @@ def oracle_drop(
 ) -> OracleDrop:
     """The drop of one ball on `board` from rest at (x_start, board.drop.y), to `dps` digits.
 
-    `x_start` in metres and all of the board's floats are taken as the exact binary values they
-    are. `cut`: m/s, see CUT. Raises OracleError rather than guess.
+    `x_start` (m) and all floats of the board are used with their exact binary values. `cut` in
+    m/s, see CUT. Raises OracleError if a decision cannot be made safely.
     """
     scene = Scene(board, dps)
     real = scene.ctx.mpf

@@ -1,9 +1,9 @@
 """Free flight in closed form and its first hit, found by bisection with derivative bounds.
 
-Nothing is shared with the engine's kernels: intervals are dropped, or accepted as convex, concave
-or monotone, on bounds of the first four derivatives of f(t) = |p - c|^2 - D^2 about the middle of
-the interval; extrema and roots are then bracketed and polished to all digits. A graze is a hit
-exactly when the minimum of f, computed to all digits, is negative.
+This code is independent of the engine's kernels. Let f(t) = |p - c|^2 - D^2. Bounds on the first
+four derivatives of f around the middle of an interval show that f has no zero there, or that it is
+monotone, convex or concave; otherwise the interval is halved. Extrema and roots are then bracketed
+and refined to all digits. A graze is an impact exactly if the minimum of f is negative.
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ _SCREEN_MARGIN = 1e-9  # metres; float64 rounding of the screen is a millionth o
 
 
 class Point(NamedTuple):
-    """The whole state of the ball: seconds, metres, radians, m/s, rad/s."""
+    """The full state of the ball: seconds, metres, radians, m/s, rad/s."""
 
     t: Real
     x: Real
@@ -31,7 +31,7 @@ class Point(NamedTuple):
 
 
 class Hit(NamedTuple):
-    """Where a flight ends: seconds after its start, and the body hit (None: the bins' line)."""
+    """The end of a flight: seconds after its start, and the body hit (None: the bins' line)."""
 
     tau: Real
     body: Body | None
@@ -97,12 +97,12 @@ class _Chase:
         return self.terms(tau)[1:]
 
     def entry(self, low: Real, high: Real, own: bool, depth: int = 0) -> Real | None:
-        """First entry in (low, high]; `own`: the ball is on the circle at `low` and leaves it."""
+        """First entry in (low, high]; `own`: the ball is on this circle at `low` and leaves it."""
         verdict = self._judge(low, high, own)
         if verdict is not None:
             return self._settle(verdict, low, high, own)
         if depth > _MAX_DEPTH:
-            raise OracleError("a graze of which no bisection can tell whether it is a hit")
+            raise OracleError("a graze: bisection cannot decide whether it is a hit")
         middle = (low + high) / 2
         found = self.entry(low, middle, own, depth + 1)
         if found is not None:
@@ -112,7 +112,7 @@ class _Chase:
         return self.entry(middle, high, False, depth + 1)
 
     def _judge(self, low: Real, high: Real, own: bool) -> str | None:
-        """What f does on the whole interval: far, rising, falling, convex, concave; or unknown."""
+        """How f behaves on the interval: far, rising, falling, convex or concave; None: unknown."""
         k = self.flight.scene.k
         middle, half = (low + high) / 2, (high - low) / 2
         m, start = self.flight.moment(middle), self.flight.moment(low)
@@ -141,13 +141,13 @@ class _Chase:
         return None
 
     def _starts_flat(self, low: Real) -> bool:
-        """Whether the ball lifts off where the normal force vanishes: f = f' = 0 <= f''."""
+        """Whether the ball has just left at zero normal force: f = f' = 0 <= f''."""
         _, first, second = self.terms(low)
         tiny = self.flight.scene.tiny
         return bool(first > -tiny and second > -tiny)
 
     def _settle(self, verdict: str, low: Real, high: Real, own: bool) -> Real | None:
-        """The first entry on an interval on which f is known to be as `verdict` says."""
+        """The first entry on an interval on which f behaves as `verdict` says."""
         if verdict in ("far", "rising"):
             return None
         if own and verdict in ("falling", "convex"):
@@ -162,7 +162,7 @@ class _Chase:
         elif verdict == "concave" and self.slope(low)[0] > 0 >= self.slope(high)[0]:
             low = self._extremum(low, high)
         value, slope = self.f(high)
-        inside = value < 0 or (value == 0 and slope < 0)  # a bare touch is no entry
+        inside = value < 0 or (value == 0 and slope < 0)  # a mere touch does not count
         return self._root(low, high) if inside else None
 
     def _extremum(self, low: Real, high: Real) -> Real:
@@ -175,10 +175,10 @@ class _Chase:
 def _line_entry(
     flight: Flight, point: tuple[Real, Real], normal: tuple[Real, Real], low: Real, high: Real
 ) -> Real | None:
-    """When in (low, high] the signed distance (p - point).n falls through zero, or None.
+    """The time in (low, high] at which the signed distance (p - point).n falls below zero, or None.
 
-    Its second derivative is n.a, and a only shrinks along its own direction: the distance is
-    convex or concave for ever, so one bracket on each side of its extremum is all there is.
+    Its second derivative is n.a, and the acceleration a never changes its direction. The distance
+    is therefore convex or concave throughout, with at most one root on each side of its extremum.
     """
     eps = flight.scene.ctx.eps
     nx, ny = normal
@@ -230,7 +230,7 @@ def first_hit(flight: Flight, touching: list[Body], done_with: Face | None, limi
 
 
 def _hop(flight: Flight, touching: list[Body]) -> Real:
-    """A first step that fits the smallest bounce back onto a touched body: twice its length."""
+    """A first step for the search: twice the shortest bounce back onto a touched body."""
     m = flight.moment(flight.scene.ctx.zero)
     hop = flight.scene.ctx.inf
     for body in touching:
@@ -247,7 +247,7 @@ def _hop(flight: Flight, touching: list[Body]) -> Real:
 def _hits(
     flight: Flight, low: Real, high: Real, touching: list[Body], done_with: Face | None
 ) -> list[Hit]:
-    """All first entries, body by body, on one stretch of the flight, and the bins' line."""
+    """The first entry into each body, and through the bins' line, on one stretch of the flight."""
     scene = flight.scene
     start, end = flight.moment(low), flight.moment(high)
     pull = float((start.ax**2 + start.ay**2) ** 0.5)

@@ -1,4 +1,4 @@
-"""The laws of impact and of contact as the textbooks print them, per unit of the ball's mass.
+"""The textbook laws of impact and of contact, per unit of the ball's mass.
 
 Sources: Goldsmith, Impact (1960), ch. 2; Brach, Mechanical Impact Dynamics (1991), ch. 2.
 A fixed body has no inverse mass; a disc has I = m R^2 / 2, so that R^2 m / I = 2.
@@ -35,7 +35,7 @@ def impact(
         bound = pair.friction * j
         if abs(stick) <= bound:
             along += stick
-            omega = along / radius  # the slip is gone: say so exactly
+            omega = along / radius  # no slip remains: set it exactly
         else:
             rub = bound if slip < 0 else -bound
             along += rub
@@ -44,7 +44,7 @@ def impact(
 
 
 def normal_force(g: Real, ny: Real, along: Real, curvature: Real) -> Real:
-    """N / m on a surface of that curvature (1/m; 0 for a wall): -g.n - u^2 / D."""
+    """N / m on a surface of this curvature (1/m; 0 for a wall): -g.n - u^2 / D."""
     return -g * ny - along * along * curvature
 
 

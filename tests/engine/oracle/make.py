@@ -9,7 +9,7 @@ from tests.engine.oracle.scenes import accuracy_boards
 
 
 def main() -> None:
-    """Compute and write the files of the boards named, or of all."""
+    """Compute and write the files of the named boards, or of all."""
     boards = accuracy_boards()
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("boards", nargs="*", metavar="BOARD", help=", ".join(boards))

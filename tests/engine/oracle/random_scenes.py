@@ -1,4 +1,4 @@
-"""Boards thrown together by a seed: pegs and walls of any size and slope, any physics."""
+"""Random boards by seed: pegs and walls of any size and slope, and any physics."""
 
 import math
 import random
@@ -7,13 +7,13 @@ from engine.board.model import Board
 from engine.board.parts import Bins, Peg, Wall
 from tests.engine.oracle.scenes import scene
 
-_SIDE = 1.3  # m: the upright walls that close the board
+_SIDE = 1.3  # m: distance of the upright side walls from the middle
 _SIDES = (Wall(-_SIDE, -1.2, -_SIDE, 2.2), Wall(_SIDE, -1.2, _SIDE, 2.2))
 _BINS = Bins(2.0, (-_SIDE, -0.6, 0.0, 0.6, _SIDE), (1.0, 1.0, 1.0, 1.0))
 
 
 def random_scene(seed: int) -> tuple[Board, float]:
-    """A board and a start x in m. The ball may get stuck; most do not."""
+    """A board and a start x in m. On a few boards the ball gets stuck."""
     choice = random.Random(seed)
     pegs = _pegs(choice)
     walls = _walls(choice)

@@ -1,4 +1,4 @@
-"""Roots to all digits: Newton in a bracket, and the first downward crossing of a series."""
+"""Roots to all digits: Newton's method in a bracket, and the first downward zero of a series."""
 
 from collections.abc import Callable, Sequence
 
@@ -9,7 +9,7 @@ _MAX_DEPTH = 400
 
 
 class OracleError(RuntimeError):
-    """The oracle cannot vouch for an answer."""
+    """The oracle cannot guarantee an answer."""
 
 
 def bracketed(
@@ -61,7 +61,7 @@ def horner(series: Sequence[Real], x: Real) -> tuple[Real, Real]:
 
 
 def deflated(series: Sequence[Real], tiny: Real) -> list[Real]:
-    """The series divided by the power of x that vanishes at 0: a root at the start is no event."""
+    """The series divided by its power of x: a root at the start is not an event."""
     start = 0
     while start < len(series) and abs(series[start]) < tiny:
         start += 1
@@ -89,7 +89,7 @@ def first_fall(series: Sequence[Real], eps: Real) -> Real | None:
                 return None
             return bracketed(lambda x: horner(series, x), low, high, eps)
         if depth > _MAX_DEPTH:
-            raise OracleError("a contact event of which no bisection can tell whether it happens")
+            raise OracleError("a contact event: bisection cannot decide whether it happens")
         found = search(low, middle, depth + 1)
         return found if found is not None else search(middle, high, depth + 1)
 

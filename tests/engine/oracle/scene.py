@@ -15,12 +15,12 @@ from engine.board.model import Board
 from engine.constants import KIND_PEG, KIND_WALL
 
 Real: TypeAlias = Any  # an mpf; mpmath has no types
-GUARD_DIGITS = 15  # beyond the digits asked for; cancellation in the drag terms costs fewer
+GUARD_DIGITS = 15  # in addition to the requested digits; cancellation in the drag terms costs fewer
 
 
 @dataclass(frozen=True)
 class Material:
-    """What an impact needs to know of a pair: restitution (max) and friction (geometric mean)."""
+    """The values of a pair for impacts: restitution (maximum) and friction (geometric mean)."""
 
     restitution: Real
     friction: Real
@@ -78,7 +78,7 @@ class Face:
         return (x - self.x) * self.nx + (y - self.y) * self.ny - self.reach
 
     def along(self, x: Real, y: Real) -> Real:
-        """Where along the wall the point projects, in metres from the first end."""
+        """The point's projection onto the wall, in metres from the first end."""
         return (x - self.x) * self.dx + (y - self.y) * self.dy
 
 
@@ -135,7 +135,7 @@ class Scene:
     def end_of(self, face: Face, out_x: Real, out_y: Real) -> Circle:
         """The end circle of the face's wall that lies in the direction (out_x, out_y).
 
-        Walls may share an end; it then goes by the first of them, as ties do everywhere.
+        If walls share an end, the first of them counts, as in all ties.
         """
         ahead = face.dx * out_x + face.dy * out_y > 0
         x = face.x + face.dx * face.length if ahead else face.x
@@ -158,7 +158,7 @@ class Scene:
         return found
 
     def bin_of(self, x: Real) -> int | None:
-        """Index of the bin that holds x, None when it is outside all of them."""
+        """Index of the bin that contains x; None if no bin does."""
         if not self.edges[0] <= x < self.edges[-1]:
             return None
         return sum(1 for edge in self.edges if edge <= x) - 1

@@ -1,4 +1,4 @@
-"""Boards on which one law at a time can be seen, and the boards of the accuracy claims."""
+"""Boards that show one law at a time, and the boards of the accuracy claims."""
 
 from unittest import mock
 
@@ -24,8 +24,8 @@ def scene(
 ) -> Board:
     """A board of a few bodies; all surfaces are alike.
 
-    The checks of how parts stand to each other are left out: a scene may have no side walls, and
-    some are made to trap the ball, which no board for play may do.
+    The checks of the whole board are left out: a scene may have no side walls, and some scenes trap
+    the ball on purpose.
     """
     material = Material(restitution, friction)
     with mock.patch("engine.board.checks.playable.check"):
@@ -44,7 +44,7 @@ def scene(
 
 
 def accuracy_boards() -> dict[str, Board]:
-    """The boards on which the exact solver is held to the oracle, by name."""
+    """The boards on which the exact solver is compared with the oracle, by name."""
     trials = {f"trial-{rows}": trial(rows, 0.5, 0.2, 2.0) for rows in (8, 12, 16)}
     named = {f"triangle-{rows}": Board.preset(f"triangle-{rows}") for rows in (8, 12, 16)}
     return named | trials | {"plain-12": trial(12, 0.6, 0.0, 0.0)}

@@ -1,4 +1,4 @@
-"""Presets return what they state, from each aim they offer; a table is solved for any chances."""
+"""Presets return what they state from each of their aims; a table can be solved for any chances."""
 
 from dataclasses import replace
 
@@ -25,12 +25,12 @@ from tests.long import tries
 PLAYED = tuple(name for name in preset_names() if name != "galton")
 OWN = (0.988, 0.992)
 AIMED = (0.95, 0.992)
-SURE = 5.0  # standard deviations: one in a million is further off
+SURE = 5.0  # standard deviations; one sample in a million deviates more
 
 
 @pytest.mark.parametrize("name", PLAYED)
 def test_by_recorded_landings_a_preset_returns_what_it_states(name: str) -> None:
-    """By none of the drops that its table was solved for."""
+    """The recorded drops are not those for which the table was solved."""
     own, *others = odds_of_record(Board.preset(name))
     for odds, (least, most) in ((own, OWN), *((each, AIMED) for each in others)):
         assert least <= odds.returned <= most, odds.aim
@@ -49,7 +49,7 @@ def test_the_record_has_landings_of_every_aim_of_each_board(name: str) -> None:
 
 @pytest.mark.parametrize("name", [f"triangle-{rows}" for rows in payouts.ROWS] + ["classic"])
 def test_drops_of_other_seeds_land_as_those_of_record_did(name: str) -> None:
-    """Pearson's chi-square of two samples, at the own start."""
+    """Pearson's chi-square test of two samples from the board's own start."""
     count = tries(2_000, 1_000_000)
     first = 10**12
     there = np.array(landings_of_record(name)[0].histogram)

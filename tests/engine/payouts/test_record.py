@@ -1,4 +1,4 @@
-"""The record of drops: what judges a table did not choose it, and counting goes on where it was."""
+"""The record of drops: a table is judged by drops that did not choose it; counting resumes."""
 
 import pytest
 
@@ -42,7 +42,7 @@ def test_a_board_s_blocks_are_consecutive_and_judges_come_last() -> None:
 
 
 def test_fewer_than_one_in_a_million_aimed_drops_end_unsettled() -> None:
-    """The most that so many drops allow at 95 %: 1 - 0.05^(1/n), by 3 / n, where none did."""
+    """If none of n drops is unsettled, the rate is at 95 % at most 1 - 0.05^(1/n), about 3 / n."""
     aimed = [each for counted in shipped().values() for each in counted.all()[1:]]
     assert sum(each.unsettled for each in aimed) == 0
     assert 3.0 / sum(each.drops for each in aimed) < 1e-6
@@ -53,7 +53,7 @@ def test_fewer_than_one_in_a_million_aimed_drops_end_unsettled() -> None:
 
 
 def test_every_interval_of_record_is_as_narrow_as_it_should_be() -> None:
-    """0.1 % from a board's own start, at 95 %; `plinko odds --record FILE --count` gets there."""
+    """0.1 % at 95 % for a board's own start; `plinko odds --record FILE --count` adds drops."""
     assert wanted(shipped()) == []
 
 

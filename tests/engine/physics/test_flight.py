@@ -26,7 +26,7 @@ DRAGS = st.floats(-9.0, 3.0).map(lambda e: 10.0**e)  # 1/s
 
 
 def ulps(value: float, truth: Any) -> float:
-    """Error of `value` in units of the last place of the truth."""
+    """Error of `value` in ulps of the truth."""
     return float(abs(mp.mpf(value) - truth) / mp.mpf(math.ulp(float(truth))))
 
 
@@ -54,8 +54,8 @@ def test_within_the_series_errors_are_a_few_units_at_most(k: float, e: float) ->
 
 @given(DRAGS, st.floats(math.log10(SERIES_LIMIT), 2.5))
 def test_doubling_back_loses_no_more_than_a_digit(k: float, e: float) -> None:
-    """But for the decay, whose relative error must grow with k s, as that of any exp(-x) of a
-    rounded x does; it is below 1e-16 of what the velocity was."""
+    """The decay is an exception: its relative error grows with k s, as for any exp(-x) of a rounded
+    x, but it stays below 1e-16 of the initial velocity."""
     s = 10.0**e / k
     decay, phi, psi = basis(k, s)
     exact = truth(k, s)
@@ -108,5 +108,5 @@ def test_a_flight_satisfies_its_differential_equation(v: list[float], k: float, 
     moved, gained = state[1:3] - before[1:3], state[3:5] - before[3:5]
     assert np.allclose(gained, np.array([0.0, 9.81]) * s - k * moved, rtol=0.0, atol=1e-13 * 50.0)
     assert state[0] == s
-    assert state[5] == 3.0 * s  # nothing slows the spin in flight
+    assert state[5] == 3.0 * s  # drag does not slow the spin
     assert state[6] == 3.0

@@ -1,4 +1,4 @@
-"""Impacts: restitution, Coulomb friction with spin, and what they must not do."""
+"""Impacts: restitution, Coulomb friction with spin, and no gain of energy."""
 
 import math
 
@@ -18,7 +18,7 @@ frictions = st.one_of(st.just(0.0), st.floats(1e-3, 3.0))
 
 
 def energy(vx: float, vy: float, omega: float) -> float:
-    """Per mass in J/kg: v^2 / 2 and, with I = m R^2 / 2, (R omega)^2 / 4."""
+    """Energy per mass in J/kg: v^2 / 2 and, with I = m R^2 / 2, (R omega)^2 / 4."""
     return 0.5 * (vx * vx + vy * vy) + 0.25 * (RADIUS * omega) ** 2
 
 
@@ -43,7 +43,7 @@ def test_an_impact_obeys_newton_coulomb_and_never_gains_energy(
         assert abs(slip_after) <= rounding  # it sticks
         assert abs(slip_before) / 3.0 <= limit + rounding
     elif mu > 0.0:
-        assert abs(pushed) == pytest.approx(limit, abs=rounding)  # it slips all through
+        assert abs(pushed) == pytest.approx(limit, abs=rounding)  # it slips during the whole impact
         assert slip_after * slip_before >= -rounding * abs(slip_before)
     assert energy(ux, uy, spin) <= energy(vx, vy, omega) * (1.0 + 1e-13)
 
@@ -68,7 +68,7 @@ def test_a_vertical_bounce_on_a_level_floor_has_the_closed_form(e: float) -> Non
 
 
 def test_sticking_shares_the_slip_between_velocity_and_spin() -> None:
-    """Slip 3 m/s over a disc: a third of it goes into the velocity, two thirds into the spin."""
+    """A slip of 3 m/s changes a disc's velocity by a third of it and its spin by two thirds."""
     vx, vy, omega, sticks = bounce(3.0, 1.0, 0.0, 0.0, -1.0, RADIUS, 0.0, 10.0)
     assert sticks
     assert (vx, vy) == pytest.approx((2.0, 0.0))

@@ -1,4 +1,4 @@
-"""Series of contact phases: zeros of polynomials, and the equations of motion they solve."""
+"""Taylor series of contact phases: zeros of polynomials, and the equations of motion."""
 
 import math
 
@@ -15,7 +15,7 @@ from engine.physics.time_of_impact import NO_HIT
 
 Floats = npt.NDArray[np.float64]
 
-# Multiples of 1/64: numpy's companion matrix has no use for a leading coefficient of 1e-300.
+# Multiples of 1/64: numpy's companion matrix fails with a leading coefficient of 1e-300.
 coefficients = st.lists(st.integers(-640, 640), min_size=3, max_size=12).map(
     lambda numerators: np.array(numerators) / 64.0
 )
@@ -34,7 +34,7 @@ def test_the_first_zero_is_the_least_root_that_numpy_finds(c: Floats, horizon: f
     assume(c[0] > 0.0)
     roots = np.roots(c[::-1])
     slope = np.polyval(np.polyder(c[::-1]), roots.real)
-    simple = np.abs(slope) > 1e-3  # where numpy itself is sure
+    simple = np.abs(slope) > 1e-3  # where numpy's roots are accurate
     assume(simple[np.abs(roots.imag) < 1e-6].all())
     real = np.sort(roots.real[np.abs(roots.imag) < 1e-9])
     inside = real[(real > 0.0) & (real <= horizon)]
@@ -61,7 +61,7 @@ def test_what_does_not_start_positive_is_zero_at_once(c: tuple[float, ...]) -> N
 
 
 def start(angle: float, u: float, spin: float) -> Floats:
-    """Series with the state of a ball at `angle` from the top of a circle, not yet expanded."""
+    """Unexpanded series with the state of a ball at `angle` from the top of a circle."""
     series = new_series()
     series[contact.NORMAL_X, 0] = math.sin(angle)
     series[contact.NORMAL_Y, 0] = -math.cos(angle)
@@ -137,6 +137,6 @@ def test_a_ball_rolls_slides_or_is_free_as_coulomb_says() -> None:
     assert choose_mode(1.0, 0.0, 9.81, 5.0, 0.1, 0.5, False) == (contact.SLIDING, 1.0)
     assert choose_mode(1.0, 20.0, 9.81, 5.0, 0.1, 0.5, False) == (contact.SLIDING, -1.0)
     assert choose_mode(1.0, 10.0, 9.81, 5.0, 0.1, 0.5, True) == (contact.ROLLING, 0.0)
-    # rolling takes a third of the drive in friction: 5/3 > 0.1 * 9.81
+    # rolling needs a third of the driving force as friction: 5/3 > 0.1 * 9.81
     assert choose_mode(1.0, 10.0, 9.81, 5.0, 0.1, 0.1, True) == (contact.SLIDING, 1.0)
     assert choose_mode(1.0, 10.0, 9.81, -5.0, 0.1, 0.1, True) == (contact.SLIDING, -1.0)

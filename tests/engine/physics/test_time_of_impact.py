@@ -1,4 +1,4 @@
-"""The instant of an impact: none is missed, none is early, none lies behind."""
+"""The time of an impact: no impact is missed, early, or in the past."""
 
 import math
 from typing import Any
@@ -20,9 +20,9 @@ HORIZON = 0.05  # s, at most SERIES_LIMIT / k for the drags below
 
 
 def quantities(most: float) -> st.SearchStrategy[float]:
-    """0, or of a size whose square is a number: the search takes what squares to 0 for nothing.
+    """Numbers that are 0 or whose square does not underflow, which the search would treat as 0.
 
-    At 2.7e-175 m/s towards a circle it gives up too early; no ball is so slow but one at rest.
+    At 2.7e-175 m/s towards a circle, for example, it gives up too early; no real ball is so slow.
     """
     return st.floats(-most, most).map(lambda value: 0.0 if abs(value) < 1e-100 else value)
 
@@ -44,7 +44,7 @@ Arguments = tuple[float, float, float, float, float, float, float, float]
 
 
 class Circle:
-    """f(s) = |q(s)|^2 - d2 of a flight past a circle, and its rounding error in float64."""
+    """f(s) = |q(s)|^2 - d2 for a flight past a circle, and the rounding error of f in float64."""
 
     def __init__(self, q: Any, v: Any, a: Any, k: float, d2: float) -> None:
         self.arguments: Arguments = (*q, *v, *a, k, d2)
@@ -55,7 +55,7 @@ class Circle:
         return position(qx, vx, ax, k, s) ** 2 + position(qy, vy, ay, k, s) ** 2 - mp.mpf(d2)
 
     def lowest(self, end: float, points: int = 300) -> float:
-        """Least f at points of [0, end], in float64."""
+        """The smallest f at evenly spaced times in [0, end], in float64."""
         qx, qy, vx, vy, ax, ay, k, d2 = self.arguments
         s = np.linspace(0.0, end, points)
         psi = np.array([basis(k, float(t))[2] for t in s])
@@ -83,7 +83,7 @@ def test_the_first_entry_into_a_circle_is_found(
 def test_a_grazing_hit_is_found_and_a_near_miss_is_not(
     distance: float, exponent: float, speed: float, k: float, hits: bool
 ) -> None:
-    """Straight past a circle, deeper or higher than its edge by 1e-12 to 1e-3 of its size."""
+    """A straight flight past a circle, which overlaps or misses it by 1e-12 to 1e-3 of its size."""
     overlap = 10.0**exponent * distance
     y = -(distance - overlap if hits else distance + overlap)
     d2 = distance * distance
@@ -93,7 +93,7 @@ def test_a_grazing_hit_is_found_and_a_near_miss_is_not(
     assert (s != NO_HIT) is hits
     if hits:
         half = mp.sqrt(mp.mpf(d2) - mp.mpf(y) ** 2)
-        rounding = 4e-16 * (x * x + d2)  # of the squares in which the search begins
+        rounding = 4e-16 * (x * x + d2)  # of the squares at the start of the search
         assert abs(mp.mpf(x) + mp.mpf(speed) * s + half) < rounding / float(half) + 1e-15
 
 
@@ -101,7 +101,7 @@ def test_a_grazing_hit_is_found_and_a_near_miss_is_not(
 def test_a_ball_that_leaves_a_circle_is_not_held_by_it(
     qx: float, qy: float, vx: float, vy: float, ax: float, ay: float, k: float
 ) -> None:
-    """From the very point of contact: the touch at 0 is no hit, the return is."""
+    """The ball starts in contact: the touch at time 0 is not an impact, but its return is."""
     d2 = qx * qx + qy * qy
     assume(d2 > 1e-4 and qx * vx + qy * vy > 1e-6)
     s = circle_hit_again(qx, qy, vx, vy, ax, ay, k, HORIZON, HORIZON)
@@ -124,7 +124,7 @@ def test_a_ball_that_leaves_a_circle_is_not_held_by_it(
 def test_a_ball_driven_into_the_circle_it_touches_hits_at_once(
     velocity: tuple[float, float],
 ) -> None:
-    """On top of a circle (y points down): falling, or running too slowly to take off."""
+    """The ball is on top of a circle (y points down) and falls, or moves too slowly to take off."""
     vx, vy = velocity
     assert circle_hit_again(0.0, -1.0, vx, vy, 0.0, 9.81, 0.0, HORIZON, HORIZON) == 0.0
 
@@ -135,7 +135,7 @@ def test_a_ball_too_fast_for_the_curve_takes_off() -> None:
 
 @pytest.mark.parametrize("k", [0.0, 0.5, 3.0])
 def test_a_ball_that_rolled_off_a_peg_does_not_fall_through_it(k: float) -> None:
-    """Where the normal force vanishes, v^2 = g D cos: what follows moves away for good."""
+    """Where the normal force vanishes, v^2 = g D cos, and the ball moves away for good."""
     distance, angle = 0.3, 0.7
     qx, qy = distance * math.sin(angle), -distance * math.cos(angle)
     v = math.sqrt(9.81 * distance * math.cos(angle))
@@ -149,7 +149,7 @@ def test_a_ball_that_rolled_off_a_peg_does_not_fall_through_it(k: float) -> None
 @given(st.floats(-18.0, 0.0), speeds, accelerations, drags)
 @example(-16.4, 0.15021323428929076, -9.371850958322197, 0.0)
 def test_a_line_is_hit_when_the_gap_closes(e: float, hd: float, hdd: float, k: float) -> None:
-    """However small the gap is: a ball may leave one wall while it all but touches another."""
+    """This holds for any gap: a ball may leave one wall while it nearly touches another."""
     h = 10.0**e
     s = line_hit(h, hd, hdd, k, HORIZON, HORIZON)
     gaps = [position(h, hd, hdd, k, HORIZON * i / 200) for i in range(201)]
@@ -171,7 +171,7 @@ def test_the_root_of_a_parabola_is_right_to_a_few_units(
 ) -> None:
     fd = sign * slope
     exact = mp.mpf(fd) ** 2 - 2 * mp.mpf(m) * mp.mpf(f)
-    assume(abs(exact) > 1e-9 * (fd * fd + abs(m) * f))  # but for a double root
+    assume(abs(exact) > 1e-9 * (fd * fd + abs(m) * f))  # except near a double root
     d = minorant_root(f, fd, m)
     if exact < 0 or (fd >= 0.0 and m >= 0.0):
         assert d == NO_HIT
@@ -215,7 +215,7 @@ def test_a_line_is_hit_again_after_a_bounce(up: float, down: float, k: float) ->
 def test_a_touching_ball_rounded_into_a_line_does_not_cross_it(
     depth: float, up: float, down: float
 ) -> None:
-    """It may rise too little to come out again; what then pulls it back meets the line."""
+    """It may rise too little to get out of the line; then it hits the line when it falls back."""
     s = line_hit(-depth, up, -down, 0.0, HORIZON, HORIZON)
     assert 0.0 <= s <= 2.0 * up / down * (1.0 + 1e-12)
 

@@ -28,11 +28,11 @@ G = 9.81
 
 
 def thrown(x: float, y: float, vx: float, vy: float, omega: float = 0.0) -> Floats:
-    """State of a ball with a velocity, at time 0."""
+    """State at time 0 of a ball with a velocity."""
     return np.array([0.0, x, y, vx, vy, 0.0, omega])
 
 
-# More impacts in a substep than are played: the ball is frozen, and was shown in flight meanwhile.
+# In this example a substep has more impacts than the solver plays, and the ball is frozen.
 @example(0.0, 1.0, 0.0, 5.0, 1.0)
 @given(
     st.floats(-2.0, 2.0),
@@ -44,7 +44,7 @@ def thrown(x: float, y: float, vx: float, vy: float, omega: float = 0.0) -> Floa
 def test_nothing_tunnels_at_any_speed(
     x: float, y: float, angle: float, exponent: float, e: float
 ) -> None:
-    """In a closed box with pegs, at up to 100 km/s: neither through a wall nor into a peg."""
+    """In a closed box with pegs, a ball at up to 100 km/s passes no wall and enters no peg."""
     pegs = tuple(Peg(-1.5 + i, 1.5 + j, 0.05) for i in range(4) for j in range(3))
     board = box(5.0, 5.0, pegs=pegs, restitution=e)
     if overlap(board, np.array([x]), np.array([y])) > 0.0:
@@ -75,7 +75,7 @@ def test_a_vertical_bounce_returns_the_restitution_of_the_speed(e: float) -> Non
     board = place(walls=(Wall(-1.0, 1.0, 1.0, 1.0),), restitution=e)
     path = follow(board, thrown(0.0, 0.0, 0.0, 0.0), Stepped(), max_events=1)
     t, _, y, _, vy, omega = path.events[0]
-    before = G * (t + 0.5 * Stepped().h)  # of the parabola through the ends of the substeps
+    before = G * (t + 0.5 * Stepped().h)  # speed on the parabola through the ends of the substeps
     assert vy == pytest.approx(-e * before, rel=1e-12, abs=1e-15)
     assert y == pytest.approx(0.9, abs=1e-12)
     assert omega == 0.0
@@ -84,7 +84,7 @@ def test_a_vertical_bounce_returns_the_restitution_of_the_speed(e: float) -> Non
 @pytest.mark.parametrize("mu", [0.0, 0.05, 0.2, 0.3, 1.0])
 @pytest.mark.parametrize("spin", [-40.0, 0.0, 25.0])
 def test_friction_at_an_impact_is_coulombs_with_spin(mu: float, spin: float) -> None:
-    """Slip 2 m/s and spin against a floor: an impulse of slip / 3, but at most mu (1 + e) v_n."""
+    """On a floor the friction impulse is slip / 3, but at most mu (1 + e) v_n."""
     e, radius, down, along = 0.5, 0.1, 3.0, 2.0
     board = place(walls=(Wall(-5.0, 1.0, 5.0, 1.0),), restitution=e, friction=mu, radius=radius)
     path = follow(board, thrown(0.0, 0.85, along, down, spin), Stepped(), max_events=1)
@@ -159,7 +159,7 @@ def test_the_allowed_corrections_all_land(correction: float) -> None:
 
 
 def heights(path: Trajectory) -> Floats:
-    """Energy per mass in J/kg over the bins' line at the ends of the path's straight pieces."""
+    """Energy per mass in J/kg, zero at the bins' line, at the ends of the path's pieces."""
     s = path.segments
     spin = 0.25 * (path.board.ball.radius * s[:, 6]) ** 2
     energy: Floats = 0.5 * (s[:, 3] ** 2 + s[:, 4] ** 2) + spin
@@ -171,8 +171,8 @@ def heights(path: Trajectory) -> Floats:
     "name", ["triangle-8", "triangle-16", *sorted({*scene_names()} - {"storm", "elastic"})]
 )
 def test_energy_grows_at_most_by_what_a_substep_of_gravity_gives(name: str) -> None:
-    """What is lost at impacts is more than the method's error; without it the error shows, and
-    falls with the substep."""
+    """On these scenes, impacts lose more energy than the method's error adds; without loss, the
+    error shows, and falls with the substep."""
     board = scene(name).board if name in scene_names() else Board.preset(name)
     start = board.gravity * (board.bins.y - board.drop.y)
     for seed in range(3):
@@ -182,7 +182,7 @@ def test_energy_grows_at_most_by_what_a_substep_of_gravity_gives(name: str) -> N
 
 
 def test_elastic_impacts_gain_and_lose_no_energy() -> None:
-    """That of the parabola through the ends of the substeps: impacts are on chords below it."""
+    """Energy on the parabola through the substeps' ends: impacts are on chords below it."""
     h = Stepped().h
     board = box(3.0, 3.0, restitution=1.0)
     path = follow(board, thrown(0.3, 1.0, 1.0, 0.0), Stepped(), max_events=3000)
@@ -213,7 +213,7 @@ def test_the_energy_error_of_elastic_impacts_falls_with_substeps() -> None:
 
 
 def test_it_converges_to_the_exact_path_as_the_step_falls() -> None:
-    """Up to the second impact, over many drops: the error halves with the step, on average."""
+    """Before the second impact, the mean error over many drops halves with the step."""
     board = scene("low-restitution").board
     xs = [drop(board, seed).x_start for seed in range(40)]
     means = []
@@ -233,7 +233,7 @@ def test_it_converges_to_the_exact_path_as_the_step_falls() -> None:
 
 
 def test_a_free_fall_is_what_semi_implicit_euler_gives() -> None:
-    """v and y after n substeps of h: n g h and n (n + 1) g h^2 / 2; drag by its closed form."""
+    """After n substeps of h, v = n g h and y = n (n + 1) g h^2 / 2; drag has its closed form."""
     h = Stepped().h
     path = follow(place(), thrown(0.0, 0.0, 0.0, 0.0), Stepped())
     state = path.states_at(np.array([100.0 * h]))[0]
@@ -275,7 +275,7 @@ def test_rolling_on_level_ground_is_stopped_by_drag_and_ends() -> None:
 
 
 def test_slow_is_not_at_rest() -> None:
-    """A ball on a slope of a millionth slides off, and one at the top of its flight falls."""
+    """A ball on a slope of 10^-6 slides off, and a ball at the top of its flight falls."""
     slope = place(walls=(Wall(-0.5, 1.0 - 5e-7, 0.5, 1.0 + 5e-7),), restitution=0.0)
     assert follow(slope, at_start(slope, -0.4), Stepped()).outcome == LANDED
     up = follow(place(), thrown(0.0, 0.0, 0.0, -G * Stepped().h * 100.0), Stepped())

@@ -1,4 +1,4 @@
-"""A ball that enters late is where it would be, and lands when it would have."""
+"""A ball that enters late is where it would be anyway, and lands at the same time."""
 
 import pytest
 
@@ -10,7 +10,7 @@ SEEDS = (3, 4)
 
 
 def world_after(ticks: int, *, late_at: int) -> tuple[World, list[object]]:
-    """A world of two balls, of which the second began at tick 7 and was added at `late_at`."""
+    """A world of two balls; the second one starts at tick 7 and is added at tick `late_at`."""
     world, events = World(BOARD), list[object]()
     world.add(seed=SEEDS[0])
     for tick in range(ticks):

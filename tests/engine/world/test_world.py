@@ -1,4 +1,4 @@
-"""A world in steps: each ball is its own drop, whatever the step, the company, or the pauses."""
+"""In a world each ball takes its own drop's path, with any step, other balls and pauses."""
 
 import math
 from collections.abc import Callable
@@ -21,7 +21,7 @@ SOLVERS = ["exact", "stepped"]
 
 
 def run(world: World, steps: int = 5000) -> list[Any]:
-    """Step until nothing moves; all events on the way."""
+    """Step until nothing moves; returns all events."""
     events: list[Any] = []
     for _ in range(steps):
         if not world.awake:
@@ -79,7 +79,7 @@ def test_the_contacts_of_a_world_are_the_impacts_of_its_drops(solver: str) -> No
 
 
 def test_a_contact_tells_the_speed_of_the_approach() -> None:
-    """The first hit, before which the ball fell freely: the component along the normal."""
+    """At the first impact after a free fall, it is the component along the normal."""
     world = World(TRIANGLE)
     world.add(5)
     first = next(event for event in run(world) if isinstance(event, Contact))
@@ -107,8 +107,7 @@ def at_random(world: World) -> None:
 
 @pytest.mark.parametrize("name", ["triangle-16", "classic"])
 def test_an_exact_world_gives_the_same_bits_whatever_its_step(name: str) -> None:
-    """Worlds of steps of 1/30, 1/60, 1/144 s, and an odd one, advanced by equal and by random
-    times."""
+    """Worlds with steps of 1/30, 1/60, 1/144 and 0.0137 s, advanced by equal and random times."""
     board = Board.preset(name)
     results = []
     for dt in (1.0 / 60.0, 1.0 / 30.0, 1.0 / 144.0, 0.0137):
@@ -134,7 +133,7 @@ def contacts_of(events: list[Any], ball: int) -> list[Contact]:
 
 
 def test_a_stepped_world_depends_on_its_own_step_alone() -> None:
-    """Not on the times by which it is advanced: the accumulator cuts them into its steps."""
+    """The times by which it is advanced do not matter: the accumulator divides them into steps."""
     digests = set()
     for play in (frames_of(30.0), frames_of(60.0), frames_of(144.0), at_random):
         world = World(TRIANGLE, solver="stepped")
@@ -145,7 +144,7 @@ def test_a_stepped_world_depends_on_its_own_step_alone() -> None:
 
 
 def test_what_is_seen_of_a_ball_does_not_depend_on_the_step() -> None:
-    """At times that are ticks of both worlds the states are the same to the bit."""
+    """At times that are ticks of both worlds, the states have the same bits."""
     slow, fast = World(TRIANGLE, dt=1.0 / 32.0), World(TRIANGLE, dt=1.0 / 128.0)
     slow.add(3)
     fast.add(3)
@@ -193,7 +192,7 @@ def test_a_ball_added_later_falls_as_if_it_had_been_first(solver: str) -> None:
 
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_bodies_are_the_states_of_the_drops(solver: str) -> None:
-    """To the bit; but in the stepped solver velocities change with the substep that begins."""
+    """To the bit, except that the stepped solver's velocities are those of the next substep."""
     world = World(TRIANGLE, solver=solver)
     world.add(9)
     one = drop(TRIANGLE, 9, solver=solver)
@@ -213,7 +212,7 @@ def test_bodies_are_the_states_of_the_drops(solver: str) -> None:
 @pytest.mark.long
 @settings(max_examples=tries(15, 200))
 def test_a_restored_world_goes_on_to_the_bit(solver: str, ticks: list[int], first: int) -> None:
-    """Saved and restored at random ticks, with balls of different ages and half a step left."""
+    """Save and restore at random ticks, with balls of different ages and half a step left over."""
     world = World(TRIANGLE, solver=solver)
     events: list[Any] = []
     twin = World(TRIANGLE, solver=solver)
@@ -383,7 +382,7 @@ def test_a_world_keeps_a_large_board_s_arrays_only_for_balls() -> None:
 
 
 @pytest.mark.parametrize("bad", [-0.1, math.nan, math.inf, -math.inf])
-def test_a_frame_time_that_is_none_is_refused_with_its_value(bad: float) -> None:
+def test_an_invalid_frame_time_is_refused_with_its_value(bad: float) -> None:
     with pytest.raises(ParameterError) as caught:
         World(TRIANGLE).advance(bad)
     assert caught.value.field == "frame_time"
