@@ -10,7 +10,7 @@ import os
 import threading
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 from hypothesis import is_hypothesis_test, settings
@@ -20,9 +20,14 @@ from engine.exact.kept import Kept
 from engine.exact.trace import trace_many
 from engine.jit import limits, machine_code
 from engine.jit.decorator import EntryKernel
-from tests.kit import postgres
 from tests.long import LONG, tries
 from tests.rows import in_rows
+
+if TYPE_CHECKING:
+    from tests.kit.postgres import PostgreSQL
+
+# A failed assertion in the kit shows its values, as one in a test does.
+pytest.register_assert_rewrite("tests.kit")
 
 # Property tests try the same examples in every run. They have no deadline, so that they pass on a
 # slow machine. HYPOTHESIS_PROFILE=search tries many more, new examples.
@@ -70,8 +75,10 @@ def pytest_collection_finish() -> None:
 
 
 @pytest.fixture(scope="session")
-def postgresql() -> Iterator[postgres.PostgreSQL]:
+def postgresql() -> "Iterator[PostgreSQL]":
     """The PostgreSQL server that all tests of a process share; each test has its own databases."""
+    from tests.kit import postgres
+
     if missing := postgres.why_not():
         pytest.skip(missing)
     with postgres.running() as running:
