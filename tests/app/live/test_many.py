@@ -69,8 +69,8 @@ def test_a_sheet_is_about_square_and_reports_its_progress() -> None:
 @pytest.mark.parametrize(
     ("count", "options", "named"),
     [
-        (0, {}, "0 drops"),
-        (MOST_DROPS + 1, {}, f"{MOST_DROPS + 1} drops"),
+        (0, {}, "not 0"),
+        (MOST_DROPS + 1, {}, f"not {MOST_DROPS + 1}"),
         (4, {"columns": 0}, "columns 0"),
         (4, {"columns": 5}, "columns 5"),
         (9, {"width": 100}, "width 100"),
