@@ -159,7 +159,7 @@ async def test_fifty_viewers_get_the_same_bytes_drawn_once() -> None:
         assert cameras.running == 1
 
 
-async def test_a_frame_shows_the_balls_where_they_are_with_their_trails() -> None:
+async def test_a_frame_shows_balls_where_they_are_with_trails() -> None:
     async with filming() as cameras:
         room = room_of()
         room.drop(DropCommand(1))
@@ -252,7 +252,7 @@ async def test_a_camera_keeps_to_its_rate(monkeypatch: pytest.MonkeyPatch) -> No
         assert np.diff(came) == pytest.approx(0.1, abs=1e-6)
 
 
-async def test_a_bin_lights_up_and_the_light_goes_out_while_the_room_sleeps() -> None:
+async def test_a_bin_lights_up_and_goes_out_while_the_room_sleeps() -> None:
     async with filming() as cameras:
         now = [100.0]
         cameras._clock = lambda: now[0]
