@@ -304,7 +304,7 @@ async def test_cameras_and_viewers_are_bounded() -> None:
             await cameras.open(room, SHOT)
 
 
-def test_a_shot_that_cannot_be_is_refused_before_any_camera_films_it() -> None:
+def test_an_impossible_shot_is_refused_before_it_is_filmed() -> None:
     for width, theme, field in ((7, "light", "width"), (300, "pink", "theme")):
         with pytest.raises(InvalidValueError) as refused:
             Shot("r", width, theme, 25)
