@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from engine.multibody.static_geometry import Place
     from engine.world.world import World
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"
 """The release. PHYSICS_VERSION is the separate version of the drops' results."""
 
 __all__ = [
