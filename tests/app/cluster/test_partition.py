@@ -67,7 +67,7 @@ def test_a_server_cut_off_loses_nothing_and_harms_nothing_later(
     logs = [one.get(f"/api/v1/rooms/{room}/log").json()["drops"] for one in servers]
     assert logs[0] == logs[1] == logs[2]
     seeds = [int(each["seed"]) for each in logs[0]]
-    assert {ball: seeds[ball] for ball in told} == told, "what was told is so"
+    assert {ball: seeds[ball] for ball in told} == told, "the ledger has what clients were sent"
     assert len(set(seeds)) == len(seeds), "nothing came in twice"
     assert set(seeds) <= {*told.values(), 71}
     for each, seed in zip(logs[0], seeds, strict=True):

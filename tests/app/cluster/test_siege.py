@@ -55,10 +55,10 @@ async def test_servers_are_upgraded_in_turn_and_all_viewers_follow(
     assert siege.check() >= siege.acknowledged
     assert siege.breaks, "somebody was sent on"
     codes = sum((watcher.codes for watcher in siege.watchers), Counter())
-    assert set(codes) == {SENT_ON}, "and nobody was told of a failure"
+    assert set(codes) == {SENT_ON}, "and no client received an error"
     vain = sum(each.vain > 0 for each in siege.breaks)
     print(  # noqa: T201
-        f"gaps of who was sent on: {spread(siege.gaps)}; "
+        f"gaps of the clients that moved: {spread(siege.gaps)}; "
         f"{vain} of them came in vain before; "
         f"at most {max(each.ticks for each in siege.breaks)} ticks passed meanwhile"
     )

@@ -17,7 +17,7 @@ from tests.kit.waiting import LIMIT, eventually
 
 pytestmark = [
     pytest.mark.postgresql,
-    pytest.mark.long("two servers of its own, each killed and started once"),
+    pytest.mark.long("two own servers, each killed and started once"),
 ]
 
 BALLS = 5  # dropped before a server is killed, and as many after that

@@ -149,7 +149,7 @@ async def test_at_rest_nothing_is_sent_ticked_or_woken(
             assert sent > 0
             hearing = asyncio.create_task(player.step())
             await ticks(server, 18)
-            assert not hearing.done(), "nothing was heard of it"
+            assert not hearing.done(), "it was announced to nobody"
             assert (ticker.ticks, ticker.wakeups, traffic.frames) == (*counts, sent)
             await player.send(type="drop", seed=2)
             await hearing

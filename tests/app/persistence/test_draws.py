@@ -55,7 +55,7 @@ def test_a_session_of_a_draw_goes_on_after_a_restart(url: str, tmp_path: Path) -
     database = Database(url)
     database.open()
     with database.transaction() as connection:
-        assert totals.read(connection) == [], "odds of its own are no statistics of the board"
+        assert totals.read(connection) == [], "a draw's odds do not count for the board"
     database.close()
 
 

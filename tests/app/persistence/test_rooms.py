@@ -472,5 +472,5 @@ def test_kept_events_are_bounded_and_losses_are_reported() -> None:
     assert len(recent.since("r", 11, "", 11 + KEPT) or ()) == KEPT
     told = recent.since("r", 11, "", 20) or []
     heard = [event.ball for event in told if isinstance(event, messages.Accepted)]
-    assert heard == [*range(12, 21)], "what came later was heard"
+    assert heard == [*range(12, 21)], "the later event arrived"
     assert recent.since("other", 11, "", 11 + KEPT) is None

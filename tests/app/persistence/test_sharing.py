@@ -311,7 +311,7 @@ async def test_hundreds_of_simultaneous_seeks_cost_one_query(
         assert looks == ["main"]
         with pytest.raises(LeaseLostError):
             await b.rooms.seek("main")
-        assert looks == ["main"] * 2, "a later client is told what is so then"
+        assert looks == ["main"] * 2, "a later client receives the state of then"
 
 
 async def test_a_client_of_a_leaving_room_waits_until_it_is_there(address: str) -> None:

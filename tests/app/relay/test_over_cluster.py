@@ -43,4 +43,4 @@ async def test_a_room_is_followed_between_servers_even_after_a_kill(
                 assert anew["stats"]["drops"] == 2
                 drop_at(second, room, 44)
                 assert as_alone(await far.until("landed"), 44)
-                assert relay.here.lines == 0, "none needed a line of their own to a server"
+                assert relay.here.lines == 0, "none needed its own connection to a server"

@@ -100,7 +100,7 @@ class Relay:
 def test_a_new_client_receives_the_hello_and_then_events() -> None:
     relay = Relay()
     first, second = relay.joined(1), relay.joined(2)
-    assert relay.requests == [True], "one hello is for all who wait"
+    assert relay.requests == [True], "one hello serves all waiting clients"
     relay.happens(0)
     assert first.heard == []
     relay.hear(HELLO, hello())
@@ -122,7 +122,7 @@ def test_after_a_missing_message_all_wait_for_a_hello() -> None:
     relay.numbers += 1
     relay.happens(5)
     relay.happens(6)
-    assert one.kinds == ["hello"], "what came after a gap might be told twice or wrongly"
+    assert one.kinds == ["hello"], "events after a gap might arrive twice or wrong"
     assert relay.requests[1:] == [True, True]
     relay.hear(HELLO, hello())
     relay.happens(7)

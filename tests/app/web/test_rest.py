@@ -106,7 +106,7 @@ def test_a_worker_encodes_a_board_and_the_server_its_room_s_copy(
     assert registered.json()["digest"] == found.digest
     opened = http.post("/api/v1/rooms", json={"board": board}).raise_for_status().json()
     assert opened["board_digest"] == found.digest
-    assert made == ["large, say"], "for who watches and for the ledger alike"
+    assert made == ["large, say"], "for spectators and for the ledger alike"
 
 
 def test_registering_a_preset_adds_nothing(http: httpx.Client) -> None:

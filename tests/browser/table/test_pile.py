@@ -74,7 +74,7 @@ def test_the_pile_loads_at_first_touch_with_a_disc_for_each_ball(
     discs = widest(screen, quick)
     for bin_ in (first, second):
         wide, column = discs[bin_]
-        assert 0 < wide < 0.6 * column, "a disc, or some that lie beside each other"
+        assert 0 < wide < 0.6 * column, "a disc, or some next to each other"
     expect(screen.page.locator("#histogram")).to_have_attribute(
         "aria-label", re.compile(rf"bin {first}: \d")
     )

@@ -87,7 +87,9 @@ def test_every_panel_reports_a_stopped_auto_drop_alike(opened: Open, server: Ser
     returned = number(page.locator("#returned").inner_text())
     assert returned == pytest.approx(balls + profit)
     assert screen.rows.count() == min(balls, 30)
-    assert len(screen.drops_sent) == balls, "every ball is told, those in flight at the limit too"
+    assert len(screen.drops_sent) == balls, (
+        "every ball is reported, also those in flight at the limit"
+    )
 
 
 def test_a_stake_is_counted_and_paid_back_by_the_bin(opened: Open, quick: Quick) -> None:

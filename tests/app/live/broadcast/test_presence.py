@@ -111,7 +111,7 @@ def test_a_crowd_receives_few_names_less_often() -> None:
     last = ear.events[-1]
     assert last["here"] == 2000
     assert len(last["visitors"]) == MOST_NAMED
-    assert set(names(last)) <= {f"v{number}" for number in range(100)}, "those who play"
+    assert set(names(last)) <= {f"v{number}" for number in range(100)}, "the players"
     assert max(map(len, ear.wire)) < 2000
 
 

@@ -127,7 +127,7 @@ def _hold_ledger(siege: Siege, what: str) -> None:
     assert not audit.findings
     print(  # noqa: T201
         f"\n{what}: {dict(siege.happened)}\nanswers: {dict(siege.answers)}\n"
-        f"{siege.acknowledged} drops were told, {drops} computed again, "
-        f"{audit.drops} in the ledger, all are as they were told; "
+        f"{siege.acknowledged} drops were announced, {drops} computed again, "
+        f"{audit.drops} in the ledger, all are as they were announced; "
         f"slowest start {max(siege.server.starts):.1f} s"
     )

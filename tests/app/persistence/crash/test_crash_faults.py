@@ -209,5 +209,5 @@ async def test_after_stalls_and_full_disks_ledger_and_events_agree(
     refused = sum(len(told.refused) for told in load.rooms.values())
     print(  # noqa: T201
         f"{kind} on {database}: {FAULTS} faults, {load.acknowledged} drops taken, "
-        f"{refused} refused, {drops} computed again, all as they were told"
+        f"{refused} refused, {drops} computed again, all as they were announced"
     )

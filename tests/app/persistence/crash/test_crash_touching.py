@@ -107,6 +107,6 @@ async def test_inputs_of_a_box_survive_every_kill_and_replay(url: str) -> None:
                 for entry in log["inputs"]
                 if entry["input"]["type"] == "add"
             ]
-            assert set(told.placed) <= set(kept), "what was told is in the log"
+            assert set(told.placed) <= set(kept), "what was announced is in the log"
         assert server.end(signal.SIGTERM) == 0
     assert len(told.placed) >= PLACED * KILLS

@@ -168,7 +168,7 @@ def test_an_input_that_cannot_be_written_refuses_the_later_ones(
     asked = {seed: table.asks("main", seed) for seed in range(3, 6)}
     others = [table.asks("triangle-8", seed) for seed in range(13, 16)]
     table.turn()
-    assert table.asks("main", 6) is None, "not before the loop has heard of the refusal"
+    assert table.asks("main", 6) is None, "not before the loop knows of the refusal"
     table.work()
     assert table.ledger.up
     table.tick(3)

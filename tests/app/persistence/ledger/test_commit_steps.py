@@ -129,7 +129,7 @@ class Play:
         kept = [(each["input"]["seed"], each["tick"]) for each in logs[self.touching]["inputs"]]
         said = [(each["seed"], each["tick"]) for each in touching.accepted.values()]
         assert set(said) <= set(kept)
-        assert killed or len(said) == len(kept), "what is there was told"
+        assert killed or len(said) == len(kept), "each row was announced"
         self.table.end()
         hold(self.url, self.told[PUBLIC], Board.preset(PUBLIC), killed=killed)
         hold(self.url, self.told[self.own], BOARD, killed=killed)

@@ -89,7 +89,7 @@ class Spy:
                 assert signed[each["index"]] == each["signature"], "a receipt was taken back"
             if export["server_seed"] is not None:
                 assert export["end"]["signature"] == ended[session]["end_signature"]
-                assert len(export["drops"]) == drops[session], "the seed was told too early"
+                assert len(export["drops"]) == drops[session], "the seed was revealed too early"
 
 
 @dataclass

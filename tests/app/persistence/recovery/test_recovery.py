@@ -87,8 +87,8 @@ async def test_drops_that_another_physics_cannot_land_are_refunded(
     async with living(url) as life:
         await life.back()
         again = await life.rooms.seek(own.id)
-        assert again.owned, "who has its token still may change it"
-        assert (again.room.world.tick, again.room.taken) == (0, 0), "it begins anew"
+        assert again.owned, "its token still permits changes"
+        assert (again.room.world.tick, again.room.taken) == (0, 0), "it starts again"
         assert (await life.row(own.id)).physics_version == PHYSICS_VERSION
         assert life.rooms.find("main").room.taken == 0
         assert (await life.drop(again, 9, stake=5)).ball == 0
@@ -362,7 +362,7 @@ async def test_readable_rooms_of_a_damaged_list_continue(
         with pytest.raises(DamagedRoomError, match="list of rooms is damaged"):
             await life.rooms.seek(played.own)
         new = await life.rooms.create(BOARD, INDEPENDENT)
-        assert (await life.drop(new, 1)).ball == 0, "its session has a number of its own"
+        assert (await life.drop(new, 1)).ball == 0, "its run has its own number"
         await life.leave()
     monkeypatch.undo()
     async with living(url) as life:

@@ -115,7 +115,7 @@ def test_a_generated_typescript_client_plays(
 ) -> None:
     """Types by openapi-typescript, compiled with strict checks, run by Node.js."""
     node = shutil.which("node")
-    assert node, "Node.js is not installed; tools/node sees to that"
+    assert node, "Node.js is not installed: run tools/node"
     modules = REPOSITORY / "node_modules"
     os.symlink(modules, tmp_path / "node_modules")
     shutil.copy(HERE / "play.ts", tmp_path)

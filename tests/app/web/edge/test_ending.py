@@ -1,4 +1,4 @@
-"""A client whose request a stop of the server cuts off is told of the stop, not of a failure."""
+"""A client whose request is cut off by shutdown learns of the shutdown, not of an error."""
 
 import asyncio
 from concurrent.futures import ThreadPoolExecutor
