@@ -57,7 +57,12 @@ class Alive:
     async def run(self) -> None:
         """Send heartbeats until cancelled, also through failures of PostgreSQL."""
         self._handled = time.monotonic()
-        call, stop = asyncio.get_running_loop().call_soon_threadsafe, threading.Event()
+        loop, stop = asyncio.get_running_loop(), threading.Event()
+
+        def call(handle: Callable[..., object], *args: object) -> None:
+            if not stop.is_set():  # or else the loop may be closed, if PostgreSQL took long
+                loop.call_soon_threadsafe(handle, *args)
+
         thread = threading.Thread(target=self._beat, args=(call, stop), name="beats", daemon=True)
         thread.start()
         try:

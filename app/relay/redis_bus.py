@@ -33,7 +33,8 @@ class RedisBus:
         try:
             self._redis = Redis.from_url(url, socket_keepalive=True)
         except ValueError as error:
-            text = f"relays={url!r} is not an address such as redis://127.0.0.1:6379: {error}"
+            # Without the value, which may contain a password.
+            text = f"relays is not an address such as redis://127.0.0.1:6379: {error}"
             raise SettingError(text) from None
         self._listeners: dict[str, Heard] = {}
         self._queue: deque[tuple[str, bytes]] = deque(maxlen=_QUEUE)

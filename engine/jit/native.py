@@ -114,7 +114,7 @@ def load() -> dict[str, Callable[..., None]]:
     try:
         said = json.loads(INDEX.read_bytes())
         if not stamp.is_of(stamp.current(), said):
-            raise NoNativeCodeError("native code is made of other sources: `make kernels`")
+            raise NoNativeCodeError("native code is out of date; run `make kernels`")
         if sha256(path.read_bytes()).hexdigest() != said["libraries"][name]:
             raise NoNativeCodeError(f"{path.name} is not the one that was made")
         library = ctypes.CDLL(str(path))

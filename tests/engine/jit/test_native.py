@@ -137,7 +137,7 @@ def test_code_with_another_bit_is_not_trusted(
         ("system", lambda patch: patch.setattr("sys.platform", "plan9"), "no native code for this"),
         ("flags", lambda patch: patch.setattr(native, "_flags", set), "no native code for this"),
         ("stamp", lambda patch: patch.setattr(stamp, "current", lambda: {"sources": "others"}),
-         "other sources"),
+         "out of date"),
         ("folder", lambda patch: patch.setattr(native, "INDEX", native.FOLDER / "none.json"),
          "cannot be loaded"),
     ],
