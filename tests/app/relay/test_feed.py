@@ -152,12 +152,12 @@ async def test_a_client_of_a_relay_learns_what_waits_in_the_room() -> None:
         queue = one.rooms.find("main").queue
         await queue.change(lambda state: state.halted(True))
         await queue.add(3, 1.0, NO_TAG)
-        late = await joined(replica, one.ear())
         waits = {
             "type": "queue", "waiting": 3, "paused": True, "items": [{"number": 0, "left": 3}],
         }  # fmt: skip
+        await eventually(lambda: waits in early.told)
+        late = await joined(replica, one.ear())
         await eventually(lambda: waits in late.told)
-        assert waits in early.told
         assert early.told[0]["type"] == late.told[0]["type"] == "hello"
 
 
