@@ -39,8 +39,8 @@ async def test_a_room_is_followed_between_servers_even_after_a_kill(
                 drop_at(second, room, 43)
                 assert as_alone(await far.until("landed"), 43)
                 first.end(signal.SIGKILL)
-                anew = await far.until("hello")
-                assert anew["stats"]["drops"] == 2
+                new_hello = await far.until("hello")
+                assert new_hello["stats"]["drops"] == 2
                 drop_at(second, room, 44)
                 assert as_alone(await far.until("landed"), 44)
                 assert relay.here.lines == 0, "none needed its own connection to a server"

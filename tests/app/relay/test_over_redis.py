@@ -152,8 +152,8 @@ async def test_redis_may_end_and_come_back() -> None:
         await player.until("accepted")
         own.start()
         # After the restart a hello has the missed events.
-        anew = await far.until("hello")
-        assert anew["stats"]["drops"] == 1
+        new_hello = await far.until("hello")
+        assert new_hello["stats"]["drops"] == 1
         await player.send(type="drop", seed=2)
         assert (await far.until("accepted"))["seed"] == "2"
 

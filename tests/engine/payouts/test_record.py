@@ -88,10 +88,10 @@ def test_what_is_known_well_enough_is_wanted_no_more() -> None:
 
 def test_only_later_seeds_judge_a_table_that_is_solved_again() -> None:
     counted = counted_on(begun(), wanted(begun())[0], 50)["triangle-8"]
-    anew = counted.solved_again("triangle-8-high")
-    assert anew.fresh("triangle-8-high") == (Landings(None, (0,) * 9, 0, first=350),)
-    assert anew.fresh("triangle-8-low") == counted.fresh("triangle-8-low")
-    assert anew.all() == counted.all()
-    both = anew.solved_again("triangle-8")
-    assert both.blocks == anew.blocks
-    assert both.fresh("triangle-8") == anew.fresh("triangle-8-high")
+    solved = counted.solved_again("triangle-8-high")
+    assert solved.fresh("triangle-8-high") == (Landings(None, (0,) * 9, 0, first=350),)
+    assert solved.fresh("triangle-8-low") == counted.fresh("triangle-8-low")
+    assert solved.all() == counted.all()
+    both = solved.solved_again("triangle-8")
+    assert both.blocks == solved.blocks
+    assert both.fresh("triangle-8") == solved.fresh("triangle-8-high")
