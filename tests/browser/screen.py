@@ -153,7 +153,7 @@ class Screen:
         self.result = page.locator("#result")
         self.drop = page.locator("#drop")
         self.rows = page.locator("#drops > li")
-        self.sent: list[str | bytes] = []  # the messages that the page sent over its WebSockets
+        self._sent: list[str | bytes] = []
         self._artifacts = artifacts
         page.on("websocket", self._listen)
 
@@ -224,7 +224,14 @@ class Screen:
         socket.on("framesent", self._keep)
 
     def _keep(self, frame: str | bytes) -> None:
-        self.sent.append(frame)
+        self._sent.append(frame)
+
+    @property
+    def sent(self) -> list[str | bytes]:
+        """The messages that the page has sent over its WebSockets."""
+        # A key's or a click's end may overtake the message that it sent; an evaluation cannot.
+        self.page.evaluate("null")
+        return list(self._sent)
 
     @property
     def drops_sent(self) -> list[dict[str, Any]]:

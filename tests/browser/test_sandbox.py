@@ -217,7 +217,7 @@ def test_a_game_by_keyboard_alone(box: Any) -> None:
     page.keyboard.press("p")
     screen.state("paused")
     page.keyboard.press(".")
-    assert told(screen, "step")
+    assert told(screen, "step") == [{"type": "step"}]
     page.keyboard.press("p")
     screen.state("live", "asleep")
     page.keyboard.press("Delete")
