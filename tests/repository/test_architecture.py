@@ -26,6 +26,17 @@ def test_every_package_of_engine_and_server_is_in_the_drawing() -> None:
         assert parts - {"__init__", "__pycache__"} == {part for row in stack.layers for part in row}
 
 
+def test_every_folder_is_on_the_page() -> None:
+    sources = (
+        path.relative_to(ROOT)
+        for top in ("app", "engine", "static", "benchmarks")
+        for path in (ROOT / top).rglob("*")
+        if path.suffix in {".py", ".js", ".css", ".html", ".part"}
+    )
+    folders = {f"{path.parent}/" for path in sources if "node_modules" not in path.parts}
+    assert folders <= set(NAMED)
+
+
 def definitions(path: Path) -> set[str]:
     """Names that a Python file defines (members as Class.name); all words of other files."""
     text = path.read_text(encoding="utf-8")
