@@ -110,18 +110,18 @@ class View:
             holder = heirs[0].holder
         raise LeaseLostError(f"room {room_id!r} is at another server", field="room", holder=holder)
 
+    @property
+    def takers(self) -> list[Member]:
+        """The servers that can take rooms: all that do not leave."""
+        return [each for each in self.members.values() if not each.leaving]
+
     def named(self, name: str) -> Member | None:
-        """The server whose name or holder this is; None also for one that leaves."""
-        for member in self.members.values():
-            if name in (member.name, member.holder) and not member.leaving:
-                return member
-        return None
+        """The server with this name or holder that can take rooms."""
+        return next((each for each in self.takers if name in (each.name, each.holder)), None)
 
     def others(self, holder: str) -> list[Member]:
         """The servers other than `holder` that can take rooms."""
-        return [
-            each for each in self.members.values() if each.holder != holder and not each.leaving
-        ]
+        return [each for each in self.takers if each.holder != holder]
 
 
 def order(room_id: str, members: Iterable[Member]) -> list[Member]:

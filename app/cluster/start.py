@@ -106,9 +106,7 @@ class Cluster:
         view = self._alive.view
         target = view.named(to)
         if target is None:
-            names = ", ".join(
-                sorted(each.name for each in view.members.values() if not each.leaving)
-            )
+            names = ", ".join(sorted(each.name for each in view.takers))
             text = f"to={shorten(to)} is not the name of a server; choose one of {names}"
             raise InvalidValueError(text, field="to")
         if target.holder != self._book.holder:

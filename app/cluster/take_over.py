@@ -89,7 +89,7 @@ class TakeOver:
         """
         before, self._orphaned = self._orphaned, orphans(rows, awake, self._alive.view)
         self._lost = self._orphaned & {row.room for row in rows}
-        able = [each for each in self._alive.view.members.values() if not each.leaving]
+        able = self._alive.view.takers
         mine = {each for each in self._orphaned if order(each, able)[:1] == [self._alive.me]}
         return mine | (self._orphaned & before)
 

@@ -1,14 +1,17 @@
 """Work that depends on a failed server is cancelled; a late server logs that it was late."""
 
 import asyncio
+import contextlib
+import threading
 from collections.abc import Iterable
 
 import pytest
 
 from app.cluster.alive import Alive
+from app.cluster.beats import Beats
 from app.cluster.membership import BEAT, LEASE, Member, Seen
 from app.persistence.lease_book import LeaseBook
-from tests.kit.waiting import turns
+from tests.kit.waiting import LIMIT, turns
 
 A, B = Member("a.1", "a", ""), Member("b.1", "b", "http://b")
 
@@ -75,3 +78,36 @@ def test_others_are_doubted_only_when_postgresql_fails_and_once(
     assert line.startswith("heartbeats fail")
     beat(alive, B, age=3 * LEASE)
     assert len(caplog.messages) == 1, "the time without PostgreSQL is not this server's"
+
+
+def test_a_heartbeat_after_the_end_calls_no_closed_loop(monkeypatch: pytest.MonkeyPatch) -> None:
+    """PostgreSQL may answer only after the server has given up waiting for it."""
+    asked, answers = threading.Event(), threading.Event()
+    errors: list[threading.ExceptHookArgs] = []
+
+    class Slow:
+        def beat(self, me: Member) -> list[Seen]:
+            asked.set()
+            assert answers.wait(LIMIT)
+            return [Seen(me, BEAT, connected=True)]
+
+        def pause(self) -> None:
+            """The end is near."""
+
+    monkeypatch.setattr(Beats, "connected", lambda _: contextlib.nullcontext(Slow()))
+    monkeypatch.setattr("app.cluster.alive.LEASE", 0.0)  # how long the end waits for the thread
+    monkeypatch.setattr(threading, "excepthook", errors.append)
+
+    async def serve() -> None:
+        running = asyncio.create_task(Alive("", LeaseBook("a.1"), "a").run())
+        await asyncio.to_thread(asked.wait, LIMIT)
+        running.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await running
+
+    asyncio.run(serve())
+    (beats,) = (each for each in threading.enumerate() if each.name == "beats")
+    answers.set()
+    beats.join(LIMIT)
+    assert not beats.is_alive()
+    assert errors == []

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 
+import msgspec
 import pytest
 
 from app.cluster.membership import BEAT, LATE, LEASE, Member, Seen, View, order, orphans
@@ -164,3 +165,11 @@ def test_a_server_that_ends_moves_no_rooms_but_its_own() -> None:
     after = {room: order(room, [A, B])[0] for room in ROOMS}
     moved = Counter(before[room].name for room in ROOMS if before[room] != after[room])
     assert set(moved) == {"c"}
+
+
+def test_a_server_that_leaves_is_offered_no_rooms() -> None:
+    view = sure(msgspec.structs.replace(B, leaving=True), C)
+    assert {each.name for each in view.takers} == {"a", "c"}
+    assert view.named(B.name) is None
+    assert view.named(C.name) == C
+    assert view.others(A.holder) == [C]
