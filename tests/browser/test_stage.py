@@ -214,7 +214,6 @@ def shows_all(stage: Screen, pupils: dict[str, str]) -> bool:
 
 
 def test_phones_join_by_the_code_each_with_its_colour(opened: Open, server: ServerProcess) -> None:
-    # A ball falls longer than the second after which a new visitor's name reaches the others.
     board = Board.preset("triangle-8").replace(name="class").to_dict()
     room = httpx.post(f"{server.url}/api/v1/rooms", json={"board": board}, timeout=LIMIT).json()
     address = f"/stage.html?room={room['id']}&leaders=balls&join=on"

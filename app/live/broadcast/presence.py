@@ -1,7 +1,7 @@
 """Presence: the visitors of a room, who have given a name or colour, see a list of each other.
 
-The list is short and sent at most once a second. Clients that are no visitors do not receive it,
-and a room without visitors costs nothing.
+The list is short and sent at most once a second, and before a newcomer's first ball. Clients that
+are no visitors do not receive it, and a room without visitors costs nothing.
 """
 
 import asyncio
@@ -21,7 +21,7 @@ from app.protocol.wire import WireMessage
 MOST_NAMED: Final = 24
 """Visitors listed in one event: the last that came, changed their name or dropped a ball."""
 
-_PAUSE: Final = 1.0  # s at least between two events of a room
+_PAUSE: Final = 1.0  # s at least between two events of a room, but for newcomers' first balls
 
 _SENDS: Final = 200.0
 """Most presence messages a second in a room: with more visitors, updates become rarer."""
@@ -34,7 +34,13 @@ class Company:
         self.clients: dict[int, Client] = {}
         self._visitors: OrderedDict[int, Visitor] = OrderedDict()  # by client
         self._numbers = 0
+        self._told = 0  # the last number when the state was last sent
         self._last_sent: messages.Presence | None = None  # the last state sent
+
+    @property
+    def pause(self) -> float:
+        """Seconds at least between two updates."""
+        return max(_PAUSE, len(self.clients) / _SENDS)
 
     def appear(self, client: Client, name: str | None, colour: str | None) -> Visitor:
         """Add a visitor, or change its name and colour."""
@@ -58,6 +64,10 @@ class Company:
         self._visitors.move_to_end(client_id)
         return self._visitors[client_id].visitor
 
+    def is_new(self, visitor: int) -> bool:
+        """Whether this visitor came after the state was last sent."""
+        return visitor > self._told
+
     def state(self) -> messages.Presence:
         """The number of visitors, and the most recently active ones in the order of numbers."""
         last = islice(reversed(self._visitors.values()), MOST_NAMED)
@@ -66,7 +76,7 @@ class Company:
 
     def news(self) -> messages.Presence | None:
         """The state, unless it equals the last one sent."""
-        state = self.state()
+        state, self._told = self.state(), self._numbers
         if state == self._last_sent:
             return None
         self._last_sent = state
@@ -118,7 +128,10 @@ class Presence:
         visitor = company.act(client_id)
         if visitor is None:
             return event
-        self._send_soon(room_id)
+        if company.is_new(visitor) and company.pause == _PAUSE:
+            self._send(room_id)
+        else:
+            self._send_soon(room_id)
         return msgspec.structs.replace(event, visitor=visitor)
 
     def _send_soon(self, room_id: str) -> None:
@@ -126,10 +139,9 @@ class Presence:
         if room_id in self._waiting:
             return
         self._waiting.add(room_id)
-        pause = max(_PAUSE, len(self._companies[room_id].clients) / _SENDS)
         sent_at = self._sent_at.get(room_id)
-        rest = 0.0 if sent_at is None else max(0.0, sent_at + pause - self._clock())
-        self._later(rest, lambda: self._send(room_id))
+        due = 0.0 if sent_at is None else sent_at + self._companies[room_id].pause
+        self._later(max(0.0, due - self._clock()), lambda: self._send(room_id))
 
     def _send(self, room_id: str) -> None:
         self._waiting.discard(room_id)

@@ -86,6 +86,25 @@ def test_however_often_something_changes_a_second_has_one_event() -> None:
     assert salon.idle
 
 
+def test_others_know_a_newcomer_before_the_first_ball() -> None:
+    salon = Salon()
+    salon.appear(1)
+    salon.wait(1.0)
+    salon.appear(2, "Ben")
+    salon.wait(0.0)
+    salon.appear(3, "Cleo")
+    ear = salon.ears[1]
+    assert "Cleo" not in names(ear.events[-1]), "a second has one event"
+    salon.presence.signed("r", 3, ACCEPTED)
+    assert names(ear.events[-1]) == [None, "Ben", "Cleo"]
+    before = len(ear.events)
+    for _ in range(9):
+        salon.presence.signed("r", 3, ACCEPTED)
+    assert len(ear.events) == before, "a known visitor's balls wait for no list"
+    salon.wait(5.0)
+    assert salon.idle
+
+
 def test_without_changes_no_presence_is_sent() -> None:
     salon = Salon()
     salon.appear(1)
