@@ -77,8 +77,7 @@ SERVERS ?= tests/app/cluster tests/app/persistence tests/app/relay tests/deploy
 # compiles the modules only once.
 test: export PYTHONDONTWRITEBYTECODE =
 test: $(VENV)/.stamp-test node_modules/.stamp
-	$(WITH_NODE) && node --test --test-reporter=spec $$(find tests/js -name '*.test.js' | sort)
-	chromium="$$(tools/chromium shell)" && \
+	$(WITH_NODE) && chromium="$$(tools/chromium shell)" && \
 	CHROMIUM="$$chromium" $(BIN)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal \
 		$(SERVERS:%=--ignore %) $(PYTEST_ARGS)
 

@@ -104,7 +104,8 @@ class Workers:
         self, work: Callable[[], object], *, quick: bool = False, deadline: float = DEADLINE
     ) -> Done:
         """Like `run`, but return the time it took too; an error that `work` raised is in `Done`."""
-        if self.full or self._closed:
+        self._check_open()
+        if self.full:
             raise BusyError(f"the server already has {self.jobs} jobs; try again later")
         async with self._turn(quick):
             message = packed(work)
@@ -125,6 +126,10 @@ class Workers:
         while self._idle:
             self._idle.pop().end()
 
+    def _check_open(self) -> None:
+        if self._closed:
+            raise BusyError("the server is stopping")
+
     @contextlib.asynccontextmanager
     async def _turn(self, quick: bool) -> AsyncIterator[None]:
         """Wait for the job's turn, and occupy its place until the caller is done."""
@@ -133,8 +138,7 @@ class Workers:
         self._admit()
         try:
             await job.turn.wait()
-            if self._closed:
-                raise BusyError("the server is stopping")
+            self._check_open()
             yield
         finally:
             (self._waiting if job in self._waiting else self._running).remove(job)
@@ -155,8 +159,7 @@ class Workers:
         done = None
         self._working.append(worker)
         try:
-            if self._closed:
-                raise BusyError("the server is stopping")
+            self._check_open()
             done = await worker.do(work, seconds, self._patience * seconds)
         finally:
             self._working.remove(worker)

@@ -176,22 +176,20 @@ def complaints() -> Iterator[Complaints]:
 
 
 # Run before the page: a display of 20 Hz, for pages whose motion is not tested. Without a graphics
-# card the usual 60 Hz need nearly all of a processor.
+# card the usual 60 Hz need nearly all of a processor. A timer lets two of three frames pass: the
+# browser lays the page out in each frame that it is asked for.
 SLOW_DISPLAY = """
 {
   const next = window.requestAnimationFrame.bind(window);
-  const waiting = new Map();
+  const waiting = new Set();
   let count = 0;
-  const after = (frames, handle, draw) => next((now) => {
-    if (!waiting.has(handle)) return;
-    if (frames > 1) return after(frames - 1, handle, draw);
-    waiting.delete(handle);
-    draw(now);
-  });
   window.requestAnimationFrame = (draw) => {
-    waiting.set(++count, true);
-    after(3, count, draw);
-    return count;
+    const handle = (count += 1);
+    waiting.add(handle);
+    setTimeout(() => {
+      if (waiting.has(handle)) next((now) => { if (waiting.delete(handle)) draw(now); });
+    }, 34);
+    return handle;
   };
   window.cancelAnimationFrame = (handle) => waiting.delete(handle);
 }

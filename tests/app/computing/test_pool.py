@@ -206,7 +206,7 @@ async def test_closing_ends_what_runs_and_refuses_what_waits() -> None:
     assert [type(end) for end in ends] == [EndedError, BusyError, BusyError]
     assert [answer(end).status for end in ends if isinstance(end, Exception)] == [503] * 3
     assert all(worker.ended for worker in pool.made)
-    with pytest.raises(BusyError):
+    with pytest.raises(BusyError, match="the server is stopping"):
         await pool.run(nothing)
 
 
