@@ -19,21 +19,21 @@ expect.set_options(timeout=1000 * LIMIT)
 
 # Run before the page: `late` is the newest picture's delay in ms, relative to the fastest one.
 HEAR = """
-window.heard = { at: 0, late: 0, pieces: false, computes: false };
+window.received = { at: 0, late: 0, pieces: false, computes: false };
 const samples = [];
 window.WebSocket = class extends WebSocket {
   constructor(...all) {
     super(...all);
-    heard.computes = String(all[0]).includes("stream=seeds");
+    received.computes = String(all[0]).includes("stream=seeds");
     this.addEventListener("message", ({ data }) => {
       // The ticks of a room that slept have a new offset.
       if (typeof data === "string" && data.includes('"accepted"')) samples.length = 0;
       if (typeof data === "string") return;
-      heard.pieces = new DataView(data).getUint8(0) === 0x53;
-      heard.at = performance.now();
-      samples.push(heard.at - (1000 / 60) * new DataView(data).getUint32(4, true));
+      received.pieces = new DataView(data).getUint8(0) === 0x53;
+      received.at = performance.now();
+      samples.push(received.at - (1000 / 60) * new DataView(data).getUint32(4, true));
       if (samples.length > 120) samples.shift();
-      heard.late = samples.at(-1) - Math.min(...samples);
+      received.late = samples.at(-1) - Math.min(...samples);
     });
   }
 };
@@ -86,8 +86,8 @@ async (known) => {
     await new Promise(requestAnimationFrame);
     if (performance.now() > deadline) throw new Error("nothing landed within a minute");
     // Segments come only with bounces: a pause between them is no delay.
-    const since = (heard.pieces ? 0 : performance.now() - heard.at) + heard.late;
-    if (!heard.computes && since > known) continue;
+    const since = (received.pieces ? 0 : performance.now() - received.at) + received.late;
+    if (!received.computes && since > known) continue;
     const { data } = ctx.getImageData(0, 0, canvas.width, canvas.height);
     let count = 0, x = 0, y = 0;
     for (let i = 0; i < data.length; i += 4) {

@@ -46,7 +46,7 @@ class Replay:
 
     @property
     def oldest_in_flight(self) -> int:
-        """The first drop in flight; the next input's number if there is none."""
+        """The first drop in flight; without one, the next input's number."""
         return min((ball.ball for ball in self.room.balls), default=self.room.taken)
 
     def expect(self, results: Iterable[ResultRow]) -> None:

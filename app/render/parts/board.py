@@ -132,7 +132,7 @@ def _plate(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
 
 
 def _field(board: Board, view: View) -> list[Point]:
-    """The outline of the area between the side walls, or of the picture if there are none."""
+    """The outline of the area between the side walls, or of the picture without them."""
     width, height = float(view.width), float(view.height)
     sides = {side: _side(board, view, side) for side in (-1, 1)}
     left = sides[-1] or [(0.0, 0.0), (0.0, height)]

@@ -67,7 +67,7 @@ export class Run {
   /**
    * Drops the balls that are due.
    * @param {number} nowMs @param {() => boolean} hasRoom whether the room has space for another ball
-   * @returns {number} ms until the next ball is due; infinite if there is none
+   * @returns {number} ms until the next ball is due; infinite without one
    */
   give(nowMs, hasRoom) {
     for (const shower of this.#showers) {

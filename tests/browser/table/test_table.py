@@ -376,16 +376,16 @@ def test_another_gravity_and_material_make_a_table_of_their_own(opened: Open) ->
 
 
 _LISTEN = """
-window.heard = { contexts: 0, voices: 0, now: 0, most: 0 };
+window.sounds = { contexts: 0, voices: 0, now: 0, most: 0 };
 const Real = window.AudioContext;
 window.AudioContext = class extends Real {
-  constructor(...all) { super(...all); heard.contexts += 1; }
+  constructor(...all) { super(...all); sounds.contexts += 1; }
   createOscillator() {
     const voice = super.createOscillator();
-    heard.voices += 1;
-    heard.now += 1;
-    heard.most = Math.max(heard.most, heard.now);
-    voice.addEventListener("ended", () => { heard.now -= 1; });
+    sounds.voices += 1;
+    sounds.now += 1;
+    sounds.most = Math.max(sounds.most, sounds.now);
+    voice.addEventListener("ended", () => { sounds.now -= 1; });
     return voice;
   }
 };
@@ -396,7 +396,7 @@ def test_sound_is_offered_once_and_off_until_asked_for(opened: Open, quick: Quic
     screen = opened(quick.page, before=_LISTEN).ready()
     screen.drop.click()
     expect(screen.rows).to_have_count(1)
-    assert screen.page.evaluate("heard") == {"contexts": 0, "voices": 0, "now": 0, "most": 0}
+    assert screen.page.evaluate("sounds") == {"contexts": 0, "voices": 0, "now": 0, "most": 0}
 
     button = screen.page.get_by_role("button", name="Sound")
     expect(button).to_have_attribute("aria-pressed", "false")
@@ -407,27 +407,27 @@ def test_sound_is_offered_once_and_off_until_asked_for(opened: Open, quick: Quic
     screen.page.get_by_role("radio", name="20 balls").check()
     screen.drop.click()
     expect(screen.rows).to_have_count(21)
-    heard = screen.page.evaluate("heard")
-    assert heard["contexts"] == 1
-    assert heard["voices"] > 20
-    assert heard["most"] <= 16
+    sounds = screen.page.evaluate("sounds")
+    assert sounds["contexts"] == 1
+    assert sounds["voices"] > 20
+    assert sounds["most"] <= 16
 
     button.click()
-    before = screen.page.evaluate("heard.voices")
+    before = screen.page.evaluate("sounds.voices")
     screen.page.get_by_role("radio", name="1 ball", exact=True).check()
     screen.drop.click()
     expect(screen.rows).to_have_count(22)
-    assert screen.page.evaluate("heard.voices") == before
+    assert screen.page.evaluate("sounds.voices") == before
 
     button.click()
     screen.page.reload()
     screen.ready()
     expect(button).to_have_attribute("aria-pressed", "true")
     expect(screen.page.locator("#volume")).to_have_value("35")
-    assert screen.page.evaluate("heard.contexts") == 0, "nobody has touched this page yet"
+    assert screen.page.evaluate("sounds.contexts") == 0, "nobody has touched this page yet"
     screen.page.keyboard.press("Space")
     expect(screen.rows).to_have_count(23)
-    assert screen.page.evaluate("heard.voices") > 0
+    assert screen.page.evaluate("sounds.voices") > 0
     expect(screen.page.locator("#offer")).to_be_hidden()
 
 
@@ -436,22 +436,22 @@ def test_the_harder_the_impact_the_louder_the_sound(run: Run) -> None:
         "play/sound/sound.js",
         """async ({ strike }) => {
           const { toneOf } = await import("/js/play/sound/tones.js");
-          const heard = [];
+          const sounds = [];
           for (const speed of [0.3, 1, 3, 6]) {
             const context = new OfflineAudioContext(2, 9600, 48000);
             const tone = toneOf({ kind: 0, speed, x: 0 }, { left: -1, right: 1 });
             strike(context, context.destination, tone, 0, () => {});
             const sound = await context.startRendering();
             const data = sound.getChannelData(0);
-            heard.push(Math.sqrt(data.reduce((sum, one) => sum + one * one, 0) / data.length));
+            sounds.push(Math.sqrt(data.reduce((sum, one) => sum + one * one, 0) / data.length));
           }
           const soft = toneOf({ kind: 0, speed: 0.1, x: 0 }, { left: -1, right: 1 });
-          return { heard, soft };
+          return { sounds, soft };
         }""",
     )
     assert loud["soft"] is None
-    assert loud["heard"] == sorted(loud["heard"])
-    assert loud["heard"][-1] > 5 * loud["heard"][0] > 0
+    assert loud["sounds"] == sorted(loud["sounds"])
+    assert loud["sounds"][-1] > 5 * loud["sounds"][0] > 0
 
 
 def test_light_or_dark_as_the_player_says_on_every_page(opened: Open, quick: Quick) -> None:

@@ -22,7 +22,7 @@ const KEPT = 20; // boards
 /** @param {Kept} storage @returns {[string, number][]} pairs of board name and aim; the last changed at the end */
 const keptAims = (storage) => JSON.parse(storage.getItem(KEY) ?? "[]");
 
-/** @param {Kept} storage @param {string} name of a board @returns {number | null} m; null if there is none */
+/** @param {Kept} storage @param {string} name of a board @returns {number | null} m; null without one */
 export function keptAim(storage, name) {
   return keptAims(storage).find(([board]) => board === name)?.[1] ?? null;
 }
