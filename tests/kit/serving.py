@@ -20,7 +20,7 @@ from app.settings import Settings
 from app.web.routes.page import Release
 from app.web.services import Services
 from tests.kit.address import Address
-from tests.kit.waiting import until
+from tests.kit.waiting import LIMIT, until
 
 
 @dataclass(frozen=True)
@@ -107,6 +107,8 @@ def serving(**settings: Any) -> Iterator[Running]:
     app = create_app(chosen)
     server = server_over(app, chosen)
     with in_thread(server, listen(chosen), lambda: server.listening.wait(0.1)) as url:
+        # It prints its address last: a test that reads what is printed must not find that.
+        assert server.listening.wait(LIMIT)
         yield Running(url, app.state.services, server)
 
 
