@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import Iterator
+from typing import Any, Final
 
 import httpx
 import pytest
@@ -28,11 +29,15 @@ def what_starts_read() -> None:
     share_what_starts_read()
 
 
+# One address may open a tenth of the rooms.
+PLENTY: Final[dict[str, Any]] = {"drop_rate": 1000.0, "creator_rooms": 1000, "max_rooms": 100_000}
+
+
 @pytest.fixture(scope="session")
 def server() -> Iterator[Running]:
     with contextlib.ExitStack() as stack:
         with constants(**{"app.main.COMPUTE_BURST": 1e6}):
-            running = stack.enter_context(serving(drop_rate=1000.0, creator_rooms=1000))
+            running = stack.enter_context(serving(**PLENTY))
         yield running
 
 

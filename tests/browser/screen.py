@@ -46,6 +46,13 @@ window.frames_asked = 0;
 window.requestAnimationFrame = (draw) => { window.frames_asked += 1; return turn(draw); };
 """
 
+# Run before the page: keeps all states of the connection, of which some last only a moment.
+STATES = """
+window.states = [];
+new MutationObserver(() => states.push(document.documentElement.dataset.state))
+  .observe(document, { subtree: true, attributeFilter: ["data-state"] });
+"""
+
 # Wait for `count` frames of the display, whether the page draws or not.
 _FRAMES = """
 async (count) => {
@@ -182,6 +189,17 @@ class Screen:
         expect(self.root).to_have_attribute("data-state", re.compile(f"^({'|'.join(names)})$"))
         return self
 
+    def passed(self, *names: str) -> "Screen":
+        """Wait until these states have followed each other; the page must be opened with STATES."""
+        self.page.wait_for_function("names => states.join().includes(names)", arg=",".join(names))
+        return self
+
+    def paused(self) -> "Screen":
+        """Wait for a replay, and stop it at its start."""
+        self.state("replay")
+        self.page.locator("#time").fill("0")
+        return self
+
     def landed(self, bin_: int) -> None:
         """Wait until the page reports a landing in this bin."""
         expect(self.root).to_have_attribute("data-last-bin", str(bin_))
@@ -238,6 +256,17 @@ class Screen:
         """The drop messages that the page sent, without its other messages."""
         messages = [json.loads(frame) for frame in self.sent]
         return [message for message in messages if message["type"] == "drop"]
+
+    def staked(self, balls: int) -> None:
+        """Drop this many balls, and wait until the table has accepted their stakes."""
+        self.page.get_by_role("radio", name=f"{balls} balls").check(force=True)
+        self.drop.click()
+        self.page.wait_for_function(
+            "(balls) => JSON.parse(localStorage['plinko.account.1'] ?? 'null') !== null"
+            " && Object.values(JSON.parse(localStorage['plinko.account.1']).sessions)"
+            ".flatMap(({ drops }) => Object.values(drops)).length === balls",
+            arg=balls,
+        )
 
     def last_dropped(self) -> Any:
         """The drop in the top row of the list, requested from REST by board and seed."""

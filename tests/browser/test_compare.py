@@ -17,12 +17,6 @@ from tests.browser.screen import Screen
 LINK = "/compare.html?board=triangle-12&seed=42"
 
 
-def paused(screen: Screen) -> Screen:
-    screen.state("replay")
-    screen.page.get_by_role("button", name="Pause").click()
-    return screen
-
-
 def parted(one: Drop, two: Drop) -> float | None:
     """The first time in s when two balls are more than a radius apart, in steps of 1 ms."""
     times = np.arange(0.0, min(one.duration, two.duration), 1e-3)
@@ -47,7 +41,7 @@ def check_verdict(screen: Screen, one: Drop, two: Drop) -> None:
 
 
 def test_the_second_ball_starts_one_bit_from_the_first(opened: Open) -> None:
-    screen = paused(opened(LINK))
+    screen = opened(LINK).paused()
     board = Board.preset("triangle-12")
     one = drop(board, 42)
     two = drop(board, 42, x=math.nextafter(one.x_start, math.inf))
@@ -63,7 +57,7 @@ def test_the_second_ball_starts_one_bit_from_the_first(opened: Open) -> None:
 
 @pytest.mark.parametrize(("name", "shift"), [("1 nm", 1e-9), ("1 mm", 1e-3)])
 def test_a_difference_can_be_chosen(opened: Open, name: str, shift: float) -> None:
-    screen = paused(opened(LINK))
+    screen = opened(LINK).paused()
     screen.page.get_by_role("radio", name=name).check()
     screen.page.get_by_role("button", name="Compare", exact=True).click()
     screen.page.wait_for_url(re.compile("shift="))
@@ -74,13 +68,13 @@ def test_a_difference_can_be_chosen(opened: Open, name: str, shift: float) -> No
 
 
 def test_two_seeds_are_compared_with_their_distance_at_all_times(opened: Open) -> None:
-    screen = paused(opened(LINK))
+    screen = opened(LINK).paused()
     page = screen.page
     page.get_by_role("radio", name="other seed").check()
     page.get_by_label("Second seed").fill("7")
     page.get_by_role("button", name="Compare", exact=True).click()
     page.wait_for_url(re.compile("with=7"))
-    paused(screen)
+    screen.paused()
     board = Board.preset("triangle-12")
     one, two = drop(board, 42), drop(board, 7)
     page.get_by_label("Time in the drops").fill("1.5")
@@ -92,7 +86,7 @@ def test_two_seeds_are_compared_with_their_distance_at_all_times(opened: Open) -
 
 
 def test_the_plot_goes_by_time_or_by_impacts_and_leads_there(opened: Open) -> None:
-    screen = paused(opened(f"{LINK}&shift=1e-6"))
+    screen = opened(f"{LINK}&shift=1e-6").paused()
     plot = screen.page.locator("#distance")
     by_time = plot.evaluate("canvas => canvas.toDataURL()")
     screen.page.get_by_label("impacts", exact=True).check()
@@ -106,7 +100,7 @@ def test_the_plot_goes_by_time_or_by_impacts_and_leads_there(opened: Open) -> No
 
 
 def test_a_seed_that_parts_is_found(opened: Open) -> None:
-    screen = paused(opened(f"{LINK}&shift=1e-3"))
+    screen = opened(f"{LINK}&shift=1e-3").paused()
     screen.page.get_by_role("button", name="Find a pair that splits").click()
     screen.page.wait_for_url(re.compile("seed=(?!42)"))
     screen.state("replay")
@@ -128,13 +122,13 @@ def test_it_opens_on_balls_a_nanometre_apart_one_of_which_wins(opened: Open) -> 
 def test_a_start_at_the_edge_is_shifted_inwards(opened: Open) -> None:
     zone = Board.preset("triangle-12").drop
     edge = zone.x + zone.span
-    screen = paused(opened(f"{LINK}&x={edge!r}"))
+    screen = opened(f"{LINK}&x={edge!r}").paused()
     inside = math.nextafter(edge, -math.inf)
     expect(screen.fact("start-2")).to_have_text(f"{inside!r} m")
 
 
 def test_a_seed_that_is_none_is_named(opened: Open) -> None:
-    screen = paused(opened(LINK))
+    screen = opened(LINK).paused()
     screen.page.get_by_role("radio", name="other seed").check()
     screen.page.get_by_label("Second seed").fill("x7")
     screen.page.get_by_role("button", name="Compare", exact=True).click()
@@ -159,7 +153,7 @@ def test_reduced_motion_shows_both_paths_at_once(opened: Open) -> None:
 @pytest.mark.parametrize("device", SCREENS)
 def test_the_comparison_fits_its_screens(opened: Open, device: str) -> None:
     options = context_for(device)
-    screen = paused(opened(f"{LINK}&shift=1e-3", **options))
+    screen = opened(f"{LINK}&shift=1e-3", **options).paused()
     screen.page.get_by_label("Time in the drops").fill("4")
     for name in each_screen(screen, device):
         check_fit(screen)

@@ -32,6 +32,7 @@ def test_pages_open_and_compute_with_the_network_cut(opened: Open, complaints: C
     page.context.set_offline(True)
 
     page.goto(f"{base}/replay.html?board=triangle-16&seed=42")
+    expect(page.locator("html")).to_have_attribute("data-state", "replay")
     page.get_by_role("button", name="Prüfen").click()
     expect(page.locator("#verdict")).to_contain_text("In dieser Seite wiederholt")
 
@@ -52,6 +53,7 @@ def test_pages_open_and_compute_with_the_network_cut(opened: Open, complaints: C
     expect(page.locator("html")).to_have_attribute("data-state", "replay")
 
     page.goto(f"{base}/editor.html?board=triangle-8")
+    expect(page.locator("html")).to_have_attribute("data-state", "asleep")
     page.locator("#test").click()
     expect(page.locator("#tray-count")).to_have_text("100 Testabwürfe")
 

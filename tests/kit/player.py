@@ -16,8 +16,9 @@ from tests.kit.waiting import LIMIT
 def joining(url: str, **options: Any) -> connect:
     """An unopened connection to a room; `options` go to websockets' `connect`."""
     # No bound on unread messages: a full queue would stop the client from reading, and it would
-    # miss the server's reply to its own close frame.
-    return connect(url, **{"compression": None, "max_queue": None, **options})
+    # miss the server's reply to its own close frame. No pings, and patience: the machine is busy.
+    usual = {"max_queue": None, "open_timeout": LIMIT, "ping_interval": None}
+    return connect(url, **{"compression": None, **usual, **options})
 
 
 def events_of(frame: str) -> list[dict[str, Any]]:

@@ -8,6 +8,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 import pytest
 
 from app.cli import main
+from tests.kit.port import free_port
 
 
 @contextmanager
@@ -57,8 +58,7 @@ def test_a_refusal_is_reported_with_the_server_s_reason(capsys: Said) -> None:
 
 
 def test_an_address_without_a_server_is_reported(capsys: Said) -> None:
-    with a_server_that_answers(200, b"{}") as url:
-        pass
+    url = f"http://127.0.0.1:{free_port()}"
     assert main(["rooms", "move", "main", "elsewhere", url]) == 2
     assert "Connection refused" in capsys.readouterr().err
 

@@ -16,6 +16,7 @@ from app.conformance import inventory
 from app.conformance.inventory import Digests
 from app.conformance.self_check import DAY, SelfCheck
 from app.settings import Settings
+from tests.app.conftest import PLENTY
 from tests.kit.serving import Running
 from tests.kit.waiting import eventually
 
@@ -111,9 +112,10 @@ def test_the_command_says_what_a_server_says(
     server: Running, http: httpx.Client, capsys: pytest.CaptureFixture[str]
 ) -> None:
     told = http.get("/api/v1/integrity").json()
-    names = {"drop_rate": "1000", "creator_rooms": "1000"}
     flags = [
-        part for name, value in names.items() for part in (f"--{name.replace('_', '-')}", value)
+        part
+        for name, value in PLENTY.items()
+        for part in (f"--{name.replace('_', '-')}", str(value))
     ]
     assert main(["integrity", *flags, "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)

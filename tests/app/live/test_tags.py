@@ -47,11 +47,9 @@ async def test_a_tag_is_sent_with_its_drop_and_adds_no_other_field(
     ):
         reply = http.post(path, json={"seed": 1, **TAG, **mark}, headers=own).json()
         plain = http.post(path, json={"seed": 2, **mark}).json()
-        async with playing(server.socket(room)) as late:
-            flying = late.hello["balls"]
         accepted, landed = [await both(full, kind) for kind in ("accepted", "landed")]
         briefly = await both(brief, "accepted")
-    for told in ((reply, plain), flying, accepted, landed, briefly):
+    for told in ((reply, plain), accepted, landed, briefly):
         assert [tag_of(each) for each in told] == [TAG, NO_TAG]
     assert landed[0]["digest"] == drop(Board.from_json(TINY), 1).digest
     log = http.get(f"/api/v1/rooms/{room}/log").json()
@@ -62,6 +60,16 @@ async def test_a_tag_is_sent_with_its_drop_and_adds_no_other_field(
     plays = http.get("/api/v1/players/tags mark/plays", params={"format": "csv"}).text
     rows = list(csv.DictReader(io.StringIO(plays)))
     assert [tag_of(row) for row in rows] == [dict.fromkeys(TAG, ""), TAG]
+
+
+async def test_who_comes_late_sees_the_tags_of_what_flies(
+    server: Running, http: httpx.Client
+) -> None:
+    room, own = opened(http, {**TINY, "gravity": 0.01})
+    for tag in (TAG, {}):
+        http.post(f"/api/v1/rooms/{room}/drops", json=tag, headers=own).raise_for_status()
+    async with playing(server.socket(room)) as late:
+        assert [tag_of(each) for each in late.hello["balls"]] == [TAG, NO_TAG]
 
 
 @pytest.mark.parametrize(

@@ -54,7 +54,8 @@ async def test_a_game_shows_in_every_count() -> None:
         assert after["plinko_sent_bytes_total"] == size
         assert after["plinko_frames_skipped_total"] == 0
         assert after["plinko_errors_total unknown-message"] == 1
-        assert after["plinko_ticks_total"] >= after["plinko_tick_duration_seconds_count"] > 60
+        assert after["plinko_ticks_total"] >= after["plinko_tick_duration_seconds_count"] > 0
+        assert after["plinko_ticks_total"] > 60
         assert (
             after["plinko_tick_lateness_seconds_count"]
             == after["plinko_tick_duration_seconds_count"]

@@ -14,7 +14,8 @@ from app.settings import Settings
 from app.web.edge.addresses import Connections, Proxies
 from tests.kit.address import Address
 from tests.kit.redis import Redis
-from tests.kit.serving import in_thread
+from tests.kit.serving import constants, in_thread
+from tests.kit.waiting import LIMIT
 
 
 @dataclass(frozen=True)
@@ -32,5 +33,7 @@ def relaying(redis: Redis, rooms: str) -> Iterator[Relayed]:
     settings = Settings(port=0)
     app = create_relay(settings, redis_at(redis.url), rooms)
     config = config_over(app, settings, Connections(500, Proxies(())), app.state.refused)
-    with in_thread(uvicorn.Server(config), listen(settings)) as url:
+    # A busy server answers late: the relay must not give its clients away for that.
+    patient = {"app.relay.replica.PATIENCE": LIMIT, "app.relay.replica.GONE": LIMIT}
+    with constants(**patient), in_thread(uvicorn.Server(config), listen(settings)) as url:
         yield Relayed(url, app.state.spectators)

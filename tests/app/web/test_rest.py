@@ -651,18 +651,17 @@ def test_limits_answer_429_with_when_to_come_back() -> None:
 
 
 def test_an_idle_room_makes_way_when_all_are_taken_a_busy_not() -> None:
+    slow = {"board": TINY | {"gravity": 1e-3}}  # no ball lands during the test
     with (
         constants(**{"app.live.open_rooms.REST_SECONDS": 0.0}),
         serving(max_rooms=1) as server,
         server.client() as http,
     ):
-        idle = http.post("/api/v1/rooms", json={"board": "triangle-16"}).json()["id"]
-        busy = http.post("/api/v1/rooms", json={"board": "triangle-16"}).json()["id"]
+        idle = http.post("/api/v1/rooms", json=slow).json()["id"]
+        busy = http.post("/api/v1/rooms", json=slow).json()["id"]
         assert http.get(f"/api/v1/rooms/{idle}").status_code == 404
         assert http.post(f"/api/v1/rooms/{busy}/drops").status_code == 202
-        problem(
-            http.post("/api/v1/rooms", json={"board": "triangle-16"}), 429, "too-many-rooms", "1"
-        )
+        problem(http.post("/api/v1/rooms", json=slow), 429, "too-many-rooms", "1")
         assert http.get("/api/v1/rooms/main").status_code == 200
 
 

@@ -6,7 +6,6 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import Open, Quick, quick_table
-from tests.browser.screen import Screen
 from tests.kit.process import ServerProcess
 
 GRANT = 1000
@@ -26,22 +25,10 @@ def settled(page: Page, drops: int) -> None:
     expect(page.locator("#balance")).to_have_text(f"{GRANT + net:,.2f}")
 
 
-def staked(screen: Screen, balls: int) -> None:
-    """Drop this many balls, and wait until the table has accepted their stakes."""
-    screen.page.get_by_role("radio", name=f"{balls} balls").check(force=True)
-    screen.drop.click()
-    screen.page.wait_for_function(
-        "(balls) => JSON.parse(localStorage['plinko.account.1'] ?? 'null') !== null"
-        " && Object.values(JSON.parse(localStorage['plinko.account.1']).sessions)"
-        ".flatMap(({ drops }) => Object.values(drops)).length === balls",
-        arg=balls,
-    )
-
-
 def test_balls_and_score_survive_a_reload_and_open_in_a_new_tab(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
     screen.page.get_by_label("Stake", exact=True).fill("1")
-    staked(screen, 5)
+    screen.staked(5)
     screen.page.reload()
     settled(screen.page, 5)
     tab = screen.page.context.new_page()
@@ -55,7 +42,7 @@ def test_balls_are_paid_though_their_player_changed_tables(
     opened: Open, quick: Quick, other: Quick
 ) -> None:
     screen = opened(quick.page).ready()
-    staked(screen, 5)
+    screen.staked(5)
     screen.page.goto(f"{screen.url}{other.page}")
     settled(screen.page, 5)
 

@@ -1,20 +1,22 @@
 """Only the connection breaks, not the server: the player keeps the drops."""
 
+import httpx
 import pytest
 from playwright.sync_api import expect
 
 from app.cli import main
-from tests.browser.conftest import Complaints, Open, Quick
+from tests.browser.conftest import Complaints, Open
+from tests.browser.screen import STATES
 from tests.kit.process import OPERATOR, ServerProcess
+from tests.kit.waiting import LIMIT
 
 
 def test_a_ball_in_flight_stays_ours_when_only_the_line_broke(opened: Open) -> None:
-    screen = opened("/?room=triangle-8", before=_BREAKABLE).ready()
+    screen = opened("/?room=triangle-8", before=STATES + _BREAKABLE).ready()
     screen.drop.click()
     screen.state("live")
     screen.page.evaluate("last_socket.close()")
-    screen.state("reconnecting")
-    screen.state("live")
+    screen.passed("reconnecting", "live")
     expect(screen.rows).to_have_count(1)
     screen.landed(screen.last_dropped()["bin"])
     expect(screen.page.locator("#staked")).to_have_text("1")
@@ -26,7 +28,7 @@ def test_a_lost_line_moves_nothing_on_the_desk(
 ) -> None:
     german = {"viewport": {"width": width, "height": height}, "locale": "de"}
     screen = opened("/?room=triangle-8", before=_LOSABLE, **german).ready()
-    before = screen.drop.bounding_box()
+    before = screen.steady(screen.drop.bounding_box)  # once the odds have come
     screen.page.evaluate("lose()")
     screen.state("reconnecting")
     expect(screen.page.locator("#line-key")).to_be_visible()
@@ -35,28 +37,29 @@ def test_a_lost_line_moves_nothing_on_the_desk(
 
 
 def test_a_drop_whose_acceptance_was_lost_is_kept(opened: Open) -> None:
-    screen = opened("/?room=triangle-8", before=_BREAKS_AFTER_A_DROP).ready()
+    screen = opened("/?room=triangle-8", before=STATES + _BREAKS_AFTER_A_DROP).ready()
     screen.drop.click()
-    screen.state("reconnecting")
-    screen.state("live")
+    screen.passed("reconnecting", "live")
     expect(screen.rows).to_have_count(1)
     screen.landed(screen.last_dropped()["bin"])
     expect(screen.page.locator("#staked")).to_have_text("1")
 
 
 def test_a_halted_table_says_so_and_takes_no_drop(
-    opened: Open, quick: Quick, server: ServerProcess, monkeypatch: pytest.MonkeyPatch
+    opened: Open, server: ServerProcess, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PLINKO_OPERATOR_TOKEN", OPERATOR)
-    screen = opened(f"/?room={quick.room}").ready()
+    rooms = f"{server.url}/api/v1/rooms"
+    room = httpx.post(rooms, json={"board": "triangle-8"}, timeout=LIMIT).json()["id"]
+    screen = opened(f"/?room={room}").ready()
     screen.drop.click()
     screen.state("live")
-    assert main(["halt", server.url, "--room", quick.room]) == 0
+    assert main(["halt", server.url, "--room", room]) == 0
     expect(screen.result).to_have_text("This table is paused. Balls in flight land and are paid.")
     expect(screen.rows).to_have_count(1)  # the ball in flight has landed
     screen.drop.click()
     expect(screen.result).to_contain_text("This table is paused.")
-    assert main(["halt", server.url, "--room", quick.room, "--release"]) == 0
+    assert main(["halt", server.url, "--room", room, "--release"]) == 0
     expect(screen.result).to_have_text("This table is open again.")
     screen.drop.click()
     expect(screen.rows).to_have_count(2)

@@ -151,7 +151,7 @@ _CLICK_SILVER = """() => {
 def test_the_line_is_measured_only_while_something_moves(
     opened: Open,
 ) -> None:
-    screen = measuring(opened("/?room=triangle-10", before=COUNT_FRAMES).ready())
+    screen = measuring(opened("/?room=triangle-16", before=COUNT_FRAMES).ready())
     screen.drop.click()
     expect(screen.page.locator("#latency")).to_have_text(re.compile(r"[\d.]+ ms"))
     expect(screen.page.locator("#received")).to_have_text(re.compile(r"[1-9][\d.]* k?B/s"))
@@ -169,6 +169,7 @@ def test_closed_instruments_ask_the_server_for_nothing(opened: Open) -> None:
     screen = opened("/?room=triangle-10", viewport={"width": 800, "height": 700}).ready()
     expect(screen.page.locator("#measure")).not_to_have_attribute("open", "")
     screen.drop.click()
+    expect(screen.rows).to_have_count(1)
     screen.ready()
     asked = {json.loads(frame)["type"] for frame in screen.sent}
     assert asked <= {"appear", "session", "open", "drop"}

@@ -99,6 +99,8 @@ def test_with_reduced_motion_discs_lie_where_balls_landed(opened: Open, quick: Q
         has_touch=True, reduced_motion="reduce",
     ).ready()  # fmt: skip
     bin_ = landed(screen, quick, 1)
+    screen.until(lambda: fetched(screen))
+    screen.at_rest()
     wide, column = widest(screen, quick)[bin_]
     assert 0 < wide < 0.6 * column
     note = screen.page.locator(".tray-note").bounding_box()

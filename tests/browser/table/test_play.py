@@ -45,7 +45,7 @@ def test_a_seeded_ball_falls_as_predicted_into_the_predicted_bin(
     # On a busy machine most frames are extrapolated: then the same drop is watched again.
     places: list[list[float]] = []
     seen = 0.0
-    for count in range(1, 6):
+    for count in range(1, 21):
         screen.seed.fill("42")
         screen.drop.click()
         places += screen.track()
