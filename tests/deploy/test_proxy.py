@@ -31,8 +31,8 @@ class Named(ThreadingHTTPServer):
 
     daemon_threads = True
 
-    def __init__(self, name: str) -> None:
-        super().__init__(("127.0.0.1", 0), Answer)
+    def __init__(self, name: str, answer: "type[Answer] | None" = None) -> None:
+        super().__init__(("127.0.0.1", 0), answer or Answer)
         self.name = name
 
     def __enter__(self) -> "Named":
@@ -59,6 +59,23 @@ class Answer(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *args: Any) -> None:  # noqa: A002 - its name there
         """Write no log."""
+
+
+class Once(Answer):
+    """Ends a connection at its second request without an answer, like a killed server."""
+
+    protocol_version = "HTTP/1.1"
+    asked = 0  # requests on this connection
+
+    def do_GET(self) -> None:
+        self.asked += 1
+        if self.asked == 1:
+            super().do_GET()
+        else:
+            self.close_connection = True
+
+    def do_POST(self) -> None:
+        self.do_GET()
 
 
 @pytest.fixture
@@ -214,3 +231,17 @@ def test_a_server_that_has_just_ended_causes_no_error(
     for room in rooms:
         assert after[room] != gone.name
         assert after[room] == before[room] or before[room] == gone.name
+
+
+@needs_haproxy
+def test_a_get_is_tried_again_if_the_line_to_a_server_ends_a_post_not() -> None:
+    with Named("once", Once) as server:
+        places = {f"PLINKO_{k + 1}": f"127.0.0.1:{server.server_port}" for k in range(SERVERS)}
+        with before("haproxy", places, DEPLOY) as port:
+            url = f"http://127.0.0.1:{port}/api/v1/rooms/main"
+            with httpx.Client(timeout=LIMIT) as http:
+                assert [http.get(url).status_code for _ in range(4)] == [200] * 4
+            with httpx.Client(timeout=LIMIT) as http:
+                assert http.post(url).status_code == 200
+                with pytest.raises(httpx.RemoteProtocolError):
+                    http.post(url)
