@@ -35,7 +35,7 @@ NPM_INSTALL := npm install --no-audit --no-fund --no-package-lock --ignore-scrip
 help:
 	@echo 'make play         start the server and print its address (PORT=8000)'
 	@echo 'make check        run the tests that need only Python (a minute)'
-	@echo 'make test         run all tests but those of test-servers, in a browser too (five minutes)'
+	@echo 'make test         run all tests but those of test-servers, in a browser too (six minutes)'
 	@echo 'make test-servers run the tests of ledgers, clusters, relays and proxies (two minutes)'
 	@echo 'make test-long    run the tests marked "long": sieges, measurements, many more cases'
 	@echo 'make test-crash   kill and stall a server under load, on both databases (KILLS=50 FAULTS=20)'

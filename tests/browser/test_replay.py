@@ -289,6 +289,14 @@ def test_a_board_travels_in_the_link_itself(opened: Open, run: Run) -> None:
     expect(screen.result).to_contain_text("cannot be read")
 
 
+def test_the_board_of_a_drop_is_chosen_before_the_list_of_boards_comes(opened: Open) -> None:
+    screen = opened("about:blank")
+    screen.page.route("**/api/v1/boards", lambda _: None)  # it never comes
+    screen.page.goto(f"{screen.url}{LINK}")
+    screen.state("replay")
+    expect(screen.page.locator("#other-board")).to_have_value("triangle-8")
+
+
 def test_the_stepped_solver_is_replayed_as_it_stepped(opened: Open) -> None:
     screen = opened(LINK).state("replay")
     screen.page.get_by_role("radio", name="Stepped").check()

@@ -34,13 +34,18 @@ class Company:
         self.clients: dict[int, Client] = {}
         self._visitors: OrderedDict[int, Visitor] = OrderedDict()  # by client
         self._numbers = 0
-        self._told = 0  # the last number when the state was last sent
+        self._listed = 0  # the last number when the state was last sent
         self._last_sent: messages.Presence | None = None  # the last state sent
 
     @property
     def pause(self) -> float:
         """Seconds at least between two updates."""
         return max(_PAUSE, len(self.clients) / _SENDS)
+
+    @property
+    def is_crowd(self) -> bool:
+        """Whether there are so many visitors that updates are rarer."""
+        return self.pause > _PAUSE
 
     def appear(self, client: Client, name: str | None, colour: str | None) -> Visitor:
         """Add a visitor, or change its name and colour."""
@@ -66,7 +71,7 @@ class Company:
 
     def is_new(self, visitor: int) -> bool:
         """Whether this visitor came after the state was last sent."""
-        return visitor > self._told
+        return visitor > self._listed
 
     def state(self) -> messages.Presence:
         """The number of visitors, and the most recently active ones in the order of numbers."""
@@ -76,7 +81,7 @@ class Company:
 
     def news(self) -> messages.Presence | None:
         """The state, unless it equals the last one sent."""
-        state, self._told = self.state(), self._numbers
+        state, self._listed = self.state(), self._numbers
         if state == self._last_sent:
             return None
         self._last_sent = state
@@ -128,7 +133,7 @@ class Presence:
         visitor = company.act(client_id)
         if visitor is None:
             return event
-        if company.is_new(visitor) and company.pause == _PAUSE:
+        if company.is_new(visitor) and not company.is_crowd:
             self._send(room_id)
         else:
             self._send_soon(room_id)

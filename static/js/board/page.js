@@ -56,7 +56,7 @@ function tableLink(board) {
  */
 export async function fillBoards(value, name) {
   const select = byId("other-board", HTMLSelectElement);
-  select.append(make("option", { value }, name)); // until the list comes
+  select.replaceChildren(make("option", { value }, name)); // until the list comes
   const { boards } = /** @type {BoardList} */ (await getJson("boards"));
   const listed = boards.map((board) => ({
     value: board.preset ? board.name : board.digest,

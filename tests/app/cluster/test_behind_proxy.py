@@ -75,7 +75,7 @@ class Guest:
         while True:
             with contextlib.suppress(*Broken):
                 url = f"ws://{proxy}/ws/rooms/{self.room}?stream=seeds"
-                async with joining(url, open_timeout=LIMIT, ping_interval=None) as line:
+                async with joining(url) as line:
                     asking = asyncio.create_task(self._ask(line))
                     try:
                         async for frame in line:

@@ -409,7 +409,7 @@ async def test_a_stalled_client_delays_no_other_and_gets_a_reason() -> None:
     """One client stops reading while balls fall; the other receives every event."""
     with slow_reading(grace=3.0, linger=60.0) as server:
         room = await new_room(server)
-        deaf = {"sock": deaf_socket(server), "max_queue": 1, "ping_interval": None}
+        deaf = {"sock": deaf_socket(server), "max_queue": 1}
         async with (
             playing(server.socket(room), **deaf) as stalled,
             playing(server.socket(room)) as player,
@@ -432,7 +432,7 @@ async def test_a_stalled_client_delays_no_other_and_gets_a_reason() -> None:
 async def test_a_stalled_client_that_never_reads_again_is_dropped() -> None:
     with slow_reading(grace=3.0, linger=0.1) as server:
         room = await new_room(server)
-        deaf = {"sock": deaf_socket(server), "max_queue": 1, "ping_interval": None}
+        deaf = {"sock": deaf_socket(server), "max_queue": 1}
         async with (
             playing(server.socket(room), **deaf) as stalled,
             playing(server.socket(room)) as player,
