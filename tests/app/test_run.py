@@ -2,9 +2,9 @@
 
 import contextlib
 import inspect
+import re
 import signal
 import subprocess
-import tempfile
 from typing import Any
 
 import anyio
@@ -15,8 +15,9 @@ from websockets.sync.client import connect
 
 from app.errors import SettingError
 from app.listening import listen
-from app.main import create_app, run, work_out_routes
+from app.main import create_app, work_out_routes
 from app.settings import Settings
+from tests.engine.test_determinism import run_python
 from tests.kit.process import ServerProcess
 
 PROGRAM = "from app.main import run; from app.settings import Settings; run(Settings.load())"
@@ -70,15 +71,20 @@ def test_an_unknown_host_is_named() -> None:
         listen(Settings(host="no.such.host.invalid", port=0))
 
 
-def test_a_server_without_temporary_files_says_so_at_start(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def refuse() -> str:
-        raise FileNotFoundError("No usable temporary directory found")
-
-    monkeypatch.setattr(tempfile, "gettempdir", refuse)
-    with pytest.raises(SettingError, match=r"no directory for temporary files .* TMPDIR"):
-        run(Settings(port=0))
+def test_a_server_without_temporary_files_says_so_at_start() -> None:
+    # In a process of its own, because `run` limits calls and forbids native code for good.
+    program = (
+        "import tempfile\n"
+        "from app.errors import SettingError\n"
+        "from app.main import run\n"
+        "from app.settings import Settings\n"
+        "def refuse(): raise FileNotFoundError\n"
+        "tempfile.gettempdir = refuse\n"
+        "try: run(Settings(port=0))\n"
+        "except SettingError as error: print(error)\n"
+    )
+    said = run_python(program)
+    assert re.search(r"no directory for temporary files .* TMPDIR", said)
 
 
 @pytest.mark.parametrize("board", ["nope", "nope.json", "."])

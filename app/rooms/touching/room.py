@@ -291,8 +291,9 @@ class TouchingRoom(Room):
     # Messages to clients.
 
     def _asleep(self, bodies: npt.NDArray[np.void]) -> npt.NDArray[np.bool_]:
+        # The solver lets a still ball in a hand sleep until the hand's next pull.
         asleep: npt.NDArray[np.bool_] = bodies["asleep"] != 0
-        return asleep
+        return asleep & ~np.isin(bodies["id"], list(self.world.holds))
 
     def stream_of(self, wanted: str) -> str:
         """Always snapshots: a path is not known in advance if other balls may cross it."""

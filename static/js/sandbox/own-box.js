@@ -136,7 +136,7 @@ export class OwnBox {
       seen.y = y0 + part * (y - y0);
       seen.angle = angle0 + part * (angle - angle0);
       seen.radius = radius;
-      seen.asleep = table.isAsleep(row);
+      seen.asleep = table.isAsleep(row) && !this.world.holds(id);
       see(seen);
     }
   }

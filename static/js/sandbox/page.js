@@ -243,7 +243,8 @@ export class SandboxPage {
       this.#say(detail || t("box.room-closed"));
       void showWaysOn();
     }
-    if (state === "asleep" && this.room.made.size) this.#say(t("box.all-rest"));
+    // A snapshot from before a drag can still say that all balls sleep.
+    if (state === "asleep" && this.room.made.size && !this.pointer.holds) this.#say(t("box.all-rest"));
     this.loop.wake();
   }
 

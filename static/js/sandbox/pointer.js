@@ -68,6 +68,11 @@ export class PointerController {
     canvas.addEventListener("blur", () => this.#showCross(false));
   }
 
+  /** Whether the player holds a ball, by pointer or keyboard. */
+  get holds() {
+    return this.#dragged !== null || this.#grabbed !== null;
+  }
+
   /** A new room: aims at its upper middle, with no ball grabbed. @param {Extent} extent */
   begin({ x_min: x0, x_max: x1, y_min: y0, y_max: y1 }) {
     this.cross = { x: (x0 + x1) / 2, y: y0 + 0.3 * (y1 - y0) };

@@ -112,6 +112,20 @@ def test_a_silent_hand_releases_its_ball() -> None:
     assert places(room)[0][1] > 3.0
 
 
+def test_a_ball_in_a_hand_is_not_asleep() -> None:
+    room = box(gravity=0.0)
+    tell(room, "add", x=0.0, y=1.0)
+    tell(room, "drag", ball=0, x=0.0, y=1.0)
+    for _ in range(2 * TICKS):
+        run(room, 1)
+        (ball,) = decode_snapshot(room.snapshot(), room.extent, room.velocity_scale).balls
+        assert not ball["asleep"]
+    tell(room, "release", ball=0)
+    run(room, TICKS)
+    (ball,) = decode_snapshot(room.snapshot(), room.extent, room.velocity_scale).balls
+    assert ball["asleep"]
+
+
 def test_settings_and_edits_are_sent_and_take_effect() -> None:
     room = box(balls=3)
     edited, told = tell(room, "settings", gravity="Moon", restitution="Glass on glass")

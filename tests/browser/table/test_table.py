@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Route, expect
 
 from engine import drop
 from engine.board.materials import GRAVITY
@@ -306,6 +306,25 @@ def test_the_moon_is_offered_once_after_ten_balls_at_home(opened: Open) -> None:
     screen.page.locator("#worlds").get_by_role("radio", name="Earth").check()
     expect(board).not_to_have_attribute("aria-label", re.compile("Moon"))
     expect(offer).to_be_hidden()
+
+
+def test_a_world_stays_chosen_if_odds_come_while_its_table_is_fetched(opened: Open) -> None:
+    odds: list[Route] = []
+    table: list[Route] = []
+    screen = opened("about:blank")
+    screen.page.route("**/api/v1/boards/triangle-8/odds", lambda route: odds.append(route))
+    screen.page.route("**/api/v1/boards/triangle-8", lambda route: table.append(route))
+    screen.page.goto(f"{screen.url}/?room=triangle-8")
+    screen.ready()
+    moon = screen.page.locator("#worlds").get_by_role("radio", name="Moon")
+    moon.check()
+    screen.until(lambda: table)
+    odds.pop().continue_()
+    expect(screen.page.locator("#odds-note")).to_contain_text("Average return")
+    expect(moon).to_be_checked()
+    table.pop().continue_()
+    board = screen.page.locator("#board-moving")
+    expect(board).to_have_attribute("aria-label", re.compile("triangle-8 · Moon"))
 
 
 def test_a_fortune_moves_nothing(opened: Open, quick: Quick) -> None:

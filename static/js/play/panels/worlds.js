@@ -35,11 +35,16 @@ function fill(box, game, theme) {
     return { world, radio, picture, share };
   });
 
-  const show = () => {
+  const showChoice = () => {
     const choice = game.played;
-    for (const { radio, share, world } of cards) {
+    for (const { radio, world } of cards) {
       radio.checked = choice?.gravity === world.gravity && choice.material === world.material;
       radio.disabled = choice === null;
+    }
+  };
+  const showShares = () => {
+    const choice = game.played;
+    for (const { share, world } of cards) {
       const known = choice && returnsOf(worldName(boardName(choice), world));
       share.textContent = known ? percent(known, 1) : "";
     }
@@ -55,7 +60,9 @@ function fill(box, game, theme) {
   // The pictures are painted once the box is visible.
   new ResizeObserver(paint).observe(box);
   theme.onChange(paint);
-  for (const kind of /** @type {const} */ (["table", "choice", "odds"])) game.on(kind, show);
+  // Odds that come while another table is fetched must not take the player's choice back.
+  for (const kind of /** @type {const} */ (["table", "choice"])) game.on(kind, showChoice);
+  for (const kind of /** @type {const} */ (["table", "choice", "odds"])) game.on(kind, showShares);
 }
 
 /** After some drops in the ordinary world, offers another world, once. @param {Game} game */

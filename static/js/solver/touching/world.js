@@ -89,6 +89,11 @@ export class World {
     return this.arena.table.row(ball) >= 0;
   }
 
+  /** Whether a hand holds the ball. @param {number} ball */
+  holds(ball) {
+    return this.#holds.has(ball);
+  }
+
   /**
    * Carries out an input and records it.
    * @param {Input} input already checked: valid values, and a ball that exists
