@@ -312,8 +312,8 @@ def test_a_world_stays_chosen_if_odds_come_while_its_table_is_fetched(opened: Op
     odds: list[Route] = []
     table: list[Route] = []
     screen = opened("about:blank")
-    screen.page.route("**/api/v1/boards/triangle-8/odds", lambda route: odds.append(route))
-    screen.page.route("**/api/v1/boards/triangle-8", lambda route: table.append(route))
+    screen.page.route("**/api/v1/boards/triangle-8/odds", odds.append)
+    screen.page.route("**/api/v1/boards/triangle-8", table.append)
     screen.page.goto(f"{screen.url}/?room=triangle-8")
     screen.ready()
     moon = screen.page.locator("#worlds").get_by_role("radio", name="Moon")
