@@ -311,9 +311,12 @@ def test_the_moon_is_offered_once_after_ten_balls_at_home(opened: Open) -> None:
 def test_a_world_stays_chosen_if_odds_come_while_its_table_is_fetched(opened: Open) -> None:
     odds: list[Route] = []
     table: list[Route] = []
+
+    def hold(route: Route) -> None:
+        (odds if route.request.url.endswith("/odds") else table).append(route)
+
     screen = opened("about:blank")
-    screen.page.route("**/api/v1/boards/triangle-8/odds", odds.append)
-    screen.page.route("**/api/v1/boards/triangle-8", table.append)
+    screen.page.route(re.compile("/boards/triangle-8(/odds)?$"), hold)
     screen.page.goto(f"{screen.url}/?room=triangle-8")
     screen.ready()
     moon = screen.page.locator("#worlds").get_by_role("radio", name="Moon")
