@@ -30,7 +30,7 @@ export function messageOf(error) {
  * @returns {Promise<unknown>} the reply, of the type that net/replies.js gives for the path
  */
 export async function getJson(path, options) {
-  return (await request(path, options)).json();
+  return bodyOf(await request(path, options));
 }
 
 /**
@@ -61,6 +61,15 @@ export async function request(path, options) {
   throw await refusal(response);
 }
 
+/** @param {Response} response of JSON @returns {Promise<any>} rejects with ApiError if the connection ends too early */
+async function bodyOf(response) {
+  try {
+    return await response.json();
+  } catch (cause) {
+    throw new ApiError(t("page.silent-server"), 0, { cause });
+  }
+}
+
 /** @param {Response} response @returns {Promise<ApiError>} with the problem detail, if it has one */
 async function refusal(response) {
   const status = `${response.status} ${response.statusText}`.trim();
@@ -68,7 +77,7 @@ async function refusal(response) {
   if (!(response.headers.get("content-type") ?? "").includes("json")) {
     return new ApiError(fallback, response.status);
   }
-  const { detail, title, field } = await response.json();
+  const { detail, title, field } = await bodyOf(response);
   return new ApiError(detail ?? title ?? fallback, response.status, { field });
 }
 
