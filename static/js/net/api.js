@@ -30,7 +30,16 @@ export function messageOf(error) {
  * @returns {Promise<unknown>} the reply, of the type that net/replies.js gives for the path
  */
 export async function getJson(path, options) {
-  return bodyOf(await request(path, options));
+  return JSON.parse(await getText(path, options));
+}
+
+/**
+ * @param {string} path below /api/v1, with its query
+ * @param {RequestInit} [options]
+ * @returns {Promise<string>} the reply, not parsed
+ */
+export async function getText(path, options) {
+  return textOf(await request(path, options));
 }
 
 /**
@@ -61,10 +70,10 @@ export async function request(path, options) {
   throw await refusal(response);
 }
 
-/** @param {Response} response of JSON @returns {Promise<any>} rejects with ApiError if the connection ends too early */
-async function bodyOf(response) {
+/** @param {Response} response @returns {Promise<string>} rejects with ApiError if the connection ends too early */
+async function textOf(response) {
   try {
-    return await response.json();
+    return await response.text();
   } catch (cause) {
     throw new ApiError(t("page.silent-server"), 0, { cause });
   }
@@ -77,7 +86,7 @@ async function refusal(response) {
   if (!(response.headers.get("content-type") ?? "").includes("json")) {
     return new ApiError(fallback, response.status);
   }
-  const { detail, title, field } = await bodyOf(response);
+  const { detail, title, field } = JSON.parse(await textOf(response));
   return new ApiError(detail ?? title ?? fallback, response.status, { field });
 }
 

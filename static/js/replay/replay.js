@@ -3,7 +3,7 @@
 import { DEFAULT_BOARD, DEFAULT_SEED } from "../board/page.js";
 import { Motion, PEG, samplesNeeded, upTo } from "../model/motion/drop.js";
 import { emptyScene } from "../model/scene.js";
-import { ApiError, getJson, postJson, request } from "../net/api.js";
+import { ApiError, getJson, getText, postJson } from "../net/api.js";
 import { boardInHash, unpackBoard } from "../net/board-link.js";
 import { dropPath } from "../net/drop-address.js";
 import { boardDigest } from "../solver/digest.js";
@@ -98,7 +98,7 @@ export class Replay {
   static async #fetched(board, drop) {
     // The certainty of the bin is computed only for the exact solver.
     const query = new URLSearchParams(drop.solver === "stepped" ? {} : { certainty: "true" });
-    const text = await (await request(dropPath(drop, "", query))).text();
+    const text = await getText(dropPath(drop, "", query));
     const record = /** @type {DropRecord} */ (JSON.parse(text));
     const fps = String(samplesNeeded(record));
     const sampled = await getJson(dropPath(drop, "/frames", new URLSearchParams({ fps })));

@@ -3,7 +3,7 @@
 import { readExport } from "../../fairness/export.js";
 import { report, value } from "../../fairness/report.js";
 import { openTools } from "../../fairness/tools.js";
-import { messageOf, request } from "../../net/api.js";
+import { getJson, messageOf } from "../../net/api.js";
 import { showingToken } from "../../net/session-token.js";
 import { t } from "../../texts/text.js";
 import { byId, onClick, say } from "../../util/dom.js";
@@ -50,8 +50,8 @@ export function showFairness(game) {
     say(verdict, "", t("page.computing"));
     try {
       const path = `sessions/${encodeURIComponent(session)}/export`;
-      const reply = await request(path, showingToken(window.localStorage, session));
-      const text = JSON.stringify({ ...(await reply.json()), ...heard });
+      const exported = /** @type {object} */ (await getJson(path, showingToken(window.localStorage, session)));
+      const text = JSON.stringify({ ...exported, ...heard });
       saved = { name: `plinko-session-${session.slice(0, SHORT)}.json`, text };
       tools ??= openTools();
       await report(readExport(text), await tools, { verdict, list: byId("fair-steps") });
