@@ -21,16 +21,16 @@ from app.computing.inside import serve
 from app.computing.packing import BEGUN, REPLY, REQUEST
 from app.errors import DeadlineError, EndedError
 
-PRELOADED: Final = ["app.computing.polite", "app.computing.preloaded"]
+PRELOADED: Final = ["app.computing.preloaded"]
 
 _AT_ONCE: Final = 1 << 18  # bytes per read
 
 _context = multiprocessing.get_context("forkserver")
 
 _fork_server = ThreadPoolExecutor(1, "fork-server")
-"""The only thread that waits for the fork server, which is slow: it loads much at first and has a
-low priority. It is one thread because an exit code can be read only once, and `multiprocessing`
-reads those of all its processes whenever it starts another."""
+"""The only thread that waits for the fork server, which loads much at first. It is one thread
+because an exit code can be read only once, and `multiprocessing` reads those of all its processes
+whenever it starts another."""
 
 
 @dataclass(frozen=True, slots=True)

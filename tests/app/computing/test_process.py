@@ -93,12 +93,13 @@ async def test_a_result_that_cannot_be_pickled_is_an_error(workers: Workers) -> 
     assert await workers.run(os.getpid) == pid
 
 
-async def test_a_worker_is_polite_from_its_first_instruction_on(workers: Workers) -> None:
-    """It inherits the niceness of the fork server."""
+async def test_a_worker_is_polite_but_not_the_fork_server(workers: Workers) -> None:
+    """A server that starts or stops on a busy machine waits for its fork server."""
     maker = await workers.run(os.getppid)
     own = os.getpriority(os.PRIO_PROCESS, 0)
     theirs = await workers.run(functools.partial(os.getpriority, os.PRIO_PROCESS, 0))
-    assert theirs == os.getpriority(os.PRIO_PROCESS, maker) == min(own + 10, 19)
+    assert theirs == min(own + 10, 19)
+    assert os.getpriority(os.PRIO_PROCESS, maker) == own
 
 
 async def test_a_drop_has_the_same_bits_there(workers: Workers) -> None:
