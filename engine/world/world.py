@@ -158,8 +158,8 @@ class World:
         if alone._balls:
             self._exact().add_at(start, self.tick - tick)
             self._balls += alone._balls
-            self._bounced = np.append(self._bounced, np.uint8(0))
-            self._previous = np.vstack([self._previous, self._ball_set.states[-1]])
+            self._bounced = np.append(self._bounced, alone._bounced)
+            self._previous = np.vstack([self._previous, alone._previous])
         return self._next_id - 1
 
     def trajectory(self, ball: int) -> Trajectory:

@@ -38,3 +38,23 @@ def test_a_ball_that_enters_late_is_always_where_it_would_be(late_at: int) -> No
         found, _ = world_after(ticks, late_at=late_at)
         assert found.digest() == expected.digest()
         assert found.bodies["x"].tolist() == expected.bodies["x"].tolist()
+
+
+def test_the_world_is_at_once_as_if_the_ball_had_been_on_time() -> None:
+    expected, lonely = World(BOARD), World(BOARD)
+    start = start_of(BOARD, SEEDS[1], None)
+    for world in (expected, lonely):
+        world.add(seed=SEEDS[0])
+        for _ in range(7):
+            world.step()
+    expected.add_at(start, SEEDS[1])
+    bounces = 0
+    while expected.count == 2:
+        late = World(BOARD)
+        late.restore(lonely.snapshot())
+        late.add_late(start, SEEDS[1], 7)
+        assert late.digest() == expected.digest()
+        bounces += int(late.bodies["bounced"][1])
+        for world in (expected, lonely):
+            world.step()
+    assert bounces > 3, "it has also entered in ticks in which it bounced"
