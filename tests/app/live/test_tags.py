@@ -40,7 +40,7 @@ async def test_a_tag_is_sent_with_its_drop_and_adds_no_other_field(
 ) -> None:
     room, own = opened(http)
     path = f"/api/v1/rooms/{room}/drops"
-    mark = {"who": "tags mark"}
+    mark = {"who": f"mark of {room}"}
     async with (
         playing(server.socket(room)) as full,
         playing(server.socket(room) + "?stream=seeds") as brief,
@@ -57,7 +57,7 @@ async def test_a_tag_is_sent_with_its_drop_and_adds_no_other_field(
     bare = {**log, "drops": [{k: v for k, v in d.items() if k not in TAG} for d in log["drops"]]}
     assert verify_log(log).ok
     assert verify_log(bare).ok, "the log's digest does not cover it"
-    plays = http.get("/api/v1/players/tags mark/plays", params={"format": "csv"}).text
+    plays = http.get(f"/api/v1/players/{mark['who']}/plays", params={"format": "csv"}).text
     rows = list(csv.DictReader(io.StringIO(plays)))
     assert [tag_of(row) for row in rows] == [dict.fromkeys(TAG, ""), TAG]
 
