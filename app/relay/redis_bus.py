@@ -23,6 +23,10 @@ _TOGETHER: Final = 256
 _AGAIN: Final = 0.25
 """Seconds between two attempts to connect."""
 
+_LOST: Final = (RedisError, OSError, RuntimeError)
+"""What a call raises when its connection ends; uvloop raises RuntimeError if it writes to a closed
+one."""
+
 _log = logging.getLogger("plinko")
 
 
@@ -69,7 +73,7 @@ class RedisBus:
         while True:
             try:
                 await work()
-            except (RedisError, OSError) as error:
+            except _LOST as error:
                 if self.up:
                     _log.warning("the connection to Redis is lost, reconnecting: %s", error)
                 self.up = False
@@ -85,29 +89,34 @@ class RedisBus:
                     for channel, message in batch:
                         pipeline.publish(channel, message)
                     await pipeline.execute()
+                _end_if_cancelled()
                 self.up = True
 
     async def _listen(self) -> None:
         """Receive messages, and follow changes of the subscribed channels."""
         async with self._redis.pubsub(ignore_subscribe_messages=True) as pubsub:
             await pubsub.subscribe(_ALWAYS)
+            hearing = asyncio.create_task(self._hear(pubsub))
+            # So that `_settle` ends with it.
+            hearing.add_done_callback(lambda _: self._changed.set())
             try:
-                async with asyncio.TaskGroup() as tasks:
-                    tasks.create_task(self._hear(pubsub))
-                    tasks.create_task(self._settle(pubsub))
-            except* (RedisError, OSError) as lost:
-                raise lost.exceptions[0] from None
+                await self._settle(pubsub, hearing)
+                await hearing
+            finally:
+                hearing.cancel()
+                await asyncio.gather(hearing, return_exceptions=True)
 
-    async def _settle(self, pubsub: Any) -> None:
-        """Subscribe and unsubscribe at Redis whenever the set of listeners changes."""
+    async def _settle(self, pubsub: Any, hearing: "asyncio.Task[None]") -> None:
+        """Subscribe and unsubscribe at Redis whenever the listeners change, while one hears."""
         there: set[str] = set()
-        while True:
+        while not hearing.done():
             self._changed.clear()
             wanted = set(self._listeners)
             if wanted - there:
                 await pubsub.subscribe(*(wanted - there))
             if there - wanted:
                 await pubsub.unsubscribe(*(there - wanted))
+            _end_if_cancelled()
             there, self.up = wanted, True
             await self._changed.wait()
 
@@ -116,4 +125,17 @@ class RedisBus:
             message = await pubsub.get_message(timeout=None)
             heard = message and self._listeners.get(message["channel"].decode())
             if heard:
-                heard(message["data"])
+                try:
+                    heard(message["data"])
+                except Exception:  # noqa: BLE001 - the other channels go on
+                    _log.exception("a message on the bus was not understood")
+
+
+def _end_if_cancelled() -> None:
+    """Raise the cancellation that a call to Redis has swallowed.
+
+    Before Python 3.12 `asyncio.wait_for` does so if what it waits for ends at the same moment.
+    """
+    task = asyncio.current_task()
+    if task is not None and task.cancelling():
+        raise asyncio.CancelledError
