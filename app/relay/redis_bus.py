@@ -77,6 +77,7 @@ class RedisBus:
                 if self.up:
                     _log.warning("the connection to Redis is lost, reconnecting: %s", error)
                 self.up = False
+            _end_if_cancelled()
             await asyncio.sleep(_AGAIN)
 
     async def _write(self) -> None:
