@@ -98,7 +98,7 @@ class RedisBus:
         async with self._redis.pubsub(ignore_subscribe_messages=True) as pubsub:
             await pubsub.subscribe(_ALWAYS)
             hearing = asyncio.create_task(self._hear(pubsub))
-            # So that `_settle` ends with it.
+            # `_settle` must notice that the hearing has ended.
             hearing.add_done_callback(lambda _: self._changed.set())
             try:
                 await self._settle(pubsub, hearing)
@@ -108,7 +108,7 @@ class RedisBus:
                 await asyncio.gather(hearing, return_exceptions=True)
 
     async def _settle(self, pubsub: Any, hearing: "asyncio.Task[None]") -> None:
-        """Subscribe and unsubscribe at Redis whenever the listeners change, while one hears."""
+        """Subscribe and unsubscribe at Redis when the listeners change, until `hearing` ends."""
         there: set[str] = set()
         while not hearing.done():
             self._changed.clear()

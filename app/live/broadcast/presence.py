@@ -44,7 +44,7 @@ class Company:
 
     @property
     def is_crowd(self) -> bool:
-        """Whether there are so many visitors that updates are rarer."""
+        """Whether the server sends updates less often, because it has many clients to send to."""
         return self.pause > _PAUSE
 
     def appear(self, client: Client, name: str | None, colour: str | None) -> Visitor:

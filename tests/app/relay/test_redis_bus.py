@@ -19,11 +19,13 @@ pytestmark = pytest.mark.skipif(PROGRAM is None, reason=MISSING)
 async def carried(redis: Redis) -> AsyncIterator[RedisBus]:
     bus = RedisBus(redis.url)
     running = asyncio.create_task(bus.run())
-    yield bus
-    assert not running.done()
-    running.cancel()
-    with contextlib.suppress(asyncio.CancelledError):
-        await running
+    try:
+        yield bus
+        assert not running.done()
+    finally:
+        running.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await running
 
 
 async def arrives(bus: RedisBus, channel: str, heard: list[bytes]) -> None:
