@@ -20,9 +20,10 @@ from engine.certified.next_impact import (
 from engine.certified.scene import Scene, scene_of
 from engine.certified.surfaces import Face, Surface
 from engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END, KIND_LANDING
-from engine.exact.free_flight import DYING_BOUNCE, PLACE_ROUNDING
+from engine.exact.free_flight import DYING_BOUNCE
 from engine.exact.outcome import BALANCED, ESCAPED, EVENT_LIMIT, LANDED, RUNNING, WEDGED
 from engine.exact.two_contacts import MOST_IMPULSES, STOPPED
+from engine.physics.surface import ROUNDING
 from engine.physics.two_contacts import FALLS, GOES_ON_A, GOES_ON_B, JAMS, RESTS, SPINS
 
 DEAD = arb(DYING_BOUNCE)
@@ -274,7 +275,7 @@ class Tracer:
         of its position would make it.
         """
         now = self.state
-        height = arb(PLACE_ROUNDING) * (abs(now.x) + abs(now.y))
+        height = arb(ROUNDING) * (abs(now.x) + abs(now.y))
         enough = arb.max(arb(STOPPED) ** 2, 2 * self.scene.gravity * height)
         square = now.vx * now.vx + now.vy * now.vy
         return not self.proof.is_positive(square - enough, "whether the ball stops")

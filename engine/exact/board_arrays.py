@@ -5,7 +5,7 @@ batches and single drops took 0.97 to 1.02 times as long.
 """
 
 from math import sqrt
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +14,7 @@ from engine.board.fields import BoardFields
 from engine.board.materials import combine
 from engine.exact.grid import cell_at, cells_of
 from engine.exact.kept import Kept
+from engine.exact.surfaces import lay_out
 from engine.jit.decorator import inner_kernel, lean_kernel
 from engine.physics import surface
 from engine.physics.flight import HALF_WAY
@@ -22,7 +23,7 @@ from engine.physics.flight import HALF_WAY
 class BoardArrays(NamedTuple):
     """A board with n surfaces, in SI units; `engine.exact.grid` explains the grid's fields."""
 
-    items: npt.NDArray[np.float64]  # (n, 10): pegs by index, then each wall's line and two ends
+    items: npt.NDArray[np.float64]  # (n, 16): rows of `engine.physics.surface`
     left: float  # m, of the grid's upper left corner
     top: float
     cells_per_metre: float
@@ -77,11 +78,35 @@ def friction_of(board: BoardArrays, item: int) -> float:
 
 
 @inner_kernel
-def surface_index(board: BoardArrays, item: int) -> int:
-    """The index of a surface in contact events: a peg's own, -1 - w for wall w."""
+def wall_at(board: BoardArrays, item: int, x: float, y: float) -> int:
+    """The number of the wall that a ball at (x, y) touches on an item that is not a peg.
+
+    A straight wall of several pieces has the number of the first piece that covers the ball's foot.
+    """
+    first = (item - board.peg_count) // 3
+    row = board.items[item]
+    if row[surface.DISTANCE] > 0.0 or row[surface.NEXT] < 0.0:
+        return first
+    foot = (x - row[surface.X]) * row[surface.TX] + (y - row[surface.Y]) * row[surface.TY]
+    nearest = first
+    least = np.inf
+    piece = item
+    while piece >= 0:
+        beyond = max(board.items[piece, surface.FROM] - foot, foot - board.items[piece, surface.TO])
+        if max(beyond, 0.0) < least:
+            least = max(beyond, 0.0)
+            nearest = (piece - board.peg_count) // 3
+        piece = int(board.items[piece, surface.NEXT])
+    return nearest
+
+
+@inner_kernel
+def surface_index(board: BoardArrays, item: int, x: float, y: float) -> int:
+    """The index of a surface in contact events, for a ball at (x, y): a peg's own, -1 - w for wall
+    w."""
     if item < board.peg_count:
         return item
-    return -1 - (item - board.peg_count) // 3
+    return -1 - wall_at(board, item, x, y)
 
 
 # Cells and travel per mean peg spacing. Larger cells list more candidates, smaller ones fill the
@@ -96,9 +121,10 @@ _KEPT: Final = 32 << 20  # bytes; a preset takes 0.07 to 0.9 MB, a board of 5,00
 def make_arrays(board: BoardFields) -> BoardArrays:
     """The kernels' form of `board`, with read-only arrays."""
     items = _items(board)
-    pitch = _pitch(board)
+    longest_wall = _longest_wall(items, board.ball.radius)
+    pitch = _pitch(board, longest_wall)
     travel = _TRAVEL_PER_PITCH * pitch
-    fine = min(_CELLS_PER_PITCH / pitch, _CELLS_PER_WALL / _longest_wall(board))
+    fine = min(_CELLS_PER_PITCH / pitch, _CELLS_PER_WALL / longest_wall)
     cells = cells_of(items, board.ball.radius, HALF_WAY * travel, fine)
     pegs = combine(board.ball.material, board.peg_material)
     walls = combine(board.ball.material, board.wall_material)
@@ -134,58 +160,25 @@ arrays_of: Final = Kept(make_arrays, _bytes_of, _KEPT)
 
 
 def _items(board: BoardFields) -> npt.NDArray[np.float64]:
-    """The pegs, then each wall's line and two ends. Walls that share an end name the same item."""
-    peg_count = len(board.pegs)
-    items = np.zeros((peg_count + 3 * len(board.walls), surface.COLUMNS))
-    radius = board.ball.radius
-    if board.pegs:
-        pegs = np.array([(peg.x, peg.y, radius + peg.radius) for peg in board.pegs])
-        _set_circles(items[:peg_count], *pegs.T)
-    ends: dict[tuple[float, float], int] = {}
-    for w, wall in enumerate(board.walls):
-        line = peg_count + 3 * w
-        dx = wall.x2 - wall.x1
-        dy = wall.y2 - wall.y1
-        length = sqrt(dx * dx + dy * dy)
-        row = items[line]
-        row[[surface.X, surface.Y, surface.LENGTH]] = wall.x1, wall.y1, length
-        row[[surface.TX, surface.TY]] = dx / length, dy / length
-        row[[surface.NX, surface.NY]] = -dy / length, dx / length
-        for column, end, point in (
-            (surface.FIRST_END, line + 1, (wall.x1, wall.y1)),
-            (surface.LAST_END, line + 2, (wall.x2, wall.y2)),
-        ):
-            _set_circles(items[end], *point, radius)
-            shared = ends.setdefault(point, end)
-            row[column] = shared
-            slots = items[shared, surface.FIRST_LINE : surface.FIRST_LINE + surface.LINE_SLOTS]
-            if (slots < 0).any():
-                slots[np.argmax(slots < 0)] = line
-            if shared != end:
-                items[end, surface.DISTANCE2] = -1.0  # a copy, which no cell lists
+    pegs = np.array([(peg.x, peg.y, peg.radius) for peg in board.pegs], np.float64)
+    walls = np.array([(w.x1, w.y1, w.x2, w.y2) for w in board.walls], np.float64)
+    items = np.zeros((len(pegs) + 3 * len(walls), surface.COLUMNS))
+    lay_out(pegs.reshape(-1, 3), walls.reshape(-1, 4), board.ball.radius, items)
     return items
 
 
-def _set_circles(rows: npt.NDArray[np.float64], x: Any, y: Any, distance: Any) -> None:
-    """Write one circle into a row, or arrays of circles into rows."""
-    rows[..., surface.X] = x
-    rows[..., surface.Y] = y
-    rows[..., surface.DISTANCE] = distance
-    rows[..., surface.DISTANCE2] = distance * distance
-    rows[..., surface.FIRST_LINE : surface.FIRST_LINE + surface.LINE_SLOTS] = -1.0
-    rows[..., surface.INVERSE] = 1.0 / distance
+def _longest_wall(items: npt.NDArray[np.float64], radius: float) -> float:
+    """The longest side of a straight wall's bounding box, m; without walls the ball's radius."""
+    lines = items[items[:, surface.DISTANCE] == 0.0]
+    width = np.abs(lines[:, surface.END_X] - lines[:, surface.X])
+    height = np.abs(lines[:, surface.END_Y] - lines[:, surface.Y])
+    return float(max(np.max(width, initial=radius), np.max(height, initial=radius)))
 
 
-def _longest_wall(board: BoardFields) -> float:
-    """The longest side of the walls' bounding boxes, m; without walls the ball's radius."""
-    sides = [max(abs(w.x2 - w.x1), abs(w.y2 - w.y1)) for w in board.walls]
-    return max([board.ball.radius, *sides])
-
-
-def _pitch(board: BoardFields) -> float:
-    """Mean spacing of the pegs, m; with fewer than two pegs an eighth of the board's width."""
+def _pitch(board: BoardFields, longest_wall: float) -> float:
+    """Mean spacing of the pegs, m; with fewer than two pegs an eighth of the longest wall."""
     if len(board.pegs) < 2:
-        return max(board.width / 8.0, 4.0 * board.ball.radius)
+        return max(longest_wall / 8.0, 4.0 * board.ball.radius)
     xs = [peg.x for peg in board.pegs]
     ys = [peg.y for peg in board.pegs]
     width = max(xs) - min(xs)

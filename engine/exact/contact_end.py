@@ -7,6 +7,7 @@ from engine.exact.board_arrays import BoardArrays
 from engine.jit.decorator import inner_kernel
 from engine.physics import contact, surface
 from engine.physics.series import Series, first_zero, value
+from engine.physics.surface import ends_in, is_flush, rounding
 from engine.physics.time_of_impact import NO_HIT
 
 
@@ -105,7 +106,8 @@ def touch_time(
     """When a ball on `item`, now at (x, y), touches `other`, or NO_HIT; and the side of a line.
 
     `moves_off`: whether the ball is known to touch `other` now and to move off it, which rounding
-    may hide.
+    may hide. Instead of a side, 0 with a time means that the ball, past the end of a line and
+    behind it, comes out from behind it then: only from there on can it be seen to touch the line.
     """
     f = series[contact.SCRATCH]
     items = board.items
@@ -136,6 +138,10 @@ def touch_time(
         ty = series[contact.NORMAL_X, 0]
         _affine(f, series, contact.PATH, side * (nx * tx + ny * ty), 0.0)
     f[0] = side * d - board.radius
+    if not moves_off and f[0] < -rounding(x, y):
+        for i in range(contact.ORDER + 1):
+            f[i] = -f[i]
+        return first_zero(f, 0, h), 0.0
     s = _next_touch(f, h) if moves_off else _first_touch(f, h)
     if s == NO_HIT or not _foot_inside(board, series, item, x, y, other, s):
         return NO_HIT, side
@@ -178,7 +184,8 @@ def _foot_inside(
     px, py = position(board, series, item, x, y, s)
     line = board.items[other]
     foot = (px - line[surface.X]) * line[surface.TX] + (py - line[surface.Y]) * line[surface.TY]
-    return bool(0.0 <= foot <= line[surface.LENGTH])
+    near = rounding(px, py)
+    return bool(-near <= foot <= line[surface.LENGTH] + near)
 
 
 @inner_kernel
@@ -209,26 +216,35 @@ def line_end_time(
 
 @inner_kernel
 def onto_line_time(
-    board: BoardArrays, series: Series, item: int, horizon: float
+    board: BoardArrays, series: Series, item: int, cell: int, horizon: float
 ) -> tuple[float, int]:
-    """When a ball on a wall's end rolls onto a line that ends there, or NO_HIT; and which line."""
+    """When a ball on a circle rolls onto a line that ends there, or NO_HIT; and which line.
+
+    The circle is a wall's end, or a peg with which the line is flush on one side. `cell` lists all
+    surfaces that the ball can touch.
+    """
     f = series[contact.SCRATCH]
     best = NO_HIT
     entered = -1
-    for slot in range(surface.LINE_SLOTS):
-        line = int(board.items[item, surface.FIRST_LINE + slot])
-        if line < 0:
+    for k in range(board.starts[cell], board.starts[cell + 1]):
+        line = int(board.members[k])
+        row = board.items[line]
+        if not ends_in(board.items, line, item):
             continue
-        tx = board.items[line, surface.TX]
-        ty = board.items[line, surface.TY]
-        first = board.items[line, surface.X] == board.items[item, surface.X] and (
-            board.items[line, surface.Y] == board.items[item, surface.Y]
-        )
-        outwards = -1.0 if first else 1.0
+        outwards = -1.0 if row[surface.FIRST_END] == item else 1.0
         for i in range(contact.ORDER + 1):
-            f[i] = outwards * (tx * series[contact.NORMAL_X, i] + ty * series[contact.NORMAL_Y, i])
+            f[i] = outwards * (
+                row[surface.TX] * series[contact.NORMAL_X, i]
+                + row[surface.TY] * series[contact.NORMAL_Y, i]
+            )
         s = _first_touch(f, horizon)
-        if s != NO_HIT and (best == NO_HIT or s < best):
+        if s == NO_HIT or (best != NO_HIT and s >= best):
+            continue
+        up = (
+            value(series[contact.NORMAL_X], s) * row[surface.NX]
+            + value(series[contact.NORMAL_Y], s) * row[surface.NY]
+        )
+        if is_flush(board.items, board.radius, line, 1.0 if up > 0.0 else -1.0, item):
             best = s
             entered = line
     return best, entered

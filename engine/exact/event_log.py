@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.constants import KIND_LANDING, KIND_PEG, KIND_WALL
-from engine.exact.board_arrays import BoardArrays, bin_of
+from engine.exact.board_arrays import BoardArrays, bin_of, surface_index, wall_at
 from engine.jit.decorator import inner_kernel, lean_kernel
 from engine.physics import body
 
@@ -152,7 +152,15 @@ def note_impact(board: BoardArrays, state: npt.NDArray[np.float64], item: int, l
     if item < board.peg_count:
         note_event(log, state, KIND_PEG, item)
     else:
-        note_event(log, state, KIND_WALL, (item - board.peg_count) // 3)
+        note_event(log, state, KIND_WALL, wall_at(board, item, state[body.X], state[body.Y]))
+
+
+@inner_kernel
+def note_contact(
+    board: BoardArrays, state: npt.NDArray[np.float64], kind: int, item: int, log: Log
+) -> None:
+    """Append that a contact with `item` begins, changes or ends."""
+    note_event(log, state, kind, surface_index(board, item, state[body.X], state[body.Y]))
 
 
 @lean_kernel

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from engine.constants import KIND_PEG, KIND_WALL
 from engine.exact import event_log, initial_state
-from engine.exact.board_arrays import BoardArrays, friction_of, restitution_of
+from engine.exact.board_arrays import BoardArrays, friction_of, restitution_of, wall_at
 from engine.exact.event_log import Log, write_event, write_segment
 from engine.exact.next_impact import (
     BINS,
@@ -24,6 +24,7 @@ from engine.jit.decorator import lean_kernel
 from engine.physics import body, surface
 from engine.physics.flight import basis
 from engine.physics.impulse import bounce
+from engine.physics.surface import rounding
 
 Array = npt.NDArray[np.float64]
 
@@ -32,10 +33,6 @@ DYING_BOUNCE = 1.0e-8
 surface is set to zero. It stays there if it is pressed on, and lifts off if not. The bounces that
 are omitted move the ball by about 1e-19 m if friction holds it, and by 1e-12 m if it slips. Even a
 larger value would be noticed only in digests."""
-
-PLACE_ROUNDING = 2.0**-50
-"""Uncertainty of a position relative to |x| + |y|: four units in the last place. A ball that hits
-another surface within this distance touches both."""
 
 # Why `follow_flight` returned.
 AT_BINS = 0
@@ -161,7 +158,7 @@ def follow_flight(
                 break
             # A ball that hits another surface without having moved touches both. Bounces in turn
             # could go on here for ever; two_contacts.py ends them.
-            stood = t == before or abs(dx) + abs(dy) <= PLACE_ROUNDING * (abs(x) + abs(y))
+            stood = t == before or abs(dx) + abs(dy) <= rounding(x, y)
             if stood and how != FREE and hit != item:
                 cause = MET_ANOTHER
                 met = hit
@@ -182,7 +179,7 @@ def follow_flight(
         if row < len(log.events):
             is_peg = item < board.peg_count
             kind = KIND_PEG if is_peg else KIND_WALL
-            index = item if is_peg else (item - board.peg_count) // 3
+            index = item if is_peg else wall_at(board, item, x, y)
             write_event(log.events, log.marks, row, t, x, y, vx, vy, omega, kind, index)
         if vx * nx + vy * ny <= DYING_BOUNCE:
             u = vy * nx - vx * ny

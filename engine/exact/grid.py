@@ -81,9 +81,7 @@ def cells_of(items: Floats, radius: float, reach: float, cells_per_metre: float)
     items: the surfaces, shape (n, surface.COLUMNS). cells_per_metre: the resolution, reduced if the
     grid would exceed MAX_CELLS or MAX_LISTED.
     """
-    listed = np.flatnonzero(
-        (items[:, surface.DISTANCE] == 0.0) | (items[:, surface.DISTANCE2] >= 0.0)
-    )
+    listed = np.flatnonzero(items[:, surface.OWNER] == np.arange(len(items)))
     if not len(listed):
         nothing = np.zeros(0, np.uint32)
         starts = np.zeros(2, np.uint32)

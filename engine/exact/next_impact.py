@@ -54,11 +54,8 @@ def origin_line_hit(
     hd = side * (nx * vx + ny * vy)
     hdd = side * (nx * ax + ny * ay)
     s = line_hit_again(hd, hdd, k, horizon, horizon)
-    if s != NO_HIT:
-        dx = x - items[origin, surface.X]
-        dy = y - items[origin, surface.Y]
-        if not _foot_inside(dx, dy, vx, vy, ax, ay, ny, -nx, items[origin, surface.LENGTH], k, s):
-            s = NO_HIT
+    if s != NO_HIT and not _foot_inside(items, origin, x, y, vx, vy, ax, ay, k, s):
+        s = NO_HIT
     return s
 
 
@@ -84,25 +81,22 @@ def _hit_again(
 
 @lean_kernel
 def _foot_inside(
-    dx: float,
-    dy: float,
-    vx: float,
-    vy: float,
-    ax: float,
-    ay: float,
-    tx: float,
-    ty: float,
-    length: float,
-    k: float,
-    s: float,
-) -> bool:
-    """Whether the ball's foot lies between a line's ends s seconds into a flight.
+    items: Array, line: int, x: float, y: float, vx: float, vy: float, ax: float, ay: float,
+    k: float, s: float,
+) -> bool:  # fmt: skip
+    """Whether the ball's foot lies between a line's ends, within rounding, s seconds into a flight.
 
-    (dx, dy) is the flight's start relative to the line's first end.
+    A line and its end meet without an angle, so a ball may touch both there. Without the rounding,
+    neither could own the place where they meet.
     """
     _, _, psi = short_basis(k, s)
-    foot = (dx + vx * s + ax * psi) * tx + (dy + vy * s + ay * psi) * ty
-    return 0.0 <= foot <= length
+    x = x + vx * s + ax * psi
+    y = y + vy * s + ay * psi
+    foot = (x - items[line, surface.X]) * items[line, surface.TX] + (
+        y - items[line, surface.Y]
+    ) * items[line, surface.TY]
+    near = surface.rounding(x, y)
+    return -near <= foot <= items[line, surface.LENGTH] + near
 
 
 @lean_kernel
@@ -123,10 +117,7 @@ def _line_hit_between_ends(
     """When the ball hits a wall between its ends, or NO_HIT; and on which side."""
     nx = items[wall, surface.NX]
     ny = items[wall, surface.NY]
-    length = items[wall, surface.LENGTH]
-    dx = x - items[wall, surface.X]
-    dy = y - items[wall, surface.Y]
-    d = nx * dx + ny * dy
+    d = nx * (x - items[wall, surface.X]) + ny * (y - items[wall, surface.Y])
     dv = nx * vx + ny * vy
     da = nx * ax + ny * ay
     found = NO_HIT
@@ -144,7 +135,7 @@ def _line_hit_between_ends(
         s = line_hit(h, hd, hdd, k, horizon, best)
         if s == NO_HIT or (found != NO_HIT and s >= found):
             continue
-        if _foot_inside(dx, dy, vx, vy, ax, ay, ny, -nx, length, k, s):
+        if _foot_inside(items, wall, x, y, vx, vy, ax, ay, k, s):
             found = s
             found_side = side
     return found, found_side

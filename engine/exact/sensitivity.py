@@ -73,7 +73,7 @@ def new_space() -> Space:
 @inner_kernel
 def _part(board: BoardArrays, wall: int, x: float, y: float) -> int:
     """The item of a wall that a ball at (x, y) touches: the line or one of its ends."""
-    line = board.peg_count + 3 * wall
+    line = int(board.items[board.peg_count + 3 * wall, surface.OWNER])
     row = board.items[line]
     foot = (x - row[surface.X]) * row[surface.TX] + (y - row[surface.Y]) * row[surface.TY]
     if foot < 0.0:

@@ -5,7 +5,7 @@ import numpy.typing as npt
 
 from engine.constants import KIND_CONTACT_CHANGE
 from engine.exact import event_log, initial_state
-from engine.exact.board_arrays import BoardArrays, cell_of, friction_of, surface_index
+from engine.exact.board_arrays import BoardArrays, cell_of, friction_of
 from engine.exact.contact_end import (
     landing_time,
     leaving_time,
@@ -16,12 +16,12 @@ from engine.exact.contact_end import (
     slip_end_time,
     touch_time,
 )
-from engine.exact.event_log import Log, note_event, note_segment
+from engine.exact.event_log import Log, note_contact, note_segment
 from engine.jit.decorator import inner_kernel
 from engine.physics import body, contact, surface
 from engine.physics.contact import choose_mode, expand, hold, step_length
 from engine.physics.series import Series, value
-from engine.physics.surface import curvature, side_of, touch
+from engine.physics.surface import curvature, ends_in, is_flush, side_of, touch
 from engine.physics.time_of_impact import NO_HIT
 
 # Why a contact ended.
@@ -100,53 +100,67 @@ def _first_touch_of_others(
     series: Series,
     state: npt.NDArray[np.float64],
     item: int,
+    side: float,
     beside: int,
+    cell: int,
     horizon: float,
 ) -> tuple[float, int, float]:
-    """The first other surface touched: time, item and side; horizon and -1 if there is no touch."""
+    """The first other surface in the cell that is touched: time, item and side.
+
+    -1 for the item if there is no touch; the time is then the horizon, or before it if the ball
+    comes out from behind a line.
+    """
     best = horizon
     hit = -1
     hit_side = 0.0
-    # In a step the ball moves at most `travel`, so the cell at the middle of its chord lists all
-    # surfaces that it can touch.
-    x, y = position(board, series, item, state[body.X], state[body.Y], horizon)
-    cell = cell_of(board, 0.5 * (state[body.X] + x), 0.5 * (state[body.Y] + y))
     for k in range(board.starts[cell], board.starts[cell + 1]):
         other = int(board.members[k])
-        if other == item or _belongs(board, item, other):
+        if other == item or _continues(board, item, side, other):
             continue
-        s, side = touch_time(
+        s, other_side = touch_time(
             board, series, item, state[body.X], state[body.Y], other, other == beside, best
         )
-        if s != NO_HIT and (s < best or hit < 0):
+        is_line = board.items[other, surface.DISTANCE] == 0.0
+        if is_line and other_side == 0.0:
+            if s != NO_HIT and s < best:  # the stretch ends where the ball comes out
+                best = s
+                hit = -1
+        elif s != NO_HIT and (s < best or hit < 0):
             best = s
             hit = other
-            hit_side = side
+            hit_side = other_side
     return best, hit, hit_side
 
 
 @inner_kernel
-def _belongs(board: BoardArrays, item: int, other: int) -> bool:
-    """Whether `other` is an end of the line `item`, or a line that ends in the circle `item`."""
-    row = board.items[item]
-    if row[surface.DISTANCE] == 0.0:
-        return bool(other == row[surface.FIRST_END] or other == row[surface.LAST_END])
-    for slot in range(surface.LINE_SLOTS):
-        if other == row[surface.FIRST_LINE + slot]:
-            return True
-    return False
+def _continues(board: BoardArrays, item: int, side: float, other: int) -> bool:
+    """Whether the surface `item`, on this side, continues as `other` without an angle.
+
+    The ball passes from one to the other without an impact: a line's ends, a line that ends in the
+    circle `item`, and a circle that only just rises to the line, such as an end within the wall.
+    """
+    if board.items[item, surface.DISTANCE] > 0.0:
+        return ends_in(board.items, other, item)
+    if board.items[other, surface.DISTANCE] == 0.0:
+        return False
+    return is_flush(board.items, board.radius, item, side, other)
 
 
 @inner_kernel
 def _surface_change(
-    board: BoardArrays, series: Series, state: npt.NDArray[np.float64], item: int, horizon: float
+    board: BoardArrays,
+    series: Series,
+    state: npt.NDArray[np.float64],
+    item: int,
+    cell: int,
+    horizon: float,
 ) -> tuple[float, int]:
     """When the ball passes from a line to its end or back, or NO_HIT; and onto which item."""
     row = board.items[item]
     if row[surface.DISTANCE] == 0.0:
         s, end = line_end_time(board, series, item, state[body.X], state[body.Y], horizon)
         return s, int(row[surface.FIRST_END + end])
-    return onto_line_time(board, series, item, horizon)
+    return onto_line_time(board, series, item, cell, horizon)
 
 
 @inner_kernel
@@ -173,7 +187,11 @@ def _next_cause(
     for ever.
     """
     h = step_length(series, board.radius, board.travel)
-    s, hit, hit_side = _first_touch_of_others(board, series, state, item, beside, h)
+    # In a step the ball moves at most `travel`, so the cell at the middle of its chord lists all
+    # surfaces that it can touch.
+    x, y = position(board, series, item, state[body.X], state[body.Y], h)
+    cell = cell_of(board, 0.5 * (state[body.X] + x), 0.5 * (state[body.Y] + y))
+    s, hit, hit_side = _first_touch_of_others(board, series, state, item, side, beside, cell, h)
     cause = HIT if hit >= 0 else STEP_END
     other = hit if hit >= 0 else item
     sign = hit_side if hit >= 0 else side
@@ -183,10 +201,9 @@ def _next_cause(
     when = leaving_time(series, s)
     if when != NO_HIT and (when < s or cause == STEP_END):
         s, cause, other, sign = when, LEFT, item, side
-    if item >= board.peg_count:
-        when, onto = _surface_change(board, series, state, item, s)
-        if when != NO_HIT and (when < s or cause == STEP_END):
-            s, cause, other, sign = when, ROLLED_OVER, onto, 0.0
+    when, onto = _surface_change(board, series, state, item, cell, s)
+    if when != NO_HIT and (when < s or cause == STEP_END):
+        s, cause, other, sign = when, ROLLED_OVER, onto, 0.0
     new_sign = 0.0
     when = NO_HIT
     if mode == contact.SLIDING:
@@ -268,11 +285,11 @@ def follow_contact(
             beside = initial_state.NONE
         fresh = cause == MODE_CHANGED and s == 0.0
         if cause == MODE_CHANGED:
-            note_event(log, state, KIND_CONTACT_CHANGE, surface_index(board, item))
+            note_contact(board, state, KIND_CONTACT_CHANGE, item, log)
             slip_sign = sign
             skip = 2 if mode == contact.ROLLING else 1
         elif cause == ROLLED_OVER:
-            note_event(log, state, KIND_CONTACT_CHANGE, surface_index(board, other))
+            note_contact(board, state, KIND_CONTACT_CHANGE, other, log)
             item = other
             side = side_of(board.items, item, state[body.X], state[body.Y])
         elif cause != STEP_END:

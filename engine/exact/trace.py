@@ -17,8 +17,8 @@ from engine.exact import (
     sustained_contact,
     two_contacts,
 )
-from engine.exact.board_arrays import BoardArrays, surface_index
-from engine.exact.event_log import Log, end_ball, land, note_event
+from engine.exact.board_arrays import BoardArrays
+from engine.exact.event_log import Log, end_ball, land, note_contact
 from engine.exact.initial_state import Ints
 from engine.exact.outcome import (
     BALANCED,
@@ -108,7 +108,7 @@ def follow(
             if cause != sustained_contact.HIT:
                 rolled_off = cause == sustained_contact.LEFT
                 how = next_impact.ROLLED_OFF if rolled_off else next_impact.LIFTED
-                note_event(log, state, KIND_CONTACT_END, surface_index(board, item))
+                note_contact(board, state, KIND_CONTACT_END, item, log)
                 continue
         else:
             cause, item, side, met, met_side, how, sticks = free_flight.follow_flight(
@@ -120,7 +120,7 @@ def follow(
             slip_sign = 0.0
             if cause == free_flight.ON_SURFACE:
                 how = initial_state.LYING
-                note_event(log, state, KIND_CONTACT_BEGIN, surface_index(board, item))
+                note_contact(board, state, KIND_CONTACT_BEGIN, item, log)
                 continue
             outcome = _ends_in_flight(cause)
             if outcome != RUNNING:
@@ -137,7 +137,7 @@ def follow(
         elif end == two_contacts.LIFTS:
             how = next_impact.LIFTED
             if log.counts[event_log.EVENTS] == noted:  # an impact already marks a contact's end
-                note_event(log, state, KIND_CONTACT_END, surface_index(board, item))
+                note_contact(board, state, KIND_CONTACT_END, item, log)
         elif end == two_contacts.LIES_STILL:
             outcome = WEDGED
     if outcome == EVENT_LIMIT:

@@ -17,12 +17,12 @@ import numpy.typing as npt
 
 from engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END
 from engine.exact import initial_state
-from engine.exact.board_arrays import BoardArrays, friction_of, restitution_of, surface_index
-from engine.exact.event_log import Log, note_event, note_impact, note_segment
-from engine.exact.free_flight import DYING_BOUNCE, PLACE_ROUNDING, is_pressed_on, rebound
+from engine.exact.board_arrays import BoardArrays, friction_of, restitution_of
+from engine.exact.event_log import Log, note_contact, note_impact, note_segment
+from engine.exact.free_flight import DYING_BOUNCE, is_pressed_on, rebound
 from engine.jit.decorator import inner_kernel
 from engine.physics import body, contact
-from engine.physics.surface import touch
+from engine.physics.surface import rounding, touch
 from engine.physics.two_contacts import (
     FALLS,
     GOES_ON_A,
@@ -149,7 +149,7 @@ def _is_slow(board: BoardArrays, state: State) -> bool:
     A slower ball would bounce between the two surfaces for ever, driven by its position's rounding.
     """
     vv = state[body.VX] * state[body.VX] + state[body.VY] * state[body.VY]
-    height = PLACE_ROUNDING * (abs(state[body.X]) + abs(state[body.Y]))
+    height = rounding(state[body.X], state[body.Y])
     return bool(vv <= max(STOPPED * STOPPED, 2.0 * board.gravity * height))
 
 
@@ -164,7 +164,7 @@ def _stay(
     state[body.VX] = -u * ny
     state[body.VY] = u * nx
     if is_pressed_on(board.items, item, vx, vy, nx, ny, board.gravity):
-        note_event(log, state, KIND_CONTACT_BEGIN, surface_index(board, item))
+        note_contact(board, state, KIND_CONTACT_BEGIN, item, log)
         return STAYS, item, side, other, roots
     return LIFTS, item, side, other, 0
 
@@ -185,8 +185,8 @@ def _rest(
     rest, brake = rest_in_notch(gravity, state[body.OMEGA], ax, ay, friction_a, bx, by, friction_b)
     begun = rest == SPINS
     if begun:
-        note_event(log, state, KIND_CONTACT_BEGIN, surface_index(board, a))
-        note_event(log, state, KIND_CONTACT_BEGIN, surface_index(board, b))
+        note_contact(board, state, KIND_CONTACT_BEGIN, a, log)
+        note_contact(board, state, KIND_CONTACT_BEGIN, b, log)
         _spin_down(board, state, b, b_side, brake, log)
     if begun or rest == JAMS:
         state[body.OMEGA] = 0.0
@@ -199,9 +199,9 @@ def _rest(
     side = a_side if rest == GOES_ON_A else b_side
     opened = b if rest == GOES_ON_A else a
     if begun:
-        note_event(log, state, KIND_CONTACT_END, surface_index(board, opened))
+        note_contact(board, state, KIND_CONTACT_END, opened, log)
     else:
-        note_event(log, state, KIND_CONTACT_BEGIN, surface_index(board, stays))
+        note_contact(board, state, KIND_CONTACT_BEGIN, stays, log)
     return STAYS, stays, side, opened, 0
 
 

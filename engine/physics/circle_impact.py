@@ -14,12 +14,14 @@ from typing import NamedTuple
 from engine.jit.decorator import inner_kernel, lean_kernel
 from engine.physics.flight import phi2, short_basis
 from engine.physics.time_of_impact import (
+    LEAST_X,
     MAX_STEPS,
     NEGLIGIBLE,
     NO_HIT,
     SIXTH,
     THIRD,
     halley_step,
+    minorant_root,
     stays_positive,
 )
 
@@ -122,47 +124,75 @@ def circle_search(
 
     `motion` is that at time 0, as seen from the circle's centre; low3 is a lower bound of f''' on
     [0, horizon].
+    """
+    return _first_root(motion, d2, False, horizon, best, s, f, fd, fdd, low3)
 
-    The minorant holds on [s, s + h]. If it has no root there, the search moves to s + h, where h
-    may be doubled; else h becomes the length of the step. As h shrinks, m tends to f'', and the
-    steps converge cubically.
+
+@lean_kernel
+def _first_root(
+    motion: Motion,
+    scale: float,
+    is_divided: bool,
+    horizon: float,
+    best: float,
+    s: float,
+    f: float,
+    fd: float,
+    fdd: float,
+    low3: float,
+) -> float:
+    """The search of time_of_impact.py from s on: for the first root of f, or of g if `is_divided`.
+
+    (f, fd, fdd) are f, f' and f'' at s, or g, g' and a lower bound of g''; low3 is a lower bound of
+    f''', or 0 for g. `scale` is D^2, or g(0).
+
+    The minorant holds on [s, s + h]. If it has no root there, the search moves to s + h. For f, h
+    is doubled then, and after a step to a root it becomes the length of the step: as h shrinks, m
+    tends to f''. For g, h is always the rest of the window.
     """
     qx, qy, vx, vy, ax, ay, k = motion
-    size3 = third_derivative_size(
-        vx * ax + vy * ay, ax * ax + ay * ay, qx * ax + qy * ay, k, horizon
-    )
-    enough = NEGLIGIBLE * d2
+    qa = qx * ax + qy * ay
+    size3 = third_derivative_size(vx * ax + vy * ay, ax * ax + ay * ay, qa, k, horizon)
+    g0 = f
+    enough = NEGLIGIBLE * scale
     h = horizon - s
     for _ in range(MAX_STEPS):
         m = fdd + low3 * h * THIRD
         step = halley_step(f, fd, m)
+        if fd < 0.0 and (s + step == s or (is_divided and f * m < LEAST_X * (fd * fd))):
+            step = minorant_root(f, fd, m)
+        before = s
         if step == NO_HIT or step > h:
             if s + h >= horizon:
                 return NO_HIT
             step = h  # no root within h: go to its end, and use a longer h next
             h = h + h
-        elif _comes_near(f, fd, m, step, size3 * step - low3 * h, enough):
-            s = s + step  # f is zero within its rounding there
+        elif _comes_near(f, fd, m, step, h, low3, size3, enough, is_divided):
+            s = s + step
             return s if s <= best else NO_HIT
-        else:
+        elif not is_divided:
             h = step
-        before = s
         s = s + step
         if s > best:
             return NO_HIT
         if s == before:
             return s
-        decay, phi, psi = short_basis(k, s)
-        px = qx + vx * s + ax * psi
-        py = qy + vy * s + ay * psi
-        ux = vx + ax * phi
-        uy = vy + ay * phi
-        f = px * px + py * py - d2
-        if f <= 0.0:
-            return s
-        fd = 2.0 * (px * ux + py * uy)
-        fdd = 2.0 * (ux * ux + uy * uy + decay * (px * ax + py * ay))
-        if h > horizon - s:
+        if is_divided:
+            f, fd = _divided(motion, g0, qa, s)
+            if f <= 0.0:
+                return s
+        else:
+            decay, phi, psi = short_basis(k, s)
+            px = qx + vx * s + ax * psi
+            py = qy + vy * s + ay * psi
+            ux = vx + ax * phi
+            uy = vy + ay * phi
+            f = px * px + py * py - scale
+            if f <= 0.0:
+                return s
+            fd = 2.0 * (px * ux + py * uy)
+            fdd = 2.0 * (ux * ux + uy * uy + decay * (px * ax + py * ay))
+        if is_divided or h > horizon - s:
             h = horizon - s
             if h <= 0.0:
                 return NO_HIT
@@ -170,16 +200,52 @@ def circle_search(
 
 
 @lean_kernel
-def _comes_near(f: float, fd: float, m: float, step: float, change: float, enough: float) -> bool:
-    """Whether |f| <= enough at the end of a `halley_step`.
+def _divided(motion: Motion, g0: float, qa: float, s: float) -> tuple[float, float]:
+    """g and g' at s > 0.
 
-    |f| has two parts, each of which must be at most half of `enough`. The minorant leaves
-    f x^2 / (2 - x)^2 <= f x^2 / 2, with x = f m / f'^2 <= 1/2 where it has a root. The difference
-    between f and the minorant is at most change step^2 / 6, where `change` is size3 step - low3 h.
+    With w = v + a psi(s) / s, q(s) = q + s w, so g = 2 q.w + s |w|^2. Here c1 = psi(s) / s,
+    c = c1 / s and c1' = 1 - k c1 - c.
     """
+    _, _, vx, vy, ax, ay, k = motion
+    c = 0.5
+    if k > 0.0:
+        c = phi2(k * s)
+    c1 = s * c
+    c1d = 1.0 - k * c1 - c
+    wx = vx + ax * c1
+    wy = vy + ay * c1
+    ww = wx * wx + wy * wy
+    g = g0 + 2.0 * qa * c1 + s * ww
+    return g, 2.0 * qa * c1d + ww + 2.0 * s * c1d * (wx * ax + wy * ay)
+
+
+@lean_kernel
+def _comes_near(
+    f: float,
+    fd: float,
+    m: float,
+    step: float,
+    h: float,
+    low3: float,
+    size3: float,
+    enough: float,
+    is_divided: bool,
+) -> bool:
+    """Whether |f|, or |g|, is at most `enough` at the end of a step.
+
+    It has two parts: what the minorant leaves, which is 0 at its root and |m x| step^2 / 4 after
+    Halley's step, with x = m f / fd^2; and the difference between the function and the minorant.
+
+    f: the first is at most f x^2 / 2 for x <= 1/2, and the second is at most
+    (size3 step - low3 h) step^2 / 6; each must be at most half of `enough`.
+    g: the first is at most |m| step^2 for x >= -4, and the second (|m| + size3 / 3) step^2 / 2. As
+    |m| is at most size3 / 3, their sum is at most 2 size3 / 3 step^2.
+    """
+    if is_divided:
+        return 2.0 * (size3 * THIRD) * step * step <= enough
     square = fd * fd
     fm = f * m
-    if change * step * step > 3.0 * enough:
+    if (size3 * step - low3 * h) * step * step > 3.0 * enough:
         return False
     return f * fm * fm <= enough * square * square
 
@@ -201,9 +267,6 @@ def circle_hit_again(
     f has a root at 0, so the search is for a root of g(s) = f(s) / s. g is the mean of f' over
     [0, s], so g'' >= min(f''') / 3. Returns 0 if the ball does not leave the circle, that is if
     g(0) <= 0 and g'(0) <= 0.
-
-    With w = v + a psi(s) / s, q(s) = q + s w, so g = 2 q.w + s |w|^2. Here c1 = psi(s) / s,
-    c = c1 / s and c1' = 1 - k c1 - c.
     """
     g0 = 2.0 * (qx * vx + qy * vy)
     return _search_again(Motion(qx, qy, vx, vy, ax, ay, k), g0, horizon, best)
@@ -211,54 +274,17 @@ def circle_hit_again(
 
 @lean_kernel
 def _search_again(motion: Motion, g0: float, horizon: float, best: float) -> float:
-    """`circle_hit_again` for a known g(0), which is 0 if the ball has no speed off the circle.
-
-    Then the first step goes to the other root of the minorant g'(0) s + m s^2 / 2.
-    """
+    """`circle_hit_again` for a known g(0), which is 0 if the ball has no speed off the circle."""
     qx, qy, vx, vy, ax, ay, k = motion
-    va = vx * ax + vy * ay
-    aa = ax * ax + ay * ay
     qa = qx * ax + qy * ay
-    m = third_derivative_bound(va, aa, qa, k, horizon) * THIRD
-    g = g0
+    m = THIRD * third_derivative_bound(vx * ax + vy * ay, ax * ax + ay * ay, qa, k, horizon)
+    g = max(g0, 0.0)
     gd = vx * vx + vy * vy + qa
-    s = 0.0
-    step = NO_HIT
-    if g > 0.0:
-        if stays_positive(g, 0.5 * gd, 0.5 * m, min(horizon, best)):
-            return NO_HIT
-        step = halley_step(g, gd, m)
-    elif gd <= 0.0:
+    if g == 0.0 and gd <= 0.0:
         return 0.0
-    elif m < 0.0:
-        step = -2.0 * gd / m
-    enough = NEGLIGIBLE * g0
-    size = third_derivative_size(va, aa, qa, k, horizon) * THIRD
-    for _ in range(MAX_STEPS):
-        if step == NO_HIT:
-            return NO_HIT
-        before = s
-        s = s + step
-        if s > horizon or s > best:
-            return NO_HIT
-        # At the end of a step, |g| is at most size step^2 (1 + |x| / 4), with x = m g / g'^2: one
-        # part from the difference between g'' and m, one from what Halley's step leaves.
-        if s == before or (2.0 * size * step * step <= enough and -m * g <= 4.0 * gd * gd):
-            return s
-        c = 0.5
-        if k > 0.0:
-            c = phi2(k * s)
-        c1 = s * c
-        c1d = 1.0 - k * c1 - c
-        wx = vx + ax * c1
-        wy = vy + ay * c1
-        ww = wx * wx + wy * wy
-        g = g0 + 2.0 * qa * c1 + s * ww
-        if g <= 0.0:
-            return s
-        gd = 2.0 * qa * c1d + ww + 2.0 * s * c1d * (wx * ax + wy * ay)
-        step = halley_step(g, gd, m)
-    return s
+    if g > 0.0 and stays_positive(g, 0.5 * gd, 0.5 * m, min(horizon, best)):
+        return NO_HIT
+    return _first_root(motion, g, True, horizon, best, 0.0, g, gd, m, 0.0)
 
 
 @inner_kernel

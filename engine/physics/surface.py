@@ -23,12 +23,46 @@ TX = 4  # line: unit vector along it
 TY = 5
 NX = 6  # line: unit normal
 NY = 7
-FIRST_END = 8  # line: numbers of the circles at its two ends
+FIRST_END = 8  # line: the circles as which it continues at its two ends
 LAST_END = 9
-FIRST_LINE = 4  # circle: numbers of up to four lines that end in it, -1 for none
-LINE_SLOTS = 4
+END_X = 10  # line: its last end, m
+END_Y = 11
+NEXT = 12  # line: the next piece of the same straight wall, -1 for none
+FROM = 13  # line: where this piece begins and ends along the whole wall, m
+TO = 14
 INVERSE = 8  # circle: 1 / D
-COLUMNS = 10
+OWNER = 15  # the item that owns this surface: itself, unless it is a part of another one
+COLUMNS = 16
+
+ROUNDING = 2.0**-50
+"""Uncertainty of a position relative to |x| + |y|: four units in the last place."""
+
+
+@inner_kernel
+def rounding(x: float, y: float) -> float:
+    """Uncertainty in m of a position (x, y): what is nearer touches, within rounding."""
+    return ROUNDING * (abs(x) + abs(y))
+
+
+@inner_kernel
+def ends_in(items: Surfaces, line: int, circle: int) -> bool:
+    """Whether `line` is a line, and continues as this circle at one of its ends."""
+    row = items[line]
+    return bool(row[DISTANCE] == 0.0 and (row[FIRST_END] == circle or row[LAST_END] == circle))
+
+
+@inner_kernel
+def is_flush(items: Surfaces, radius: float, line: int, side: float, circle: int) -> bool:
+    """Whether the circle rises just to the height of a ball's centre on `side` of the line.
+
+    There the two touch without crossing: a ball on the line passes the circle without an impact,
+    and where the line ends the ball passes onto it. A wall is flush with the circles of its ends.
+    """
+    dx = items[circle, X] - items[line, X]
+    dy = items[circle, Y] - items[line, Y]
+    height = side * (items[line, NX] * dx + items[line, NY] * dy) + items[circle, DISTANCE]
+    near = rounding(items[circle, X], items[circle, Y]) + rounding(items[line, X], items[line, Y])
+    return bool(abs(height - radius) <= near + ROUNDING * items[circle, DISTANCE])
 
 
 @inner_kernel

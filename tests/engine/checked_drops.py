@@ -24,6 +24,7 @@ import numpy.typing as npt
 
 from engine.board.model import Board
 from engine.constants import KIND_LANDING, KIND_PEG, KIND_WALL
+from engine.drops.certainty import certainty_of
 from engine.drops.trajectory import Trajectory, at_start, follow
 from engine.exact import event_log
 from engine.exact.outcome import (
@@ -45,8 +46,14 @@ SAMPLES: Final = 300
 """Times at which a drop is sampled: half of them even in time, half of them even over the pieces of
 the path, so that short flights are seen too."""
 
+MOST: Final = 3000
+"""Events and pieces of a path that are looked at one by one; a path that has more is endless."""
+
 NEAR: Final = 1e-9
 """Largest error of a distance, in radii of the ball."""
+
+ALIKE: Final = 1e-9
+"""m; largest distance between the ends of two drops over the same surface."""
 
 GAIN: Final = 1e-11
 """Largest gain of energy, as a share of the energy of a fall through the board."""
@@ -90,22 +97,24 @@ class Bodies:
 
     def offsets(self, points: Floats, bodies: Ints) -> Floats:
         """Vectors from the nearest points of `bodies`, shape (n,), to `points`, shape (n, 2)."""
-        return _offsets(points, self.start[bodies], self.along[bodies], self.square[bodies])
+        apart, along = points - self.start[bodies], self.along[bodies]
+        share = np.clip((apart * along).sum(axis=1) / self.square[bodies], 0.0, 1.0)
+        result: Floats = apart - share[:, None] * along
+        return result
 
     def gaps(self, points: Floats) -> Floats:
         """Distances of n points from the surface of each of m bodies, (n, m); negative inside."""
-        apart = _offsets(points[:, None], self.start[None], self.along[None], self.square[None])
-        return np.hypot(apart[..., 0], apart[..., 1]) - self.reach
+        dx = points[:, :1] - self.start[:, 0]
+        dy = points[:, 1:] - self.start[:, 1]
+        ux, uy = self.along.T
+        share = np.clip((dx * ux + dy * uy) / self.square, 0.0, 1.0)
+        dx -= share * ux
+        dy -= share * uy
+        result: Floats = np.sqrt(dx * dx + dy * dy) - self.reach
+        return result
 
     def name(self, number: int) -> str:
         return f"peg {number}" if number < self.pegs else f"wall {number - self.pegs}"
-
-
-def _offsets(points: Floats, start: Floats, along: Floats, square: Floats) -> Floats:
-    apart = points - start
-    share = np.clip((apart * along).sum(axis=-1) / square, 0.0, 1.0)
-    result: Floats = apart - share[..., None] * along
-    return result
 
 
 @dataclass(frozen=True)
@@ -144,10 +153,10 @@ def _times(path: Trajectory) -> tuple[Floats, Ints]:
     end = path.end[body.T]
     begins = np.unique(path.segments[path.segments[:, body.T] < end, body.T])
     even = np.linspace(0.0, end, SAMPLES // 2, endpoint=False)
+    begins = begins[:MOST]
     share = np.linspace(0.0, len(begins), SAMPLES // 2, endpoint=False)
     piece = share.astype(np.intp)
-    lasts = np.append(begins[1:], end) - begins
-    inner = begins[piece] + (share - piece) * lasts[piece]
+    inner = begins[piece] + (share - piece) * (np.append(begins[1:], end) - begins)[piece]
     befores = np.nextafter(begins[1:], -np.inf)
     times = np.concatenate((even, inner, begins, befores))
     times = np.unique(times[(times >= 0.0) & (times < end)])
@@ -183,6 +192,37 @@ def check_starts(board: Board, xs: Iterable[float], number: int = 0) -> list[Fai
     return check_paths(board, [follow(board, at_start(board, x), Exact()) for x in xs], number)
 
 
+def compare_drops(whole: Board, cut: Board, seeds: Iterable[int], number: int = 0) -> list[Failure]:
+    """The drops of these seeds that end elsewhere on `cut`, a board with the same surface.
+
+    A drop is compared only if rounding cannot have moved its end on `whole` by ALIKE.
+    """
+    found = []
+    xs = start_xs(np.array(list(seeds), np.uint64), whole.drop.x, whole.drop.jitter)
+    for x in xs.tolist():
+        one, other = (follow(board, at_start(board, x), Exact()) for board in (whole, cut))
+        x_one, x_other = float(one.end[body.X]), float(other.end[body.X])
+        if one.outcome == other.outcome and one.bin == other.bin and abs(x_one - x_other) <= ALIKE:
+            continue
+        if not is_sure(one):
+            continue
+        what = (
+            f"lands at {x_other!r}, not {x_one!r}"
+            if other.outcome == LANDED
+            else REASONS[other.outcome]
+        )
+        found.append(Failure("cut wall", number, x, float(other.end[body.T]), what))
+    return found
+
+
+def is_sure(path: Trajectory) -> bool:
+    """Whether rounding moves the end of a path by much less than ALIKE, and not to another bin."""
+    if path.outcome != LANDED:
+        return False
+    certainty = certainty_of(path)
+    return certainty.certain and bool(certainty.errors[-1] <= ALIKE / 1000.0)
+
+
 Found = Iterator[tuple[int, str, float, str]]
 """Number of the drop, kind of failure, time, description."""
 
@@ -203,9 +243,9 @@ def _budgets(board: Board, paths: list[Trajectory]) -> Found:
 
 
 def _events(bodies: Bodies, paths: list[Trajectory]) -> Found:
-    events = np.concatenate([path.events for path in paths])
-    marks = np.concatenate([path.marks for path in paths]).astype(np.intp)
-    owner = np.repeat(np.arange(len(paths)), [len(path.events) for path in paths])
+    events = np.concatenate([path.events[:MOST] for path in paths])
+    marks = np.concatenate([path.marks[:MOST] for path in paths]).astype(np.intp)
+    owner = np.repeat(np.arange(len(paths)), [min(len(path.events), MOST) for path in paths])
     named = marks[:, 0] != KIND_LANDING
     events, marks, owner = events[named], marks[named], owner[named]
     kinds, index = marks.T

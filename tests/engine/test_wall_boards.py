@@ -9,8 +9,8 @@ from engine.board.parts import Wall
 from engine.drops.trajectory import Trajectory, at_start, follow
 from engine.parameters import Exact
 from engine.physics import body
-from tests.engine.checked_drops import check_drops, check_paths
-from tests.engine.wall_boards import seeds_of, wall_board
+from tests.engine.checked_drops import check_drops, check_paths, compare_drops, is_sure
+from tests.engine.wall_boards import seeds_of, wall_board, wall_pair
 from tests.long import tries
 
 BOARDS = 300
@@ -27,6 +27,28 @@ def test_no_drop_on_walls_in_pieces_breaks_a_law(group: int) -> None:
     for number in range(group * size, (group + 1) * size):
         failures += check_drops(wall_board(number), seeds_of(number, DROPS), number)
     assert not failures, "\n".join(f"{f.kind}: {f}" for f in failures[:20])
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("group", range(tries(4, 100)))
+def test_a_ball_does_not_notice_that_a_straight_wall_is_in_pieces(group: int) -> None:
+    failures = []
+    for number in range(50 * group, 50 * (group + 1)):
+        failures += compare_drops(*wall_pair(number), seeds_of(number, tries(5, 50)), number)
+    assert not failures, "\n".join(str(f) for f in failures[:20])
+
+
+def test_most_drops_on_whole_walls_are_sure_enough_to_compare() -> None:
+    boards = [wall_pair(number)[0] for number in range(20)]
+    sure = [is_sure(path_on(board, x)) for board in boards for x in (-0.4, -0.1, 0.2, 0.5)]
+    assert sum(sure) > 0.5 * len(sure)
+
+
+def test_the_comparison_sees_a_wall_that_is_not_the_same() -> None:
+    whole, _ = wall_pair(0)
+    first, *others = whole.walls
+    moved = whole.replace(walls=[Wall(first.x1, first.y1, first.x2, first.y2 + 1e-6), *others])
+    assert compare_drops(whole, moved, range(50))
 
 
 def test_a_numbered_board_is_always_the_same() -> None:

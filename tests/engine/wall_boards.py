@@ -4,7 +4,7 @@
 Its walls are cut, joined, doubled, crossed and tangent to pegs: places where the surface of the
 board is easily taken for that of a single wall. `python -m tests.engine.wall_boards FIRST COUNT
 DROPS` checks DROPS drops on each of COUNT boards by `tests.engine.checked_drops` and prints the
-failures.
+failures; with `--pairs`, it compares drops on walls that are whole on one board and cut on another.
 """
 
 import argparse
@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 
 from engine.board.model import Board
 from engine.errors import BoardError
-from tests.engine.checked_drops import Failure, check_drops
+from tests.engine.checked_drops import Failure, check_drops, compare_drops
 from tests.engine.hard_boards import (
     BOTTOM,
     SIDE,
@@ -267,6 +267,40 @@ def wall_board(number: int) -> Board:
     return made(Random(f"walls {number}"))
 
 
+def wall_pair(number: int) -> tuple[Board, Board]:
+    """Two boards of the same surface: a straight wall below pegs, whole and in two to seven pieces.
+
+    The joints of every other pair are exactly on the wall; those of the others are rounded.
+    """
+    choice = Random(f"pair {number}")
+    while True:
+        draft = Draft(
+            choice,
+            choice.choice(RADII),
+            choice.choice([9.81, 1.62, 24.79]),
+            choice.choice([0.0, 0.0, 0.0, 0.5, 2.0, 10.0]),
+        )
+        pieces = choice.randint(2, 7)
+        wall = _slope(draft, choice.uniform(-0.5, 0.5), choice.uniform(0.9, 1.8))
+        if number % 2:
+            parts = cut(choice, wall, pieces)
+        else:
+            step = [round((wall[i + 2] - wall[i]) / pieces * 4096) / 4096 for i in (0, 1)]
+            first = [round(wall[i] * 4096) / 4096 for i in (0, 1)]
+            at = [(first[0] + i * step[0], first[1] + i * step[1]) for i in range(pieces + 1)]
+            wall, parts = (*at[0], *at[-1]), [(*a, *b) for a, b in pairwise(at)]
+        sides = [(-SIDE, -0.3, -SIDE, BOTTOM), (SIDE, -0.3, SIDE, BOTTOM)]
+        draft.walls = [wall]
+        _add_pegs(draft)
+        draft.walls += sides
+        form = _board_form(draft, "whole")
+        ends = [dict(zip(("x1", "y1", "x2", "y2"), w, strict=True)) for w in (*parts, *sides)]
+        try:
+            return Board.from_json(form), Board.from_json(form | {"name": "cut", "walls": ends})
+        except BoardError:
+            continue
+
+
 def seeds_of(number: int, drops: int) -> range:
     """Seeds for drops on board `number`, other ones than on the others."""
     return range(number << 20, (number << 20) + drops)
@@ -289,12 +323,17 @@ def main() -> None:
     parser.add_argument("first", type=int, help="number of the first board")
     parser.add_argument("count", type=int, help="number of boards")
     parser.add_argument("drops", type=int, help="drops on each")
+    parser.add_argument("--pairs", action="store_true", help="compare whole and cut walls instead")
     parser.add_argument("--shown", type=int, default=5, help="failures printed of each kind (5)")
     given = parser.parse_args()
     begun = time.perf_counter()
     failures: list[Failure] = []
     for number in range(given.first, given.first + given.count):
-        failures += check_drops(wall_board(number), seeds_of(number, given.drops), number)
+        seeds = seeds_of(number, given.drops)
+        if given.pairs:
+            failures += compare_drops(*wall_pair(number), seeds, number)
+        else:
+            failures += check_drops(wall_board(number), seeds, number)
     _report(failures, given.shown)
     sys.stdout.write(
         f"{len({(f.number, f.x) for f in failures})} of {given.count * given.drops} drops fail, "

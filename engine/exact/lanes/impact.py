@@ -1,7 +1,7 @@
 """The ends of flights and the impacts there, side by side: `rebound` and `bounce` of all balls."""
 
 from engine.exact.board_arrays import BoardArrays
-from engine.exact.free_flight import DYING_BOUNCE, PLACE_ROUNDING
+from engine.exact.free_flight import DYING_BOUNCE
 from engine.exact.lanes import flight, lane
 from engine.exact.lanes.flight import bases
 from engine.exact.lanes.lane import Floats, Space
@@ -67,7 +67,7 @@ def arrive(board: BoardArrays, space: Space, count: int, drags: bool) -> None:
         end_x = x + vx * s + ax * psi
         end_y = y + vy * s + ay * psi
         moved = abs(end_x - x) + abs(end_y - y)
-        stood = (end == t) | (moved <= PLACE_ROUNDING * (abs(end_x) + abs(end_y)))
+        stood = (end == t) | (moved <= surface.rounding(end_x, end_y))
         e[T + c] = end
         e[X + c] = end_x
         e[Y + c] = end_y

@@ -18,7 +18,7 @@ from engine.physics import surface
 from engine.physics.flight import phi2
 from engine.physics.line_impact import line_hit
 from engine.physics.time_of_impact import (
-    MAX_STEPS,
+    LEAST_X,
     NEGLIGIBLE,
     NO_HIT,
     SIXTH,
@@ -37,6 +37,9 @@ BEYOND = 2 << lane.SLOTS
 
 FIRST_STEPS = 4
 """Steps of all searches of a list; those that need more are gathered and continued."""
+
+MOST_STEPS = 20
+"""Steps of a search, at most; on presets the most are 17."""
 
 # Where the columns of `r` begin, shape (SEARCH_COLUMNS * SEARCHES,): the window's length,
 # the motion relative to the circle's centre, bounds of f''', …
@@ -58,10 +61,11 @@ FDD = 13 * lane.SEARCHES
 TRUST = 14 * lane.SEARCHES  # h of `circle_search`
 STATUS = 15 * lane.SEARCHES  # … and its status:
 
-SEARCHING = 0.0  # after MAX_STEPS this counts as a hit, as s is within rounding of it
+MISS = 0.0
 HIT = 1.0
-MISS = 2.0
-ALONE = 3.0  # needs the solver for one ball: it touches, moves away at first, or does not leave
+# Both need the solver for one ball.
+SEARCHING = 2.0  # after MOST_STEPS
+ALONE = 3.0  # it touches, moves away at first, or does not leave, or a Halley step is too short
 
 
 @lean_kernel
@@ -273,7 +277,7 @@ def step_again(r: Floats, count: int, k: float, drags: bool) -> bool:
         s = before + step
         is_out |= s > r[SEARCHED + p]
         is_near = 2.0 * (r[SIZE3 + p] * THIRD) * step * step <= NEGLIGIBLE * g0
-        is_near = (s == before) | (is_near & (-m * g <= 4.0 * gd * gd))
+        is_short = falls & ((s == before) | (gm < LEAST_X * square))
         c = phi2(k * s) if drags else 0.5
         c1 = s * c
         c1d = 1.0 - k * c1 - c if drags else 0.5
@@ -282,6 +286,7 @@ def step_again(r: Floats, count: int, k: float, drags: bool) -> bool:
         ww = wx * wx + wy * wy
         g = g0 + 2.0 * qa * c1 + s * ww
         found = MISS if is_out else (HIT if is_near | (g <= 0.0) else SEARCHING)
+        found = ALONE if is_short else found
         goes_on = status == SEARCHING
         r[S + p] = s if goes_on else before
         r[STATUS + p] = found if goes_on else status
@@ -316,14 +321,14 @@ def search_again(board: BoardArrays, space: Space, fresh: int, active: int, drag
     open_again(r, count)
     found = _gather(r, few, back, count)
     full = _fill_up(few, found)
-    for _ in range(MAX_STEPS):
+    for _ in range(MOST_STEPS):
         if not step_again(few, full, k, drags):
             break
     _put_back(r, few, back, found)
     for p in range(count):
         i = int(whose[p])
-        m[lane.ODD + i] |= int(r[STATUS + p] == ALONE)
-        _note_again(w, m, i, r[S + p] if r[STATUS + p] <= HIT else NO_HIT)
+        m[lane.ODD + i] |= int(r[STATUS + p] >= SEARCHING)
+        _note_again(w, m, i, r[S + p] if r[STATUS + p] == HIT else NO_HIT)
 
 
 @lean_kernel
@@ -408,10 +413,10 @@ def step_searches(r: Floats, count: int, k: float, drags: bool) -> bool:
         pull = dot(px, py, ax, ay, drags)
         pull = (1.0 - k * phi) * pull if drags else pull
         rest = horizon - s
-        is_hit = ((not is_free) & is_near) | (s == before) | (f <= 0.0)
+        is_hit = ((not is_free) & is_near) | (f <= 0.0)
         is_over = is_out | ((not is_hit) & (h > rest) & (rest <= 0.0))
         found = MISS if is_over else (HIT if is_hit else SEARCHING)
-        found = ALONE if fd >= 0.0 else found
+        found = ALONE if (fd >= 0.0) | (s == before) else found
         goes_on = status == SEARCHING
         r[S + p] = s if goes_on else before
         r[STATUS + p] = found if goes_on else status
@@ -431,7 +436,7 @@ def _keep_first(board: BoardArrays, space: Space, count: int) -> None:
         other = int(space.which[p])
         status = r[STATUS + p]
         best = w[lane.BEST + i]
-        s = r[S + p] if status <= HIT else NO_HIT
+        s = r[S + p] if status == HIT else NO_HIT
         side = 0.0
         if r[SQUARE + p] == 0.0:
             origin = m[lane.ORIGIN + i]
@@ -441,7 +446,7 @@ def _keep_first(board: BoardArrays, space: Space, count: int) -> None:
             s, side = wall_hit(
                 board.items, other, origin, how, board.radius, motion, horizon, best
             )  # fmt: skip
-        elif status == ALONE:
+        elif status >= SEARCHING:
             m[lane.ODD + i] = 1
         item = m[lane.ITEM + i]
         if s != NO_HIT and (s < best or item == NOWHERE or (s == best and other < item)):
@@ -466,7 +471,7 @@ def search_marked(board: BoardArrays, space: Space, count: int, slots: int, drag
         if goes_on:
             found = _gather(r, few, back, full)
             wide = _fill_up(few, found)
-            for _ in range(FIRST_STEPS, MAX_STEPS):
+            for _ in range(FIRST_STEPS, MOST_STEPS):
                 if not step_searches(few, wide, k, drags):
                     break
             _put_back(r, few, back, found)

@@ -90,6 +90,38 @@ def pressing(scene: Scene, surface: Body, s: Riding) -> bool:
     return bool(normal_force(scene.g, s.ny, s.u, curvature(surface)) > scene.tiny)
 
 
+def following(scene: Scene, touching: list[Body], s: Riding) -> Body:
+    """The body over which the ball at `s` goes on, where the piece of surface below it ends.
+
+    All grown bodies of the same tangent there touch each other. The outermost ahead is the least
+    curved: a face that goes on straight, then a peg, then the end of a wall. Neither an end that
+    lies inside another wall nor the second of two equal walls is ever chosen before it.
+    """
+    sign = 1 if s.u > 0 else -1
+    tx, ty = -sign * s.ny, sign * s.nx
+    ahead = [b for b in touching if _same_normal(scene, b, s) and _goes_on(scene, b, s, tx, ty)]
+    if not ahead:
+        raise OracleError("a surface that ends")
+    return min(ahead, key=curvature)
+
+
+def _same_normal(scene: Scene, body: Body, s: Riding) -> bool:
+    nx, ny = body.normal(s.x, s.y)
+    return bool(abs(nx * s.ny - ny * s.nx) < scene.tiny and nx * s.nx + ny * s.ny > 0)
+
+
+def _goes_on(scene: Scene, body: Body, s: Riding, tx: Real, ty: Real) -> bool:
+    """Whether the surface of `body` extends from `s` in the direction (tx, ty)."""
+    if isinstance(body, Face):
+        along = body.along(s.x, s.y)
+        left = body.length - along if body.dx * tx + body.dy * ty > 0 else along
+        return bool(left > scene.tiny)
+    if body.out is None:
+        return True
+    ox, oy = body.out
+    return bool(s.nx * ox + s.ny * oy > scene.tiny or tx * ox + ty * oy > 0)
+
+
 def _at_rest(scene: Scene, s: Riding) -> bool:
     tiny = scene.tiny
     still = abs(s.u) < tiny and abs(scene.g * s.nx) < tiny
@@ -193,6 +225,7 @@ class Stretch:
             share = self._first(series)
             if share is not None:
                 found.append((share, end, body))
+        found.extend((share, End.MEETS, other) for other, share in self._others())
         if not found:
             return self.scene.ctx.one, End.STEP, None
         return min(found, key=lambda event: event[0])
@@ -205,6 +238,12 @@ class Stretch:
         if cleared[0] < 0:
             return self.scene.ctx.zero if len(cleared) < len(series) else None
         return first_fall(cleared, self.scene.ctx.eps)
+
+    def _first_into(self, series: list[Real]) -> Real | None:
+        """First fall through a face's line, even if the ball is behind that line at the start."""
+        if series[0] < -self.scene.tiny:
+            return first_fall(series, self.scene.ctx.eps)
+        return self._first(series)
 
     def _events(self) -> list[tuple[End, Body | None, list[Real]]]:
         """Each possible event of this stretch, as a series that is positive until it happens."""
@@ -225,15 +264,11 @@ class Stretch:
             for sign in (1, -1):
                 spare = [mu * self.push[j] + sign * self.hold[j] for j in range(size)]
                 events.append((End.CHANGES, None, spare))
-        events.extend((End.PASSES, end, series) for end, series in self._limits())
-        events.extend((End.MEETS, other, series) for other, series in self._others())
+        events.extend((End.PASSES, None, series) for series in self._limits())
         return events
 
-    def _limits(self) -> list[tuple[Body | None, list[Real]]]:
-        """Distances to a face's ends, or on a wall's end to its faces.
-
-        Walls may share an end: the ball may pass onto any of them, and the body says which.
-        """
+    def _limits(self) -> list[list[Real]]:
+        """Distances to a face's ends, or on a wall's end to the faces of all walls there."""
         body = self.surface
         if isinstance(body, Face):
             turn = self.start.nx * body.dy - self.start.ny * body.dx  # t.d: +1 or -1
@@ -242,12 +277,12 @@ class Stretch:
             along[0] += begun
             rest = [-a for a in along]
             rest[0] += body.length
-            return [(None, along), (None, rest)]
-        limits: list[tuple[Body | None, list[Real]]] = []
+            return [along, rest]
+        limits: list[list[Real]] = []
         for end in self.scene.circles:
             if end.out is not None and body.out is not None and self._same_place(end, body):
                 ox, oy = end.out
-                limits.append((end, [a * ox + b * oy for a, b in zip(self.c, self.d, strict=True)]))
+                limits.append([a * ox + b * oy for a, b in zip(self.c, self.d, strict=True)])
         return limits
 
     def _same_place(self, a: Circle, b: Circle) -> bool:
@@ -270,12 +305,12 @@ class Stretch:
         shares = any(self._same_place(end, body) for end in ends)
         return shares and (isinstance(other, Face) or self._same_place(other, body))
 
-    def _others(self) -> list[tuple[Body, list[Real]]]:
-        """Distances to the other bodies that this stretch could reach."""
+    def _others(self) -> list[tuple[Body, Real]]:
+        """The other bodies that this stretch reaches, and the shares at which it first does."""
         scene = self.scene
         roam = float(sum(abs(a) for a in self.s)) + 1e-9
         x, y = self.start.x, self.start.y
-        found: list[tuple[Body, list[Real]]] = []
+        found: list[tuple[Body, Real]] = []
         for circle in scene.circles:
             if float(circle.gap(x, y)) > roam or self._part_of_surface(circle):
                 continue
@@ -283,15 +318,17 @@ class Stretch:
             dx[0], dy[0] = dx[0] - circle.x, dy[0] - circle.y
             series = [a + b for a, b in zip(self._square(dx), self._square(dy), strict=True)]
             series[0] -= circle.reach * circle.reach
-            found.append((circle, series))
+            share = self._first(series)
+            if share is not None:
+                found.append((circle, share))
         for face in scene.faces:
             if abs(float(face.gap(x, y))) > roam or self._part_of_surface(face):
                 continue
             series = [a * face.nx + b * face.ny for a, b in zip(self.x, self.y, strict=True)]
             series[0] = face.gap(x, y)
-            share = self._first(series)
+            share = self._first_into(series)
             if share is not None and self._on(face, share):
-                found.append((face, series))
+                found.append((face, share))
         return found
 
     def _on(self, face: Face, share: Real) -> bool:

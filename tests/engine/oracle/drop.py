@@ -16,7 +16,16 @@ from engine.constants import (
     KIND_LANDING,
     KIND_PEG,
 )
-from tests.engine.oracle.contact import End, Riding, Stretch, pressing, ride, settle, with_slip
+from tests.engine.oracle.contact import (
+    End,
+    Riding,
+    Stretch,
+    following,
+    pressing,
+    ride,
+    settle,
+    with_slip,
+)
 from tests.engine.oracle.flight import Flight, Point, first_hit
 from tests.engine.oracle.laws import impact
 from tests.engine.oracle.roots import OracleError
@@ -32,7 +41,10 @@ MAX_SECONDS: Final = 1000  # simulated; longer than any drop that ends
 
 @dataclass(frozen=True)
 class Event:
-    """The state right after something happened; `kind` and `index` as in engine.constants."""
+    """The state right after something happened; `kind` and `index` as in engine.constants.
+
+    approach: speed in m/s towards the body right before an impact, otherwise 0.
+    """
 
     t: Real
     x: Real
@@ -42,6 +54,7 @@ class Event:
     omega: Real
     kind: int
     index: int
+    approach: Real = 0
 
 
 @dataclass
@@ -129,7 +142,7 @@ class _Run:
         self.events: list[Event] = []
         self.pieces: list[Flight | Stretch] = []
         self.end: str | None = None  # the reason why the run is over
-        self.done_with: Face | None = None
+        self.done_with: list[Face] = []
 
     def run(self) -> OracleDrop:
         """Play the ball until it lands, rests, or has too many events."""
@@ -142,9 +155,9 @@ class _Run:
         reason = None if landed else self.end
         return OracleDrop(slot, self.now.t, self.now.x, self.events, reason, _pieces=self.pieces)
 
-    def _record(self, kind: int, index: int) -> None:
+    def _record(self, kind: int, index: int, approach: Real = 0) -> None:
         p = self.now
-        self.events.append(Event(p.t, p.x, p.y, p.vx, p.vy, p.omega, kind, index))
+        self.events.append(Event(p.t, p.x, p.y, p.vx, p.vy, p.omega, kind, index, approach))
 
     def _fly_or_hit(self) -> None:
         """Bounce off a body that is touched and approached, or fly to the next impact."""
@@ -159,7 +172,7 @@ class _Run:
                 return
         flight = Flight(self.scene, self.now)
         hit = first_hit(flight, touching, self.done_with, self.scene.ctx.mpf(MAX_SECONDS))
-        self.done_with = None
+        self.done_with = []
         self.pieces.append(flight)
         self.now = flight.at(hit.tau)
         if hit.body is None:
@@ -173,18 +186,19 @@ class _Run:
 
     def _stays(self, body: Body) -> bool:
         """Whether the surface pushes the ball; never for a face that the ball left over its end."""
-        if body is self.done_with:
+        if body in self.done_with:
             return False
         return pressing(self.scene, body, settle(self.scene, body, self.now))
 
     def _hit(self, body: Body) -> None:
         p = self.now
         nx, ny = body.normal(p.x, p.y)
+        approach = -self._speed_off(body)
         vx, vy, omega = impact(p.vx, p.vy, p.omega, nx, ny, self.scene.radius, body.material)
         self.now = Point(p.t, p.x, p.y, p.theta, vx, vy, omega)
         self._shake()
-        self.done_with = None
-        self._record(body.kind, body.index)
+        self.done_with = []
+        self._record(body.kind, body.index, approach)
         touching = self.scene.touching(p.x, p.y)
         if math.hypot(vx, vy) < self.cut and self._is_held(touching):
             self.end = "pinned between two bodies"
@@ -228,13 +242,14 @@ class _Run:
             if outcome.end is End.CHANGES:
                 self._record(KIND_CONTACT_CHANGE, _contact_index(surface))
             if outcome.end is End.PASSES:
-                before = surface
-                surface, state = self._pass(surface, outcome.body, state)
+                touching = self.scene.touching(state.x, state.y)
+                surface = following(self.scene, touching, state)
+                state = with_slip(self.scene, surface, state)
                 self._record(KIND_CONTACT_CHANGE, _contact_index(surface))
                 if not pressing(self.scene, surface, state):
                     self._shake()
                     self._record(KIND_CONTACT_END, _contact_index(surface))
-                    self.done_with = before if isinstance(before, Face) else None
+                    self.done_with = [f for f in touching if isinstance(f, Face)]
                     return
             if len(self.events) >= self.max_events:
                 return
@@ -247,18 +262,6 @@ class _Run:
 
     def _become(self, s: Riding) -> None:
         self.now = Point(s.t, s.x, s.y, s.theta, -s.u * s.ny, s.u * s.nx, s.omega)
-
-    def _pass(self, surface: Body, end: Body | None, s: Riding) -> tuple[Body, Riding]:
-        """Pass from a wall's face onto its end, or from an end onto a face of `end`'s wall.
-
-        The curvature, and with it N, jumps.
-        """
-        following: Body
-        if isinstance(surface, Face):
-            following = self.scene.end_of(surface, -s.u * s.ny, s.u * s.nx)
-        else:
-            following = self.scene.face_of(end if isinstance(end, Circle) else surface, s.nx, s.ny)
-        return following, with_slip(self.scene, following, s)
 
     def _land(self) -> None:
         slot = self.scene.bin_of(self.now.x)

@@ -207,11 +207,11 @@ def _line_entry(
     return bracketed(lambda tau: terms(tau)[:2], low, high, eps)
 
 
-def first_hit(flight: Flight, touching: list[Body], done_with: Face | None, limit: Real) -> Hit:
+def first_hit(flight: Flight, touching: list[Body], done_with: list[Face], limit: Real) -> Hit:
     """The first hit after the start, or the fall through the bins' line, whichever comes first.
 
     `touching`: bodies that the ball touches at the start without approaching them. `done_with`:
-    a face that the ball left over its end, whose line it cannot fall through again. `limit`:
+    faces that the ball left over their ends, whose lines it cannot fall through again. `limit`:
     seconds after which the search gives up with an OracleError.
     """
     scene = flight.scene
@@ -245,7 +245,7 @@ def _hop(flight: Flight, touching: list[Body]) -> Real:
 
 
 def _hits(
-    flight: Flight, low: Real, high: Real, touching: list[Body], done_with: Face | None
+    flight: Flight, low: Real, high: Real, touching: list[Body], done_with: list[Face]
 ) -> list[Hit]:
     """The first entry into each body, and through the bins' line, on one stretch of the flight."""
     scene = flight.scene
@@ -260,7 +260,7 @@ def _hits(
             hits.append(Hit(tau, circle))
     for face in scene.faces:
         gaps = float(face.gap(start.x, start.y)), float(face.gap(end.x, end.y))
-        if face is done_with or min(gaps) > bulge or max(gaps) < -bulge:
+        if face in done_with or min(gaps) > bulge or max(gaps) < -bulge:
             continue
         point = face.x + face.nx * face.reach, face.y + face.ny * face.reach
         tau = _line_entry(flight, point, (face.nx, face.ny), low, high)

@@ -132,22 +132,6 @@ class Scene:
         for (x, y), out in ((a, (-dx, -dy)), (b, (dx, dy))):
             self.circles.append(Circle(x, y, size, KIND_WALL, index, pair, out))
 
-    def end_of(self, face: Face, out_x: Real, out_y: Real) -> Circle:
-        """The end circle of the face's wall that lies in the direction (out_x, out_y).
-
-        If walls share an end, the first of them counts, as in all ties.
-        """
-        ahead = face.dx * out_x + face.dy * out_y > 0
-        x = face.x + face.dx * face.length if ahead else face.x
-        y = face.y + face.dy * face.length if ahead else face.y
-        ends = [c for c in self.circles if c.out is not None]
-        return next(c for c in ends if abs(c.x - x) < self.tiny and abs(c.y - y) < self.tiny)
-
-    def face_of(self, end: Circle, nx: Real, ny: Real) -> Face:
-        """The face of the end's wall whose outward normal is nearest to (nx, ny)."""
-        faces = [f for f in self.faces if f.index == end.index]
-        return max(faces, key=lambda f: f.nx * nx + f.ny * ny)
-
     def touching(self, x: Real, y: Real) -> list[Body]:
         """All bodies that the ball touches when its centre is at (x, y)."""
         found: list[Body] = [c for c in self.circles if abs(c.gap(x, y)) < self.tiny]
