@@ -135,10 +135,40 @@ def _line_hit_between_ends(
         s = line_hit(h, hd, hdd, k, horizon, best)
         if s == NO_HIT or (found != NO_HIT and s >= found):
             continue
-        if _foot_inside(items, wall, x, y, vx, vy, ax, ay, k, s):
+        if not _foot_inside(items, wall, x, y, vx, vy, ax, ay, k, s):
+            s = _onto_line(items, wall, s, h, hd, hdd, x, y, vx, vy, ax, ay, k, horizon, best)
+        if s != NO_HIT and (found == NO_HIT or s < found):
             found = s
             found_side = side
     return found, found_side
+
+
+@lean_kernel
+def _onto_line(
+    items: Array, wall: int, begin: float, h: float, hd: float, hdd: float, x: float, y: float,
+    vx: float, vy: float, ax: float, ay: float, k: float, horizon: float, best: float,
+) -> float:  # fmt: skip
+    """When a ball that touches the extension of a line from `begin` on comes onto the line itself.
+
+    NO_HIT if it does not. h, hd, hdd: the distance to the line as in `line_hit`. A ball that leaves
+    a wall's end may meet the next wall with no angle and no distance, within rounding. It is behind
+    that wall by less than rounding when its foot comes between the ends.
+    """
+    tx = items[wall, surface.TX]
+    ty = items[wall, surface.TY]
+    foot = tx * (x - items[wall, surface.X]) + ty * (y - items[wall, surface.Y])
+    along = tx * vx + ty * vy
+    pull = tx * ax + ty * ay
+    if foot < 0.0:
+        s = line_hit(-foot, -along, -pull, k, horizon, best)
+    else:
+        s = line_hit(foot - items[wall, surface.LENGTH], along, pull, k, horizon, best)
+    if s == NO_HIT:
+        return NO_HIT
+    _, _, psi = short_basis(k, s)
+    if s < begin or abs(h + hd * s + hdd * psi) > surface.rounding(x, y):
+        return NO_HIT
+    return s
 
 
 @lean_kernel

@@ -115,7 +115,7 @@ def _first_touch_of_others(
     hit_side = 0.0
     for k in range(board.starts[cell], board.starts[cell + 1]):
         other = int(board.members[k])
-        if other == item or _continues(board, item, side, other):
+        if other == item or _continues(board, item, side, other, state[body.X], state[body.Y]):
             continue
         s, other_side = touch_time(
             board, series, item, state[body.X], state[body.Y], other, other == beside, best
@@ -133,14 +133,17 @@ def _first_touch_of_others(
 
 
 @inner_kernel
-def _continues(board: BoardArrays, item: int, side: float, other: int) -> bool:
+def _continues(board: BoardArrays, item: int, side: float, other: int, x: float, y: float) -> bool:
     """Whether the surface `item`, on this side, continues as `other` without an angle.
 
-    The ball passes from one to the other without an impact: a line's ends, a line that ends in the
-    circle `item`, and a circle that only just rises to the line, such as an end within the wall.
+    The ball, at (x, y), passes from one to the other without an impact: a line's ends, a line that
+    ends in the circle `item`, and a circle that only just rises to the line, such as an end within
+    the wall.
     """
     if board.items[item, surface.DISTANCE] > 0.0:
-        return ends_in(board.items, other, item)
+        return ends_in(board.items, other, item) and is_flush(
+            board.items, board.radius, other, side_of(board.items, other, x, y), item
+        )
     if board.items[other, surface.DISTANCE] == 0.0:
         return False
     return is_flush(board.items, board.radius, item, side, other)
