@@ -34,6 +34,11 @@ surface is set to zero. It stays there if it is pressed on, and lifts off if not
 are omitted move the ball by about 1e-19 m if friction holds it, and by 1e-12 m if it slips. Even a
 larger value would be noticed only in digests."""
 
+TRUE_WITHIN = 1.0e-9
+"""Limit of the check of each path: how far, relative to the ball's radius, a ball may be from a
+surface that it is said to touch; and by how much, relatively, an impact may raise the energy. Both
+are much larger than rounding. No path is known that fails the check."""
+
 # Why `follow_flight` returned.
 AT_BINS = 0
 ON_SURFACE = 1
@@ -42,15 +47,20 @@ OUT_OF_EVENTS = 3
 LATE = 4
 SEARCHED_OUT = 5
 OUT_OF_BOARD = 6
+FALSE = 7  # the check failed
 
 
 @lean_kernel
 def rebound(
     items: Array, item: int, side: float, x: float, y: float, vx: float, vy: float, omega: float,
     radius: float, restitution: float, friction: float,
-) -> tuple[float, float, float, float, float, float, float, bool]:  # fmt: skip
+) -> tuple[float, float, float, float, float, float, float, bool, bool]:  # fmt: skip
     """The impact of a ball at (x, y) on a surface: its centre at the exact contact distance, the
-    velocity and spin after the impact, the normal, and whether friction stopped the slip."""
+    velocity and spin after the impact, the normal, whether friction stopped the slip, and whether
+    the impact is true: on the surface and without a gain of energy, as TRUE_WITHIN says."""
+    is_true = is_near(items, item, side, x, y, radius)
+    spin = 0.5 * radius * radius
+    energy = vx * vx + vy * vy + spin * omega * omega
     dx = x - items[item, surface.X]
     dy = y - items[item, surface.Y]
     distance = items[item, surface.DISTANCE]
@@ -72,7 +82,14 @@ def rebound(
     sticks = False
     if vx * nx + vy * ny < 0.0:
         vx, vy, omega, sticks = bounce(vx, vy, omega, nx, ny, radius, restitution, friction)
-    return x, y, vx, vy, omega, nx, ny, sticks
+    is_true &= vx * vx + vy * vy + spin * omega * omega <= energy * (1.0 + TRUE_WITHIN)
+    return x, y, vx, vy, omega, nx, ny, sticks, is_true
+
+
+@lean_kernel
+def is_near(items: Array, item: int, side: float, x: float, y: float, radius: float) -> bool:
+    """Whether a ball at (x, y) touches `item` on this side, as TRUE_WITHIN says."""
+    return abs(surface.gap_of(items, radius, item, side, x, y)) <= TRUE_WITHIN * radius
 
 
 @lean_kernel
@@ -119,7 +136,11 @@ def follow_flight(
     met = initial_state.NONE
     met_side = 0.0
     cause = ON_SURFACE
+    is_true = touching or how == FREE or is_near(items, item, side, x, y, board.radius)
     while True:
+        if not is_true:
+            cause = FALSE
+            break
         if not touching:
             if counts[event_log.EVENTS] >= event_limit:
                 cause = OUT_OF_EVENTS
@@ -169,10 +190,12 @@ def follow_flight(
         touching = False
         how = BOUNCED
         beside = initial_state.NONE
-        x, y, vx, vy, omega, nx, ny, sticks = rebound(
+        x, y, vx, vy, omega, nx, ny, sticks, is_true = rebound(
             items, item, side, x, y, vx, vy, omega, board.radius,
             restitution_of(board, item), friction_of(board, item),
         )  # fmt: skip
+        if not is_true:
+            continue
         row = counts[event_log.EVENTS]
         counts[event_log.EVENTS] = row + 1
         counts[event_log.IMPACTS] += 1

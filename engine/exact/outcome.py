@@ -14,6 +14,9 @@ ESCAPED = 3
 EVENT_LIMIT = 4
 TIME_LIMIT = 5
 SEARCH_LIMIT = 6
+IMPULSE_LIMIT = 7
+# An error of the solver, found by its own check (`free_flight.TRUE_WITHIN`).
+FALSE_PATH = 8
 
 REASONS = (
     "",
@@ -23,6 +26,8 @@ REASONS = (
     "event budget: still moving after 100,000 events",
     "time budget: still moving after 1,000 s",
     "search budget: nothing hit within a million search windows of one flight",
+    "impulse budget: still bouncing between two surfaces after 1,000 impulses at one time",
+    "solver error: the computed path left its surface or gained energy",
 )
 
 MAX_EVENTS = 100_000

@@ -17,6 +17,7 @@ from engine.exact.contact_end import (
     touch_time,
 )
 from engine.exact.event_log import Log, note_contact, note_segment
+from engine.exact.free_flight import is_near
 from engine.jit.decorator import inner_kernel
 from engine.physics import body, contact, surface
 from engine.physics.contact import choose_mode, expand, hold, step_length
@@ -33,10 +34,11 @@ AT_REST = 4
 OUT_OF_TIME = 5
 OUT_OF_EVENTS = 6
 OUT_OF_BOARD = 7
+FALSE = 8  # the check of `free_flight.TRUE_WITHIN` failed
 # Causes for which the contact goes on.
-STEP_END = 8
-MODE_CHANGED = 9
-ROLLED_OVER = 10
+STEP_END = 9
+MODE_CHANGED = 10
+ROLLED_OVER = 11
 
 
 @inner_kernel
@@ -257,6 +259,8 @@ def follow_contact(
             return OUT_OF_TIME, item, side, item, side, beside
         if cell_of(board, state[body.X], state[body.Y]) < 0:
             return OUT_OF_BOARD, item, side, item, side, beside
+        if not is_near(board.items, item, side, state[body.X], state[body.Y], board.radius):
+            return FALSE, item, side, item, side, beside
         nx, ny, state[body.X], state[body.Y] = touch(
             board.items, board.radius, item, side, state[body.X], state[body.Y]
         )

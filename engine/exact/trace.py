@@ -24,6 +24,8 @@ from engine.exact.outcome import (
     BALANCED,
     ESCAPED,
     EVENT_LIMIT,
+    FALSE_PATH,
+    IMPULSE_LIMIT,
     LANDED,
     RUNNING,
     SEARCH_LIMIT,
@@ -140,6 +142,10 @@ def follow(
                 note_contact(board, state, KIND_CONTACT_END, item, log)
         elif end == two_contacts.LIES_STILL:
             outcome = WEDGED
+        elif end == two_contacts.BOUNCES_ON:
+            outcome = IMPULSE_LIMIT
+        elif end == two_contacts.FALSE:
+            outcome = FALSE_PATH
     if outcome == EVENT_LIMIT:
         place[initial_state.HIT] = initial_state.NONE
         place[initial_state.SURFACE] = item
@@ -164,6 +170,8 @@ def _ends_in_flight(cause: int) -> int:
         return SEARCH_LIMIT
     if cause == free_flight.OUT_OF_BOARD:
         return ESCAPED
+    if cause == free_flight.FALSE:
+        return FALSE_PATH
     return RUNNING
 
 
@@ -180,4 +188,6 @@ def _ends_in_contact(cause: int) -> int:
         return EVENT_LIMIT
     if cause == sustained_contact.OUT_OF_BOARD:
         return ESCAPED
+    if cause == sustained_contact.FALSE:
+        return FALSE_PATH
     return RUNNING

@@ -7,9 +7,9 @@
     rest       If it leaves neither, or is too slow to rise by more than rounding, it has stopped
                in the notch, and `rest_in_notch` decides.
 
-Each impulse at an approach speed w > DYING_BOUNCE lowers the energy by at least (1 - e^2) w^2 / 2,
-and there are at most MOST_IMPULSES. A ball that still approaches then is jammed between nearly
-parallel surfaces, and stops.
+Each impulse at an approach speed w > DYING_BOUNCE lowers the energy by at least (1 - e^2) w^2 / 2.
+Between nearly parallel surfaces, or elastic ones, the impulses do not end for long. After
+MOST_IMPULSES the drop ends without a result: this is a limit of the computation.
 """
 
 import numpy as np
@@ -47,6 +47,8 @@ FLIES = 0  # bounces off both surfaces
 LIFTS = 1  # leaves both, without a speed off the surface returned
 STAYS = 2  # rolls or slides on the surface returned
 LIES_STILL = 3
+BOUNCES_ON = 4  # after MOST_IMPULSES
+FALSE = 5  # the check of `free_flight.TRUE_WITHIN` failed
 
 
 @inner_kernel
@@ -69,12 +71,12 @@ def meet(
         if off_a >= -DYING_BOUNCE and off_b >= -DYING_BOUNCE:
             break
         if impulses == MOST_IMPULSES:
-            off_a, off_b = 0.0, 0.0
-            _stop(state)
-            break
+            return BOUNCES_ON, b, b_side, a, 0
         impulses += 1
         last = a if off_a < -DYING_BOUNCE and (a < b or off_b >= -DYING_BOUNCE) else b
-        sticks = _strike(board, state, last, a_side if last == a else b_side, log)
+        sticks, is_true = _strike(board, state, last, a_side if last == a else b_side, log)
+        if not is_true:
+            return FALSE, b, b_side, a, 0
     if _is_slow(board, state):
         _stop(state)
         return _rest(board, state, a, a_side, b, b_side, log)
@@ -110,9 +112,11 @@ def _speed_off(board: BoardArrays, state: State, item: int, side: float) -> floa
 
 
 @inner_kernel
-def _strike(board: BoardArrays, state: State, item: int, side: float, log: Log) -> bool:
-    """Apply an impact on `item`; returns whether friction stopped the slip."""
-    x, y, vx, vy, omega, _, _, sticks = rebound(
+def _strike(
+    board: BoardArrays, state: State, item: int, side: float, log: Log
+) -> tuple[bool, bool]:
+    """Apply an impact on `item`; returns whether friction stopped the slip, and if it is true."""
+    x, y, vx, vy, omega, _, _, sticks, is_true = rebound(
         board.items, item, side, state[body.X], state[body.Y], state[body.VX], state[body.VY],
         state[body.OMEGA], board.radius, restitution_of(board, item), friction_of(board, item),
     )  # fmt: skip
@@ -122,7 +126,7 @@ def _strike(board: BoardArrays, state: State, item: int, side: float, log: Log) 
     state[body.VY] = vy
     state[body.OMEGA] = omega
     note_impact(board, state, item, log)
-    return sticks
+    return sticks, is_true
 
 
 @inner_kernel

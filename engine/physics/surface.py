@@ -9,7 +9,7 @@ from math import sqrt
 import numpy as np
 import numpy.typing as npt
 
-from engine.jit.decorator import inner_kernel
+from engine.jit.decorator import inner_kernel, lean_kernel
 
 Surfaces = npt.NDArray[np.float64]
 
@@ -87,6 +87,20 @@ def touch(
     ny = side * items[item, NY]
     gap = radius - (dx * nx + dy * ny)
     return nx, ny, x + gap * nx, y + gap * ny
+
+
+@lean_kernel
+def gap_of(items: Surfaces, radius: float, item: int, side: float, x: float, y: float) -> float:
+    """Distance in m between `item` and a ball at (x, y) on this side of it; negative if inside.
+
+    Of a circle, it is the first-order distance, which is exact only near the circle.
+    """
+    dx = x - items[item, X]
+    dy = y - items[item, Y]
+    distance = items[item, DISTANCE]
+    if distance > 0.0:
+        return float(0.5 * (dx * dx + dy * dy - distance * distance) * items[item, INVERSE])
+    return float(side * (dx * items[item, NX] + dy * items[item, NY]) - radius)
 
 
 @inner_kernel

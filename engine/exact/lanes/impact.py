@@ -1,12 +1,15 @@
 """The ends of flights and the impacts there, side by side: `rebound` and `bounce` of all balls."""
 
 from engine.exact.board_arrays import BoardArrays
-from engine.exact.free_flight import DYING_BOUNCE
+from engine.exact.free_flight import DYING_BOUNCE, TRUE_WITHIN
 from engine.exact.lanes import flight, lane
 from engine.exact.lanes.flight import bases
 from engine.exact.lanes.lane import Floats, Space
 from engine.jit.decorator import lean_kernel
 from engine.physics import body, surface
+
+CAREFUL = 0.5 * TRUE_WITHIN
+"""A ball that comes this near to failing the check of `rebound` goes to the solver for one ball."""
 
 # Where the columns of `e` begin, shape (IMPACT_COLUMNS * LANES,): the flight's duration and its
 # `flight.bases`; the state at its end, in the order of `body`; the surface and its material; …
@@ -28,7 +31,7 @@ RESTITUTION = 17 * lane.LANES
 FRICTION = 18 * lane.LANES
 AFTER = 19 * lane.LANES  # … the state after the impact; and whether the ball cannot fly on:
 STOOD = 26 * lane.LANES  # 1: it has not moved, within rounding
-DIES = 27 * lane.LANES  # 1: the bounce has died
+DIES = 27 * lane.LANES  # 1: the bounce has died, or may be false
 
 
 @lean_kernel
@@ -88,7 +91,8 @@ def rebound_all(e: Floats, count: int, radius: float, rubs: bool) -> None:
         dy = y - e[CENTRE_Y + c]
         is_circle = distance > 0.0
         nx, ny = dx * e[INVERSE + c], dy * e[INVERSE + c]
-        unit = 1.5 - 0.5 * (nx * nx + ny * ny)
+        square = nx * nx + ny * ny
+        unit = 1.5 - 0.5 * square
         nx = nx * unit if is_circle else e[LINE_NX + c]
         ny = ny * unit if is_circle else e[LINE_NY + c]
         gap = radius - (dx * nx + dy * ny)
@@ -118,4 +122,11 @@ def rebound_all(e: Floats, count: int, radius: float, rubs: bool) -> None:
         e[AFTER + body.VX * lane.LANES + c] = ux
         e[AFTER + body.VY * lane.LANES + c] = uy
         e[AFTER + body.OMEGA * lane.LANES + c] = spin if strikes else omega
-        e[DIES + c] = 1.0 if ux * nx + uy * ny <= DYING_BOUNCE else 0.0
+        # The check of `rebound`; where it may fail, the solver for one ball decides.
+        off = 0.5 * distance * (square - 1.0) if is_circle else gap
+        turn = spin if strikes else omega
+        before = vx * vx + vy * vy + 0.5 * radius * radius * omega * omega
+        after = ux * ux + uy * uy + 0.5 * radius * radius * turn * turn
+        may_be_false = (abs(off) > CAREFUL * radius) | (after > before * (1.0 + CAREFUL))
+        dies = ux * nx + uy * ny <= DYING_BOUNCE
+        e[DIES + c] = 1.0 if dies | may_be_false else 0.0
