@@ -25,6 +25,10 @@ MAX_SWEEP: Final = 100_000_000
 """Most candidate pairs, which take a few seconds to examine. Only a board with far more pegs per
 ball diameter than any sensible one exceeds it."""
 
+TIGHT: Final = 1e-9
+"""A gap that exceeds the ball's diameter by at most this share counts as closed. Rounding would
+decide whether the ball wedges in it or passes."""
+
 MAX_CLOSE: Final = 1_000_000
 """Most pairs of obstacles with no gap for the ball; limits time and memory too."""
 
@@ -50,6 +54,11 @@ class Obstacles:
     tx: Floats
     ty: Floats
     length: Floats
+
+    @property
+    def slack(self) -> float:
+        """Width in m by which a gap may exceed the ball's diameter and still count as closed."""
+        return 2.0 * TIGHT * self.radius
 
     def disc_name(self, i: int) -> str:
         """Path of disc `i` in the JSON form."""
@@ -92,10 +101,12 @@ def obstacles(board: BoardFields) -> Obstacles:
 def close_discs(obs: Obstacles) -> tuple[Ints, Ints, Floats]:
     """Pairs i < j of discs that overlap or touch, and their distances; arrays of equal length.
 
-    The ball cannot pass between such a pair. To find them, the discs are sorted along the axis with
-    fewer candidates, and only neighbours are compared. BoardError if there are too many pairs.
+    The ball cannot pass between such a pair, or only by TIGHT. To find them, the discs are sorted
+    along the axis with fewer candidates, and only neighbours are compared. BoardError if there are
+    too many pairs.
     """
-    along_x, along_y = _Sweep(obs.x, obs.reach), _Sweep(obs.y, obs.reach)
+    reach = obs.reach + obs.slack
+    along_x, along_y = _Sweep(obs.x, reach), _Sweep(obs.y, reach)
     sweep = along_x if along_x.total <= along_y.total else along_y
     if sweep.total > MAX_SWEEP:
         raise _too_dense()
@@ -103,7 +114,7 @@ def close_discs(obs: Obstacles) -> tuple[Ints, Ints, Floats]:
     count = 0
     for i, j in sweep.candidates():
         apart = distance(obs.x[i] - obs.x[j], obs.y[i] - obs.y[j])
-        close = apart <= obs.reach[i] + obs.reach[j]
+        close = apart <= obs.reach[i] + obs.reach[j] + obs.slack
         found.append((np.minimum(i, j)[close], np.maximum(i, j)[close], apart[close]))
         count += int(np.count_nonzero(close))
         if count > MAX_CLOSE:
@@ -154,6 +165,7 @@ def near_walls(obs: Obstacles) -> Iterator[tuple[int, Ints, Floats, Floats]]:
     coordinates in m along the wall, from its first end, and across it (dy tx - dx ty).
     """
     margin = obs.radius + float(np.max(obs.reach, initial=0.0))
+    margin += obs.slack
     by_x, by_y = _Column(obs.x), _Column(obs.y)
     for k in range(len(obs.length)):
         in_x = by_x.between(obs.x1[k], obs.x2[k], margin)
@@ -165,7 +177,9 @@ def near_walls(obs: Obstacles) -> Iterator[tuple[int, Ints, Floats, Floats]]:
         reach = obs.reach[near]
         own = obs.peg_count + 2 * k
         close = (along > -reach) & (along < obs.length[k] + reach)
-        close &= (np.abs(across) <= reach + obs.radius) & (near != own) & (near != own + 1)
+        close &= (
+            (np.abs(across) <= reach + obs.radius + obs.slack) & (near != own) & (near != own + 1)
+        )
         order = np.argsort(near[close])
         yield k, near[close][order], along[close][order], across[close][order]
 

@@ -7,6 +7,9 @@ wall) is not a trap: the slightest disturbance ends it, and a drop that starts t
 
 The check is exact without friction. With a high friction, a ball could also stick between
 obstacles that lean a little.
+
+A gap as wide as the ball, within rounding, is a trap in every direction: the ball could enter it
+and would be squeezed.
 """
 
 from collections.abc import Iterable, Iterator
@@ -57,18 +60,22 @@ def check_traps(
     """Raise BoardError naming the traps above the bins that a ball can reach."""
     above_bins = (board.drop.y, board.bins.y)
     traps = _joined(_traps(some, *above_bins) for some in _touching_two(obs, pairs))
+    traps = _joined([traps, _within(_joined(_squeezes(obs, pairs)), *above_bins)])
     traps = traps.where(reach.is_near(traps.x, traps.y))
     faults = Faults()
+    seen: set[tuple[int, int]] = set()
     for k in range(len(traps.x)):
         if faults.full:
             break
         x, y = float(traps.x[k]), float(traps.y[k])
-        if _is_free(obs, x, y) and reach.includes(x, y):
+        gap = int(traps.a[k]), int(traps.b[k])
+        if gap not in seen and _is_free(obs, x, y) and reach.includes(x, y):
+            seen.add(gap)
             a, b = _name(obs, int(traps.a[k])), _name(obs, int(traps.b[k]))
             faults.add(
                 a.split("'")[0],
                 f"a ball can wedge in the gap between {a} and {b}: with radius {obs.radius:g} m "
-                f"it rests at ({x:.6g}, {y:.6g}) for good; widen or close the gap",
+                f"it stays at ({x:.6g}, {y:.6g}) for good; widen or close the gap",
             )
     faults.end()
 
@@ -82,7 +89,47 @@ def _joined(parts: Iterable[DoubleContacts]) -> DoubleContacts:
 
 def _traps(doubles: DoubleContacts, top: float, bottom: float) -> DoubleContacts:
     """The traps among `doubles` from height `top` to `bottom`, in m."""
-    return doubles.where((doubles.y >= top) & (doubles.y < bottom) & _are_traps(doubles))
+    return _within(doubles.where(_are_traps(doubles)), top, bottom)
+
+
+def _within(doubles: DoubleContacts, top: float, bottom: float) -> DoubleContacts:
+    return doubles.where((doubles.y >= top) & (doubles.y < bottom))
+
+
+def _squeezes(obs: Obstacles, pairs: tuple[Ints, Ints, Floats]) -> Iterator[DoubleContacts]:
+    """Both mouths of each gap between a disc and a disc or wall that is as wide as the ball."""
+    i, j, apart = pairs
+    tight = np.abs(apart - obs.reach[i] - obs.reach[j]) <= obs.slack
+    i, j, apart = i[tight], j[tight], apart[tight]
+    nx, ny = (obs.x[i] - obs.x[j]) / apart, (obs.y[i] - obs.y[j]) / apart
+    yield from _mouths(obs, i, j, obs.x[i], obs.y[i], nx, ny)
+    for k, near, along, across in near_walls(obs):
+        tight = np.abs(np.abs(across) - obs.reach[near] - obs.radius) <= obs.slack
+        tight &= (along > 0.0) & (along < obs.length[k])
+        disc, side = near[tight], np.sign(across[tight])
+        wall = np.full(len(disc), ~k, dtype=np.intp)
+        nx, ny = -side * obs.ty[k], side * obs.tx[k]
+        yield from _mouths(obs, disc, wall, obs.x[disc], obs.y[disc], nx, ny)
+
+
+def _mouths(
+    obs: Obstacles, disc: Ints, other: Ints, x: Floats, y: Floats, nx: Floats, ny: Floats
+) -> Iterator[DoubleContacts]:
+    """Places a tenth of a radius before and behind the narrowest place of each gap.
+
+    (x, y): the disc's centre; (nx, ny): the direction from the other obstacle to it.
+    """
+    for way in (0.1, -0.1):
+        yield DoubleContacts(
+            x - obs.reach[disc] * nx - way * obs.radius * ny,
+            y - obs.reach[disc] * ny + way * obs.radius * nx,
+            -nx,
+            -ny,
+            nx,
+            ny,
+            disc,
+            other,
+        )
 
 
 def _name(obs: Obstacles, thing: int) -> str:
