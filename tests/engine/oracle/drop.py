@@ -97,14 +97,15 @@ class OracleDrop:
         every impact. They show how rounding grows on the way, even if a contact phase has made the
         ball forget its start.
         """
-        spreads = [_spread(self, self._nudged(NUDGE, pattern)) for pattern in range(SHAKES)]
+        spreads = [_spread(self, self.nudged(NUDGE, pattern)) for pattern in range(SHAKES)]
         return [max(at_event) for at_event in zip(*spreads, strict=True)]
 
     @cached_property
     def _beside(self) -> "OracleDrop":
-        return self._nudged(0.0, 0)
+        return self.nudged(0.0, 0)
 
-    def _nudged(self, shake: float, pattern: int) -> "OracleDrop":
+    def nudged(self, shake: float, pattern: int) -> "OracleDrop":
+        """The drop again, nudged: started NUDGE m away, and shaken at impacts; see `growths`."""
         assert self._again is not None, "a neighbour's own neighbours are never asked for"
         return self._again(shake, pattern)
 
