@@ -22,7 +22,7 @@ from engine.drops.trajectory import Trajectory, at_start, follow
 from engine.exact.outcome import LANDED
 from engine.parameters import Exact
 from engine.physics import body
-from tests.engine.oracle.drop import NUDGE, SHAKES, OracleDrop, oracle_drop
+from tests.engine.oracle.drop import NUDGE, OracleDrop, oracle_drop
 
 Floats = npt.NDArray[np.float64]
 
@@ -40,10 +40,13 @@ CHAOS: Final = 1e4
 FELT: Final = 1e-3
 """m/s; an impact at a slower approach need not be an event of the other solver."""
 
+RUNS: Final = 2
+"""Other runs of the oracle, by which growth is measured."""
+
 AROUND: Final = 3
 """Samples to either side whose growth counts too: where two paths cross, their distance is zero."""
 
-EVENTS: Final = 400
+EVENTS: Final = 250
 """Events for which the oracle follows a ball; an elastic ball may have any number."""
 
 
@@ -108,7 +111,7 @@ def _places(oracle: OracleDrop, times: Floats) -> Floats:
 def _growth(oracle: OracleDrop, times: Floats) -> Floats:
     """How many times farther than NUDGE m other runs are at these times, or around them."""
     spread = np.zeros(len(times))
-    runs = [oracle.nudged(NUDGE, pattern) for pattern in range(SHAKES)]
+    runs = [oracle.nudged(NUDGE, pattern) for pattern in range(RUNS)]
     for i, t in enumerate(times.tolist()):
         x, y = oracle.position_at(t)
         for run in runs:

@@ -27,7 +27,7 @@ from tests.engine.oracle.contact import (
     with_slip,
 )
 from tests.engine.oracle.flight import Flight, Point, first_hit
-from tests.engine.oracle.laws import impact
+from tests.engine.oracle.laws import SPIN_TERM, impact
 from tests.engine.oracle.roots import OracleError
 from tests.engine.oracle.scene import Body, Circle, Face, Real, Scene
 
@@ -36,6 +36,9 @@ NUDGE: Final = 1e-25  # m: how far the second run of an amplification starts fro
 SHAKES: Final = (
     4  # runs with other signs of the changes at impacts: in a single run they may cancel
 )
+NOTCH: Final = 1e-7
+"""Sine of the least angle between two surfaces that make a notch; a flatter one is a bend."""
+DEEPEST: Final = 1e-12  # m: a deeper ball is in a body
 MAX_SECONDS: Final = 1000  # simulated; longer than any drop that ends
 
 
@@ -57,6 +60,20 @@ class Event:
     approach: Real = 0
 
 
+@dataclass(frozen=True)
+class Spinning:
+    """A ball that spins down in a notch while its centre rests, `span` seconds from `start` on."""
+
+    start: Point
+    span: Real
+
+    def point(self, share: Real) -> Point:
+        """The state at `share` (0 to 1) of the span; the spin falls evenly to zero."""
+        s, tau = self.start, share * self.span
+        theta = s.theta + s.omega * tau * (1 - share / 2)
+        return s._replace(t=s.t + tau, theta=theta, omega=s.omega * (1 - share))
+
+
 @dataclass
 class OracleDrop:
     """The result of one drop. Numbers are mpf; `bin` is None if the ball never lands.
@@ -70,7 +87,7 @@ class OracleDrop:
     x_end: Real
     events: list[Event]
     reason: str | None
-    _pieces: list["Flight | Stretch"] = field(default_factory=list)
+    _pieces: list["Flight | Stretch | Spinning"] = field(default_factory=list)
     _again: "Callable[[Real, int], OracleDrop] | None" = (
         None  # plays again, with a shake and its pattern
     )
@@ -141,7 +158,7 @@ class _Run:
         zero = scene.ctx.zero
         self.now = Point(zero, x_start, scene.start_y, zero, zero, zero, zero)
         self.events: list[Event] = []
-        self.pieces: list[Flight | Stretch] = []
+        self.pieces: list[Flight | Stretch | Spinning] = []
         self.end: str | None = None  # the reason why the run is over
         self.done_with: list[Face] = []
 
@@ -175,11 +192,19 @@ class _Run:
         hit = first_hit(flight, touching, self.done_with, self.scene.ctx.mpf(MAX_SECONDS))
         self.done_with = []
         self.pieces.append(flight)
+        self._check_outside(flight, hit.tau)
         self.now = flight.at(hit.tau)
         if hit.body is None:
             self._land()
         else:
             self._hit(hit.body)
+
+    def _check_outside(self, flight: Flight, tau: Real) -> None:
+        """Raise OracleError if a flight passed through a body."""
+        for quarter in (1, 2, 3, 4):
+            m = flight.moment(tau * quarter / 4)
+            if self.scene.depth(m.x, m.y) > DEEPEST:
+                raise OracleError(f"a flight through a body at ({float(m.x)}, {float(m.y)})")
 
     def _speed_off(self, body: Body) -> Real:
         nx, ny = body.normal(self.now.x, self.now.y)
@@ -201,9 +226,14 @@ class _Run:
         self.done_with = []
         self._record(body.kind, body.index, approach)
         touching = self.scene.touching(p.x, p.y)
-        if math.hypot(vx, vy) < self.cut and self._is_held(touching):
-            self.end = "pinned between two bodies"
-            return
+        if math.hypot(vx, vy) < self.cut:
+            if self._is_held(touching):
+                self.end = "pinned between two bodies"
+                return
+            notch = self._notch(touching)
+            if notch is not None:
+                self._rest_in(*notch)
+                return
         approached = any(self._speed_off(b) < -self.scene.tiny for b in touching)
         if self._speed_off(body) < self.cut and self._stays(body) and not approached:
             self._ride(body)
@@ -216,6 +246,77 @@ class _Run:
             if abs(turn) > self.scene.tiny and bx / turn > 0 > ax / turn:
                 return True
         return False
+
+    def _notch(self, touching: list[Body]) -> tuple[Body, Body] | None:
+        """The two bodies in whose notch a slow ball stops, or None if it touches no two.
+
+        Bodies of the same normal are one surface.
+        """
+        distinct: list[Body] = []
+        for body in touching:
+            nx, ny = body.normal(self.now.x, self.now.y)
+            others = [other.normal(self.now.x, self.now.y) for other in distinct]
+            if all(abs(nx * oy - ny * ox) > NOTCH for ox, oy in others):
+                distinct.append(body)
+        if len(distinct) > 2:
+            raise OracleError("a ball that stops at three surfaces")
+        return (distinct[0], distinct[1]) if len(distinct) == 2 else None
+
+    def _rest_in(self, a: Body, b: Body) -> None:
+        """A ball that has stopped in a notch spins down, then goes on along one side, or falls."""
+        zero = self.scene.ctx.zero
+        self.now = self.now._replace(vx=zero, vy=zero)
+        brake = self._brake(a, b)
+        if brake is not None:
+            start, size = self.now, self.scene.radius
+            span = abs(start.omega) * size / (SPIN_TERM * brake)
+            self.pieces.append(Spinning(start, span))
+            self.now = start._replace(
+                t=start.t + span, theta=start.theta + start.omega * span / 2, omega=zero
+            )
+        for spin in (self.now.omega, zero):
+            self.now = self.now._replace(omega=spin)
+            for stays, other in ((a, b), (b, a)):
+                if self._opens(stays, other):
+                    self._ride(stays)
+                    return
+            if all(body.normal(self.now.x, self.now.y)[1] >= 0 for body in (a, b)):
+                return  # both overhang: it falls
+        self.end = "pinned between two bodies"
+
+    def _brake(self, a: Body, b: Body) -> Real | None:
+        """Friction's force per mass on a spinning ball that both bodies hold; None if one opens.
+
+        With q = n + s mu t for each, s the sign of the spin: g + N_a q_a + N_b q_b = 0.
+        """
+        spin = self.now.omega
+        if abs(spin) < self.scene.tiny:
+            return None
+        pulls = []
+        for body in (a, b):
+            nx, ny = body.normal(self.now.x, self.now.y)
+            rub = body.material.friction * (1 if spin > 0 else -1)
+            pulls.append((nx - rub * ny, ny + rub * nx))
+        (ax, ay), (bx, by) = pulls
+        turn = ax * by - ay * bx
+        if abs(turn) < self.scene.tiny:
+            return None
+        push_a, push_b = self.scene.g * bx / turn, -self.scene.g * ax / turn
+        if push_a <= 0 or push_b <= 0:
+            return None
+        return a.material.friction * push_a + b.material.friction * push_b or None
+
+    def _opens(self, stays: Body, other: Body) -> bool:
+        """Whether the force of `stays` alone moves a resting ball off `other`."""
+        nx, ny = stays.normal(self.now.x, self.now.y)
+        ox, oy = other.normal(self.now.x, self.now.y)
+        push = -self.scene.g * ny
+        if push <= self.scene.tiny:
+            return False
+        along = self.scene.g * nx
+        if abs(self.now.omega) >= self.scene.tiny:
+            along += stays.material.friction * push * (1 if self.now.omega > 0 else -1)
+        return bool(along * (nx * oy - ny * ox) >= 0)
 
     def _ride(self, surface: Body) -> None:
         """A contact phase: from the end of the bounces until the ball leaves the surface."""

@@ -4,6 +4,7 @@ The ball becomes a point. A peg becomes a circle of radius r + R, a wall the sta
 segment: two faces at distance R and a circle of radius R about each end.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -140,6 +141,15 @@ class Scene:
             if inside and abs(face.gap(x, y)) < self.tiny:
                 found.append(face)
         return found
+
+    def depth(self, x: Real, y: Real) -> float:
+        """How deep in m the point is in the deepest body, to some 1e-15 m; negative outside."""
+        deepest = max((-float(c.gap(x, y)) for c in self.circles), default=-math.inf)
+        for face in self.faces[::2]:
+            if 0 <= face.along(x, y) <= face.length:
+                away = abs(float(face.gap(x, y) + face.reach))
+                deepest = max(deepest, float(face.reach) - away)
+        return deepest
 
     def bin_of(self, x: Real) -> int | None:
         """Index of the bin that contains x; None if no bin does."""
