@@ -311,8 +311,9 @@ class Stretch:
         roam = float(sum(abs(a) for a in self.s)) + 1e-9
         x, y = self.start.x, self.start.y
         found: list[tuple[Body, Real]] = []
-        for circle in scene.circles:
-            if float(circle.gap(x, y)) > roam or self._part_of_surface(circle):
+        circles, faces = scene.near(x, y, roam)
+        for circle in circles:
+            if self._part_of_surface(circle):
                 continue
             dx, dy = list(self.x), list(self.y)
             dx[0], dy[0] = dx[0] - circle.x, dy[0] - circle.y
@@ -321,8 +322,8 @@ class Stretch:
             share = self._first(series)
             if share is not None:
                 found.append((circle, share))
-        for face in scene.faces:
-            if abs(float(face.gap(x, y))) > roam or self._part_of_surface(face):
+        for face in faces:
+            if self._part_of_surface(face):
                 continue
             series = [a * face.nx + b * face.ny for a, b in zip(self.x, self.y, strict=True)]
             series[0] = face.gap(x, y)

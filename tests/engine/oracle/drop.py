@@ -2,6 +2,7 @@
 
 import math
 import random
+from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -130,7 +131,7 @@ class OracleDrop:
         """The whole state `t` seconds after the start, 0 <= t <= duration."""
         if not 0 <= t <= self.duration:
             raise ValueError(f"t = {t} is outside of the drop")
-        piece = [p for p in self._pieces if p.start.t <= t][-1]
+        piece = self._pieces[bisect_right(self._pieces, t, key=lambda p: p.start.t) - 1]
         if isinstance(piece, Flight):
             return piece.at(t - piece.start.t)
         return piece.point((t - piece.start.t) / piece.span)

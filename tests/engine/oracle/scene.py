@@ -16,6 +16,7 @@ from engine.board.model import Board
 from engine.constants import KIND_PEG, KIND_WALL
 
 Real: TypeAlias = Any  # an mpf; mpmath has no types
+SCREEN = 1e-9  # m; far above the rounding of float64, far below any gap drawn on purpose
 GUARD_DIGITS = 15  # in addition to the requested digits; cancellation in the drag terms costs fewer
 
 
@@ -112,6 +113,12 @@ class Scene:
         self.middles: npt.NDArray[np.float64] = np.array(
             [(float(c.x), float(c.y), float(c.reach)) for c in self.circles]
         ).reshape(-1, 3)
+        self.lines: npt.NDArray[np.float64] = np.array(
+            [
+                [float(a) for a in (f.x, f.y, f.nx, f.ny, f.reach, f.length, f.dx, f.dy)]
+                for f in self.faces
+            ]
+        ).reshape(-1, 8)
 
     def _pair(self, board: Board, other: Any) -> Material:
         real = self.ctx.mpf
@@ -133,10 +140,23 @@ class Scene:
         for (x, y), out in ((a, (-dx, -dy)), (b, (dx, dy))):
             self.circles.append(Circle(x, y, size, KIND_WALL, index, pair, out))
 
+    def near(self, x: Real, y: Real, far: float) -> tuple[list[Circle], list[Face]]:
+        """Circles that the point is at most `far` m outside of, and faces by whose line it is.
+
+        A safe screen in float64, if `far` is well above rounding.
+        """
+        to_circle = self._away(x, y) - self.middles[:, 2]
+        to_line = np.abs(self._across(x, y) - self.lines[:, 4])
+        return (
+            [self.circles[i] for i in np.flatnonzero(to_circle <= far)],
+            [self.faces[i] for i in np.flatnonzero(to_line <= far)],
+        )
+
     def touching(self, x: Real, y: Real) -> list[Body]:
         """All bodies that the ball touches when its centre is at (x, y)."""
-        found: list[Body] = [c for c in self.circles if abs(c.gap(x, y)) < self.tiny]
-        for face in self.faces:
+        circles, faces = self.near(x, y, SCREEN)
+        found: list[Body] = [c for c in circles if abs(c.gap(x, y)) < self.tiny]
+        for face in faces:
             inside = -self.tiny < face.along(x, y) < face.length + self.tiny
             if inside and abs(face.gap(x, y)) < self.tiny:
                 found.append(face)
@@ -144,12 +164,21 @@ class Scene:
 
     def depth(self, x: Real, y: Real) -> float:
         """How deep in m the point is in the deepest body, to some 1e-15 m; negative outside."""
-        deepest = max((-float(c.gap(x, y)) for c in self.circles), default=-math.inf)
-        for face in self.faces[::2]:
-            if 0 <= face.along(x, y) <= face.length:
-                away = abs(float(face.gap(x, y) + face.reach))
-                deepest = max(deepest, float(face.reach) - away)
-        return deepest
+        in_circle = (self.middles[:, 2] - self._away(x, y)).max(initial=-math.inf)
+        dx, dy = float(x) - self.lines[:, 0], float(y) - self.lines[:, 1]
+        along = dx * self.lines[:, 6] + dy * self.lines[:, 7]
+        beside = (along >= 0.0) & (along <= self.lines[:, 5])
+        deep = (self.lines[:, 4] - np.abs(self._across(x, y)))[beside]
+        return float(max(in_circle, deep.max(initial=-math.inf)))
+
+    def _away(self, x: Real, y: Real) -> npt.NDArray[np.float64]:
+        dx, dy = float(x) - self.middles[:, 0], float(y) - self.middles[:, 1]
+        return np.hypot(dx, dy)
+
+    def _across(self, x: Real, y: Real) -> npt.NDArray[np.float64]:
+        dx, dy = float(x) - self.lines[:, 0], float(y) - self.lines[:, 1]
+        across: npt.NDArray[np.float64] = dx * self.lines[:, 2] + dy * self.lines[:, 3]
+        return across
 
     def bin_of(self, x: Real) -> int | None:
         """Index of the bin that contains x; None if no bin does."""
