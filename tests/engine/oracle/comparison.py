@@ -162,4 +162,5 @@ def _changes(path: Trajectory, events: Floats) -> Floats:
     """Changes of the velocity at events, m/s; of simultaneous ones the sum."""
     before = path.states_at(np.nextafter(events[:, 0], -np.inf))
     after = path.states_at(events[:, 0])
-    return np.hypot(*(after - before)[:, body.VX : body.VY + 1].T)
+    changes: Floats = np.hypot(*(after - before)[:, body.VX : body.VY + 1].T)
+    return changes
