@@ -118,6 +118,16 @@ def test_a_peg_that_touches_a_wall_from_below_is_no_surface() -> None:
     assert_alike(alone, with_peg, 1e-15)
 
 
+def test_a_ball_that_stops_in_a_notch_spins_down_and_goes_on_along_the_slope() -> None:
+    """It bounces ever faster between a slope and an upright wall until it has stopped."""
+    walls = (Wall(1.0, 1.0, -1.0, 1.2), Wall(1.0, -1.0, 1.0, 1.0), Wall(0.4, 0.4, 0.7, 0.7))
+    board = scene(walls=walls, friction=0.3, radius=0.05)
+    oracle = oracle_drop(board, 0.5, 30)
+    assert oracle.reason is None
+    assert oracle.x_end < -1.0
+    assert compare(board, 0.5).verdict in {"equal", "close"}
+
+
 # The exact solver against the oracle.
 
 
