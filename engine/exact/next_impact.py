@@ -120,6 +120,7 @@ def _line_hit_between_ends(
     d = nx * (x - items[wall, surface.X]) + ny * (y - items[wall, surface.Y])
     dv = nx * vx + ny * vy
     da = nx * ax + ny * ay
+    near = surface.rounding(x, y)
     found = NO_HIT
     found_side = 0.0
     for way in range(2):
@@ -132,7 +133,7 @@ def _line_hit_between_ends(
                 continue  # cannot reach the line
         elif side * d <= 0.0 and h + hd * horizon <= 0.0:
             continue  # behind the line, and does not come out on this side within the window
-        s = line_hit(h, hd, hdd, k, horizon, best)
+        s = line_hit(h, hd, hdd, k, horizon, best, near)
         if s == NO_HIT or (found != NO_HIT and s >= found):
             continue
         if not _foot_inside(items, wall, x, y, vx, vy, ax, ay, k, s):
@@ -156,17 +157,19 @@ def _onto_line(
     """
     tx = items[wall, surface.TX]
     ty = items[wall, surface.TY]
+    near = surface.rounding(x, y)
     foot = tx * (x - items[wall, surface.X]) + ty * (y - items[wall, surface.Y])
+    beyond = foot - items[wall, surface.LENGTH]
     along = tx * vx + ty * vy
     pull = tx * ax + ty * ay
     if foot < 0.0:
-        s = line_hit(-foot, -along, -pull, k, horizon, best)
+        s = line_hit(-foot, -along, -pull, k, horizon, best, near)
     else:
-        s = line_hit(foot - items[wall, surface.LENGTH], along, pull, k, horizon, best)
+        s = line_hit(beyond, along, pull, k, horizon, best, near)
     if s == NO_HIT:
         return NO_HIT
     _, _, psi = short_basis(k, s)
-    if s < begin or abs(h + hd * s + hdd * psi) > surface.rounding(x, y):
+    if s < begin or abs(h + hd * s + hdd * psi) > near:
         return NO_HIT
     return s
 
@@ -339,7 +342,7 @@ def next_impact(
                 item = other
                 side = other_side
         if y + travel >= bins_y:  # if not, the ball cannot reach the bins in this window
-            s = line_hit(bins_y - y, -vy, -ay, k, horizon, best)
+            s = line_hit(bins_y - y, -vy, -ay, k, horizon, best, 0.0)
             if s != NO_HIT and (s < best or item == NOWHERE):
                 best = s
                 item = BINS

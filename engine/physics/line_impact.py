@@ -10,13 +10,15 @@ from engine.physics.time_of_impact import MAX_STEPS, NO_HIT, minorant_root, stay
 
 
 @inner_kernel
-def line_hit(h: float, hd: float, hdd: float, k: float, horizon: float, best: float) -> float:
+def line_hit(
+    h: float, hd: float, hdd: float, k: float, horizon: float, best: float, near: float
+) -> float:
     """First s in [0, min(horizon, best)] at which h(s) turns negative, or NO_HIT.
 
     h'' keeps its sign during a flight, so h turns negative at most once. With h <= 0 at the start,
     the result is 0 if the ball moves further in, and otherwise the hit after it has come out. A
-    ball that touches the line may be inside it by a rounding error, and turn back before it is out.
-    Then the root at 0 is divided out.
+    ball that touches the line may be inside it by a rounding error, at most `near`, and turn back
+    before it is out. Then the root at 0 is divided out.
     """
     if h > 0.0:
         return _line_search(h, hd, hdd, k, horizon, best)
@@ -26,6 +28,8 @@ def line_hit(h: float, hd: float, hdd: float, k: float, horizon: float, best: fl
         return NO_HIT
     exit_time = _line_exit(h, hd, hdd, k, min(horizon, best))
     if exit_time == NO_HIT:
+        if h < -near:
+            return NO_HIT
         return line_hit_again(hd, hdd, k, horizon, best)
     decay, phi, _ = short_basis(k, exit_time)
     rest = min(horizon, best) - exit_time

@@ -153,7 +153,7 @@ def reach_bins(board: BoardArrays, w: Floats, m: Ints, marked: Indices, count: i
         if m[lane.MARK + i] & LOW:
             best = w[lane.BEST + i]
             y, vy, ay = w[lane.WY + i], w[lane.WVY + i], w[lane.WAY + i]
-            s = line_hit(board.bins_y - y, -vy, -ay, board.drag, w[lane.HORIZON + i], best)
+            s = line_hit(board.bins_y - y, -vy, -ay, board.drag, w[lane.HORIZON + i], best, 0.0)
             if s != NO_HIT and (s < best or m[lane.ITEM + i] == NOWHERE):
                 w[lane.BEST + i] = s
                 m[lane.ITEM + i] = BINS

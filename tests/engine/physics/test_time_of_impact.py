@@ -151,7 +151,7 @@ def test_a_ball_that_rolled_off_a_peg_does_not_fall_through_it(k: float) -> None
 def test_a_line_is_hit_when_the_gap_closes(e: float, hd: float, hdd: float, k: float) -> None:
     """This holds for any gap: a ball may leave one wall while it nearly touches another."""
     h = 10.0**e
-    s = line_hit(h, hd, hdd, k, HORIZON, HORIZON)
+    s = line_hit(h, hd, hdd, k, HORIZON, HORIZON, 0.0)
     gaps = [position(h, hd, hdd, k, HORIZON * i / 200) for i in range(201)]
     if s == NO_HIT:
         assert min(gaps) > -1e-16
@@ -216,13 +216,13 @@ def test_a_touching_ball_rounded_into_a_line_does_not_cross_it(
     depth: float, up: float, down: float
 ) -> None:
     """It may rise too little to get out of the line; then it hits the line when it falls back."""
-    s = line_hit(-depth, up, -down, 0.0, HORIZON, HORIZON)
+    s = line_hit(-depth, up, -down, 0.0, HORIZON, HORIZON, depth)
     assert 0.0 <= s <= 2.0 * up / down * (1.0 + 1e-12)
 
 
 def test_a_ball_that_moves_along_or_away_never_hits_a_line() -> None:
-    assert line_hit(0.1, 0.0, 0.0, 0.0, 10.0, 10.0) == NO_HIT
-    assert line_hit(0.1, 1.0, 5.0, 0.0, 10.0, 10.0) == NO_HIT
+    assert line_hit(0.1, 0.0, 0.0, 0.0, 10.0, 10.0, 0.0) == NO_HIT
+    assert line_hit(0.1, 1.0, 5.0, 0.0, 10.0, 10.0, 0.0) == NO_HIT
     assert line_hit_again(1.0, 5.0, 0.0, 10.0, 10.0) == NO_HIT
 
 
