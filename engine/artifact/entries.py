@@ -13,7 +13,7 @@ import numba
 import numpy as np
 
 from engine.constants import MAX_TIME
-from engine.exact import event_log, initial_state, sampling, sensitivity
+from engine.exact import event_log, initial_state, sampling, sensitivity, surfaces
 from engine.exact.board_arrays import BoardArrays
 from engine.exact.event_log import Log
 from engine.exact.outcome import MAX_EVENTS
@@ -59,28 +59,40 @@ def _board(floats: Address, words: Address) -> BoardArrays:
     """
     number = carray(floats, NUMBERS)
     size = carray(words, SIZES)
-    surfaces = long(size[0])
+    item_count = long(size[0])
     columns = long(size[1])
     rows = long(size[2])
     members = long(size[4])
     edges = long(size[5])
     at_items = further(floats, NUMBERS)
-    at_centres = further(at_items, surfaces * surface.COLUMNS)
+    at_centres = further(at_items, item_count * surface.COLUMNS)
     at_starts = further(words, SIZES)
     at_members = further(at_starts, columns * rows + 2)
     return BoardArrays(
-        carray(at_items, (surfaces, surface.COLUMNS)),
+        carray(at_items, (item_count, surface.COLUMNS)),
         number[0], number[1], number[2],
         columns, rows,
         carray(at_starts, columns * rows + 2),
         carray(at_members, members),
         carray(further(at_members, members), columns * rows + 1),
-        carray(at_centres, (surfaces + 1, 3)),
+        carray(at_centres, (item_count + 1, 3)),
         long(size[3]),
         number[3], number[4], number[5], number[6], number[7], number[8], number[9], number[10],
         number[11], number[12],
-        carray(further(at_centres, (surfaces + 1) * 3), edges),
+        carray(further(at_centres, (item_count + 1) * 3), edges),
     )  # fmt: skip
+
+
+def lay_out(
+    pegs: Address, peg_count: int, walls: Address, wall_count: int, radius: float, items: Address
+) -> None:
+    """`surfaces.lay_out` of a board's pegs and walls. `items` is filled with zeros before."""
+    surfaces.lay_out(
+        carray(pegs, (peg_count, 3)),
+        carray(walls, (wall_count, 4)),
+        radius,
+        carray(items, (peg_count + 3 * wall_count, surface.COLUMNS)),
+    )
 
 
 def trace(
@@ -200,6 +212,7 @@ def certainty(
 
 EXPORTS: Final[Mapping[str, Export]] = MappingProxyType(
     {
+        "lay_out": Export(lay_out, (FLOATS, INT, FLOATS, INT, FLOAT, FLOATS)),
         "trace": Export(
             trace,
             (

@@ -32,6 +32,8 @@ const WALL = 1;
 const WHY = {
   wedged: "proof.wedged", balanced: "proof.balanced", escaped: "proof.escaped",
   "event budget": "proof.event-limit", "time budget": "proof.time-limit",
+  "search budget": "proof.search-limit", "impulse budget": "proof.impulse-limit",
+  "solver error": "proof.solver-error",
 };
 
 /** @param {string} unsettled the engine's reason @returns {string} */

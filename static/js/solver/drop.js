@@ -25,6 +25,8 @@ const REASONS = [
   "event budget: still moving after 100,000 events",
   "time budget: still moving after 1,000 s",
   "search budget: nothing hit within a million search windows of one flight",
+  "impulse budget: still bouncing between two surfaces after 1,000 impulses at one time",
+  "solver error: the computed path left its surface or gained energy",
 ];
 
 /** A computed drop, made by `Solver.drop`. */

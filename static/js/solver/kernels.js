@@ -1,5 +1,9 @@
 // Calls the engine's kernels, compiled to WebAssembly, on one board at a time, and manages their memory.
 
+import { COLUMNS } from "./input/surfaces.js";
+
+/** @import { WholeBoard } from "./input/values.js" */
+
 /** @typedef {{floats: Float64Array, words: Uint32Array}} Arrays a board's, from input/arrays.js */
 
 /**
@@ -11,7 +15,7 @@
  * @property {number[][]} impacts each: t, x, y, vx, vy, omega right after it, kind, number of the surface
  * @property {Float64Array} segments rows of SEGMENT columns, from which `sample` computes states
  *
- * @typedef {{trace: Function, sample: Function}} Exports
+ * @typedef {{lay_out: Function, trace: Function, sample: Function}} Exports
  */
 
 const PAGE = 65_536; // bytes that memory grows by
@@ -43,6 +47,27 @@ export class Kernels {
     const env = { __linear_memory: memory, __stack_pointer: stack };
     const { instance } = await WebAssembly.instantiate(bytes, { env });
     return new Kernels(/** @type {Exports} */ (/** @type {unknown} */ (instance.exports)), memory);
+  }
+
+  /**
+   * The surfaces of a board.
+   * @param {WholeBoard} board
+   * @returns {Float64Array} rows of COLUMNS: the pegs, then each wall's line and its two ends
+   */
+  layOut({ pegs, walls, ball: { radius } }) {
+    const count = COLUMNS * (pegs.length + 3 * walls.length);
+    const room = new Blocks(this.#memory, this.#free);
+    const at = {
+      pegs: room.take(24 * pegs.length), walls: room.take(32 * walls.length),
+      items: room.take(8 * count),
+    };
+    room.grow();
+    const { buffer } = this.#memory;
+    new Float64Array(buffer, at.pegs).set(pegs.flatMap((peg) => [peg.x, peg.y, peg.radius]));
+    new Float64Array(buffer, at.walls).set(walls.flatMap(({ x1, y1, x2, y2 }) => [x1, y1, x2, y2]));
+    const items = new Float64Array(buffer, at.items, count).fill(0);
+    this.#exports.lay_out(at.pegs, pegs.length, at.walls, walls.length, radius, at.items);
+    return items.slice();
   }
 
   /** Selects the board of all later calls. @param {Arrays} arrays */

@@ -91,7 +91,7 @@ export class Solver {
     if (last && last.text === text) return last.ready;
     const board = readBoard(form);
     const ready = { board, digest: boardDigest(board) };
-    this.#kernels.load(arraysOf(board));
+    this.#kernels.load(arraysOf(board, this.#kernels.layOut(board)));
     this.#last = { text, ready };
     return ready;
   }

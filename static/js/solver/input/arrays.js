@@ -3,7 +3,7 @@
 // Only + - * / and square root are used, in the engine's order, so that every bit is the same.
 
 import { gridOf } from "./grid.js";
-import { COLUMNS, DISTANCE, DISTANCE2, X, Y, surfacesOf } from "./surfaces.js";
+import { COLUMNS, DISTANCE, DISTANCE2, END_X, END_Y, X, Y } from "./surfaces.js";
 
 /** @import { Material } from "../../model/board.js" */
 /** @import { WholeBoard } from "./values.js" */
@@ -15,15 +15,16 @@ const CELLS_PER_WALL = 500;
 
 /**
  * @param {WholeBoard} board
+ * @param {Float64Array} items its surfaces, from `Kernels.layOut`
  * @returns {{floats: Float64Array, words: Uint32Array}} laid out as in engine/artifact/entries.py
  */
-export function arraysOf(board) {
+export function arraysOf(board, items) {
   const { ball, gravity, drag, bins } = board;
-  const items = surfacesOf(board);
   const count = items.length / COLUMNS;
-  const pitch = pitchOf(board);
+  const longest = longestWall(items, ball.radius);
+  const pitch = pitchOf(board, longest);
   const travel = TRAVEL_PER_PITCH * pitch;
-  const fine = Math.min(CELLS_PER_PITCH / pitch, CELLS_PER_WALL / longestWall(board));
+  const fine = Math.min(CELLS_PER_PITCH / pitch, CELLS_PER_WALL / longest);
   const grid = gridOf(items, ball.radius, HALF_WAY * travel, fine);
   const pegs = combined(ball, board.peg_material);
   const walls = combined(ball, board.wall_material);
@@ -62,17 +63,28 @@ function combined(a, b) {
   };
 }
 
-/** @param {WholeBoard} board @returns {number} the longest extent of a wall in x or y, m; at least the ball's radius */
-function longestWall({ ball, walls }) {
-  return walls.reduce(
-    (most, { x1, y1, x2, y2 }) => Math.max(most, Math.abs(x2 - x1), Math.abs(y2 - y1)),
-    ball.radius,
-  );
+/**
+ * The longest side of a straight wall's bounding box, m; without walls the ball's radius.
+ * @param {Float64Array} items
+ * @param {number} radius
+ */
+function longestWall(items, radius) {
+  let longest = radius;
+  for (let at = 0; at < items.length; at += COLUMNS) {
+    const row = items.subarray(at);
+    if (row[DISTANCE] > 0) continue;
+    longest = Math.max(longest, Math.abs(row[END_X] - row[X]), Math.abs(row[END_Y] - row[Y]));
+  }
+  return longest;
 }
 
-/** @param {WholeBoard} board @returns {number} mean spacing of the pegs, m */
-function pitchOf({ pegs, width, ball }) {
-  if (pegs.length < 2) return Math.max(width / 8, 4 * ball.radius);
+/**
+ * @param {WholeBoard} board
+ * @param {number} longest wall, m
+ * @returns {number} mean spacing of the pegs, m; with fewer than two an eighth of the longest wall
+ */
+function pitchOf({ pegs, ball }, longest) {
+  if (pegs.length < 2) return Math.max(longest / 8, 4 * ball.radius);
   const [wide, high] = [span(pegs.map(({ x }) => x)), span(pegs.map(({ y }) => y))];
   const area = Math.max(wide, 1e-3 * high) * Math.max(high, 1e-3 * wide);
   return Math.max(Math.sqrt(area / pegs.length), ball.radius);

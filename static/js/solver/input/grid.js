@@ -1,7 +1,7 @@
 // The broad phase, a grid: each cell lists the surfaces that a ball in it may soon touch. The same as
 // engine/exact/grid.py.
 
-import { COLUMNS, DISTANCE, DISTANCE2, LENGTH, TX, TY, X, Y } from "./surfaces.js";
+import { COLUMNS, DISTANCE, LENGTH, OWNER, TX, TY, X, Y } from "./surfaces.js";
 
 const MAX_CELLS = 1 << 17;
 const MAX_LISTED = 1 << 19; // cells in the boxes around all surfaces
@@ -29,7 +29,7 @@ export function gridOf(items, radius, reach, fine) {
   const areas = [];
   for (let item = 0; item * COLUMNS < items.length; item += 1) {
     const row = items.subarray(item * COLUMNS);
-    if (row[DISTANCE] === 0 || row[DISTANCE2] >= 0) areas.push(areaOf(row, item, radius, reach));
+    if (row[OWNER] === item) areas.push(areaOf(row, item, radius, reach));
   }
   if (areas.length === 0) return emptyGrid(fine);
   const [left, top] = [0, 1].map((axis) => least(areas, ({ low }) => low[axis]));
