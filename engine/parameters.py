@@ -2,7 +2,7 @@
 
 import struct
 from dataclasses import dataclass
-from typing import ClassVar, Final, Literal
+from typing import Any, ClassVar, Final, Literal
 
 from engine.errors import ParameterError
 
@@ -78,13 +78,23 @@ Solver = Exact | Stepped
 
 def make_solver(
     name: str,
-    dt: float = DEFAULT_DT,
-    substeps: int = DEFAULT_SUBSTEPS,
-    correction: float = DEFAULT_CORRECTION,
+    dt: float | None = None,
+    substeps: int | None = None,
+    correction: float | None = None,
 ) -> Solver:
-    """Return the solver called `name`; only `stepped` uses the other parameters."""
+    """Return the solver called `name`; None stands for the default of a parameter of `stepped`.
+
+    Raises ParameterError for an invalid value, and for a parameter that the solver does not have.
+    """
+    fields = {"dt": dt, "substeps": substeps, "correction": correction}
+    given: dict[str, Any] = {field: value for field, value in fields.items() if value is not None}
     if name == "exact":
+        for field, value in given.items():
+            raise ParameterError(
+                f"{field} {value!r} needs solver 'stepped': the exact solver has no time step",
+                field=field,
+            )
         return Exact()
     if name == "stepped":
-        return Stepped(dt, substeps, correction)
+        return Stepped(**given)
     raise ParameterError(f"solver {name!r} is neither 'exact' nor 'stepped'", field="solver")

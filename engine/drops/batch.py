@@ -25,9 +25,6 @@ from engine.exact.lanes.trace import Code, Drops, trace_drops
 from engine.exact.outcome import LANDED, MAX_EVENTS, Results
 from engine.notebooks import figure, png
 from engine.parameters import (
-    DEFAULT_CORRECTION,
-    DEFAULT_DT,
-    DEFAULT_SUBSTEPS,
     Solver,
     Stepped,
     make_solver,
@@ -186,9 +183,9 @@ def drop_many(
     xs: npt.ArrayLike | None = None,
     aim: float | None = None,
     solver: str = "exact",
-    dt: float = DEFAULT_DT,
-    substeps: int = DEFAULT_SUBSTEPS,
-    correction: float = DEFAULT_CORRECTION,
+    dt: float | None = None,
+    substeps: int | None = None,
+    correction: float | None = None,
     threads: int | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> DropBatch:

@@ -20,9 +20,6 @@ from engine.errors import ParameterError
 from engine.exact.outcome import LANDED, REASONS
 from engine.notebooks import figure, png
 from engine.parameters import (
-    DEFAULT_CORRECTION,
-    DEFAULT_DT,
-    DEFAULT_SUBSTEPS,
     Solver,
     make_solver,
 )
@@ -247,14 +244,14 @@ def drop(
     x: float | None = None,
     aim: float | None = None,
     solver: str = "exact",
-    dt: float = DEFAULT_DT,
-    substeps: int = DEFAULT_SUBSTEPS,
-    correction: float = DEFAULT_CORRECTION,
+    dt: float | None = None,
+    substeps: int | None = None,
+    correction: float | None = None,
 ) -> Drop:
     """Drop a ball at rest from the start that `seed` draws, or from an explicit `x` in m.
 
     board: a Board, or a preset's name. aim: the middle in m of the starts that seeds draw (default:
-    the board's own). dt (s), substeps, correction: only for the stepped solver.
+    the board's own). dt (s), substeps, correction: of the stepped solver, with defaults.
 
     Raises BoardError, SeedError or ParameterError naming the bad value.
     """

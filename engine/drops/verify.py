@@ -8,14 +8,7 @@ from engine.board.model import Board
 from engine.constants import PHYSICS_VERSION
 from engine.drops.drop import Drop, make_drop
 from engine.errors import EngineError, RecordError
-from engine.parameters import (
-    DEFAULT_CORRECTION,
-    DEFAULT_DT,
-    DEFAULT_SUBSTEPS,
-    Exact,
-    Stepped,
-    make_solver,
-)
+from engine.parameters import Exact, Stepped, make_solver
 from engine.seeding import parse_seed
 
 FIELDS = (
@@ -103,12 +96,9 @@ def board_of(record: Mapping[str, Any]) -> Board:
 def replay(record: Mapping[str, Any], board: Board) -> Drop:
     try:
         seed = None if record["seed"] is None else parse_seed(record["seed"])
-        solver = make_solver(
-            record["solver"],
-            record.get("dt", DEFAULT_DT),
-            record.get("substeps", DEFAULT_SUBSTEPS),
-            record.get("correction", DEFAULT_CORRECTION),
-        )
+        how = {name: record[name] for name in Stepped().fields() if name in record}
+        name = record["solver"]
+        solver = Stepped(**how) if name == Stepped.name else make_solver(name)
         return make_drop(board, seed, record.get("x"), solver, record.get("aim"))
     except EngineError as error:
         raise RecordError(str(error), field=error.field) from error

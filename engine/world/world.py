@@ -16,9 +16,7 @@ from engine.drops.trajectory import Trajectory
 from engine.errors import ParameterError, RecordError
 from engine.exact.outcome import LANDED, REASONS
 from engine.parameters import (
-    DEFAULT_CORRECTION,
     DEFAULT_DT,
-    DEFAULT_SUBSTEPS,
     Stepped,
     make_solver,
     number,
@@ -72,12 +70,13 @@ class World:
         *,
         solver: str = "exact",
         dt: float = DEFAULT_DT,
-        substeps: int = DEFAULT_SUBSTEPS,
-        correction: float = DEFAULT_CORRECTION,
+        substeps: int | None = None,
+        correction: float | None = None,
     ) -> None:
         self.board = board = Board.named(board)
         self.dt = number(dt, "dt", 1e-6, 0.1)
-        self.solver = make_solver(solver, dt, substeps, correction)
+        step = None if solver == "exact" else self.dt
+        self.solver = make_solver(solver, step, substeps, correction)
         self.tick = 0
         self._accumulator = 0.0
         self._next_id = 0

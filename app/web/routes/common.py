@@ -268,9 +268,11 @@ def chosen_solver(name: str, dt: float | None, substeps: int | None) -> Solver:
                 f"{field} {shorten(value)} belongs to the solver 'stepped', not to {shorten(name)}",
                 field=field,
             )
-    dt = DEFAULT_DT if dt is None else dt
-    substeps = DEFAULT_SUBSTEPS if substeps is None else substeps
-    check_step(name, dt, substeps)
+    check_step(
+        name,
+        DEFAULT_DT if dt is None else dt,
+        DEFAULT_SUBSTEPS if substeps is None else substeps,
+    )
     return make_solver(name, dt, substeps)
 
 

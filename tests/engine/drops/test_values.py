@@ -14,6 +14,7 @@ from engine import (
     BoardError,
     Drop,
     DropBatch,
+    ParameterError,
     Place,
     World,
     certify,
@@ -180,6 +181,41 @@ def test_what_is_no_board_is_named_with_what_to_do(takes: Takes, wrong: Any) -> 
         takes(wrong)
     assert repr(wrong)[:20] in str(it.value)
     assert it.value.field == "board"
+
+
+STEPPING = {
+    "drop": lambda **how: drop(BOARD, 1, **how),
+    "drop_many": lambda **how: drop_many(BOARD, 3, **how),
+}
+ROUGH = {"dt": -5, "substeps": 0, "correction": 9.0}
+
+
+@pytest.mark.parametrize("takes", STEPPING.values(), ids=STEPPING)
+@pytest.mark.parametrize(("field", "value"), [*ROUGH.items(), ("dt", "abc"), ("dt", 1 / 60)])
+def test_the_exact_solver_refuses_parameters_that_it_does_not_have(
+    takes: Callable[..., object], field: str, value: object
+) -> None:
+    with pytest.raises(ParameterError, match=f"{field} {value!r} needs solver 'stepped'") as it:
+        takes(**{field: value})
+    assert it.value.field == field
+
+
+@pytest.mark.parametrize(
+    "takes", [*STEPPING.values(), lambda **how: World(BOARD, **how)], ids=[*STEPPING, "World"]
+)
+@pytest.mark.parametrize(("field", "value"), [*ROUGH.items(), ("dt", "abc")])
+def test_the_stepped_solver_names_a_bad_parameter(
+    takes: Callable[..., object], field: str, value: object
+) -> None:
+    with pytest.raises(ParameterError, match=f"{field} {value!r} is not") as it:
+        takes(solver="stepped", **{field: value})
+    assert it.value.field == field
+
+
+@pytest.mark.parametrize("field", ["substeps", "correction"])
+def test_an_exact_world_refuses_what_only_steps_need(field: str) -> None:
+    with pytest.raises(ParameterError, match=f"{field} {ROUGH[field]} needs solver 'stepped'"):
+        World(BOARD, dt=0.01, **{field: ROUGH[field]})
 
 
 @pytest.mark.parametrize("solver", ["exact", "stepped"])
