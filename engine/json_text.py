@@ -8,9 +8,12 @@ limit when they are written from deeper in the call stack. An error has the path
 
 import json
 import math
+import os
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping
-from typing import Any, Final
+from pathlib import Path
+from typing import Any, BinaryIO, Final
 
 from engine.errors import JsonSyntaxError, JsonValueError
 
@@ -22,6 +25,9 @@ Json = Any
 
 JsonObject = Mapping[str, Json]
 """A JSON object whose values have not been validated yet."""
+
+LARGEST: Final = 1 << 30
+"""Most bytes of a file: such a text of numbers takes a machine's memory once it is parsed."""
 
 _STRINGS: Final = re.compile(r'"(?:[^"\\]|\\.)*"', re.DOTALL)
 _BRACKETS: Final = re.compile(r"[\[\]{}]")
@@ -38,6 +44,31 @@ class _Fault:
 
     def __init__(self, why: str) -> None:
         self.why = why
+
+
+def read_text(file: str | os.PathLike[str] | BinaryIO, largest: int = LARGEST) -> str:
+    """Read a text file in UTF-8, or in UTF-16 or UTF-32, in which PowerShell redirects output.
+
+    file: a path or an open file. Raises OSError if it cannot be read, and JsonSyntaxError if it has
+    more than `largest` bytes, which are then not parsed, or is not text.
+    """
+    if isinstance(file, str | os.PathLike):
+        with Path(file).open("rb") as opened:
+            return read_text(opened, largest)
+    raw = file.read(largest + 1)
+    if len(raw) > largest:
+        raise JsonSyntaxError(f"too large: it has more than {largest:,} bytes")
+    return decode(raw)
+
+
+def decode(raw: bytes) -> str:
+    """Decode text, whose encoding shows in its first bytes; JsonSyntaxError if it is not text."""
+    encoding = json.detect_encoding(raw)
+    try:
+        return raw.decode(encoding)
+    except UnicodeDecodeError as error:
+        name = "-".join(encoding.upper().split("-")[:2])
+        raise JsonSyntaxError(f"not {name} text: {error.reason}") from None
 
 
 def parse(text: str | bytes) -> Any:
@@ -74,8 +105,8 @@ def parse(text: str | bytes) -> Any:
     def members(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         found = dict(pairs)
         if len(found) < len(pairs):
-            keys = [key for key, _ in pairs]
-            twice = next(key for key in found if keys.count(key) > 1)
+            counts = Counter(key for key, _ in pairs)
+            twice = next(key for key, count in counts.items() if count > 1)
             found[twice] = fault("the key is given twice")
         return found
 

@@ -16,9 +16,9 @@ DEFAULT_CORRECTION: Final = 0.6
 def number(value: object, field: str, low: float, high: float) -> float:
     """Return `value` as a float in [low, high]; ParameterError otherwise."""
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ParameterError(f"{field} {value!r} is not a number", field=field)
+        raise ParameterError(f"{field} {value!r:.60} is not a number", field=field)
     if not low <= value <= high:  # a NaN fails this too
-        raise ParameterError(f"{field} {value!r} is not from {low:g} to {high:g}", field=field)
+        raise ParameterError(f"{field} {value!r:.60} is not from {low:g} to {high:g}", field=field)
     return float(value)
 
 

@@ -2,27 +2,30 @@
 
 import json
 from pathlib import Path
+from typing import Final
 
-from engine import RecordError
+from engine import EngineError, RecordError, json_text
 from engine.batches.tally import Tally, tally_of
+from engine.parameters import number
 
 SECONDS = "seconds"
 """The field of a file for the computing time in s; all other fields are the tally's."""
+
+MOST_SECONDS: Final = 1e12  # 30,000 years
+
+LARGEST: Final = 1 << 27
+"""Bytes of a file: more than a result with the most hashes, and with the largest board, has."""
 
 
 def load(path: Path) -> tuple[Tally, float]:
     """Read a tally and its computing time in s; raises RecordError if the file is invalid."""
     try:
-        form = json.loads(path.read_text(encoding="utf-8"))
+        form = json_text.parse(json_text.read_text(path, LARGEST))
         tally = tally_of(form)
-        seconds = form.get(SECONDS, 0.0)
-        if isinstance(seconds, bool) or not isinstance(seconds, int | float):
-            raise RecordError(f"seconds {seconds!r} is not a number", field=SECONDS)
-    except RecordError as error:
+        seconds = number(form.get(SECONDS, 0.0), SECONDS, 0.0, MOST_SECONDS)
+    except EngineError as error:
         raise RecordError(f"{path}: {error}", field=error.field) from None
-    except ValueError as error:  # not JSON, or not UTF-8
-        raise RecordError(f"{path}: this is not a JSON file: {error}") from None
-    return tally, float(seconds)
+    return tally, seconds
 
 
 def form_of(tally: Tally, seconds: float) -> dict[str, object]:

@@ -13,6 +13,8 @@ from collections.abc import Sequence
 
 import click
 
+from app.cli import common
+
 GROUPS = {
     "One drop": {
         "drop": "drops.drop",
@@ -102,7 +104,7 @@ def plinko(ctx: click.Context) -> None:
     BOARD is a preset's name (see `plinko boards`) or the path of a board's JSON file.
     """
     if ctx.invoked_subcommand is None:
-        click.echo(ctx.get_help())
+        common.echo(ctx.get_help())
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -113,6 +115,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # At exit Python collects garbage among all remaining objects. With numba loaded this takes a
     # quarter of a second; frozen objects are skipped.
     atexit.register(gc.freeze)
+    common.escape_output()
     try:
         result = plinko.main(arguments, prog_name="plinko", standalone_mode=False)
     except click.ClickException as error:
@@ -130,7 +133,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _fail(message: str) -> int:
-    click.echo(f"plinko: {' '.join(message.split())}", err=True)
+    common.echo(f"plinko: {' '.join(message.split())}", err=True)
     return EXIT_BAD_INPUT
 
 

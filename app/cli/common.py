@@ -1,6 +1,8 @@
 """Arguments and options that several subcommands share, and functions that read and print them."""
 
+import codecs
 import gc
+import io
 import json
 import sys
 import time
@@ -9,7 +11,7 @@ from contextlib import AbstractContextManager, contextmanager
 from datetime import timedelta
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import click
 
@@ -228,13 +230,37 @@ def read_seed(text: str) -> int:
     return parse_seed(text)
 
 
+def echo(text: object = "", *, err: bool = False, nl: bool = True) -> None:
+    """Print to stdout or stderr; `escape_output` decides what becomes of other characters."""
+    # Without a file, click takes a terminal of ASCII for a mistake and writes UTF-8 to it.
+    click.echo(text, file=sys.stderr if err else sys.stdout, nl=nl)
+
+
+def escape_output() -> None:
+    """Have stdout and stderr escape what their encoding lacks, as JSON does, instead of failing."""
+    codecs.register_error(_ESCAPED, _escaped)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors=_ESCAPED)
+
+
+_ESCAPED: Final = "plinko.escaped"
+
+
+def _escaped(error: UnicodeError) -> tuple[str, int]:
+    r"""Replace characters by `\u0141`, those beyond 16 bits by two of these: so JSON stays JSON."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    return json.dumps(error.object[error.start : error.end])[1:-1], error.end
+
+
 def print_json(value: object) -> None:
     """Print `value` as one line of JSON. Raises ValueError for NaN and infinity."""
-    click.echo(json.dumps(value, ensure_ascii=False, allow_nan=False))
+    echo(json.dumps(value, ensure_ascii=False, allow_nan=False))
 
 
 def print_fields(fields: dict[str, str]) -> None:
     """Print `name  value` lines in two aligned columns."""
     width = max(map(len, fields))
     for name, value in fields.items():
-        click.echo(f"{name:<{width}}  {value}")
+        echo(f"{name:<{width}}  {value}")

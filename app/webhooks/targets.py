@@ -3,13 +3,13 @@
 import base64
 import binascii
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Final
 from urllib.parse import urlsplit
 
 import msgspec
 
 from app.errors import SettingError
+from engine import json_text
 
 _PREFIX: Final = "whsec_"
 _LEAST, _MOST = 24, 64  # bytes of a secret, by https://www.standardwebhooks.com
@@ -52,7 +52,7 @@ def read_targets(file: str) -> Sequence[Target]:
     if not file:
         return ()
     try:
-        targets = msgspec.json.decode(Path(file).read_bytes(), type=tuple[Target, ...])
+        targets = msgspec.json.decode(json_text.read_text(file), type=tuple[Target, ...])
         for target in targets:
             _check(target)
         if len({target.url for target in targets}) < len(targets):

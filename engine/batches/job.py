@@ -5,13 +5,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from engine.board.model import Board
+from engine.board.values import shown
 from engine.constants import PHYSICS_VERSION
 from engine.drops.digest import BLOCK
 from engine.drops.start import aim_of
 from engine.drops.verify import board_of
 from engine.errors import EngineError, ParameterError, RecordError
 from engine.parameters import Solver, Stepped, make_solver
-from engine.seeding import parse_seed
+from engine.seeding import SEED_LIMIT, parse_seed
 
 
 @dataclass(frozen=True)
@@ -71,14 +72,12 @@ def job_of(form: Mapping[str, Any]) -> Job:
     for name, ours in (("board_digest", board.digest), ("physics_version", PHYSICS_VERSION)):
         if wanted(form, name) != ours:
             raise RecordError(
-                f"{name} is {form[name]!r}, but here it is {ours!r}: use the release that computed "
-                "the result",
+                f"{name} is {shown(form[name])}, but here it is {ours!r}: use the release that "
+                "computed the result",
                 field=name,
             )
     how = {name: form[name] for name in Stepped().fields() if name in form}
-    drops = wanted(form, "asked")
-    if isinstance(drops, bool) or not isinstance(drops, int):
-        raise RecordError(f"asked {drops!r} is not a whole number", field="asked")
+    drops = whole(wanted(form, "asked"), "asked", SEED_LIMIT)
     try:
         solver = make_solver(wanted(form, "solver"), **how)
         return Job(board, solver, parse_seed(wanted(form, "seed")), drops, form.get("aim"))
@@ -91,3 +90,20 @@ def wanted(form: Mapping[str, Any], name: str) -> Any:
     if name not in form:
         raise RecordError(f"{name!r} is missing from the result of a batch", field=name)
     return form[name]
+
+
+def listed(form: Mapping[str, Any], name: str) -> list[Any]:
+    """Return a required field that is a list; RecordError otherwise."""
+    value = wanted(form, name)
+    if not isinstance(value, list):
+        raise RecordError(f"{name} is {shown(value)}: it must be a list", field=name)
+    return value
+
+
+def whole(value: Any, name: str, most: int) -> int:
+    """Return `value`, a whole number from 0 to `most`; RecordError otherwise."""
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= most:
+        raise RecordError(
+            f"{name} is {shown(value)}: it must be a whole number from 0 to {most}", field=name
+        )
+    return value

@@ -1,5 +1,6 @@
 """The result of a job: sums over the blocks that were computed, and which blocks these are."""
 
+import re
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from typing import Any, Final
@@ -8,13 +9,21 @@ import numpy as np
 
 from engine.batches.block import Block
 from engine.batches.hashes import BlockHashes, Runs, first_in_both
-from engine.batches.job import Job, job_of, wanted
+from engine.batches.job import Job, job_of, listed, wanted, whole
+from engine.board.values import shown
+from engine.constants import MAX_TIME
 from engine.drops.digest import BLOCK
 from engine.errors import ParameterError, RecordError
+from engine.exact.outcome import MAX_EVENTS
+from engine.seeding import SEED_LIMIT
 
 KIND: Final = "plinko-batch"
 
-_HASH: Final = 32  # bytes
+_HASH: Final = re.compile("[0-9a-fA-F]{64}")
+_DURATION: Final = re.compile(r"(\d{1,400})(?:/0*([1-9]\d{0,399}))?", re.ASCII)
+"""A fraction as long as any sum of float64 numbers."""
+
+_LONGEST: Final = MAX_TIME + 1.0  # s; a drop that does not land ends with the step after MAX_TIME
 
 
 class Tally:
@@ -47,8 +56,8 @@ class Tally:
         for name, value in ours.items():
             if theirs.get(name) != value:
                 raise ParameterError(
-                    f"the results are of different jobs: {name} is {value!r} in one and "
-                    f"{theirs.get(name)!r} in the other",
+                    f"the results are of different jobs: {name} is {shown(value)} in one and "
+                    f"{shown(theirs.get(name))} in the other",
                     field=name,
                 )
         both = first_in_both(self.blocks, other.blocks)
@@ -119,20 +128,62 @@ def tally_of(form: Any) -> Tally:
     if not isinstance(form, Mapping) or form.get("kind") != KIND:
         raise RecordError(f"this is not a result of `plinko simulate`: kind must be {KIND!r}")
     tally = Tally(job_of(form))
+    job = tally.job
+    runs = [_run_of(run) for run in listed(form, "blocks")]
+    _check_runs(runs, job.blocks)
+    hashes = [_hash_of(each) for each in listed(form, "hashes")]
     try:
-        runs = [(int(begin), int(end)) for begin, end in wanted(form, "blocks")]
-        hashes = [bytes.fromhex(each) for each in wanted(form, "hashes")]
-        _check_runs(runs, tally.job.blocks)
         tally._hashes.fill(runs, hashes)
-        if runs:
-            tally._histogram += np.array(wanted(form, "histogram"), np.int64)
-        tally._unsettled = int(wanted(form, "unsettled"))
-        tally._impacts = int(wanted(form, "impacts"))
-        tally._duration = Fraction(wanted(form, "duration"))
-    except (TypeError, ValueError) as error:
-        raise RecordError(f"the result of a batch is malformed: {error}") from error
-    _check(tally, hashes, form.get("digest"))
+    except ValueError:
+        raise RecordError(
+            f"hashes has {len(hashes)} of them, which do not belong to the blocks {shown(runs)}",
+            field="hashes",
+        ) from None
+    histogram = [whole(each, "histogram", job.drops) for each in listed(form, "histogram")]
+    bins = job.board.bins.count if runs else 0
+    if len(histogram) != bins:
+        raise RecordError(
+            f"histogram has {len(histogram)} numbers, not {bins}, one for each bin",
+            field="histogram",
+        )
+    tally._histogram[:bins] = histogram
+    tally._unsettled = whole(wanted(form, "unsettled"), "unsettled", job.drops)
+    tally._impacts = whole(wanted(form, "impacts"), "impacts", job.drops * MAX_EVENTS)
+    tally._duration = _duration_of(wanted(form, "duration"), job.drops)
+    _check(tally, form.get("digest"))
     return tally
+
+
+def _run_of(run: Any) -> tuple[int, int]:
+    if not isinstance(run, list) or len(run) != 2:
+        raise RecordError(
+            f"blocks has {shown(run)}, which is not a pair such as [0, 1]", field="blocks"
+        )
+    begin, end = (whole(edge, "blocks", SEED_LIMIT) for edge in run)
+    return begin, end
+
+
+def _hash_of(text: Any) -> bytes:
+    if not isinstance(text, str) or not _HASH.fullmatch(text):
+        raise RecordError(f"hashes has {shown(text)}, not 64 hex digits", field="hashes")
+    return bytes.fromhex(text)
+
+
+def _duration_of(text: Any, drops: int) -> Fraction:
+    """Parse the exact sum of durations in s. Its digits are counted first: they may be any number,
+    and an exponent would make a short text a number of a billion digits."""
+    fault = RecordError(
+        f'duration is {shown(text)}: it must be a fraction such as "7/2", at most {_LONGEST:g} s '
+        f"for each of {drops} drops",
+        field="duration",
+    )
+    found = _DURATION.fullmatch(text) if isinstance(text, str) else None
+    if found is None:
+        raise fault
+    seconds = Fraction(int(found[1]), int(found[2] or 1))
+    if seconds > drops * _LONGEST:
+        raise fault
+    return seconds
 
 
 def _check_runs(runs: Runs, blocks: int) -> None:
@@ -146,10 +197,8 @@ def _check_runs(runs: Runs, blocks: int) -> None:
         )
 
 
-def _check(tally: Tally, hashes: list[bytes], digest: Any) -> None:
+def _check(tally: Tally, digest: Any) -> None:
     """Raise RecordError if counts, blocks, hashes and digest contradict each other."""
-    if any(len(each) != _HASH for each in hashes):
-        raise RecordError("hashes must have 64 hex digits each", field="hashes")
     job = tally.job
     drops = sum(min(end * BLOCK, job.drops) - begin * BLOCK for begin, end in tally.blocks)
     if drops != tally.drops:
@@ -160,7 +209,7 @@ def _check(tally: Tally, hashes: list[bytes], digest: Any) -> None:
         )
     if digest != tally.digest:
         raise RecordError(
-            f"digest is {digest!r}, but the hashes give {tally.digest!r}", field="digest"
+            f"digest is {shown(digest)}, but the hashes give {tally.digest!r}", field="digest"
         )
 
 

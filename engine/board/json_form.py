@@ -12,7 +12,6 @@ to the bins.
 import json
 import os
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from engine import json_text
@@ -25,6 +24,9 @@ from engine.errors import BoardError, JsonSyntaxError, JsonValueError
 
 MAX_TEXT: Final = 16_000_000
 """Characters; three times as many as the largest valid board needs."""
+
+LARGEST_FILE: Final = 4 * MAX_TEXT
+"""Bytes; no encoding of Unicode has more than four for a character."""
 
 _TOP: Final = (
     *("name", "width", "height", "gravity", "drag", "ball", "pegs", "peg_material"),
@@ -64,9 +66,9 @@ def load(source: str | os.PathLike[str] | Mapping[str, Any]) -> Mapping[str, Any
 
 def _read(path: str | os.PathLike[str]) -> str:
     try:
-        return Path(path).read_text(encoding="utf-8")
-    except UnicodeDecodeError as error:
-        raise values.fail("board", os.fspath(path), "the file is not UTF-8 text") from error
+        return json_text.read_text(path, LARGEST_FILE)
+    except JsonSyntaxError as error:
+        raise values.fail("board", os.fspath(path), f"the file is {error}") from None
     except (OSError, ValueError) as error:  # ValueError: a path with a null character
         reason = getattr(error, "strerror", None) or str(error)
         wanted = f"the file cannot be read ({reason})"

@@ -1,6 +1,6 @@
 """Counts in which bins the drops of consecutive seeds land, from each aim."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final
@@ -9,13 +9,17 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.batches.block import block_of
-from engine.batches.job import Job
+from engine.batches.job import Job, listed, wanted, whole
 from engine.batches.workers import Here, Workers
 from engine.board.model import Board
-from engine.errors import ParameterError
+from engine.board.values import shown
+from engine.errors import ParameterError, RecordError
 from engine.parameters import Exact
 
 Floats = npt.NDArray[np.float64]
+
+MOST_DROPS: Final = 1 << 53
+"""Most drops that are counted: a share of them is still an exact quotient of float64."""
 
 STEPS: Final = 4
 """Number of aims that are counted to each side, if a player may aim anywhere in an interval."""
@@ -139,5 +143,15 @@ def none_after(found: Landings) -> Landings:
     return Landings(found.aim, (0,) * len(found.histogram), 0, found.next_seed)
 
 
-def landings_of(form: dict[str, Any]) -> Landings:
-    return Landings(form["aim"], tuple(form["histogram"]), form["unsettled"], form["first"])
+def landings_of(form: Any) -> Landings:
+    """Read the landings of an aim from their JSON form; RecordError if it is malformed."""
+    if not isinstance(form, Mapping):
+        raise RecordError(f"{shown(form)} is not the landings of an aim")
+    aim = wanted(form, "aim")
+    if aim is not None and (isinstance(aim, bool) or not isinstance(aim, int | float)):
+        raise RecordError(f"aim is {shown(aim)}: it must be a number or null", field="aim")
+    histogram = (whole(each, "histogram", MOST_DROPS) for each in listed(form, "histogram"))
+    unsettled, first = (
+        whole(wanted(form, name), name, MOST_DROPS) for name in ("unsettled", "first")
+    )
+    return Landings(aim, tuple(histogram), unsettled, first)

@@ -9,11 +9,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, reduce
 from importlib.resources import files
+from itertools import chain
 from typing import Any, Final
 
+from engine import json_text
+from engine.batches.job import listed, whole
+from engine.batches.job import wanted as wanted_field
 from engine.batches.workers import Workers
 from engine.board import presets
 from engine.board.model import Board
+from engine.board.values import shown
+from engine.errors import EngineError, RecordError
 from engine.payouts import landings
 from engine.payouts.landings import Landings
 from engine.payouts.odds import Odds, odds_of
@@ -138,14 +144,49 @@ def to_text(record: Record) -> str:
 
 
 def from_text(text: str) -> Record:
-    forms: dict[str, dict[str, Any]] = json.loads(text)
-    return {
-        name: Counted(
-            tuple(tuple(map(landings.landings_of, block)) for block in form["blocks"]),
-            form["chosen"],
-        )
-        for name, form in forms.items()
-    }
+    """Read the text of the file; RecordError or JsonSyntaxError if it is not a record."""
+    forms = json_text.parse(text)
+    if not isinstance(forms, Mapping):
+        raise RecordError(f"{shown(forms)} is not a record of drops, which is a JSON object")
+    return {name: _counted_of(name, form) for name, form in forms.items()}
+
+
+def _counted_of(name: str, form: Any) -> Counted:
+    if name not in presets.preset_names() or presets.plain_name(name) != name:
+        raise RecordError(f"{shown(name)} is not a preset whose returns are recorded", field=name)
+    if not isinstance(form, Mapping):
+        raise RecordError(f"{name} is {shown(form)}: it must be an object", field=name)
+    try:
+        blocks = tuple(_block_of(block) for block in listed(form, "blocks"))
+        shapes = {tuple(len(each.histogram) for each in block) for block in blocks}
+        bins = Board.preset(name).bins.count
+        if len(shapes) != 1 or {*chain(*shapes)} != {bins}:
+            raise RecordError(
+                f"each block must have the same aims with {bins} bins each", field="blocks"
+            )
+        counted = Counted(blocks, _chosen_of(name, wanted_field(form, "chosen"), len(blocks)))
+        counted.all()  # the seeds of each block must follow those of the one before
+    except EngineError as error:
+        raise RecordError(f"{name}: {error}", field=name) from None
+    return counted
+
+
+def _block_of(block: Any) -> Block:
+    if not isinstance(block, list):
+        raise RecordError(f"blocks has {shown(block)}, which is not a list", field="blocks")
+    return tuple(landings.landings_of(each) for each in block)
+
+
+def _chosen_of(name: str, chosen: Any, blocks: int) -> Mapping[str, int]:
+    if not isinstance(chosen, Mapping):
+        raise RecordError(f"chosen is {shown(chosen)}: it must be an object", field="chosen")
+    for table, first in chosen.items():
+        if table not in presets.preset_names() or presets.plain_name(table) != name:
+            raise RecordError(
+                f"chosen has {shown(table)}, which is not a payout table of {name}", field="chosen"
+            )
+        whole(first, "chosen", blocks - 1)
+    return chosen
 
 
 @cache

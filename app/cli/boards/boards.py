@@ -19,7 +19,7 @@ def command(board: str | None, as_json: bool) -> None:
     Every command takes a file with such JSON as BOARD: edit it to make your own board.
     """
     if board is not None:
-        click.echo(common.load_board(board).to_json())
+        common.echo(common.load_board(board).to_json())
         return
 
     from engine import Board, preset_names
@@ -33,7 +33,7 @@ def command(board: str | None, as_json: bool) -> None:
     widths = [max(map(len, column)) for column in zip(headings, *rows, strict=True)]
     for row in (headings, *rows):
         cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
-        click.echo("  ".join(cells).rstrip())
+        common.echo("  ".join(cells).rstrip())
 
 
 def _summary(board: "Board") -> dict[str, object]:

@@ -70,7 +70,7 @@ def _show(what: str, found: "Fit", as_json: bool) -> None:
         common.print_json({"what": what} | _fields(found))
     else:
         parts = [f"{name} {value:.5g}" for name, value in _fields(found).items()]
-        click.echo(f"{what}: {', '.join(parts)}")
+        common.echo(f"{what}: {', '.join(parts)}")
     sys.stdout.flush()  # a pipe is buffered, and the search takes minutes
 
 

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from app.cli import common
+from engine import json_text
+from engine.errors import EngineError, RecordError
 
 if TYPE_CHECKING:
     from engine.batches.workers import Workers
@@ -19,6 +21,9 @@ if TYPE_CHECKING:
 
 STEP: Final = 500_000
 """Drops between two saves: about ten seconds of one core."""
+
+LARGEST: Final = 1 << 24
+"""Bytes of a record; the one of this release has 40 kB."""
 
 _HEADS: Final = ("board", "return", "drops", "top award", "hit rate", "volatility", "from aims")
 
@@ -63,7 +68,7 @@ def command(
     if record is None:
         show(records.shipped())
         return
-    found = records.from_text(record.read_text(encoding="utf-8"))
+    found = _read(record)
     if solve:
         _solve(record, found, solve)
     elif count:
@@ -71,6 +76,15 @@ def command(
             _count(record, found, hours, workers)
     else:
         show(found)
+
+
+def _read(path: Path) -> "Record":
+    from engine.payouts.record import from_text
+
+    try:
+        return from_text(json_text.read_text(path, LARGEST))
+    except EngineError as error:
+        raise RecordError(f"{path}: {error}", field=error.field) from None
 
 
 def _save(path: Path, record: "Record") -> None:
@@ -88,7 +102,7 @@ def _asked_to_stop() -> Iterator[list[int]]:
 
     def note(number: int, _frame: FrameType | None) -> None:
         came.append(number)
-        click.echo("stopping after the current drops", err=True)
+        common.echo("stopping after the current drops", err=True)
 
     before = {each: signal.signal(each, note) for each in (signal.SIGINT, signal.SIGTERM)}
     try:
@@ -114,7 +128,7 @@ def _count(path: Path, record: "Record", hours: float | None, workers: "Workers"
                 break
             _tell(needs, still_to_drop(needs) - some, dropped / spent)
     needs = wanted(record)
-    click.echo(
+    common.echo(
         f"{dropped:,} drops in {(time.monotonic() - began) / 3600:.2f} h; still to do: "
         f"{common.counted(len(needs), 'interval')}, {still_to_drop(needs):,} drops"
     )
@@ -123,7 +137,7 @@ def _count(path: Path, record: "Record", hours: float | None, workers: "Workers"
 def _tell(needs: "list[Wanted]", drops: int, rate: float) -> None:
     first = needs[0]
     place = "own start" if first.aim == 0 else f"aim {first.aim}"
-    click.echo(
+    common.echo(
         f"{first.table}, {place}: {first.drops:,} drops to go; in all {len(needs)} intervals, "
         f"{drops:,} drops, {rate:,.0f}/s, {drops / rate / 3600:.1f} h left",
         err=True,
@@ -167,18 +181,18 @@ def _show(record: "Record") -> None:
     from engine.payouts.odds import odds_of
     from engine.payouts.record import still_to_drop, wanted
 
-    click.echo(_row(_HEADS))
-    click.echo(_row(["---"] * len(_HEADS)))
+    common.echo(_row(_HEADS))
+    common.echo(_row(["---"] * len(_HEADS)))
     for counted in record.values():
         for name in counted.chosen:
             pays = Board.preset(name).bins.multipliers
             own, *others = (odds_of(each, pays) for each in counted.fresh(name))
-            click.echo(_row([f"`{name}`", *_cells(own, others)]))
+            common.echo(_row([f"`{name}`", *_cells(own, others)]))
     needs = wanted(record)
     intervals = sum(len(counted.blocks[-1]) * len(counted.chosen) for counted in record.values())
     drops = [sum(each.drops for each in counted.all()) for counted in record.values()]
     unsettled = sum(each.unsettled for counted in record.values() for each in counted.all())
-    click.echo(
+    common.echo(
         f"{sum(drops):,} drops, {unsettled} of them unsettled. "
         f"{intervals - len(needs)} of {intervals} intervals are narrow enough; "
         f"the others need {still_to_drop(needs):,} more drops."

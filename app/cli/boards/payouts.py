@@ -91,7 +91,7 @@ def command(
     else:
         _show(found)
     for warning in found.warnings:
-        click.echo(f"warning: {warning}", err=True)
+        common.echo(f"warning: {warning}", err=True)
 
 
 def _show(found: "Payouts") -> None:
@@ -106,11 +106,11 @@ def _show(found: "Payouts") -> None:
             "least return": f"{_returned(found.least)}, {_place(found.least)}",
         }
     )
-    click.echo("award     odds")
+    common.echo("award     odds")
     for pays, chance in own.awards:
-        click.echo(f"{pays:<8g}  " + (f"1 in {1 / chance:,.1f}" if chance else "never seen"))
+        common.echo(f"{pays:<8g}  " + (f"1 in {1 / chance:,.1f}" if chance else "never seen"))
     for each in found.odds[1:]:
-        click.echo(f"{_place(each)}: {_returned(each)}, {each.drops:,} drops")
+        common.echo(f"{_place(each)}: {_returned(each)}, {each.drops:,} drops")
 
 
 def _returned(odds: "Odds") -> str:

@@ -90,7 +90,7 @@ def command(  # one parameter per option: click passes them by name
         d = _dropped(board, seed, x, aim, how)
         picture = _draw_one(d, fmt, at, width or 760, fps, theme)
     path.write_bytes(picture)
-    click.echo(f"{out}: {len(picture):,} bytes")
+    common.echo(f"{out}: {len(picture):,} bytes")
 
 
 def _dropped(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from app.cli import common
+from engine import json_text
 
 if TYPE_CHECKING:
     from engine import Board
@@ -94,16 +95,16 @@ def command(
         common.print_json({"board_digest": found.digest, "bin": number, "seeds": listed})
         return
     for seed in seeds:
-        click.echo(seed)
+        common.echo(seed)
 
 
 def _weights(text: str) -> Any:
     """Parse `9999,1`, or read the JSON file at this path; `find_draw` checks the result."""
     numbers = text.split(",")
-    if all(number.strip().isdecimal() for number in numbers):
-        return [int(number) for number in numbers]
     try:
-        return json.loads(Path(text).read_text("utf-8"))
+        if all(number.strip().isdecimal() for number in numbers):
+            return [int(number) for number in numbers]
+        return json_text.parse(json_text.read_text(text))
     except (OSError, ValueError) as error:
         raise click.UsageError(
             f"--draw {text!r} is neither a list of weights such as 9999,1 nor a JSON file with "
@@ -128,8 +129,8 @@ def _write_draw(
     body = {"board": board.preset_name or board.to_dict(), "mode": "draw", "draw": draw}
     text = json.dumps(body) + "\n"
     if output is None:
-        click.echo(text, nl=False)
+        common.echo(text, nl=False)
         return
     output.write_text(text, "utf-8")
     count = sum(map(len, draw["seeds"]))
-    click.echo(f"{output}: {common.counted(count, 'seed')}, ready for POST rooms")
+    common.echo(f"{output}: {common.counted(count, 'seed')}, ready for POST rooms")

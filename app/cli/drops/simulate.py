@@ -201,14 +201,14 @@ def print_tally(tally: "Tally", seconds: float, share: "Share | None" = None) ->
     pays = job.board.bins.multipliers
     drops, histogram = tally.drops, summary["histogram"]
     longest = max(histogram) or 1
-    click.echo("bin      pays       drops    share")
+    common.echo("bin      pays       drops    share")
     for number, (count, pay) in enumerate(zip(histogram, pays, strict=True)):
         bar = "#" * round(BAR_WIDTH * count / longest)
-        click.echo(f"{number:3} {pay:9g} {count:11} {count / drops:8.3%}  {bar}".rstrip())
+        common.echo(f"{number:3} {pay:9g} {count:11} {count / drops:8.3%}  {bar}".rstrip())
     # An unsettled drop gives its stake back.
     paid = math.fsum(n * pay for n, pay in zip(histogram, pays, strict=True)) + summary["unsettled"]
     speed = {"speed": f"{drops / seconds:,.0f} drops/s, {seconds:.3f} s"} if seconds else {}
-    click.echo()
+    common.echo()
     common.print_fields(
         {
             "board": job.board.name,

@@ -3,7 +3,6 @@
 import functools
 import json
 import sys
-from pathlib import Path
 
 import click
 
@@ -52,9 +51,9 @@ def command(record: str, key: str | None, heard: tuple[str, ...]) -> int:
         result = verify(fields)
         what, maker, done = "record", "drop", ""
     if result.ok:
-        click.echo(f"reproduced: {done}{fields['digest']}")
+        common.echo(f"reproduced: {done}{fields['digest']}")
         return 0
-    click.echo(
+    common.echo(
         f"not reproduced: {result.field} differs: "
         f"the {what} says {_short(result.expected)}, the {maker} gives {_short(result.actual)}"
     )
@@ -72,25 +71,25 @@ def _session(fields: JsonObject, key: str | None) -> int:
     verdict = check_session(export, kernel_digest=kernel, key=key)
     for step in verdict.failed:
         where = "" if step.drop is None else f" of drop {step.drop}"
-        click.echo(
+        common.echo(
             f"not proven: {step.name}{where}: {step.text}: "
             f"the session says {_short(step.said)}, found {_short(step.found)}"
         )
     if not verdict.ok:
         return EXIT_DIFFERS
-    click.echo(
+    common.echo(
         f"proven: {common.counted(verdict.drops, 'drop')}, {len(verdict.steps)} steps: each start "
         "comes from both secrets, no drop is missing, each path and payout is correct "
         f"(key {verdict.key})"
     )
     if export.heard_session is None:
-        click.echo(
+        common.echo(
             "not proven: that the server committed before it knew the player's secret; to prove "
             "it, give the reply to POST sessions: --heard REPLY.json"
         )
     else:
-        click.echo("proven: the server had committed before: neither side could choose a start")
-    click.echo("not proven: that an account has the stakes and payouts, or whose key this is")
+        common.echo("proven: the server had committed before: neither side could choose a start")
+    common.echo("not proven: that an account has the stakes and payouts, or whose key this is")
     return 0
 
 
@@ -99,11 +98,9 @@ def _read(name: str) -> JsonObject:
     from engine import json_text
     from engine.errors import JsonSyntaxError, JsonValueError, RecordError
 
-    raw = sys.stdin.buffer.read() if name == "-" else Path(name).read_bytes()
     try:
-        # PowerShell redirects output as UTF-16.
-        fields = json_text.parse(raw.decode(json.detect_encoding(raw)))
-    except (JsonSyntaxError, JsonValueError, UnicodeDecodeError) as error:
+        fields = json_text.parse(json_text.read_text(sys.stdin.buffer if name == "-" else name))
+    except (JsonSyntaxError, JsonValueError) as error:
         raise RecordError(f"{name}: {error}") from None
     if not isinstance(fields, dict):
         raise RecordError(f"{name}: {_short(fields)} is not a record, which is one JSON object")

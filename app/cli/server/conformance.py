@@ -59,7 +59,7 @@ def command(board: str, drops: int, pairs: int, as_json: bool) -> int:
 def _show(report: "Report", mirror: "Mirror") -> None:
     failed = report.failed
     for each in report.outcomes:
-        click.echo(f"{'FAILED' if each in failed else 'passed'}  p = {each.p:.4f}  {each.name}")
-    click.echo(f"{report.outside} of {report.drops:,} starts outside the board's range")
-    click.echo(f"{len(failed)} of {len(report.outcomes)} tests fail, together at 99 %")
-    click.echo(f"{len(mirror.unlike)} of {mirror.pairs:,} drops end unlike their mirror images")
+        common.echo(f"{'FAILED' if each in failed else 'passed'}  p = {each.p:.4f}  {each.name}")
+    common.echo(f"{report.outside} of {report.drops:,} starts outside the board's range")
+    common.echo(f"{len(failed)} of {len(report.outcomes)} tests fail, together at 99 %")
+    common.echo(f"{len(mirror.unlike)} of {mirror.pairs:,} drops end unlike their mirror images")

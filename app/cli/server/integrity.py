@@ -6,6 +6,7 @@ import click
 
 from app.cli import common
 from app.cli.server.serve import settings_from, settings_options
+from engine import json_text
 
 
 @click.command(
@@ -41,7 +42,7 @@ def command(with_files: bool, as_json: bool, other: Path | None, **flags: object
     if as_json:
         common.print_json({**found.to_dict(), "settings": configuration, "files": files})
     elif with_files:
-        click.echo(inventory.listed(files), nl=False)
+        common.echo(inventory.listed(files), nl=False)
     else:
         common.print_fields(found.to_dict())
     return 0
@@ -50,6 +51,6 @@ def command(with_files: bool, as_json: bool, other: Path | None, **flags: object
 def _compare(files: dict[str, str], other: Path) -> int:
     from app.conformance import inventory
 
-    differs = inventory.first_difference(files, inventory.from_list(other.read_text("utf-8")))
-    click.echo(f"all {len(files)} files agree with {other}" if differs is None else differs)
+    differs = inventory.first_difference(files, inventory.from_list(json_text.read_text(other)))
+    common.echo(f"all {len(files)} files agree with {other}" if differs is None else differs)
     return 0 if differs is None else 1

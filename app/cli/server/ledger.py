@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import click
 
-from app.cli.common import need_server, print_json
+from app.cli.common import echo, need_server, print_json
 from app.errors import SettingError, UnknownRoomError, shorten
 from app.settings import Settings
 
@@ -71,7 +71,7 @@ def prune(keep_days: float, dry_run: bool, **flags: object) -> None:
         if not dry_run:
             database.compact()
     would = "would be deleted" if dry_run else "deleted"
-    click.echo(f"{gone.rooms} closed rooms, {gone.drops} drops, {gone.inputs} inputs {would}")
+    echo(f"{gone.rooms} closed rooms, {gone.drops} drops, {gone.inputs} inputs {would}")
 
 
 @command.command(name="check")
@@ -103,15 +103,15 @@ def check(rooms: tuple[str, ...], replay: bool, as_json: bool, **flags: object) 
         print_json({"ledger": name, "sound": sound, "database": pages, **dataclasses.asdict(audit)})
     else:
         for line in pages:
-            click.echo(f"the database: {line}")
+            echo(f"the database: {line}")
         for found in audit.findings:
-            click.echo(f"{found.room}, run {found.session}: {found.what}")
-        click.echo(
+            echo(f"{found.room}, run {found.session}: {found.what}")
+        echo(
             f"{'sound' if sound else 'damaged'}: {audit.sessions} room runs, {audit.drops} drops, "
             f"{audit.results} results, {audit.inputs} inputs"
         )
         if audit.other_physics:
-            click.echo(
+            echo(
                 f"{audit.other_physics} room runs have another physics version: of their drops "
                 "only the payouts were checked"
             )
@@ -133,7 +133,7 @@ def retire(room: str, **flags: object) -> None:
         ended = ending.retire(connection, room, time.time())
     if ended is None:
         raise UnknownRoomError(f"the ledger has no open room {shorten(room)}", field="room")
-    click.echo(
+    echo(
         f"{ended.room}, run {ended.session}: ended; {ended.drops} drops without a result, "
         f"{ended.stakes} returned"
     )

@@ -89,10 +89,26 @@ def test_saving_takes_little_of_the_time(tmp_path: Path, monkeypatch: pytest.Mon
 
 def test_a_file_that_is_no_result_is_named(tmp_path: Path) -> None:
     path = tmp_path / "result.json"
-    for text in ("", "[]", "{}", '{"kind": "plinko-batch"}', "\0"):
+    whole = saved.form_of(Tally(JOB), 0.0)
+    wrong = (whole | {"seconds": value} for value in (-1, "1", True, None, 1e300))
+    texts = ("", "[]", "{}", '{"kind": "plinko-batch"}', "\0", "[" * 200_000, "9" * 10**6)
+    for text in (*texts, *map(json.dumps, wrong)):
         path.write_text(text)
         with pytest.raises(RecordError, match=r"result\.json: "):
             saved.load(path)
+
+
+def test_a_file_that_is_too_large_is_not_parsed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On Linux /dev/zero never ends."""
+    monkeypatch.setattr(saved, "LARGEST", 1000)
+    path = tmp_path / "result.json"
+    path.write_text(" " * 1001)
+    for each in (path, Path("/dev/zero")):
+        if each.exists():
+            with pytest.raises(RecordError, match=f"{each}: too large"):
+                saved.load(each)
 
 
 def test_the_saved_form_says_seconds_and_rate() -> None:

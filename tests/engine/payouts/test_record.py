@@ -1,8 +1,11 @@
 """The record of drops: a table is judged by drops that did not choose it; counting resumes."""
 
+import json
+from typing import Any
+
 import pytest
 
-from engine import Board, drop_many
+from engine import Board, EngineError, drop_many
 from engine.payouts.landings import Landings, aims_of
 from engine.payouts.odds import odds_of
 from engine.payouts.record import (
@@ -28,6 +31,38 @@ def begun() -> Record:
 def test_a_record_is_its_text() -> None:
     assert from_text(to_text(begun())) == begun()
     assert from_text(to_text(shipped())) == shipped()
+
+
+AIM = CHOSE.to_dict()
+DAMAGED: list[tuple[Any, str]] = [
+    ([], "not a record of drops"),
+    ({"triangle-99": {}}, "triangle-99"),
+    ({"triangle-8-low": {}}, "triangle-8-low"),
+    ({"triangle-8": []}, "must be an object"),
+    ({"triangle-8": {"chosen": {}}}, "'blocks' is missing"),
+    ({"triangle-8": {"blocks": [[AIM]]}}, "'chosen' is missing"),
+    ({"triangle-8": {"blocks": [], "chosen": {}}}, "same aims with 9 bins"),
+    ({"triangle-8": {"blocks": [[]], "chosen": {}}}, "same aims with 9 bins"),
+    ({"triangle-8": {"blocks": [[AIM], [AIM, AIM]], "chosen": {}}}, "same aims with 9 bins"),
+    ({"triangle-8": {"blocks": [5], "chosen": {}}}, "blocks has 5"),
+    ({"triangle-8": {"blocks": [[AIM], [AIM]], "chosen": {}}}, "do not follow"),
+    ({"triangle-8": {"blocks": [[AIM]], "chosen": {"classic": 0}}}, "'classic'"),
+    ({"triangle-8": {"blocks": [[AIM]], "chosen": {"triangle-8": 1}}}, "chosen is 1"),
+    ({"triangle-8": {"blocks": [["x"]], "chosen": {}}}, "'x' is not the landings"),
+    *(
+        ({"triangle-8": {"blocks": [[AIM | {name: value}]], "chosen": {}}}, f"{name} is ")
+        for name, value in (
+            ("aim", "x"), ("first", -1), ("unsettled", 10**300), ("histogram", [1.5] * 9),
+            ("histogram", None),
+        )
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("form", "said"), DAMAGED)
+def test_a_damaged_record_is_refused_by_its_place(form: Any, said: str) -> None:
+    with pytest.raises(EngineError, match=said):
+        from_text(json.dumps(form))
 
 
 def test_a_board_s_blocks_are_consecutive_and_judges_come_last() -> None:
