@@ -13,6 +13,8 @@ from typing import Any, Final, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from app.batches.files import Draft, naming
+from app.batches.stopping import undisturbed
 from app.errors import InvalidValueError
 from engine.batches.block import Block, batch_of, summed
 from engine.batches.job import Job
@@ -69,9 +71,10 @@ class _Parquet:
 
 
 class RowWriter:
-    """Writes rows to a file with a temporary name, and renames it when it is complete.
+    """Writes rows to a draft of the file, which gets its name when it is complete.
 
-    An interrupted run that ends normally also leaves a file, with the rows of its finished blocks.
+    An interrupted run that ends normally leaves a file with the rows of its finished blocks, if it
+    has finished any. `write` and the end must not be interrupted; see `undisturbed`.
     """
 
     def __init__(self, path: Path) -> None:
@@ -84,17 +87,21 @@ class RowWriter:
                 field="out",
             )
         self._path = path
-        self._unfinished = path.with_name(path.name + ".new")
+        self._draft = Draft(path)
         self._open = ExitStack()
+        self._has_rows = False
 
     def __enter__(self) -> "RowWriter":
         made = _Csv if self._path.suffix == ".csv" else _Parquet
-        self._format: _Format = made(self._unfinished, self._open)
+        with naming(self._path):
+            self._format: _Format = made(self._draft.path, self._open)
         return self
 
     def write(self, rows: Rows) -> None:
         """Append the drops of a block."""
-        self._format.write(rows)
+        with naming(self._path):
+            self._format.write(rows)
+        self._has_rows = True
 
     def __exit__(
         self,
@@ -102,8 +109,10 @@ class RowWriter:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._open.close()
-        if kind is None:
-            self._unfinished.replace(self._path)
-        else:
-            self._unfinished.unlink(missing_ok=True)
+        with undisturbed(), naming(self._path):
+            try:
+                self._open.close()
+                if kind is None and self._has_rows:
+                    self._draft.commit()
+            finally:
+                self._draft.discard()

@@ -1,5 +1,6 @@
 """Compute the missing blocks of a job, report the progress, and save the result regularly."""
 
+import signal
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
@@ -9,6 +10,7 @@ from typing import Final
 
 from app.batches.rows import Rows, RowWriter, rows_and_block
 from app.batches.saved import save
+from app.batches.stopping import Terminated, undisturbed
 from engine.batches.block import Block, block_of
 from engine.batches.tally import Tally
 from engine.batches.workers import Workers
@@ -24,13 +26,14 @@ Report = Callable[[int], None]
 class Run:
     """A growing tally, and the computing time of its blocks in s.
 
-    path: the file in which to save it. clock: a monotonic time in s.
+    path: the file in which to save it. stopped: the signal that has interrupted the run. clock: a
+    monotonic time in s.
     """
 
     tally: Tally
     seconds: float = 0.0
     path: Path | None = None
-    interrupted: bool = False
+    stopped: signal.Signals | None = None
     clock: Callable[[], float] = field(default=time.perf_counter, repr=False)
     _due: float = 0.0
 
@@ -41,19 +44,25 @@ class Run:
         report: Report | None = None,
         rows: RowWriter | None = None,
     ) -> None:
-        """Compute blocks. After an interrupt the tally has the blocks that were finished."""
+        """Compute blocks. After an interrupt, tally and rows have the blocks that were finished."""
         before, began = self.seconds, self.clock()
         try:
-            for block in self._blocks(workers, numbers, rows):
-                self.tally.add(block)
-                self.seconds = before + self.clock() - began
-                self._save_if_due()
-                if report is not None:
-                    report(self.tally.drops)
+            for found, block in self._blocks(workers, numbers, rows is not None):
+                with undisturbed():
+                    if rows is not None and found is not None:
+                        rows.write(found)
+                    self.tally.add(block)
+                    self.seconds = before + self.clock() - began
+                    self._save_if_due()
+                    if report is not None:
+                        report(self.tally.drops)
+        except Terminated:
+            self.stopped = signal.SIGTERM
         except KeyboardInterrupt:
-            self.interrupted = True
+            self.stopped = signal.SIGINT
         finally:
-            self.save()
+            with undisturbed():
+                self.save()
 
     def save(self) -> None:
         if self.path is not None:
@@ -67,16 +76,9 @@ class Run:
             self._due = ended + SHARE * (ended - began)
 
     def _blocks(
-        self, workers: Workers, numbers: Iterable[int], rows: RowWriter | None
-    ) -> Iterable[Block]:
+        self, workers: Workers, numbers: Iterable[int], with_rows: bool
+    ) -> Iterable[tuple[Rows | None, Block]]:
         job = self.tally.job
-        if rows is None:
-            return (block for _, block in workers.compute(partial(block_of, job), numbers))
-        found = workers.compute(partial(rows_and_block, job), numbers)
-        return (_written(rows, made, block) for _, (made, block) in found)
-
-
-def _written(writer: RowWriter, rows: Rows, block: Block) -> Block:
-    """Write the rows of the block, then return it."""
-    writer.write(rows)
-    return block
+        if with_rows:
+            return (made for _, made in workers.compute(partial(rows_and_block, job), numbers))
+        return ((None, block) for _, block in workers.compute(partial(block_of, job), numbers))

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 from typing import Final
 
+from app.batches.files import write_whole
 from engine import EngineError, RecordError, json_text
 from engine.batches.tally import Tally, tally_of
 from engine.parameters import number
@@ -38,6 +39,4 @@ def form_of(tally: Tally, seconds: float) -> dict[str, object]:
 
 def save(path: Path, tally: Tally, seconds: float) -> None:
     """Replace the file atomically."""
-    unfinished = path.with_name(path.name + ".new")
-    unfinished.write_text(json.dumps(form_of(tally, seconds)) + "\n", encoding="utf-8")
-    unfinished.replace(path)
+    write_whole(path, f"{json.dumps(form_of(tally, seconds))}\n".encode())

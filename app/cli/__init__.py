@@ -53,6 +53,7 @@ COMMANDS = {name: module for group in GROUPS.values() for name, module in group.
 EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130  # 128 + SIGINT, as a shell reports it
 EXIT_BROKEN_PIPE = 141  # 128 + SIGPIPE
+EXIT_TERMINATED = 143  # 128 + SIGTERM
 
 
 class _LazyGroup(click.Group):
@@ -120,8 +121,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         result = plinko.main(arguments, prog_name="plinko", standalone_mode=False)
     except click.ClickException as error:
         return _fail(_usage_message(error))
-    except (click.Abort, KeyboardInterrupt):
-        return EXIT_INTERRUPTED
+    except (click.Abort, KeyboardInterrupt) as stop:
+        from app.batches.stopping import Terminated
+
+        # click raises Abort from a KeyboardInterrupt.
+        ended = isinstance(stop, Terminated) or isinstance(stop.__cause__, Terminated)
+        return EXIT_TERMINATED if ended else EXIT_INTERRUPTED
     except OSError as error:
         return _fail(_os_message(error))
     except Exception as error:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
+from app.batches.files import write_whole
 from app.cli import common
 from engine import json_text
 from engine.errors import EngineError, RecordError
@@ -90,9 +91,7 @@ def _read(path: Path) -> "Record":
 def _save(path: Path, record: "Record") -> None:
     from engine.payouts.record import to_text
 
-    unfinished = path.with_name(path.name + ".new")
-    unfinished.write_text(to_text(record), encoding="utf-8")
-    unfinished.replace(path)  # atomic: a kill leaves the previous record or the new one
+    write_whole(path, to_text(record).encode())
 
 
 @contextmanager

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from app.batches.files import write_whole
 from app.cli import common
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ def command(
             progress=progress,
         )
     if out is not None:
-        out.write_text(json.dumps(found.board.to_dict(), indent=1) + "\n", encoding="utf-8")
+        write_whole(out, f"{json.dumps(found.board.to_dict(), indent=1)}\n".encode())
     if as_json:
         common.print_json(found.to_dict())
     else:

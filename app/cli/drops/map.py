@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from app.batches.files import write_whole
 from app.cli import common
 
 
@@ -52,5 +53,5 @@ def command(board: str, out: str, x: str, levels: int, pixels: int, theme: str) 
             if bar is not None:
                 bar.update(1)
     picture = map_picture(chosen, strips, path.suffix[1:], theme)
-    path.write_bytes(picture)
+    write_whole(path, picture)
     common.echo(f"{out}: {len(picture):,} bytes, {sum(strip.proofs for strip in strips):,} proofs")

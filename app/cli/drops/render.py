@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from app.batches.files import write_whole
 from app.cli import common
 from engine.json_text import Json
 
@@ -89,7 +90,7 @@ def command(  # one parameter per option: click passes them by name
             raise click.UsageError(f"--columns {columns} works only with --sheet")
         d = _dropped(board, seed, x, aim, how)
         picture = _draw_one(d, fmt, at, width or 760, fps, theme)
-    path.write_bytes(picture)
+    write_whole(path, picture)
     common.echo(f"{out}: {len(picture):,} bytes")
 
 

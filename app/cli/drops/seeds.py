@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from app.batches.files import write_whole
 from app.cli import common
 from engine import json_text
 
@@ -131,6 +132,6 @@ def _write_draw(
     if output is None:
         common.echo(text, nl=False)
         return
-    output.write_text(text, "utf-8")
+    write_whole(output, text.encode())
     count = sum(map(len, draw["seeds"]))
     common.echo(f"{output}: {common.counted(count, 'seed')}, ready for POST rooms")

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 BAR_WIDTH = 40  # characters of the longest bar of the printed histogram
 
-EXIT_INTERRUPTED: Final = 130  # 128 + SIGINT, as a shell reports it
+SIGNALLED: Final = 128  # plus the signal is the exit code, as of a shell
 
 
 def _count(ctx: click.Context, param: click.Parameter, value: str) -> int:
@@ -106,8 +106,8 @@ def command(
 
     The digest covers all outcomes in the order of the seeds, and does not depend on how the work
     was split. It is the root of a hash tree over blocks of 65,536 drops. --blocks computes some
-    blocks only; `plinko merge` combines such results. An interrupted run prints the result of its
-    finished blocks; --resume FILE continues it.
+    blocks only; `plinko merge` combines such results. A run stopped by Ctrl-C or SIGTERM prints the
+    result of its finished blocks; --resume FILE continues it.
 
     The time does not include start-up and compilation. --certify proves each bin that rounding may
     decide (milliseconds each).
@@ -116,6 +116,7 @@ def command(
     if certify:
         _check_certify(solver, aim, {"--blocks": blocks, "--resume": resume, "--out": out})
     from app.batches.running import Run
+    from app.batches.stopping import terminable
     from engine.batches.job import Job
     from engine.batches.tally import Tally
     from engine.parameters import make_solver
@@ -131,11 +132,12 @@ def command(
     run = Run(Tally(job), path=resume)
     if resume is not None and resume.exists():
         _go_on(run, resume, out)
-    with common.workers(cluster, threads) as workers:
+    with terminable(), common.workers(cluster, threads) as workers:
         _compute(run, workers, (begin, end), out)
-        share = _certified(job, workers) if certify and not run.interrupted else None
+        share = _certified(job, workers) if certify and run.stopped is None else None
+    code = 0 if run.stopped is None else SIGNALLED + run.stopped
     if not run.tally.drops:
-        return EXIT_INTERRUPTED
+        return code
     if as_json:
         from app.batches.saved import form_of
 
@@ -143,7 +145,7 @@ def command(
         common.print_json(form_of(run.tally, run.seconds) | certified)
     else:
         print_tally(run.tally, run.seconds, share)
-    return EXIT_INTERRUPTED if run.interrupted else 0
+    return code
 
 
 def _check_certify(solver: str, aim: float | None, others: dict[str, object]) -> None:

@@ -1,13 +1,20 @@
 """Drops as rows of Parquet and CSV: other programs read the values that the engine computed."""
 
+import csv
+import signal
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from app.batches import rows as rows_module
+from app.batches.files import Draft
 from app.batches.rows import FORMATS, RowWriter, rows_and_block
 from app.batches.running import Run
+from app.batches.stopping import Terminated, terminable
 from app.errors import InvalidValueError
 from engine import drop_many
 from engine.batches.job import Job
@@ -52,6 +59,85 @@ def test_an_interrupt_leaves_a_whole_file_of_what_was_done(tmp_path: Path) -> No
     with RowWriter(tmp_path / "drops.parquet") as rows:
         run.compute(Stopping(1, KeyboardInterrupt), range(3), rows=rows)
     assert parquet.read_table(tmp_path / "drops.parquet").num_rows == run.tally.drops == 65_536
+
+
+STOPS = {"Ctrl-C": signal.SIGINT, "SIGTERM": signal.SIGTERM}
+
+
+class Disturbed:
+    """Writes the rows of blocks; a signal comes in the middle of the block number `block`."""
+
+    def __init__(self, write: Callable[[Any], Any], number: int, block: int) -> None:
+        self._write = write
+        self._number = number
+        self._left = block
+
+    def __call__(self, rows: Any) -> None:
+        self._left -= 1
+        self._write(interrupted(rows, self._number) if self._left < 0 else rows)
+
+
+def interrupted(rows: Any, number: int) -> Iterator[Any]:
+    for k, row in enumerate(rows):
+        if k == 5:
+            signal.raise_signal(number)
+        yield row
+
+
+@pytest.mark.parametrize("number", STOPS.values(), ids=STOPS)
+@pytest.mark.parametrize("block", [0, 1, 2])
+def test_a_signal_during_writing_leaves_whole_blocks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: signal.Signals, block: int
+) -> None:
+    """The run stops after the block that was being written, and has counted it."""
+    path = tmp_path / "drops.csv"
+    made = csv.writer
+
+    def writer(file: Any) -> Any:
+        whole = made(file)
+        rows = Disturbed(whole.writerows, number, block)
+        return SimpleNamespace(writerow=whole.writerow, writerows=rows)
+
+    monkeypatch.setattr(csv, "writer", writer)
+    run = Run(Tally(JOB))
+    with terminable(), RowWriter(path) as rows:
+        run.compute(Here(1), range(3), rows=rows)
+    assert run.stopped == number
+    assert run.tally.blocks == [(0, block + 1)]
+    assert len(path.read_text().splitlines()) == 1 + run.tally.drops
+    assert [each.name for each in tmp_path.iterdir()] == [path.name]
+
+
+@pytest.mark.parametrize("ending", FORMATS)
+def test_a_signal_before_the_first_block_leaves_what_was_there(tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"drops{ending}"
+    for before in (None, "older rows"):
+        if before is not None:
+            path.write_text(before)
+        run = Run(Tally(JOB))
+        with RowWriter(path) as rows:
+            run.compute(Stopping(0, Terminated), range(3), rows=rows)
+        assert run.stopped == signal.SIGTERM
+        found = [(each.name, each.read_text()) for each in tmp_path.iterdir()]
+        assert found == ([] if before is None else [(path.name, before)])
+
+
+@pytest.mark.parametrize("number", STOPS.values(), ids=STOPS)
+def test_a_signal_at_the_end_waits_until_the_file_has_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: signal.Signals
+) -> None:
+    path = tmp_path / "drops.csv"
+    commit = Draft.commit
+
+    def disturbed(draft: Draft) -> None:
+        signal.raise_signal(number)
+        commit(draft)
+
+    monkeypatch.setattr(Draft, "commit", disturbed)
+    with pytest.raises(KeyboardInterrupt), terminable(), RowWriter(path) as rows:
+        rows.write(rows_and_block(JOB, 2, 1)[0])
+    assert len(path.read_text().splitlines()) == 1 + 100
+    assert [each.name for each in tmp_path.iterdir()] == [path.name]
 
 
 def test_an_error_leaves_no_file(tmp_path: Path) -> None:

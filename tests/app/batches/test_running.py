@@ -1,6 +1,7 @@
 """A batch computed block by block, which can be stopped, killed and resumed."""
 
 import json
+import signal
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -46,7 +47,7 @@ def test_what_is_stopped_goes_on_and_has_the_same_digest(tmp_path: Path) -> None
     path = tmp_path / "result.json"
     run = Run(Tally(JOB), path=path)
     run.compute(Stopping(2, KeyboardInterrupt), run.tally.missing())
-    assert run.interrupted
+    assert run.stopped == signal.SIGINT
     assert run.tally.blocks == [(0, 2)]
 
     found, seconds = saved.load(path)
@@ -54,7 +55,7 @@ def test_what_is_stopped_goes_on_and_has_the_same_digest(tmp_path: Path) -> None
     assert seconds == run.seconds
     again = Run(found, seconds, path)
     again.compute(Here(1), found.missing())
-    assert not again.interrupted
+    assert again.stopped is None
     assert found.digest == drop_many(OPEN, range(DROPS)).digest
     assert again.seconds > seconds
     assert [each.name for each in tmp_path.iterdir()] == ["result.json"]

@@ -93,6 +93,32 @@ def test_an_interrupt_is_exit_code_130_and_what_was_counted() -> None:
     assert b"Aborted" not in seen
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_stopped_run_leaves_rows_of_whole_blocks_or_no_file(
+    tmp_path: Path, number: signal.Signals
+) -> None:
+    path = tmp_path / "drops.csv"
+    terminal, stderr = pty.openpty()
+    process = subprocess.Popen(
+        [sys.executable, "-c", HEEDING, *ENDLESS, "--out", str(path)],
+        stdout=subprocess.PIPE,
+        stderr=stderr,
+    )
+    os.close(stderr)
+    read_terminal(terminal, b"[")
+    process.send_signal(number)
+    with contextlib.suppress(OSError):  # Linux raises EIO once the other end is closed
+        while os.read(terminal, 1024):
+            pass
+    process.communicate(timeout=LIMIT)
+    os.close(terminal)
+    assert process.returncode == 128 + number
+    rows = len(path.read_text().splitlines()) - 1 if path.exists() else 0
+    assert rows % 65_536 == 0
+    assert path.exists() == (rows > 0)
+    assert not [each for each in tmp_path.iterdir() if each != path]
+
+
 def test_progress_is_shown_on_a_terminal_and_nowhere_else() -> None:
     few = ("simulate", "triangle-8", "--drops", "50", "--json")
     assert run(*few).stderr == b""

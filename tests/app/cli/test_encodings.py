@@ -190,7 +190,10 @@ def test_a_file_s_name_that_is_not_text_is_shown(terminal: Terminal, tmp_path: P
 
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
 def test_a_process_escapes_what_its_terminal_lacks(board: Path, encoding: str) -> None:
-    for arguments, code in ((("drop", board, "--seed", "1"), 0), (("drop", NAME, "--seed", "1"), 2)):
+    for arguments, code in (
+        (("drop", board, "--seed", "1"), 0),
+        (("drop", NAME, "--seed", "1"), 2),
+    ):
         done = subprocess.run(
             [sys.executable, "-m", "app.cli", *arguments],
             env={**os.environ, "PYTHONIOENCODING": encoding},
