@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.board.model import Board
+from engine.board.values import shown
 from engine.certified.certify import Effort, exact_start, prove
 from engine.errors import ParameterError
 from engine.exact.outcome import LANDED
@@ -60,6 +61,13 @@ def widest(board: Board) -> Fraction:
     return 2 * Fraction(board.drop.span)
 
 
+def starts_of(board: Board) -> tuple[Fraction, Fraction]:
+    """The lowest and the highest x at which a ball may start, m."""
+    zone = board.drop
+    xs = (zone.x - zone.span, zone.x + zone.span, *zone.slots)
+    return Fraction(min(xs)), Fraction(max(xs))
+
+
 def strip_at(
     board: Board,
     x: float | int | str | Fraction,
@@ -78,6 +86,13 @@ def strip_at(
     if not 0 <= level <= DEEPEST:
         raise ParameterError(f"level {level} is not from 0 to {DEEPEST}", field="level")
     middle = exact_start(x)
+    low, high = starts_of(board)
+    if not low <= middle <= high:
+        raise ParameterError(
+            f"x {shown(x if isinstance(x, str) else float(middle))} is not a start: the starts of "
+            f"{board.name!r} are from {float(low):g} to {float(high):g} m",
+            field="x",
+        )
     width = widest(board) / 10**level
     if width == 0:
         raise ParameterError(
@@ -110,9 +125,7 @@ class _Work:
         self.board, self.left, self.pixel = board, left, pixel
         self.effort, self.patience = effort, patience
         self.proofs = self.whole = 0
-        zone = board.drop
-        self.low = Fraction(min((zone.x - zone.span, *zone.slots)))
-        self.high = Fraction(max((zone.x + zone.span, *zone.slots)))
+        self.low, self.high = starts_of(board)
 
     def fill(self, bins: npt.NDArray[np.int16], first: int) -> None:
         """Write the bins of the pixels from number `first` on.

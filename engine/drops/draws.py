@@ -45,10 +45,16 @@ def find_draw(
     while lacking:
         seeds = range(begin, min(begin + size, since + patience, SEED_LIMIT))
         if not seeds:
+            bins = " or ".join(map(str, sorted(lacking)))
+            if begin == SEED_LIMIT:
+                raise ParameterError(
+                    f"no further seed up to the last one, 2^64 - 1, lands in bin {bins}: begin "
+                    "after a smaller seed",
+                    field="after",
+                )
             raise ParameterError(
-                f"no seed from {since} to {begin - 1} lands in bin "
-                f"{' or '.join(map(str, sorted(lacking)))}: give these bins the weight 0, or use "
-                "more patience",
+                f"no seed from {since} to {begin - 1} lands in bin {bins}: give these bins the "
+                "weight 0, or use more patience",
                 field="weights",
             )
         batch = drop_many(board, seeds, threads=threads)

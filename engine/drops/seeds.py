@@ -30,11 +30,12 @@ def seeds_landing_in(
     """Yield all seeds whose balls land in `bin`, in ascending order.
 
     The search begins after the seed `after` (default: with 0) and ends after `count` seeds, or
-    without a count, with the last possible seed. aim: the middle in m of the starts that seeds
-    draw. The seeds are ordinary ones: `drop(board, seed)` computes the same path.
+    without a count, with the last possible seed, 2^64 - 1. aim: the middle in m of the starts that
+    seeds draw. The seeds are ordinary ones: `drop(board, seed)` computes the same path.
 
-    Raises ParameterError for a bin that the board does not have, and if none of `patience` seeds
-    in a row lands in it; SeedError and BoardError as `drop_many` does.
+    Raises ParameterError for a bin that the board does not have, if none of `patience` seeds in a
+    row lands in it, and if there are fewer than `count` seeds up to the last one; SeedError and
+    BoardError as `drop_many` does.
     """
     board = Board.named(board)
     check_bin(board, bin)
@@ -78,6 +79,7 @@ class Search:
 
 def _found(search: Search, count: int | None, patience: int) -> Iterator[int]:
     size, given, since = FIRST_BATCH, 0, search.next
+    first = search.next
     while search.next < SEED_LIMIT:
         for seed in search.take(min(size, since + patience - search.next)):
             yield seed
@@ -92,3 +94,9 @@ def _found(search: Search, count: int | None, patience: int) -> Iterator[int]:
                 field="bin",
             )
         size = min(2 * size, LARGEST_BATCH)
+    if count is not None:
+        raise ParameterError(
+            f"bin {search.bin}: only {given} of {count} seeds from {first} on land in it, because "
+            "seeds end at 2^64 - 1; begin after a smaller seed",
+            field="after",
+        )

@@ -74,22 +74,22 @@ def command(  # one parameter per option: click passes them by name
         raise click.UsageError(f"--cluster {cluster} works only with --density")
     path = _writable(out, STILLS if asked or at is not None else (*STILLS, *ANIMATIONS))
     fmt = path.suffix.lower()[1:]
+    given = {"width": width, "columns": columns}
+    sizes = {name: value for name, value in given.items() if value is not None}
     if asked:
         _check_many(asked, columns=columns, solver=solver, x=x, aim=aim, at=at)
         ((kind, count),) = asked.items()
         seeds = _seeds(seed, count, kind)
-        sizes = {"width": width, "columns": columns}
-        given = {name: value for name, value in sizes.items() if value is not None}
         drawn = common.load_board(board)
         if cluster is None:
-            picture = _draw_many(kind, drawn, seeds, fmt, theme, how, given)
+            picture = _draw_many(kind, drawn, seeds, fmt, theme, how, sizes)
         else:
-            picture = _draw_by(cluster, drawn, seeds, fmt, theme, given)
+            picture = _draw_by(cluster, drawn, seeds, fmt, theme, sizes)
     else:
         if columns is not None:
             raise click.UsageError(f"--columns {columns} works only with --sheet")
         d = _dropped(board, seed, x, aim, how)
-        picture = _draw_one(d, fmt, at, width or 760, fps, theme)
+        picture = _draw_one(d, fmt, at, fps, theme, sizes)
     write_whole(path, picture)
     common.echo(f"{out}: {len(picture):,} bytes")
 
@@ -103,12 +103,14 @@ def _dropped(
     return drop(common.load_board(board), number, x=x, aim=aim, **how)
 
 
-def _draw_one(d: "Drop", fmt: str, at: float | None, width: int, fps: int, theme: str) -> bytes:
+def _draw_one(
+    d: "Drop", fmt: str, at: float | None, fps: int, theme: str, sizes: dict[str, int]
+) -> bytes:
     from app.render import drop_animation, drop_picture
 
     if at is None and f".{fmt}" in ANIMATIONS:
-        return drop_animation(d, fmt, width, fps, theme)
-    return drop_picture(d, fmt, width, theme, at)
+        return drop_animation(d, fmt, fps=fps, theme=theme, **sizes)
+    return drop_picture(d, fmt, theme=theme, at=at, **sizes)
 
 
 def _draw_many(
@@ -118,7 +120,7 @@ def _draw_many(
     fmt: str,
     theme: str,
     how: common.Options,
-    sizes: dict[str, Json],
+    sizes: dict[str, int],
 ) -> bytes:
     from app.render import contact_sheet, density_picture, histogram_picture
     from engine import drop_many

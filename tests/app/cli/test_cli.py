@@ -166,6 +166,16 @@ def test_a_draw_is_written_as_a_room_takes_it(plinko: Terminal, tmp_path: Path) 
         assert named in err
 
 
+def test_seeds_that_run_out_are_printed_and_it_is_said(plinko: Terminal) -> None:
+    found = drop_many(Board.preset("triangle-8"), range(2**64 - 15, 2**64))
+    wanted = found.seeds[found.bin == 4].tolist()
+    asked = ("seeds", "triangle-8", "--bin", 4, "--after", 2**64 - 16, "--count")
+    assert plinko.run(*asked, len(wanted)).split() == [str(seed) for seed in wanted]
+    code, out, err = plinko.try_run(*asked, 16)
+    assert (code, out.split()) == (2, [str(seed) for seed in wanted])
+    assert f"only {len(wanted)} of 16 seeds from {2**64 - 15} on land in it" in err
+
+
 def test_a_search_that_finds_nothing_ends_and_says_so(plinko: Terminal) -> None:
     for options, named in (
         (["--bin", 0, "--patience", 1], "none of the 1 seeds from 0 to 0"),
@@ -404,7 +414,25 @@ BAD = [
     (("render", "triangle-8", "--seed", "1", "{tmp}/drop.bmp"), "drop.bmp"),
     (("render", "triangle-8", "--seed", "1", "{tmp}/none/drop.png"), "none"),
     (("render", "triangle-8", "--seed", "1", "{tmp}/drop.png", "--width", "9"), "width 9"),
+    *(
+        (("render", "triangle-8", "{tmp}/drop.png", *kind, "--width", width), f"width {width}")
+        for kind in (("--seed", "1"), ("--sheet", "4"), ("--density", "9"), ("--histogram", "9"))
+        for width in ("0", "-1")
+    ),
+    (("render", "triangle-8", "{tmp}/drop.gif", "--seed", "1", "--width", "0"), "width 0"),
+    (("render", "triangle-8", "{tmp}/a.png", "--sheet", "4", "--columns", "0"), "columns 0"),
     (("render", "triangle-8", "--seed", "1", "{tmp}/drop.gif", "--fps", "0"), "fps 0"),
+    (("map", "triangle-8", "{tmp}/map.png", "--x", "99"), "x '99' is not a start"),
+    (("map", "triangle-8", "{tmp}/map.png", "--x", "-4/3"), "x '-4/3' is not a start"),
+    (("map", "triangle-8", "{tmp}/none/map.png", "--levels", "1"), "{tmp}/none"),
+    (("seeds", "triangle-8", "--bin", "4", "--after", 2**64 - 1), "only 0 of 1 seeds"),
+    (("seeds", "triangle-8", "--bin", "4", "--after", 2**64 - 9, "--json", "--count", "9"), "2^64"),
+    (("seeds", "triangle-8", "--draw", "{tmp}/list.json", "--after", 2**64 - 1), "a list of 9"),
+    (
+        ("seeds", "triangle-8", "--draw", "0,0,0,0,1,0,0,0,0", "--after", 2**64 - 9),
+        "no further seed up to the last one, 2^64 - 1, lands in bin 4",
+    ),
+    (("seeds", "triangle-8", "--draw", "9" * 5000), "--draw"),
     (("render", "triangle-8", "--seed", "1", "{tmp}/drop.gif", "--at", "1"), "drop.gif"),
     (("render", "triangle-8", "--seed", "1", "{tmp}/drop.png", "--at", "-1"), "-1"),
     (("render", "triangle-8", "--seed", "1", "{tmp}/drop.png", "--theme", "pink"), "'pink'"),
