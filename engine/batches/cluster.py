@@ -71,7 +71,12 @@ def opened(address: str) -> Iterator["Cluster"]:
             "a cluster needs Dask, which is not installed: pip install 'plinko-server[batches]'",
             field="cluster",
         )
+    from distributed.utils import silence_logging_cmgr  # noqa: PLC0415
+
     with ExitStack() as stack:
+        # Dask would log a lost scheduler as several tracebacks; `compute` raises one error.
+        for name in ("distributed", "distributed.client"):
+            stack.enter_context(silence_logging_cmgr(logging.CRITICAL, name))
         client = stack.enter_context(_local(stack, count) if count else _remote(address))
         check(address, client.run(who, on_error="return"))
         yield Cluster(client)
@@ -181,7 +186,10 @@ class Cluster:
         ready = as_completed(with_results=True, raise_errors=False, loop=self._client.loop)
 
         def submit(some: Sequence[A], lost: int = 0) -> None:
-            future = self._client.submit(call, who(), packed, some, pure=False)
+            try:
+                future = self._client.submit(call, who(), packed, some, pure=False)
+            except OSError:  # such as CommClosedError: the connection was lost a moment ago
+                raise _gone() from None
             waiting[future] = some, lost
             ready.add(future)
 
@@ -210,15 +218,19 @@ class Cluster:
             yield some
 
 
+def _gone() -> ClusterError:
+    return ClusterError(
+        "the scheduler is gone, and the unfinished calls with it: start another and run again; a "
+        "batch with --resume keeps its finished blocks"
+    )
+
+
 def _lost_again(future: "Future[Any]", lost: int) -> int:
     """Return how often a call's workers were lost; raise any other failure of the call."""
     from distributed import KilledWorker  # noqa: PLC0415
 
     if future.status != "error":
-        raise ClusterError(
-            "the scheduler is gone, and the unfinished calls with it: run again with --resume to "
-            "compute the rest"
-        )
+        raise _gone()
     error = future.exception()
     assert error is not None
     if not isinstance(error, KilledWorker) or lost >= LOST:
