@@ -13,7 +13,7 @@ from app.render.parts.view import View, lay_out
 from app.render.raster import encode
 from app.render.raster.canvas import Canvas, bands, text_width
 from app.render.still import DEFAULT_WIDTH
-from app.render.theme import Theme, named
+from app.render.theme import Theme, at_place, named
 from engine import Board, Occupancy, occupancy
 from engine.batches.density import Grid, occupancy_by
 from engine.batches.workers import Workers
@@ -53,14 +53,14 @@ def density_picture(
     machines. Raises InvalidValueError and the engine's errors.
     """
     view = lay_out(board, width)
-    named(theme)
+    placed = at_place(theme, board.name)
     top = view.drop_y - view.start / view.scale
     grid = Grid(view.left, top, view.scale, (view.height, view.width))
     if workers is not None and isinstance(seeds, range):
         found = occupancy_by(workers, board, seeds, grid, progress)
     else:
         found = occupancy(board, seeds, threads=threads, progress=progress, **asdict(grid))
-    return encode.still(_pixels(found, view, theme), fmt)
+    return encode.still(_pixels(found, view, placed), fmt)
 
 
 def _pixels(found: Occupancy, view: View, theme_name: str) -> npt.NDArray[np.uint8]:

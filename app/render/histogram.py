@@ -12,7 +12,7 @@ from app.render.parts.view import HEADER, View, lay_out
 from app.render.raster import encode
 from app.render.raster.canvas import Canvas, text_width
 from app.render.still import DEFAULT_WIDTH
-from app.render.theme import Theme, named
+from app.render.theme import Theme, at_place, named
 from engine import Board
 from engine.drops.calibrate import sampling_floor, total_variation
 from engine.payouts.record import odds_of_record
@@ -68,7 +68,7 @@ class _Chart:
     ) -> None:
         self.board = board
         self.view = view
-        self.theme: Theme = named(theme)
+        self.theme: Theme = named(at_place(theme, board.name))
         self.counts = counts
         self.unsettled = unsettled
         self.expected = expected_of(board)

@@ -5,13 +5,15 @@ from app.render.parts.board import board_pixels
 from app.render.parts.view import lay_out
 from app.render.raster import encode
 from app.render.still import DEFAULT_WIDTH, drop_picture
+from app.render.theme import at_place
 from engine import Board, Drop, DropBatch
 
 
 def png(value: Board | Drop | DropBatch) -> bytes:
     """Draw the board, the drop's path, or the batch's histogram, in the page's appearance."""
     if isinstance(value, Board):
-        return encode.still(board_pixels(value, lay_out(value, DEFAULT_WIDTH), "light"), "png")
+        view, theme = lay_out(value, DEFAULT_WIDTH), at_place("light", value.name)
+        return encode.still(board_pixels(value, view, theme), "png")
     if isinstance(value, Drop):
         return drop_picture(value)
     return histogram_picture(value.board, value.histogram, unsettled=value.unsettled)

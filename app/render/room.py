@@ -16,7 +16,7 @@ from app.render.raster import encode
 from app.render.raster.canvas import Canvas
 from app.render.raster.palette import Palette
 from app.render.still import DEFAULT_WIDTH
-from app.render.theme import named
+from app.render.theme import at_place, named
 from engine import Board
 
 Pixels = npt.NDArray[np.uint8]
@@ -151,7 +151,7 @@ class Stage(Layer):
         theme: str = "light",
         title: str | None = None,
     ) -> None:
-        view = lay_out(board, width, height)
+        view, theme = lay_out(board, width, height), at_place(theme, board.name)
         name = board.name if title is None else title
         super().__init__(view, board_pixels(board, view, theme), board.ball.radius, theme, name)
         self.board = board

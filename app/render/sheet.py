@@ -13,7 +13,7 @@ from app.render.parts.view import MOST_WIDTH, View, fit
 from app.render.raster import encode
 from app.render.raster.canvas import Canvas, text_width
 from app.render.still import drop_pixels
-from app.render.theme import Theme, named
+from app.render.theme import Theme, at_place, named
 from engine import Board, Drop, drop
 
 Pixels = npt.NDArray[np.uint8]
@@ -58,9 +58,10 @@ def contact_sheet(
             field="width",
         )
     view = fit(board, across, None, header=0.0)
-    sheet = _blank(len(seeds), view, theme, width, chosen)
+    placed = at_place(theme, board.name)
+    sheet = _blank(len(seeds), view, placed, width, chosen)
     for number, seed in enumerate(seeds):
-        _put(sheet, drop(board, seed), number, view, theme, chosen)
+        _put(sheet, drop(board, seed), number, view, placed, chosen)
         if progress:
             progress(number + 1)
     return encode.still(sheet, fmt)

@@ -8,7 +8,7 @@ import numpy as np
 
 from app.render.raster import encode
 from app.render.raster.canvas import Canvas
-from app.render.theme import Colour, named
+from app.render.theme import Colour, at_place, named
 from engine import Board
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ def map_picture(
     board: Board, strips: Sequence["Strip"], fmt: str = "png", theme: str = "light"
 ) -> bytes:
     """Draw the strips in `fmt`: `png`, `jpg` or `webp`. A start of a strip is one pixel wide."""
-    look = named(theme)
+    look = named(at_place(theme, board.name))
     pixels = max(len(strip.bins) for strip in strips)
     height = HEAD + len(strips) * (STRIP + GAP)
     canvas = Canvas.blank(LABELS + pixels + GAP, height, look["tray"])

@@ -3,16 +3,32 @@
 tests/browser/test_places.py compares them with the page.
 """
 
-import numpy as np
-import pytest
+import io
+from collections.abc import Callable
 
+import numpy as np
+import numpy.typing as npt
+import pytest
+from PIL import Image
+
+from app.render import (
+    Stage,
+    contact_sheet,
+    density_picture,
+    drop_animation,
+    drop_picture,
+    histogram_picture,
+)
+from app.render.notebook import png
 from app.render.parts import ground
 from app.render.parts.board import board_pixels
 from app.render.parts.ground import Place
 from app.render.parts.view import lay_out
 from app.render.raster.canvas import Canvas
+from app.render.start_map import map_picture
 from app.render.theme import THEMES
-from engine import Board
+from engine import Board, drop
+from engine.certified.start_map import strip_at
 
 PLACES = [name for name, theme in THEMES.items() if theme.ground != "rays"]
 
@@ -55,3 +71,46 @@ def test_a_place_changes_a_board_s_picture_inside_and_outside(preset: str) -> No
         top, bottom = (np.array(theme[key], float) for key in ("board", "boardDeep"))
         printed = np.abs(middle - (top + fade * (bottom - top))).max(axis=-1) > 6.0
         assert printed.mean() > 0.1, f"{name} has more than enamel"
+
+
+Draw = Callable[[Board], bytes | npt.NDArray[np.uint8]]
+
+DRAWN: dict[str, Draw] = {
+    "a drop": lambda board: drop_picture(drop(board, 1), width=300),
+    "a moment": lambda board: drop_picture(drop(board, 1), width=300, at=0.5),
+    "an animation": lambda board: drop_animation(drop(board, 1), "gif", 300, 1),
+    "a sheet": lambda board: contact_sheet(board, range(1), width=300),
+    "a density": lambda board: density_picture(board, range(1), width=300),
+    "a board": png,
+    "a room": lambda board: Stage(board, 300)._bare,
+}
+CHARTS: dict[str, Draw] = {
+    "a histogram": lambda board: histogram_picture(board, np.ones(9), width=300),
+    "a map": lambda board: map_picture(board, [strip_at(board, 0, 0, 2)]),
+}
+
+
+def shares(
+    drawn: bytes | npt.NDArray[np.uint8], name: str, colours: tuple[str, ...]
+) -> list[float]:
+    """The share of pixels in each of these colours of the theme."""
+    if isinstance(drawn, bytes):
+        with Image.open(io.BytesIO(drawn)) as image:
+            drawn = np.asarray(image.convert("RGB"))
+    return [float((drawn == THEMES[name][colour]).all(axis=-1).mean()) for colour in colours]
+
+
+@pytest.mark.parametrize("draw", DRAWN.values(), ids=DRAWN)
+@pytest.mark.parametrize("place", ["Moon", "Mars", "Glass on glass"])
+def test_every_picture_of_a_board_shows_its_place(draw: Draw, place: str) -> None:
+    board = Board.preset("triangle-8").replace(name=f"triangle-8 · {place}")
+    drawn = draw(board)
+    assert min(shares(drawn, f"light · {place}", ("rail", "shoulder"))) > 0.01
+    assert max(shares(drawn, "light", ("board", "shoulder"))) == 0.0
+
+
+@pytest.mark.parametrize("draw", CHARTS.values(), ids=CHARTS)
+def test_a_chart_has_the_colours_of_its_board_s_place(draw: Draw) -> None:
+    board = Board.preset("triangle-8").replace(name="triangle-8 · Moon")
+    assert shares(draw(board), "light · Moon", ("tray",))[0] > 0.2
+    assert shares(draw(board), "light", ("tray",))[0] == 0.0
