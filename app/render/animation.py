@@ -31,6 +31,9 @@ Patch = tuple[int, int, Pixels]
 
 HOLD: Final = 2.0  # s that the result stays before the animation repeats
 MOST_FPS: Final = 60
+MOST_FPS_GIF: Final = 50
+"""A GIF counts hundredths of a second, and browsers show a frame of only one for ten."""
+
 LONGEST: Final = 60.0  # s of a fall that are shown before the result
 WEBP_QUALITY: Final = 85  # of 100: no visible blocks around the ball
 _SAMPLES: Final = 8  # frames from which the palette learns the moving ball's colours
@@ -41,7 +44,7 @@ def drop_animation(
 ) -> bytes:
     """Animate the drop in `fmt`, one of ANIMATIONS, at real speed and `fps` frames/s.
 
-    The animation ends with the picture of the whole drop for HOLD s. Raises InvalidValueError if
+    A GIF has at most 50 frames/s. The animation ends with the picture of the whole drop for HOLD s. Raises InvalidValueError if
     the format, width, fps or theme is invalid; MissingPartError if the format needs a library that
     is not installed.
     """
@@ -52,7 +55,8 @@ def drop_animation(
         raise InvalidValueError(
             f"fps {fps} is not from 1 to {MOST_FPS} frames per second", field="fps"
         )
-    return ANIMATIONS[fmt](Film(d, width, fps, theme))
+    rate = min(fps, MOST_FPS_GIF) if fmt == "gif" else fps
+    return ANIMATIONS[fmt](Film(d, width, rate, theme))
 
 
 class Film:

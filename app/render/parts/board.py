@@ -186,7 +186,7 @@ def _hopper(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
         ends = (x0, view.start, x1, view.start)
         canvas.line(ends, 2.0 * radius + 6.0 * view.unit, theme["railShade"])
         return
-    size = max(12.0, min(18.0, 0.2 * view.scale / view.unit)) * view.unit
+    size = max(12.0, min(18.0, 0.2 * view.metre / view.unit)) * view.unit
     for number, slot in enumerate(board.slots, 1):
         x = view.px(slot)
         canvas.disc(x, view.start, radius + 3.0 * view.unit, theme["railShade"])
@@ -198,7 +198,7 @@ def _rails(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
     """Paint walls as rails. A wall has no thickness: a side's rail lies outside the playing field,
     so that balls touch its edge."""
     shape = theme.shapes["rail"]
-    width = max(shape["least"] * view.unit, shape["metres"] * view.scale)
+    width = max(shape["least"] * view.unit, shape["metres"] * view.metre)
     shade = [length * view.unit for length in shape["shade"]]
     lines = [
         _rail(view, wall, 0.5 * width * side)

@@ -24,7 +24,11 @@ REFERENCE_WIDTH: Final = 7.6  # m, of that canvas
 REFERENCE_HEIGHT: Final = 5.7
 LEAST_UNIT: Final = 0.6  # lower bound of `View.unit`: thinner lines and letters are illegible
 
-SIDE_PAD: Final = 0.08  # m of margin at each side of the board
+USUAL_WIDTHS: Final = 6.0, 8.0
+"""m. On boards of these widths, which the presets have, margins and rails have fixed sizes in m. On
+narrower and wider boards they are in proportion, as static/js/paint/geometry.js has them."""
+
+SIDE_PAD: Final = 0.08  # m of margin at each side of a board of a usual width
 HEADER: Final = 60.0  # px, height of the caption above the board
 HEADROOM: Final = 34.0  # px from the caption to the balls' start, or more for a larger ball
 LEAST_HEADROOM: Final = 16.0  # the same without a caption
@@ -41,6 +45,7 @@ class View:
     width: int  # px
     height: int  # px
     scale: float  # px per m
+    metre: float  # px per m for the sizes that are given for boards of a usual width
     unit: float  # factor for sizes in px that are given at PIXELS_PER_METRE, such as HEADER
     left: float  # m, the x of pixel 0
     drop_y: float  # m, the y of the balls' start
@@ -129,13 +134,15 @@ def _at_scale(
     start = max(headroom * unit, board.ball.radius * scale + 14.0 * unit) + slots + header * unit
     bin_top = start + (board.bins.y - board.drop.y) * scale
     storeys = 2.0 if board.bins.labels else 1.0
-    bin_height = storeys * max(BIN_LEAST * unit, min(BIN_MOST * unit, 0.5 * scale))
+    metre = scale * _size(board)
+    bin_height = storeys * max(BIN_LEAST * unit, min(BIN_MOST * unit, 0.5 * metre))
     needed = round(bin_top + bin_height + 6.0 * unit)
     spare = 0.0 if height is None else 0.5 * max(height - needed, 0)
     return View(
         width=width,
         height=needed if height is None else height,
         scale=scale,
+        metre=metre,
         unit=unit,
         left=left,
         drop_y=board.drop.y,
@@ -148,12 +155,25 @@ def _at_scale(
 
 def _sides(board: Board) -> tuple[float, float]:
     """The left and right end of the picture in m."""
+    left, right = _ends(board)
+    pad = SIDE_PAD * _size(board)
+    return left - pad, right + pad
+
+
+def _size(board: Board) -> float:
+    """The board's width in units of the nearest usual width."""
+    left, right = _ends(board)
+    return (right - left) / min(max(right - left, USUAL_WIDTHS[0]), USUAL_WIDTHS[1])
+
+
+def _ends(board: Board) -> tuple[float, float]:
+    """The left and right end of the board's parts in m."""
     zone, radius = board.drop, board.ball.radius
     xs = [board.bins.edges[0], board.bins.edges[-1]]
     xs += [zone.x - zone.span - radius, zone.x + zone.span + radius]
     xs += [x for wall in board.walls for x in (wall.x1, wall.x2)]
     xs += [peg.x for peg in board.pegs]
-    return min(xs) - SIDE_PAD, max(xs) + SIDE_PAD
+    return min(xs), max(xs)
 
 
 def lay_out_place(place: Place, width: int, theme: Theme) -> View:
@@ -167,6 +187,7 @@ def lay_out_place(place: Place, width: int, theme: Theme) -> View:
         width=width,
         height=height,
         scale=scale,
+        metre=scale,
         unit=unit,
         left=0.5 * (x0 + x1 - width / scale),
         drop_y=y0,

@@ -182,8 +182,8 @@ function paintPegs(ctx, { px, py, scale }, board, colours, shape) {
  * @param {Palette} colours
  * @param {RailShape} railShape
  */
-function paintRails(ctx, { px, py, scale }, board, colours, { metres, least, shade }) {
-  const width = Math.max(least, metres * scale);
+function paintRails(ctx, { px, py, metre }, board, colours, { metres, least, shade }) {
+  const width = Math.max(least, metres * metre);
   ctx.lineCap = "round";
   const sides = sidesOf(board);
   /** @param {string} colour @param {number} right @param {number} down CSS pixels */

@@ -2,6 +2,9 @@
 
 /** @import { Board } from "../model/board.js" */
 
+// Boards of these widths, which the presets have, have margins, rails and bins of fixed sizes in metres. On
+// narrower and wider boards they are in proportion, as in app/render/parts/view.py.
+const USUAL_WIDTHS_M = [6, 8];
 const SIDE_PAD_M = 0.08;
 const HEADROOM_PX = 58; // for the hopper and a touch target above it
 const MIN_BIN_PX = 34;
@@ -15,6 +18,7 @@ const LABELLED_BIN_M = 1;
  * @property {number} width CSS pixels
  * @property {number} height CSS pixels
  * @property {number} scale CSS pixels per metre
+ * @property {number} metre CSS pixels per metre for the sizes that are given for boards of a usual width
  * @property {number} binTop the line at which a ball's centre enters a bin, CSS pixels
  * @property {number} binHeight CSS pixels
  * @property {number} dropY CSS pixels
@@ -25,19 +29,31 @@ const LABELLED_BIN_M = 1;
  * @property {(px: number) => number} y pixels to metres, down
  */
 
-/** @param {Board} board @returns {{left: number, right: number}} metres */
-export function sides(board) {
+/** @param {Board} board @returns {[number, number]} the left and right end of the board's parts, metres */
+function endsOf(board) {
   const { edges } = board.bins;
   const walls = board.walls.flatMap((wall) => [wall.x1, wall.x2]);
   const { radius } = board.ball;
-  return {
-    left: Math.min(edges[0], board.drop.x - radius, ...walls) - SIDE_PAD_M,
-    right: Math.max(edges[edges.length - 1], board.drop.x + radius, ...walls) + SIDE_PAD_M,
-  };
+  const left = Math.min(edges[0], board.drop.x - radius, ...walls);
+  return [left, Math.max(edges[edges.length - 1], board.drop.x + radius, ...walls)];
+}
+
+/** @param {Board} board @returns {number} the board's width in units of the nearest usual width */
+function sizeOf(board) {
+  const [left, right] = endsOf(board);
+  const width = right - left;
+  return width / Math.min(Math.max(width, USUAL_WIDTHS_M[0]), USUAL_WIDTHS_M[1]);
+}
+
+/** @param {Board} board @returns {{left: number, right: number}} metres */
+export function sides(board) {
+  const [left, right] = endsOf(board);
+  const pad = SIDE_PAD_M * sizeOf(board);
+  return { left: left - pad, right: right + pad };
 }
 
 /** @param {Board} board @returns {number} metres */
-const binDepth = ({ bins }) => (bins.labels ? LABELLED_BIN_M : BIN_M);
+const binDepth = (board) => sizeOf(board) * (board.bins.labels ? LABELLED_BIN_M : BIN_M);
 
 /** @param {Board} board @returns {number} width over height, without the headroom of fixed height */
 export function ratioOf(board) {
@@ -63,6 +79,7 @@ export function layOut(board, width) {
     width,
     height: Math.round(binTop + binHeight + 6),
     scale,
+    metre: scale * sizeOf(board),
     binTop,
     binHeight,
     dropY,

@@ -27,7 +27,7 @@ from app.render.raster.png import png
 from app.render.still import drop_pixels
 from app.render.theme import THEMES, parse
 from app.settings import static_directory
-from engine import Board, Drop, drop
+from engine import Board, Drop, Peg, Wall, drop
 
 Pixels = npt.NDArray[np.int64]
 
@@ -375,6 +375,16 @@ def test_an_animation_runs_at_real_speed_and_has_every_frame(fall: Drop, fmt: st
     assert stays[-1] == HOLD
 
 
+@pytest.mark.parametrize("fps", [49, 50, 51, 59, 60])
+def test_no_frame_of_a_gif_is_so_short_that_browsers_stretch_it(fps: int) -> None:
+    """They show a delay of one hundredth of a second as ten."""
+    short = drop(odd_board(bins={"y": 0.5, "edges": [-1.0, 1.0], "multipliers": [1.0]}), 1)
+    stays = [stay for _, stay in frames(drop_animation(short, "gif", width=240, fps=fps))]
+    assert min(stays) >= 0.02
+    assert sum(stays[:-1]) == pytest.approx(short.duration, abs=0.021)
+    assert len(stays) == math.ceil(short.duration * min(fps, 50)) + 1
+
+
 @pytest.mark.parametrize(("fmt", "tolerance"), [("gif", 0), ("apng", 0), ("webp", 20)])
 def test_a_frame_shows_the_ball_where_it_is_and_leaves_the_rest(
     fall: Drop, fmt: str, tolerance: int
@@ -541,6 +551,39 @@ def test_every_board_can_be_drawn(name: str) -> None:
         assert pixels.shape[0] <= (MAX_ASPECT + 1.0) * width
         assert distance(pixels, THEMES["light"]["ball"]).min() < 60
     assert (d.unsettled is not None) == ("never" in name)
+
+
+def enlarged(by: float) -> Board:
+    """The preset `triangle-8` in another size."""
+    board = Board.preset("triangle-8")
+    zone = board.drop
+    return board.replace(
+        name="enlarged",
+        ball={"radius": by * board.ball.radius},
+        pegs=[Peg(by * peg.x, by * peg.y, by * peg.radius) for peg in board.pegs],
+        walls=[Wall(by * w.x1, by * w.y1, by * w.x2, by * w.y2) for w in board.walls],
+        bins={"y": by * board.bins.y, "edges": [by * x for x in board.bins.edges]},
+        drop={"jitter": by * zone.jitter, "reach": by * zone.reach, "aim": by * zone.aim},
+        gravity=min(by, 1.0) * board.gravity,
+    )
+
+
+@pytest.mark.parametrize("width", [0.01, 0.1, 5.0, 100.0, 1000.0])
+def test_a_board_of_any_size_fills_its_picture_as_a_preset_does(width: float) -> None:
+    """Margins, rails and bins differ no more than those of a board 6 m and of one 8 m wide."""
+    preset = Board.preset("triangle-8")
+    board = enlarged(width / (preset.bins.edges[-1] - preset.bins.edges[0]))
+    views = lay_out(board, 760), lay_out(preset, 760)
+    for ends in ((board.walls[2].x2, preset.walls[2].x2), (board.bins.y, preset.bins.y)):
+        one, other = (view.px(at) for view, at in zip(views, ends, strict=True))
+        assert one == pytest.approx(other, abs=8.0)
+    assert views[0].bin_height == pytest.approx(views[1].bin_height, rel=0.2)
+    rail = THEMES["light"]["rail"]
+    shares = [
+        (board_pixels(each, view, "light") == rail).all(axis=-1).mean()
+        for each, view in zip((board, preset), views, strict=True)
+    ]
+    assert shares[0] == pytest.approx(shares[1], rel=0.3)
 
 
 @pytest.mark.parametrize("preset", ["triangle-16", "classic", "galton"])
