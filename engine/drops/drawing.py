@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.drawing import ACCENT, WIDTH, board_svg, disc, length
+from engine.board.drawing import ACCENT, WIDTH, Pen, board_svg
 from engine.board.fields import BoardFields
 
 Floats = npt.NDArray[np.float64]
@@ -20,10 +20,11 @@ _NUMBERS: Final = 14.0  # height of the bins' numbers below the columns
 
 def path_svg(board: BoardFields, xs: Floats, ys: Floats) -> str:
     """The board with the path of a ball's centre through `xs` and `ys`, shape (n,) in m."""
+    pen = Pen(board)
     points = " ".join(
-        f"{length(x)},{length(y)}" for x, y in zip(xs.tolist(), ys.tolist(), strict=True)
+        f"{pen.length(x)},{pen.length(y)}" for x, y in zip(xs.tolist(), ys.tolist(), strict=True)
     )
-    ball = disc(float(xs[-1]), float(ys[-1]), board.ball.radius)
+    ball = pen.disc(float(xs[-1]), float(ys[-1]), board.ball.radius)
     return board_svg(
         board,
         (

@@ -78,6 +78,25 @@ def test_a_board_as_large_as_may_be_is_drawn() -> None:
     assert "e+" not in huge._repr_html_()
 
 
+@pytest.mark.parametrize("width", [0.01, 0.1, 1000.0])
+def test_a_drawing_has_the_same_strokes_whatever_the_board_s_size(width: float) -> None:
+    form = {
+        "width": width,
+        "height": width,
+        "ball": {"radius": 0.02 * width},
+        "pegs": [{"x": 0.0, "y": 0.5 * width, "radius": 0.05 * width}],
+        "bins": {"edges": [-0.5 * width, 0.5 * width]},
+        "drop": {"jitter": 0.1 * width, "y": 0.0},
+        "gravity": width,
+    }
+    (svg,) = ElementTree.fromstring(Board.from_json(form)._repr_html_()).iter(f"{SVG}svg")
+    units = float(svg.attrib["viewBox"].split()[2])
+    assert 600.0 <= units <= 800.0
+    pegs, walls, _ = svg.iter(f"{SVG}path")
+    assert float(pegs.attrib["d"].split("a")[1].split()[0]) == pytest.approx(0.05 * units, abs=0.1)
+    assert walls.attrib["stroke-width"] == "2"
+
+
 @pytest.mark.parametrize("name", ["board", "drop", "batch", "empty batch"])
 def test_a_picture_is_a_png(name: str) -> None:
     assert png(shown()[name]).startswith(PNG_MAGIC)
