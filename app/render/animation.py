@@ -44,9 +44,9 @@ def drop_animation(
 ) -> bytes:
     """Animate the drop in `fmt`, one of ANIMATIONS, at real speed and `fps` frames/s.
 
-    A GIF has at most 50 frames/s. The animation ends with the picture of the whole drop for HOLD s. Raises InvalidValueError if
-    the format, width, fps or theme is invalid; MissingPartError if the format needs a library that
-    is not installed.
+    A GIF has at most 50 frames/s. The animation ends with the picture of the whole drop for HOLD s.
+    Raises InvalidValueError if the format, width, fps or theme is invalid; MissingPartError if the
+    format needs a library that is not installed.
     """
     if fmt not in ANIMATIONS:
         names = ", ".join(ANIMATIONS)

@@ -75,7 +75,7 @@ def command(  # one parameter per option: click passes them by name
     path = _writable(out, STILLS if asked or at is not None else (*STILLS, *ANIMATIONS))
     fmt = path.suffix.lower()[1:]
     given = {"width": width, "columns": columns}
-    sizes = {name: value for name, value in given.items() if value is not None}
+    sizes: dict[str, Json] = {name: v for name, v in given.items() if v is not None}
     if asked:
         _check_many(asked, columns=columns, solver=solver, x=x, aim=aim, at=at)
         ((kind, count),) = asked.items()
@@ -104,7 +104,7 @@ def _dropped(
 
 
 def _draw_one(
-    d: "Drop", fmt: str, at: float | None, fps: int, theme: str, sizes: dict[str, int]
+    d: "Drop", fmt: str, at: float | None, fps: int, theme: str, sizes: dict[str, Json]
 ) -> bytes:
     from app.render import drop_animation, drop_picture
 
@@ -120,7 +120,7 @@ def _draw_many(
     fmt: str,
     theme: str,
     how: common.Options,
-    sizes: dict[str, int],
+    sizes: dict[str, Json],
 ) -> bytes:
     from app.render import contact_sheet, density_picture, histogram_picture
     from engine import drop_many
@@ -138,7 +138,7 @@ def _draw_many(
 
 
 def _draw_by(
-    cluster: str, board: "Board", seeds: range, fmt: str, theme: str, sizes: dict[str, int]
+    cluster: str, board: "Board", seeds: range, fmt: str, theme: str, sizes: dict[str, Json]
 ) -> bytes:
     """Draw where the drops spend their time, computed by a cluster."""
     from app.render import density_picture

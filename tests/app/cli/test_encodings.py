@@ -31,9 +31,9 @@ ENCODINGS = {
 Write = Callable[[str, str], Path]
 
 
-@pytest.fixture(params=ENCODINGS.values(), ids=ENCODINGS)
+@pytest.fixture(params=list(ENCODINGS))
 def write(request: pytest.FixtureRequest, tmp_path: Path) -> Write:
-    mark, encoding = request.param
+    mark, encoding = ENCODINGS[request.param]
 
     def written(name: str, text: str) -> Path:
         path = tmp_path / name
@@ -121,7 +121,7 @@ class Terminal:
             patch.setattr(sys, "stdout", streams[0])
             patch.setattr(sys, "stderr", streams[1])
             assert main([str(each) for each in arguments]) == code
-        out, err = (stream.detach().getvalue() for stream in streams)  # type: ignore[attr-defined]
+        out, err = (stream.detach().getvalue() for stream in streams)
         said: bytes = err if code else out
         assert (out if code else err) == b""
         return said.decode(self._encoding)

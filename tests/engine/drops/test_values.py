@@ -187,7 +187,7 @@ STEPPING = {
     "drop": lambda **how: drop(BOARD, 1, **how),
     "drop_many": lambda **how: drop_many(BOARD, 3, **how),
 }
-ROUGH = {"dt": -5, "substeps": 0, "correction": 9.0}
+ROUGH: dict[str, Any] = {"dt": -5, "substeps": 0, "correction": 9.0}
 
 
 @pytest.mark.parametrize("takes", STEPPING.values(), ids=STEPPING)
