@@ -255,8 +255,12 @@ def _escaped(error: UnicodeError) -> tuple[str, int]:
 
 
 def print_json(value: object) -> None:
-    """Print `value` as one line of JSON. Raises ValueError for NaN and infinity."""
-    echo(json.dumps(value, ensure_ascii=False, allow_nan=False))
+    """Print `value` as one line of JSON. Raises ValueError for NaN and infinity.
+
+    JSON is read as UTF-8: any other output, such as one redirected on Windows, is in ASCII.
+    """
+    encoding = codecs.lookup(sys.stdout.encoding or "ascii").name
+    echo(json.dumps(value, ensure_ascii=encoding != "utf-8", allow_nan=False))
 
 
 def print_fields(fields: dict[str, str]) -> None:

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -116,15 +117,19 @@ class Terminal:
 
     def run(self, *arguments: object, code: int = 0) -> str:
         """Run a command; returns its output, or what it said on stderr."""
-        streams = [io.TextIOWrapper(io.BytesIO(), encoding=self._encoding) for _ in range(2)]
+        return self.written(*arguments, code=code).decode(self._encoding)
+
+    def written(self, *arguments: object, code: int = 0) -> bytes:
+        """The bytes of the same."""
+        out, err = (io.BytesIO() for _ in range(2))
         with self._patch.context() as patch:
-            patch.setattr(sys, "stdout", streams[0])
-            patch.setattr(sys, "stderr", streams[1])
+            patch.setattr(sys, "stdout", io.TextIOWrapper(out, encoding=self._encoding))
+            patch.setattr(sys, "stderr", io.TextIOWrapper(err, encoding=self._encoding))
             assert main([str(each) for each in arguments]) == code
-        out, err = (stream.detach().getvalue() for stream in streams)
-        said: bytes = err if code else out
-        assert (out if code else err) == b""
-        return said.decode(self._encoding)
+            sys.stdout.flush()
+            said, other = (err, out) if code else (out, err)
+            assert other.getvalue() == b""
+            return said.getvalue()
 
 
 NAMES = {
@@ -168,14 +173,20 @@ def test_a_terminal_shows_what_it_can_and_the_rest_escaped(
     assert shown in terminal.run("map", board, picture, "--levels", 1, "--pixels", 2)
 
 
-def test_json_stays_json_on_any_terminal(terminal: Terminal, board: Path) -> None:
-    assert json.loads(terminal.run("boards", board)) == BOARD.to_dict()
-    record = json.loads(terminal.run("drop", board, "--seed", 1, "--json"))
-    assert record == drop(BOARD, 1).to_dict()
-    batch = json.loads(terminal.run("simulate", board, "--drops", 10, "--json"))
-    assert batch["board"]["name"] == NAME
-    draw = terminal.run("seeds", board, "--draw", "0,0,1,0,0", "--per-bin", 1)
-    assert json.loads(draw)["board"]["name"] == NAME
+def test_json_stays_json_on_any_terminal(terminal: Terminal, board: Path, tmp_path: Path) -> None:
+    """JSON is UTF-8, also in a file to which the output of a program for Windows-1252 goes."""
+
+    def said(*arguments: object) -> Any:
+        return json.loads(terminal.written(*arguments).decode())
+
+    assert said("boards", board) == BOARD.to_dict()
+    assert said("drop", board, "--seed", 1, "--json") == drop(BOARD, 1).to_dict()
+    assert said("simulate", board, "--drops", 10, "--json")["board"]["name"] == NAME
+    drawn = said("seeds", board, "--draw", "0,0,1,0,0", "--per-bin", 1)
+    assert drawn["board"]["name"] == NAME
+    record = tmp_path / "drop.json"
+    record.write_bytes(terminal.written("drop", board, "--seed", 1, "--json"))
+    assert terminal.run("verify", record).startswith("reproduced")
 
 
 def test_an_error_shows_what_it_can_of_a_name(terminal: Terminal, shown: str) -> None:
