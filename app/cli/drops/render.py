@@ -41,7 +41,7 @@ MANY = ("sheet", "density", "histogram")
     type=int,
     default=30,
     show_default=True,
-    help="Frames per second of an animation, 1 to 60.",
+    help="Frames per second of an animation, 1 to 60; a GIF has at most 50.",
 )
 @click.option("--theme", default="light", show_default=True, help="Colours: light or dark.")
 def command(  # one parameter per option: click passes them by name
