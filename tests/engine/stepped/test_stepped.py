@@ -129,7 +129,7 @@ def test_what_overlaps_is_pushed_out_by_the_fraction_asked_for(
         ("substeps", -1),
         ("substeps", 1001),
         ("substeps", 2.5),
-        ("substeps", None),
+        ("substeps", "4"),
         ("correction", 0.39),
         ("correction", 0.81),
         ("correction", math.nan),
