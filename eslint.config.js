@@ -37,6 +37,15 @@ const layers = [...LAYERS, ...PAGES].map((folder) => ({
   },
 }));
 
+// What a browser may refuse to store goes through static/js/util/storage.js, which never throws.
+const STORES = ["localStorage", "sessionStorage", "indexedDB", "caches"];
+const REFUSED = "The browser may refuse it: use util/storage.js.";
+const stores = {
+  "no-restricted-globals": ["error", ...STORES.map((name) => ({ name, message: REFUSED }))],
+  "no-restricted-properties": ["error", ...STORES.flatMap((property) =>
+    ["window", "globalThis", "self"].map((object) => ({ object, property, message: REFUSED })))],
+};
+
 export default [
   { ignores: [".*/**", "artifacts/**", "benchmarks/**", "build/**", "dist/**"] },
   js.configs.recommended,
@@ -68,6 +77,7 @@ export default [
     plugins: { texts: { rules: { "own-words": ownWords } } },
     rules: { "texts/own-words": "error" },
   },
+  { files: ["static/js/**"], ignores: ["static/js/util/storage.js"], rules: stores },
   { files: ["examples/**"], rules: { "no-console": "off" } }, // an example prints
   ...layers,
 ];

@@ -56,10 +56,19 @@ function turnOfCache(path) {
   return kept || /^api\/v1\/boards(?:\/[\w-]+)?$/.test(path) ? "last" : null;
 }
 
+/** @param {string} url @param {Response} response */
+async function keep(url, response) {
+  try {
+    await (await caches.open(CACHE)).put(url, response);
+  } catch {
+    // The storage is full or blocked: the page gets its response all the same, and stays as old offline.
+  }
+}
+
 /** @param {Request} request */
 async function fromNetwork(request) {
   const response = await fetch(request);
-  if (response.ok) await (await caches.open(CACHE)).put(bare(request), response.clone());
+  if (response.ok) await keep(bare(request), response.clone());
   return response;
 }
 
@@ -71,7 +80,7 @@ function bare(request) {
 
 /** @param {Request} request @param {"first" | "last"} turn */
 async function answer(request, turn) {
-  const kept = () => caches.match(bare(request));
+  const kept = () => caches.match(bare(request)).catch(() => undefined); // blocked is as good as empty
   if (turn === "first") return (await kept()) ?? fromNetwork(request);
   try {
     return await fromNetwork(request);

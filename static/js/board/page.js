@@ -10,6 +10,7 @@ import { Theme } from "../paint/theme.js";
 import { t } from "../texts/text.js";
 import { byId, make, say } from "../util/dom.js";
 import { keepOffline } from "../util/offline.js";
+import { local } from "../util/storage.js";
 
 /** @import { DropAddress } from "../net/drop-address.js" */
 /** @import { BoardList } from "../net/replies.js" */
@@ -45,7 +46,7 @@ export function showState(state, text) {
  * @returns {string} link to the room where the visitor last played, or to the board's public room
  */
 function tableLink(board) {
-  const room = new Visited(window.localStorage).room || (readBoardName(board) ? board : MAIN_ROOM);
+  const room = new Visited(local).room || (readBoardName(board) ? board : MAIN_ROOM);
   return room === MAIN_ROOM ? "./" : `./?${new URLSearchParams({ room })}`;
 }
 

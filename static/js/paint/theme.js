@@ -1,5 +1,7 @@
 // The game's colours and shapes from theme.json, which style sheets, canvases and the server's pictures share.
 
+import { local } from "../util/storage.js";
+
 /** @typedef {Record<string, string>} Palette colour by name, as in theme.json */
 /** @typedef {{from: number, fill: string, ink: string}} PayoutColour for scores >= from */
 
@@ -77,7 +79,7 @@ export class Theme {
   #look;
 
   /** @param {ThemeData} data @param {Pick<Storage, "getItem" | "setItem">} storage */
-  constructor(data, storage = window.localStorage) {
+  constructor(data, storage = local) {
     this.data = data;
     this.storage = storage;
     this.#scheme = schemeOf(storage.getItem(KEY));

@@ -51,7 +51,7 @@ export class Game extends Store {
   /** The table to move to once our balls have landed. @type {TableChoice | null} */
   moving = null;
 
-  /** @param {{storage: Storage, solver: Solver | null, streams: string[], room: string}} options */
+  /** @param {{storage: Pick<Storage, "getItem" | "setItem">, solver: Solver | null, streams: string[], room: string}} options */
   constructor({ storage, solver, streams, room }) {
     super();
     this.storage = storage;

@@ -7,6 +7,7 @@ import { openSolver } from "../solver/solver.js";
 import { t } from "../texts/text.js";
 import { byId } from "../util/dom.js";
 import { keepOffline } from "../util/offline.js";
+import { local } from "../util/storage.js";
 import { Visited } from "../model/player/visited.js";
 import { Aim } from "./desk/aim.js";
 import { Desk } from "./desk/desk.js";
@@ -33,14 +34,13 @@ async function start() {
     return;
   }
   keepOffline();
-  const storage = window.localStorage;
   // Without WebAssembly the server sends paths, and the page computes nothing.
   const opening = openSolver().catch(() => null);
   const theme = await Theme.load();
-  await leadBack(new Visited(storage));
+  await leadBack(new Visited(local));
   const solver = await opening;
   const streams = streamsFor(asked.get("stream"), solver !== null);
-  const game = new Game({ storage, solver, streams, room: roomOfAddress() });
+  const game = new Game({ storage: local, solver, streams, room: roomOfAddress() });
   window.addEventListener("popstate", () => game.enter(roomOfAddress()));
   const { view, ghost } = new Picture(game, theme);
   new Desk(game);

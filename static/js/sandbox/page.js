@@ -10,6 +10,7 @@ import { byId, isWithin, make } from "../util/dom.js";
 import { capital, fixed, rounded } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
 import { figure } from "../util/scale.js";
+import { tab } from "../util/storage.js";
 import { Dials } from "./dials.js";
 import { EnergyHistory, energies, massOf, showFacts } from "./energies.js";
 import { OwnBox } from "./own-box.js";
@@ -28,7 +29,10 @@ import { showWaysOn } from "./ways-on.js";
 /** @import { BoxHello, RoomState } from "./room.js" */
 
 const TOKENS = "plinko.tokens.1"; // of the rooms this tab has opened
-const SHARED = "#shared"; // in the address of a room just made from a private box
+// In the address of a room just made: whether it was made from a private box, to be shared; and its token, if the
+// browser stores nothing.
+const SHARED = "shared";
+const TOKEN = "token";
 const CALM_MS = 400; // between two frames where reduced motion is preferred
 /** @type {Partial<Record<RoomState, string>>} */
 const STATE_TEXTS = {
@@ -161,16 +165,17 @@ export class SandboxPage {
     byId("to-table", HTMLAnchorElement).href = board && hello.room.startsWith("interacting-")
       ? `./?${new URLSearchParams({ room: hello.room })}` : "./";
     this.#choose(null);
-    /** @type {string | undefined} */
+    const fresh = new URLSearchParams(window.location.hash.slice(1));
+    const given = fresh.get(TOKEN);
+    if (given) keepToken(hello.room, given);
     const token = tokens()[hello.room];
     this.#lock(arena.owned);
     if (arena.owned && token) this.room.send({ type: "claim", token });
     this.#describe();
     this.#say(t("box.opened", { title: titleOf(hello), n: arena.balls.ball.length }));
     this.loop.wake();
-    if (window.location.hash !== SHARED) return;
-    history.replaceState(null, "", window.location.href.replace(SHARED, ""));
-    void this.#showLink();
+    if (window.location.hash) history.replaceState(null, "", window.location.href.replace(window.location.hash, ""));
+    if (fresh.has(SHARED)) void this.#showLink();
   }
 
   /** @param {boolean} locked */
@@ -337,7 +342,7 @@ export class SandboxPage {
 
   /** Makes a room from a private box; shows the link of a room. */
   async #share() {
-    if (this.room instanceof OwnBox) await this.#moveInto({ story: this.room.story }, SHARED);
+    if (this.room instanceof OwnBox) await this.#moveInto({ story: this.room.story }, { [SHARED]: "" });
     else await this.#showLink();
   }
 
@@ -347,12 +352,12 @@ export class SandboxPage {
     this.#say(copied ? t("box.copied") : t("box.marked"));
   }
 
-  /** @param {object} wanted of the room @param {string} [hash] for its address */
-  async #moveInto(wanted, hash = "") {
+  /** @param {object} wanted of the room @param {Record<string, string>} [fresh] for the hash of its address */
+  async #moveInto(wanted, fresh = {}) {
     try {
       const { id, token } = /** @type {RoomReply} */ (await postJson("rooms", wanted));
-      sessionStorage.setItem(TOKENS, JSON.stringify({ ...tokens(), [id]: token }));
-      window.location.assign(`sandbox.html?${new URLSearchParams({ room: id })}${hash}`);
+      const hash = String(new URLSearchParams({ ...fresh, ...(!keepToken(id, token) && { [TOKEN]: token }) }));
+      window.location.assign(`sandbox.html?${new URLSearchParams({ room: id })}${hash && `#${hash}`}`);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       this.#say(error.message);
@@ -393,7 +398,12 @@ function titleOf({ board, board_name: name, arena }) {
   return arena.scene?.scene === "galton" ? t("box.galton") : t("page.sandbox");
 }
 
-/** @returns {Record<string, string>} by room */
+/** @returns {Record<string, string | undefined>} by room */
 function tokens() {
-  return JSON.parse(sessionStorage.getItem(TOKENS) ?? "{}");
+  return JSON.parse(tab.getItem(TOKENS) ?? "{}");
+}
+
+/** @param {string} room @param {string} token @returns {boolean} whether it outlives this page */
+function keepToken(room, token) {
+  return tab.setItem(TOKENS, JSON.stringify({ ...tokens(), [room]: token }));
 }

@@ -13,7 +13,7 @@ export function keepOffline() {
   const [, release = "none"] = RELEASE.exec(import.meta.url) ?? [];
   const register = () => {
     const url = new URL(`sw.js?${release}-${language}`, document.baseURI);
-    // If the registration fails, the pages work as before while the server is reachable.
+    // If the registration fails, as where storage is blocked, the pages work as before while the server is reachable.
     navigator.serviceWorker?.register(url).catch(() => {});
   };
   if (document.readyState === "complete") register();

@@ -6,6 +6,7 @@ import { report } from "../fairness/report.js";
 import { ExportError, readExport } from "../fairness/export.js";
 import { t } from "../texts/text.js";
 import { byId, inputOf, onSubmit, say } from "../util/dom.js";
+import { local } from "../util/storage.js";
 import { messageOf } from "../net/api.js";
 import { showingToken } from "../net/session-token.js";
 import { Theme } from "../paint/theme.js";
@@ -44,7 +45,7 @@ async function checkLink(link) {
     const { origin, pathname } = new URL(link, document.baseURI);
     const session = origin === window.location.origin ? EXPORT.exec(pathname)?.[1] : undefined;
     // The player's token, which this site requires for its exports.
-    const shown = session === undefined ? {} : showingToken(window.localStorage, decodeURIComponent(session));
+    const shown = session === undefined ? {} : showingToken(local, decodeURIComponent(session));
     const response = await fetch(link, shown);
     if (!response.ok) throw new Error(t("check.missing", { address: link, status: String(response.status) }));
     await check(await response.text(), key());

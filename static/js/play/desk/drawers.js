@@ -2,6 +2,7 @@
 // "Game" while no other drawer is open; on a narrow one it covers the board.
 
 import { byId, isWithin, onClick } from "../../util/dom.js";
+import { tab } from "../../util/storage.js";
 
 /** @import { Game } from "../game.js" */
 
@@ -23,14 +24,14 @@ export function offerDrawers(game) {
     open = name === "game" && wide.matches ? null : name;
     const shown = open ?? (wide.matches ? "game" : null);
     document.documentElement.dataset.drawer = open ?? "";
-    if (open) window.sessionStorage.setItem(KEPT, open);
-    else window.sessionStorage.removeItem(KEPT);
+    if (open) tab.setItem(KEPT, open);
+    else tab.removeItem(KEPT);
     more.setAttribute("aria-expanded", String(open !== null));
     byId("padlock").setAttribute("aria-expanded", String(open === "fair"));
     byId("sheet").hidden = shown === null;
-    for (const tab of tabs) {
-      const drawer = drawerOf(tab);
-      tab.setAttribute("aria-expanded", String(drawer === shown));
+    for (const each of tabs) {
+      const drawer = drawerOf(each);
+      each.setAttribute("aria-expanded", String(drawer === shown));
       byId(drawer).hidden = drawer !== shown;
     }
     byId("sheet-body").scrollTop = 0;
@@ -43,7 +44,7 @@ export function offerDrawers(game) {
   };
 
   wide.addEventListener("change", () => show(open));
-  for (const tab of tabs) tab.addEventListener("click", () => show(drawerOf(tab)));
+  for (const each of tabs) each.addEventListener("click", () => show(drawerOf(each)));
   onClick("more", () => show(open ? null : (wide.matches ? "table" : "game")));
   onClick("padlock", () => turn("fair"));
   onClick("world-key", () => turn("table"));
@@ -61,7 +62,7 @@ export function offerDrawers(game) {
   // The drawer "Lab" has the seed field, and the message about an invalid seed.
   game.on("choice", () => { if (byId("seed").getAttribute("aria-invalid") === "true") show("lab"); });
   game.on("table", ({ hello }) => { byId("keys-aim").hidden = hello.slots.length === 0 && byId("start").hidden; });
-  show(window.sessionStorage.getItem(KEPT));
+  show(tab.getItem(KEPT));
 }
 
 /** @param {Element} tab @returns {string} the id of the drawer that it opens */

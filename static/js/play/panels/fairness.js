@@ -50,7 +50,7 @@ export function showFairness(game) {
     say(verdict, "", t("page.computing"));
     try {
       const path = `sessions/${encodeURIComponent(session)}/export`;
-      const exported = /** @type {object} */ (await getJson(path, showingToken(window.localStorage, session)));
+      const exported = /** @type {object} */ (await getJson(path, showingToken(game.storage, session)));
       const text = JSON.stringify({ ...exported, ...heard });
       saved = { name: `plinko-session-${session.slice(0, SHORT)}.json`, text };
       tools ??= openTools();

@@ -7,6 +7,7 @@ import { PHYSICS_VERSION } from "../../solver/digest.js";
 import { Batch } from "../../solver/many/batch.js";
 import { t } from "../../texts/text.js";
 import { byId } from "../../util/dom.js";
+import { local } from "../../util/storage.js";
 import { choiceOf } from "../rooms.js";
 
 /** @import { Hello } from "../../model/messages.js" */
@@ -21,7 +22,7 @@ const KEY = `plinko.odds.${PHYSICS_VERSION}`;
  * The odds that this browser has stored, by board name, so that a board is measured only once.
  * @returns {Record<string, {share: number, measured?: Odds}>}
  */
-const known = () => JSON.parse(window.localStorage.getItem(KEY) ?? "{}");
+const known = () => JSON.parse(local.getItem(KEY) ?? "{}");
 
 /** @param {string} name of a board @returns {number | null} its average return; null if not stored */
 export function returnsOf(name) {
@@ -67,7 +68,7 @@ export function showOdds(game) {
     if (odds.length) {
       const [first] = odds;
       const learnt = { share: first.return, ...(first.measured && { measured: first }) };
-      window.localStorage.setItem(KEY, JSON.stringify({ ...known(), [name]: learnt }));
+      local.setItem(KEY, JSON.stringify({ ...known(), [name]: learnt }));
     } else tell(null);
     show();
   });

@@ -1,0 +1,123 @@
+"""A browser that stores nothing: every page works, and the first refused write is reported."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Complaints, Open, Quick
+
+# Run before the page: the visitor has blocked all storage of the site.
+BLOCKED = """
+for (const name of ["localStorage", "sessionStorage", "indexedDB", "caches"]) {
+  Object.defineProperty(window, name, {
+    get() { throw new DOMException("The user denied permission.", "SecurityError"); },
+  });
+}
+"""
+
+# Firefox with `dom.storage.enabled` off.
+ABSENT = """
+for (const name of ["localStorage", "sessionStorage"]) {
+  Object.defineProperty(window, name, { get: () => null });
+}
+"""
+
+# Nothing more fits. What was stored before can be read.
+FULL = """
+Storage.prototype.setItem = () => { throw new DOMException("Full.", "QuotaExceededError"); };
+"""
+
+REFUSALS = {"blocked": BLOCKED, "absent": ABSENT, "full": FULL}
+
+# Each page, and what shows that it has started.
+STARTED = {
+    "/": "[data-state=asleep] #drop:enabled",
+    "/sandbox.html": "[data-state=live] #throw, [data-state=asleep] #throw",
+    "/replay.html?board=triangle-8&seed=1": "[data-state=replay] #play",
+    "/compare.html?board=triangle-8&seed=1": "[data-state=replay] #play",
+    "/editor.html?board=triangle-8": "[data-state=asleep] #test",
+    "/map.html?board=triangle-8": "#strips li",
+    "/verify.html": "[data-ready=true] #file",
+    "/embed/replay?board=triangle-8&seed=1": "[data-state=replay] #drop:enabled",
+    "/stage.html": "[data-state=asleep], [data-state=live]",
+    "/no-such-page": ".lost",
+}
+
+
+@pytest.fixture(params=REFUSALS)
+def refusal(request: pytest.FixtureRequest) -> str:
+    """A script for a page to run first, after which the browser stores nothing."""
+    return REFUSALS[request.param]
+
+
+@pytest.mark.parametrize("page", STARTED)
+def test_every_page_starts(opened: Open, complaints: Complaints, refusal: str, page: str) -> None:
+    if page == "/no-such-page":
+        complaints.allow("404")
+    screen = opened(page, before=refusal)
+    expect(screen.page.locator(STARTED[page]).first).to_be_attached()
+
+
+def test_the_table_plays_and_says_once_that_nothing_is_kept(
+    opened: Open, quick: Quick, refusal: str
+) -> None:
+    screen = opened(quick.page, before=refusal).ready()
+    page = screen.page
+    notice = page.get_by_role("alert").filter(has_text="stores nothing here")
+    expect(notice).to_be_visible()
+    screen.shot("storage-refused")
+    notice.get_by_role("button", name="Close").click()
+    page.get_by_label("Stake", exact=True).fill("2")
+    screen.drop.click()
+    expect(page.locator("#drops > li")).to_have_count(1)
+    expect(page.locator("#staked")).to_have_text("2")
+    net = float(page.locator("#net").inner_text().replace("\N{MINUS SIGN}", "-").replace(",", ""))
+    expect(page.locator("#balance")).to_have_text(f"{1000 + net:,.2f}")
+    screen.drawer("Fairness").get_by_role("button", name="Reveal", exact=False).click()
+    expect(page.locator("#fair-verdict")).to_have_attribute("data-tone", "good")
+    screen.drawer("Table")  # a drawer that the tab remembers
+    expect(notice).to_have_count(0)
+
+
+@pytest.mark.parametrize(
+    ("locale", "words"),
+    [("de-CH", "speichert hier nichts"), ("es-ES", "no guarda nada"), ("en-GB", "stores nothing")],
+)
+def test_the_notice_is_in_the_visitor_s_language(
+    opened: Open, quick: Quick, locale: str, words: str
+) -> None:
+    screen = opened(quick.page, before=FULL, locale=locale).ready()
+    expect(screen.page.locator(".unstored")).to_contain_text(words)
+
+
+def test_a_page_that_stores_nothing_has_no_notice(opened: Open) -> None:
+    screen = opened("/replay.html?board=triangle-8&seed=1", before=BLOCKED).state("replay")
+    expect(screen.page.locator(".unstored")).to_have_count(0)
+
+
+def test_the_maker_of_a_room_owns_it(opened: Open, refusal: str) -> None:
+    screen = opened("/sandbox.html", before=refusal).state("live", "asleep")
+    screen.page.locator("#share").click()
+    screen.page.wait_for_url(re.compile("room="))
+    expect(screen.root).to_have_attribute("data-locked", "false")
+    assert "token" not in screen.page.url
+
+
+# In the page's service worker: nothing more fits into its cache.
+WORKER_FULL = """
+() => {
+  Cache.prototype.put = () => Promise.reject(new DOMException("Full.", "QuotaExceededError"));
+}
+"""
+
+
+def test_a_full_cache_takes_no_page_away(opened: Open) -> None:
+    screen = opened("/replay.html?board=triangle-8&seed=1", service_workers="allow")
+    screen.state("replay")
+    screen.page.evaluate("navigator.serviceWorker.ready.then(() => null)")
+    screen.until(lambda: screen.page.context.service_workers)
+    (worker,) = screen.page.context.service_workers
+    worker.evaluate(WORKER_FULL)
+    screen.page.goto(f"{screen.url}/verify.html?key")
+    expect(screen.root).to_have_attribute("data-ready", "true")
