@@ -27,7 +27,7 @@ from app.fairness.statements import (
 )
 from app.protocol.messages import SignedReceipt
 from app.rooms.draw import Draw
-from app.rooms.stakes import payout_of
+from app.rooms.stakes import check_payout, payout_of
 from engine import PHYSICS_VERSION, Board, drop, merkle
 from engine.errors import EngineError, ParameterError, RecordError, SeedError
 
@@ -136,6 +136,7 @@ class _Check:
         yield self._counter()
         yield from self._end()
         for each, receipt in zip(self._export.drops, self._receipts, strict=True):
+            check_payout(receipt.stake, self._board.bins.multipliers)
             yield from self._logged(each, receipt)
             yield from self._played(each, receipt)
         for heard in self._export.heard:

@@ -11,13 +11,14 @@ from typing import Annotated, ClassVar, Final
 from msgspec import Meta
 
 from app.rooms.canonical import canonical
+from app.rooms.stakes import MAX_PAYOUT
 from engine import Board
 from engine.json_text import JsonObject
 
 VERSION: Final = 1
 
-Count = Annotated[int, Meta(ge=0, le=(1 << 63) - 1)]
-"""A number, an amount or a time, in the range of the ledger's columns."""
+Count = Annotated[int, Meta(ge=0, le=MAX_PAYOUT)]
+"""A number, an amount or a time, which every reader of JSON keeps exactly."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -61,7 +61,7 @@ class SignedReceipt(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """
 
     receipt: JsonObject
-    index: Annotated[int, Meta(ge=0, le=(1 << 63) - 1)]
+    index: Annotated[int, Meta(ge=0, le=(1 << 53) - 1)]
     root: str
     signature: str
 

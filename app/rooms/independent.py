@@ -17,7 +17,7 @@ from app.rooms.draw import Draw
 from app.rooms.drop_format import DropFormat
 from app.rooms.pending import DropCommand, Entered, PendingInput
 from app.rooms.room import QUIET, Room, decode_checkpoint
-from app.rooms.stakes import payout_of
+from app.rooms.stakes import check_payout, payout_of
 from engine import Board, World
 from engine.drops.start import start_of
 from engine.json_text import JsonObject
@@ -124,9 +124,11 @@ class IndependentRoom(Room):
     ) -> PendingInput[DropCommand]:
         """Plan a drop `lead` ticks from now, or for the current tick if nothing moves.
 
-        Raises BallLimitError when the room is full or keeps too many events, and the engine's
-        errors for a bad seed or start; an error leaves the room unchanged.
+        Raises BallLimitError when the room is full or keeps too many events, InvalidValueError for
+        a stake whose payout could be too large, and the engine's errors for a bad seed or start; an
+        error leaves the room unchanged.
         """
+        check_payout(command.stake, self.board.bins.multipliers)
         if self.world.count + len(self.planned) >= self.max_balls:
             raise BallLimitError(f"room {self.id!r} already holds {self.max_balls} balls")
         kept = self.events_kept

@@ -1,12 +1,18 @@
-"""Stakes and payouts: whole numbers of minor units that fit 64 bits, never negative."""
+"""Stakes and payouts: whole numbers of minor units, from 0 to below 2^53."""
 
+from collections.abc import Iterable
 from decimal import Decimal
+from fractions import Fraction
+from math import ceil
 from typing import Final
 
 from app.errors import InvalidValueError, shorten
 
 MAX_STAKE: Final = 1_000_000_000
-"""Minor units. Times 10^9, the largest multiplier of a board, it still fits 64 bits."""
+"""Minor units."""
+
+MAX_PAYOUT: Final = 2**53 - 1
+"""Minor units. JavaScript and many other readers of JSON round larger whole numbers."""
 
 MAX_WHO: Final = 64  # characters
 
@@ -21,6 +27,23 @@ def parse_stake(value: object) -> int:
             field="stake",
         )
     return value
+
+
+def check_payout(stake: int, multipliers: Iterable[float]) -> None:
+    """Raise InvalidValueError if the stake could pay more than `MAX_PAYOUT` by a multiplier."""
+    most = most_stake(multipliers)
+    if stake > most:
+        raise InvalidValueError(
+            f"stake {stake} could pay more than {MAX_PAYOUT} minor units, which not every reader "
+            f"of JSON keeps exactly: with this board's multipliers a stake is at most {most}",
+            field="stake",
+        )
+
+
+def most_stake(multipliers: Iterable[float]) -> int:
+    """The largest stake whose payout is at most `MAX_PAYOUT` by every multiplier."""
+    highest = Fraction(repr(max(multipliers)))
+    return min(ceil((MAX_PAYOUT + 1) / highest) - 1, MAX_PAYOUT) if highest else MAX_PAYOUT
 
 
 def parse_who(value: object) -> str | None:

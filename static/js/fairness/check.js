@@ -9,7 +9,7 @@ import { canonical } from "./canonical.js";
 import { bytesOfHex, bytesOfText, hexOf, isSigned, sha256 } from "./crypto.js";
 import { ExportError } from "./export.js";
 import { isConsistent, isIncluded } from "./merkle.js";
-import { payoutOf } from "./payout.js";
+import { MOST_PAYOUT, mostStake, payoutOf } from "./payout.js";
 import { commitment, drawn, dropSeed } from "./seeds.js";
 
 /** @import { Solver } from "../solver/solver.js" */
@@ -211,6 +211,12 @@ class Check {
     const number = receipt.drop;
     const found = this.#tools.solver.drop(this.#session.board, { seed: receipt.seed, aim: receipt.aim });
     yield* this.#start(receipt, found);
+    const { multipliers } = /** @type {{multipliers: number[]}} */ (this.#session.board.bins);
+    const most = mostStake(multipliers);
+    if (receipt.stake > most) {
+      throw new ExportError(`stake ${receipt.stake} could pay more than ${MOST_PAYOUT} minor units, which not every `
+        + `reader of JSON keeps exactly: with this board's multipliers a stake is at most ${most}`);
+    }
     const payout = payoutOf(receipt.stake, found.score);
     if (result === null) {
       const owed = { bin: found.bin, payout };

@@ -3,6 +3,7 @@
 import contextlib
 import copy
 import json
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -312,7 +313,7 @@ NUMBERS: list[tuple[str | int, ...]] = [
 ]
 
 
-@pytest.mark.parametrize("number", [-1, 2**63, 2**70], ids=["negative", "large", "huge"])
+@pytest.mark.parametrize("number", [-1, 2**53, 2**70], ids=["negative", "large", "huge"])
 @pytest.mark.parametrize("path", NUMBERS, ids=lambda path: ".".join(map(str, path)))
 def test_a_number_that_cannot_be_is_named_by_the_command_line(
     path: tuple[str | int, ...],
@@ -332,6 +333,30 @@ def test_a_number_that_cannot_be_is_named_by_the_command_line(
     file.write_text(json.dumps(session))
     assert main(["verify", str(file)]) == 2
     assert str(path[-1]) in capsys.readouterr().err
+
+
+def test_a_stake_that_could_pay_more_than_readers_keep_is_refused() -> None:
+    session = copy.deepcopy(HONEST)
+    session["board"]["bins"]["multipliers"][0] = 1e9
+    session["drops"][0]["receipt"]["stake"] = 10**9
+    with pytest.raises(RecordError, match=r"stake 1000000000 could pay more than 9007199254740991"):
+        checked(session)
+
+
+@pytest.mark.parametrize("part", ["", "board", "drops[0].result", "session.statement"])
+def test_a_member_given_twice_is_refused_and_named(
+    part: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    session = copy.deepcopy(HONEST)
+    place: Any = session
+    for step in (step for step in re.split(r"[.\[\]]+", part) if step):
+        place = place[int(step) if step.isdigit() else step]
+    place.update(again=1, more=1)
+    file = tmp_path / "session.json"
+    file.write_text(json.dumps(session).replace('"more":', '"again":'))
+    assert main(["verify", str(file)]) == 2
+    where = f"{part}." if part else ""
+    assert f"{where}again: the key is given twice" in capsys.readouterr().err
 
 
 def test_the_command_line_proves_and_names(

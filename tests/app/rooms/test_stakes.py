@@ -7,14 +7,22 @@ from typing import Any
 
 import httpx
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from app.errors import InvalidValueError
 from app.rooms.independent import IndependentRoom
 from app.rooms.log import verify_log
 from app.rooms.pending import DropCommand
-from app.rooms.stakes import MAX_STAKE, parse_stake, parse_who, payout_of
+from app.rooms.stakes import (
+    MAX_PAYOUT,
+    MAX_STAKE,
+    check_payout,
+    most_stake,
+    parse_stake,
+    parse_who,
+    payout_of,
+)
 from engine import Board, drop
 from tests.app.conftest import TINY
 from tests.kit.player import Player, playing
@@ -33,6 +41,43 @@ def test_a_multiplier_counts_as_it_is_written() -> None:
     assert payout_of(100, 5.6) == 560
     assert payout_of(3, 0.3) == 0
     assert payout_of(MAX_STAKE, 1e9) == 10**18
+
+
+@given(st.lists(st.floats(0.0, 1e9), min_size=1, max_size=3))
+@example([9007199254740991.0 / 1e9])
+@example([1.0, 1e9])
+@example([5e-324])
+def test_the_largest_stake_is_the_last_that_pays_at_most_2_53(multipliers: list[float]) -> None:
+    most = most_stake(multipliers)
+    check_payout(most, multipliers)
+    assert payout_of(most, max(multipliers)) <= MAX_PAYOUT
+    if most < MAX_PAYOUT:
+        assert payout_of(most + 1, max(multipliers)) > MAX_PAYOUT
+        with pytest.raises(InvalidValueError, match=rf"stake {most + 1} could pay .* {most}$"):
+            check_payout(most + 1, multipliers)
+
+
+RICH = {**TINY, "bins": {**TINY["bins"], "multipliers": [1e9] * len(TINY["bins"]["multipliers"])}}
+
+
+async def test_a_room_refuses_a_stake_that_could_pay_more_than_readers_keep(
+    server: Running, http: httpx.Client
+) -> None:
+    room = http.post("/api/v1/rooms", json={"board": RICH}).json()["id"]
+    most = most_stake([1e9])
+    async with playing(server.socket(room)) as player:
+        session, shown = await begun(player)
+        await player.send(type="drop", session=session, stake=most + 1, ref=1)
+        error = await player.until("error")
+        body = {"session": session, "stake": MAX_STAKE}
+        refused = http.post(f"/api/v1/rooms/{room}/drops", json=body, headers=shown)
+        await player.send(type="drop", session=session, stake=most)
+        landed = await player.until("landed")
+    assert (error["code"], error["ref"]) == ("invalid-value", 1)
+    assert error["detail"].startswith(f"stake {most + 1} could pay more than {MAX_PAYOUT}")
+    assert (refused.status_code, refused.json()["field"]) == (422, "stake")
+    assert str(most) in refused.json()["detail"]
+    assert landed["payout"] == most * 10**9
 
 
 @pytest.mark.parametrize("stake", [-1, MAX_STAKE + 1, 1.5, 1.0, True, "5", [], 10**400])

@@ -1,5 +1,7 @@
 // Parses amounts as players type them, with a comma or a point. Pure.
 
+import { mostStake } from "../../fairness/payout.js";
+import { MINOR_UNITS } from "../../model/player/account.js";
 import { language, number } from "../../texts/text.js";
 
 export const LEAST_STAKE = 0.01;
@@ -16,15 +18,20 @@ export function readAmount(text) {
   return Math.round(100 * Number(bare.replace(",", "."))) / 100;
 }
 
-/** @param {string} text @returns {number | null} null if the server would refuse the stake */
-export function readStake(text) {
-  const stake = readAmount(text);
-  return stake !== null && stake >= LEAST_STAKE && stake <= MOST_STAKE ? stake : null;
+/** @param {number[] | null} multipliers of the board, null before it is known @returns {number} the largest stake */
+export function mostCredits(multipliers) {
+  return multipliers ? Math.min(MOST_STAKE, mostStake(multipliers) / MINOR_UNITS) : MOST_STAKE;
 }
 
-/** @param {number} stake @returns {number} the nearest valid stake, rounded down to hundredths */
-export function allowedStake(stake) {
-  return Math.max(LEAST_STAKE, Math.min(MOST_STAKE, Math.floor(100 * stake + 1e-6) / 100));
+/** @param {string} text @param {number} [most] @returns {number | null} null if the server would refuse the stake */
+export function readStake(text, most = MOST_STAKE) {
+  const stake = readAmount(text);
+  return stake !== null && stake >= LEAST_STAKE && stake <= most ? stake : null;
+}
+
+/** @param {number} stake @param {number} [most] @returns {number} the nearest valid stake, rounded down to hundredths */
+export function allowedStake(stake, most = MOST_STAKE) {
+  return Math.max(LEAST_STAKE, Math.min(most, Math.floor(100 * stake + 1e-6) / 100));
 }
 
 /** @param {number} amount @returns {string} in the page's language, without separators of thousands */

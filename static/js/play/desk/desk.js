@@ -4,7 +4,7 @@ import { readSeed } from "../../model/seed.js";
 import { t } from "../../texts/text.js";
 import { byId, check, isWithin, onChoice, onClick, onSubmit, radiosOf, radioValue } from "../../util/dom.js";
 import { plain } from "../../util/format.js";
-import { allowedStake, LEAST_STAKE, MOST_STAKE, readAmount, readStake, typed } from "./amounts.js";
+import { allowedStake, LEAST_STAKE, mostCredits, readAmount, readStake, typed } from "./amounts.js";
 
 /** @import { Pace } from "../../model/table/pace.js" */
 /** @import { Game } from "../game.js" */
@@ -58,7 +58,7 @@ export class Desk {
     /** @param {string} id @param {() => number} value */
     const step = (id, value) => onClick(id, () => {
       this.#readStake();
-      this.#setStake(allowedStake(value()));
+      this.#setStake(allowedStake(value(), this.#most));
     });
     step("stake-half", () => game.choice.stake / 2);
     step("stake-double", () => game.choice.stake * 2);
@@ -99,10 +99,15 @@ export class Desk {
     this.#readSeed();
   }
 
+  /** The largest stake at this table, in credits. */
+  get #most() {
+    return mostCredits(this.game.room.hello?.board.bins.multipliers ?? null);
+  }
+
   /** Keeps the last valid stake if the new one is not, and says which are. @returns {boolean} whether it is valid */
   #readStake() {
-    const stake = readStake(this.stake.value);
-    if (stake === null) this.game.say(t("play.stake-range", { least: plain(LEAST_STAKE), most: plain(MOST_STAKE) }));
+    const stake = readStake(this.stake.value, this.#most);
+    if (stake === null) this.game.say(t("play.stake-range", { least: plain(LEAST_STAKE), most: plain(this.#most) }));
     this.#setStake(stake ?? this.game.choice.stake);
     return stake !== null;
   }
