@@ -17,6 +17,15 @@ from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 
 
+def once(members):
+    """The members of a JSON object; refuses a key given twice, of which readers keep either."""
+    found = dict(members)
+    if len(found) < len(members):
+        keys = [key for key, _ in members]
+        sys.exit(f"{next(key for key in keys if keys.count(key) > 1)!r}: the key is given twice")
+    return found
+
+
 def canonical(value):
     """The session's JSON by RFC 8785: sorted keys, no spaces, numbers as in JavaScript."""
     if isinstance(value, dict):
@@ -174,6 +183,9 @@ def failures(export, key=None):
             )
             == (old, root),
         }
+        highest = max(export["board"]["bins"]["multipliers"])
+        largest = int(Decimal(repr(float(highest))) * receipt["stake"])
+        holds[f"drop {number}: all it could pay is below 2^53"] = largest < 2**53
         paid = int(Decimal(repr(float(drop["result"]["score"]))) * receipt["stake"])
         holds[f"drop {number}: its payout"] = drop["result"]["payout"] == paid
     return [claim for claim, is_so in holds.items() if not is_so]
@@ -201,7 +213,7 @@ def path_failures(export):
 
 def main(name, key=None):
     with open(name, encoding="utf-8") as file:
-        export = json.load(file)
+        export = json.load(file, object_pairs_hook=once)
     if export["end"] is None:
         sys.exit("the session has not ended: the server's seed is still secret")
     failed = failures(export, key) + path_failures(export)

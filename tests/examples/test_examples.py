@@ -242,6 +242,20 @@ def test_whatever_is_forged_is_named(
     assert f"does not hold: {claim}\n" in verified(session, tmp_path, code=1)
 
 
+def test_a_member_given_twice_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "session.json"
+    path.write_text(GOLDEN.read_text("utf-8").replace('"version"', '"kind": "x", "version"', 1))
+    run(sys.executable, "verify_session.py", path, code=1)
+
+
+def test_a_stake_that_could_pay_too_much_is_named(tmp_path: Path) -> None:
+    session = json.loads(GOLDEN.read_text("utf-8"))
+    session["board"]["bins"]["multipliers"][0] = 1e9
+    session["drops"][1]["receipt"]["stake"] = 10**9
+    told = verified(session, tmp_path, code=1)
+    assert "does not hold: drop 1: all it could pay is below 2^53\n" in told
+
+
 def test_a_drop_left_out_and_another_key_are_found(tmp_path: Path) -> None:
     session = json.loads(GOLDEN.read_text("utf-8"))
     del session["drops"][2]

@@ -2,6 +2,7 @@
 
 import { ApiError, getJson, postJson } from "../net/api.js";
 import { packBoard } from "../net/board-link.js";
+import { JsonError, readJson, textOfFile } from "../solver/input/json-text.js";
 import { t } from "../texts/text.js";
 import { byId, make } from "../util/dom.js";
 import { saveFile } from "../util/file.js";
@@ -68,12 +69,11 @@ export class Keeping {
     if (!file) return;
     try {
       const said = t("editor.loaded", { file: file.name });
-      this.open(complete(JSON.parse(await file.text())), said);
+      this.open(complete(readJson(await textOfFile(file), false)), said);
       this.#note([said]);
     } catch (error) {
-      if (!(error instanceof SyntaxError || error instanceof RangeError)) throw error;
-      const why = error instanceof SyntaxError ? t("editor.not-json", { why: error.message }) : error.message;
-      this.#note([t("editor.not-loaded", { file: file.name, why })], "bad");
+      if (!(error instanceof JsonError || error instanceof RangeError)) throw error;
+      this.#note([t("editor.not-loaded", { file: file.name, why: withFullStop(error.message) })], "bad");
     } finally {
       this.file.value = ""; // the same file can be chosen again
     }

@@ -12,7 +12,7 @@ export function canonical(value) {
     const parts = Object.entries(value).sort(([a], [b]) => (a < b ? -1 : 1));
     return `{${parts.map(([key, part]) => `${JSON.stringify(key)}:${canonical(part)}`).join(",")}}`;
   }
-  if (typeof value === "number" && !(Math.abs(value) < LARGEST)) {
+  if (typeof value === "bigint" || (typeof value === "number" && !(Math.abs(value) < LARGEST))) {
     throw new RangeError(`the number ${value} is not within 2^53 of 0`);
   }
   return JSON.stringify(value);

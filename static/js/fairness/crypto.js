@@ -1,5 +1,7 @@
 // SHA-256, HMAC and Ed25519 by WebCrypto, and conversion between bytes and hexadecimal digits.
 
+import { shownJson } from "../solver/input/json-text.js";
+
 const utf8 = new TextEncoder();
 
 /** @typedef {Uint8Array<ArrayBuffer>} Bytes */
@@ -18,7 +20,7 @@ export const bytesOfText = (text) => utf8.encode(text);
  */
 export function bytesOfHex(digits, name, size = 32) {
   if (typeof digits !== "string" || digits.length !== 2 * size || !/^[0-9a-fA-F]*$/.test(digits)) {
-    throw new RangeError(`${name} ${JSON.stringify(digits)} is not ${2 * size} hexadecimal digits`);
+    throw new RangeError(`${name} ${shownJson(digits)} is not ${2 * size} hexadecimal digits`);
   }
   return Uint8Array.from(digits.match(/../g) ?? [], (pair) => parseInt(pair, 16));
 }

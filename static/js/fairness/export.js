@@ -1,5 +1,7 @@
 // The types of a fair session's export, and the check of its form.
 
+import { JsonError, readJson, shownJson } from "../solver/input/json-text.js";
+
 /**
  * @typedef {{statement: Record<string, unknown>, signature: string}} Signed
  *
@@ -87,19 +89,18 @@ export class ExportError extends Error {}
  * @returns {SessionExport} throws an ExportError
  */
 export function readExport(text) {
-  let value;
   try {
-    value = JSON.parse(text);
+    return checkedExport(readJson(text));
   } catch (error) {
-    throw new ExportError(`not JSON: ${error instanceof Error ? error.message : error}`);
+    if (error instanceof JsonError) throw new ExportError(error.message);
+    throw error;
   }
-  return checkedExport(value);
 }
 
 /** @param {unknown} value parsed JSON @returns {SessionExport} throws an ExportError */
 export function checkedExport(value) {
   const found = /** @type {SessionExport} */ (object(value, "the export"));
-  if (found.kind !== KIND) throw new ExportError(`kind is ${JSON.stringify(found.kind)}: this is not the export of a fair session`);
+  if (found.kind !== KIND) throw new ExportError(`kind is ${shownJson(found.kind)}: this is not the export of a fair session`);
   if (found.version !== VERSION) throw new ExportError(`version ${found.version} is not ${VERSION}`);
   fields(found, "the export", EXPORT, [...HEARD, ...DRAWN]);
   statement(found.session, "session", "plinko session");
@@ -127,7 +128,7 @@ function checkDraw(value) {
     && seeds.every((some, bin) => Boolean(weights[bin]) === list(some, `draw.seeds[${bin}]`).length > 0);
   if (!fits) throw new ExportError("draw.seeds must have seeds for exactly the bins whose weight is above 0");
   const wrong = seeds.flatMap((some) => list(some, "draw.seeds")).find((seed) => !isSeed(seed));
-  if (wrong !== undefined) throw new ExportError(`draw.seeds contains ${JSON.stringify(wrong)}, which is not a seed`);
+  if (wrong !== undefined) throw new ExportError(`draw.seeds contains ${shownJson(wrong)}, which is not a seed`);
 }
 
 /** @param {unknown} value @returns {boolean} whether it is a decimal number below 2^64 without leading zeros */
@@ -140,7 +141,10 @@ function checkDrop(drop, where) {
   const { inclusion, consistency, result } = checkReceipt(drop, where, DROP);
   list(inclusion, `${where}.inclusion`);
   list(consistency, `${where}.consistency`);
-  if (result !== null) fields(object(result, `${where}.result`), `${where}.result`, RESULT, EARLIER);
+  if (result === null) return;
+  const ended = object(result, `${where}.result`);
+  fields(ended, `${where}.result`, RESULT, EARLIER);
+  whole(ended.payout, `${where}.result.payout`);
 }
 
 /** @param {unknown} value @param {string} where @param {string[]} names */
@@ -186,7 +190,7 @@ function list(value, where) {
 /** @param {unknown} value @param {string} where */
 function whole(value, where) {
   if (!Number.isSafeInteger(value) || Number(value) < 0) {
-    throw new ExportError(`${where} is ${JSON.stringify(value)}, which is not a whole number from 0`);
+    throw new ExportError(`${where} is ${shownJson(value)}, which is not a whole number from 0 to ${Number.MAX_SAFE_INTEGER}`);
   }
 }
 

@@ -1,5 +1,6 @@
 // A board in a link's fragment, as JSON, deflated and in base64url. Browsers do not send fragments to servers.
 
+import { readJson } from "../solver/input/json-text.js";
 import { t } from "../texts/text.js";
 
 /** @import { Board } from "../model/board.js" */
@@ -25,7 +26,7 @@ export async function unpackBoard(packed) {
     const binary = atob(packed.replace(/-/g, "+").replace(/_/g, "/"));
     const bytes = Uint8Array.from(binary, (letter) => letter.charCodeAt(0));
     const text = await through(bytes, new DecompressionStream("deflate-raw"), MAX_TEXT);
-    return JSON.parse(new TextDecoder("utf-8", { fatal: true }).decode(text));
+    return readJson(new TextDecoder("utf-8", { fatal: true }).decode(text), false);
   } catch (cause) {
     throw new LinkError(t("page.broken-link"), { cause });
   }

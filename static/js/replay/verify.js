@@ -3,7 +3,7 @@
 
 import { ApiError, getJson, messageOf, postJson } from "../net/api.js";
 import { RecordError } from "../solver/errors.js";
-import { readJson } from "../solver/log/canonical.js";
+import { readJson, textOfFile } from "../solver/input/json-text.js";
 import { compareRecords } from "../solver/log/difference.js";
 import { compareLog, isLog } from "../solver/log/log.js";
 import { openSolver } from "../solver/solver.js";
@@ -92,13 +92,12 @@ async function check(file) {
   const note = byId("check-note");
   say(note, "", t("replay.check-file", { file: file.name }));
   try {
-    const value = readJson(await file.text());
+    const value = readJson(await textOfFile(file));
     const { difference, words } = await (isLog(value) ? checkLog : checkRecord)(await solving, value, file.name);
     if (difference) say(note, "bad", t("replay.check-differs", { file: file.name, ...toldOf(difference) }));
     else say(note, "good", words);
   } catch (error) {
-    const why = error instanceof SyntaxError ? t("replay.not-json", { why: error.message }) : messageOf(error);
-    say(note, "bad", t("replay.check-fails", { file: file.name, why }));
+    say(note, "bad", t("replay.check-fails", { file: file.name, why: messageOf(error) }));
   }
 }
 

@@ -8,6 +8,7 @@
 // It needs only this folder and a JavaScript engine with WebAssembly.
 
 import { arraysOf } from "./input/arrays.js";
+import { shownJson } from "./input/json-text.js";
 import { readBoard } from "./input/values.js";
 import { bytesOf } from "./encoding/beside.js";
 import { boardDigest } from "./digest.js";
@@ -87,7 +88,7 @@ export class Solver {
   #load(form) {
     const last = this.#last;
     if (last && last.ready.board === form) return last.ready;
-    const text = JSON.stringify(form);
+    const text = shownJson(form);
     if (last && last.text === text) return last.ready;
     const board = readBoard(form);
     const ready = { board, digest: boardDigest(board) };

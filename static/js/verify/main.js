@@ -10,6 +10,7 @@ import { local } from "../util/storage.js";
 import { messageOf } from "../net/api.js";
 import { showingToken } from "../net/session-token.js";
 import { Theme } from "../paint/theme.js";
+import { JsonError, textOfFile } from "../solver/input/json-text.js";
 
 const EXPORT = /\/api\/v1\/sessions\/([^/]+)\/export$/;
 
@@ -32,11 +33,20 @@ async function check(text, key) {
   }
 }
 
+/** @param {File} file */
+async function checkFile(file) {
+  try {
+    await check(await textOfFile(file), key());
+  } catch (error) {
+    refuse(error);
+  }
+}
+
 /** @param {unknown} error */
 function refuse(error) {
   showState("failed", t("page.failed"));
   list.replaceChildren();
-  say(verdict, "bad", error instanceof ExportError ? t("check.no-session", { why: error.message }) : messageOf(error));
+  say(verdict, "bad", error instanceof ExportError || error instanceof JsonError ? t("check.no-session", { why: error.message }) : messageOf(error));
 }
 
 /** @param {string} link */
@@ -61,13 +71,13 @@ const key = () => inputOf(form, "key").value.trim().toLowerCase();
 
 byId("file", HTMLInputElement).addEventListener("change", async ({ target }) => {
   const [file] = /** @type {HTMLInputElement} */ (target).files ?? [];
-  if (file) await check(await file.text(), key());
+  if (file) await checkFile(file);
 });
 onSubmit("other", async () => {
   const link = inputOf(form, "link").value.trim();
   const [file] = byId("file", HTMLInputElement).files ?? [];
   if (link) await checkLink(link);
-  else if (file) await check(await file.text(), key());
+  else if (file) await checkFile(file);
 });
 
 const asked = new URLSearchParams(window.location.search).get("session");

@@ -92,7 +92,16 @@ def test_a_file_that_is_no_result_is_named(tmp_path: Path) -> None:
     path = tmp_path / "result.json"
     whole = saved.form_of(Tally(JOB), 0.0)
     wrong = (whole | {"seconds": value} for value in (-1, "1", True, None, 1e300))
-    texts = ("", "[]", "{}", '{"kind": "plinko-batch"}', "\0", "[" * 200_000, "9" * 10**6)
+    texts = (
+        "",
+        "[]",
+        "{}",
+        '{"kind": "plinko-batch"}',
+        "\0",
+        "[" * 200_000,
+        "9" * 10**6,
+        '{"a": 1, "a": 2}',
+    )
     for text in (*texts, *map(json.dumps, wrong)):
         path.write_text(text)
         with pytest.raises(RecordError, match=r"result\.json: "):

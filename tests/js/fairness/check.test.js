@@ -137,9 +137,33 @@ test("a malformed export is refused, and the field named", async () => {
   refused((s) => { s.drops[0].receipt.bonus = 1; }, /drops\[0\]\.receipt has an unknown field bonus/);
   refused((s) => { s.drops[0].receipt.drop = -1; }, /drops\[0\]\.drop is -1/);
   refused((s) => { delete s.head; }, /the export lacks head/);
+  refused((s) => { s.drops[0].result.payout = 2 ** 53; }, /drops\[0\]\.result\.payout is 9007199254740992/);
+  refused((s) => { s.drops[0].receipt.stake = 10n ** 18n; }, /drops\[0\]\.stake is "1000000000000000000"/);
   assert.throws(() => readExport("{"), ExportError);
   assert.throws(() => readExport("[]"), ExportError);
   const short = structuredClone(HONEST);
   short.server_seed = "00";
   await assert.rejects(failures(short), /server-seed "00" is not 64 hexadecimal digits/);
 });
+
+test("a stake that could pay more than readers keep is refused", async () => {
+  const session = structuredClone(HONEST);
+  session.board.bins.multipliers[0] = 1e9;
+  session.drops[0].receipt.stake = 1e9;
+  await assert.rejects(failures(session), (error) => error instanceof ExportError
+    && error.message.startsWith("stake 1000000000 could pay more than 9007199254740991"));
+});
+
+for (const [part, place] of Object.entries({
+  "": (s) => s, "board": (s) => s.board, "drops[0].result": (s) => s.drops[0].result,
+  "session.statement": (s) => s.session.statement,
+})) {
+  test(`a member given twice is refused and named: ${part}`, () => {
+    const session = structuredClone(HONEST);
+    place(session).again = 1;
+    place(session).more = 1;
+    const text = JSON.stringify(session).replace('"more":1', '"again":1');
+    const where = `${part && `${part}.`}again: the key is given twice`;
+    assert.throws(() => readExport(text), (error) => error instanceof ExportError && error.message === where);
+  });
+}

@@ -2,6 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { deflateRawSync } from "node:zlib";
 
 import { boardInHash, LinkError, packBoard, unpackBoard } from "../../../static/js/net/board-link.js";
 import { triangle } from "../support.js";
@@ -26,6 +27,12 @@ for (const text of ["", "!!", "AAAA", "7cExAQ", "x".repeat(5000)]) {
     await assert.rejects(unpackBoard(text), unread);
   });
 }
+
+test("a link whose board has a member twice is broken", async () => {
+  const packed = (text) => deflateRawSync(text).toString("base64url");
+  assert.deepEqual(await unpackBoard(packed('{"width":8,"height":6}')), { width: 8, height: 6 });
+  await assert.rejects(unpackBoard(packed('{"width":8,"width":6}')), unread);
+});
 
 test("a link that would unpack to gigabytes is refused", async () => {
   const packed = await packBoard({ name: "0".repeat(5_000_000) });

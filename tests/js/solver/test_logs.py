@@ -8,7 +8,7 @@ import pytest
 
 from app.rooms.drop_format import ENTRY, ENTRY_OPTIONAL, RESULT, DropFormat
 from app.rooms.log import verify_log
-from app.rooms.stakes import payout_of
+from app.rooms.stakes import most_stake, payout_of
 from engine import drop, verify
 from tests.app.rooms.logs import LOGS
 from tests.app.rooms.test_log import of_first_version
@@ -55,8 +55,8 @@ def compared(run: Run, *logs: Any) -> list[Any]:
     return Promise.all(given.map(say));
     """
     parts = "{ ...(await import(LOG)), ...(await import(JSON_TEXT)) }"
-    for name, path in (("LOG", "log.js"), ("JSON_TEXT", "canonical.js")):
-        parts = parts.replace(name, json.dumps(f"{MODULES.as_uri()}/solver/log/{path}"))
+    for name, path in (("LOG", "log/log.js"), ("JSON_TEXT", "input/json-text.js")):
+        parts = parts.replace(name, json.dumps(f"{MODULES.as_uri()}/solver/{path}"))
     function = opened(f"const load = async () => ({parts}); {compare}")
     return run("solver/solver.js", function, [json.dumps(log) for log in logs])  # type: ignore[no-any-return]
 
@@ -107,6 +107,12 @@ def test_the_log_of_these_tests_has_every_field() -> None:
 
 def test_pages_know_the_fields_that_the_server_knows() -> None:
     assert log_fields.FILE.read_text() == log_fields.text(), "python -m tests.js.solver.log_fields"
+
+
+def test_a_page_s_largest_stake_is_a_room_s(run: Run) -> None:
+    boards = [[0.0], [1.0], [0.3, 1e9], [110.0, 2.5], [1e-7], [123456789.12345679], [5e-324]]
+    found = run("fairness/payout.js", "({ mostStake }, boards) => boards.map(mostStake)", boards)
+    assert found == [most_stake(multipliers) for multipliers in boards]
 
 
 def test_a_page_pays_what_a_room_pays(run: Run) -> None:

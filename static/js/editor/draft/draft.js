@@ -60,7 +60,7 @@ export function complete(form) {
   const bins = completeBins(given.bins ?? {}, parts);
   /** @type {Board} */
   const board = { ...parts, bins, walls: given.walls ?? sideWalls({ ...parts, bins }) };
-  const numbers = [board.gravity, board.ball.radius, board.drop.x, board.drop.y, board.drop.jitter];
+  const numbers = [board.width, board.height, board.gravity, board.drag, board.ball.radius, board.drop.x, board.drop.y, board.drop.jitter];
   numbers.push(board.drop.reach ?? 0, board.drop.aim ?? 0);
   for (const peg of list(board.pegs, "pegs")) numbers.push(peg?.x, peg?.y, peg?.radius);
   for (const wall of list(board.walls, "walls")) numbers.push(wall?.x1, wall?.y1, wall?.x2, wall?.y2);

@@ -3,8 +3,9 @@
 import { readExport } from "../../fairness/export.js";
 import { report, value } from "../../fairness/report.js";
 import { openTools } from "../../fairness/tools.js";
-import { getJson, messageOf } from "../../net/api.js";
+import { getText, messageOf } from "../../net/api.js";
 import { showingToken } from "../../net/session-token.js";
+import { canonical } from "../../solver/log/canonical.js";
 import { t } from "../../texts/text.js";
 import { byId, onClick, say } from "../../util/dom.js";
 import { saveFile } from "../../util/file.js";
@@ -50,8 +51,8 @@ export function showFairness(game) {
     say(verdict, "", t("page.computing"));
     try {
       const path = `sessions/${encodeURIComponent(session)}/export`;
-      const exported = /** @type {object} */ (await getJson(path, showingToken(game.storage, session)));
-      const text = JSON.stringify({ ...exported, ...heard });
+      const exported = readExport(await getText(path, showingToken(game.storage, session)));
+      const text = canonical({ ...exported, ...heard });
       saved = { name: `plinko-session-${session.slice(0, SHORT)}.json`, text };
       tools ??= openTools();
       await report(readExport(text), await tools, { verdict, list: byId("fair-steps") });

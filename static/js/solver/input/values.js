@@ -4,6 +4,7 @@
 // wedge or miss the bins; this module does not. A drop on such a board ends too, though in no bin.
 
 import { BoardError } from "../errors.js";
+import { shownJson } from "./json-text.js";
 import { textFault } from "./plain-text.js";
 
 /** @import { Bins, Board, DropZone, Label, Material } from "../../model/board.js" */
@@ -82,7 +83,7 @@ const or = (value, otherwise) => (value === undefined ? otherwise : value);
 
 /** @param {string} field @param {unknown} value @param {string} wanted says what is valid */
 function fail(field, value, wanted) {
-  const shown = JSON.stringify(value) ?? String(value);
+  const shown = shownJson(value);
   const text = shown.length > 60 ? `${shown.slice(0, 57)}...` : shown;
   return new BoardError(`${field} is ${text}: ${wanted}`, field);
 }

@@ -33,7 +33,7 @@ export function isLog(value) {
 
 /**
  * @param {Solver} solver
- * @param {unknown} value the log, as `readJson` returns it; throws a RecordError that names an invalid field
+ * @param {unknown} value the log, as `readJson` of input/json-text.js returns it; throws a RecordError that names an invalid field
  * @param {unknown} form its board's JSON, parsed
  * @param {(drops: number) => void | Promise<void>} [pause] called, and awaited, after every 50 drops, with
  *   the number of drops compared until then
