@@ -7,7 +7,7 @@
 /** @import { Expected } from "./panels/fit.js" */
 /** @import { Entry } from "../instruments/pile/columns.js" */
 /** @import { Landing, Owner } from "../model/table/company.js" */
-/** @import { Ball, Table } from "../model/table/table.js" */
+/** @import { Table } from "../model/table/table.js" */
 /** @import { Heard } from "./fairness/fair-play.js" */
 
 /**
@@ -22,10 +22,9 @@
  * @property {Odds | null} odds of this room's board; null if unknown
  * @property {null} picture there is something to draw
  * @property {Played} seen the landing of one of our drops was shown: its result is final
- * @property {{played: Played, ball: Ball}} landing the same, with the ball that is in the picture
  * @property {{bin: number, entry: Entry, owner: Owner | null}} hit anybody's ball has come to lie in a bin
  * @property {Landing} landed the landing of anybody's ball was shown
- * @property {{ref: string, text?: string}} refused the server refused one of our drops
+ * @property {{ref: string}} refused the server refused one of our drops
  * @property {{text: string, score?: number, urgent?: boolean}} said for the player; urgent: stays while a ball falls
  * @property {QueueState} queue the drops that wait
  * @property {boolean} halted the operator has halted the room, or resumed it
