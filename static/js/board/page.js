@@ -9,6 +9,7 @@ import { dropSearch } from "../net/drop-address.js";
 import { Theme } from "../paint/theme.js";
 import { t } from "../texts/text.js";
 import { byId, make, say } from "../util/dom.js";
+import { decimalOf, noNumber } from "../util/number-text.js";
 import { keepOffline } from "../util/offline.js";
 import { local } from "../util/storage.js";
 
@@ -89,6 +90,26 @@ export function holdSeeds(fields, needs) {
     return false;
   }
   return true;
+}
+
+/**
+ * Whether a field is empty or contains a number, which it then shows as REST takes it. Otherwise it shows a message, and
+ * focuses the field.
+ * @param {HTMLInputElement} field @param {(text: string) => string | null} [read] of util/number-text.js
+ */
+export function holdNumber(field, read = decimalOf) {
+  const note = byId("other-note");
+  const text = field.value.trim();
+  const number = text === "" ? "" : read(text);
+  field.setAttribute("aria-invalid", String(number === null));
+  note.hidden = number !== null;
+  if (number !== null) {
+    field.value = number;
+    return true;
+  }
+  say(note, "bad", noNumber(text));
+  field.focus();
+  return false;
 }
 
 /** Makes the links to the other pages lead to this drop. @param {DropAddress} drop */

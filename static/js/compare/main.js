@@ -1,6 +1,6 @@
 // The compare page: shows two drops at once, with their paths, their distance, and when they part.
 
-import { DEFAULT_BOARD, fillBoards, holdSeeds, linkPages, openPage, showState } from "../board/page.js";
+import { DEFAULT_BOARD, fillBoards, holdNumber, holdSeeds, linkPages, openPage, showState } from "../board/page.js";
 import { Stage } from "../board/stage.js";
 import { Chart } from "../instruments/chart.js";
 import { partingWords } from "../model/certificate.js";
@@ -158,10 +158,10 @@ function offerOthers(board, first, secondSeed, by) {
   show();
   onSubmit("other", () => {
     const seeded = shift.value === "seed";
-    if (!holdSeeds(seeded ? [seed, other] : [seed], words("compare.needs-seed"))) return;
+    if (!holdSeeds(seeded ? [seed, other] : [seed], words("compare.needs-seed")) || !holdNumber(x)) return;
     // An aim belongs to its board, and an explicit start has none.
-    const aim = x.value.trim() || wanted.value !== first.board ? null : first.aim;
-    const search = dropSearch({ ...first, board: wanted.value, seed: seed.value, x: x.value.trim(), aim });
+    const aim = x.value || wanted.value !== first.board ? null : first.aim;
+    const search = dropSearch({ ...first, board: wanted.value, seed: seed.value, x: x.value, aim });
     if (seeded) search.set("with", other.value);
     else search.set("shift", shift.value);
     window.location.assign(`compare.html?${search}`);

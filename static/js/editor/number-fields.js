@@ -1,7 +1,7 @@
 // Labelled fields for the numbers and texts of a board, each for one path, with a note about invalid input.
 
-import { t } from "../texts/text.js";
 import { make, parentOf } from "../util/dom.js";
+import { noNumber, readNumber } from "../util/number-text.js";
 import { read } from "./draft/draft.js";
 
 /** @import { Board } from "../model/board.js" */
@@ -73,8 +73,8 @@ export class NumberFields {
       const way = event.key === "ArrowUp" ? 1 : event.key === "ArrowDown" ? -1 : 0;
       if (!way) return;
       event.preventDefault();
-      const value = Number(input.value) + way * step * (event.shiftKey ? 10 : 1);
-      this.#take(path, String(Number(value.toPrecision(12))));
+      const value = (readNumber(input.value) ?? Number.NaN) + way * step * (event.shiftKey ? 10 : 1);
+      this.#take(path, Number.isNaN(value) ? input.value : String(Number(value.toPrecision(12))));
     });
     this.#inputs.set(path, input);
     this.#notes.set(path, note);
@@ -87,9 +87,9 @@ export class NumberFields {
       this.onChange(path, text.trim());
       return;
     }
-    const value = Number(text.trim().replace("−", "-").replace(",", "."));
-    if (text.trim() === "" || !Number.isFinite(value)) {
-      this.#say(path, t("editor.no-number", { typed: text.slice(0, 24) }));
+    const value = readNumber(text);
+    if (value === null) {
+      this.#say(path, noNumber(text));
       return;
     }
     this.#say(path, "");

@@ -1,10 +1,11 @@
 // The map page: colours each start by its bin. Each strip magnifies the one above ten times; tiles load in turn.
 
-import { DEFAULT_BOARD, fillBoards, openPage, showState } from "../board/page.js";
+import { DEFAULT_BOARD, fillBoards, holdNumber, openPage, showState } from "../board/page.js";
 import { ApiError, getJson } from "../net/api.js";
 import { t } from "../texts/text.js";
 import { contextOf } from "../util/canvas.js";
 import { byId, fieldOf, inputOf, make, onSubmit } from "../util/dom.js";
+import { fractionOf } from "../util/number-text.js";
 import { pixelMiddle, rationalText, readRational } from "./rational.js";
 
 /** @import { Board } from "../model/board.js" */
@@ -89,7 +90,10 @@ openPage(async () => {
   const form = byId("other", HTMLFormElement);
   const x = search.get("x") || "0";
   inputOf(form, "x").value = x;
-  onSubmit("other", () => visit(fieldOf(form, "board").value, inputOf(form, "x").value.trim()));
+  onSubmit("other", () => {
+    const field = inputOf(form, "x");
+    if (holdNumber(field, fractionOf)) visit(fieldOf(form, "board").value, field.value || "0");
+  });
   await fillBoards(address, board.name);
   await draw(board, address, x);
 });

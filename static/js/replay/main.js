@@ -1,6 +1,6 @@
 // The replay page: loads the drop that the address names, plays it, and shows the figures of each impact.
 
-import { fillBoards, holdSeeds, linkPages, openPage, showState } from "../board/page.js";
+import { fillBoards, holdNumber, holdSeeds, linkPages, openPage, showState } from "../board/page.js";
 import { Stage } from "../board/stage.js";
 import { Chart } from "../instruments/chart.js";
 import { provenWords } from "../model/certificate.js";
@@ -195,8 +195,8 @@ function showRecord({ record, board, motion }, drop) {
   x.value = String(drop.x ?? "");
   solver.value = drop.solver === "stepped" ? "stepped" : "";
   onSubmit("other", () => {
-    if (!holdSeeds([seedField], t("replay.needs-seed"))) return;
-    const asked = { board: other.value, seed: seedField.value, x: x.value.trim(), solver: solver.value };
+    if (!holdSeeds([seedField], t("replay.needs-seed")) || !holdNumber(x)) return;
+    const asked = { board: other.value, seed: seedField.value, x: x.value, solver: solver.value };
     window.location.assign(replayLink(asked));
   });
 }

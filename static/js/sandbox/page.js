@@ -68,8 +68,9 @@ export class SandboxPage {
       this.room.send({ type: "edit", ball: this.pointer.chosen, [name]: value }));
     this.pointer = this.#makePointer();
     this.scene = new ScenePanel(() => {
-      this.room.send({ type: "reset", scene: this.scene.read(this.room.settings) });
-    });
+      const scene = this.scene.read(this.room.settings);
+      if (scene) this.room.send({ type: "reset", scene });
+    }, (text) => this.#say(text));
     this.#wireDesk();
     this.room = this.#open(played);
     this.room.watch(document.visibilityState === "visible");
@@ -129,7 +130,10 @@ export class SandboxPage {
         if (select.value) this.room.send({ type: "settings", [name]: select.value });
       });
     }
-    byId("own").addEventListener("click", () => this.#moveInto({ scene: this.scene.read(this.room.settings) }));
+    byId("own").addEventListener("click", () => {
+      const scene = this.scene.read(this.room.settings);
+      if (scene) void this.#moveInto({ scene });
+    });
     byId("share").addEventListener("click", () => this.#share());
     document.addEventListener("keydown", (event) => this.#key(event));
   }
@@ -159,7 +163,7 @@ export class SandboxPage {
     this.history.clear();
     this.#fillPresets(arena.presets);
     this.#showSettings(arena.settings);
-    this.scene.show(arena.scene, hello.limits.balls);
+    this.scene.show(arena.scene);
     byId("title").textContent = titleOf(hello);
     byId("drop").hidden = !board;
     byId("to-table", HTMLAnchorElement).href = board && hello.room.startsWith("interacting-")

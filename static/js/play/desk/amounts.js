@@ -3,6 +3,7 @@
 import { mostStake } from "../../fairness/payout.js";
 import { MINOR_UNITS } from "../../model/player/account.js";
 import { language, number } from "../../texts/text.js";
+import { readNumber } from "../../util/number-text.js";
 
 export const LEAST_STAKE = 0.01;
 export const MOST_STAKE = 1_000_000;
@@ -14,8 +15,8 @@ const GROUPED = new RegExp(`^[1-9]\\d{0,2}(?:\\${GROUP}\\d{3})+(?:[.,]\\d*)?$`);
 export function readAmount(text) {
   const trimmed = text.trim();
   const bare = GROUPED.test(trimmed) ? trimmed.split(GROUP).join("") : trimmed;
-  if (!/^\d*[.,]?\d+$|^\d+[.,]?$/.test(bare)) return null;
-  return Math.round(100 * Number(bare.replace(",", "."))) / 100;
+  const amount = /^[\d.,]+$/.test(bare) ? readNumber(bare) : null; // without a sign or an exponent
+  return amount === null ? null : Math.round(100 * amount) / 100;
 }
 
 /** @param {number[] | null} multipliers of the board, null before it is known @returns {number} the largest stake */

@@ -1,0 +1,33 @@
+// Reads numbers as visitors type them in any field of any page: with a decimal comma or point, whatever the page's
+// language. Digits stay text, so that none is lost. Pure.
+
+import { t } from "../texts/text.js";
+
+const NUMBER = /^([+\-−]?)(\d*)(?:[.,](\d*))?(?:[eE]([+\-−]?\d+))?$/;
+
+/** @param {string} text as typed @returns {string | null} the number with a point, as JSON and REST take it; null if invalid */
+export function decimalOf(text) {
+  const [, sign, whole, part = "", exponent = ""] = NUMBER.exec(text.trim()) ?? [];
+  if (!whole && !part) return null;
+  const digits = `${sign === "-" || sign === "−" ? "-" : ""}${whole || "0"}${part && `.${part}`}`;
+  const number = digits + (exponent && `e${exponent.replace("−", "-").replace("+", "")}`);
+  return Number.isFinite(Number(number)) ? number : null;
+}
+
+/** @param {string} text as typed @returns {number | null} null if invalid */
+export function readNumber(text) {
+  const number = decimalOf(text);
+  return number === null ? null : Number(number);
+}
+
+/** @param {string} text as typed: a number, or a fraction such as 1/3 @returns {string | null} as REST takes it; null if invalid */
+export function fractionOf(text) {
+  const [top, bottom = "1", ...more] = text.split("/").map(decimalOf);
+  if (top === null || bottom === null || Number(bottom) === 0 || more.length > 0) return null;
+  return text.includes("/") ? `${top}/${bottom}` : top;
+}
+
+/** @param {string} text as typed @returns {string} says that it is not a number */
+export function noNumber(text) {
+  return t("page.no-number", { typed: text.trim().slice(0, 24) });
+}

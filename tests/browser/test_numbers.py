@@ -1,0 +1,68 @@
+"""Numbers with a decimal comma are read in every field of every page, and what is none is named."""
+
+import re
+from typing import Any
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Open
+
+REPLAY = "/replay.html?board=triangle-8&seed=1"
+COMPARE = "/compare.html?board=triangle-8&seed=1"
+
+
+@pytest.mark.parametrize("address", [REPLAY, COMPARE])
+def test_a_start_may_have_a_comma(opened: Open, address: str) -> None:
+    page = opened(address).state("replay").page
+    page.locator("#other-x").fill("0,0625")
+    page.locator("#other-x").press("Enter")
+    page.wait_for_url(re.compile(r"[?&]x=0\.0625"))
+    expect(page.locator("html")).to_have_attribute("data-state", "replay")
+    expect(page.locator("#other-x")).to_have_value("0.0625")
+    page.locator("#other-x").fill("here")
+    page.locator("#other-x").press("Enter")
+    expect(page.locator("#other-note")).to_have_text("“here” is not a number.")
+    expect(page.locator("#other-x")).to_be_focused()
+    page.locator("#other-x").fill("")
+    page.locator("#other-x").press("Enter")
+    page.wait_for_url(lambda url: "x=" not in url)
+
+
+@pytest.mark.parametrize(("typed", "shown"), [("0,1", "0.1"), ("-1/3", "-1/3"), ("1e−30", "1e-30")])
+def test_the_map_s_middle_may_have_a_comma_or_be_a_fraction(
+    opened: Open, typed: str, shown: str
+) -> None:
+    page = opened("/map.html?board=triangle-8").page
+    expect(page.locator("#strips li").first).to_be_attached()
+    page.locator("#other-x").fill("half")
+    page.locator("#other-x").press("Enter")
+    expect(page.locator("#other-note")).to_have_text("“half” is not a number.")
+    page.locator("#other-x").fill(typed)
+    page.locator("#other-x").press("Enter")
+    page.wait_for_url(re.compile(r"[?&]x="))
+    expect(page.locator("#strips li").first).to_be_attached()
+    expect(page.locator("#other-x")).to_have_value(shown)
+
+
+def test_the_sandbox_s_sizes_may_have_a_comma(opened: Open) -> None:
+    screen = opened("/sandbox.html").state("live", "asleep")
+    page = screen.page
+    page.get_by_role("heading", name="Scene").click()
+    page.get_by_label("Width, m").fill("3,5")
+    page.get_by_label("Balls", exact=True).fill("7")
+    page.get_by_role("button", name="Begin", exact=True).click()
+    expect(page.locator("#board-moving")).to_have_attribute("aria-label", re.compile(r"\b7 balls"))
+    expect(page.get_by_label("Width, m")).to_have_value("3.5")
+    page.get_by_label("Width, m").fill("wide")
+    page.get_by_role("button", name="Begin", exact=True).click()
+    expect(screen.result).to_have_text("“wide” is not a number.")
+    expect(page.get_by_label("Width, m")).to_be_focused()
+
+
+def test_the_editor_s_arrow_keys_step_from_a_number_with_a_comma(opened: Open) -> None:
+    page: Any = opened("/editor.html").state("asleep").page
+    field = page.locator("#at-gravity")
+    field.fill("1,5")
+    field.press("ArrowUp")
+    expect(field).to_have_value(re.compile(r"^1\.[5-9]\d*$"))
