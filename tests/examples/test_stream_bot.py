@@ -106,7 +106,7 @@ def test_a_server_that_is_busy_or_behind_a_broken_proxy_is_asked_again(
     game: Callable[[dict[str, list[Reply]]], Game],
 ) -> None:
     past = format_datetime(datetime.now(UTC) - timedelta(hours=1), usegmt=True)
-    replies = {
+    replies: dict[str, list[Reply]] = {
         "ann": [page(502), page(503, retry_after=past)],
         "bob": [page(429, retry_after="0"), page(500, retry_after="0")],
         "cat": [page(504, retry_after="soon"), page(202, retry_after="0")],

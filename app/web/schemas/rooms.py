@@ -282,7 +282,8 @@ class RoomDropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     stake: Annotated[
         Json,
         Meta(
-            description="Whole minor units; `landed` has the payout. Needs a `session`.",
+            description="Whole minor units that can pay at most 2^53 - 1 on the room's board; "
+            "`landed` has the payout. Needs a `session`.",
             extra_json_schema={
                 "anyOf": [{"type": "integer", "minimum": 0, "maximum": MAX_STAKE}, {"type": "null"}]
             },

@@ -57,7 +57,9 @@ def test_the_largest_stake_is_the_last_that_pays_at_most_2_53(multipliers: list[
             check_payout(most + 1, multipliers)
 
 
-RICH = {**TINY, "bins": {**TINY["bins"], "multipliers": [1e9] * len(TINY["bins"]["multipliers"])}}
+_TINY = Board.from_json(TINY).to_dict()
+_BINS = {**_TINY["bins"], "multipliers": [1e9] * len(_TINY["bins"]["multipliers"])}
+RICH = {**_TINY, "bins": _BINS}
 
 
 async def test_a_room_refuses_a_stake_that_could_pay_more_than_readers_keep(
