@@ -34,7 +34,7 @@ NPM_INSTALL := npm install --no-audit --no-fund --no-package-lock --ignore-scrip
 
 help:
 	@echo 'make play         start the server and print its address (PORT=8000)'
-	@echo 'make check        run the tests that need only Python (a minute)'
+	@echo 'make check        run the tests that need only Python (two minutes)'
 	@echo 'make test         run all tests but those of test-servers, in a browser too (six minutes)'
 	@echo 'make test-servers run the tests of ledgers, clusters, relays and proxies (two minutes)'
 	@echo 'make test-long    run the tests marked "long": sieges, measurements, many more cases'
@@ -58,13 +58,13 @@ help:
 play: $(VENV)/.stamp-play
 	exec $(BIN)/plinko serve --host $(HOST) --port $(PORT)
 
-# Tests that need no server, no browser and no Debian packages: physics, rules, protocol and pictures.
+# Tests that need only Python: physics, rules, protocol and pictures. No other program is in their PATH.
 CHECKED ?= tests/engine tests/outsider tests/app/computing tests/app/conformance tests/app/fairness \
 	tests/app/ops tests/app/protocol tests/app/render tests/app/rooms
 
 check: export PYTHONDONTWRITEBYTECODE =
 check: $(VENV)/.stamp-test
-	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not postgresql and not long' $(CHECKED) \
+	PATH=$(abspath $(BIN)) $(BIN)/python -m pytest -n auto --dist worksteal -m 'not postgresql and not long' $(CHECKED) \
 		$(PYTEST_ARGS)
 
 # Tests of durability and of several servers: failing and frozen ledgers, killed servers, clusters, relays
@@ -74,12 +74,13 @@ SERVERS ?= tests/app/cluster tests/app/persistence tests/app/relay tests/deploy
 # Node.js tests the pages' pure modules; other tests drive a real Chromium.
 # No test depends on the machine's speed: `tools/busy make test` runs them under load.
 # The tests start a hundred servers and commands. PYTHONDONTWRITEBYTECODE is cleared, so that Python
-# compiles the modules only once.
+# compiles the modules only once. `make check test` runs each test once.
 test: export PYTHONDONTWRITEBYTECODE =
+test: AFTER_CHECK := $(if $(filter check,$(MAKECMDGOALS)),--checked '$(CHECKED)')
 test: $(VENV)/.stamp-test node_modules/.stamp
 	$(WITH_NODE) && chromium="$$(tools/chromium shell)" && \
 	CHROMIUM="$$chromium" $(BIN)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal \
-		$(SERVERS:%=--ignore %) $(PYTEST_ARGS)
+		$(SERVERS:%=--ignore %) $(AFTER_CHECK) $(PYTEST_ARGS)
 
 # They start PostgreSQL, Redis and proxies, installed from Debian if necessary.
 test-servers: export PYTHONDONTWRITEBYTECODE =

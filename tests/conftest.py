@@ -47,11 +47,30 @@ os.environ.pop("SSL_CERT_FILE", None)
 os.environ["SSL_CERT_DIR"] = str(Path(__file__).parent)
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--checked",
+        default="",
+        metavar="FOLDERS",
+        help="leave out the tests that `make check` has run in these folders",
+    )
+
+
 @pytest.hookimpl(trylast=True)  # after pytest has grouped tests that share fixtures
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    folders = [config.rootpath / folder for folder in config.getoption("checked").split()]
+    if folders:
+        config.hook.pytest_deselected(items=[each for each in items if _is_checked(each, folders)])
+        items[:] = [each for each in items if not _is_checked(each, folders)]
     workers = getattr(config, "workerinput", {}).get("workercount", 1)
     if workers > 1:
         items[:] = in_rows([item.nodeid for item in items], items, workers)
+
+
+def _is_checked(item: pytest.Item, folders: list[Path]) -> bool:
+    """Whether `make check` runs this test if it runs those of `folders`."""
+    lies_there = any(item.path.is_relative_to(folder) for folder in folders)
+    return lies_there and not any(map(item.get_closest_marker, ("postgresql", "long")))
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:
