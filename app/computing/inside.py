@@ -23,8 +23,6 @@ leaves memory that is not all returned to the system, and a new worker takes onl
 
 _POLITE: Final = 10  # niceness: on a busy machine the event loop gets its time first
 
-_GRACE: Final = 1.0  # s after the real-time limit at which the system kills an abandoned worker
-
 
 def serve(line: socket.socket) -> None:
     """Do the work that arrives on the socket `line` until it is closed."""
@@ -32,24 +30,21 @@ def serve(line: socket.socket) -> None:
     os.nice(_POLITE)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which ends its workers
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
     begun_with = _data()
     _limit_memory(begun_with)
     with line, line.makefile("rb") as stream, contextlib.suppress(OSError):
         ends = False
         while not ends and len(head := stream.read(REQUEST.size)) == REQUEST.size:
-            size, core, real = REQUEST.unpack(head)
+            size, seconds = REQUEST.unpack(head)
             work = stream.read(size)
             if len(work) < size:
                 return
             line.sendall(BEGUN)
-            # The system's timers end work that takes too long: no kernel looks at a clock.
-            signal.setitimer(signal.ITIMER_PROF, core)
-            signal.setitimer(signal.ITIMER_REAL, real + _GRACE)
+            # The system's timer ends work that takes too long: no kernel looks at a clock.
+            signal.setitimer(signal.ITIMER_PROF, seconds)
             began = time.process_time()
             outcome, exhausted = _outcome(work)
-            signal.setitimer(signal.ITIMER_REAL, 0.0)
             signal.setitimer(signal.ITIMER_PROF, 0.0)
             ends = exhausted or _data() - begun_with > KEPT
             spent = time.process_time() - began

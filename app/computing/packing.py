@@ -14,8 +14,8 @@ from typing import Any, Final
 
 from engine import Board
 
-REQUEST: Final = struct.Struct("!Qdd")
-"""Number of bytes of the packed work; its limits in CPU seconds and in s of real time."""
+REQUEST: Final = struct.Struct("!Qd")
+"""Number of bytes of the packed work; its limit in CPU seconds."""
 
 BEGUN: Final = b"\x01"
 """The worker has received the whole request and begins. Before this byte it has done nothing."""

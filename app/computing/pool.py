@@ -14,13 +14,11 @@ from app.errors import AppError, BusyError, EndedError
 
 T = TypeVar("T")
 
-DEADLINE: Final = 10.0  # CPU seconds that one job may take
+DEADLINE: Final = 10.0
+"""CPU seconds that one job may take. Real time has no limit: on a busy machine a worker with its low
+priority waits long for a core. If the client leaves, its job ends."""
 
 MAX_JOBS: Final = 64  # jobs that may wait; more are refused with 503
-
-PATIENCE: Final = 6.0
-"""A job's limit of real time, as a multiple of its limit of core time. On a busy machine a worker
-with its low priority may wait long for a core."""
 
 
 @dataclass(slots=True, eq=False)
@@ -41,13 +39,11 @@ class Workers:
         processes: int,
         max_jobs: int,
         *,
-        patience: float = PATIENCE,
         start: Callable[[], Awaitable[WorkerProcess]] = start,
     ) -> None:
         self.processes = processes
         self.max_jobs = max_jobs
         self.seconds = 0.0  # CPU seconds of all jobs until now
-        self._patience = patience
         self._start = start
         self._waiting: list[_Job] = []
         self._running: list[_Job] = []
@@ -92,8 +88,8 @@ class Workers:
         """Run `work`, a module's function, in a worker and return its result.
 
         Raises what `work` raises; BusyError if too many jobs wait; DeadlineError if it takes more
-        than `deadline` CPU seconds, or `patience` times as long in real time; EndedError if the
-        worker ended. Cancelling the caller kills the worker.
+        than `deadline` CPU seconds; EndedError if the worker ended. Cancelling the caller kills the
+        worker.
         """
         done = await self.measured(work, quick=quick, deadline=deadline)
         if done.error is not None:
@@ -160,7 +156,7 @@ class Workers:
         self._working.append(worker)
         try:
             self._check_open()
-            done = await worker.do(work, seconds, self._patience * seconds)
+            done = await worker.do(work, seconds)
         finally:
             self._working.remove(worker)
             if done is None or worker.ends or self._closed:

@@ -88,27 +88,26 @@ class WorkerProcess:
         assert self._process.pid is not None
         return self._process.pid
 
-    async def do(self, work: bytes, seconds: float, real: float) -> Done | None:
+    async def do(self, work: bytes, seconds: float) -> Done | None:
         """Send packed work and return the reply, or None if the process ended before it began.
 
-        Raises DeadlineError if the work takes more than `seconds` CPU seconds or `real` s of real
-        time; EndedError if the process ended after it had begun. The worker is then unusable.
+        Raises DeadlineError if the work takes more than `seconds` CPU seconds; EndedError if the
+        process ended after it had begun. The worker is then unusable.
         """
         begun = False
         try:
-            async with asyncio.timeout(real):
-                request = REQUEST.pack(len(work), seconds, real) + work
-                await asyncio.get_running_loop().sock_sendall(self._line, request)
-                begun = await self._read(len(BEGUN)) == BEGUN
-                size, spent, self.ends = REPLY.unpack(await self._read(REPLY.size))
-                value, error = pickle.loads(await self._read(size))
-        except TimeoutError:
-            raise _too_long(seconds) from None
+            request = REQUEST.pack(len(work), seconds) + work
+            await asyncio.get_running_loop().sock_sendall(self._line, request)
+            begun = await self._read(len(BEGUN)) == BEGUN
+            size, spent, self.ends = REPLY.unpack(await self._read(REPLY.size))
+            value, error = pickle.loads(await self._read(size))
         except (EOFError, OSError) as gone:
             if not begun:
                 return None
             if await self._exit_code() == -signal.SIGPROF:
-                raise _too_long(seconds) from gone
+                raise DeadlineError(
+                    f"this takes longer than the {seconds:g} s that a request may compute"
+                ) from gone
             raise EndedError("the process that computed this ended") from gone
         return Done(value, error, spent)
 
@@ -152,7 +151,3 @@ def _handle(pid: int) -> int | None:
         raise
     except OSError:  # before Linux 5.3, or in a sandbox that forbids it
         return None
-
-
-def _too_long(seconds: float) -> DeadlineError:
-    return DeadlineError(f"this takes longer than the {seconds:g} s that a request may compute")

@@ -28,7 +28,7 @@ class Scripted(WorkerProcess):
     def pid(self) -> int:
         return id(self)
 
-    async def do(self, work: bytes, seconds: float, real: float) -> Done | None:
+    async def do(self, work: bytes, seconds: float) -> Done | None:
         self.asked.append(work)
         self.said = asyncio.get_running_loop().create_future()
         return await self.said
