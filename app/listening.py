@@ -10,7 +10,6 @@ from typing import Any, cast
 import uvicorn
 from fastapi import FastAPI
 from starlette.types import ASGIApp
-from uvicorn.middleware.proxy_headers import ProxyHeadersMiddleware
 
 from app.errors import SettingError
 from app.live.broadcast.transport import DirectProtocol
@@ -21,7 +20,7 @@ from app.web.edge.connection import Edge, connection
 from app.web.edge.ending import Ending
 from app.web.edge.guarded import guarded
 from app.web.edge.intake import Intake
-from app.web.edge.middleware import ForwardedCheck, SecurityHeaders
+from app.web.edge.middleware import Forwarded, SecurityHeaders
 from app.web.edge.sockets import guarded_socket
 from app.web.services import Services
 
@@ -118,12 +117,8 @@ def config_over(
         intake=Intake(),
         refused=refused,
     )
-    served: ASGIApp = SecurityHeaders(Ending(app))
-    if proxies.names:
-        # uvicorn's ASGI types differ from Starlette's, though the calls are the same
-        served = ProxyHeadersMiddleware(cast(Any, served), proxies.names)  # type: ignore[assignment]
     return uvicorn.Config(
-        ForwardedCheck(served, proxies),
+        Forwarded(SecurityHeaders(Ending(app)), proxies),
         host=settings.host,
         port=settings.port,
         loop="uvloop",
@@ -134,7 +129,7 @@ def config_over(
         access_log=False,
         log_config=None,  # app.ops.logs configures logging
         server_header=False,
-        proxy_headers=False,  # ProxyHeadersMiddleware above; ForwardedCheck must come before it
+        proxy_headers=False,  # `Forwarded` reads them
         timeout_graceful_shutdown=SHUTDOWN_SECONDS,
     )
 

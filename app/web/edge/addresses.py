@@ -2,12 +2,16 @@
 
 import functools
 import ipaddress
+import re
 from collections import Counter
 from collections.abc import Iterable
 
 from app.errors import AppError, BusyError, ConnectionLimitError, SettingError, shorten
 
 _ALWAYS = 3  # connections that each client may have even when few are left
+_FORWARDED = re.compile(r"\[([^\]]*)\](?::[0-9]+)?|([0-9.]+):[0-9]+")
+"""A client as proxies write it with a port; some always do (`[2001:db8::1]:4711`)."""
+
 _SITE = 64  # bits of an IPv6 network: one subscriber may use any address in it
 
 
@@ -32,12 +36,12 @@ class Proxies:
     """
 
     def __init__(self, trusted: Iterable[str]) -> None:
-        self.names = list(trusted)
+        names = list(trusted)
         try:
-            self._networks = [ipaddress.ip_network(each, strict=False) for each in self.names]
+            self._networks = [ipaddress.ip_network(each, strict=False) for each in names]
         except ValueError as error:
             raise SettingError(
-                f"trusted_proxies {shorten(self.names)}: {error}", field="trusted_proxies"
+                f"trusted_proxies {shorten(names)}: {error}", field="trusted_proxies"
             ) from None
 
     def __contains__(self, host: str) -> bool:
@@ -47,7 +51,30 @@ class Proxies:
             address = ipaddress.ip_address(host)
         except ValueError:
             return False
-        return any(address in network for network in self._networks)
+        mapped = address.ipv4_mapped if isinstance(address, ipaddress.IPv6Address) else None
+        return any((mapped or address) in network for network in self._networks)
+
+    def client_of(self, forwarded: str) -> str | None:
+        """The client's address by X-Forwarded-For; None if what stands there is no address.
+
+        Each proxy appends the address that it sees, so the client is the last one that is not a
+        trusted proxy. Everything before it may be made up.
+        """
+        client = None
+        for text in reversed(forwarded.split(",")):
+            client = _address(text.strip())
+            if client is None or client not in self:
+                break
+        return client
+
+
+def _address(text: str) -> str | None:
+    """The address in `text`, without a port; None if it is not an address."""
+    match = _FORWARDED.fullmatch(text)
+    try:
+        return str(ipaddress.ip_address((match[1] or match[2]) if match else text))
+    except ValueError:
+        return None
 
 
 class Connections:

@@ -43,6 +43,9 @@ _DISCARD_SECONDS = 5.0
 
 _FORWARDERS_NAMED = 8
 
+_SCHEMES = dict.fromkeys(("http", "ws"), ("http", "ws"))
+_SCHEMES |= dict.fromkeys(("https", "wss"), ("https", "wss"))
+
 MAX_BODY = 1 << 20  # bytes of a request's body
 
 _log = logging.getLogger("plinko")
@@ -123,10 +126,12 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, error: AppError) -
     await send({"type": "websocket.http.response.body", "body": response.body})
 
 
-class ForwardedCheck:
-    """Logs a warning about a proxy that is not trusted: all its clients count as one.
+class Forwarded:
+    """Replaces a trusted proxy's address and scheme by those of its client.
 
-    Anybody can send the header, so the log names only a few addresses, each once.
+    If a proxy names no address, its clients count as one: else each odd text would be a client of
+    its own, without any limit. So do the clients of a proxy that is not trusted; the log warns of
+    it. Anybody can send the header, so the log names only a few addresses, each once.
     """
 
     def __init__(self, app: ASGIApp, proxies: Proxies) -> None:
@@ -135,15 +140,25 @@ class ForwardedCheck:
         self._named: set[str] = set()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] != "lifespan" and len(self._named) < _FORWARDERS_NAMED:
-            self._check(scope)
+        if scope["type"] != "lifespan":
+            host = (scope.get("client") or ("",))[0]
+            if host in self._proxies:
+                self._believe(scope)
+            elif len(self._named) < _FORWARDERS_NAMED:
+                self._warn(scope, host)
         await self.app(scope, receive, send)
 
-    def _check(self, scope: Scope) -> None:
-        host = (scope.get("client") or ("",))[0]
-        if host in self._named or host in self._proxies:
-            return
-        if "x-forwarded-for" in Headers(scope=scope):
+    def _believe(self, scope: Scope) -> None:
+        headers = Headers(scope=scope)
+        client = self._proxies.client_of(", ".join(headers.getlist("x-forwarded-for")))
+        if client is not None:
+            scope["client"] = (client, 0)
+        scheme = headers.getlist("x-forwarded-proto")[-1:]
+        if scheme and (name := scheme[0].strip().lower()) in _SCHEMES:
+            scope["scheme"] = _SCHEMES[name][scope["type"] == "websocket"]
+
+    def _warn(self, scope: Scope, host: str) -> None:
+        if host not in self._named and "x-forwarded-for" in Headers(scope=scope):
             self._named.add(host)
             _log.warning(
                 "X-Forwarded-For from %s is ignored: if this is your proxy, name it in "

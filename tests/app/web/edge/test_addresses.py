@@ -65,3 +65,29 @@ def test_a_trusted_proxy_speaks_for_many() -> None:
 def test_a_proxy_that_is_no_address_is_named() -> None:
     with pytest.raises(SettingError, match="proxy\\.example"):
         Proxies(["proxy.example"])
+
+
+@pytest.mark.parametrize(
+    ("forwarded", "client"),
+    [
+        ("203.0.113.9", "203.0.113.9"),
+        ("203.0.113.9:4711", "203.0.113.9"),
+        ("[2001:db8::9]:4711", "2001:db8::9"),
+        ("[2001:db8::9]", "2001:db8::9"),
+        ("2001:DB8:0::9", "2001:db8::9"),
+        ("192.0.2.66, 203.0.113.9, 10.0.0.2:99", "203.0.113.9"),
+        ("10.0.0.3, [::ffff:10.0.0.2]:99", "10.0.0.3"),
+        ("192.0.2.66, unknown", None),
+        ("203.0.113.9:x", None),
+        ("[2001:db8::9", None),
+        ("", None),
+    ],
+)
+def test_a_client_is_the_last_address_that_is_no_proxy_s(
+    forwarded: str, client: str | None
+) -> None:
+    assert Proxies(["10.0.0.1/8"]).client_of(forwarded) == client
+
+
+def test_a_proxy_is_known_on_a_socket_for_both_kinds_of_addresses() -> None:
+    assert "::ffff:10.0.0.2" in Proxies(["10.0.0.0/8"])
