@@ -32,7 +32,7 @@ _log = logging.getLogger("plinko")
 
 
 class Sender:
-    """Sends to one target; for the event loop's thread.
+    """Sends to one target, called `name` in logs and metrics; for the event loop's thread.
 
     Where several servers share the ledger, only the one whose `mine` returns True sends.
     """
@@ -43,12 +43,14 @@ class Sender:
         ledger: Ledger,
         http: httpx.AsyncClient,
         *,
+        name: str = "",
         mine: Callable[[], bool] = lambda: True,
         now: Callable[[], float] = time.time,
         sleep: Callable[[float], Awaitable[None]] = asyncio.sleep,
         patience: float = PATIENCE,
     ) -> None:
         self.target = target
+        self.name = name or target.host
         self._ledger = ledger
         self._http = http
         self._mine = mine
@@ -71,7 +73,7 @@ class Sender:
             except LedgerError:  # the ledger has logged it
                 waited = False
             except Exception:  # noqa: BLE001 - one target must not end the others
-                _log.exception("webhook %s: cannot send events; trying again", self.target.name)
+                _log.exception("webhook %s: cannot send events; trying again", self.name)
                 self._fail()
                 await self._sleep(LONGEST)
                 continue
@@ -99,12 +101,12 @@ class Sender:
         delay = FIRST
         while (fault := await self._try(message, body)) is not None:
             if self._failing_since is None:
-                _log.warning("webhook %s: %s; trying again", self.target.name, fault)
+                _log.warning("webhook %s: %s; trying again", self.name, fault)
             self._fail()
             await self._sleep(delay)
             delay = min(2.0 * delay, LONGEST)
         if self._failing_since is not None:
-            _log.warning("webhook %s accepts events again", self.target.name)
+            _log.warning("webhook %s accepts events again", self.name)
             self._failing_since = None
 
     def _fail(self) -> None:
@@ -115,11 +117,8 @@ class Sender:
         """Send one request; return None if the target confirms it, else the reason."""
         headers = signed(self.target.key, message, int(self._now()), body)
         try:
-            async with (
-                asyncio.timeout(self._patience),
-                # Stream, and do not read the answer's body: it might not end.
-                self._http.stream("POST", self.target.url, content=body, headers=headers) as answer,
-            ):
-                return None if answer.is_success else f"it answered {answer.status_code}"
+            async with asyncio.timeout(self._patience):
+                answer = await self._http.post(self.target.url, content=body, headers=headers)
         except (httpx.HTTPError, TimeoutError) as error:
             return str(error) or type(error).__name__
+        return None if answer.is_success else f"it answered {answer.status_code}"

@@ -2,6 +2,7 @@
 
 import base64
 import binascii
+from collections import Counter
 from collections.abc import Sequence
 from typing import Final
 from urllib.parse import urlsplit
@@ -38,13 +39,23 @@ class Target(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return key
 
     @property
-    def name(self) -> str:
-        """The name for logs and metrics: host and port, because the path may be secret."""
-        parts = urlsplit(self.url)
-        return parts.netloc.rpartition("@")[2]
+    def host(self) -> str:
+        """Host and port: the path may be secret."""
+        return urlsplit(self.url).netloc.rpartition("@")[2]
 
     def __repr__(self) -> str:
-        return f"Target({self.name!r})"
+        return f"Target({self.host!r})"
+
+
+def names_of(targets: Sequence[Target]) -> list[str]:
+    """Names for logs and metrics: the host, and from its second target on a number."""
+    names: list[str] = []
+    met = Counter[str]()
+    for target in targets:
+        met[target.host] += 1
+        number = met[target.host]
+        names.append(target.host if number == 1 else f"{target.host} ({number})")
+    return names
 
 
 def read_targets(file: str) -> Sequence[Target]:
@@ -70,4 +81,4 @@ def _check(target: Target) -> None:
     try:
         assert target.key
     except ValueError as error:
-        raise ValueError(f"{target.name}: {error}") from None
+        raise ValueError(f"{target.host}: {error}") from None

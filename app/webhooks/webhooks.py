@@ -8,7 +8,8 @@ import httpx
 from app.ops.metrics import Reading
 from app.persistence.ledger.writer import Ledger
 from app.webhooks.sender import PATIENCE, Sender
-from app.webhooks.targets import Target
+from app.webhooks.targets import Target, names_of
+from app.webhooks.transport import Transport
 
 
 class Webhooks:
@@ -16,8 +17,11 @@ class Webhooks:
 
     def __init__(self, targets: Sequence[Target], ledger: Ledger, mine: Callable[[], bool]) -> None:
         # The client follows no redirects and ignores proxies in the environment.
-        self._http = httpx.AsyncClient(timeout=PATIENCE, trust_env=False)
-        self._senders = [Sender(target, ledger, self._http, mine=mine) for target in targets]
+        self._http = httpx.AsyncClient(transport=Transport(), timeout=PATIENCE, trust_env=False)
+        self._senders = [
+            Sender(target, ledger, self._http, name=name, mine=mine)
+            for name, target in zip(names_of(targets), targets, strict=True)
+        ]
 
     async def run(self) -> None:
         """Send to all targets until cancelled, side by side."""
@@ -28,4 +32,4 @@ class Webhooks:
     def readings(self) -> Iterator[Reading]:
         text = "Seconds since a target began to refuse or miss requests; 0 while it answers."
         for sender in self._senders:
-            yield "plinko_webhook_late_seconds", text, sender.late, {"target": sender.target.name}
+            yield "plinko_webhook_late_seconds", text, sender.late, {"target": sender.name}

@@ -2,12 +2,15 @@
 
 import base64
 from pathlib import Path
+from typing import cast
 
 import msgspec
 import pytest
 
 from app.errors import SettingError
-from app.webhooks.targets import Target, read_targets
+from app.persistence.ledger.writer import Ledger
+from app.webhooks.targets import Target, names_of, read_targets
+from app.webhooks.webhooks import Webhooks
 
 SECRET = "whsec_" + base64.b64encode(b"s" * 32).decode()
 
@@ -61,5 +64,14 @@ def test_a_file_that_is_not_there_is_named() -> None:
 def test_a_target_s_name_reveals_no_secret(tmp_path: Path) -> None:
     file = listed(tmp_path, {"url": "https://me:word@example.org:8443/t0ken", "secret": SECRET})
     (target,) = read_targets(file)
-    assert target.name == "example.org:8443"
+    assert names_of([target]) == ["example.org:8443"]
     assert repr(target) == "Target('example.org:8443')"
+
+
+def test_two_targets_at_one_host_are_two_in_metrics_and_logs() -> None:
+    urls = ("https://a.test/1", "https://b.test/", "https://me:word@a.test/2", "https://a.test:8/")
+    targets = [Target(url, SECRET) for url in urls]
+    assert names_of(targets) == ["a.test", "b.test", "a.test (2)", "a.test:8"]
+    hooks = Webhooks(targets, cast(Ledger, None), lambda: True)
+    labels = [labels["target"] for _, _, _, labels in hooks.readings()]
+    assert labels == names_of(targets)
