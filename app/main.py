@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING
 import msgspec
 from fastapi import Depends, FastAPI, Response
 from starlette.middleware.cors import CORSMiddleware
-from starlette.middleware.gzip import GZipMiddleware
 from starlette.types import Scope
 
 from app.computing.pool import MAX_JOBS, Workers
@@ -56,7 +55,14 @@ from app.web import openapi, problems
 from app.web.edge.answers import AnswerHeaders
 from app.web.edge.head import HeadAsGet
 from app.web.edge.hosts import Hosts
-from app.web.edge.middleware import MAX_BODY, BodyLimit, HostCheck, OriginCheck, WeakWhenCompressed
+from app.web.edge.middleware import (
+    MAX_BODY,
+    BodyLimit,
+    Compression,
+    HostCheck,
+    OriginCheck,
+    WeakWhenCompressed,
+)
 from app.web.limits import COMPUTE_BURST, COMPUTE_RATE, Budgets, KeyedBuckets, Quota
 from app.web.readings import readings
 from app.web.returns import Returns
@@ -183,7 +189,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.add_middleware(OriginCheck, allowed=settings.allowed_origins)
     machine = socket.gethostname()
     app.add_middleware(
-        GZipMiddleware,
+        Compression,
         minimum_size=_COMPRESSED,
         compresslevel=_EFFORT,
         thread_minimum_size=_IN_THREAD,

@@ -15,8 +15,8 @@ from app.errors import AppError, BusyError, EndedError
 T = TypeVar("T")
 
 DEADLINE: Final = 10.0
-"""CPU seconds that one job may take. Real time has no limit: on a busy machine a worker with its low
-priority waits long for a core. If the client leaves, its job ends."""
+"""CPU seconds that one job may take. Real time has no limit: on a busy machine a worker with its
+low priority waits long for a core. If the client leaves, its job ends."""
 
 MAX_JOBS: Final = 64  # jobs that may wait; more are refused with 503
 

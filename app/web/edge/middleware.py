@@ -6,9 +6,11 @@ import re
 from collections.abc import Iterable, Mapping
 
 from starlette.datastructures import Headers, MutableHeaders
+from starlette.middleware.gzip import GZipMiddleware
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from app.errors import AppError, HeadError, HostError, OriginError, TooLargeError, shorten
+from app.web.edge.accepted import accepts_gzip, whole
 from app.web.edge.addresses import Proxies
 from app.web.edge.hosts import Hosts
 from app.web.problems import problem_response
@@ -188,6 +190,18 @@ class SecurityHeaders:
             await send(message)
 
         await self.app(scope, receive, send_with_headers)
+
+
+class Compression(GZipMiddleware):
+    """Compresses for clients that accept it; Starlette looks for `gzip` anywhere in the header."""
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] == "http":
+            asked = whole(Headers(scope=scope), "accept-encoding")
+            others = [each for each in scope["headers"] if each[0] != b"accept-encoding"]
+            coding = b"gzip" if accepts_gzip(asked) else b"identity"
+            scope = {**scope, "headers": [*others, (b"accept-encoding", coding)]}
+        await super().__call__(scope, receive, send)
 
 
 class WeakWhenCompressed:

@@ -11,6 +11,8 @@ import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from app.web.edge.accepted import weights
+
 ENGLISH = "en"  # the source of all translations, and the default
 
 _QUOTED = re.compile(r'"([\w.-]+)"')
@@ -57,18 +59,8 @@ def chosen(cookie: str | None, accepted: str, languages: Iterable[str]) -> str:
     `accepted` is the header Accept-Language (RFC 9110, 12.5.4); de-AT finds de (RFC 4647, 3.4).
     """
     available = list(languages)
-    ranked = [cookie or "", *_by_weight(accepted)]
+    known = weights(accepted)
+    liked = sorted((tag for tag in known if known[tag] > 0.0), key=lambda tag: -known[tag])
+    ranked = [cookie or "", *liked]
     found = (name for tag in ranked if (name := tag.partition("-")[0].lower()) in available)
     return next(found, ENGLISH)
-
-
-def _by_weight(accepted: str) -> list[str]:
-    """The header's languages by falling weight, without those of weight 0."""
-    tags: list[tuple[float, str]] = []
-    for part in accepted.split(","):
-        tag, _, weight = part.partition(";")
-        value = weight.strip().removeprefix("q=")
-        rank = float(value) if re.fullmatch(r"[01](?:\.\d{0,3})?", value) else 1.0
-        if rank > 0:
-            tags.append((rank, tag.strip()))
-    return [tag for _, tag in sorted(tags, key=lambda tag: -tag[0])]

@@ -17,6 +17,7 @@ from starlette.routing import Match, Mount
 from starlette.staticfiles import NotModifiedResponse, StaticFiles
 from starlette.types import Scope
 
+from app.web.edge.accepted import asks_for, whole
 from app.web.edge.middleware import EMBEDDED
 from app.web.page.languages import chosen, languages_of
 from app.web.page.release import parts
@@ -97,7 +98,7 @@ class Page(StaticFiles):
         release = self.prepare()
         request = Request(scope)
         by_language = release.pages[name]
-        accepted = request.headers.get("accept-language", "")
+        accepted = whole(request.headers, "accept-language")
         text = by_language[chosen(request.cookies.get(_LANGUAGE), accepted, by_language)]
         scheme = request.cookies.get(_SCHEME)
         if scheme in _SCHEMES:  # otherwise the sheet follows the system's scheme
@@ -169,7 +170,9 @@ class Page(StaticFiles):
 
 def _reads_pages(path: str, scope: Scope) -> bool:
     """Whether the client is a browser; a program gets a problem document instead of a page."""
-    return not path.startswith("api/") and "text/html" in Headers(scope=scope).get("accept", "")
+    return not path.startswith("api/") and asks_for(
+        whole(Headers(scope=scope), "accept"), "text/html"
+    )
 
 
 def _digest_of(directory: Path) -> str:

@@ -57,8 +57,8 @@ async def test_a_tag_is_sent_with_its_drop_and_adds_no_other_field(
     bare = {**log, "drops": [{k: v for k, v in d.items() if k not in TAG} for d in log["drops"]]}
     assert verify_log(log).ok
     assert verify_log(bare).ok, "the log's digest does not cover it"
-    plays = http.get(f"/api/v1/players/{mark['who']}/plays", params={"format": "csv"}).text
-    rows = list(csv.DictReader(io.StringIO(plays)))
+    plays = http.get(f"/api/v1/players/{mark['who']}/plays", params={"format": "csv"})
+    rows = list(csv.DictReader(io.StringIO(plays.content.decode("utf-8-sig"))))
     assert [tag_of(row) for row in rows] == [dict.fromkeys(TAG, ""), TAG]
 
 

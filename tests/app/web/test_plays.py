@@ -99,14 +99,18 @@ def test_pages_follow_one_another_without_gap_and_end(
 def test_plays_as_csv_say_the_same(http: httpx.Client, rooms: tuple[str, str]) -> None:
     answer = http.get(PLAYS, params={"limit": 2}, headers={"accept": "text/csv"})
     assert answer.headers["content-type"].startswith("text/csv")
-    rows = list(csv.DictReader(io.StringIO(answer.text)))
+    assert answer.content.startswith(b"\xef\xbb\xbf"), "spreadsheets know UTF-8 by this mark"
+    rows = table_of(answer)
     told = recalled(http, limit=2)["plays"]
     assert [*rows[0]] == [*told[0]]
     for row, play in zip(rows, told, strict=True):
-        assert {name: "" if v is None else str(v) for name, v in play.items()} == row
+        texts = {name: "" if value is None else str(value) for name, value in play.items()}
+        practice = "true" if play["practice"] else "false"
+        numbers = {name: f"'{play[name]}" for name in ("seed", "play")}
+        assert row == {**texts, **numbers, "practice": practice}
     following = answer.links["next"]["url"]
     rest = http.get(following, params={"format": "csv"} | dict(httpx.URL(following).params))
-    assert len(list(csv.DictReader(io.StringIO(rest.text)))) == 2
+    assert len(table_of(rest)) == 2
     assert http.get(PLAYS, params={"format": "json"}, headers={"accept": "text/csv"}).json()
 
 
@@ -124,22 +128,25 @@ def test_plays_as_csv_are_those_of_any_mark_and_link_to_the_rest(
     rest = http.get(following)
     assert rest.headers["content-type"].startswith("text/csv")
     seeds = [row["seed"] for page in (answer, rest) for row in table_of(page)]
-    assert seeds == ["2", "1", "0"]
+    assert seeds == ["'2", "'1", "'0"], "no spreadsheet rounds them"
 
 
-@pytest.mark.parametrize("name", ["=1+1", "+1", "-1", "@SUM(A1)", "\u2212 plain"])
-def test_a_cell_of_csv_is_text_and_no_formula(http: httpx.Client, name: str) -> None:
+TAKEN = ["=1+1", "+1", "-1", "@SUM(A1)", "1e5", "12.50", ".5", "18446744073709551615"]
+
+
+@pytest.mark.parametrize("name", [*TAKEN, "\u2212 plain", "1e5 balls", "e5", "1.2.3"])
+def test_a_cell_of_csv_is_text_and_no_formula_or_number(http: httpx.Client, name: str) -> None:
     board = {**BOARD, "name": name}
     room = http.post("/api/v1/rooms", json={"board": board}).json()["id"]
     played(http, room, seed=1, x=-0.125, who=f"calculator {name}")
     key = urllib.parse.quote(f"calculator {name}", safe="")
     (row,) = table_of(http.get(f"/api/v1/players/{key}/plays", params={"format": "csv"}))
-    assert row["board"] == (f"'{name}" if name[0] in "=+-@" else name)
+    assert row["board"] == (f"'{name}" if name in TAKEN else name)
     assert row["x"] == "-0.125", "a number stays one"
 
 
 def table_of(answer: httpx.Response) -> list[dict[str, str]]:
-    return list(csv.DictReader(io.StringIO(answer.text)))
+    return list(csv.DictReader(io.StringIO(answer.content.decode("utf-8-sig"))))
 
 
 def test_an_unused_mark_has_no_plays_and_an_invalid_one_is_named(

@@ -35,7 +35,7 @@ async def target(said: Callable[[], bytes], *, again: bool) -> AsyncIterator[str
             writer.close()
 
     async with await asyncio.start_server(answer, "127.0.0.1", 0) as server:
-        yield "http://127.0.0.1:{}/hook".format(server.sockets[0].getsockname()[1])
+        yield f"http://127.0.0.1:{server.sockets[0].getsockname()[1]}/hook"
 
 
 async def fault(url: str) -> str | None:

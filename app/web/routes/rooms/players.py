@@ -15,6 +15,7 @@ from app.persistence.statements import plays as ledger
 from app.persistence.statements import store
 from app.persistence.statements.plays import Play
 from app.rooms.stakes import parse_who
+from app.web.edge.accepted import asks_for, whole
 from app.web.routes.common import Server, checked_board, documented, limit_drops, next_page, reply
 from app.web.routes.queries import Whole
 from app.web.schemas.fields import Digest, PhysicsVersion, Seed
@@ -78,7 +79,8 @@ Format = Annotated[
     Literal["json", "csv"] | None, Query(description="Default: as the Accept header says.")
 ]
 
-_FORMULA: Final = ("=", "+", "-", "@", "\t", "\r")
+_READ_AS_OTHER: Final = re.compile(r"[=+@\t\r-].*|[0-9]*\.?[0-9]+(?:[eE][+-]?[0-9]+)?", re.S)
+"""Texts that a spreadsheet takes for a formula or a number: it would round a seed of 20 digits."""
 _PLACE = re.compile(r"(\d{1,15})\.(\d{1,15})", re.ASCII)
 
 
@@ -144,7 +146,9 @@ async def _page(
         headers |= next_page(request, before=page.next)
     if not _wants_csv(form, request):
         return reply(page, headers=headers)
-    return Response(_table(views), headers=headers, media_type=f"{CSV}; charset=utf-8")
+    # Without a byte order mark Excel reads UTF-8 as another encoding.
+    table = _table(views).encode("utf-8-sig")
+    return Response(table, headers=headers, media_type=f"{CSV}; charset=utf-8")
 
 
 def _place(text: str) -> tuple[int, int]:
@@ -185,22 +189,27 @@ def _view(play: Play, board: Board) -> PlayView:
 
 
 def _wants_csv(chosen: str | None, request: Request) -> bool:
-    return chosen == "csv" or (chosen is None and CSV in request.headers.get("accept", ""))
+    if chosen is not None:
+        return chosen == "csv"
+    return asks_for(whole(request.headers, "accept"), CSV, "application/json")
 
 
 def _table(views: list[PlayView]) -> str:
     """A CSV table with one line for each drop, below the fields' names (RFC 4180).
 
-    A text that a spreadsheet would take for a formula gets an apostrophe in front, which makes it
-    text there.
+    A text that a spreadsheet would take for something else gets an apostrophe in front, which makes
+    it text there.
     """
     text = io.StringIO()
     writer = csv.DictWriter(text, PlayView.__struct_fields__)
     writer.writeheader()
     for view in views:
-        writer.writerow({k: _as_text(v) for k, v in msgspec.to_builtins(view).items()})
+        writer.writerow({k: _cell(v) for k, v in msgspec.to_builtins(view).items()})
     return text.getvalue()
 
 
-def _as_text(value: object) -> object:
-    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value
+def _cell(value: object) -> object:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    misread = isinstance(value, str) and _READ_AS_OTHER.fullmatch(value)
+    return f"'{value}" if misread else value
