@@ -167,6 +167,10 @@ class TooLargeError(AppError):
     """A body or a message over its limit."""
 
 
+class RangeError(AppError):
+    """A part of a picture or film that it does not have."""
+
+
 class HeadTooLargeError(TooLargeError):
     """A request's head is over its limit."""
 
@@ -321,6 +325,7 @@ ANSWERS: dict[type[Exception], Answer] = {
     TooLateError: Answer(408, "too-late", "The request did not arrive in time"),
     ConnectionLimitError: Answer(429, "too-many-connections", "Too many connections"),
     TooLargeError: Answer(413, "too-large", "Too large", 1009),
+    RangeError: Answer(416, "no-such-range", "No such range"),
     LimitError: Answer(429, "limit-reached", "Limit reached", 1013),
     RateLimitError: Answer(429, "rate-limited", "Too many requests"),
     MessageFloodError: Answer(429, "too-many-messages", "Too many messages"),

@@ -108,6 +108,7 @@ _PACKED = (
     "image/webp",
     "image/apng",
     "multipart/*",
+    "video/*",
     "font/*",
 )
 

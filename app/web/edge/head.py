@@ -29,4 +29,7 @@ class HeadAsGet:
         async def receive_until_then() -> Message:
             return {"type": "http.disconnect"} if ended else await receive()
 
-        await self.app({**scope, "method": "GET"}, receive_until_then, send_head)
+        # A head describes the whole, never a part of it (RFC 9110, 14.2).
+        headers = [each for each in scope["headers"] if each[0] != b"range"]
+        asked = {**scope, "method": "GET", "headers": headers}
+        await self.app(asked, receive_until_then, send_head)

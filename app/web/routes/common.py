@@ -52,6 +52,7 @@ _FAILURES = {
     409: "The room accepts nothing now, or the request was carried out before",
     413: "The body is too large",
     415: "The Content-Type of the body is not JSON",
+    416: "The picture has no such range of bytes",
     422: "A bad value; `detail` and `field` name it",
     429: "A limit was reached; `Retry-After` says when to try again",
     501: "The server was installed without the package that this needs",

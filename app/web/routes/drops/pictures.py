@@ -11,6 +11,7 @@ from app.computing.prices import Price
 from app.computing.tasks import Many
 from app.pictures.cache import look
 from app.render.parts.view import LEAST_WIDTH, MOST_WIDTH, lay_out
+from app.web.ranges import in_part
 from app.web.routes.common import (
     Server,
     address_of,
@@ -67,7 +68,7 @@ async def picture_reply(
     make: Callable[[], Coroutine[None, None, bytes]],
     media_type: str,
 ) -> Response:
-    """The picture called `name`, or 304; `make` draws it if it is not cached.
+    """The picture called `name`, a part of it, or 304; `make` draws it if it is not cached.
 
     `name` must contain everything that decides the picture, except the drawing code, which this
     function adds. Raises the errors of `make`.
@@ -76,7 +77,7 @@ async def picture_reply(
     if is_current(request, etag):
         return not_modified(etag)
     picture = await attended(request, server.pictures.get(etag, make))
-    return Response(picture, headers=cache_headers(etag), media_type=media_type)
+    return in_part(request, picture, cache_headers(etag), media_type)
 
 
 def drawn_by_worker(
@@ -113,9 +114,14 @@ def add_routes(
             summary=f"{title} as {fmt.upper()}",
             response_class=Response,
             name=f"{name}_{fmt}",
-            responses=documented(
-                None, 304, 404, 422, 503, *failures, description=description, media_type=media_type
-            ),
+            responses={
+                **documented(None, status=206, description="A part", media_type=media_type),
+                **documented(
+                    *(None, 304, 404, 416, 422, 503, *failures),
+                    description=description,
+                    media_type=media_type,
+                ),
+            },
         )
 
 
