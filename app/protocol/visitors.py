@@ -12,7 +12,7 @@ from app.errors import InvalidValueError, shorten
 from engine import plain_text
 from engine.json_text import Json
 
-MAX_NAME: Final = 24  # characters, after NFC
+MAX_NAME: Final = 25  # characters, after NFC, as on Twitch
 
 _COLOUR: Final = re.compile(r"#[0-9a-f]{6}")
 

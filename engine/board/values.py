@@ -92,9 +92,9 @@ def radius(value: Any, field: str) -> float:
 
 def name(value: Any) -> str:
     wanted = f"a name must be 1 to {MAX_NAME} printable characters"
-    if not isinstance(value, str) or not 0 < len(value) <= MAX_NAME or not value.isprintable():
-        raise fail("name", value, wanted)
-    return value
+    if isinstance(value, str) and 0 < len(value) <= MAX_NAME and plain_text.is_printable(value):
+        return value
+    raise fail("name", value, wanted)
 
 
 def gravity(value: Any) -> float:

@@ -78,7 +78,7 @@ async def test_who_comes_late_sees_the_tags_of_what_flies(
         ("name", "<b>Ada</b>"),
         ("name", "Ada\u202e"),
         ("name", ""),
-        ("name", "x" * 25),
+        ("name", "x" * 26),
         ("name", 5),
         ("colour", "red"),
         ("colour", "#E91E63"),

@@ -1,16 +1,18 @@
 // The name and colour that this visitor has chosen: kept in the browser, sent to rooms. Pure but for storage.
 
+import { textFault } from "../../solver/input/plain-text.js";
+
 /** @typedef {{name?: string, colour?: string}} Appearance */
 
 const KEY = "plinko.visitor.1";
-const MOST_CHARACTERS = 24; // the server's limit
-const HIDDEN = /[<>&\p{C}]/u;
+const MOST_CHARACTERS = 25; // the server's limit
+const MARKUP = /[<>&]/;
 const COLOUR = /^#[0-9a-f]{6}$/;
 
 /** @param {string} text as typed @returns {string | null} the name, "" for no name; null if it is not allowed */
 export function nameOf(text) {
   const name = text.normalize("NFC").replace(/\s+/g, " ").trim();
-  return HIDDEN.test(name) || [...name].length > MOST_CHARACTERS ? null : name;
+  return name && (MARKUP.test(name) || textFault(name, MOST_CHARACTERS)) ? null : name;
 }
 
 /** The visitor's appearance, shared by all tabs. */

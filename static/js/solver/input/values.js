@@ -5,7 +5,7 @@
 
 import { BoardError } from "../errors.js";
 import { shownJson } from "./json-text.js";
-import { textFault } from "./plain-text.js";
+import { isPrintable, textFault } from "./plain-text.js";
 
 /** @import { Bins, Board, DropZone, Label, Material } from "../../model/board.js" */
 
@@ -34,7 +34,6 @@ const RANGES = {
 const KEYS = ["name", "width", "height", "gravity", "drag", "ball", "pegs", "peg_material", "walls",
   "wall_material", "bins", "drop"];
 const COLOUR = /^#[0-9a-f]{6}$/;
-const PRINTABLE = /^(?:[^\p{C}\p{Z}]| )+$/u;
 
 /**
  * @param {unknown} form a board's JSON, parsed
@@ -144,7 +143,7 @@ function rows(value, field, most, read) {
 /** @param {unknown} value */
 function readName(value) {
   const length = typeof value === "string" ? [...value].length : 0;
-  if (typeof value === "string" && length > 0 && length <= MOST.name && PRINTABLE.test(value)) {
+  if (typeof value === "string" && length > 0 && length <= MOST.name && isPrintable(value)) {
     return value;
   }
   throw fail("name", value, `a name must be 1 to ${MOST.name} printable characters`);
