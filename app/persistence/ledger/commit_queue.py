@@ -27,7 +27,7 @@ docs/ledger.md has the whole proof.
 import asyncio
 import enum
 import threading
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -73,6 +73,12 @@ class Job:
     asked: float = 0.0
     fate: Fate = Fate.OPEN
     number: int = 0
+
+    @property
+    def kinds(self) -> str:
+        """What is written, for the log: the kinds of rows; their values may be secret."""
+        counts = Counter(type(write).__name__ for write in self.writes)
+        return ", ".join(f"{count} {kind}" for kind, count in counts.items())
 
 
 class RevokedError(Exception):

@@ -185,7 +185,7 @@ class Committer:
                     return
             return
         (job,) = jobs
-        _log.error("the ledger rejects %r: %s", job.writes, reason(error))
+        _log.error("the ledger rejects %s: %s", job.kinds, reason(error))
         failure = LedgerError(f"the ledger rejects this write: {reason(error)}")
         self._call(self._answers.refused, self._queue.rejected(job, failure), failure)
 

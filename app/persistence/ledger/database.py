@@ -260,9 +260,19 @@ class Database:
 
 
 def reason(error: BaseException) -> str:
-    """The message of a database's error, without the statement and its values."""
-    if isinstance(error, sa.exc.DBAPIError) and error.orig is not None:
+    """The message of a database's error, without the statement and without any value of a row.
+
+    PostgreSQL puts values into a message's detail, such as the whole row that violates a
+    constraint, and those that it cannot read into the message itself.
+    """
+    if isinstance(error, sa.exc.StatementError) and error.orig is not None:
+        unreadable = isinstance(error, sa.exc.DataError) or isinstance(error.orig, ValueError)
         error = error.orig
+        if unreadable:
+            return type(error).__name__
+    diagnosis = getattr(error, "diag", None)  # of psycopg
+    if diagnosis is not None and diagnosis.message_primary:
+        return str(diagnosis.message_primary)
     return " ".join(str(error).split()) or type(error).__name__
 
 
@@ -341,6 +351,7 @@ def _sqlite(url: URL) -> Engine:
     in_memory = url.database in (None, ":memory:")
     engine = sa.create_engine(
         url,
+        hide_parameters=True,
         poolclass=StaticPool if in_memory else NullPool,
         connect_args={"check_same_thread": False, "timeout": _ANSWER_SECONDS},
     )
@@ -372,6 +383,7 @@ def _postgres(url: URL, *, shared: bool) -> Engine:
     try:
         return sa.create_engine(
             url,
+            hide_parameters=True,
             poolclass=NullPool,
             connect_args={
                 "connect_timeout": _ANSWER_SECONDS,

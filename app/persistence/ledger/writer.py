@@ -327,7 +327,7 @@ def _report(jobs: Sequence[Job], failure: LedgerError | None) -> None:
         try:
             job.done(failure)
         except Exception:  # noqa: BLE001
-            _log.exception("handling the outcome of %r failed", job.writes)
+            _log.exception("handling the outcome of %s failed", job.kinds)
 
 
 def _settle(future: "asyncio.Future[None]") -> Done:
