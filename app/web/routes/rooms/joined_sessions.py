@@ -1,5 +1,9 @@
 """The fair sessions that one connection has begun or joined, and may drop in."""
 
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
 from app.errors import InvalidValueError, UnknownSessionError, shorten
 from app.live.sessions.fair_session import FairSession
 from app.protocol import messages
@@ -15,6 +19,32 @@ class JoinedSessions:
         self._fair = server.fair
         self._tokens = server.session_tokens
         self._joined: set[str] = set()
+        self._turns: list[tuple[str, bool, asyncio.Event]] = []
+
+    @asynccontextmanager
+    async def in_turn(self, session_id: str | None, *, alone: bool) -> AsyncIterator[None]:
+        """Carry out a message about a session after earlier ones, whose commits take time.
+
+        Drops are committed together. Messages that join, open or end the session are carried out
+        `alone`: an end waits for the drops sent before it, and a drop for the opening.
+        """
+        if session_id is None:
+            yield
+            return
+        before = [
+            done
+            for other, is_alone, done in self._turns
+            if other == session_id and alone | is_alone
+        ]
+        turn = (session_id, alone, asyncio.Event())
+        self._turns.append(turn)
+        try:
+            for done in before:
+                await done.wait()
+            yield
+        finally:
+            self._turns.remove(turn)
+            turn[2].set()
 
     async def take(self, room: Room, message: SessionRequest) -> messages.Event:
         """Carry out a message about a session, and return the answer.

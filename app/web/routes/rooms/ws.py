@@ -162,7 +162,8 @@ class RoomClient:
         """Serve each message in its own task until the client disconnects.
 
         The tasks start in the order of the messages, so the room accepts their inputs in that
-        order. But no message waits until the ledger has committed an earlier one.
+        order. But no message waits until the ledger has committed an earlier one, except for the
+        messages that join, open and end a session: see `JoinedSessions.in_turn`.
         """
         while True:
             message = await self.socket.receive()
@@ -211,15 +212,17 @@ class RoomClient:
                 self._send(self.live.audience.missed(self.client, run, since, key))
             case client_messages.DropMessage():
                 spend(self._drops, time.monotonic(), "drops")
-                await self._drop(message)
+                async with self._sessions.in_turn(message.session, alone=False):
+                    await self._drop(message)
             case (
                 client_messages.SessionMessage()
                 | client_messages.OpenMessage()
                 | client_messages.EndMessage()
             ):
                 spend(self._drops, time.monotonic(), "drops")
-                work = self._sessions.take(self.live.room, message)
-                self._send(await self._decided(work, message.ref))
+                async with self._sessions.in_turn(message.session, alone=True):
+                    work = self._sessions.take(self.live.room, message)
+                    self._send(await self._decided(work, message.ref))
             case AppearMessage():
                 self._appear(message)
             case ClaimMessage():

@@ -219,6 +219,34 @@ async def test_a_session_that_broke_off_goes_on_where_it_was(
     assert (verdict.failed, verdict.drops) == ([], 2)
 
 
+async def test_what_a_socket_says_of_a_session_is_done_in_its_order(
+    server: Running, http: httpx.Client, tiny: str
+) -> None:
+    """The client waits for no answer: a drop follows the opening, and the end follows the drops."""
+    async with playing(server.socket(tiny)) as player:
+        await player.send(type="session", commitment=COMMITMENT, ref="begin")
+        state = await player.until("session", ref="begin")
+        session, token = state["session"], state["token"]
+    async with playing(server.socket(tiny)) as player:
+        await player.send(type="session", session=session, token=token, ref="join")
+        await player.send(type="open", session=session, seed=SEED.hex(), ref="open")
+        for number in range(3):
+            await player.send(type="drop", session=session, stake=50, ref=number)
+        await player.send(type="end", session=session, ref="end")
+        await player.send(type="drop", session=session, stake=50, ref="late")
+        assert (await player.until("error"))["ref"] == "late"
+        assert [
+            (each["type"], each["ref"]) for each in player.events if each.get("ref") is not None
+        ] == [
+            ("session", "join"),
+            ("session", "open"),
+            *(("accepted", number) for number in range(3)),
+            ("ended", "end"),
+            ("error", "late"),
+        ]
+    assert checked(http, session, bearer(token)).drops == 3
+
+
 async def test_simultaneous_ends_of_a_session_get_the_same_answer(
     server: Running, http: httpx.Client, tiny: str
 ) -> None:
