@@ -20,6 +20,7 @@ from app.web.routes.common import (
     charged,
     check_count,
     documented,
+    documented_failures,
     is_current,
     not_modified,
 )
@@ -116,11 +117,8 @@ def add_routes(
             name=f"{name}_{fmt}",
             responses={
                 **documented(None, status=206, description="A part", media_type=media_type),
-                **documented(
-                    *(None, 304, 404, 416, 422, 503, *failures),
-                    description=description,
-                    media_type=media_type,
-                ),
+                **documented(None, description=description, media_type=media_type),
+                **documented_failures(304, 404, 416, 422, 503, *failures),
             },
         )
 
