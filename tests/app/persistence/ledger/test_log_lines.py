@@ -42,7 +42,7 @@ def test_a_refused_row_is_logged_by_its_kind(
         why = asyncio.run(scene())
     lines = [each.getMessage() for each in caplog.records]
     rejected = [each for each in lines if "rejects 1 FairSessionRow: " in each]
-    assert len(rejected) == (row is not REFUSED["not a number"])
+    assert rejected or row is REFUSED["not a number"], "SQLite gets no statement for that one"
     whole = "\n".join([why, caplog.text, *lines])
     assert [value for value in secrets_of(row) if value in whole] == []
 
