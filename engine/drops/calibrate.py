@@ -81,18 +81,13 @@ def fit(
 
 
 def fit_of(batch: DropBatch, tuning: Tuning) -> Fit:
-    """Measure a tuning by a batch on its triangle.
-
-    Board and starts are symmetric, so the mirrored drops are counted too: they cost nothing and
-    halve the variance.
-    """
+    """Measure a tuning by a batch on its triangle."""
     expected = binomial(batch.board.bins.count - 1)
-    histogram = batch.histogram + batch.histogram[::-1]
     return Fit(
         tuning=tuning,
         drops=len(batch),
-        distance=total_variation(histogram, expected),
-        floor=sampling_floor(expected, 2 * len(batch)),
+        distance=total_variation(batch.histogram, expected),
+        floor=sampling_floor(expected, len(batch)),
         duration=float(batch.duration.mean()),
         impacts=float(batch.impact_count.mean()),
         unsettled=batch.unsettled,
