@@ -149,9 +149,11 @@ def position(board, f, number, x, y, s):
     )
 
 
-# What can end a stretch: another surface (not an end of the ball's own line, and not a line of its own
-# end); the landing; a normal force of zero; the end of the line, or a line of the end; the end of
-# slipping; rolling that needs more friction than there is.
+# What can end a stretch: another surface (not one as which the ball's own continues); the place where
+# a ball that is behind a line comes out, because only from there on can it be seen to touch that line;
+# the landing; a normal force of zero; the end of the line, or a line that is flush with the circle; the
+# end of slipping; rolling that needs more friction than there is. `is_in_reach` keeps the lines that
+# the ball may touch in this stretch.
 
 
 def affine(start, rate, row):
@@ -178,11 +180,14 @@ def touch_time(board, f, number, x, y, other, moves_off, horizon):
     else:
         reach = side * here.distance
         c = [reach * (there.nx * a + there.ny * b) for a, b in zip(f.nx[1:], f.ny[1:])]
-    s = search([side * d - board.radius, *c], horizon)
+    c = [side * d - board.radius, *c]
+    if not moves_off and c[0] < -rounding(x, y):  # behind the line: when does the ball come out?
+        return first_zero([-term for term in c], 0, horizon), 0.0
+    s = search(c, horizon)
     if s != NO_HIT:
         px, py = position(board, f, number, x, y, s)
-        foot = (px - there.x) * there.tx + (py - there.y) * there.ty
-        if not 0.0 <= foot <= there.length:
+        foot, near = (px - there.x) * there.tx + (py - there.y) * there.ty, rounding(px, py)
+        if not -near <= foot <= there.length + near:
             s = NO_HIT
     return s, side
 
@@ -194,17 +199,41 @@ def products(p, i):
     return total
 
 
-def others_touched(board, f, number, x, y, also, horizon):
-    here = board.surfaces[number]
-    known = here.ends if here.is_line else here.lines
+def others_touched(board, f, number, side, x, y, also, horizon):
     best, found, found_side = horizon, None, 0.0
+    end_x, end_y = position(board, f, number, x, y, horizon)
+    middle = 0.5 * (x + end_x), 0.5 * (y + end_y)
     for other, surface in enumerate(board.surfaces):
-        if other == number or other in known or surface.is_copy:
+        if other == number or surface.owner != other:
             continue
-        s, side = touch_time(board, f, number, x, y, other, other == also, best)
-        if s != NO_HIT and (s < best or found is None):
-            best, found, found_side = s, other, side
+        if continues(board, number, side, other, x, y):
+            continue
+        s, other_side = touch_time(board, f, number, x, y, other, other == also, best)
+        if surface.is_line and other_side == 0.0:
+            if s != NO_HIT and s < best and is_in_reach(board, surface, *middle):
+                best, found = s, None  # the stretch ends where the ball comes out
+        elif s != NO_HIT and (s < best or found is None):
+            best, found, found_side = s, other, other_side
     return best, found, found_side
+
+
+def is_in_reach(board, line, x, y):
+    dx, dy, reach = x - line.x, y - line.y, board.radius + 0.503 * board.travel
+    along = min(max(dx * line.tx + dy * line.ty, 0.0), line.length)
+    dx, dy = dx - along * line.tx, dy - along * line.ty
+    return dx * dx + dy * dy <= reach * reach
+
+
+def ends_in(line, number):
+    return line.is_line and number in line.ends
+
+
+def continues(board, number, side, other, x, y):  # from one surface to the other without an angle
+    here, there = board.surfaces[number], board.surfaces[other]
+    if not here.is_line:
+        flush_side = side_of(board, other, x, y)
+        return ends_in(there, number) and is_flush(board.radius, there, flush_side, here)
+    return not there.is_line and is_flush(board.radius, here, side, there)
 
 
 def surface_change(board, f, number, x, y, horizon):
@@ -213,18 +242,21 @@ def surface_change(board, f, number, x, y, horizon):
         foot = (x - here.x) * here.tx + (y - here.y) * here.ty
         along = -f.ny[0] * here.tx + f.nx[0] * here.ty
         rest = (1.0, foot, here.ends[0]), (-1.0, here.length - foot, here.ends[1])
-        asked = [(affine(gap, sign * along, f.path), end) for sign, gap, end in rest]
-    else:
-        asked = []
-        for number in here.lines:
-            line = board.surfaces[number]
-            out = -1.0 if (line.x, line.y) == (here.x, here.y) else 1.0
-            c = [out * (line.tx * a + line.ty * b) for a, b in zip(f.nx, f.ny)]
-            asked.append((c, number))
-    for c, other in asked:
-        s = first_touch(c, horizon)
-        if s != NO_HIT and (best == NO_HIT or s < best):
-            best, onto = s, other
+        for sign, gap, end in rest:
+            s = first_touch(affine(gap, sign * along, f.path), horizon)
+            if s != NO_HIT and (best == NO_HIT or s < best):
+                best, onto = s, end
+        return best, onto
+    for line in board.surfaces:
+        if line.owner != line.number or not ends_in(line, number):
+            continue
+        out = -1.0 if line.ends[0] == number else 1.0
+        s = first_touch([out * (line.tx * a + line.ty * b) for a, b in zip(f.nx, f.ny)], horizon)
+        if s == NO_HIT or (best != NO_HIT and s >= best):
+            continue
+        up = value(f.nx, s) * line.nx + value(f.ny, s) * line.ny
+        if is_flush(board.radius, line, 1.0 if up > 0.0 else -1.0, here):
+            best, onto = s, line.number
     return best, onto
 
 
@@ -253,25 +285,27 @@ def contact(board, ball, number, side, roots, also, events):
     g, k, R, slip_sign, fresh = board.gravity, board.drag, board.radius, 0.0, False
     while True:
         if len(events) >= MAX_EVENTS and not fresh:
-            return MANY, number, side, None, 0.0
+            return MANY, number, side, None, 0.0, also
         if not ball.t <= MAX_TIME:
-            return LATE, number, side, None, 0.0
+            return LATE, number, side, None, 0.0, also
+        if not is_near(board, number, side, ball.x, ball.y):
+            raise FalsePath
         surface, friction = board.surfaces[number], board.pair_of(number)[1]
         nx, ny, ball.x, ball.y = touch(board, number, side, ball.x, ball.y)
         u = ball.vy * nx - ball.vx * ny
         force = -g * ny - surface.curvature * u * u
         if force <= 0.0:
-            return STEP, number, side, None, 0.0  # there was no force from the start
+            return STEP, number, side, None, 0.0, also  # there was no force from the start
         mode = SLIDING
         if roots != 2:
             mode, slip_sign = mode_of(board, u, ball.omega, force, nx, friction, roots == 1)
         if nx == 0.0 and mode != SLIDING and has_stopped(board, u):
-            return REST, number, side, None, 0.0
+            return REST, number, side, None, 0.0, also
         nx, ny, _, _ = touch(board, number, side, ball.x, ball.y)  # again, at its new position
         u = ball.vy * nx - ball.vx * ny
         f = Series(board, number, mode, slip_sign, nx, ny, u, ball.omega, ball.theta)
         s, hit_number, sign = others_touched(
-            board, f, number, ball.x, ball.y, also, step_length(board, f)
+            board, f, number, side, ball.x, ball.y, also, step_length(board, f)
         )
         cause, other = (STEP, None) if hit_number is None else (HIT, hit_number)
         row, rate = (f.path, -surface.ty) if surface.is_line else (f.ny, -surface.distance)
@@ -296,18 +330,16 @@ def contact(board, ball, number, side, roots, also, events):
             also = None
         fresh = cause == MODE and s == 0.0
         if cause == MODE:
-            events.append(ball.event(CHANGES, board.index(number)))
+            events.append(ball.event(CHANGES, board.index(number, ball.x, ball.y)))
             slip_sign, roots = sign, 2 if mode == ROLLING else 1
         elif cause == OVER:
-            events.append(ball.event(CHANGES, board.index(other)))
+            events.append(ball.event(CHANGES, board.index(other, ball.x, ball.y)))
             number, side = other, side_of(board, other, ball.x, ball.y)
         elif cause != STEP:
-            return cause, number, side, other, sign
+            return cause, number, side, other, sign, also
 
 
 def changed(board, f, number, ball, horizon):
-    if number < board.pegs:
-        return NO_HIT, OVER, None, 0.0
     s, onto = surface_change(board, f, number, ball.x, ball.y, horizon)
     return s, OVER, onto, 0.0
 
@@ -343,7 +375,7 @@ def has_stopped(board, u):
 # A ball meets a second surface if it hits it while it is on a first one, or if a flight from the first
 # to the second takes no time or leads no farther than rounding. The ball strikes each of the two that
 # it approaches faster than 1e-8 m/s, the lower number first, until it approaches neither. After a
-# thousand impulses it is jammed and stops. A ball that is too slow to rise by more than rounding has
+# thousand impulses the drop ends without a result. A ball that is too slow to rise by more than rounding has
 # stopped, too. Otherwise it leaves each surface from which it moves away faster than 1e-8 m/s. If it
 # leaves neither, the two are nearly parallel: it slides from one onto the other, or is jammed.
 
@@ -355,12 +387,11 @@ def meet(board, ball, a, b, events):  # a, b: number and side
         if off_a >= -DEAD and off_b >= -DEAD:
             break
         if impulses == 1000:
-            off_a = off_b = ball.vx = ball.vy = 0.0
-            break
+            return BOUNCES_ON, b, a[0], 0
         impulses += 1
         last = a if off_a < -DEAD and (a < b or off_b >= -DEAD) else b
-        _, _, sticks = strike(board, ball, *last, events)
-    height = PLACE_ROUNDING * (abs(ball.x) + abs(ball.y))
+        _, _, sticks = strike(board, ball, *last, events, meets=True)
+    height = rounding(ball.x, ball.y)
     slow = max((8.0 * DEAD) * (8.0 * DEAD), 2.0 * board.gravity * height)
     if ball.vx * ball.vx + ball.vy * ball.vy <= slow:
         ball.vx = ball.vy = 0.0
@@ -391,13 +422,16 @@ def slides_off(board, ball, surface, other):  # moving along the one, not into t
     return (ball.vy * nx - ball.vx * ny) * (oy * nx - ox * ny) >= 0.0
 
 
-def strike(board, ball, number, side, events):
-    ball.x, ball.y, ball.vx, ball.vy, ball.omega, nx, ny, sticks = rebound(
+def strike(board, ball, number, side, events, meets=False):
+    ball.x, ball.y, ball.vx, ball.vy, ball.omega, nx, ny, sticks, is_true = rebound(
         board, number, side, ball.x, ball.y, ball.vx, ball.vy, ball.omega
     )
-    is_peg = number < board.pegs
-    index = number if is_peg else (number - board.pegs) // 3
-    events.append(ball.event(PEG if is_peg else WALL, index))
+    if is_true or meets:
+        is_peg = number < board.pegs
+        index = number if is_peg else board.wall_at(number, ball.x, ball.y)
+        events.append(ball.event(PEG if is_peg else WALL, index))
+    if not is_true:
+        raise FalsePath
     return nx, ny, sticks
 
 
@@ -407,7 +441,7 @@ def stay(board, ball, surface, other, roots, events):
     ball.vx, ball.vy = -u * ny, u * nx
     if not is_pressed_on(board, surface[0], u, ny):
         return LIFTS, surface, other[0], 0
-    events.append(ball.event(BEGINS, board.index(surface[0])))
+    events.append(ball.event(BEGINS, board.index(surface[0], ball.x, ball.y)))
     return STAYS, surface, other[0], roots
 
 
@@ -448,8 +482,8 @@ def rest(board, ball, a, b, events):
     what, brake = in_notch(g, ball.omega, ax, ay, mu_a, bx, by, mu_b)
     spun = what == SPINS
     if spun:
-        events.append(ball.event(BEGINS, board.index(a[0])))
-        events.append(ball.event(BEGINS, board.index(b[0])))
+        events.append(ball.event(BEGINS, board.index(a[0], ball.x, ball.y)))
+        events.append(ball.event(BEGINS, board.index(b[0], ball.x, ball.y)))
         rate = (-2.0 if ball.omega > 0.0 else 2.0) * brake / board.radius
         s = -ball.omega / rate
         ball.t, ball.theta = ball.t + s, ball.theta + 0.5 * ball.omega * s
@@ -462,5 +496,5 @@ def rest(board, ball, a, b, events):
         return LIFTS, b, a[0], 0
     stays, opened = (a, b) if what == ON_A else (b, a)
     kind, which = (ENDS, opened) if spun else (BEGINS, stays)
-    events.append(ball.event(kind, board.index(which[0])))
+    events.append(ball.event(kind, board.index(which[0], ball.x, ball.y)))
     return STAYS, stays, opened[0], 0

@@ -5,6 +5,8 @@ The page's blocks define the other names that this file uses, and call `circle_h
 `foot_inside`. A test runs the blocks and this file in one namespace.
 """
 
+LEAST_X = -4.0  # below, Halley's step is less than two thirds of the way to the parabola's root
+
 
 def minorant_root(f, fd, m):
     square = fd * fd - 2.0 * m * f
@@ -59,39 +61,60 @@ def flown(q, s):  # place, velocity, and v.q and q.a of a motion after s
     return px * px + py * py, fd, 2.0 * (ux * ux + uy * uy + decay * (px * ax + py * ay))
 
 
-def circle_search(q, d2, horizon, s, f, fd, fdd, low3):
+def first_root(q, scale, is_divided, horizon, s, f, fd, fdd, low3):  # of f, or of g = f / s
     qx, qy, vx, vy, ax, ay, k = q
     size3 = third_size(vx * ax + vy * ay, ax * ax + ay * ay, qx * ax + qy * ay, k, horizon)
-    enough = NEGLIGIBLE * d2
-    h = horizon - s
+    g0, enough, h = f, NEGLIGIBLE * scale, horizon - s
     for _ in range(MOST_STEPS):
         m = fdd + low3 * h * (1.0 / 3.0)
         step = halley_step(f, fd, m)
+        if fd < 0.0 and (s + step == s or (is_divided and f * m < LEAST_X * (fd * fd))):
+            step = minorant_root(f, fd, m)
+        before = s
         if step == NO_HIT or step > h:
             if s + h >= horizon:
                 return NO_HIT
             step, h = h, h + h
-        elif comes_near(f, fd, m, step, size3 * step - low3 * h, enough):
-            return s + step
-        else:
+        elif comes_near(f, fd, m, step, h, low3, size3, enough, is_divided):
+            s = s + step
+            return s if s <= horizon else NO_HIT
+        elif not is_divided:
             h = step
-        before, s = s, s + step
+        s = s + step
+        if s > horizon:
+            return NO_HIT
         if s == before:
             return s
-        square, fd, fdd = flown(q, s)
-        f = square - d2
+        if is_divided:
+            f, fd = divided(q, g0, s)
+        else:
+            square, fd, fdd = flown(q, s)
+            f = square - scale
         if f <= 0.0:
             return s
-        if h > horizon - s:
+        if is_divided or h > horizon - s:
             h = horizon - s
             if h <= 0.0:
                 return NO_HIT
     return s
 
 
-def comes_near(f, fd, m, step, change, enough):
+def divided(q, g0, s):  # g and g' at s
+    qx, qy, vx, vy, ax, ay, k = q
+    qa, c = qx * ax + qy * ay, phi2(k * s) if k > 0.0 else 0.5
+    c1 = s * c
+    c1d = 1.0 - k * c1 - c
+    wx, wy = vx + ax * c1, vy + ay * c1
+    ww = wx * wx + wy * wy
+    g = g0 + 2.0 * qa * c1 + s * ww
+    return g, 2.0 * qa * c1d + ww + 2.0 * s * c1d * (wx * ax + wy * ay)
+
+
+def comes_near(f, fd, m, step, h, low3, size3, enough, is_divided):
+    if is_divided:
+        return 2.0 * (size3 * (1.0 / 3.0)) * step * step <= enough
     square, fm = fd * fd, f * m
-    if change * step * step > 3.0 * enough:
+    if (size3 * step - low3 * h) * step * step > 3.0 * enough:
         return False
     return f * fm * fm <= enough * square * square
 
@@ -105,7 +128,7 @@ def circle_hit(q, d2, horizon):
     if stays_positive(f, b, c + low3 * horizon * (1.0 / 6.0), horizon):
         return NO_HIT
     if f > 0.0:
-        return circle_search(q, d2, horizon, 0.0, f, 2.0 * b, 2.0 * c, low3)
+        return first_root(q, d2, False, horizon, 0.0, f, 2.0 * b, 2.0 * c, low3)
     return 0.0 if b < 0.0 else circle_hit_again(q, horizon)
 
 
@@ -125,38 +148,12 @@ def search_again(q, g0, horizon):
     qx, qy, vx, vy, ax, ay, k = q
     va, aa, qa = vx * ax + vy * ay, ax * ax + ay * ay, qx * ax + qy * ay
     m = third_below(va, aa, qa, k, horizon) * (1.0 / 3.0)
-    g = g0
-    gd = vx * vx + vy * vy + qa
-    s, step = 0.0, NO_HIT
-    if g > 0.0:
-        if stays_positive(g, 0.5 * gd, 0.5 * m, horizon):
-            return NO_HIT
-        step = halley_step(g, gd, m)
-    elif gd <= 0.0:
+    g, gd = max(g0, 0.0), vx * vx + vy * vy + qa
+    if g == 0.0 and gd <= 0.0:
         return 0.0
-    elif m < 0.0:
-        step = -2.0 * gd / m
-    enough = NEGLIGIBLE * g0
-    size = third_size(va, aa, qa, k, horizon) * (1.0 / 3.0)
-    for _ in range(MOST_STEPS):
-        if step == NO_HIT:
-            return NO_HIT
-        before, s = s, s + step
-        if s > horizon:
-            return NO_HIT
-        if s == before or (2.0 * size * step * step <= enough and -m * g <= 4.0 * gd * gd):
-            return s
-        c = phi2(k * s) if k > 0.0 else 0.5
-        c1 = s * c
-        c1d = 1.0 - k * c1 - c
-        wx, wy = vx + ax * c1, vy + ay * c1
-        ww = wx * wx + wy * wy
-        g = g0 + 2.0 * qa * c1 + s * ww
-        if g <= 0.0:
-            return s
-        gd = 2.0 * qa * c1d + ww + 2.0 * s * c1d * (wx * ax + wy * ay)
-        step = halley_step(g, gd, m)
-    return s
+    if g > 0.0 and stays_positive(g, 0.5 * gd, 0.5 * m, horizon):
+        return NO_HIT
+    return first_root(q, g, True, horizon, 0.0, g, gd, m, 0.0)
 
 
 def circle_hit_after_rolling(q, d2, horizon):
@@ -175,7 +172,7 @@ def circle_hit_after_rolling(q, d2, horizon):
     if square - d2 <= 0.0:
         return s
     low3 = third_below(va, aa, qx * ax + qy * ay, k, horizon)
-    return circle_search(q, d2, horizon, s, square - d2, fd, fdd, low3)
+    return first_root(q, d2, False, horizon, s, square - d2, fd, fdd, low3)
 
 
 def line_hit(h, hd, hdd, k, horizon):
@@ -251,15 +248,32 @@ def line_hit_again(hd, hdd, k, horizon):
     return s
 
 
-def foot_inside(line, q, s):  # q seen from the line's first end
-    dx, dy, vx, vy, ax, ay, k = q
+def foot_inside(line, q, s):
+    x, y, vx, vy, ax, ay, k = q
     _, _, psi = short_basis(k, s)
-    foot = (dx + vx * s + ax * psi) * line.ny + (dy + vy * s + ay * psi) * -line.nx
-    return 0.0 <= foot <= line.length
+    x, y = x + vx * s + ax * psi, y + vy * s + ay * psi
+    foot, near = (x - line.x) * line.tx + (y - line.y) * line.ty, rounding(x, y)
+    return -near <= foot <= line.length + near
+
+
+def onto_line(line, q, begin, h, hd, hdd, horizon):  # from the line's extension, touched at `begin`
+    x, y, vx, vy, ax, ay, k = q
+    foot = line.tx * (x - line.x) + line.ty * (y - line.y)
+    along, pull = line.tx * vx + line.ty * vy, line.tx * ax + line.ty * ay
+    if foot < 0.0:
+        s = line_hit(-foot, -along, -pull, k, horizon)
+    else:
+        s = line_hit(foot - line.length, along, pull, k, horizon)
+    if s == NO_HIT:
+        return NO_HIT
+    _, _, psi = short_basis(k, s)
+    far = abs(h + hd * s + hdd * psi) > rounding(x, y)
+    return NO_HIT if s < begin or far else s
 
 
 def wall_hit(board, line, left, q, horizon):  # `left`: the surface just left, or None
-    dx, dy, vx, vy, ax, ay, k = q
+    x, y, vx, vy, ax, ay, k = q
+    dx, dy = x - line.x, y - line.y
     d, dv, da = (line.nx * u + line.ny * v for u, v in ((dx, dy), (vx, vy), (ax, ay)))
     found, found_side = NO_HIT, 0.0
     for side in (1.0, -1.0):
@@ -272,7 +286,9 @@ def wall_hit(board, line, left, q, horizon):  # `left`: the surface just left, o
         s = line_hit(h, hd, hdd, k, horizon)
         if s == NO_HIT or (found != NO_HIT and s >= found):
             continue
-        if foot_inside(line, q, s):
+        if not foot_inside(line, q, s):
+            s = onto_line(line, q, s, h, hd, hdd, horizon)
+        if s != NO_HIT and (found == NO_HIT or s < found):
             found, found_side = s, side
     if found != NO_HIT and left is not None and leaves_by(line, left, vx, vy):
         _, phi, _ = short_basis(k, found)

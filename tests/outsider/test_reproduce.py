@@ -12,6 +12,7 @@ from benchmarks.scenes.random_boards import random_board
 from engine import Board, drop, drop_many, preset_names
 from tests.engine.batches.open_board import DROPS, OPEN
 from tests.engine.hard_boards import KINDS, hard_board
+from tests.engine.wall_boards import wall_board
 from tests.long import tries
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -83,6 +84,13 @@ def test_the_page_gives_the_digests_of_drops_on_hard_boards(kind: str) -> None:
         compare(board, tries(1, 4))
         for x in hard.starts[: tries(1, 5)]:
             compare(board, 1, x)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("group", range(tries(4, 40)))
+def test_the_page_gives_the_digests_of_drops_on_walls_in_pieces(group: int) -> None:
+    for number in range(10 * group, 10 * group + tries(6, 10)):
+        compare(wall_board(number), tries(2, 10))
 
 
 def worked() -> str:
