@@ -26,6 +26,7 @@ from engine.stepped.step import trace_stepped_many
 from engine.stepped.sweep import sweep
 from tests.engine.exact.one_ball import trace
 from tests.engine.multibody.static_scenes import any_board
+from tests.engine.wall_boards import wall_board, wall_boards
 
 Ints = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
@@ -37,11 +38,11 @@ def board_of(name: str) -> Board:
 
 
 def gridless(board: Board) -> BoardArrays:
-    """The board's arrays with one cell that lists every surface."""
+    """The board's arrays with one cell that lists every surface that owns itself."""
 
     def one_cell(items: Floats, *_: float) -> Cells:
-        copies = (items[:, surface.DISTANCE] > 0.0) & (items[:, surface.DISTANCE2] < 0.0)
-        members = np.flatnonzero(~copies).astype(np.uint32)
+        owners = items[:, surface.OWNER] == np.arange(len(items))
+        members = np.flatnonzero(owners).astype(np.uint32)
         starts = np.array([0, len(members)], np.uint32)
         return Cells(0.0, 0.0, 1.0, 0, 0, starts, members, heads_of(starts, members))
 
@@ -66,14 +67,45 @@ def test_a_place_on_the_board_or_somewhat_off_it_has_a_cell() -> None:
 
 def test_surfaces_far_apart_have_coarser_cells_instead_of_more() -> None:
     items = np.zeros((2, surface.COLUMNS))
-    items[:, [surface.X, surface.Y, surface.DISTANCE, surface.DISTANCE2]] = [
-        [-1e6, 0.0, 0.1, 0.01],
-        [1e6, 5.0, 0.1, 0.01],
+    items[:, [surface.X, surface.Y, surface.DISTANCE, surface.DISTANCE2, surface.OWNER]] = [
+        [-1e6, 0.0, 0.1, 0.01, 0],
+        [1e6, 5.0, 0.1, 0.01, 1],
     ]
     cells = cells_of(items, 0.05, 0.2, 10.0)
     assert cells.columns * cells.rows <= MAX_CELLS
     assert cells.cells_per_metre < 1.0
     assert set(cells.members.tolist()) == {0, 1}
+
+
+def test_no_cell_lists_a_surface_that_another_one_owns() -> None:
+    arrays = arrays_of(wall_board(3))
+    owners = arrays.items[:, surface.OWNER] == np.arange(len(arrays.items))
+    assert 0 < np.count_nonzero(owners) < len(owners)
+    assert set(arrays.members.tolist()) == set(np.flatnonzero(owners).tolist())
+
+
+def walled(width: float, height: float, *walls: tuple[float, float, float, float]) -> Board:
+    return Board.from_json(
+        {
+            "width": width,
+            "height": height,
+            "walls": [dict(zip(("x1", "y1", "x2", "y2"), wall, strict=True)) for wall in walls],
+            "bins": {"y": 3.0, "edges": [-1.0, 1.0]},
+            "drop": {"x": 0.0},
+        }
+    )
+
+
+def test_without_two_pegs_the_search_depends_on_straight_walls_and_not_on_the_drawing() -> None:
+    sides = (-1.0, -1.0, -1.0, 1.0), (1.0, -1.0, 1.0, 1.0)
+    whole = [(-1.0, -1.0, -1.0, 3.0), (1.0, -1.0, 1.0, 3.0)]
+    cut = [*sides, (-1.0, 1.0, -1.0, 3.0), (1.0, 3.0, 1.0, 1.0)]
+    travels = {
+        arrays_of(walled(width, 4.0, *walls)).travel
+        for width in (2.0, 20.0)
+        for walls in (whole, cut)
+    }
+    assert travels == {0.35 * (4.0 / 8.0)}
 
 
 @pytest.mark.parametrize(
@@ -114,6 +146,11 @@ def test_the_grid_changes_no_bit_of_an_exact_drop(name: str) -> None:
     board = board_of(name)
     for seed in range(4):
         assert grid_changes_nothing(board, start_x(seed, board.drop.x, board.drop.jitter))
+
+
+@given(wall_boards, st.floats(-0.9, 0.9))
+def test_the_grid_changes_no_bit_on_walls_in_pieces(board: Board, x: float) -> None:
+    assert grid_changes_nothing(board, x)
 
 
 @given(any_board, st.floats(-0.9, 0.9))
