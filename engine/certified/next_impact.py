@@ -68,9 +68,10 @@ def next_impact(scene: Scene, flight: Flight, touched: Touched, proof: Proof) ->
     """
     start = 0.0
     left = next(iter(touched)) if len(touched) == 1 else None
-    # A ball that slides along a face passes the ends of its wall tangentially. The distance to an
-    # end has a double root there, which no precision would decide, and which is not an impact.
-    grazed = [end for face in slid_along(flight, touched) for end in face.ends]
+    # A ball that slides along a face passes circles that are flush with it tangentially. The
+    # distance to an end has a double root there, which no precision would decide, and which is not
+    # an impact.
+    faces = slid_along(flight, touched)
     while True:
         reaches = scene.screen.reaches(flight.course, start, left)
         roots = _again(flight, touched, reaches.end, proof) if start == 0.0 else []
@@ -81,7 +82,7 @@ def next_impact(scene: Scene, flight: Flight, touched: Touched, proof: Proof) ->
             if surface is None:
                 line = LineDistance.to_bins(flight, scene.bins_y)
                 root = first_root(line, time, reaches.end, proof, "the bins' line")
-            elif surface not in grazed and _is_asked(surface, touched, start):
+            elif not _is_grazed(scene, surface, faces) and _is_asked(surface, touched, start):
                 root = _entry(flight, surface, time, reaches.end, proof)
             else:
                 continue
@@ -105,6 +106,11 @@ def slid_along(flight: Flight, touched: Touched) -> list[Face]:
         and isinstance(surface, Face)
         and (flight.ax * surface.nx + flight.ay * surface.ny).is_zero()
     ]
+
+
+def _is_grazed(scene: Scene, surface: Surface, faces: list[Face]) -> bool:
+    """Whether a ball that slides along these faces passes the surface without an impact."""
+    return isinstance(surface, Circle) and any(scene.are_flush(face, surface) for face in faces)
 
 
 def _is_asked(surface: Surface, touched: Touched, start: float) -> bool:

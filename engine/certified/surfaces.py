@@ -1,7 +1,7 @@
 """The surfaces of a board as exact numbers: circles and faces of walls."""
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from flint import arb
 
@@ -15,6 +15,14 @@ class Pair:
 
     restitution: arb
     friction: arb
+
+
+class Piece(NamedTuple):
+    """A part of a straight wall: its index, and where it begins and ends along the wall, m."""
+
+    index: int
+    begin: arb
+    end: arb
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,6 +50,10 @@ class Circle:
         """The centre of a ball that touches at (x, y), where the normal is (nx, ny)."""
         return self.x + self.reach * nx, self.y + self.reach * ny
 
+    def index_at(self, x: arb, y: arb) -> int:
+        """The index in events."""
+        return self.index
+
     @property
     def name(self) -> str:
         """The surface's name in messages."""
@@ -64,10 +76,11 @@ class Face:
     ny: arb
     reach: arb
     kind: int
-    index: int
+    pieces: tuple[Piece, ...]  # by ascending index
     rank: int
     pair: Pair
-    ends: tuple[Circle, Circle]
+    ends: tuple[Circle, Circle]  # the circles as which it continues
+    side: int  # 1 if the normal is (-ty, tx), -1 if it is (ty, -tx)
 
     @property
     def curvature(self) -> arb:
@@ -87,10 +100,23 @@ class Face:
         """Distance of the foot of (x, y) from the wall's first end, along the wall, m."""
         return (x - self.x) * self.tx + (y - self.y) * self.ty
 
+    def index_at(self, x: arb, y: arb) -> int:
+        """The index in events: the first piece that covers the foot of a ball at (x, y).
+
+        Where two pieces meet within the enclosure, it is the first of them. This index is a name,
+        on which nothing depends.
+        """
+        foot = self.along(x, y)
+        beyond = [arb.max(piece.begin - foot, foot - piece.end) for piece in self.pieces]
+        for piece, distance in zip(self.pieces, beyond, strict=True):
+            if not distance > 0:
+                return piece.index
+        return min(zip(map(float, beyond), self.pieces, strict=True))[1].index
+
     @property
     def name(self) -> str:
         """The surface's name in messages."""
-        return f"wall {self.index}"
+        return f"wall {self.pieces[0].index}"
 
 
 Surface: TypeAlias = Circle | Face

@@ -21,7 +21,15 @@ from engine.certified.scene import Scene, scene_of
 from engine.certified.surfaces import Face, Surface
 from engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END, KIND_LANDING
 from engine.exact.free_flight import DYING_BOUNCE
-from engine.exact.outcome import BALANCED, ESCAPED, EVENT_LIMIT, LANDED, RUNNING, WEDGED
+from engine.exact.outcome import (
+    BALANCED,
+    ESCAPED,
+    EVENT_LIMIT,
+    IMPULSE_LIMIT,
+    LANDED,
+    RUNNING,
+    WEDGED,
+)
 from engine.exact.two_contacts import MOST_IMPULSES, STOPPED
 from engine.physics.surface import ROUNDING
 from engine.physics.two_contacts import FALLS, GOES_ON_A, GOES_ON_B, JAMS, RESTS, SPINS
@@ -151,7 +159,7 @@ class Tracer:
         )
         self.state = self._bounced(surface, after, (nx, ny))
         self.path.impacts += 1
-        self._note(surface.kind, surface.index)
+        self._note(surface.kind, surface.index_at(self.state.x, self.state.y))
         return after.off, after.sticks
 
     def _bounced(self, surface: Surface, after: Rebound, normal: tuple[arb, arb]) -> State:
@@ -192,7 +200,7 @@ class Tracer:
         here, which is an event.
         """
         if begins:
-            self._note(KIND_CONTACT_BEGIN, contact_index(surface))
+            self.note_contact(self.state, KIND_CONTACT_BEGIN, surface)
         after = self._follow(surface, sticks, beside)
         self.state = after.state
         if after.rests:
@@ -208,20 +216,20 @@ class Tracer:
         return phase.run(self.state, surface, sticks, beside)
 
     def note_contact(self, state: State, kind: int, surface: Surface) -> None:
-        self.path.events.append(Event(state, kind, contact_index(surface)))
+        self.path.events.append(Event(state, kind, contact_index(surface, state)))
 
     # Two surfaces at once: the laws of `engine.exact.two_contacts`.
 
     def _meet(self, a: Surface, b: Surface) -> Touched:
         """A ball that touches a meets b: impulses in turn, until it approaches neither.
 
-        If the impulses do not end within MOST_IMPULSES, the two surfaces have trapped the ball.
+        After MOST_IMPULSES the drop ends without a result, as in the exact solver.
         """
         last, sticks, impulses = b, False, 0
         while approached := self._approached(a, b):
             if impulses == MOST_IMPULSES:
-                self.state = replace(self.state, vx=ZERO, vy=ZERO)
-                break
+                self.path.outcome = IMPULSE_LIMIT
+                return {}
             impulses += 1
             last = approached[0]
             _, sticks = self.rebound(last, None)
@@ -293,8 +301,8 @@ class Tracer:
         rest, brake = self._rest_in_notch(a, b)
         spun = rest == SPINS
         if spun:
-            self._note(KIND_CONTACT_BEGIN, contact_index(a))
-            self._note(KIND_CONTACT_BEGIN, contact_index(b))
+            self.note_contact(self.state, KIND_CONTACT_BEGIN, a)
+            self.note_contact(self.state, KIND_CONTACT_BEGIN, b)
             spins_for = abs(self.state.omega) * self.scene.radius / (2 * brake)
             self.state = replace(self.state, t=self.state.t + spins_for)
         if spun or rest == JAMS:
@@ -307,7 +315,7 @@ class Tracer:
             return self._lift({b: Touch(LIFTED, ZERO), a: Touch(LIFTED, ZERO)})
         stays, opened = (a, b) if rest == GOES_ON_A else (b, a)
         if spun:
-            self._note(KIND_CONTACT_END, contact_index(opened))
+            self.note_contact(self.state, KIND_CONTACT_END, opened)
         return self._stay(stays, (opened,), sticks=False, begins=not spun)
 
     def _rest_in_notch(self, a: Surface, b: Surface) -> tuple[int, arb]:

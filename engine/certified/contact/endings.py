@@ -9,6 +9,7 @@ from engine.certified.balls import ONE, ZERO, Proof
 from engine.certified.contact.series import (
     ROLLING,
     SLIDING,
+    Contact,
     Series,
     Stretch,
     linear,
@@ -127,15 +128,21 @@ def _passages(stretch: Stretch, known: Known, proof: Proof) -> list[Ending]:
                 found.append(Ending(share, Cause.PASSES, surface=end))
         return found
     for face, nth in stretch.scene.lines_at.get(surface, []):
-        if face.nx * start.nx + face.ny * start.ny < 0:
-            continue  # the wall's other face, which has the same end
         out = arb(-1 if nth == 0 else 1)
         outwards = linear(ZERO, (out * face.tx, stretch.nx), (out * face.ty, stretch.ny))
+        if outwards.terms[0] < 0:
+            continue  # on a peg, below the face: the ball would hit the other end of the wall first
         here = known.joint and outwards.terms[0].contains(0)
         share = first_fall(outwards, 1 if here else 0, stretch.end, proof, what)
-        if share is not None:
+        if share is not None and _faces(stretch, share, face, proof):
             found.append(Ending(share, Cause.PASSES, surface=face))
     return found
+
+
+def _faces(stretch: Stretch, share: arb, face: Face, proof: Proof) -> bool:
+    """Whether the contact normal points to the side of this face, not to the wall's other one."""
+    at = stretch.at(share)
+    return proof.is_positive(face.nx * at.nx + face.ny * at.ny, f"the side of {face.name}")
 
 
 def _hits(stretch: Stretch, known: Known, proof: Proof) -> list[Ending]:
@@ -149,12 +156,21 @@ def _hits(stretch: Stretch, known: Known, proof: Proof) -> list[Ending]:
             continue
         distance = _distance(stretch, other)
         if distance.terms[0] < 0 and isinstance(other, Face):
+            _require_outside(start, other, distance.terms[0], proof)
             found += _way_out(stretch, other, distance, proof)
             continue
         share = _touch(stretch, other, distance, known, proof)
         if share is not None:
             found.append(Ending(share, Cause.HITS, surface=other))
     return found
+
+
+def _require_outside(start: Contact, face: Face, distance: arb, proof: Proof) -> None:
+    """Prove that a ball behind a face's line is behind the wall, or past one of its ends."""
+    along = face.along(start.x, start.y)
+    is_past = bool(along < 0) or bool(along > face.length)
+    is_behind = bool(distance <= -2 * face.reach)
+    proof.require(is_past or is_behind, f"whether the ball is outside of {face.name}")
 
 
 def _way_out(stretch: Stretch, face: Face, distance: Series, proof: Proof) -> list[Ending]:
@@ -171,12 +187,12 @@ def _way_out(stretch: Stretch, face: Face, distance: Series, proof: Proof) -> li
 
 
 def _belongs(stretch: Stretch, other: Surface) -> bool:
-    """Whether `other` is part of the same wall, so that the ball passes onto it without impact."""
+    """Whether the ball passes `other` or passes onto it without an impact."""
     surface = stretch.surface
     if isinstance(surface, Face):
         if isinstance(other, Face):
-            return other.index == surface.index
-        return other in surface.ends
+            return other.rank == surface.rank
+        return stretch.scene.are_flush(surface, other)
     return any(face is other for face, _ in stretch.scene.lines_at.get(surface, []))
 
 

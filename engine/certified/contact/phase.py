@@ -38,9 +38,10 @@ class After(NamedTuple):
     rests: bool = False
 
 
-def contact_index(surface: Surface) -> int:
+def contact_index(surface: Surface, state: State) -> int:
     """The index of a surface in contact events: a peg's own, -1 - w for wall w."""
-    return surface.index if surface.kind == KIND_PEG else -1 - surface.index
+    index = surface.index_at(state.x, state.y)
+    return index if surface.kind == KIND_PEG else -1 - index
 
 
 def normal_force(scene: Scene, surface: Surface, ny: arb, u: arb) -> arb:
