@@ -83,7 +83,11 @@ def next_impact(scene: Scene, flight: Flight, touched: Touched, proof: Proof) ->
                 line = LineDistance.to_bins(flight, scene.bins_y)
                 root = first_root(line, time, reaches.end, proof, "the bins' line")
             elif not _is_grazed(scene, surface, faces) and _is_asked(surface, touched, start):
-                root = _entry(flight, surface, time, reaches.end, proof)
+                twin = _continued(surface, touched) if start == 0.0 else None
+                if twin is None:
+                    root = _entry(flight, surface, time, reaches.end, proof)
+                else:
+                    root = _along(flight, surface, touched[twin], reaches.end, proof)
             else:
                 continue
             if root is not None:
@@ -121,6 +125,30 @@ def _is_asked(surface: Surface, touched: Touched, start: float) -> bool:
     if surface not in touched:
         return True
     return start > 0.0 and (touched[surface].how == BOUNCED or isinstance(surface, Circle))
+
+
+def _continued(surface: Surface, touched: Touched) -> Face | None:
+    """A touched face that lies exactly on the line of this one, if it is a face."""
+    for other in touched:
+        if isinstance(surface, Face) and isinstance(other, Face) and _are_level(surface, other):
+            return other
+    return None
+
+
+def _are_level(a: Face, b: Face) -> bool:
+    apart = (b.x - a.x) * a.nx + (b.y - a.y) * a.ny
+    return (a.nx - b.nx).is_zero() and (a.ny - b.ny).is_zero() and apart.is_zero()
+
+
+def _along(flight: Flight, face: Face, touch: Touch, end: float, proof: Proof) -> arb | None:
+    """When the ball hits a face that lies on the line of one that it touches, or None.
+
+    Without a speed off that line it does not come back to it from its front.
+    """
+    if touch.how != BOUNCED:
+        return None
+    root = _rebound(flight, face, touch.off, end, proof)
+    return None if root is None else root.time
 
 
 def _again(flight: Flight, touched: Touched, end: float, proof: Proof) -> list[_Root]:

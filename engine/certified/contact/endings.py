@@ -166,10 +166,13 @@ def _hits(stretch: Stretch, known: Known, proof: Proof) -> list[Ending]:
 
 
 def _require_outside(start: Contact, face: Face, distance: arb, proof: Proof) -> None:
-    """Prove that a ball behind a face's line is behind the wall, or past one of its ends."""
+    """Prove that a ball behind a face's line is on the wall's other side, or past one of its ends.
+
+    `distance` is the ball's from the face.
+    """
     along = face.along(start.x, start.y)
     is_past = bool(along < 0) or bool(along > face.length)
-    is_behind = bool(distance <= -2 * face.reach)
+    is_behind = bool(distance < -face.reach)
     proof.require(is_past or is_behind, f"whether the ball is outside of {face.name}")
 
 
