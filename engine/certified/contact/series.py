@@ -185,14 +185,37 @@ class Stretch:
         start, surface = self.start, self.surface
         if self.kappa.is_zero():
             nx, ny = start.nx, start.ny
-            way = self.way.at(share)
+            way, u, omega = self._on_face(share)
             x, y = start.x - ny * way, start.y + nx * way
         else:
             nx, ny = unit_vector(self.nx.at(share), self.ny.at(share))
             x, y = surface.at_contact(start.x, start.y, nx, ny)
+            u, omega = self.u.at(share), self.omega.at(share)
         t = start.t + share * arb(self.unit)
-        u, omega = self.u.at(share), self.omega.at(share)
         return Contact(t, x, y, nx, ny, u, omega, start.mode, start.slip_sign)
+
+    def _on_face(self, share: arb) -> tuple[arb, arb, arb]:
+        """Way, speed and spin on a face at the time share H, whose accuracy strong drag improves.
+
+        There u' = a - b u with constant a and b. The series multiplies the width of an enclosure of
+        u by e^(b s), because the signs of its terms alternate; the solution u_0 e^(-b s) + ...
+        divides it by as much. Its own subtractions cancel for small b s, where the series serves.
+        """
+        start, scene = self.start, self.scene
+        rolls = start.mode == ROLLING
+        b = (ONE / 3 * 2 if rolls else ONE) * scene.drag
+        s = share * arb(self.unit)
+        if not b * s > 1:
+            return self.way.at(share), self.u.at(share), self.omega.at(share)
+        grip = start.slip_sign * self.surface.pair.friction if start.mode == SLIDING else ZERO
+        push = -scene.gravity * start.ny * grip
+        a = (ONE / 3 * 2 if rolls else ONE) * scene.gravity * start.nx - push
+        decay = (-b * s).exp()
+        phi = (1 - decay) / b
+        u = start.u * decay + a * phi
+        way = start.u * phi + a * (s - phi) / b
+        omega = u / scene.radius if rolls else start.omega + 2 * push / scene.radius * s
+        return way, u, omega
 
 
 def _bound(values: list[arb]) -> float:
