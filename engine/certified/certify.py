@@ -13,7 +13,7 @@ from flint import arb, fmpq
 from engine.board.model import Board
 from engine.certified.balls import Proof, UndecidedError, precision
 from engine.certified.spread import trace_all
-from engine.certified.trace import Path, trace
+from engine.certified.trace import MAX_EVENTS, Path, trace
 from engine.drops.drop import make_drop
 from engine.drops.start import start_of
 from engine.errors import ParameterError
@@ -166,13 +166,18 @@ def certify(
     *,
     x: Start | None = None,
     aim: float | None = None,
+    seconds: float | None = None,
+    clock: Callable[[], float] | None = None,
     effort: Effort = FULL,
 ) -> Certificate:
     """Prove the bin of the ball that starts where `seed` says, or at an exact `x` in m.
 
     `aim`, in m, is the middle of the starts that seeds draw; by default the board's. `board` may be
-    a preset's name. Raises BoardError, SeedError or ParameterError that names the bad value.
+    a preset's name. After `seconds` of `clock`, such as `time.process_time`, the drop is undecided;
+    without them only the precision is limited, and a proof may take minutes. Raises BoardError,
+    SeedError or ParameterError that names the bad value.
     """
+    effort = _timed(effort, seconds, clock)
     board = Board.named(board)
     number = None if seed is None else parse_seed(seed)
     if x is None:
@@ -180,6 +185,19 @@ def certify(
     exact = exact_start(x)
     start_of(board, None, float(exact), aim)
     return certify_start(board, number, exact, effort)
+
+
+def _timed(effort: Effort, seconds: float | None, clock: Callable[[], float] | None) -> Effort:
+    if seconds is None and clock is None:
+        return effort
+    if seconds is None or not seconds > 0.0:
+        raise ParameterError(f"seconds {seconds!r} is not a positive number", field="seconds")
+    if clock is None:
+        raise ParameterError(
+            f"seconds {seconds!r} need a clock that measures them: add clock=time.process_time",
+            field="clock",
+        )
+    return effort._replace(seconds=seconds, clock=clock)
 
 
 def exact_start(x: Start) -> Fraction:
@@ -258,7 +276,8 @@ def prove(
                 )
             if path.outcome != EVENT_LIMIT:
                 return Outcome(path, proof, bits, None)
-            return Outcome(None, proof, bits, REASONS[EVENT_LIMIT])
+            why = f"where the ball goes after the first {MAX_EVENTS} events"
+            return Outcome(None, proof, bits, why)
         except UndecidedError as error:
             if clock() >= until:
                 why = f"{error.what}: undecided after {effort.seconds:g} s, at {bits} bits"
