@@ -7,6 +7,7 @@ from typing import NamedTuple
 from flint import arb
 
 from engine.certified.balls import ZERO, Proof, UndecidedError
+from engine.certified.contact.damped import stretch_of
 from engine.certified.contact.endings import Cause, Ending, Known, first_ending
 from engine.certified.contact.series import (
     FRICTIONLESS,
@@ -93,7 +94,7 @@ class Phase:
 
     def _stretch(self, surface: Surface, now: Contact, known: Known) -> Stretch:
         """The motion from here on. SpreadPhase also needs `known`, for its second ball."""
-        return Stretch(self.scene, surface, now)
+        return stretch_of(self.scene, surface, now)
 
     def _moved(self, stretch: Stretch, ending: Ending) -> Contact:
         return stretch.at(ending.share)

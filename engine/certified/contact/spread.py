@@ -1,42 +1,16 @@
-"""Follows all starts of an interval while the balls roll or slide, by a derivative.
-
-The derivative of a contact's state with respect to the start has three components: p, of the way
-along the surface, and those of the speed and the spin. The derivative of the normal is kappa p
-times the tangent. They obey a linear equation v' = A(s) v, whose solution is the Peano-Baker
-series. With A enclosed over a stretch, its j-th term lies in (s^j / j!) A^j v, and the remainder is
-bounded by norms (Coddington and Levinson, Theory of Ordinary Differential Equations, 1955, 3.1).
-"""
+"""Follows all starts of an interval while the balls roll or slide, by derivative.py."""
 
 from dataclasses import replace
-from functools import reduce
-from math import factorial
-from typing import NamedTuple
 
 from flint import arb
 
-from engine.certified.balls import ONE, ZERO, Proof, UndecidedError
+from engine.certified.balls import ZERO, Proof, UndecidedError
+from engine.certified.contact.derivative import Law, Parting, carried
 from engine.certified.contact.endings import Cause, Ending, Known, first_ending
 from engine.certified.contact.phase import Note, Phase, normal_force
-from engine.certified.contact.series import ROLLING, SLIDING, Contact, Stretch
+from engine.certified.contact.series import ROLLING, Contact, Stretch
 from engine.certified.scene import Scene
 from engine.certified.surfaces import Surface
-
-_PIECES = 4
-"""Pieces of a stretch; each encloses A separately, which is sharper than one enclosure."""
-
-_TERMS = 16
-"""Terms of the Peano-Baker series."""
-
-
-class Parting(NamedTuple):
-    """A ball's derivative with respect to the start, at an event, which each ball reaches at its
-    own time: of that time, the way along the surface, the speeds off and along it, and the spin."""
-
-    time: arb
-    way: arb
-    off: arb
-    along: arb
-    omega: arb
 
 
 class SpreadPhase(Phase):
@@ -78,8 +52,8 @@ class SpreadPhase(Phase):
         self.middle = self._middle_at(stretch, ending, self._beside)
         if self.middle is None:
             return now
-        carried = _carried(stretch, ending.share, self.parting)
-        self.parting = _at_event(stretch, ending, now, carried)
+        parting = carried(stretch, ending.share, self.parting)
+        self.parting = _at_event(stretch, ending, now, parting)
         cut = {
             name: getattr(now, name).intersection(getattr(self.middle, name) + rate * self._apart)
             for name, rate in _by_part(now, self.parting, stretch.kappa).items()
@@ -112,63 +86,6 @@ def _by_part(now: Contact, parting: Parting, kappa: arb) -> dict[str, arb]:
     }
 
 
-class _Law:
-    """The linear equation v' = A v, with the normal and the speed enclosed in balls."""
-
-    def __init__(self, stretch: Stretch, nx: arb, ny: arb, u: arb) -> None:
-        scene, mode = stretch.scene, stretch.start.mode
-        self.gravity, self.drag, self.kappa = scene.gravity, scene.drag, stretch.kappa
-        self.radius, self.rolls = scene.radius, mode == ROLLING
-        self.share = ONE / 3 * 2 if self.rolls else ONE
-        slides = mode == SLIDING
-        self.grip = stretch.start.slip_sign * stretch.surface.pair.friction if slides else ZERO
-        self.nx, self.ny, self.u = nx, ny, u
-
-    def force(self, way: arb, u: arb) -> arb:
-        """The change of the normal force by changes of the way and the speed."""
-        return -self.kappa * (self.gravity * self.nx * way + 2 * self.u * u)
-
-    def drive(self, way: arb, u: arb) -> arb:
-        """The change of the force along the surface without friction."""
-        return -self.gravity * self.kappa * self.ny * way - self.drag * u
-
-    def change(self, way: arb, u: arb) -> tuple[arb, arb, arb]:
-        """A v: the rates of the derivatives of way, speed and spin, the last times the radius."""
-        grip = self.grip * self.force(way, u)
-        faster = self.share * self.drive(way, u) - grip
-        return u, faster, faster if self.rolls else 2 * grip
-
-    def norm(self) -> arb:
-        """Upper bound of A in the norm of the largest component."""
-        rows = zip(self.change(ONE, ZERO), self.change(ZERO, ONE), strict=True)
-        return reduce(arb.max, (abs(a) + abs(b) for a, b in rows))
-
-
-def _carried(stretch: Stretch, share: arb, parting: Parting) -> Parting:
-    """The derivatives at the time `share` of a stretch, which is the same time for all balls."""
-    step = share / _PIECES * arb(stretch.unit)
-    for i in range(_PIECES):
-        piece = (share * i / _PIECES).union(share * (i + 1) / _PIECES)
-        law = _Law(stretch, *(series.at(piece) for series in (stretch.nx, stretch.ny, stretch.u)))
-        parting = _after(law, step, parting)
-    return parting
-
-
-def _after(law: _Law, step: arb, parting: Parting) -> Parting:
-    """The derivatives `step` s later; `law` encloses A until then."""
-    term = parting.way, parting.along, parting.omega * law.radius
-    size = reduce(arb.max, map(abs, term))
-    sums = list(term)
-    for j in range(1, _TERMS):
-        way, along, spin = law.change(term[0], term[1])
-        term = way * step / j, along * step / j, spin * step / j
-        sums = [a + b for a, b in zip(sums, term, strict=True)]
-    growth = law.norm() * abs(step)
-    rest = arb(0, (size * growth**_TERMS / factorial(_TERMS) * growth.exp()).abs_upper())
-    way, along, spin = (part + rest for part in sums)
-    return parting._replace(way=way, along=along, omega=spin / law.radius)
-
-
 def _at_event(stretch: Stretch, ending: Ending, now: Contact, parting: Parting) -> Parting:
     """The derivatives at the ending, which each ball reaches at its own time.
 
@@ -178,7 +95,7 @@ def _at_event(stretch: Stretch, ending: Ending, now: Contact, parting: Parting) 
     scene, surface, cause = stretch.scene, stretch.surface, ending.cause
     if cause is Cause.STEP:
         return parting
-    law = _Law(stretch, now.nx, now.ny, now.u)
+    law = Law(stretch, now.nx, now.ny, now.u)
     force = normal_force(scene, surface, now.ny, now.u)
     faster = law.share * (scene.gravity * now.nx - scene.drag * now.u) - law.grip * force
     spins = faster / scene.radius if law.rolls else 2 * law.grip * force / scene.radius

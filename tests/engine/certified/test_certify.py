@@ -98,7 +98,7 @@ def test_a_wide_start_is_followed_by_how_fast_its_paths_part(seed: int, digits: 
 
 @pytest.mark.parametrize(
     ("module", "law", "seed", "digits"),
-    [(spread, "_through_bounce", 4, 13), (contact_spread, "_carried", 3, 26)],
+    [(spread, "_through_bounce", 4, 13), (contact_spread, "carried", 3, 26)],
 )
 def test_a_derivative_of_the_wrong_law_is_found_out(
     monkeypatch: pytest.MonkeyPatch, module: Any, law: str, seed: int, digits: int
