@@ -2,7 +2,7 @@
 
 from typing import Final
 
-PHYSICS_VERSION: Final = 5
+PHYSICS_VERSION: Final = 6
 """Increased with every change of any drop's bits; part of every digest."""
 
 MAX_TIME: Final = 1000.0

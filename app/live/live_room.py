@@ -44,6 +44,7 @@ from app.rooms.pending import DropCommand, Entered, Pending
 from app.rooms.records import InputRow
 from app.rooms.room import Room
 from app.rooms.settling import Settled, settle
+from engine.exact.outcome import FALSE_PATH, REASONS
 
 Taken = TypeVar("Taken", messages.Accepted, Outcome)
 """The result of a drop: of a first request, or of one that may be a repetition."""
@@ -437,6 +438,7 @@ class LiveRoom:
         for event in events:
             if isinstance(event, messages.Landed):
                 self._runner.counts.landed += 1
+                self._runner.counts.solver_errors += event.unsettled == REASONS[FALSE_PATH]
                 if not kept:
                     self._persistence.landed(self.room, event)
                 self.landings.landed(event)

@@ -63,6 +63,8 @@ def _rooms(server: Services) -> Iterator[tuple[str, str, float]]:
     yield "balls", "Balls in flight.", sum(room.world.count for room in rooms.runner.awake)
     yield "drops_total", "Drops accepted in rooms.", rooms.runner.counts.accepted
     yield "landings_total", "Balls in rooms that have landed.", rooms.runner.counts.landed
+    text = "Drops without a bin because they failed the solver's check."
+    yield "solver_errors_total", text, rooms.runner.counts.solver_errors
     yield "jobs", "Drops, pictures and checks being computed or waiting.", server.workers.jobs
 
 

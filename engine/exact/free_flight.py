@@ -20,7 +20,7 @@ from engine.exact.next_impact import (
     OUT_OF_WINDOWS,
     next_impact,
 )
-from engine.jit.decorator import lean_kernel
+from engine.jit.decorator import inner_kernel, lean_kernel
 from engine.physics import body, surface
 from engine.physics.flight import basis
 from engine.physics.impulse import bounce
@@ -86,10 +86,10 @@ def rebound(
     return x, y, vx, vy, omega, nx, ny, sticks, is_true
 
 
-@lean_kernel
+@inner_kernel
 def is_near(items: Array, item: int, side: float, x: float, y: float, radius: float) -> bool:
     """Whether a ball at (x, y) touches `item` on this side, as TRUE_WITHIN says."""
-    return abs(surface.gap_of(items, radius, item, side, x, y)) <= TRUE_WITHIN * radius
+    return bool(abs(surface.gap_of(items, radius, item, side, x, y)) <= TRUE_WITHIN * radius)
 
 
 @lean_kernel

@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.exact.board_arrays import BoardArrays, cell_of
-from engine.jit.decorator import lean_kernel
+from engine.jit.decorator import inner_kernel, lean_kernel
 from engine.physics import surface
 from engine.physics.circle_impact import (
     Motion,
@@ -96,7 +96,7 @@ def _foot_inside(
         y - items[line, surface.Y]
     ) * items[line, surface.TY]
     near = surface.rounding(x, y)
-    return -near <= foot <= items[line, surface.LENGTH] + near
+    return bool(-near <= foot <= items[line, surface.LENGTH] + near)
 
 
 @lean_kernel
@@ -144,7 +144,7 @@ def _line_hit_between_ends(
     return found, found_side
 
 
-@lean_kernel
+@inner_kernel
 def _onto_line(
     items: Array, wall: int, begin: float, h: float, hd: float, hdd: float, x: float, y: float,
     vx: float, vy: float, ax: float, ay: float, k: float, horizon: float, best: float,
@@ -188,7 +188,7 @@ def _leaves_by(
     return (end == int(first) and along < 0.0) or (end == int(last) and along > 0.0)
 
 
-@lean_kernel
+@inner_kernel
 def wall_hit(
     items: Array, wall: int, origin: int, how: int, radius: float, motion: Motion,
     horizon: float, best: float,

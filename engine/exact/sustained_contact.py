@@ -21,6 +21,7 @@ from engine.exact.free_flight import is_near
 from engine.jit.decorator import inner_kernel
 from engine.physics import body, contact, surface
 from engine.physics.contact import choose_mode, expand, hold, step_length
+from engine.physics.flight import HALF_WAY
 from engine.physics.series import Series, value
 from engine.physics.surface import curvature, ends_in, is_flush, side_of, touch
 from engine.physics.time_of_impact import NO_HIT
@@ -104,6 +105,8 @@ def _first_touch_of_others(
     item: int,
     side: float,
     beside: int,
+    middle_x: float,
+    middle_y: float,
     cell: int,
     horizon: float,
 ) -> tuple[float, int, float]:
@@ -124,14 +127,30 @@ def _first_touch_of_others(
         )
         is_line = board.items[other, surface.DISTANCE] == 0.0
         if is_line and other_side == 0.0:
-            if s != NO_HIT and s < best:  # the stretch ends where the ball comes out
-                best = s
+            if s != NO_HIT and s < best and _is_in_reach(board, other, middle_x, middle_y):
+                best = s  # the stretch ends where the ball comes out
                 hit = -1
         elif s != NO_HIT and (s < best or hit < 0):
             best = s
             hit = other
             hit_side = other_side
     return best, hit, hit_side
+
+
+@inner_kernel
+def _is_in_reach(board: BoardArrays, line: int, x: float, y: float) -> bool:
+    """Whether a ball in a stretch whose chord has its middle at (x, y) may touch this line.
+
+    Cells list more lines than these. Without this test, bits would depend on the grid.
+    """
+    row = board.items[line]
+    dx = x - row[surface.X]
+    dy = y - row[surface.Y]
+    along = min(max(dx * row[surface.TX] + dy * row[surface.TY], 0.0), row[surface.LENGTH])
+    dx -= along * row[surface.TX]
+    dy -= along * row[surface.TY]
+    reach = board.radius + HALF_WAY * board.travel
+    return bool(dx * dx + dy * dy <= reach * reach)
 
 
 @inner_kernel
@@ -195,8 +214,12 @@ def _next_cause(
     # In a step the ball moves at most `travel`, so the cell at the middle of its chord lists all
     # surfaces that it can touch.
     x, y = position(board, series, item, state[body.X], state[body.Y], h)
-    cell = cell_of(board, 0.5 * (state[body.X] + x), 0.5 * (state[body.Y] + y))
-    s, hit, hit_side = _first_touch_of_others(board, series, state, item, side, beside, cell, h)
+    middle_x = 0.5 * (state[body.X] + x)
+    middle_y = 0.5 * (state[body.Y] + y)
+    cell = cell_of(board, middle_x, middle_y)
+    s, hit, hit_side = _first_touch_of_others(
+        board, series, state, item, side, beside, middle_x, middle_y, cell, h
+    )
     cause = HIT if hit >= 0 else STEP_END
     other = hit if hit >= 0 else item
     sign = hit_side if hit >= 0 else side

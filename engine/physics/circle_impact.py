@@ -272,7 +272,7 @@ def circle_hit_again(
     return _search_again(Motion(qx, qy, vx, vy, ax, ay, k), g0, horizon, best)
 
 
-@lean_kernel
+@inner_kernel
 def _search_again(motion: Motion, g0: float, horizon: float, best: float) -> float:
     """`circle_hit_again` for a known g(0), which is 0 if the ball has no speed off the circle."""
     qx, qy, vx, vy, ax, ay, k = motion

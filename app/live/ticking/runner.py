@@ -62,6 +62,7 @@ class Counts:
 
     accepted: int = 0  # drops
     landed: int = 0
+    solver_errors: int = 0  # of these, drops that failed the solver's check
     skipped: int = 0  # ticks of rooms skipped for lack of time
     late: int = 0  # ticks that rooms missed after a second without one
 

@@ -8,7 +8,7 @@ import { sha256 } from "./encoding/sha256.js";
 /** @import { WholeBoard } from "./input/values.js" */
 /** @import { Traced } from "./kernels.js" */
 
-export const PHYSICS_VERSION = 5;
+export const PHYSICS_VERSION = 6;
 const EXACT = 0;
 
 /** @param {WholeBoard} board @returns {string} 64 hexadecimal digits */
