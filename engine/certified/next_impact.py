@@ -84,10 +84,10 @@ def next_impact(scene: Scene, flight: Flight, touched: Touched, proof: Proof) ->
                 root = first_root(line, time, reaches.end, proof, "the bins' line")
             elif not _is_grazed(scene, surface, faces) and _is_asked(surface, touched, start):
                 twin = _continued(surface, touched) if start == 0.0 else None
-                if twin is None:
-                    root = _entry(flight, surface, time, reaches.end, proof)
-                else:
+                if twin is not None and isinstance(surface, Face):
                     root = _along(flight, surface, touched[twin], reaches.end, proof)
+                else:
+                    root = _entry(flight, surface, time, reaches.end, proof)
             else:
                 continue
             if root is not None:

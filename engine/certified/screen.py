@@ -4,7 +4,7 @@ The margins here are far above float64's rounding, so the screen never omits a s
 ball touches. What remains is decided in ball arithmetic.
 """
 
-from math import nextafter
+from math import exp, nextafter
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +17,10 @@ from engine.certified.reach import MARGIN, NEVER, first_reaches
 from engine.certified.surfaces import Circle, Face, Surface
 
 Array = npt.NDArray[np.float64]
+
+_STRAIGHT = 40.0
+"""Drag times a time after which a flight is straight: e^-40 of the acceleration is left. Windows of
+the search may then be longer than drag allows."""
 
 
 class Course(NamedTuple):
@@ -34,6 +38,21 @@ class Course(NamedTuple):
         widths = x + y, vx + vy, ax + ay
         errors = np.array([nextafter(1.000001 * width, NEVER) for width in widths])
         return cls(np.array([float(part) for part in parts]), float(drag), errors)
+
+    def straight_after(self, start: float) -> "Course":
+        """The same flight from `start` on, as straight motion: drag has ended all acceleration.
+
+        The acceleration a e^(-ks) that is left moves the ball by at most a e^(-ks) / k^2, which is
+        added to the errors.
+        """
+        x, y, vx, vy, ax, ay = self.state.tolist()
+        k, (far, fast, pull) = self.drag, self.errors.tolist()
+        phi = 1.0 / k
+        psi = (start - phi) / k
+        left = 2.0 * exp(-k * start) * (abs(ax) + abs(ay)) / k
+        state = x + vx * start + ax * psi, y + vy * start + ay * psi, vx + ax * phi, vy + ay * phi
+        errors = far + start * (fast + 0.5 * start * pull) + left / k, fast + start * pull, pull
+        return Course(np.array([*state, 0.0, 0.0]), 0.0, np.array(errors))
 
 
 class Reaches(NamedTuple):
@@ -71,16 +90,21 @@ class Screen:
         If `start` is not 0, empty windows are skipped. The window at 0 leaves out the surface
         `left`, which the ball has just left: the caller searches that one itself.
         """
+        if course.drag * start > _STRAIGHT:
+            found, end = self.reaches(course.straight_after(start), 0.0, None)
+            return Reaches([(start + time, each) for time, each in found], start + end)
         numbers, times = self._found
         number = -1 if left is None else self._numbers[left]
         count, end = first_reaches(
             course.state, course.drag, course.errors, start, number, self._circles, self._lines,
             self._board, numbers, times,
         )  # fmt: skip
+        if count < 0 and course.drag * end > _STRAIGHT:
+            return self.reaches(course, end, None)  # nothing is touched before
         if count < 0:
             raise UndecidedError("whether a flight ends")
-        found = sorted(zip(times[:count].tolist(), numbers[:count].tolist(), strict=True))
-        return Reaches([(time, self._surfaces[number]) for time, number in found], end)
+        order = sorted(zip(times[:count].tolist(), numbers[:count].tolist(), strict=True))
+        return Reaches([(time, self._surfaces[which]) for time, which in order], end)
 
     def near(self, a: tuple[float, float], b: tuple[float, float], bulge: float) -> list[Surface]:
         """The surfaces that a path within `bulge` m of the chord from a to b may touch."""

@@ -14,8 +14,9 @@ from flint import arb
 
 from engine.board.model import Board
 from engine.certified.balls import ONE, ZERO, Proof
+from engine.certified.contact.derivative import Parting
 from engine.certified.contact.phase import After, free, settled
-from engine.certified.contact.spread import Parting, SpreadPhase
+from engine.certified.contact.spread import SpreadPhase
 from engine.certified.flight import Flight, State, wide_basis
 from engine.certified.impulse import Rebound
 from engine.certified.next_impact import BOUNCED, Hit, Touch, Touched, next_impact

@@ -18,9 +18,9 @@ class Pair:
 
 
 class Piece(NamedTuple):
-    """A part of a straight wall: its index, and where it begins and ends along the wall, m."""
+    """A part of a straight wall: an index, and where it begins and ends along the whole, m."""
 
-    index: int
+    wall: int
     begin: arb
     end: arb
 
@@ -110,13 +110,15 @@ class Face:
         beyond = [arb.max(piece.begin - foot, foot - piece.end) for piece in self.pieces]
         for piece, distance in zip(self.pieces, beyond, strict=True):
             if not distance > 0:
-                return piece.index
-        return min(zip(map(float, beyond), self.pieces, strict=True))[1].index
+                return piece.wall
+        return min(zip(map(float, beyond), self.pieces, strict=True), key=lambda each: each[0])[
+            1
+        ].wall
 
     @property
     def name(self) -> str:
         """The surface's name in messages."""
-        return f"wall {self.pieces[0].index}"
+        return f"wall {self.pieces[0].wall}"
 
 
 Surface: TypeAlias = Circle | Face

@@ -15,58 +15,52 @@ from engine.certified.contact.series import ROLLING, Contact, Stretch
 from engine.certified.scene import Scene
 from engine.certified.surfaces import Surface, unit_vector
 
-STRONG = 1.0
-"""Drag times the length of a stretch from which on the mean value form pays."""
+STRONG = 0.5
+"""1/s. Drag from which on the mean value form pays."""
 
 
 def stretch_of(scene: Scene, surface: Surface, start: Contact) -> Stretch:
     """The motion from `start` on."""
-    plain = Stretch(scene, surface, start)
-    braked = float(scene.drag) * plain.unit * plain.end > STRONG
-    if not braked or surface.curvature.is_zero() or start.u.is_exact():
-        return plain
-    return DampedStretch(scene, surface, start)
+    plain = scene.drag <= STRONG or surface.curvature.is_zero() or start.u.is_exact()
+    return Stretch(scene, surface, start) if plain else DampedStretch(scene, surface, start)
 
 
 class DampedStretch(Stretch):
     """A stretch on a circle that also follows the middle of the starts, and the derivative."""
 
     def __init__(self, scene: Scene, surface: Surface, start: Contact) -> None:
-        super().__init__(scene, surface, start)
         mx, my = start.nx.mid(), start.ny.mid()
         length = (mx * mx + my * my).sqrt()
         mx, my = mx / length, my / length
         middle = replace(start, nx=mx, ny=my, u=start.u.mid(), omega=start.omega.mid())
         turn = (mx * start.ny - my * start.nx).asin()
-        self._apart = turn / self.kappa, start.u - middle.u, start.omega - middle.omega
+        self._apart = turn / surface.curvature, start.u - middle.u, start.omega - middle.omega
         # All starts between the middle and any other: their normals lie on an arc, not a chord.
         bulge = arb(0, (turn * turn).abs_upper()) + arb(0, arb(2) ** -ctx.prec)
         nx, ny = start.nx.union(mx) + bulge, start.ny.union(my) + bulge
         self._middle = Stretch(scene, surface, middle)
-        self._hull = Stretch(scene, surface, replace(start, nx=nx, ny=ny))
-        for other in (self._middle, self._hull):
-            self.end = min(self.end, other.end * other.unit / self.unit * (1.0 - 1e-15))
+        super().__init__(scene, surface, replace(start, nx=nx, ny=ny))
+        ratio = self._middle.unit / self.unit * (1.0 - 1e-15)
+        self.end = min(self.end, self._middle.end * ratio)
 
     def at(self, share: arb) -> Contact:
-        plain = super().at(share)
+        hull = super().at(share)
         time = share * arb(self.unit)
         middle = self._middle.at(time / arb(self._middle.unit))
-        share = time / arb(self._hull.unit)
-        hull = self._hull.at(share)
-        by_way = carried(self._hull, share, Parting(ZERO, ONE, ZERO, ZERO, ZERO))
-        by_speed = carried(self._hull, share, Parting(ZERO, ZERO, ZERO, ONE, ZERO))
+        by_way = carried(self, share, Parting(ZERO, ONE, ZERO, ZERO, ZERO))
+        by_speed = carried(self, share, Parting(ZERO, ZERO, ZERO, ONE, ZERO))
         way, speed, spin = self._apart
         ahead = by_way.way * way + by_speed.way * speed
         faster = by_way.along * way + by_speed.along * speed
         turn = self.kappa * ahead
         nx, ny = unit_vector(
-            plain.nx.intersection(middle.nx - hull.ny * turn),
-            plain.ny.intersection(middle.ny + hull.nx * turn),
+            hull.nx.intersection(middle.nx - hull.ny * turn),
+            hull.ny.intersection(middle.ny + hull.nx * turn),
         )
-        x, y = self.surface.at_contact(plain.x, plain.y, nx, ny)
-        u = plain.u.intersection(middle.u + faster)
+        x, y = self.surface.at_contact(hull.x, hull.y, nx, ny)
+        u = hull.u.intersection(middle.u + faster)
         omega = u / self.scene.radius
         if self.start.mode != ROLLING:
             turned = by_way.omega * way + by_speed.omega * speed + spin
-            omega = plain.omega.intersection(middle.omega + turned)
-        return replace(plain, x=x, y=y, nx=nx, ny=ny, u=u, omega=omega)
+            omega = hull.omega.intersection(middle.omega + turned)
+        return replace(hull, x=x, y=y, nx=nx, ny=ny, u=u, omega=omega)
