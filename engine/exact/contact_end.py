@@ -10,6 +10,10 @@ from engine.physics.series import Series, first_zero, value
 from engine.physics.surface import ends_in, is_flush, rounding
 from engine.physics.time_of_impact import NO_HIT
 
+INNER = 1.0e-9
+"""rad. A ball that is farther than this past a line's end, towards the line, is on the inner half
+of the end's circle, or of a peg that is flush with the line. It cannot pass onto the line."""
+
 
 @inner_kernel
 def leaving_time(series: Series, horizon: float) -> float:
@@ -237,6 +241,8 @@ def onto_line_time(
                 row[surface.TX] * series[contact.NORMAL_X, i]
                 + row[surface.TY] * series[contact.NORMAL_Y, i]
             )
+        if f[0] < -INNER:
+            continue
         s = _first_touch(f, horizon)
         if s == NO_HIT or (best != NO_HIT and s >= best):
             continue

@@ -2,6 +2,7 @@
 
 import copy
 import math
+from collections.abc import Callable
 from typing import Any
 from unittest import mock
 
@@ -450,6 +451,23 @@ class TestMissing:
     def test_the_design_s_example_needs_no_right_wall(self) -> None:
         assert verdict(EXAMPLE) == ""
         assert verdict(changed(EXAMPLE, ("bins", "edges"), [-4.0, -3.5, 3.5])) == "miss the bins"
+
+
+@pytest.mark.parametrize("excess", [0.0, 5e-10, -5e-10])
+@pytest.mark.parametrize(
+    "gap",
+    [
+        lambda gap: box([(-0.5 - 0.5 * gap, 3.0, 0.5), (0.5 + 0.5 * gap, 3.0, 0.5)]),
+        lambda gap: box([(0.0, 3.0, 0.5), (0.0, 4.0 + gap, 0.5)]),
+        lambda gap: box([(4.0 - 0.5 - gap, 3.0, 0.5)]),
+        lambda gap: box(walls=[(-1.0, 2.0, -1.0, 4.0), (-1.0 + gap, 3.0, -1.0 + gap, 5.0)]),
+    ],
+    ids=["pegs", "pegs above each other", "peg and wall", "walls"],
+)
+def test_a_gap_as_wide_as_the_ball_is_refused(gap: Callable[[float], Form], excess: float) -> None:
+    """Rounding would decide whether the ball wedges there."""
+    assert verdict(gap(2.0 * R * (1.0 + excess))) == "wedge in"
+    assert verdict(gap(2.0 * R * (1.0 + 1e-6))) == ""
 
 
 @given(wild_forms())

@@ -1,6 +1,7 @@
 """The time of an impact: no impact is missed, early, or in the past."""
 
 import math
+from math import sqrt
 from typing import Any
 
 import mpmath
@@ -236,3 +237,31 @@ def test_an_earlier_find_ends_the_search_and_changes_no_root(
     best = share * HORIZON
     limited = circle_hit(*arguments, HORIZON, best)
     assert limited == (free if free != NO_HIT and free <= best else NO_HIT)
+
+
+def leap(bend: float, clearance: float) -> tuple[float, float, float, float]:
+    """(qx, qy, vx, vy) of a ball that leaves a circle and comes back to it after 0.3 s.
+
+    Without drag, g(s) = f(s) / s is a cubic, whose minimum is `clearance` at 0.3 s. Under 10 m/s^2;
+    `bend`, below 1, chooses how fast the ball rises at first. The circle is at the origin.
+    """
+    gravity, s = 10.0, 0.3
+    rise = -bend * 0.5 * gravity**2 * s  # v.a
+    vy, qy = rise / gravity, -0.6
+    slope = -2.0 * rise * s - 0.75 * gravity**2 * s * s  # g'(0) = |v|^2 + q.a
+    vx = sqrt(slope - vy * vy - gravity * qy)
+    off = clearance - slope * s - rise * s * s - 0.25 * gravity**2 * s**3  # g(0) = 2 q.v
+    return (0.5 * off - qy * vy) / vx, qy, vx, vy
+
+
+@pytest.mark.parametrize("bend", [0.3, 0.5, 0.7, 0.9, 0.97])
+@pytest.mark.parametrize("clearance", [1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12])
+def test_a_ball_that_just_misses_the_circle_it_left_does_not_hit_it(
+    bend: float, clearance: float
+) -> None:
+    def hit(apart: float) -> float:
+        qx, qy, vx, vy = leap(bend, apart)
+        return circle_hit_again(qx, qy, vx, vy, 0.0, 10.0, 0.0, 1.0, 1.0)
+
+    assert hit(clearance) == NO_HIT
+    assert 0.0 < hit(-clearance) < 0.3
