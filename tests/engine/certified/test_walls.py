@@ -8,8 +8,6 @@ import pytest
 from engine import Board, ParameterError, certify, drop
 from engine.board.parts import Bins, Peg, Wall
 from engine.certified.certify import Certificate, Effort
-from engine.errors import BoardError
-from engine.exact.outcome import IMPULSE_LIMIT, REASONS
 from tests.engine.oracle.scenes import scene
 from tests.engine.wall_boards import seeds_of, wall_board, wall_pair
 from tests.long import tries
@@ -90,24 +88,6 @@ def test_a_ball_crawls_down_a_wall_through_treacle() -> None:
     assert found.bin == drop(board, x=-0.5).bin
     assert found.x_end is not None
     assert found.x_end.high - found.x_end.low < 1e-9
-
-
-def test_the_end_of_the_computation_between_two_surfaces_is_one_of_doubles_too() -> None:
-    """A ball in a gap of its own width: the impulses of one meeting do not end."""
-    form = {
-        "ball": {"radius": 0.03, "restitution": 0, "friction": 0},
-        "peg_material": {"restitution": 0, "friction": 0},
-        "pegs": [{"x": -0.13, "y": 1, "radius": 0.1}, {"x": 0.13, "y": 1, "radius": 0.1}],
-        "bins": {"y": 2, "edges": [-1, 0, 1]},
-        "drop": {"x": 0, "y": 0, "jitter": 0.1},
-    }
-    try:
-        board = Board.from_json(form)
-    except BoardError:
-        return
-    found = certify(board, x=0, effort=QUICK)
-    assert found.bin is None
-    assert found.unsettled in (None, REASONS[IMPULSE_LIMIT])
 
 
 @pytest.mark.parametrize(
