@@ -18,6 +18,7 @@ AppError
 ├── SessionStateError     a fair session that is not open yet, or has ended
 ├── HaltedError           an operator has halted the room: it refuses all inputs
 ├── RepeatedError         a key that was used before; only the room's log has the outcome
+├── KeyReusedError        a key that was used before for another request
 ├── ResetError            the room's owner reset the room while the drop was in flight
 ├── OriginError           a request from another site's page
 ├── HostError             a request for a host that is not this server
@@ -35,7 +36,7 @@ AppError
 │   ├── BudgetError        a client's address has used up its computing time
 │   └── RoomLimitError
 ├── BusyError             the server cannot accept more work now
-│   └── RebuildingError    the room is being rebuilt from the ledger
+│   └── RebuildingError    touching balls are being replayed from the ledger
 ├── EndedError            the worker process ended unexpectedly
 ├── GoneError             the client has left before the response
 ├── MissingPartError      a part of the program that is not installed here
@@ -147,6 +148,10 @@ class RepeatedError(AppError):
     """A request with the key of an earlier one, whose outcome only the room's log has."""
 
 
+class KeyReusedError(AppError):
+    """The caller has used this idempotency key before, for another request."""
+
+
 class ResetError(AppError):
     """The room was reset while the drop was in flight; the drop has no result."""
 
@@ -220,7 +225,7 @@ class BusyError(AppError):
 
 
 class RebuildingError(BusyError):
-    """The room is being rebuilt from the ledger, which takes longer than a request waits."""
+    """Touching balls are being replayed from the ledger, longer than a request waits."""
 
 
 class EndedError(AppError):
@@ -317,6 +322,7 @@ ANSWERS: dict[type[Exception], Answer] = {
     ClosedRoomError: Answer(404, "room-closed", "The room was closed", 4004),
     HaltedError: Answer(409, "room-halted", "The room is halted"),
     RepeatedError: Answer(409, "repeated", "Already done"),
+    KeyReusedError: Answer(422, "key-reused", "The key belongs to another request"),
     ResetError: Answer(409, "room-reset", "The room was reset"),
     OriginError: Answer(403, "foreign-origin", "Foreign origin"),
     HostError: Answer(421, "unknown-host", "Not this server's host"),
@@ -336,7 +342,7 @@ ANSWERS: dict[type[Exception], Answer] = {
     BudgetError: Answer(429, "budget-spent", "Computing time used up"),
     RoomLimitError: Answer(429, "too-many-rooms", "Too many rooms", 1013),
     BusyError: Answer(503, "busy", "The server is busy", 1013),
-    RebuildingError: Answer(503, "room-rebuilding", "The room is being rebuilt", 1013),
+    RebuildingError: Answer(503, "room-rebuilding", "The room is being replayed", 1013),
     EndedError: Answer(503, "worker-ended", "A worker ended", 1013),
     GoneError: Answer(499, "client-gone", "The client has left"),
     MissingPartError: Answer(501, "not-installed", "Not installed on this server"),

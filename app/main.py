@@ -361,12 +361,11 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     if cluster is not None:
         await cluster.until_joined()
     server.ticking = asyncio.create_task(server.rooms.ticker.run(), name="ticker")
-    rebuilding = asyncio.create_task(server.rooms.rebuilding.run(), name="rebuilding")
     checking = asyncio.create_task(server.integrity.look(), name="integrity")
     self_checking = asyncio.create_task(server.self_check.run(), name="self-check")
     rest = asyncio.create_task(asyncio.to_thread(_warm_up_rest, app.state.page), name="rest")
     preparing = asyncio.get_running_loop().call_later(_QUIET_START, server.workers.prepare)
-    follow = server.rooms.follow() if cluster else server.rooms.go_on_with_queues()
+    follow = server.rooms.follow() if cluster else server.rooms.go_on()
     following = asyncio.create_task(follow, name="following")
     feeding = asyncio.create_task(
         feed_relays(app.state.bus, server.rooms, server.client_ids), name="feeding"
@@ -377,7 +376,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         yield
     finally:
         preparing.cancel()
-        tasks = (following, joining, feeding, sending, rest, self_checking, checking, rebuilding)
+        tasks = (following, joining, feeding, sending, rest, self_checking, checking)
         for task in (*tasks, server.ticking):
             task.cancel()
             with contextlib.suppress(asyncio.CancelledError):

@@ -66,7 +66,7 @@ class TakeOver:
         held = [self._book.of(room_id) for room_id in self._book.rooms]
         # Read the awake rooms before the leases. A new room gets its lease before its ledger row,
         # so each awake room that was read has a lease in the later listing.
-        awake = {MAIN, *(room.id for room in await self._ledger.read(store.awake_rooms))}
+        awake = {MAIN, *await self._ledger.read(store.awake_rooms)}
         rows = await self._rooms.leases.listing()
         self._give_up([each for each in held if each is not None], rows)
         # Rooms that were handed over to this server, but that no client has asked it for yet.
@@ -85,7 +85,7 @@ class TakeOver:
         """Rooms whose server has failed and that this server should take.
 
         After the first sweep only the first server in the room's order takes a room. If the next
-        sweep finds that no server has it, any server may: the first may be unable to rebuild it.
+        sweep finds that no server has it, any server may: the first may be unable to load it.
         """
         before, self._orphaned = self._orphaned, orphans(rows, awake, self._alive.view)
         self._lost = self._orphaned & {row.room for row in rows}

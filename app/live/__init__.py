@@ -1,7 +1,8 @@
 """Running rooms: their registry, their ticks, the clients that watch them, and fair sessions.
 
-live_room.py is one room with its requests, ticks and events; registry.py finds, opens and closes
+live_table.py is a table of independent balls, live_arena.py a room of touching balls, live_room.py
+what they have in common; registry.py finds, opens and closes
 rooms; open_rooms.py decides which stay in memory; ticking/ runs the ticks of awake rooms;
 broadcast/ sends events to clients; sessions/ has the fair sessions. Imports persistence and rooms.
-Start with live_room.py.
+Start with live_table.py.
 """

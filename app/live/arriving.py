@@ -1,7 +1,7 @@
 """Brings rooms to this server, where several servers share a ledger.
 
 Only one server has a room at a time. This server takes a room when a client asks for it here, or
-when the server that had it has failed, and rebuilds it from the ledger.
+when the server that had it has failed, and loads it from the ledger.
 """
 
 import asyncio
@@ -10,13 +10,12 @@ from collections.abc import Awaitable, Callable, Coroutine
 from typing import Final
 
 from app.concurrency.single_flight import SingleFlight
-from app.errors import LeaseLostError, LedgerError
+from app.errors import LeaseLostError, LedgerError, RebuildingError
 from app.live.leaving import Leaving, Memory
 from app.live.live_room import LiveRoom
 from app.live.open_rooms import OpenRooms
 from app.live.public_tables import PublicTables
 from app.persistence.leases import Leases
-from app.persistence.recovery.rebuild_queue import rebuilding
 from app.persistence.service import PersistenceService
 from app.persistence.statements import lease_store
 from app.rooms.records import LeaseRow
@@ -25,7 +24,7 @@ from app.rooms.room import Ground, Room
 _ARRIVAL_SECONDS: Final = 10.0
 """s that a client waits for a room before it gets RebuildingError."""
 
-_AT_ONCE: Final = 4  # rooms rebuilt at a time
+_AT_ONCE: Final = 4  # rooms loaded at a time
 
 _log = logging.getLogger("plinko")
 
@@ -129,7 +128,7 @@ class Arriving:
             async with asyncio.timeout(_ARRIVAL_SECONDS):
                 return await asyncio.shield(self._coming[room_id])
         except TimeoutError:
-            raise rebuilding(room_id) from None
+            raise replaying(room_id) from None
 
     def begin_work(
         self, room_id: str, work: Coroutine[None, None, LiveRoom | None]
@@ -170,3 +169,11 @@ class Arriving:
         if room is None and ground is not None:
             room = await self._make(room_id, *self._public.find(room_id))
         return room
+
+
+def replaying(room_id: str) -> RebuildingError:
+    """The error for a caller that needs touching balls which are not replayed yet."""
+    return RebuildingError(
+        f"room {room_id!r} is being replayed from the ledger; it is not lost, try again soon",
+        field="room",
+    )

@@ -1,6 +1,6 @@
 """Gives rooms of this server up, where several servers share a ledger.
 
-A handover is orderly: the room's state is committed, and another server continues at the same tick.
+A handover is orderly: everything is committed, and another server continues the room.
 A room that another server has taken is removed at once.
 """
 
@@ -18,7 +18,7 @@ from app.persistence.service import PersistenceService
 from app.rooms.room import Room
 
 _ENTRY_SECONDS: Final = 2.0
-"""s that planned drops may take to enter before a room is handed over."""
+"""s that drops on their way may take to enter before a room is handed over."""
 
 _ENTRY_POLL: Final = 0.005  # s between two checks whether they have entered
 
@@ -72,12 +72,12 @@ class Leaving:
         holder: str = "",
         address: str = "",
     ) -> None:
-        """Hand a room over to another server, which continues at the same tick.
+        """Hand a room over to another server, which continues it.
 
-        First the planned drops enter. Then the lease goes to `holder`, at `address`, and `receive`
-        makes that server take the room. Only then are the room's clients sent there, so that they
-        find it ready. Raises UnknownRoomError, and LedgerError if the room could not be committed
-        completely; even then this server has given the room up.
+        First the drops on their way enter. Then the lease goes to `holder`, at `address`, and
+        `receive` makes that server take the room. Only then are the room's clients sent there, so
+        that they find it ready. Raises UnknownRoomError, and LedgerError if the room could not be
+        committed completely; even then this server has given the room up.
         """
         if room_id not in self._rooms.in_memory:
             raise UnknownRoomError(f"room {room_id!r} is not at this server", field="room")
@@ -112,10 +112,10 @@ class Leaving:
             left.set_result(None)
 
     async def _settle(self, live: LiveRoom) -> None:
-        """Wait until the planned drops have entered; the ledger keeps those that have not."""
+        """Wait until the drops on their way have entered; the ledger has those that have not."""
         clock = asyncio.get_running_loop().time
         end = clock() + _ENTRY_SECONDS
-        while clock() < end and live.gone is None and live.room.planned:
+        while clock() < end and live.gone is None and live.busy:
             await asyncio.sleep(_ENTRY_POLL)
 
     def put_away(self, room_id: str) -> None:

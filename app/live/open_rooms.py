@@ -12,7 +12,7 @@ from app.errors import ClosedRoomError, RoomLimitError
 from app.live.live_room import LiveRoom
 from app.live.public_tables import MAIN
 from app.persistence.service import PersistenceService
-from app.rooms.records import Parked, RoomRow
+from app.rooms.records import Parked
 from app.settings import Settings
 
 UNUSED_SECONDS = 86_400.0  # without use after which a room with an owner is closed
@@ -30,7 +30,7 @@ class OpenRooms:
     def __init__(self, settings: Settings, persistence: PersistenceService) -> None:
         self.in_memory: OrderedDict[str, LiveRoom] = OrderedDict()
         self.parked: OrderedDict[str, Parked] = OrderedDict()  # those with owners
-        self.parked_public: dict[str, RoomRow] = {}
+        self.stored_public: set[str] = set()  # ids of those with an open run in the ledger
         self._elsewhere = 0  # rooms with owners at other servers
         self._max_rooms = settings.max_rooms
         self._persistence = persistence
@@ -38,6 +38,17 @@ class OpenRooms:
     def __contains__(self, room_id: str) -> bool:
         """Whether a room with this id is in memory or parked."""
         return room_id in self.in_memory or room_id in self.parked
+
+    def is_stored(self, room_id: str) -> bool:
+        """Whether the room is in the ledger and not in memory."""
+        return room_id in self.parked or room_id in self.stored_public
+
+    def forget_stored(self, room_id: str) -> bool:
+        """Note that a room comes into memory or is gone; returns whether it was stored."""
+        was = self.is_stored(room_id)
+        self.parked.pop(room_id, None)
+        self.stored_public.discard(room_id)
+        return was
 
     def get(self, room_id: str) -> LiveRoom | None:
         """The room with this id if it is in memory; this counts as use."""
@@ -65,8 +76,9 @@ class OpenRooms:
         if self.free > 0:
             return
         before = self._persistence.now() - REST_SECONDS
-        if self.parked and next(iter(self.parked.values())).used < before:
-            self._end(self.parked.popitem(last=False)[1], "room for another")
+        parked = self._unused_parked(before)
+        if parked is not None:
+            self._end(self.parked.pop(parked.id), "room for another")
             return
         live = self._unneeded(lambda live: self._idle(live, before))
         if live is None:
@@ -89,10 +101,19 @@ class OpenRooms:
     def close_idle(self) -> None:
         """Close the rooms with owners that have been unused for too long."""
         before = self._persistence.now() - UNUSED_SECONDS
-        while self.parked and next(iter(self.parked.values())).used < before:
-            self._end(self.parked.popitem(last=False)[1], "unused")
+        while (parked := self._unused_parked(before)) is not None:
+            self._end(self.parked.pop(parked.id), "unused")
         while (live := self._unneeded(lambda live: self._idle(live, before))) is not None:
             self._retire(live, "unused")
+
+    def _unused_parked(self, before: float) -> Parked | None:
+        """The longest unused room that is parked; not one whose balls have yet to get results."""
+        for room in self.parked.values():
+            if room.used >= before:
+                return None
+            if not room.awake:
+                return room
+        return None
 
     def _idle(self, live: LiveRoom, before: float) -> bool:
         record = self._persistence.runs.of(live.room)
@@ -107,13 +128,7 @@ class OpenRooms:
         return None
 
     def _is_used(self, live: LiveRoom) -> bool:
-        return (
-            live.ticks
-            or bool(live.room.planned)
-            or live.queue.running
-            or live.id == MAIN
-            or live.watched
-        )
+        return live.ticks or live.busy or live.queue.running or live.id == MAIN or live.watched
 
     def _park(self, live: LiveRoom, closing: str = "") -> None:
         """Remove a sleeping room from memory; with a reason `closing`, close it if it has an owner.
@@ -133,7 +148,7 @@ class OpenRooms:
             elif leases is None:
                 self.parked[room.id] = parked
         elif row is not None and leases is None:
-            self.parked_public[room.id] = row
+            self.stored_public.add(room.id)
         if leases is not None:
             leases.let_go(room.id)
 

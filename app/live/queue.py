@@ -140,8 +140,8 @@ class RoomQueue:
         """Whether an item with this key waits, or has had its first ball dropped."""
         if any(item.again == again for item in self.state.items):
             return True
-        first = ball_key(again, 0)
-        return await self._ledger.read(store.keyed, room=self._run, key=first) is not None
+        read, first = self._ledger.read, ball_key(again, 0)
+        return await read(store.keyed_drop, run=self._run, key=first) is not None
 
     def end(self) -> None:
         """Stop dropping, because the room ends or leaves this server."""
@@ -179,7 +179,8 @@ class RoomQueue:
             await self._landing()
             return
         command = DropCommand(self._draw(), tag=item.tag)
-        outcome = await self._drop(command, Player(again=item.key(self._dropped)))
+        key = item.key(self._dropped)
+        outcome = await self._drop(command, Player(idempotency_key=key))
         self._dropped += 1
         if outcome.landed is None:
             falling.add(outcome.accepted.ball)

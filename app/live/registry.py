@@ -8,38 +8,43 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
 
+from app.concurrency.single_flight import SingleFlight
 from app.errors import (
     AppError,
     ClosedRoomError,
     DamagedRoomError,
     LeaseLostError,
     LedgerError,
-    RebuildingError,
     ResetError,
     UndecidedError,
+    UnknownRoomError,
 )
-from app.live.arriving import Arriving, Claim, any_room
+from app.live.arriving import Arriving, Claim, any_room, replaying
 from app.live.broadcast.audience import AudienceContext
 from app.live.broadcast.hub import Client, Hub
 from app.live.broadcast.presence import Presence
 from app.live.halts import Halts
 from app.live.leaving import Leaving
+from app.live.live_arena import LiveArena
 from app.live.live_room import LiveRoom, RoomContext
+from app.live.live_table import LiveTable
 from app.live.open_rooms import OpenRooms
 from app.live.public_tables import MAIN, PublicTables
 from app.live.shared_rooms import SharedRooms, UnsharedRooms
 from app.live.ticking.runner import Runner, Running
 from app.live.ticking.ticker import Watcher
+from app.persistence.clock import SteadyClock
 from app.persistence.leases import Leases
 from app.persistence.ledger.null_ledger import NullLedger
-from app.persistence.recovery.rebuild_queue import RebuildQueue, Turn, rebuilding
 from app.persistence.service import PersistenceService
 from app.persistence.statements import queue_store, store
 from app.rooms import kinds
 from app.rooms.boards import Boards
+from app.rooms.independent import IndependentRoom
 from app.rooms.kinds import INDEPENDENT, SCENE, BallLimits, make_room
 from app.rooms.records import Parked
 from app.rooms.room import Basis, Room
+from app.rooms.touching.room import TouchingRoom
 from app.rooms.touching.scene import Scene
 from app.rooms.touching.story import Retold
 from app.settings import Settings
@@ -48,6 +53,8 @@ from engine.errors import EffortError
 
 _FAILED = "its room failed"
 """Why the drops that were in flight have no bin, in their results."""
+
+_LOAD_SECONDS = 10.0  # that a client waits for touching balls to be replayed
 
 _FOLLOW = 0.5  # s between two readings of other servers' halts from the ledger
 
@@ -84,24 +91,25 @@ class Rooms:
         self.draw = draw
         self.limits = BallLimits(settings.max_balls, kinds.MAX_TOUCHING)
         self.persistence = persistence or PersistenceService(
-            NullLedger(), tick_rate=settings.tick_rate, limits=self.limits
+            NullLedger(),
+            tick_rate=settings.tick_rate,
+            limits=self.limits,
+            now=SteadyClock(clock),
         )
-        self.halts = Halts(self.persistence.ledger, self._tell_halts)
-        self.runner = Runner(
-            settings, self.persistence, clock=clock, watchers=watchers, failed=self._close
-        )
+        now = self.persistence.now
+        self.halts = Halts(self.persistence.ledger, self._tell_halts, now)
+        self.runner = Runner(settings, clock=clock, now=now, watchers=watchers, failed=self._close)
         self.ticker = self.runner.ticker
         audiences = AudienceContext.of(hub, settings, clock, self.halts.holds, Presence(clock))
         self._context = RoomContext(
             audiences, self.persistence, self.halts, self.runner, new_id, filmed, draw
         )
         self._open = OpenRooms(settings, self.persistence)
-        self.rebuilding = RebuildQueue(self._rebuild)
         self.public = PublicTables(boards, main_board, self.scene)
         leases = self.persistence.leases
         self.shared = UnsharedRooms() if leases is None else self._share(leases, claim)
         self._new_id = new_id
-        self._loading = asyncio.Lock()
+        self._loading = SingleFlight[None]()
         self._making: set[str | None] = set()  # keys of requests whose rooms are being opened
         if not self.persistence.ledger.keeps:
             self.find(MAIN)
@@ -125,8 +133,8 @@ class Rooms:
         return list(self._open.parked.values())
 
     def is_open(self, room_id: str) -> bool:
-        """Whether a room with this id is in memory, parked or being rebuilt."""
-        return room_id in self._open or room_id in self.rebuilding
+        """Whether a room with this id is in memory or parked."""
+        return room_id in self._open
 
     @property
     def free(self) -> int:
@@ -134,22 +142,19 @@ class Rooms:
         return self._open.free
 
     def find(self, room_id: str) -> LiveRoom:
-        """The room with this id, if it is in memory or public; opens a public room.
+        """The room with this id, if it is in memory; opens a public room that has no open run.
 
-        Raises UnknownRoomError, RebuildingError for a room that is being rebuilt, and
-        DamagedRoomError for one that recovery has set aside.
+        Raises UnknownRoomError, and DamagedRoomError for one that recovery has set aside.
         """
         live = self._open.get(room_id)
         if live is not None:
             return live
         self.persistence.recovery.check(room_id)
-        if room_id in self.rebuilding:
-            raise rebuilding(room_id)
         self.shared.check(room_id)
         ground, mode = self.public.find(room_id)
-        row = self._open.parked_public.pop(room_id, None)
-        back = None if row is None else self.persistence.recovery.restore(row, ground)
-        return self.add(back or self._new(room_id, ground, mode))
+        if room_id in self._open.stored_public:
+            raise UnknownRoomError(f"room {room_id!r} is not in memory", field="room")
+        return self.add(self._new(room_id, ground, mode))
 
     def scene(self, values: object) -> Scene:
         """Parse a scene; raises InvalidValueError, SeedError."""
@@ -159,37 +164,35 @@ class Rooms:
     async def seek(self, room_id: str) -> LiveRoom:
         """Find a room, in memory or in the ledger, and bring it into memory.
 
-        Raises UnknownRoomError, LedgerError if the ledger cannot be read, RebuildingError for a
-        room that takes long to rebuild, and DamagedRoomError for one that recovery has set aside.
+        Raises UnknownRoomError, LedgerError if the ledger cannot be read, RebuildingError for
+        touching balls that take long to replay, and DamagedRoomError for a room that is set aside.
         """
         self._open.close_idle()
         await self.shared.fetch(room_id)
-        await self.rebuilding.need(room_id)
-        if room_id in self._open.parked:
-            async with self._loading:
-                if room_id in self._open.parked:
-                    await self._load(room_id)
+        if self._open.is_stored(room_id):
+            self.persistence.recovery.check(room_id)
+            try:
+                async with asyncio.timeout(_LOAD_SECONDS):
+                    await self._loading.do(room_id, lambda: self._load(room_id))
+            except TimeoutError:
+                raise replaying(room_id) from None
         live = self.find(room_id)
         with contextlib.suppress(LedgerError):  # the next request for the room tries again
             await live.queue.load()
         return live
 
     async def _load(self, room_id: str) -> None:
-        """Take a parked room into memory; raises LedgerError, DamagedRoomError."""
+        """Take a room from the ledger into memory; raises LedgerError, DamagedRoomError."""
+        if not self._open.is_stored(room_id):
+            return
+        ground = self.public.ground(room_id)
         try:
-            room = await self.persistence.recovery.load(room_id)
+            room = await self.persistence.recovery.load(room_id, ground_now=ground)
         except DamagedRoomError:
-            self._open.parked.pop(room_id, None)
+            self._open.forget_stored(room_id)
             raise
         # The room may have been closed meanwhile.
-        if self._open.parked.pop(room_id, None) is not None and room is not None:
-            self.add(room)
-
-    async def _rebuild(self, room_id: str, turn: Turn) -> None:
-        """Rebuild a room that was awake; raises LedgerError, DamagedRoomError."""
-        ground = self.public.ground(room_id)
-        room = await self.persistence.recovery.load(room_id, ground_now=ground, turn=turn)
-        if room is not None:
+        if self._open.forget_stored(room_id) and room is not None:
             self.add(room)
 
     # Opening and closing.
@@ -197,16 +200,16 @@ class Rooms:
     async def resume(self) -> None:
         """Continue where the last server stopped; raises LedgerError if the ledger is unreadable.
 
-        Rooms that were awake are rebuilt one after another, `main` first.
+        Only `main` is loaded now. Every other room is when it is first asked for, or by `go_on`.
         """
-        left = await self.persistence.recovery.survey(self.public.ground)
+        left = await self.persistence.recovery.survey()
         await self.halts.load()
-        self._open.parked_public = left.public
+        self._open.stored_public = set(left.public)
         self._open.parked = OrderedDict((each.id, each) for each in left.owned)
-        self.rebuilding.fill(sorted(left.moving, key=lambda each: each.id != MAIN))
         # If `main` cannot be opened now, clients that ask for it get the error.
-        with contextlib.suppress(RebuildingError, DamagedRoomError, LeaseLostError):
-            self.find(MAIN)
+        if self.shared.alone:
+            with contextlib.suppress(DamagedRoomError):
+                await self.seek(MAIN)
 
     async def follow(self) -> None:
         """Follow halts by other servers and close unused rooms, until cancelled."""
@@ -216,22 +219,23 @@ class Rooms:
                 await self.shared.look_after()
             await asyncio.sleep(_FOLLOW)
 
-    async def go_on_with_queues(self) -> None:
-        """Resume the queues of all rooms, on a server that does not share its ledger.
+    async def go_on(self) -> None:
+        """Load all rooms in which something moved when the last server ended, or a queue waits.
 
-        On a shared ledger a queue resumes when a client asks for its room, at the server that has
-        the room.
+        Their balls then land without a client, and get their results. On a shared ledger the server
+        that takes over a room does this.
         """
+        read = self.persistence.ledger.read
         try:
-            waiting = await self.persistence.ledger.read(queue_store.waiting)
+            waiting = [*await read(store.awake_rooms), *await read(queue_store.waiting)]
         except LedgerError as error:
-            _log.warning("cannot list the queues; each resumes when its room is used: %s", error)
+            _log.warning("cannot list the rooms that go on; each does when it is used: %s", error)
             return
-        for room_id in waiting:
+        for room_id in dict.fromkeys(waiting):
             try:
                 await self.seek(room_id)
             except AppError as error:
-                _log.warning("cannot resume a queue: %s", error, extra={"room": room_id})
+                _log.warning("a room cannot go on: %s", error, extra={"room": room_id})
 
     def leave(self) -> None:
         """At the server's stop: end all queues, and commit where each awake room stands."""
@@ -283,7 +287,7 @@ class Rooms:
     async def delete(self, live: LiveRoom) -> None:
         """Close a room for good, with all balls in it.
 
-        Raises LedgerError, BusyError; the room then goes on.
+        Raises LedgerError; the room then goes on.
         """
         await self.persistence.ledger.decided(self._delete(live))
 
@@ -293,8 +297,8 @@ class Rooms:
         """Restart a room, with another board if one is given; all its clients start over.
 
         Does nothing if the room's current run was begun with the same `key`. Raises LedgerError,
-        BusyError, InvalidValueError if the room cannot have that board, and ClosedRoomError if it
-        was closed meanwhile; an error leaves the room unchanged.
+        InvalidValueError if the room cannot have that board, and ClosedRoomError if it was closed
+        meanwhile; an error leaves the room unchanged.
         """
         if key is not None and self.persistence.runs.of(live.room).key == key:
             return
@@ -312,6 +316,7 @@ class Rooms:
         self._open.make_place()
         room = await self._new_aside(self._new_id(), basis, mode)
         if retold is not None:
+            assert isinstance(room, TouchingRoom)
             await asyncio.to_thread(room.restore, retold.checkpoint)
         await self.shared.begin(room.id)
         taken = () if retold is None else retold.inputs
@@ -324,11 +329,11 @@ class Rooms:
         return self.add(room)
 
     async def _delete(self, live: LiveRoom) -> None:
-        async with live.ending() as settled:
-            await self.persistence.end(live.room, settled)
+        async with live.ending() as landed:
+            await self.persistence.end(live.room, landed)
         if live.gone is not None:
             return
-        live.tell_settled(settled)
+        live.land_all()
         error = ClosedRoomError(f"room {live.id!r} was closed by its creator")
         self._forget(live, error)
         self.hub.close(live.id, error)
@@ -338,11 +343,11 @@ class Rooms:
     async def _reset(self, live: LiveRoom, board: Board | None, key: str | None) -> None:
         old = live.room
         new = await self._new_aside(live.id, old.basis_after_reset(board), old.mode)
-        async with live.ending() as settled:
-            await self.persistence.replace(old, new, settled, key)
+        async with live.ending() as landed:
+            await self.persistence.replace(old, new, landed, key)
         if live.gone is not None:
             raise LeaseLostError(f"room {live.id!r} moved to another server", field="room")
-        live.tell_settled(settled)
+        live.land_all()
         live.restart(new, ResetError(f"room {live.id!r} was reset by its creator"))
 
     def _close(self, failed: Running, why: Exception) -> None:
@@ -384,7 +389,12 @@ class Rooms:
 
     def add(self, room: Room) -> LiveRoom:
         """Take a room into memory, and let it tick if anything moves."""
-        live = LiveRoom(room, self._context)
+        live: LiveRoom
+        if isinstance(room, IndependentRoom):
+            live = LiveTable(room, self._context)
+        else:
+            assert isinstance(room, TouchingRoom)
+            live = LiveArena(room, self._context)
         self._open.add(live)
         _log.info("room opened", extra={"room": room.id, "board": room.origin.digest})
         return live

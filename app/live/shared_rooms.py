@@ -18,7 +18,7 @@ from app.live.public_tables import PublicTables
 from app.persistence.leases import Leases
 from app.persistence.service import PersistenceService
 from app.persistence.statements import store
-from app.rooms.records import Listed, Parked
+from app.rooms.records import Parked
 
 _SEARCH_SECONDS: Final = 60.0  # between two searches for unused rooms
 _UNUSED_AT_ONCE: Final = 20  # unused rooms closed in one search
@@ -48,7 +48,7 @@ class UnsharedRooms:
     async def having(self, room_id: str) -> AsyncIterator[None]:
         yield
 
-    async def directory(self) -> list[Listed]:
+    async def directory(self) -> list[Parked]:
         """An empty list: there are no rooms at other servers."""
         return []
 
@@ -85,7 +85,7 @@ class SharedRooms(UnsharedRooms):
         self._ledger = persistence.ledger
         self._rooms = rooms
         self._next_search = 0.0
-        self._listed: list[Listed] = []
+        self._listed: list[Parked] = []
         self._listed_at = -math.inf
 
     def check(self, room_id: str) -> None:
@@ -120,7 +120,7 @@ class SharedRooms(UnsharedRooms):
             if room_id not in self._rooms.in_memory:
                 self.let_go(room_id)
 
-    async def directory(self) -> list[Listed]:
+    async def directory(self) -> list[Parked]:
         """Every open room at any server, as last committed; raises LedgerError."""
         now = self._persistence.now()
         if not self._listed_at <= now < self._listed_at + _DIRECTORY_SECONDS:

@@ -7,7 +7,7 @@ wait here until something else is written.
 import asyncio
 import functools
 import logging
-import time
+import math
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -16,15 +16,17 @@ from typing import Final
 import msgspec
 
 from app.errors import LedgerError
+from app.persistence.clock import RunClock, SteadyClock
 from app.persistence.leases import Leases
 from app.persistence.ledger.commit_queue import Done
 from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.ledger.writer import Ledger
 from app.persistence.statements import lease_store
+from app.protocol import messages
 from app.rooms.pending import Pending
 from app.rooms.records import BoardRow, Close, DrawRow, Mark, ResultRow, RoomRow, Write
 from app.rooms.room import Ground, Room
-from app.rooms.settling import Settled
+from app.rooms.touching.room import TouchingRoom
 from engine import PHYSICS_VERSION
 
 _BLOCK: Final = 1024
@@ -76,14 +78,12 @@ class RoomRun:
     owned: bool
     opened: float
     used: float
+    clock: RunClock
     known: bool = False  # whether its row was handed to the ledger
-    marked: int = 0  # the last tick of the marks that were handed to the ledger
-    horizon: int = 0  # the last tick of the marks that are durable
     checkpoint_tick: int = 0
     clean: bool = True  # whether the room sleeps and the ledger has all of it
     version: int = 0  # counts submissions
     creator: str | None = None  # a mark, see RoomRow
-    underway: int = 0  # number of marks that the ledger has not yet answered
     key: str | None = None  # the idempotency key of the request that began it, see RoomRow
 
 
@@ -96,7 +96,8 @@ class RoomRuns:
     def __init__(
         self,
         ledger: Ledger | NullLedger,
-        now: Callable[[], float] = time.time,
+        tick_rate: int,
+        now: Callable[[], float],
         leases: Leases | None = None,
     ) -> None:
         self.ledger = ledger
@@ -104,17 +105,33 @@ class RoomRuns:
         self.leases = leases
         self.numbers = None if leases is None else SharedNumbers(ledger)
         self.next_number = 1
+        self._tick_rate = tick_rate
         self._records: dict[str, RoomRun] = {}
         self._results: list[Write] = []
+        self.results_since = math.inf  # when the first of them came, Unix time in s
 
     def of(self, room: Room) -> RoomRun:
         """The record of a room's current run; creates it if it is missing."""
         found = self._records.get(room.id)
         if found is None:
-            now = self.now()
-            number = self.number(room.id)
-            found = self._records[room.id] = RoomRun(number, False, now, now)
+            found = self._records[room.id] = self.new_run(room.id)
         return found
+
+    def new_run(self, room_id: str, *, owned: bool = False, known: bool = False) -> RoomRun:
+        """The record of a run that begins now; raises LedgerError if no number is left."""
+        now = self.now()
+        return RoomRun(self.number(room_id), owned, now, now, self.clock(now), known)
+
+    def _now(self) -> float:
+        return self.now()
+
+    async def follow_database(self) -> None:
+        """Go by the database's time from now on: the servers' clocks may differ by seconds."""
+        if isinstance(self.now, SteadyClock):
+            self.now.set(await self.ledger.read(lease_store.unix_time))
+
+    def clock(self, opened: float, least: int = 0) -> RunClock:
+        return RunClock(self._now, self._tick_rate, opened, least)
 
     def find(self, room: Room, number: int) -> RoomRun | None:
         """The record of a room's current run if it has this number."""
@@ -149,10 +166,13 @@ class RoomRuns:
 
     def add_results(self, results: list[ResultRow]) -> None:
         """Keep results until the next write."""
+        if results and not self._results:
+            self.results_since = self.now()
         self._results += results
 
     def take_results(self) -> list[Write]:
         results, self._results = self._results, []
+        self.results_since = math.inf
         return results
 
     def report(self, writes: list[Write], done: Done | None = None) -> None:
@@ -161,36 +181,34 @@ class RoomRuns:
 
     def slept(self, room: Room) -> None:
         record = self.of(room)
+        if not record.known:
+            record.clean = True  # the ledger needs nothing of a room without inputs
+            return
         record.version += 1
         record.clean = False
-        record.checkpoint_tick = record.marked = room.world.tick
-        record.horizon = min(record.horizon, room.world.tick)
-        mark = self.mark(room, record, room.world.tick, awake=False)
         done = functools.partial(self._asleep, room, record.number, record.version)
-        self.report([mark], done)
+        self.report([self.mark(room, record, awake=False)], done)
 
     def _asleep(self, room: Room, number: int, version: int, error: LedgerError | None) -> None:
         record = self.find(room, number)
         if record is not None and record.version == version:
             record.clean = error is None
 
-    def mark(self, room: Room, record: RoomRun, tick: int, *, awake: bool) -> Mark:
-        """A mark of a room's progress, with a checkpoint from which it can be restored.
+    def mark(self, room: Room, record: RoomRun, *, awake: bool, checkpoint: bool = True) -> Mark:
+        """A mark of a room's progress; for touching balls with a checkpoint, unless it is False."""
+        mark = Mark(record.number, room.log_tick, awake, self.now())
+        if not isinstance(room, TouchingRoom) or not checkpoint:
+            return mark
+        record.checkpoint_tick = room.world.tick
+        return replace(mark, checkpoint=room.checkpoint(), checkpoint_drops=room.taken)
 
-        The checkpoint is omitted while a late drop may still enter the room at a past tick.
-        """
-        if room.late:
-            return Mark(record.number, tick, awake, self.now())
-        return Mark(record.number, tick, awake, self.now(), room.checkpoint(), room.taken)
-
-    def closing(self, room: Room, settled: Settled | None = None) -> list[Write]:
+    def closing(self, room: Room, landed: Sequence[messages.Landed]) -> list[Write]:
         """The writes that end a room's run, with the results of balls that were in flight."""
         number = self.of(room).number
-        if settled is None:
-            return [Close(number, room.world.tick, self.now())]
-        results = [room.format.result(number, landed) for landed in settled.landed]
+        results = [room.format.result(number, each) for each in landed]
+        tick = max((each.tick for each in landed), default=room.log_tick)
         kept = [result for result in results if result is not None]
-        return [*kept, Close(number, settled.tick, self.now())]
+        return [*kept, Close(number, tick, self.now())]
 
     def board_row(self, room: Room) -> BoardRow:
         return BoardRow(room.origin.digest, room.origin.name, room.origin_json.decode())
@@ -226,16 +244,18 @@ class RoomRuns:
 
     def rows_with(self, room: Room, record: RoomRun, taken: Sequence[Pending]) -> list[Write]:
         """As `rows`, for a run that begins with inputs or after tick 0."""
-        if not room.world.tick and not taken:
+        if not isinstance(room, TouchingRoom) or not (room.world.tick or taken):
             return self.rows(room, record)
-        record.marked = record.horizon = record.checkpoint_tick = room.world.tick
+        record.checkpoint_tick = room.world.tick
         inputs = [room.format.row(record.number, pending) for pending in taken]
-        return [*self.basis_rows(room), self.restorable_row(room, record), *inputs]
+        return [*self.basis_rows(room), self.current_row(room, record), *inputs]
 
-    def restorable_row(self, room: Room, record: RoomRun) -> RoomRow:
+    def current_row(self, room: Room, record: RoomRun) -> RoomRow:
+        """The row of a run as it is now."""
+        checkpoint = room.checkpoint() if isinstance(room, TouchingRoom) else None
         return replace(
             self.room_row(room, record),
-            tick=room.world.tick,
-            checkpoint=room.checkpoint(),
+            tick=room.log_tick,
+            checkpoint=checkpoint,
             checkpoint_drops=room.taken,
         )

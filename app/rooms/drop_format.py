@@ -8,7 +8,7 @@ import msgspec
 from app.protocol import messages
 from app.protocol.visitors import TAG_FIELDS, parse_tag
 from app.rooms.input_format import InputFormat, check_known
-from app.rooms.pending import DropCommand, PendingInput
+from app.rooms.pending import DropCommand
 from app.rooms.records import DropRow, OpenDrop, ResultRow
 from app.rooms.stakes import parse_stake, parse_who
 from engine.drops.verify import Verification
@@ -26,7 +26,7 @@ RESULT: Final = tuple(name for name in ResultRow.__slots__ if name not in ("room
 """The fields of its result."""
 
 
-class DropFormat(InputFormat[DropCommand, DropRow]):
+class DropFormat(InputFormat[DropRow]):
     """Each drop has its own result, which depends only on its seed and start."""
 
     name = "drops"
@@ -35,22 +35,6 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
         "tick", "drops", "world_digest", "digest",
     )  # fmt: skip
     has_results = True
-
-    def row(self, run: int, pending: PendingInput[DropCommand]) -> DropRow:
-        drop = pending.command
-        return DropRow(
-            run,
-            pending.number,
-            pending.tick,
-            drop.seed,
-            drop.x,
-            drop.stake,
-            drop.who,
-            drop.aim,
-            drop.practice,
-            pending.again,
-            **drop.tag.fields,
-        )
 
     def entry(self, row: DropRow, result: ResultRow | None, tick: int) -> dict[str, object]:
         """One drop of a log that ends at `tick`; a ball that landed later has no result yet."""

@@ -1,25 +1,27 @@
-"""A room of independent balls: each path depends only on its own seed and start.
+"""A table: a room of independent balls. Each drop is a fact, and its flight follows from that.
 
-The engine's World moves the balls; the room adds stakes, tags and counts.
+No ball affects another, so the state at any tick is a function of the facts: `advance` samples the
+flights at the clock's tick, however late it is, and nothing has to be simulated or caught up.
 """
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Sequence
 from typing import Final
 
 import msgspec
 
-from app.errors import AppError, BallLimitError, InvalidValueError
+from app.errors import BallLimitError, InvalidValueError
 from app.protocol import messages, snapshots
 from app.protocol.segments import Scale, SegmentStream
-from app.protocol.visitors import NO_TAG, Tag
 from app.rooms.draw import Draw
 from app.rooms.drop_format import DropFormat
-from app.rooms.pending import DropCommand, Entered, PendingInput
-from app.rooms.room import QUIET, Room, decode_checkpoint
-from app.rooms.stakes import check_payout, payout_of
+from app.rooms.outcome import accepted_of, landed_of
+from app.rooms.pending import DropCommand
+from app.rooms.records import DropRow, ReceiptRow, TableState
+from app.rooms.room import QUIET, Room
+from app.rooms.stakes import check_payout
 from engine import Board, World
-from engine.drops.start import start_of
+from engine.drops.flight import Flight, fly
+from engine.drops.start import aim_of, start_of
 from engine.json_text import JsonObject
 from engine.world.events import Contact, Landing
 
@@ -27,25 +29,8 @@ INDEPENDENT: Final = "independent"
 DRAW: Final = "draw"
 
 MOST_EVENTS: Final = 250_000
-"""A room with more path events than this in memory takes no further drops: 14 MB, and some 25 MB of
-segments. 200 balls on a preset have 20,000. The world keeps few events of a ball that bounces
-often, so more are possible only if thousands of bounces fall into one tick."""
-
-_FAILS: Final = 4
-"""A room with this many times MOST_EVENTS fails, before it takes the memory of all rooms."""
-
-
-class _Checkpoint(msgspec.Struct, frozen=True):
-    """The state of a room between two ticks."""
-
-    world: bytes
-    seq: int
-    drops: int
-    unsettled: int
-    histogram: list[int]
-    stakes: dict[int, int]
-    practice: list[int] = []
-    tags: dict[int, Tag] = {}
+"""A table whose flights hold more path events than this takes no further drops: 14 MB, and some 25
+MB of segments. 200 balls on a preset have 20,000; one flight has at most 100,000."""
 
 
 class IndependentRoom(Room):
@@ -80,11 +65,9 @@ class IndependentRoom(Room):
             board.gravity,
             board.drag,
         )
-        self._stakes: dict[int, int] = {}  # of balls in flight that have a stake
-        self._practice: set[int] = set()  # balls in flight whose player chose seed or x
-        self._tags: dict[int, Tag] = {}  # of balls in flight that have a tag
+        self._flying: dict[int, tuple[DropRow, Flight]] = {}
+        self._rest_tick = 0  # of the last landing
         self._segments: SegmentStream | None = None
-        self._prepares = False  # another thread prepares the board
 
     @property
     def taken(self) -> int:
@@ -94,42 +77,37 @@ class IndependentRoom(Room):
     def balls(self) -> list[messages.BallStart]:
         return [
             messages.BallStart(
-                ball.id,
-                str(ball.seed),
-                ball.x,
-                ball.tick,
-                self._is_practice(ball.id),
-                **self._tags.get(ball.id, NO_TAG).fields,
+                fact.ball,
+                str(fact.seed),
+                flight.x,
+                fact.tick,
+                fact.practice or msgspec.UNSET,
+                **fact.tag.fields,
             )
-            for ball in self.world.balls
+            for fact, flight in self._flying.values()
         ]
 
-    def _is_practice(self, ball: int) -> bool | msgspec.UnsetType:
-        """True or UNSET: few balls have this field."""
-        return ball in self._practice or msgspec.UNSET
+    @property
+    def awake(self) -> bool:
+        return bool(self._flying)
 
     @property
-    def held(self) -> bool:
-        """Whether the next tick must wait: for a confirmed drop to enter, or because no ball moves.
+    def log_tick(self) -> int:
+        return self.world.tick if self._flying else self._rest_tick
 
-        Balls in flight need not wait for the ledger. No ball affects another, so a ball that is
-        confirmed late enters late, at the place where it would be by then.
-        """
-        return super().held and (self.planned[0].durable or not self.world.awake)
+    def log_world(self) -> str:
+        if self._flying:
+            return self.world.digest()
+        world = World(self.board, solver=self.solver, dt=1.0 / self.tick_rate)
+        world.advance_to(self._rest_tick)
+        world.skip_ids(self.drops)
+        return world.digest()
 
-    # Inputs.
+    # Drops.
 
-    def plan_drop(
-        self, command: DropCommand, lead: int = 0, again: str | None = None
-    ) -> PendingInput[DropCommand]:
-        """Plan a drop `lead` ticks from now, or for the current tick if nothing moves.
-
-        Raises BallLimitError when the room is full or keeps too many events, InvalidValueError for
-        a stake whose payout could be too large, and the engine's errors for a bad seed or start; an
-        error leaves the room unchanged.
-        """
-        check_payout(command.stake, self.board.bins.multipliers)
-        if self.world.count + len(self.planned) >= self.max_balls:
+    def check_place(self, coming: int) -> None:
+        """Raise BallLimitError if the table is full; `coming` drops are on their way."""
+        if self.world.count + coming >= self.max_balls:
             raise BallLimitError(f"room {self.id!r} already holds {self.max_balls} balls")
         kept = self.events_kept
         if kept > MOST_EVENTS:
@@ -137,146 +115,107 @@ class IndependentRoom(Room):
                 f"room {self.id!r} keeps {kept} events of the balls in flight and takes no drop "
                 f"above {MOST_EVENTS}: wait until balls have landed"
             )
-        return self._plan(self._placed(command), lead, again)
 
-    def _placed(self, command: DropCommand) -> DropCommand:
-        return replace(command, start=start_of(self.board, command.seed, command.x, command.aim))
-
-    def replay(self, entry: JsonObject) -> None:
-        command = self._placed(self.format.command(entry))
-        self._carry_out(PendingInput(self.taken, self.world.tick, command))
-
-    def _carry_out(self, pending: PendingInput[DropCommand]) -> Entered:
-        command, ball = pending.command, self.world.next_id
-        assert command.start is not None
-        if not pending.number == self.taken == ball or pending.tick > self.world.tick:
-            raise RuntimeError(f"{pending} came as ball {ball} at tick {self.world.tick}")
-        if pending.tick == self.world.tick:
-            self.world.add_at(command.start, command.seed)
+    def check_start(self, command: DropCommand, *, fair: bool) -> None:
+        """Raise InvalidValueError for a stake that may pay too much, the engine's errors for a bad
+        start; a fair session has yet to draw the seed."""
+        check_payout(command.stake, self.board.bins.multipliers)
+        if fair:
+            aim_of(self.board, command.aim)
         else:
-            self.world.add_late(command.start, command.seed, pending.tick)
-        if command.stake:
-            self._stakes[ball] = command.stake
-        if command.practice:
-            self._practice.add(ball)
-        if command.tag != NO_TAG:
-            self._tags[ball] = command.tag
+            start_of(self.board, command.seed, command.x, command.aim)
+
+    def start_of(self, fact: DropRow) -> float:
+        """Where the ball of a fact starts, m."""
+        return start_of(self.board, fact.seed, fact.x, fact.aim)
+
+    def enter(
+        self, fact: DropRow, flight: Flight, receipt: ReceiptRow | None = None
+    ) -> messages.Accepted:
+        """Add the ball of the next fact, whose tick is the present one or past."""
+        if fact.ball != self.drops or fact.tick > self.world.tick:
+            raise RuntimeError(f"{fact} came as ball {self.drops} at tick {self.world.tick}")
         self.drops += 1
         self.seq += 1
-        if self._segments is not None and self.world.has(ball):
-            self._segments.add(ball, pending.tick, self.world.tick)
-        accepted = messages.Accepted(
-            ball=ball,
-            seed=str(command.seed),
-            x=command.start,
-            explicit_x=command.x is not None,
-            aim=msgspec.UNSET if command.aim is None else command.aim,
-            tick=pending.tick,
-            stake=command.stake or msgspec.UNSET,
-            practice=command.practice or msgspec.UNSET,
-            receipt=pending.receipt or msgspec.UNSET,
-            **command.tag.fields,
-        )
-        return Entered(pending, [accepted])
+        self._fly(fact, flight)
+        return accepted_of(self.board, fact, receipt)
+
+    def _fly(self, fact: DropRow, flight: Flight) -> None:
+        self._flying[fact.ball] = fact, flight
+        self.world.add_flight(flight, fact.seed, fact.tick, fact.ball)
+        if self._segments is not None:
+            self._cut(self._segments, fact, flight)
+
+    def drop(self, command: DropCommand) -> messages.Accepted:
+        self.check_place(0)
+        self.check_start(command, fair=False)
+        fact = self.fact_of(command, self.drops)
+        return self.enter(fact, fly(self.board, self.start_of(fact)))
+
+    def fact_of(self, command: DropCommand, ball: int) -> DropRow:
+        """The fact of a drop at the current tick, outside of a ledger."""
+        names = ("seed", "x", "stake", "who", "aim", "practice")
+        chosen = {name: getattr(command, name) for name in names}
+        return DropRow(0, ball, self.world.tick, **chosen, **command.tag.fields)
+
+    def replay(self, entry: JsonObject) -> None:
+        self.drop(self.format.command(entry))
 
     # Time.
-
-    @property
-    def ready(self) -> bool:
-        """Whether all paths are known up to the next tick, so that it only moves the balls."""
-        return self.world.prepared and self.world.ready
-
-    @property
-    def steps_aside(self) -> bool:
-        """Whether another thread should prepare the board for its first ball (large boards)."""
-        return not self.world.prepared
-
-    def begin_step(self) -> Callable[[], None] | None:
-        """A function for another thread that prepares the board; None if there is no need."""
-        if self._prepares or self.world.prepared:
-            return None
-        self._prepares = True
-        return self._prepare
-
-    def _prepare(self) -> None:
-        self.world.prepare()
-        self._prepares = False
 
     @property
     def events_kept(self) -> int:
         return self.world.events_kept
 
-    def look_ahead(self) -> bool:
-        """Compute some more events of a path; returns whether another call would help.
-
-        Before the board is prepared, no call helps. Raises AppError if the balls bounce too often
-        in one tick.
-        """
-        if self.events_kept > _FAILS * MOST_EVENTS:
-            raise AppError(
-                f"the balls in room {self.id!r} have {self.events_kept} events in one tick; a room "
-                f"may keep at most {_FAILS * MOST_EVENTS}"
-            )
-        return self.world.prepared and self.world.look_ahead()
-
     def step(self, *, watched: bool) -> list[messages.Event]:
-        self.world.step(contacts=watched)
+        return self.advance(self.world.tick + 1, watched=watched)
+
+    def advance(self, tick: int, *, watched: bool = False) -> list[messages.Event]:
+        """Show the state at this tick; returns the landings since the last one, and contacts."""
+        before = self.world.tick
+        self.world.advance_to(tick, contacts=watched)
         events: list[messages.Event] = []
         for happened in self.world.take_events():
             if isinstance(happened, Landing):
-                events.append(self._land(happened))
+                events.append(self._land(happened.ball))
             elif happened.speed >= QUIET:
                 events.append(self._contact(happened))
         self.seq += len(events)
-        if watched:
+        if watched and self.world.tick > before:
             self._note_bounces()
         return events
 
-    def _land(self, landing: Landing) -> messages.Landed:
+    def _land(self, ball: int) -> messages.Landed:
+        fact, flight = self._flying.pop(ball)
         if self._segments is not None:
-            self._segments.forget(landing.ball)
-        self._bounced.discard(landing.ball)
-        if landing.bin is None:
+            self._segments.forget(ball)
+        self._bounced.discard(ball)
+        return self._count(self.landing(fact, flight))
+
+    def landing(self, fact: DropRow, flight: Flight) -> messages.Landed:
+        """How the ball of a fact lands."""
+        return landed_of(self.board, fact, flight, 1.0 / self.tick_rate)
+
+    def _count(self, landed: messages.Landed) -> messages.Landed:
+        if landed.bin is None:
             self.unsettled += 1
         else:
-            self.histogram[landing.bin] += 1
-        stake = self._stakes.pop(landing.ball, 0)
-        practice = self._is_practice(landing.ball)
-        self._practice.discard(landing.ball)
-        return messages.Landed(
-            ball=landing.ball,
-            seed=str(landing.seed),
-            bin=landing.bin,
-            score=landing.score,
-            tick=landing.tick,
-            t=landing.t,
-            x_end=landing.x_end,
-            digest=landing.digest,
-            unsettled=landing.unsettled,
-            payout=payout_of(stake, landing.score) if stake else msgspec.UNSET,
-            practice=practice,
-            label=self.board.bins.label_of(landing.bin) or msgspec.UNSET,
-            **self._tags.pop(landing.ball, NO_TAG).fields,
-        )
+            self.histogram[landed.bin] += 1
+        self._rest_tick = max(self._rest_tick, landed.tick)
+        return landed
 
-    def give_up(self, why: str) -> list[messages.Landed]:
-        tick = self.world.tick
-        return [
-            messages.Landed(
-                ball=ball.id,
-                seed=str(ball.seed),
-                bin=None,
-                score=1.0,
-                tick=tick,
-                t=0.0,
-                x_end=0.0,
-                digest=None,
-                unsettled=why,
-                payout=self._stakes.get(ball.id, 0) or msgspec.UNSET,
-                **self._tags.get(ball.id, NO_TAG).fields,
-            )
-            for ball in self.world.balls
-        ]
+    def landings(self) -> list[messages.Landed]:
+        """How all balls in flight will land, in the order of ticks."""
+        found = [self.landing(fact, flight) for fact, flight in self._flying.values()]
+        return sorted(found, key=lambda landed: (landed.tick, landed.ball))
+
+    def land_all(self) -> list[messages.Landed]:
+        """Let all balls in flight land at once, because the run is over."""
+        landed = self.landings()
+        for each in landed:
+            self._land(each.ball)
+        self.seq += len(landed)
+        return landed
 
     def _contact(self, contact: Contact) -> messages.Contact:
         return messages.Contact(
@@ -290,6 +229,51 @@ class IndependentRoom(Room):
             speed=contact.speed,
         )
 
+    def give_up(self, why: str) -> list[messages.Landed]:
+        tick = self.world.tick
+        return [
+            messages.Landed(
+                ball=fact.ball,
+                seed=str(fact.seed),
+                bin=None,
+                score=1.0,
+                tick=tick,
+                t=0.0,
+                x_end=0.0,
+                digest=None,
+                unsettled=why,
+                payout=fact.stake or msgspec.UNSET,
+                **fact.tag.fields,
+            )
+            for fact, _ in self._flying.values()
+        ]
+
+    # Loading.
+
+    def load(
+        self, state: TableState, flying: Sequence[tuple[DropRow, Flight]], tick: int
+    ) -> list[messages.Landed]:
+        """Take over what the ledger has, at `tick`; `flying` are the drops without a result.
+
+        Returns the landings of those that have landed by then: results that the ledger lacks.
+        """
+        self.drops = state.drops
+        self.unsettled = state.sums.get(None, 0)
+        for bin_ in range(len(self.histogram)):
+            self.histogram[bin_] = state.sums.get(bin_, 0)
+        self._rest_tick = state.rest
+        landed: list[messages.Landed] = []
+        self.world.advance_to(tick)
+        for fact, flight in flying:
+            landing = self.landing(fact, flight)
+            if landing.tick <= tick:
+                landed.append(self._count(landing))
+            else:
+                self._fly(fact, flight)
+        self.world.skip_ids(state.drops)
+        self.seq = state.drops + self.unsettled + sum(self.histogram)
+        return landed
+
     # Messages to clients.
 
     def stream_of(self, wanted: str) -> str:
@@ -301,56 +285,25 @@ class IndependentRoom(Room):
             self._segments = None
         elif self._segments is None:
             self._segments = SegmentStream(self.scale, self.world.tick)
-            for ball in self.world.balls:
-                self._segments.add(ball.id, ball.tick, self.world.tick)
+            for fact, flight in self._flying.values():
+                self._cut(self._segments, fact, flight)
+
+    def _cut(self, segments: SegmentStream, fact: DropRow, flight: Flight) -> None:
+        segments.add(fact.ball, fact.tick, self.world.tick)
+        segments.extend(fact.ball, 0, flight.path)
 
     def segments(self) -> bytes | None:
-        if self._segments is None:
-            return None
-        self._extend(self._segments)
-        return self._segments.take(self.world.tick, self.seq)
+        return None if self._segments is None else self._segments.take(self.world.tick, self.seq)
 
     def keyframe(self) -> bytes:
         """A message with the current segment of each ball in flight."""
         self.watch_segments(True)
         assert self._segments is not None
-        self._extend(self._segments)
         return self._segments.full(self.world.tick, self.seq)
 
     def first_message(self, stream: str) -> bytes | None:
         """A client of the segment stream starts from the current segments."""
         return self.keyframe() if stream == messages.SEGMENTS else None
-
-    def _extend(self, segments: SegmentStream) -> None:
-        """Cut the newly computed parts of the paths into segments."""
-        for ball, known in zip(self.world.balls, self.world.known, strict=True):
-            if segments.needs(ball.id, known):
-                segments.extend(ball.id, *self.world.ahead(ball.id))
-
-    # Saving.
-
-    def checkpoint(self) -> bytes:
-        return msgspec.msgpack.encode(
-            _Checkpoint(
-                self.world.snapshot(),
-                self.seq,
-                self.drops,
-                self.unsettled,
-                self.histogram,
-                self._stakes,
-                sorted(self._practice),
-                self._tags,
-            )
-        )
-
-    def restore(self, checkpoint: bytes) -> None:
-        saved = decode_checkpoint(checkpoint, _Checkpoint)
-        self.world.restore(saved.world)
-        self.seq, self.drops, self.unsettled = saved.seq, saved.drops, saved.unsettled
-        self.histogram = list(saved.histogram)
-        self._stakes = dict(saved.stakes)
-        self._practice = set(saved.practice)
-        self._tags = dict(saved.tags)
 
 
 class DrawRoom(IndependentRoom):

@@ -5,13 +5,11 @@ from collections.abc import Collection
 from typing import Any, ClassVar, Generic, TypeVar
 
 from app.protocol import messages
-from app.rooms.pending import PendingInput
 from app.rooms.records import OpenDrop, ResultRow
 from engine.drops.verify import Verification
 from engine.errors import RecordError
 from engine.json_text import JsonObject
 
-Command = TypeVar("Command")
 Row = TypeVar("Row")
 
 
@@ -23,7 +21,7 @@ def check_known(values: JsonObject, names: Collection[str], what: str) -> None:
             raise RecordError(f"{what} has {name!r}, which is not one of: {known}", field=name)
 
 
-class InputFormat(ABC, Generic[Command, Row]):
+class InputFormat(ABC, Generic[Row]):
     """The inputs of one kind of room as rows of the ledger and as entries of a log."""
 
     name: ClassVar[str]
@@ -40,10 +38,6 @@ class InputFormat(ABC, Generic[Command, Row]):
 
     has_results: ClassVar[bool] = False
     """Whether the ledger and the log have a result for each input."""
-
-    @abstractmethod
-    def row(self, run: int, pending: PendingInput[Command]) -> Row:
-        """The ledger's row of an input in room run `run`."""
 
     @abstractmethod
     def entry(self, row: Row, result: ResultRow | None, tick: int) -> dict[str, object]:
@@ -72,5 +66,5 @@ class InputFormat(ABC, Generic[Command, Row]):
         return None
 
 
-AnyFormat = InputFormat[Any, Any]
+AnyFormat = InputFormat[Any]
 """The format of either kind of room."""

@@ -44,8 +44,8 @@ def head(room: Room) -> dict[str, Any]:
         "solver": room.solver,
         "tick_rate": room.tick_rate,
         "physics_version": PHYSICS_VERSION,
-        "tick": room.world.tick,
-        "world_digest": room.world.digest(),
+        "tick": room.log_tick,
+        "world_digest": room.log_world(),
     }
 
 
@@ -176,9 +176,11 @@ def _replay(
 def _advance(
     room: Room, tick: int, landings: dict[int, Landed], progress: Callable[[int], None]
 ) -> None:
+    """Advance to this tick. A table goes there at once; touching balls go tick by tick."""
+    alone = room.kind == INDEPENDENT
     while room.world.tick < tick:
         progress(room.world.tick)
-        for event in room.step(watched=False):
+        for event in room.advance(tick if alone else room.world.tick + 1):
             if isinstance(event, Landed):
                 landings[event.ball] = event
 

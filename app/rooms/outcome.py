@@ -6,8 +6,9 @@ import msgspec
 
 from app.protocol import messages
 from app.rooms.records import DropRow, ReceiptRow, ResultRow
-from app.rooms.room import Ground
+from app.rooms.stakes import payout_of
 from engine import Board
+from engine.drops.flight import Flight
 from engine.drops.start import start_of
 
 
@@ -28,28 +29,51 @@ def signed(row: ReceiptRow) -> messages.SignedReceipt:
     return messages.SignedReceipt(receipt, row.leaf, row.root, row.signature)
 
 
-def outcome_of(
-    ground: Ground, row: DropRow, receipt: ReceiptRow | None, result: ResultRow | None
-) -> Outcome:
-    """The outcome of a drop on this board, from the ledger's rows."""
-    assert isinstance(ground, Board)
-    accepted = messages.Accepted(
-        ball=row.ball,
-        seed=str(row.seed),
-        x=start_of(ground, row.seed, row.x, row.aim),
-        explicit_x=row.x is not None,
-        aim=msgspec.UNSET if row.aim is None else row.aim,
-        tick=row.tick,
-        stake=row.stake or msgspec.UNSET,
-        practice=row.practice or msgspec.UNSET,
+def accepted_of(board: Board, fact: DropRow, receipt: ReceiptRow | None) -> messages.Accepted:
+    """The event that announces a fact."""
+    return messages.Accepted(
+        ball=fact.ball,
+        seed=str(fact.seed),
+        x=start_of(board, fact.seed, fact.x, fact.aim),
+        explicit_x=fact.x is not None,
+        aim=msgspec.UNSET if fact.aim is None else fact.aim,
+        tick=fact.tick,
+        stake=fact.stake or msgspec.UNSET,
+        practice=fact.practice or msgspec.UNSET,
         receipt=msgspec.UNSET if receipt is None else signed(receipt),
-        **row.tag.fields,
+        **fact.tag.fields,
     )
+
+
+def landed_of(board: Board, fact: DropRow, flight: Flight, dt: float) -> messages.Landed:
+    """The event that announces the end of a fact's flight, in a room with ticks of `dt` s."""
+    return messages.Landed(
+        ball=fact.ball,
+        seed=str(fact.seed),
+        bin=flight.bin,
+        score=flight.score,
+        tick=fact.tick + flight.ticks(dt),
+        t=flight.duration,
+        x_end=flight.x_end,
+        digest=flight.digest,
+        unsettled=flight.unsettled,
+        payout=payout_of(fact.stake, flight.score) if fact.stake else msgspec.UNSET,
+        practice=fact.practice or msgspec.UNSET,
+        label=board.bins.label_of(flight.bin) or msgspec.UNSET,
+        **fact.tag.fields,
+    )
+
+
+def outcome_of(
+    board: Board, fact: DropRow, receipt: ReceiptRow | None, result: ResultRow | None
+) -> Outcome:
+    """The outcome of an earlier drop on this board, from the ledger's rows."""
+    accepted = accepted_of(board, fact, receipt)
     if result is None:
         return Outcome(accepted, earlier=True)
     landed = messages.Landed(
-        ball=row.ball,
-        seed=str(row.seed),
+        ball=fact.ball,
+        seed=str(fact.seed),
         bin=result.bin,
         score=result.score,
         tick=result.tick,
@@ -57,9 +81,9 @@ def outcome_of(
         x_end=result.x_end,
         digest=result.digest or None,
         unsettled=result.unsettled,
-        payout=result.payout if row.stake else msgspec.UNSET,
-        practice=row.practice or msgspec.UNSET,
-        label=ground.bins.label_of(result.bin) or msgspec.UNSET,
-        **row.tag.fields,
+        payout=result.payout if fact.stake else msgspec.UNSET,
+        practice=fact.practice or msgspec.UNSET,
+        label=board.bins.label_of(result.bin) or msgspec.UNSET,
+        **fact.tag.fields,
     )
     return Outcome(accepted, landed, earlier=True)

@@ -4,9 +4,12 @@ import hashlib
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
+import msgspec
+
 from app.errors import MissingBallError
 from app.protocol import messages
 from app.protocol.visitors import NO_TAG, Tag
+from app.rooms.records import IdempotencyKey
 
 Command = TypeVar("Command")
 
@@ -20,7 +23,6 @@ class DropCommand:
     who: the player's mark, which the ledger keeps with the drop.
     aim: the middle, in m, of the interval from which the seed draws the start, if the player chose
     it.
-    start: the start in m, which the room sets when it has validated the command.
     practice: the player chose seed or x.
     tag: the player's name and colour, shown to spectators.
     """
@@ -30,7 +32,6 @@ class DropCommand:
     stake: int = 0
     who: str | None = None
     aim: float | None = None
-    start: float | None = None
     practice: bool = False
     tag: Tag = NO_TAG
 
@@ -43,24 +44,27 @@ def again_of(kind: str, *parts: str) -> str:
     return hashlib.sha256("\0".join((kind, *parts)).encode()).hexdigest()
 
 
+def key_of(scope: str, key: str, request: msgspec.Struct) -> IdempotencyKey:
+    """The key of a request that this caller may repeat; `request` without the caller's notes."""
+    told = msgspec.json.encode(request, order="sorted").decode()
+    return IdempotencyKey(again_of("scope", scope), again_of("key", key), again_of("request", told))
+
+
 @dataclass(slots=True, eq=False)
 class PendingInput(Generic[Command]):
-    """A drop or change, planned as input `number` of its room, to be carried out at `tick`.
+    """An input of a room of touching balls, planned to be carried out at `tick`.
 
-    again: the key by which the ledger recognises a repeated request, unique in its room run.
-    receipt: the receipt of a fair session's drop, once it is in the log.
+    number: in its room run; a ledger gives it when the input becomes durable, or else the room.
     """
 
-    number: int
     tick: int
     command: Command
     durable: bool = False
-    again: str | None = None
-    receipt: messages.SignedReceipt | None = None
+    number: int | None = None
 
 
 Pending = PendingInput[Any]
-"""A planned input of either kind of room."""
+"""A planned input of a room of touching balls."""
 
 
 @dataclass(frozen=True, slots=True)

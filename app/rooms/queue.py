@@ -7,6 +7,7 @@ import msgspec
 from app.errors import BallLimitError
 from app.protocol.visitors import NO_TAG, Tag
 from app.rooms.pending import again_of
+from app.rooms.records import IdempotencyKey
 
 MOST_ITEMS: Final = 100
 MOST_BALLS: Final = 1000  # of one item
@@ -25,14 +26,15 @@ class Item(msgspec.Struct, frozen=True, omit_defaults=True):
     tag: Tag = NO_TAG
     again: str | None = None
 
-    def key(self, ball: int) -> str:
+    def key(self, ball: int) -> IdempotencyKey:
         """The ledger's key of ball `ball`: no ball is dropped twice, even after a restart."""
         return ball_key(self.again or str(self.number), ball)
 
 
-def ball_key(item: str, ball: int) -> str:
+def ball_key(item: str, ball: int) -> IdempotencyKey:
     """The key under which the ledger keeps the drop of an item's ball."""
-    return again_of("queue", item, str(ball))
+    key = again_of("queue", item, str(ball))
+    return IdempotencyKey("queue", key, key)
 
 
 class Queue(msgspec.Struct, frozen=True, omit_defaults=True):

@@ -40,12 +40,13 @@ class RoomRow:
     """A room run: one world of the room `id` from tick 0 on. No other run has its `number`.
 
     board: the digest of its board or scene; draw: that of its draw, if it has one.
-    tick: no client has seen a state later than this.
-    checkpoint: the world after `checkpoint_drops` inputs, from which a replay starts; None stands
-    for the world at tick 0.
-    opened, used, closed: Unix times in s.
+    tick: of the last mark.
+    checkpoint: for touching balls, the world after `checkpoint_drops` inputs, from which a replay
+    starts; None stands for the world at tick 0.
+    opened, used, closed: Unix times in s; the run began at `opened`.
     creator: identifies who opened it, if rooms are counted per creator.
     key: identifies the request that opened it.
+    rules: of the release that began it; see RULES.
     """
 
     number: int
@@ -65,11 +66,17 @@ class RoomRow:
     creator: str | None = None
     key: str | None = None
     draw: str | None = None
+    rules: int = 2
+
+
+RULES: Final = 2
+"""In a run of rules 2, a table's tick is its clock. In one of rules 1, of release 1.0, it stood
+still while no ball moved. A table's run of rules 1 ends at its next use; its balls land first."""
 
 
 @dataclass(frozen=True, slots=True)
 class Parked:
-    """A sleeping room that is not in memory, with the fields that a list of rooms shows."""
+    """A room that is not in memory, with the fields that a list of rooms shows."""
 
     number: int
     id: str
@@ -79,29 +86,33 @@ class Parked:
     tick: int
     drops: int
     used: float
+    awake: bool
 
     @classmethod
     def of(cls, row: RoomRow, board_name: str) -> "Parked":
-        drops = row.checkpoint_drops
-        return cls(row.number, row.id, board_name, row.board, row.mode, row.tick, drops, row.used)
+        place = (row.number, row.id, board_name, row.board, row.mode, row.tick)
+        return cls(*place, row.checkpoint_drops, row.used, row.awake)
 
 
 @dataclass(frozen=True, slots=True)
-class Listed:
-    """An open room in a ledger that servers share, and whether it was awake when last saved."""
+class IdempotencyKey:
+    """Identifies a request that a client may repeat.
 
-    room: Parked
-    awake: bool
+    scope: the caller, a hash of something that only this caller knows or is. key: a hash of the
+    caller's key. request: a hash of the request, to refuse another one with the same key.
+    """
+
+    scope: str
+    key: str
+    request: str
 
 
 @dataclass(frozen=True, slots=True)
 class DropRow:
-    """An accepted drop: ball number `ball` of its room run starts at `tick`.
+    """A fact: ball number `ball` of its room run starts at `tick`. It never changes.
 
-    x, aim: in m, if the player chose one.
-    stake: in minor units.
-    key: identifies a repeated request for the same drop.
-    name, colour: its tag.
+    The ball's whole flight follows from it. x, aim: in m, if the player chose one. stake: in minor
+    units. name, colour: its tag. scope, key, request: see IdempotencyKey.
     """
 
     room: int
@@ -116,6 +127,8 @@ class DropRow:
     key: str | None = None
     name: str | None = None
     colour: str | None = None
+    scope: str | None = None
+    request: str | None = None
 
     @property
     def tag(self) -> Tag:
@@ -145,6 +158,80 @@ class InputRow:
     data: str
     who: str | None = None
     key: str | None = None
+    scope: str | None = None
+    request: str | None = None
+
+
+@dataclass(slots=True, eq=False)
+class SessionTurn:
+    """What the writer needs for the next drop of a fair session.
+
+    seed_of: the seed of drop n. receipt: the receipt of a drop, whose tick and ball are known.
+    most: drops that a session may have. `n` is set by the writer.
+    """
+
+    session: str
+    most: int
+    seed_of: Callable[[int], int]
+    leaf: "Callable[[int, DropRow], LogLeaf]"
+    n: int = -1
+
+
+@dataclass(slots=True, eq=False)
+class NewDrop:
+    """A drop to write: the writer's turn makes the fact, with its number, tick, seed and receipt.
+
+    tick: the earliest. seed: without a session. After the commit, either `error` says why there is
+    no fact, or `fact` is set; with `earlier`, a request with the same key had made it before, and
+    `result` is its result, if known.
+    """
+
+    room: int
+    tick: int
+    seed: int
+    used: float
+    x: float | None = None
+    stake: int = 0
+    who: str | None = None
+    aim: float | None = None
+    practice: bool = False
+    tag: Tag = NO_TAG
+    key: IdempotencyKey | None = None
+    session: SessionTurn | None = None
+    fact: DropRow | None = None
+    receipt: "ReceiptRow | None" = None
+    result: "ResultRow | None" = None
+    earlier: bool = False
+    error: Exception | None = None
+
+
+@dataclass(slots=True, eq=False)
+class NewInput:
+    """An input of touching balls to write; the writer's turn gives it its `number`, or `error`."""
+
+    room: int
+    tick: int
+    data: str
+    who: str | None = None
+    key: IdempotencyKey | None = None
+    number: int = -1
+    error: Exception | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class TableState:
+    """What the ledger has of a table.
+
+    drops: number of its drops. last: tick of the last one. rest: tick of the latest landing among
+    the last results. sums: the number of results by bin, None for balls that did not land. flying:
+    the drops without a result.
+    """
+
+    drops: int
+    last: int
+    rest: int
+    sums: dict[int | None, int]
+    flying: list[DropRow]
 
 
 @dataclass(frozen=True, slots=True)
@@ -243,14 +330,18 @@ class FairOpening:
     client_seed: str
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class FairEnd:
-    """A fair session has ended. `room` is the id of the session's room."""
+    """A fair session ends. `room` is the id of the session's room.
+
+    `sign` makes the end, as JSON, and its signature from the number of drops, in the writer's turn.
+    """
 
     session: str
     room: str
-    end: str
-    end_signature: str
+    sign: Callable[[int], tuple[str, str]]
+    end: str = ""
+    end_signature: str = ""
 
 
 @dataclass(slots=True, eq=False)
@@ -341,7 +432,8 @@ Write = (
     BoardRow
     | DrawRow
     | RoomRow
-    | DropRow
+    | NewDrop
+    | NewInput
     | InputRow
     | ResultRow
     | Mark
@@ -350,7 +442,6 @@ Write = (
     | FairSessionRow
     | FairOpening
     | FairEnd
-    | LogLeaf
     | QueueRow
     | Halt
     | Release

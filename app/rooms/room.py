@@ -1,17 +1,11 @@
 """The interface and the common code of both kinds of room. No I/O, no clock, no asyncio.
 
-Commands go in; events and binary messages come out, and the live room sends them. Chance and time
-are arguments, so the same commands at the same ticks give the same room.
-
-An input is planned for a tick, confirmed once it is durable, and carried out at that tick. If the
-tick comes before the input is confirmed or refused, the room waits (`held`): the tick at which a
-ball starts never depends on how long the ledger took.
+Inputs go in; events and binary messages come out, and the live room sends them. Chance and time
+are arguments, so the same inputs at the same ticks give the same room.
 """
 
 from abc import ABC, abstractmethod
-from collections import deque
-from collections.abc import Callable
-from typing import ClassVar, Literal, Protocol, TypeVar
+from typing import ClassVar, Literal, Protocol
 
 import msgspec
 import numpy as np
@@ -19,14 +13,12 @@ import numpy.typing as npt
 
 from app.errors import InvalidValueError
 from app.protocol import messages, snapshots
-from app.protocol.touching_messages import Change
 from app.rooms.draw import Draw
 from app.rooms.input_format import AnyFormat
-from app.rooms.pending import Command, DropCommand, Entered, Pending, PendingInput
+from app.rooms.pending import DropCommand
 from app.rooms.touching.scene import Scene
 from app.rooms.touching.world import Box
 from engine import PHYSICS_VERSION, Board
-from engine.errors import RecordError
 from engine.json_text import JsonObject
 
 Ground = Board | Scene
@@ -37,8 +29,6 @@ Basis = Ground | Draw
 
 QUIET = 0.05
 """m/s; slower impacts are not sent. A ball that settles on a peg makes hundreds, all inaudible."""
-
-Saved = TypeVar("Saved")
 
 
 class RoomWorld(Protocol):
@@ -90,7 +80,6 @@ class Room(ABC):
         self.owned = False  # set by the live room
         self.seq = 0
         self.touched = False  # changed by an input since the last snapshot
-        self.planned: deque[Pending] = deque()
         self._bounced: set[int] = set()
         self._begin_on(origin)
 
@@ -115,23 +104,22 @@ class Room(ABC):
 
     @property
     def awake(self) -> bool:
-        """Whether any ball moves, or an input is planned."""
-        return bool(self.planned) or self.world.awake
+        """Whether anything moves, or is about to."""
+        return self.world.awake
+
+    @property
+    def log_tick(self) -> int:
+        """The tick at which its log ends; it stays the same while nothing moves."""
+        return self.world.tick
+
+    def log_world(self) -> str:
+        """The digest of the world at that tick."""
+        return self.world.digest()
 
     @property
     def is_scene(self) -> bool:
         """Whether it was opened with a scene: then no player waits for a drop to land."""
         return False
-
-    @property
-    def late(self) -> bool:
-        """Whether the tick of a planned input has passed before the input entered."""
-        return bool(self.planned) and self.planned[0].tick < self.world.tick
-
-    @property
-    def held(self) -> bool:
-        """Whether the next tick must wait until a planned input has entered or was refused."""
-        return bool(self.planned) and self.planned[0].tick <= self.world.tick
 
     @property
     def box(self) -> Box | None:
@@ -177,21 +165,6 @@ class Room(ABC):
                 field="aim",
             )
 
-    @abstractmethod
-    def plan_drop(self, command: DropCommand, lead: int = 0, again: str | None = None) -> Pending:
-        """Plan a drop `lead` ticks from now, or for the current tick if nothing moves.
-
-        Raises BallLimitError when the room is full, InvalidValueError if the room takes no drops,
-        and the engine's errors for a bad start; an error leaves the room unchanged.
-        """
-
-    def plan_change(self, change: Change, lead: int = 0) -> Pending:
-        """Plan a change as `plan_drop` plans a drop.
-
-        Raises InvalidValueError if the room's balls are independent.
-        """
-        raise self._unchangeable()
-
     def check_changeable(self) -> None:
         """Raise InvalidValueError if the room's balls are independent: nobody can move those."""
         raise self._unchangeable()
@@ -203,43 +176,13 @@ class Room(ABC):
             field="type",
         )
 
-    def _plan(self, command: Command, lead: int, again: str | None = None) -> PendingInput[Command]:
-        tick = self.world.tick + lead if self._runs else self.world.tick
-        if self.planned:
-            tick = max(tick, self.planned[-1].tick)
-        number = self.taken + len(self.planned)
-        pending = PendingInput(number, tick, command, again=again)
-        self.planned.append(pending)
-        return pending
-
-    @property
-    def _runs(self) -> bool:
-        return self.world.awake
-
-    def refuse(self, pending: Pending) -> None:
-        """Remove the input that was planned last.
-
-        Raises RuntimeError for any other input: the numbers of those after it depend on it.
-        """
-        if not self.planned or self.planned[-1] is not pending:
-            raise RuntimeError(f"{pending} was refused before the inputs planned after it")
-        self.planned.pop()
-
-    def enter(self) -> list[Entered]:
-        """Carry out the confirmed inputs whose tick has come."""
-        entered: list[Entered] = []
-        while self.planned and self.planned[0].durable and self.held:
-            # If this raises, the input stays planned, so that its client still gets an answer.
-            entered.append(self._carry_out(self.planned[0]))
-            self.planned.popleft()
-        return entered
-
+    @abstractmethod
     def drop(self, command: DropCommand) -> messages.Accepted:
-        """Plan a drop and carry it out at the current tick; raises what `plan_drop` raises."""
-        self.plan_drop(command).durable = True
-        (accepted,) = self.enter()[-1].events
-        assert isinstance(accepted, messages.Accepted)
-        return accepted
+        """Carry out a drop at the current tick.
+
+        Raises BallLimitError when the room is full, InvalidValueError if the room takes no drops,
+        and the engine's errors for a bad start; an error leaves the room unchanged.
+        """
 
     @abstractmethod
     def replay(self, entry: JsonObject) -> None:
@@ -249,39 +192,7 @@ class Room(ABC):
         have taken.
         """
 
-    @abstractmethod
-    def _carry_out(self, pending: Pending) -> Entered: ...
-
-    def _check_turn(self, pending: Pending) -> None:
-        if (pending.number, pending.tick) != (self.taken, self.world.tick):
-            raise RuntimeError(f"{pending} came as input {self.taken} at tick {self.world.tick}")
-
     # Time.
-
-    @property
-    def ready(self) -> bool:
-        """Whether `step` will be quick, because the costly part of the next tick is done."""
-        return True
-
-    def look_ahead(self) -> bool:
-        """Compute a little of what later ticks need; returns whether another call would help.
-
-        This never changes a result, only when it is computed: `step` computes the rest.
-        """
-        return False
-
-    @property
-    def steps_aside(self) -> bool:
-        """Whether the next tick takes so long that another thread should compute it."""
-        return False
-
-    def begin_step(self) -> Callable[[], None] | None:
-        """A function for another thread that computes the next tick; None if there is no need.
-
-        The function shares no data with any other code. When it has returned, the room is ready,
-        unless an input was carried out meanwhile: then another step has to begin.
-        """
-        return None
 
     @abstractmethod
     def step(self, *, watched: bool) -> list[messages.Event]:
@@ -289,6 +200,10 @@ class Room(ABC):
 
         Unless the room is `watched`, only landings become events; contacts interest nobody then.
         """
+
+    @abstractmethod
+    def advance(self, tick: int, *, watched: bool = False) -> list[messages.Event]:
+        """Advance to this tick, as `step` does for one."""
 
     @property
     def events_kept(self) -> int:
@@ -395,17 +310,6 @@ class Room(ABC):
 
     # Saving.
 
-    @abstractmethod
-    def checkpoint(self) -> bytes:
-        """The whole state except the planned inputs, for `restore`; small if nothing moves."""
-
-    @abstractmethod
-    def restore(self, checkpoint: bytes) -> None:
-        """Take over the state in `checkpoint`.
-
-        Raises RecordError if it is not a checkpoint of this kind of room.
-        """
-
     @property
     def origin_json(self) -> bytes:
         """The board or scene that the room was opened with, as JSON."""
@@ -415,11 +319,3 @@ class Room(ABC):
 
     def ground_fields(self) -> dict[str, object]:
         return {"board": self.origin.preset_name or self.origin.to_dict()}
-
-
-def decode_checkpoint(checkpoint: bytes, kind: type[Saved]) -> Saved:
-    """Decode a checkpoint; raises RecordError if it is not one of this kind."""
-    try:
-        return msgspec.msgpack.decode(checkpoint, type=kind)
-    except msgspec.MsgspecError as error:
-        raise RecordError(f"the checkpoint is unreadable: {error}", field="checkpoint") from error

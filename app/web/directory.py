@@ -27,8 +27,6 @@ async def listed(
 
     rooms = server.rooms
     found = {room.id: _parked(room) for room in filter(wanted, rooms.parked())}
-    for room in filter(wanted, rooms.rebuilding.waiting):
-        found[room.id] = _parked(room, awake=True)
     if server.others is not None and not here:
         found |= await _elsewhere(server, server.others, only)
     return found | {each.id: _in_memory(server, each.room) for each in filter(wanted, rooms.all())}
@@ -39,8 +37,8 @@ async def _elsewhere(server: Services, others: Others, only: str | None) -> dict
     found: dict[str, RoomSummary] = {}
     with contextlib.suppress(LedgerError):
         for each in await server.rooms.shared.directory():
-            if only in (None, each.room.id):
-                found[each.room.id] = _parked(each.room, awake=each.awake)
+            if only in (None, each.id):
+                found[each.id] = _parked(each)
     query = "" if only is None else f"?id={quote(only, safe='')}"
     for listing in await others.ask_all(f"/api/v1/rooms{query}", "rooms"):
         listed_there = msgspec.convert(listing, list[RoomSummary])
@@ -62,14 +60,14 @@ def _in_memory(server: Services, room: Room) -> RoomSummary:
     )
 
 
-def _parked(room: Parked, *, awake: bool = False) -> RoomSummary:
+def _parked(room: Parked) -> RoomSummary:
     return RoomSummary(
         id=room.id,
         board_name=room.board_name,
         board_digest=room.board,
         mode=room.mode,
         tick=room.tick,
-        awake=awake,
+        awake=room.awake,
         balls=0,
         clients=0,
         drops=room.drops,

@@ -57,8 +57,7 @@ def _clock(server: Services) -> Iterator[tuple[str, str, float]]:
 
 def _rooms(server: Services) -> Iterator[tuple[str, str, float]]:
     rooms = server.rooms
-    coming = len(rooms.rebuilding.waiting)
-    yield "rooms", "Open rooms.", len(rooms.all()) + len(rooms.parked()) + coming
+    yield "rooms", "Open rooms.", len(rooms.all()) + len(rooms.parked())
     yield "rooms_awake", "Rooms in which something moves.", len(rooms.runner.awake)
     yield "balls", "Balls in flight.", sum(room.world.count for room in rooms.runner.awake)
     yield "drops_total", "Drops accepted in rooms.", rooms.runner.counts.accepted
@@ -76,9 +75,6 @@ def _ledger(server: Services) -> Iterator[tuple[str, str, float]]:
     sound = server.integrity.finding != "damaged"
     yield "ledger_sound", "0 if the ledger's database found itself damaged.", sound
     recovery = server.rooms.persistence.recovery
-    yield "rooms_rebuilt", "Moving rooms that were rebuilt after the start.", recovery.rebuilt
-    waiting = len(server.rooms.rebuilding.waiting)
-    yield "rooms_rebuilding", "Moving rooms that are still to be rebuilt.", waiting
     damaged = len(recovery.set_aside)
     yield "rooms_set_aside", "Rooms that cannot open because their record is damaged.", damaged
 

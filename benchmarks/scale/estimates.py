@@ -19,9 +19,6 @@ SPECTATORS: Final = 1_000_000
 ROOMS: Final = 100_000
 DROPS: Final = 10**12
 
-MARKS: Final = 4.0
-"""Marks per second: an awake room writes its progress to the ledger this often."""
-
 SHARE: Final = 0.5
 """Share of a core that a process spends on its rooms or on their clients; the rest is for requests
 and bursts."""
@@ -194,7 +191,7 @@ def processes_for(spectators: int, clients: float) -> int:
 
 def _rooms(cost: Units) -> Table:
     rate = Settings().tick_rate
-    rows = [["0, all asleep", "0", _bytes(ROOMS * cost.room_bytes[0]), "0", "0", "0", "0"]]
+    rows = [["0, all asleep", "0", _bytes(ROOMS * cost.room_bytes[0]), "0", "0", "0"]]
     for balls, tick in cost.ticks.items():
         drops = ROOMS * balls / FALL
         rows.append(
@@ -203,8 +200,7 @@ def _rooms(cost: Units) -> Table:
                 f"{ROOMS * rate * tick:,.0f}",
                 _bytes(ROOMS * cost.room_bytes[balls]),
                 f"{drops:,.0f}",
-                f"{ROOMS * MARKS:,.0f}",
-                f"{drops * cost.drop + ROOMS * MARKS * cost.mark:,.1f}",
+                f"{drops * cost.drop:,.1f}",
                 _bytes(drops * cost.row * DAY),
             ]
         )
@@ -215,16 +211,15 @@ def _rooms(cost: Units) -> Table:
             "cores for ticks",
             "memory",
             "drops a second",
-            "marks a second",
             "ledgers",
             "bytes a day",
         ],
         rows,
         [
             f"Extrapolated. {rate} ticks a second. A ball falls for {FALL:g} s, then the next one "
-            f"starts. Each awake room writes {MARKS:g} marks a second: how far it has come. "
-            "Ledgers: how many committing threads, each with its own database, would be busy all "
-            "the time. A process keeps 256 sleeping rooms in memory; the ledger has the others."
+            "starts. Ledgers: how many committing threads, each with its own database, would be "
+            "busy all the time. A process keeps 256 sleeping rooms in memory; the ledger has the "
+            "others."
         ],
     )
 
@@ -248,11 +243,10 @@ def _drops(cost: Units) -> Table:
 def _first(cost: Units) -> Table:
     """The largest numbers that one server, one ledger and one room can take."""
     rate = Settings().tick_rate
-    marks = 1.0 / (MARKS * cost.mark + cost.drop / FALL)
     ticks = SHARE / (rate * cost.ticks[1])
     rows = [
         ["rooms awake, a ball in each", "the process that ticks them", f"{ticks:,.0f}"],
-        ["rooms awake, a ball in each", "the ledger", f"{marks:,.0f}"],
+        ["rooms awake, a ball in each", "the ledger", f"{FALL / cost.drop:,.0f}"],
         ["drops a second", "the ledger", f"{1.0 / cost.drop:,.0f}"],
         *(
             [f"spectators of a room by {name}", "its process", f"{SHARE * clients:,.0f}"]

@@ -136,7 +136,7 @@ def _costs(url: str, drops: int, effort: Effort) -> dict[str, float]:
     """µs of a drop with its result, µs of a mark, and bytes of a drop."""
     from app.persistence.ledger.database import Database
     from app.persistence.statements import writing
-    from app.rooms.records import BoardRow, DropRow, Mark, ResultRow, RoomRow, Write
+    from app.rooms.records import BoardRow, Mark, NewDrop, ResultRow, RoomRow, Write
 
     board = BoardRow("b" * 64, "bench", "{}")
     rooms = [
@@ -160,7 +160,7 @@ def _costs(url: str, drops: int, effort: Effort) -> dict[str, float]:
 
         def dropped(first: int) -> list[Write]:
             balls = range(first, first + GROUP)
-            taken = [DropRow(1, ball, ball, ball) for ball in balls]
+            taken = [NewDrop(1, ball, ball, used=0.0) for ball in balls]
             ended = [ResultRow(1, b, b, 3, 1.0, 4.6, 0.1, f"{b:064x}", None) for b in balls]
             return [*taken, *ended]
 

@@ -11,13 +11,17 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class End:
-    """How a ball's drop ended: outcome (engine.exact.outcome), bin or -1, t in s, x in m."""
+    """How a ball's drop ended: outcome (engine.exact.outcome), bin or -1, t in s, x in m.
+
+    ticks: from the ball's start to the first tick at or after the end; None: that is this tick.
+    """
 
     outcome: int
     bin: int
     t: float
     x: float
     digest: str
+    ticks: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,20 +42,6 @@ class BallSet(Protocol):
 
     states: Floats
     """Shape (n, 7): t (s since the ball's own start), x, y, vx, vy, theta, omega."""
-
-    @property
-    def prepared(self) -> bool:
-        """Whether the board's arrays that these balls need are made."""
-
-    def prepare(self) -> None:
-        """Make the board's arrays; may run on any thread."""
-
-    @property
-    def ready(self) -> bool:
-        """Whether the next step only has to move the balls, without computing new paths."""
-
-    def look_ahead(self) -> bool:
-        """Compute a little for later steps; return whether more would help."""
 
     def add(self, x: float) -> None:
         """Append a ball at rest at (x, drop.y) in m."""

@@ -1,237 +1,143 @@
-"""The balls of a world with the exact solver, whose paths are computed ahead of its clock."""
+"""The balls of a world with the exact solver: whole flights, sampled at the world's clock."""
 
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
 from engine.board.model import Board
-from engine.drops.trajectory import Trajectory, at_start, follow
+from engine.drops.flight import Flight, fly
+from engine.drops.trajectory import Trajectory, at_start
 from engine.exact import event_log
 from engine.exact.board_arrays import BoardArrays, arrays_of
 from engine.exact.sampling import sample
-from engine.parameters import Exact
 from engine.physics import body
 from engine.physics.contact import new_series
-from engine.world.ball_set import Progress
-from engine.world.exact_path import AHEAD, ExactPath
+from engine.world.ball_set import End, Floats, Progress
 
-LARGE: Final = 500
-"""Pegs and walls of a board whose arrays take more than 1 ms to make."""
+_PER_BALL = ("_ticks", "_first", "_last", "_event", "_next_time", "states")
 
 
 class ExactBalls:
-    """Balls of the exact solver. Each path is computed in slices, and a step samples its state.
+    """Balls of the exact solver. A step samples their flights, and costs the same for any step.
 
-    No result depends on when a path is sampled or how it is sliced. `look_ahead` computes paths
-    before a step needs them, to keep the step short; a step computes the rest. The board's arrays
-    are dropped when there is no ball.
-
-    `_pool` has the segments of all balls. Those of a ball are rows `_begin` to `_last` - 1, and
-    `_first`, between them, is the current one. A slice is appended to the pool's end, and with it a
-    copy of the ball's segments that are still needed: the current one, the one before it, and all
-    later ones. `_passed` counts the ball's segments that were dropped.
+    `_pool` has the segments of all flights, one after another: those of a ball are rows up to
+    `_last` - 1, and `_first` is the current one. `_event` is its next event, at `_next_time`; after
+    the last event that is the flight's end. The board's arrays are dropped when there is no ball.
     """
 
     def __init__(self, board: Board, dt: float) -> None:
         self._board = board
         self._arrays: BoardArrays | None = None
         self._dt = dt
-        self._paths: list[ExactPath] = []
+        self._flights: list[Flight] = []
         self._ticks = np.zeros(0, np.int64)
         self._first = np.zeros(0, np.int64)
         self._last = np.zeros(0, np.int64)
-        self._begin = np.zeros(0, np.int64)
-        self._passed = np.zeros(0, np.int64)
+        self._event = np.zeros(0, np.int64)
         self._next_time = np.zeros(0)
-        self._known = np.zeros(0)
-        self._kept = np.zeros(0, np.int64)  # events in memory
-        self._full = np.zeros(0, np.bool_)
         self._pool = np.empty((0, event_log.SEGMENT_SIZE))
         self._used = 0
         self._series = new_series()
         self.states = np.zeros((0, body.SIZE))
 
-    def add(self, x: float) -> None:
-        """Append a ball at rest at (x, drop.y)."""
-        self.add_at(x, 0)
-
-    def add_at(self, x: float, ticks: int) -> None:
-        """Append a ball in the state that it has `ticks` steps after its start at (x, drop.y)."""
-        self._paths.append(ExactPath(self._board, x))
-        self._ticks = np.append(self._ticks, ticks)
-        for name in ("_first", "_last", "_begin"):
-            setattr(self, name, np.append(getattr(self, name), self._used))
-        self._passed = np.append(self._passed, 0)
-        self._next_time = np.append(self._next_time, np.inf)
-        self._known = np.append(self._known, 0.0)
-        self._kept = np.append(self._kept, 0)
-        self._full = np.append(self._full, False)
-        self.states = np.vstack([self.states, at_start(self._board, x)])
-        if ticks:
-            self._go_on(len(self._paths) - 1)
-
-    def _go_on(self, row: int) -> None:
-        """Compute the path of a new ball up to its time, and sample its state there."""
-        path, time = self._paths[row], float(self._ticks[row] * self._dt)
-        while (known := path.known) <= time:
-            self._advance(row)
-            self._look_up(row, known)  # so that earlier segments can be dropped
-        self._look_up(row, time)
-
-    def _look_up(self, row: int, time: float) -> None:
-        """Sample the state of a ball at `time` in s, up to which its path must be known."""
-        path = self._paths[row]
-        path.pass_to(time)
-        self._next_time[row] = path.next_time()
-        one = slice(row, row + 1)
-        sample(
-            self._made(), self._pool, self._first[one], self._last[one], np.array([time]), False,
-            self._series, self.states[one],
-        )  # fmt: skip
-
-    # Computing paths.
-
-    @property
-    def prepared(self) -> bool:
-        """Whether the board's arrays are made, not needed, or quick to make (1 ms)."""
-        if self._arrays is not None or not self._paths:
-            return True
-        return len(self._board.pegs) + len(self._board.walls) < LARGE
-
-    def prepare(self) -> None:
-        """Make the board's arrays; may run on any thread."""
-        self._made()
-
-    def _made(self) -> BoardArrays:
-        if self._arrays is None:
-            self._arrays = arrays_of(self._board)
-        return self._arrays
-
-    @property
-    def known(self) -> list[float]:
-        """For each ball, the time in s since its start up to which its path is known."""
-        found: list[float] = self._known.tolist()
-        return found
-
     @property
     def events(self) -> int:
-        """Number of events in memory."""
-        return int(self._kept.sum())
+        """Number of events of all flights."""
+        return sum(len(flight.path.events) for flight in self._flights)
 
-    @property
-    def ready(self) -> bool:
-        """Whether all paths are known up to the next step."""
-        return not bool((self._known <= (self._ticks + 1) * self._dt).any())
+    def add(self, x: float) -> None:
+        self.add_flight(fly(self._board, x), 0)
 
-    def look_ahead(self) -> bool:
-        """Compute one slice of the path that is known least far ahead; return if more would help.
+    def add_flight(self, flight: Flight, ticks: int) -> tuple[Floats, Progress | None]:
+        """Append a ball that started `ticks` steps ago.
 
-        A new ball comes first, because nothing of its path is known yet.
+        Returns its state one step ago, and its progress in the last step, if any.
         """
-        ahead = self._known - self._ticks * self._dt
-        for row in np.flatnonzero(self._full & (ahead < AHEAD)).tolist():
-            self._forget(row)
-        short = (ahead < AHEAD) & (~self._full | (self._known <= (self._ticks + 1) * self._dt))
-        if not short.any():
-            return False
-        self._advance(int(np.argmin(np.where(short, ahead, np.inf))))
-        return True
+        start = at_start(self._board, flight.x)
+        self._flights.append(flight)
+        self._ticks = np.append(self._ticks, max(ticks - 1, 0))
+        self._first = np.append(self._first, self._used)
+        self._put(flight.path.segments)
+        self._last = np.append(self._last, self._used)
+        self._event = np.append(self._event, 0)
+        self._next_time = np.append(self._next_time, 0.0)
+        self.states = np.vstack([self.states, start])
+        row = len(self._flights) - 1
+        self._progress(row)
+        if not ticks:
+            return start, None
+        self._sample(slice(row, row + 1))
+        before = self.states[row].copy()
+        self._ticks[row] += 1
+        self._sample(slice(row, row + 1))
+        passed = self._next_time[row] <= self._ticks[row] * self._dt
+        return before, self._progress(row) if passed else None
 
-    def _advance(self, row: int) -> None:
-        """Compute one more slice of a ball's path, and move all its segments to the pool's end."""
-        path = self._paths[row]
-        segments = path.advance()
-        if len(segments):
-            # The segment before the current one is still needed: it says how a flight began.
-            begin = max(int(self._begin[row]), int(self._first[row]) - 1)
-            kept = int(self._last[row]) - begin
-            if self._used + kept + len(segments) > len(self._pool):
-                self._repack(kept + len(segments))
-                begin = max(int(self._begin[row]), int(self._first[row]) - 1)
-            used, end = self._used, self._used + kept
-            self._pool[used:end] = self._pool[begin : self._last[row]]
-            self._pool[end : end + len(segments)] = segments
-            self._used = end + len(segments)
-            self._passed[row] += begin - self._begin[row]
-            self._first[row] += used - begin
-            self._begin[row], self._last[row] = used, self._used
-        self._known[row] = path.known
-        self._next_time[row] = path.next_time()
-        self._forget(row)
-
-    def _forget(self, row: int) -> None:
-        """Drop the past events and segments of a ball that has bounced very often."""
-        path = self._paths[row]
-        if path.full:
-            begin = max(int(self._begin[row]), int(self._first[row]) - 1)
-            self._passed[row] += begin - self._begin[row]
-            self._begin[row] = begin
-            path.forget(float(self._pool[begin, body.T]))
-        self._kept[row], self._full[row] = path.events, path.full
-
-    def _repack(self, more: int) -> None:
-        """Move the segments still needed to the front of a pool with room for `more`."""
-        begins = np.maximum(self._begin, self._first - 1)
-        parts = [self._pool[a:b] for a, b in zip(begins, self._last, strict=True)]
-        self._used = sum(len(part) for part in parts)
-        pool = np.empty((max(256, 2 * (self._used + more)), event_log.SEGMENT_SIZE))
-        if parts:
-            pool[: self._used] = np.concatenate(parts)
-        ends = np.cumsum([len(part) for part in parts], dtype=np.int64)
-        self._passed += begins - self._begin
-        self._first = ends - (self._last - self._first)
-        self._begin = ends - (self._last - begins)
-        self._last = ends
-        self._pool = pool
+    def _put(self, segments: Floats) -> None:
+        """Append segments to the pool; drop those of removed balls if it must grow."""
+        end = self._used + len(segments)
+        if end > len(self._pool):
+            parts = [flight.path.segments for flight in self._flights[:-1]]
+            live = sum(map(len, parts))
+            pool = np.empty((max(256, 2 * (live + len(segments))), event_log.SEGMENT_SIZE))
+            begin = 0
+            for row, part in enumerate(parts):
+                pool[begin : begin + len(part)] = part
+                self._first[row] += begin + len(part) - self._last[row]
+                self._last[row] = begin = begin + len(part)
+            self._first[-1] = begin
+            self._pool, self._used, end = pool, begin, begin + len(segments)
+        self._pool[self._used : end] = segments
+        self._used = end
 
     def whole(self, row: int) -> Trajectory:
-        """Compute the whole trajectory of the ball in `row`, including its future, in one call."""
-        return follow(self._board, self._paths[row].sliced.start, Exact())
+        """The whole trajectory of the ball in `row`, including its future."""
+        return self._flights[row].path
 
-    def ahead(self, row: int) -> tuple[int, Trajectory]:
-        """The known part of a ball's path from now on, and the number of segments before it."""
-        begin, last = int(self._begin[row]), int(self._last[row])
-        return int(self._passed[row]), self._paths[row].trajectory(self._pool[begin:last])
+    def step(self, ticks: int = 1) -> list[Progress]:
+        self._ticks += ticks
+        self._sample(slice(None))
+        due = self._next_time <= self._ticks * self._dt
+        return [self._progress(int(row)) for row in np.flatnonzero(due)]
 
-    # Advancing time.
-
-    def step(self) -> list[Progress]:
-        self._ticks += 1
-        times = np.multiply(self._ticks, self._dt, dtype=np.float64)
-        for row in np.flatnonzero(self._known <= times).tolist():
-            while self._known[row] <= times[row]:
-                self._advance(row)
+    def _sample(self, rows: slice) -> None:
+        if self._arrays is None:
+            self._arrays = arrays_of(self._board)
+        times = np.multiply(self._ticks[rows], self._dt, dtype=np.float64)
         sample(
-            self._made(), self._pool, self._first, self._last, times, False, self._series,
-            self.states,
+            self._arrays, self._pool, self._first[rows], self._last[rows], times, False,
+            self._series, self.states[rows],
         )  # fmt: skip
-        return [self._progress(int(row)) for row in np.flatnonzero(self._next_time <= times)]
 
     def _progress(self, row: int) -> Progress:
-        path = self._paths[row]
-        events, marks, end = path.pass_to(float(self._ticks[row] * self._dt))
-        self._next_time[row] = path.next_time()
-        if end is not None:
-            self.states[row] = path.sliced.state
-        return Progress(row, events, marks, end)
+        """The events of a ball since the last call."""
+        flight, time = self._flights[row], float(self._ticks[row] * self._dt)
+        path, first = flight.path, int(self._event[row])
+        last = first + int(path.events[first:, 0].searchsorted(time, side="right"))
+        self._event[row] = last
+        left = last < len(path.events)
+        self._next_time[row] = path.events[last, 0] if left else flight.duration
+        end = self._end(flight) if flight.duration <= time else None
+        return Progress(row, path.events[first:last], path.marks[first:last], end)
+
+    def _end(self, flight: Flight) -> End:
+        path, ticks = flight.path, flight.ticks(self._dt)
+        return End(path.outcome, path.bin, flight.duration, flight.x_end, flight.digest, ticks)
 
     def remove(self, rows: list[int]) -> None:
-        self._paths = [path for row, path in enumerate(self._paths) if row not in rows]
-        for name in (
-            "_ticks", "_first", "_last", "_begin", "_passed", "_next_time", "_known", "_kept",
-            "_full", "states",
-        ):  # fmt: skip
+        self._flights = [each for row, each in enumerate(self._flights) if row not in rows]
+        for name in _PER_BALL:
             setattr(self, name, np.delete(getattr(self, name), rows, axis=0))
-        if not self._paths:
-            self._arrays = None
+        if not self._flights:
+            self._arrays, self._used = None, 0
 
     def saved(self) -> list[dict[str, Any]]:
         """The start and the age of each ball, from which `load` computes everything else."""
         return [
-            {"x": float(path.sliced.start[body.X]), "frames": int(ticks)}
-            for path, ticks in zip(self._paths, self._ticks, strict=True)
+            {"x": flight.x, "frames": int(ticks)}
+            for flight, ticks in zip(self._flights, self._ticks, strict=True)
         ]
 
     def load(self, balls: list[dict[str, Any]]) -> None:
         for ball in balls:
-            self.add_at(ball["x"], ball["frames"])
+            self.add_flight(fly(self._board, ball["x"]), ball["frames"])

@@ -33,20 +33,6 @@ class SteppedBalls:
         self._marks: list[list[npt.NDArray[np.int32]]] = []
         self.states = np.zeros((0, body.SIZE))
 
-    @property
-    def prepared(self) -> bool:
-        return True
-
-    def prepare(self) -> None:
-        pass
-
-    @property
-    def ready(self) -> bool:
-        return True
-
-    def look_ahead(self) -> bool:
-        return False
-
     def add(self, x: float) -> None:
         self._append(at_start(self._board, x), 0, x)
 

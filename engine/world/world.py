@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from engine.board.model import Board
 from engine.constants import KIND_WALL, PHYSICS_VERSION
+from engine.drops.flight import Flight
 from engine.drops.start import start_of, unsigned_zero
 from engine.drops.trajectory import Trajectory
 from engine.errors import ParameterError, RecordError
@@ -23,7 +24,7 @@ from engine.parameters import (
 )
 from engine.physics import body
 from engine.seeding import parse_seed
-from engine.world.ball_set import BallSet, Progress
+from engine.world.ball_set import BallSet, End, Progress
 from engine.world.events import Contact, Event, Landing, approach_speed
 from engine.world.exact_balls import ExactBalls
 from engine.world.stepped_balls import SteppedBalls
@@ -141,77 +142,37 @@ class World:
         self._previous = np.vstack([self._previous, self._ball_set.states[-1]])
         return ball.id
 
-    def add_late(self, start: float, seed: int | None, tick: int) -> int:
-        """`add_at`, as if the ball had been added at an earlier `tick`.
+    def add_flight(
+        self, flight: Flight, seed: int | None, tick: int, ball_id: int | None = None
+    ) -> int:
+        """Add a ball that started at `tick`, now or earlier, with its computed flight.
 
-        If it has already landed, `take_events` returns the landing with the tick at which it
-        happened. Only for the exact solver, in which a ball's path depends on nothing else.
+        The world is then as if the ball had been added at that tick. If it has landed since,
+        `take_events` returns the landing. `ball_id` may leave out ids of balls that have landed.
+        Only for the exact solver; return the ball's id.
         """
-        alone = World(self.board, dt=self.dt)
-        alone.tick, alone._next_id = tick, self._next_id
-        alone.add_at(start, seed)
-        while alone.tick < self.tick:
-            alone.step(contacts=False)
-        self._next_id += 1
-        self._events += alone.take_events()
-        if alone._balls:
-            self._exact().add_at(start, self.tick - tick)
-            self._balls += alone._balls
-            self._bounced = np.append(self._bounced, alone._bounced)
-            self._previous = np.vstack([self._previous, alone._previous])
-        return self._next_id - 1
+        ball = Ball(self._next_id if ball_id is None else ball_id, seed, flight.x, tick)
+        before, progress = self._exact().add_flight(flight, self.tick - tick)
+        self._next_id = ball.id + 1
+        self._balls.append(ball)
+        self._bounced = np.append(self._bounced, np.uint8(0))
+        self._previous = np.vstack([self._previous, before])
+        if progress is not None:
+            self._news([progress], contacts=False)
+        return ball.id
 
     def trajectory(self, ball: int) -> Trajectory:
         """The whole trajectory of a live ball, including its future; times count from its start.
 
-        This computes the ball's path to its end, which takes as long as `drop`. Raises
-        ParameterError for a ball that is not in flight, and in a world of the stepped solver, which
-        cannot compute paths ahead.
+        Raises ParameterError for a ball that is not in flight, and in a world of the stepped
+        solver, which cannot compute paths ahead.
         """
         return self._exact().whole(self._row(ball))
-
-    def ahead(self, ball: int) -> tuple[int, Trajectory]:
-        """The part of a live ball's path from now on that is already computed.
-
-        Returns the number of the path's segments before this part, and the part as a trajectory,
-        which ends where the known path ends. Raises the errors of `trajectory`.
-        """
-        return self._exact().ahead(self._row(ball))
-
-    @property
-    def known(self) -> list[float]:
-        """For each live ball, the time in s since its start up to which its path is known."""
-        return self._exact().known
 
     @property
     def events_kept(self) -> int:
         """Number of the live balls' events in memory, 56 bytes each."""
         return self._ball_set.events if isinstance(self._ball_set, ExactBalls) else 0
-
-    @property
-    def prepared(self) -> bool:
-        """Whether the board's arrays that the live balls need are made."""
-        return self._ball_set.prepared
-
-    def prepare(self) -> None:
-        """Make the board's arrays, which takes about 6 ms on a board of 5,000 pegs.
-
-        May run on any thread. Otherwise the next `step` makes them.
-        """
-        self._ball_set.prepare()
-
-    @property
-    def ready(self) -> bool:
-        """Whether the next step only has to move the balls along known paths."""
-        return self._ball_set.ready
-
-    def look_ahead(self) -> bool:
-        """Compute some more events of a ball's path; return whether more of this would help.
-
-        It affects no result, only the time at which paths are computed. A step computes whatever
-        is still missing.
-        """
-        return self._ball_set.look_ahead()
 
     def _exact(self) -> ExactBalls:
         if not isinstance(self._ball_set, ExactBalls):
@@ -220,9 +181,6 @@ class World:
                 field="solver",
             )
         return self._ball_set
-
-    def has(self, ball: int) -> bool:
-        return any(live.id == ball for live in self._balls)
 
     def _row(self, ball: int) -> int:
         for row, live in enumerate(self._balls):
@@ -239,16 +197,34 @@ class World:
             return
         self._previous = self._ball_set.states.copy()
         self._bounced[:] = 0
+        self._news(self._ball_set.step(), contacts=contacts)
+
+    def advance_to(self, tick: int, *, contacts: bool = True) -> None:
+        """Advance to a later tick; with the exact solver this takes no longer than two steps.
+
+        Of the contacts, only those of the last step become events.
+        """
+        if isinstance(self._ball_set, ExactBalls) and self._balls and tick > self.tick + 1:
+            skipped = tick - 1 - self.tick
+            self.tick += skipped
+            self._news(self._ball_set.step(skipped), contacts=False)
+        if not self._balls:
+            self.tick = max(self.tick, tick)
+        while self.tick < tick:
+            self.step(contacts=contacts)
+
+    def _news(self, progresses: list[Progress], *, contacts: bool) -> None:
+        """Note the balls' events, and remove those whose drop has ended."""
         ended = []
         news: list[tuple[tuple[float, int, int], Event]] = []
-        for progress in self._ball_set.step():
+        for progress in progresses:
             ball = self._balls[progress.row]
             self._bounced[progress.row] = (progress.marks[:, 0] <= KIND_WALL).any()
             if contacts:
                 news += self._contacts(ball, progress)
             if progress.end is not None:
                 ended.append(progress.row)
-                news.append(self._landing(ball, progress))
+                news.append(self._landing(ball, progress.end))
         news.sort(key=lambda item: item[0])
         self._events += [event for _, event in news]
         if ended:
@@ -269,14 +245,12 @@ class World:
             found.append(((ball.tick * self.dt + row[0], kind, ball.id), contact))
         return found
 
-    def _landing(self, ball: Ball, progress: Progress) -> tuple[tuple[float, int, int], Event]:
-        end = progress.end
-        assert end is not None
+    def _landing(self, ball: Ball, end: End) -> tuple[tuple[float, int, int], Event]:
         landed = end.outcome == LANDED
         landing = Landing(
             ball=ball.id,
             seed=ball.seed,
-            tick=self.tick,
+            tick=self.tick if end.ticks is None else ball.tick + end.ticks,
             t=end.t,
             x_end=end.x,
             bin=end.bin if landed else None,
@@ -400,6 +374,10 @@ class World:
     def digest(self) -> str:
         """SHA-256 of the snapshot, 64 hex digits: equal worlds have equal digests."""
         return hashlib.sha256(self.snapshot()).hexdigest()
+
+    def skip_ids(self, next_id: int) -> None:
+        """Give the next ball this id, because those before it have landed."""
+        self._next_id = max(self._next_id, next_id)
 
 
 def _decimal(seed: int | None) -> str | None:

@@ -24,7 +24,13 @@ def ask(
     """Drop a ball in a new task; without a seed it is the next drop of a session."""
     practice = seed is not None or x is not None
     command = DropCommand(seed or 0, x, stake, practice=practice, **values)
-    return asyncio.create_task(live.drop(command, Player(client=client), session))
+    return asyncio.create_task(_accepted(live, command, Player(client=client), session))
+
+
+async def _accepted(
+    live: LiveRoom, command: DropCommand, player: Player, session: FairSession | None
+) -> messages.Accepted:
+    return (await live.drop(command, player, session)).accepted
 
 
 def change(live: LiveRoom, asked: Change) -> "asyncio.Task[messages.Event | None]":

@@ -1,9 +1,46 @@
-"""Whole passes of the ticker, without a clock."""
+"""Rooms that a test ticks by hand, in whole passes of the ticker without waiting."""
 
+from typing import Any
+
+from app.live.broadcast.hub import Hub
+from app.live.registry import Rooms
 from app.live.ticking.runner import Runner
+from app.persistence.ledger.null_ledger import NullLedger
+from app.persistence.service import PersistenceService
+from app.rooms.boards import Boards
+from app.rooms.kinds import MAX_TOUCHING, BallLimits
+from app.settings import Settings
+from engine import Board
+from tests.kit.hand import HandClock
 
 
 def run_pass(runner: Runner, due: int = 1) -> bool:
-    """Tick every awake room `due` times; returns whether a room is still awake."""
+    """Tick every awake room `due` times; returns whether a room is still awake.
+
+    If the runner goes by a clock that the test moves, it moves by as many ticks.
+    """
+    if isinstance(runner.clock, HandClock):
+        runner.clock.tick(due)
     *_, awake = runner.tick(due)
     return awake
+
+
+def rooms_by_hand(
+    main: Board,
+    clock: HandClock | None = None,
+    *,
+    ledger: NullLedger | None = None,
+    settings: Settings | None = None,
+    clients: int = 64,
+    **options: Any,
+) -> Rooms:
+    """Rooms whose ticks and times go by a clock that `run_pass` moves."""
+    clock, chosen = clock or HandClock(), settings or Settings()
+    kept = PersistenceService(
+        ledger or NullLedger(),
+        tick_rate=chosen.tick_rate,
+        limits=BallLimits(chosen.max_balls, MAX_TOUCHING),
+        now=clock.unix,
+    )
+    hub = Hub(clients)
+    return Rooms(chosen, Boards(8), hub, main, clock=clock, persistence=kept, **options)

@@ -6,7 +6,6 @@ from dataclasses import replace
 import pytest
 
 from app.listening import MAX_CONNECTIONS
-from app.persistence import service
 from benchmarks.harness.effort import Effort, MissingError
 from benchmarks.harness.recorded import Recorded
 from benchmarks.harness.report import Table
@@ -66,14 +65,13 @@ def test_relays_are_beside_the_streams_once_they_are_recorded() -> None:
     assert estimates._relayed(Recorded(f"\n{told}\n")) == cost.relayed
 
 
-def test_rooms_are_ticks_rows_and_marks() -> None:
+def test_rooms_are_ticks_and_rows() -> None:
     _, _, rooms, _, first = tables(COST)
     found = cells(rooms, "1")
     assert found["cores for ticks"] == "600"
     drops = estimates.ROOMS / FALL
     assert found["drops a second"] == f"{drops:,.0f}"
-    assert found["ledgers"] == f"{drops * 1e-4 + 400_000 * 1e-5:,.1f}"
-    assert estimates.MARKS == 1.0 / service._RENEW
+    assert found["ledgers"] == f"{drops * 1e-4:,.1f}"
     at_most = {(row[0], row[1]): row[2] for row in first.rows}
     assert at_most["drops a second", "the ledger"] == "10,000"
 

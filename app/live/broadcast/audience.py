@@ -12,6 +12,7 @@ from app.live.broadcast.replay_buffer import Recent
 from app.protocol import messages
 from app.protocol.seeds import SeedStream
 from app.protocol.wire import WireMessage
+from app.rooms.records import IdempotencyKey
 from app.rooms.room import Room
 from app.settings import Settings
 from engine import Board
@@ -26,13 +27,13 @@ class Player:
     client: the connection. Only it receives the `ref`.
     key: identifies the connection after a reconnect.
     ref: the client's own reference for the request, which the answer repeats.
-    again: identifies a repeated drop, within the room run.
+    idempotency_key: identifies a repeated drop, within the room run.
     """
 
     client: int | None = None
     key: str = ""
     ref: object = None  # any JSON value
-    again: str | None = None
+    idempotency_key: IdempotencyKey | None = None
 
 
 NOBODY: Final = Player()

@@ -1,7 +1,7 @@
-"""A fair session in memory: checks its drops, and gives each its seed, number and receipt. No I/O.
+"""A fair session in memory: checks its drops, and makes each one's seed and receipt. No I/O.
 
-The numbers have no gaps. A drop that the ledger refuses gives its number back; that works because
-the ledger reports refusals latest first (app/persistence/ledger/commit_queue.py).
+The numbers of its drops are given in the writer's turn (app/persistence/statements/facts.py), where
+the seed and the receipt are made too, by functions of this module.
 """
 
 import asyncio
@@ -15,8 +15,7 @@ from app.fairness.signing import Signer
 from app.fairness.statements import LogEntry, Receipt
 from app.protocol import messages
 from app.rooms.draw import Draw
-from app.rooms.pending import Pending
-from app.rooms.records import Lease, LogLeaf
+from app.rooms.records import DropRow, Lease, LogLeaf, NewDrop, SessionTurn
 from app.rooms.room import Room
 
 MOST_DROPS: Final = 1000
@@ -30,7 +29,7 @@ class FairSession:
     server_seed, client_seed: the secrets, 32 bytes each; the player's is None until revealed.
     statement, signature: what the server signed when the session began.
     used: Unix time of the last drop (before the first, of the beginning), in s.
-    drops: number of drops, including `pending` ones that wait for the ledger.
+    drops: number of drops that are known to be durable.
     lease: the room's lease when the session was read, if servers share the ledger.
     """
 
@@ -44,7 +43,6 @@ class FairSession:
     used: float
     client_seed: bytes | None = None
     drops: int = 0
-    pending: int = 0
     end: dict[str, object] | None = None
     end_signature: str = ""
     ending: "asyncio.Task[None] | None" = None
@@ -95,44 +93,48 @@ class FairSession:
                 field="session",
             )
 
-    def next_seed(self, draw: Draw | None) -> int:
-        """The seed of the next drop of an open session, in a room with this draw, if any."""
-        assert self.client_seed is not None
-        digest = bytes.fromhex(self.board_digest)
-        known = (self.server_seed, self.client_seed, self.drops, digest)
-        if draw is None:
-            return drop_seed(*known)
-        _, seed = draw.pick(draw_mac(*known))
-        return seed
+    def turn(self, draw: Draw | None, now: float) -> SessionTurn:
+        """For the writer's turn: how to make the next drop in a room with this draw, if any."""
+        digest, client_seed = bytes.fromhex(self.board_digest), self.client_seed
+        assert client_seed is not None
 
-    def take(self, pending: Pending, run: int, now: float) -> "TakenDrop":
-        """Make a planned drop of room run `run` the next one of the session; `now`: Unix time."""
-        command = pending.command
+        def seed_of(number: int) -> int:
+            known = (self.server_seed, client_seed, number, digest)
+            return drop_seed(*known) if draw is None else draw.pick(draw_mac(*known))[1]
+
+        def leaf(number: int, fact: DropRow) -> LogLeaf:
+            return self._leaf(number, fact, now)
+
+        return SessionTurn(self.id, MOST_DROPS, seed_of, leaf)
+
+    def _leaf(self, number: int, fact: DropRow, now: float) -> LogLeaf:
         receipt = Receipt(
             session=self.id,
-            drop=self.drops,
-            stake=command.stake,
-            aim=command.aim,
-            seed=str(command.seed),
+            drop=number,
+            stake=fact.stake,
+            aim=fact.aim,
+            seed=str(fact.seed),
             board_digest=self.board_digest,
             room=self.room,
-            ball=pending.number,
+            ball=fact.ball,
             time=int(now * 1000.0),
         )
         values = receipt.to_dict()
-        leaf = LogLeaf(
+        return LogLeaf(
             session=self.id,
-            number=self.drops,
-            room=run,
-            ball=pending.number,
+            number=number,
+            room=fact.room,
+            ball=fact.ball,
             receipt=values,
             leaf=receipt.leaf(),
             sign=_signs(self.signer, values),
         )
-        self.drops += 1
-        self.pending += 1
-        self.used = now
-        return TakenDrop(self, leaf)
+
+    def took(self, request: NewDrop) -> None:
+        """Note that a drop is durable."""
+        if request.session is not None and not request.earlier:
+            self.drops = max(self.drops, request.session.n + 1)
+            self.used = request.used
 
     def state(self, *, token: str | None = None, ref: object = None) -> messages.SessionState:
         """The event that shows the session to its player."""
@@ -160,24 +162,6 @@ class FairSession:
             signature=self.end_signature,
             ref=ref,
         )
-
-
-@dataclass(frozen=True, slots=True)
-class TakenDrop:
-    """A drop of a session that waits for the ledger."""
-
-    session: FairSession
-    leaf: LogLeaf
-
-    def settled(self, *, refused: bool) -> messages.SignedReceipt | None:
-        """Called when the ledger has committed or refused the drop; returns its receipt, if any."""
-        self.session.pending -= 1
-        if refused:
-            self.session.drops -= 1
-            return None
-        leaf = self.leaf
-        assert leaf.index is not None
-        return messages.SignedReceipt(leaf.receipt, leaf.index, leaf.root, leaf.signature)
 
 
 def _signs(signer: Signer, receipt: dict[str, object]) -> Callable[[int, str], str]:

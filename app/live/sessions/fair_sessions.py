@@ -6,7 +6,6 @@ for it.
 """
 
 import asyncio
-import time
 from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import AbstractAsyncContextManager
@@ -50,7 +49,7 @@ class FairSessions:
     new_id: makes the id of a session.
     having: has a room's lease for a while, even if the room is closed: where servers share the
     ledger, only the server with the room changes its sessions.
-    now: returns Unix time in s.
+    now: returns Unix time in s; by default the time of the ledger's records.
     """
 
     def __init__(
@@ -63,7 +62,7 @@ class FairSessions:
         draw: Callable[[int], bytes],
         new_id: Callable[[], str],
         having: Callable[[str], AbstractAsyncContextManager[None]],
-        now: Callable[[], float] = time.time,
+        now: Callable[[], float] | None = None,
     ) -> None:
         self.signer = signer
         self.kernel_digest = kernel_digest
@@ -72,7 +71,7 @@ class FairSessions:
         self._rest = rest
         self._draw = draw
         self._new_id = new_id
-        self._now = now
+        self._now = now or persistence.now
         self._sessions: OrderedDict[str, FairSession] = OrderedDict()
         self._having = having
 
@@ -195,30 +194,26 @@ class FairSessions:
         """End a session and reveal the server's secret; does nothing if it has ended.
 
         Once begun, the same end is retried until it is committed, so all callers get the same
-        signed statement. Raises SessionStateError while a drop waits for the ledger, LedgerError,
-        UndecidedError.
+        signed statement. Raises LedgerError, UndecidedError.
         """
         if session.end is not None:
             return
         if session.ending is None:
-            if session.pending:
-                raise SessionStateError(
-                    f"a drop of session {session.id!r} is still being committed; try again",
-                    field="session",
-                )
             session.ending = asyncio.create_task(self._end(session), name=session.id)
         await self._ledger.decided(session.ending)
 
     async def _end(self, session: FairSession) -> None:
-        secret = session.server_seed.hex()
-        time_ms = int(self._now() * 1000.0)
-        end = Closing(session.id, session.drops, secret, time_ms).to_dict()
-        signature = self.signer.sign(end).hex()
+        secret, time_ms = session.server_seed.hex(), int(self._now() * 1000.0)
+
+        def sign(drops: int) -> tuple[str, str]:
+            end = Closing(session.id, drops, secret, time_ms).to_dict()
+            return canonical(end).decode(), self.signer.sign(end).hex()
+
         try:
             async with self._having(session.room):
-                row = FairEnd(session.id, session.room, canonical(end).decode(), signature)
+                row = FairEnd(session.id, session.room, sign)
                 await self._ledger.keep(row)
-            session.end, session.end_signature = end, signature
+            session.end, session.end_signature = msgspec.json.decode(row.end), row.end_signature
         finally:
             session.ending = None
 
@@ -295,7 +290,7 @@ class FairSessions:
         self._sessions[session.id] = session
         while len(self._sessions) > _IN_MEMORY:
             oldest = next(iter(self._sessions.values()))
-            if oldest.pending or oldest.ending:
+            if oldest.ending:
                 break
             del self._sessions[oldest.id]
         return session

@@ -12,7 +12,6 @@ from app.live.public_tables import MAIN
 from app.live.ticking.passes import Pass
 from app.live.ticking.step_threads import StepThreads
 from app.live.ticking.ticker import Schedule, Ticker, Watcher
-from app.persistence.service import PersistenceService
 from app.rooms.room import Room
 from app.settings import Settings
 
@@ -41,10 +40,14 @@ class Running(Protocol):
     """A room as the runner needs it: `LiveRoom`."""
 
     id: str
-    room: Room
 
-    def admit(self) -> None:
-        """Carry out the durable inputs whose tick has come."""
+    @property
+    def room(self) -> Room:
+        """The pure room."""
+
+    @property
+    def awake(self) -> bool:
+        """Whether it needs ticks."""
 
     def advance(self, due: int, until: float) -> None:
         """Run the `due` ticks, as many as fit until that time."""
@@ -70,15 +73,16 @@ class Counts:
 class Runner:
     """Runs the rooms that are awake.
 
-    `failed` is called for a room whose step raised an error; it must remove the room.
+    `failed` is called for a room whose step raised an error; it must remove the room. `now` returns
+    Unix time in s.
     """
 
     def __init__(
         self,
         settings: Settings,
-        persistence: PersistenceService,
         *,
         clock: Callable[[], float],
+        now: Callable[[], float],
         watchers: Sequence[Watcher],
         failed: Callable[[Running, Exception], None],
     ) -> None:
@@ -86,13 +90,15 @@ class Runner:
         self.clock = clock
         self.catch_up = CATCH_UP
         self.patience = math.ceil(_SILENT * settings.tick_rate)
-        schedule = Schedule(1.0 / settings.tick_rate, CATCH_UP)
-        self.ticker = Ticker(schedule, self.tick, clock=clock, watchers=watchers)
+        period = 1.0 / settings.tick_rate
+        schedule = Schedule(period, CATCH_UP)
+        # Ticks are due when the clocks of tables tick.
+        phase = lambda: now() % period  # noqa: E731
+        self.ticker = Ticker(schedule, self.tick, clock=clock, watchers=watchers, phase=phase)
         self._awake: OrderedDict[str, Running] = (
             OrderedDict()
         )  # the room whose last turn is longest ago first
         self._events_kept: int | None = None  # of all rooms; None until needed after a tick
-        self._persistence = persistence
         self._failed = failed
         self._budget = _SHARE / settings.tick_rate
         self._threads = StepThreads()
@@ -118,7 +124,7 @@ class Runner:
 
     def wake(self, live: Running) -> None:
         """Give a room turns if it is awake."""
-        if live.room.awake:
+        if live.awake:
             self.run(live)
 
     def run(self, live: Running) -> None:
@@ -133,18 +139,19 @@ class Runner:
         self._awake.pop(live.id, None)
         self._threads.forget(live.id)
 
-    def admit(self, live: Running) -> None:
-        """Let durable inputs of a room enter between two ticks; on an error the room fails."""
+    def guarded(self, live: Running, work: Callable[[], None]) -> None:
+        """Do something in a room between two ticks; on an error the room fails."""
         try:
-            live.admit()
+            work()
         except Exception as error:  # noqa: BLE001 - as in `take_turn`
-            self._fail(live, error)
+            self.fail(live, error)
 
     def compute(self, live: Running, work: Callable[[], None]) -> None:
         """Run `work`, which computes a room's next tick, on another thread."""
         self._threads.submit(live.id, work, live.computed)
 
-    def _fail(self, live: Running, error: Exception) -> None:
+    def fail(self, live: Running, error: Exception) -> None:
+        """Close a room that cannot go on."""
         where = {"room": live.id, "tick": live.room.world.tick}
         _log.exception("room failed and is closed", extra=where)
         self._failed(live, error)
@@ -172,7 +179,6 @@ class Runner:
             if room_id in self._awake:
                 self.counts.skipped += due
                 self._awake[room_id].miss(due)
-        self._persistence.ticked(due, self.awake)
         yield bool(self._awake)
 
     def take_turn(self, live: Running, due: int = 0, until: float = math.inf) -> float:
@@ -181,5 +187,5 @@ class Runner:
         try:
             live.advance(due, until)
         except Exception as error:  # noqa: BLE001 - a failed room must not stop the others
-            self._fail(live, error)
+            self.fail(live, error)
         return self.clock() - began

@@ -22,9 +22,9 @@ class Schedule:
         self._start = 0.0
         self._done = 0
 
-    def start(self, now: float) -> None:
-        """Start at `now`; the first tick is due one period later."""
-        self._start = now
+    def start(self, now: float, phase: float = 0.0) -> None:
+        """Start at `now`; the first tick is due one period later, or `phase` s before that."""
+        self._start = now - phase
         self._done = 0
 
     def delay(self, now: float) -> float:
@@ -68,7 +68,8 @@ class Ticker:
     """Calls `tick(n)` when n ticks are due.
 
     `tick` returns an iterable. Between two of its values the event loop has a turn. The last value
-    says whether any room is still awake; if none is, the ticker sleeps.
+    says whether any room is still awake; if none is, the ticker sleeps. `phase` returns the seconds
+    since a tick was due, when it wakes.
     """
 
     def __init__(
@@ -79,6 +80,7 @@ class Ticker:
         clock: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], Awaitable[None]] = asyncio.sleep,
         watchers: Sequence[Watcher] = (),
+        phase: Callable[[], float] = lambda: 0.0,
     ) -> None:
         self.schedule = schedule
         self.ticks = 0
@@ -87,6 +89,7 @@ class Ticker:
         self._tick = tick
         self._clock = clock
         self._sleep = sleep
+        self._phase = phase
         self._watchers = watchers
         self._wake = asyncio.Event()
 
@@ -104,7 +107,7 @@ class Ticker:
             for watcher in self._watchers:
                 watcher.woke()
             try:
-                self.schedule.start(self._clock())
+                self.schedule.start(self._clock(), self._phase())
                 while await self._next_tick():
                     pass
             finally:

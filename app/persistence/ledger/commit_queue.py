@@ -9,19 +9,12 @@ the queue's lock:
 - SENT: its COMMIT may reach the database. From here on only the database decides.
 - DONE: the job is durable. REFUSED: it never will be.
 
-The inputs of a room run have consecutive numbers, and each is a job whose `line` is the run. The
-queue guarantees that the durable inputs of a run are always its first ones, and that the next input
-follows the last durable one:
+Inputs get their numbers in the transaction that commits them, so a refused input never had one, and
+the order in which jobs are refused does not matter. A failure refuses all open jobs in one step and
+shuts the gate: the queue accepts no new job until a later commit has succeeded. Nothing else is
+written before the fate of SENT jobs is decided.
 
-- A commit takes all waiting jobs, so no input becomes durable before an earlier one.
-- A failure refuses all open jobs in one step and shuts the gate: the queue accepts no new job. So
-  no input becomes durable after an earlier one was refused.
-- The fate of SENT jobs is decided before anything else is written.
-- The gate opens after a later commit has succeeded and the owners of the refused jobs have received
-  the refusal, the latest first, so that each room has taken back its numbers.
-
-If the database works but rejects a single job, only that job's line is refused and shut.
-docs/ledger.md has the whole proof.
+If the database works but rejects a single job, only that job is refused.
 """
 
 import asyncio
@@ -55,7 +48,6 @@ class Job:
 
     done: called on the event loop with None, or with the error that refused the job.
     leases: those of the rooms that are written; the job is refused if this server has lost one.
-    line: the number of the room run of which this is an input; a rejected job's line is shut.
     task: the caller's task; None if no task waits.
     keep: retried through all failures; refused only if the database rejects it or a lease is lost.
     asked: when it was put in, in s of a monotonic clock.
@@ -65,7 +57,6 @@ class Job:
     writes: Sequence[Write] = ()
     done: Done | None = None
     leases: tuple[Lease, ...] = ()
-    line: int | None = None
     task: "asyncio.Task[object] | None" = None
     keep: bool = False
     read: Callable[[Connection], object] | None = None
@@ -106,12 +97,11 @@ class CommitQueue:
         self._reads: deque[Job] = deque()
         self._taken: list[Job] = []  # jobs that the thread is working on
         self._put_in = 0
-        self._broken: dict[int, LedgerError] = {}  # lines that are shut, and why
 
     # The event loop's side.
 
     def put(self, job: Job) -> None:
-        """Add a job; raises LedgerError if the gate or the job's line is shut."""
+        """Add a job; raises LedgerError if the gate is shut."""
         with self._changed:
             if not job.keep:
                 self._check(job)
@@ -152,11 +142,6 @@ class CommitQueue:
         with self._changed:
             if failure is None or self.failure is failure:
                 self.failure = None
-
-    def reopen(self, line: int) -> None:
-        """Accept jobs of this line again; its room has taken back the refused inputs."""
-        with self._changed:
-            self._broken.pop(line, None)
 
     def close(self) -> None:
         """Accept no more jobs; the thread does those that are here, and ends."""
@@ -240,18 +225,10 @@ class CommitQueue:
         with self._changed:
             return self._shut(failure, self._waiting)
 
-    def rejected(self, job: Job, failure: LedgerError) -> list[Job]:
-        """Refuse a job that the database rejects, and the later jobs of its line."""
+    def rejected(self, job: Job) -> list[Job]:
+        """Refuse a job that the database rejects."""
         with self._changed:
-            self._back([job])
-            if job.keep or job.line is None:
-                return _refuse([job])
-            self._broken[job.line] = failure
-            later = (each for each in (*self._taken, *self._waiting) if each.line == job.line)
-            refused = _refuse([job, *later])
-            self._taken = [each for each in self._taken if each.fate is Fate.OPEN]
-            self._waiting = deque(each for each in self._waiting if each.fate is Fate.OPEN)
-            return refused
+            return _refuse(self._back([job]))
 
     def lost(self, leases: Sequence[Lease]) -> list[Job]:
         """Refuse all jobs of rooms that another server has taken, and return them.
@@ -283,8 +260,6 @@ class CommitQueue:
         # While writes fail, reads may still work, unless the thread does not come back.
         if self.failure is not None and (job.read is None or self.silent):
             raise LedgerError(str(self.failure))
-        if job.line in self._broken:
-            raise LedgerError(str(self._broken[job.line]))
 
     def _back(self, jobs: Sequence[Job] | None = None) -> list[Job]:
         """Note that the thread has come back with these jobs, or with all that it had taken."""

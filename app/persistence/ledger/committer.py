@@ -17,7 +17,7 @@ from app.errors import DamagedRoomError, LeaseLostError, LedgerError
 from app.persistence.ledger.commit_queue import CommitQueue, Fate, Job, LostError, RevokedError
 from app.persistence.ledger.database import Database, InDoubtError, reason
 from app.persistence.statements import lease_store, writing
-from app.rooms.records import Lease, LogLeaf
+from app.rooms.records import Lease, NewDrop
 
 _RETRY: Final = (0.25, 2.0)  # s between attempts while the database fails: at first, and at most
 
@@ -139,7 +139,9 @@ class Committer:
             if leases and (lost := lease_store.lost(connection, leases)):
                 raise LostError(lost)
             writes = [write for job in jobs for write in job.writes]
-            if self._database.shared and any(isinstance(write, LogLeaf) for write in writes):
+            if self._database.shared and any(
+                isinstance(write, NewDrop) and write.session is not None for write in writes
+            ):
                 lease_store.wait_for_log(connection)
             # After a failure, write a probe first: the database must accept a page again before it
             # gets a drop.
@@ -187,7 +189,7 @@ class Committer:
         (job,) = jobs
         _log.error("the ledger rejects %s: %s", job.kinds, reason(error))
         failure = LedgerError(f"the ledger rejects this write: {reason(error)}")
-        self._call(self._answers.refused, self._queue.rejected(job, failure), failure)
+        self._call(self._answers.refused, self._queue.rejected(job), failure)
 
     def _read(self, job: Job) -> None:
         assert job.read is not None

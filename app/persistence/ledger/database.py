@@ -20,7 +20,7 @@ from app.errors import LedgerError, SettingError
 from app.persistence.ledger.fence import Fence
 from app.persistence.statements import writer_store
 
-HEAD = "0005"  # the last step of `migrations`
+HEAD = "0006"  # the last step of `migrations`
 
 _ANSWER_SECONDS = 5  # how long the database may take to answer
 _LOCK = 0x706C696E6B6F  # 'plinko', the key of PostgreSQL's advisory lock

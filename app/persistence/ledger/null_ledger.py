@@ -1,4 +1,7 @@
-"""A ledger that stores nothing, for rooms without a database: every write succeeds at once."""
+"""A ledger that stores nothing, for rooms without a database: every write succeeds at once.
+
+It has no keys, so it finds no repeated request.
+"""
 
 import asyncio
 from collections.abc import Callable, Coroutine, Sequence
@@ -6,7 +9,7 @@ from typing import NoReturn, TypeVar
 
 from app.errors import LedgerError
 from app.persistence.ledger.commit_queue import Done
-from app.rooms.records import Write
+from app.rooms.records import DropRow, NewDrop, NewInput, Write
 
 T = TypeVar("T")
 
@@ -18,13 +21,29 @@ class NullLedger:
     lag = 0.0
     up = True
 
-    def submit(self, *writes: Write, line: int | None = None) -> "asyncio.Future[None]":
+    def __init__(self) -> None:
+        self._last: dict[int, tuple[int, int]] = {}  # number and tick of each run's last input
+
+    def submit(self, *writes: Write) -> "asyncio.Future[None]":
+        for write in writes:
+            if isinstance(write, NewInput):
+                write.number, _ = self._follow(write.room, write.tick)
         future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         future.set_result(None)
         return future
 
-    def reopen(self, line: int) -> None:
-        pass
+    async def drop(self, request: NewDrop, *before: Write) -> NewDrop:
+        ball, tick = self._follow(request.room, request.tick)
+        fields = ("room", "seed", "x", "stake", "who", "aim", "practice")
+        values = {name: getattr(request, name) for name in fields}
+        request.fact = DropRow(ball=ball, tick=tick, **values, **request.tag.fields)
+        return request
+
+    def _follow(self, run: int, tick: int) -> tuple[int, int]:
+        """The number and the tick of a run's next input."""
+        number, before = self._last.get(run, (-1, 0))
+        self._last[run] = number + 1, max(before, tick)
+        return self._last[run]
 
     def defer(self, writes: Sequence[Write], done: Done | None = None) -> None:
         if done is not None:

@@ -24,7 +24,7 @@ from app.persistence.lease_book import LeaseBook, Unshared
 from app.persistence.ledger.commit_queue import CommitQueue, Done, Job
 from app.persistence.ledger.committer import Answers, Committer
 from app.persistence.ledger.database import Database
-from app.rooms.records import Lease, Write
+from app.rooms.records import Lease, NewDrop, Write
 
 T = TypeVar("T")
 P = ParamSpec("P")
@@ -146,22 +146,26 @@ class Ledger:
     def idle(self) -> bool:
         return self._queue.empty
 
-    def submit(self, *writes: Write, line: int | None = None) -> "asyncio.Future[None]":
+    def submit(self, *writes: Write) -> "asyncio.Future[None]":
         """Commit `writes` in one transaction; the future ends when they are durable or refused.
 
-        `line` is the number of the room run of which the writes are an input. If one input of a
-        run is refused, so are all later ones, and the latest caller receives the refusal first;
-        `reopen` lets the run continue. Raises LedgerError if the ledger cannot be written now.
+        Raises LedgerError if the ledger cannot be written now.
         """
         future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         leases = [lease for lease, _ in self._leases.stamp(writes) if lease is not None]
         task = asyncio.current_task()
-        self._put(Job(writes, _settle(future), tuple(leases), line, task=task))
+        self._put(Job(writes, _settle(future), tuple(leases), task=task))
         return future
 
-    def reopen(self, line: int) -> None:
-        """Accept inputs of a run again, after its room has taken back the refused ones."""
-        self._queue.reopen(line)
+    async def drop(self, request: NewDrop, *before: Write) -> NewDrop:
+        """Make a drop a fact, after the writes `before`; returns the request with its fact.
+
+        Raises LedgerError, and the error for which the writer's turn refuses the request.
+        """
+        await self.submit(*before, request)
+        if request.error is not None:
+            raise request.error
+        return request
 
     async def commit(self, *writes: Write) -> None:
         """Return when `writes` are durable; raises LedgerError if they are refused."""
@@ -296,12 +300,9 @@ class Ledger:
         _report(jobs, None)
 
     def _refused(self, jobs: Sequence[Job], failure: LedgerError) -> None:
-        """Report refusals, the latest job first, so that rooms take back numbers in that order.
-
-        Then wake all callers of `decided` whose writes were not refused: these are undecided.
-        """
+        """Report refusals, and wake all callers of `decided` whose writes were not refused."""
         self.failures += 1
-        _report(jobs[::-1], failure)
+        _report(jobs, failure)
         refused = {job.task for job in jobs}
         self._waiters = {each for each in self._waiters if each.task not in refused}
         if not self.up:
@@ -311,7 +312,7 @@ class Ledger:
     def _lost(self, leases: Sequence[Lease], jobs: Sequence[Job], failure: LeaseLostError) -> None:
         """Drop the rooms before reporting refusals, so that their clients see no refused drop."""
         self._leases.lost(leases)
-        _report(jobs[::-1], failure)
+        _report(jobs, failure)
 
     def _recovered(self, failure: LedgerError) -> None:
         self._queue.open(failure)

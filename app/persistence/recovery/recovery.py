@@ -1,7 +1,7 @@
-"""Restores rooms from the ledger: sleeping ones when needed, awake ones by a replay in slices.
+"""Loads rooms from the ledger when they are first asked for.
 
-A thread replays a room from its checkpoint in slices of some milliseconds. Checkpoints on the way
-are saved, so that a server killed during a replay does not have to begin again. A room whose
+A table is loaded from its sums and the facts that have not landed; a thread computes their flights.
+Touching balls are replayed from the last checkpoint, in slices of some milliseconds. A room whose
 record is damaged is set aside with its rows unchanged, and clients that ask for it get an error;
 all other rooms play.
 """
@@ -17,49 +17,52 @@ from typing import Final, TypeVar
 from sqlalchemy import Connection
 
 from app.errors import DamagedRoomError, LedgerError
+from app.persistence.recovery import tables
 from app.persistence.recovery.ending import voided
-from app.persistence.recovery.rebuild import Replay, basis_of, rebuild
-from app.persistence.recovery.rebuild_queue import Turn
+from app.persistence.recovery.rebuild import Replay, basis_of
 from app.persistence.recovery.salvage import read_sound, salvage
 from app.persistence.room_runs import RoomRun, RoomRuns
-from app.persistence.statements import store
+from app.persistence.statements import facts, store
+from app.rooms.independent import IndependentRoom
 from app.rooms.kinds import DRAW, BallLimits, format_of, make_room
-from app.rooms.records import Close, KeptBasis, Mark, Parked, ResultRow, RoomRow, TakenRow, Write
+from app.rooms.records import (
+    RULES,
+    Close,
+    InputRow,
+    KeptBasis,
+    Parked,
+    ResultRow,
+    RoomRow,
+    TableState,
+    Write,
+)
 from app.rooms.room import Ground, Room
 from engine import PHYSICS_VERSION
 
 T = TypeVar("T")
 
-_LONGEST_FALL: Final = 3600.0  # s of simulation after which the balls of an ending run are given up
 _SLICE: Final = 0.02  # s of replay before other work gets its turn
 _TICKS: Final = 4  # replayed before the clock is checked
 _PAGE: Final = 500  # inputs read at once; commits wait meanwhile
-_CHECKPOINT: Final = 10.0  # s of ticks between checkpoints: the most that a kill makes replay again
 
 _log = logging.getLogger("plinko")
 
 
 @dataclass(frozen=True, slots=True)
 class Left:
-    """The last server's rooms: awake ones, sleeping public ones by id, and sleeping owned ones."""
+    """The last server's open rooms: ids of the public ones, and those with owners."""
 
-    moving: list[Parked]
-    public: dict[str, RoomRow]
+    public: list[str]
     owned: list[Parked]
 
 
-async def _at_once() -> None:
-    """The `Turn` of a rebuild that waits for no other."""
-
-
 class Recovery:
-    """Restores rooms from the ledger's rows; for the event loop's thread.
+    """Loads rooms from the ledger's rows; for the event loop's thread.
 
     set_aside: the fault of each room that is set aside, by id.
     """
 
     def __init__(self, runs: RoomRuns, *, tick_rate: int, limits: BallLimits) -> None:
-        self.rebuilt = 0  # awake rooms that were rebuilt
         self.set_aside: dict[str, str] = {}
         self._readable: set[str] | None = None  # readable rooms of a damaged list; None if sound
         self._runs = runs
@@ -67,32 +70,25 @@ class Recovery:
         self._tick_rate = tick_rate
         self._limits = limits
 
-    async def survey(self, ground_now: Callable[[str], Ground | None]) -> Left:
-        """List the rooms to continue, without rebuilding any; of a shared ledger, none.
+    async def survey(self) -> Left:
+        """List the rooms to continue, without loading any; of a shared ledger, none.
 
-        `ground_now` returns a public room's board or scene in this server, and None for other
-        rooms. A public room that cannot continue unchanged is listed as awake, so that its run is
-        ended soon. Raises LedgerError if the ledger cannot be read. If only the list of rooms is
-        damaged, its readable rows are used.
+        Raises LedgerError if the ledger cannot be read. If only the list of rooms is damaged, its
+        readable rows are used.
         """
         if self._runs.numbers is not None:
+            await self._runs.follow_database()
             await self._runs.numbers.fill()
-            return Left([], {}, [])  # this server takes each room when it is needed
+            return Left([], [])  # this server takes each room when it is needed
         try:
             self._runs.next_number = await self._read(store.last_number) + 1
-            moving = await self._read(store.awake_rooms)
-            public = {row.id: row for row in await self._read(store.public_rooms)}
-            owned = await self._read(store.parked_rooms)
+            public = await self._read(store.stored_public_rooms)
+            return Left(public, await self._read(store.parked_rooms))
         except DamagedRoomError:
-            moving, public, owned = await self._salvage()
-        for each in moving:
-            public.pop(each.id, None)
-        for row in [each for each in public.values() if self._outdated(each, ground_now(each.id))]:
-            moving.append(Parked.of(public.pop(row.id), row.id))
-        return Left(moving[::-1], public, owned)
+            return await self._salvage()
 
-    async def _salvage(self) -> tuple[list[Parked], dict[str, RoomRow], list[Parked]]:
-        """The readable rooms of a damaged list: awake, public and owned ones."""
+    async def _salvage(self) -> Left:
+        """The readable rooms of a damaged list."""
         found = await salvage(self._ledger)
         rows = found.rows
         self._runs.next_number = found.next_number
@@ -101,10 +97,8 @@ class Recovery:
             "the ledger's list of rooms is damaged: %d open ones can be read, and %d runs not; "
             "stop the server and run `plinko ledger check`", len(rows), found.lost,
         )  # fmt: skip
-        moving = [Parked.of(row, row.id) for row in rows if row.awake]
-        public = {row.id: row for row in rows if not row.owned}
-        owned = [Parked.of(row, row.id) for row in rows if row.owned and not row.awake]
-        return moving, public, owned
+        public = [row.id for row in rows if not row.owned]
+        return Left(public, [Parked.of(row, row.id) for row in rows if row.owned])
 
     def check(self, room_id: str) -> None:
         """Raise DamagedRoomError for a room that is set aside or may be among the lost ones."""
@@ -113,22 +107,13 @@ class Recovery:
         if self._readable is not None and room_id not in self._readable:
             raise self._refusal(room_id, "the ledger's list of rooms is damaged")
 
-    def restore(self, row: RoomRow, ground: Ground) -> Room:
-        """A sleeping public room from its row; raises DamagedRoomError and sets it aside."""
-        try:
-            return self._enter(row, rebuild(row, ground, (), limits=self._limits))
-        except Exception as error:
-            raise self._put_aside(row.id, error) from error
-
-    async def load(
-        self, room_id: str, *, ground_now: Ground | None = None, turn: Turn = _at_once
-    ) -> Room | None:
-        """Restore a room from the ledger. An owned room that cannot continue begins a new run.
+    async def load(self, room_id: str, *, ground_now: Ground | None = None) -> Room | None:
+        """Load a room from the ledger. An owned room that cannot continue begins a new run.
 
         Returns None if the ledger has no such open room, or if a public room cannot continue.
-        `ground_now` is a public room's board or scene in this server; `turn` is awaited between
-        slices. Raises LedgerError if the ledger cannot be read, DamagedRoomError if the room is set
-        aside, LeaseLostError if another server has taken the room meanwhile.
+        `ground_now` is a public room's board or scene in this server. Raises LedgerError if the
+        ledger cannot be read, DamagedRoomError if the room is set aside, LeaseLostError if another
+        server has taken the room meanwhile.
         """
         try:
             found = await self._read(_run_and_basis, find=store.open_room, room_id=room_id)
@@ -138,8 +123,10 @@ class Recovery:
             self._runs.note(row.number, room_id)
             why = self._outdated(row, ground_now)
             if why is not None:
-                return await self._succeed(row, kept, why, turn)
-            replay = await self._replayed(row, kept, turn)
+                return await self._succeed(row, kept, why)
+            if format_of(row.mode).has_results:
+                return await self._load_table(row, kept)
+            replay = await self._replayed(row, kept)
             await self._confirm(room_id)
             return self._enter(row, replay)
         except LedgerError as error:
@@ -168,8 +155,14 @@ class Recovery:
         found = await self._read(_run_and_basis, find=store.closed_room, room_id=room_id)
         if found is None or found[0].physics_version != PHYSICS_VERSION:
             return None
-        replay = await self._replayed(*found, _at_once, over=True)
-        return found[0].number, replay.room
+        row, kept = found
+        if not format_of(row.mode).has_results:
+            replay = await self._replayed(row, kept)
+            return row.number, replay.room
+        state = await self._read(facts.state_at_end, run=row.number, tick=row.tick)
+        room = await self._table(row, kept)
+        await asyncio.to_thread(tables.load, room, state, row.tick)
+        return row.number, room
 
     # Damage.
 
@@ -189,67 +182,70 @@ class Recovery:
     async def _read(self, read: Callable[..., T], **values: object) -> T:
         return await read_sound(self._ledger, read, **values)
 
-    # Rooms that continue.
+    # Tables.
 
-    async def _replayed(
-        self, row: RoomRow, kept: KeptBasis, turn: Turn, *, over: bool = False
-    ) -> Replay:
-        """Replay a room to its last tick; unless its run is `over`, save checkpoints on the way.
-
-        Raises DamagedRoomError if a result differs from the ledger's.
-        """
+    async def _table(self, row: RoomRow, kept: KeptBasis) -> IndependentRoom:
+        """A run's table before its first drop."""
         basis = await asyncio.to_thread(basis_of, row, kept)
-        replay = await asyncio.to_thread(Replay, row, basis, limits=self._limits)
-        results, page = await self._read(_begun, row=row, replay=replay)
-        replay.expect(results)
-        saved_at = replay.first_tick
-        while True:
-            replay.take(page)
-            to_end = len(page) < _PAGE
-            while not await asyncio.to_thread(_slice, functools.partial(replay.run, to_end=to_end)):
-                _compare(replay)
-                due = saved_at + _CHECKPOINT * row.tick_rate
-                if replay.room.world.tick >= due and not over:
-                    saved_at = replay.room.world.tick
-                    self._keep(row, replay)
-                await turn()
-            _compare(replay)
-            if to_end:
-                return replay
-            page = await self._read(_page, row=row, replay=replay)
+        make = functools.partial(make_room, tick_rate=row.tick_rate, limits=self._limits)
+        room = await asyncio.to_thread(make, row.id, basis, row.mode)
+        assert isinstance(room, IndependentRoom)
+        return room
 
-    def _keep(self, row: RoomRow, replay: Replay) -> None:
-        """Write the results and a checkpoint, so that this part need not be replayed again."""
-        room = replay.room
-        self._runs.add_results(replay.take_results())
-        checkpoint = room.checkpoint()
-        self._runs.report([Mark(row.number, row.tick, True, row.used, checkpoint, room.taken)])
+    async def _load_table(self, row: RoomRow, kept: KeptBasis) -> Room:
+        """A table as it is now. Results that the ledger lacks are written with the next write."""
+        state: TableState = await self._read(facts.table_state, run=row.number)
+        room = await self._table(row, kept)
+        record = self._record(row, least=state.last)
+        if state.last > row.tick:
+            raise DamagedRoomError(f"drop {state.drops - 1} has tick {state.last}, after the run's")
+        landed = await asyncio.to_thread(tables.load, room, state, record.clock.tick)
+        await self._confirm(row.id)
+        self._runs.begin(row.id, record)
+        self._runs.add_results([room.format.result(row.number, each) for each in landed])
+        if row.awake and not room.awake:
+            self._runs.slept(room)
+        return room
 
-    def _enter(self, row: RoomRow, replay: Replay) -> Room:
-        room = replay.room
-        self._runs.add_results(replay.take_results())
-        record = RoomRun(
+    def _record(self, row: RoomRow, *, least: int = 0) -> RoomRun:
+        return RoomRun(
             number=row.number,
             owned=row.owned,
             opened=row.opened,
             used=row.used,
+            clock=self._runs.clock(row.opened, least),
             known=True,
-            marked=row.tick,
-            horizon=row.tick,
-            checkpoint_tick=room.world.tick,
             clean=not row.awake,
             creator=row.creator,
             key=row.key,
         )
+
+    # Rooms of touching balls.
+
+    async def _replayed(self, row: RoomRow, kept: KeptBasis) -> Replay:
+        """Replay a room to its last input, or to its end if its run is over."""
+        basis = await asyncio.to_thread(basis_of, row, kept)
+        replay = await asyncio.to_thread(Replay, row, basis, limits=self._limits)
+        while True:
+            page: list[InputRow] = await self._read(
+                store.inputs, room=row.number, first=replay.next_input, limit=_PAGE
+            )
+            replay.take(page)
+            to_end = len(page) < _PAGE
+            while not await asyncio.to_thread(_slice, functools.partial(replay.run, to_end=to_end)):
+                pass
+            if to_end:
+                return replay
+
+    def _enter(self, row: RoomRow, replay: Replay) -> Room:
+        room, record = replay.room, self._record(row)
         self._runs.begin(row.id, record)
-        self.rebuilt += row.awake
         if row.awake and not room.awake:
             self._runs.slept(room)
         elif room.world.tick > replay.first_tick:
             # Save a checkpoint now: a server that often restarts may never reach the next one, and
             # would replay the same ticks each time.
-            tick = max(row.tick, room.world.tick)
-            self._runs.report([self._runs.mark(room, record, tick, awake=True)])
+            self._runs.report([self._runs.mark(room, record, awake=True)])
         return room
 
     # Rooms that cannot continue.
@@ -260,49 +256,46 @@ class Recovery:
             return f"its physics version is {row.physics_version}, the server's {PHYSICS_VERSION}"
         if row.tick_rate != self._tick_rate:
             return f"its tick rate is {row.tick_rate} Hz, the server's {self._tick_rate} Hz"
+        if row.rules != RULES and format_of(row.mode).has_results:
+            return "an earlier release began it, whose clock stood still while no ball moved"
         if not row.owned and ground_now is not None and row.board != ground_now.digest:
             return "its board has changed"
         return None
 
-    async def _succeed(self, row: RoomRow, kept: KeptBasis, why: str, turn: Turn) -> Room | None:
+    async def _succeed(self, row: RoomRow, kept: KeptBasis, why: str) -> Room | None:
         """End a run that cannot continue, and begin the next one if the room has an owner.
 
-        A room with a draw only ends: its seeds may land in other bins now, so its owner must make a
-        new draw.
+        A room with a draw only ends if the physics have changed: its seeds may land in other bins
+        now, so its owner must make a new draw.
         """
-        writes = await self._end(row, kept, why, turn)
-        if not row.owned or row.mode == DRAW:
+        writes = await self._end(row, kept, why)
+        redrawn = row.mode == DRAW and row.physics_version != PHYSICS_VERSION
+        if not row.owned or redrawn:
             _log.warning("room is closed: %s", why, extra={"room": row.id})
             self._runs.report(writes)
             return None
         _log.warning("room begins a new run: %s", why, extra={"room": row.id})
         basis = await asyncio.to_thread(basis_of, row, kept)
         room = make_room(row.id, basis, row.mode, tick_rate=self._tick_rate, limits=self._limits)
-        record = self._runs.of(room)
-        record.owned, record.opened, record.known = True, row.opened, True
+        record = self._runs.new_run(row.id, owned=True, known=True)
         record.creator = row.creator
+        self._runs.begin(row.id, record)
         # One transaction ends the old run and begins the new one, so the room always has one.
         self._runs.report([*writes, *self._runs.rows(room, record)])
         return room
 
-    async def _end(self, row: RoomRow, kept: KeptBasis, why: str, turn: Turn) -> list[Write]:
-        """Let balls in flight land, and return the writes that end the run.
-
-        Balls that cannot land get their stake back.
-        """
-        tick = row.tick
-        if format_of(row.mode).has_results and row.awake and row.physics_version == PHYSICS_VERSION:
-            replay = await self._replayed(row, kept, turn)
-            last = replay.room.world.tick + _LONGEST_FALL * row.tick_rate
-            while replay.room.world.tick < last:
-                if await asyncio.to_thread(_slice, replay.finish):
-                    break
-                await turn()
-            self._runs.add_results(replay.take_results())
-            self._runs.report([])
-            tick = replay.room.world.tick
-        unended = await self._read(voided, row=row, tick=tick, why=why)
-        return [*unended, Close(row.number, tick, self._runs.now())]
+    async def _end(self, row: RoomRow, kept: KeptBasis, why: str) -> list[Write]:
+        """The writes that end a run: its balls in flight land, if this server can compute it."""
+        results: list[ResultRow] = []
+        if format_of(row.mode).has_results and row.physics_version == PHYSICS_VERSION:
+            state: TableState = await self._read(facts.table_state, run=row.number)
+            room = await self._table(row, kept)
+            landed = await asyncio.to_thread(tables.landings, room, state)
+            results = [room.format.result(row.number, each) for each in landed]
+        else:
+            results = await self._read(voided, row=row, tick=row.tick, why=why)
+        tick = max((row.tick, *(each.tick for each in results)))
+        return [*results, Close(row.number, tick, self._runs.now())]
 
 
 # Reads. Each function reads all that belongs together in one call, because the ledger may commit
@@ -315,30 +308,6 @@ def _run_and_basis(
     """A room's run with its board and draw."""
     row = find(connection, room_id=room_id)
     return None if row is None else (row, store.basis(connection, row.board, row.draw))
-
-
-def _begun(
-    connection: Connection, row: RoomRow, replay: Replay
-) -> tuple[list[ResultRow], list[tuple[TakenRow, ResultRow | None]]]:
-    """The results of balls in flight at the checkpoint, and the first inputs after it."""
-    found: list[ResultRow] = []
-    if format_of(row.mode).has_results:
-        oldest, after = replay.oldest_in_flight, replay.first_tick
-        found = store.results(connection, room=row.number, first=oldest, after=after)
-    return found, _page(connection, row, replay)
-
-
-def _page(
-    connection: Connection, row: RoomRow, replay: Replay
-) -> list[tuple[TakenRow, ResultRow | None]]:
-    name, first = format_of(row.mode).name, replay.next_input
-    return store.taken(connection, name=name, room=row.number, first=first, limit=_PAGE)
-
-
-def _compare(replay: Replay) -> None:
-    """Raise DamagedRoomError if the replay differs from the ledger."""
-    if replay.differences:
-        raise DamagedRoomError(f"the replay gives another result: {replay.differences[0]}")
 
 
 def _slice(run: Callable[[int], bool]) -> bool:

@@ -6,7 +6,7 @@ drop, the receipt and the log's new nodes, or none of them. So refused drops lea
 
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
-from typing import Final
+from typing import Any, Final
 
 import msgspec
 from sqlalchemy import Connection, func, insert, select, tuple_, update
@@ -14,7 +14,7 @@ from sqlalchemy import Connection, func, insert, select, tuple_, update
 from app.persistence.statements import tables
 from app.persistence.statements.store import basis, result_of
 from app.rooms.canonical import canonical
-from app.rooms.records import FairEnd, FairOpening, FairSessionRow, LogLeaf, ReceiptRow, ResultRow
+from app.rooms.records import FairOpening, FairSessionRow, LogLeaf, ReceiptRow, ResultRow
 from engine import merkle
 
 _AT_ONCE: Final = 400  # nodes in one SELECT: SQLite limits the number of parameters
@@ -44,11 +44,6 @@ def add_sessions(connection: Connection, rows: list[FairSessionRow]) -> None:
 def open_sessions(connection: Connection, rows: list[FairOpening]) -> None:
     for row in rows:
         _change(connection, row.session, client_seed=row.client_seed)
-
-
-def end_sessions(connection: Connection, rows: list[FairEnd]) -> None:
-    for row in rows:
-        _change(connection, row.session, end=row.end, end_signature=row.end_signature)
 
 
 def _change(connection: Connection, session: str, **values: str | None) -> None:
@@ -104,7 +99,12 @@ def add_leaves(connection: Connection, leaves: list[LogLeaf]) -> None:
     connection.execute(insert(tables.receipts), [_row(leaf) for leaf in leaves])
 
 
-def _row(leaf: LogLeaf) -> dict[str, object]:
+def receipt_of(leaf: LogLeaf) -> ReceiptRow:
+    """The row of a leaf that has been added."""
+    return ReceiptRow(**_row(leaf))
+
+
+def _row(leaf: LogLeaf) -> dict[str, Any]:
     return {
         "leaf": leaf.index,
         "session": leaf.session,

@@ -113,6 +113,11 @@ def listing(connection: Connection) -> list[LeaseRow]:
     return [LeaseRow(**row) for row in connection.execute(chosen).mappings()]
 
 
+def unix_time(connection: Connection) -> float:
+    """The time of PostgreSQL's server: Unix time in s."""
+    return float(connection.scalar(sa.text("SELECT extract(epoch FROM clock_timestamp())")) or 0)
+
+
 # Counters and locks that servers share.
 
 

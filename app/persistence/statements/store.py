@@ -1,7 +1,7 @@
 """The statements that read rooms, inputs and results, and those that prune the ledger."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Final
 
 from sqlalchemy import Connection, Select, delete, func, select
 
@@ -9,9 +9,9 @@ from app.errors import DamagedRoomError, shorten
 from app.persistence.statements import tables
 from app.rooms.records import (
     DropRow,
+    IdempotencyKey,
     InputRow,
     KeptBasis,
-    Listed,
     OpenDrop,
     Parked,
     Pruned,
@@ -42,6 +42,7 @@ def prune(connection: Connection, before: float, *, keep: bool = False) -> Prune
         (tables.webhooks, tables.webhooks.c.room),
         (tables.drops, tables.drops.c.room),
         (tables.queues, tables.queues.c.room),
+        (tables.tallies, tables.tallies.c.room),
         (tables.inputs, tables.inputs.c.room),
         (rooms, rooms.c.number),
     ):
@@ -52,16 +53,8 @@ def prune(connection: Connection, before: float, *, keep: bool = False) -> Prune
     if not keep:  # no server is running, so leases of deleted rooms are unused
         gone = tables.leases.c.room.not_in(select(rooms.c.id))
         connection.execute(delete(tables.leases).where(gone))
-    _, _, drops, _, inputs, runs = counts
+    _, _, drops, _, _, inputs, runs = counts
     return Pruned(runs, drops, inputs)
-
-
-def public_rooms(connection: Connection) -> list[RoomRow]:
-    """The open runs of rooms without an owner."""
-    chosen = select(tables.rooms).where(
-        tables.rooms.c.owned.is_(False), tables.rooms.c.closed.is_(None)
-    )
-    return _rooms(connection, chosen.order_by(tables.rooms.c.number))
 
 
 def open_room(connection: Connection, room_id: str) -> RoomRow | None:
@@ -89,56 +82,55 @@ def closed_room(connection: Connection, room_id: str) -> RoomRow | None:
     return found[0] if found else None
 
 
+def stored_public_rooms(connection: Connection) -> list[str]:
+    """The ids of public rooms that have an open run."""
+    room = tables.rooms.c
+    chosen = select(room.id).where(room.owned.is_(False), room.closed.is_(None))
+    return list(connection.execute(chosen.order_by(room.number)).scalars())
+
+
 def parked_rooms(connection: Connection) -> list[Parked]:
-    """The open, sleeping runs of rooms with owners, the longest unused first."""
-    return _parked(connection, awake=False, owned=True)
+    """The open runs of rooms with owners, the longest unused first."""
+    chosen = _CHOSEN.where(tables.rooms.c.owned).order_by(tables.rooms.c.used)
+    return [Parked(*row) for row in connection.execute(chosen)]
 
 
-def awake_rooms(connection: Connection) -> list[Parked]:
-    """The open runs in which something moved at the last mark, the longest unused first."""
-    return _parked(connection, awake=True)
+def awake_rooms(connection: Connection) -> list[str]:
+    """The ids of rooms that were awake at their last mark, the latest used first."""
+    room = tables.rooms.c
+    chosen = select(room.id).where(room.closed.is_(None), room.awake).order_by(room.used.desc())
+    return list(connection.execute(chosen).scalars())
 
 
-def directory(connection: Connection) -> list[Listed]:
-    """All open runs, sleeping ones first."""
-    return [
-        Listed(Parked(*row), awake)
-        for awake in (False, True)
-        for row in connection.execute(_choose_parked(awake=awake))
-    ]
+def directory(connection: Connection) -> list[Parked]:
+    """All open runs."""
+    return [Parked(*row) for row in connection.execute(_CHOSEN)]
 
 
 def unused_rooms(connection: Connection, before: float, limit: int) -> list[Parked]:
     """At most `limit` sleeping rooms with owners that were last used before a Unix time, in s."""
-    used = tables.rooms.c.used < before
-    chosen = _choose_parked(awake=False).where(tables.rooms.c.owned, used).limit(limit)
-    return [Parked(*row) for row in connection.execute(chosen)]
-
-
-def _parked(connection: Connection, *, awake: bool, owned: bool | None = None) -> list[Parked]:
-    chosen = _choose_parked(awake=awake)
-    if owned is not None:
-        chosen = chosen.where(tables.rooms.c.owned.is_(owned))
-    return [Parked(*row) for row in connection.execute(chosen)]
-
-
-def _choose_parked(*, awake: bool) -> Select[Any]:
     room = tables.rooms.c
-    return (
-        select(
-            room.number,
-            room.id,
-            tables.boards.c.name,
-            room.board,
-            room.mode,
-            room.tick,
-            room.checkpoint_drops,
-            room.used,
-        )
-        .outerjoin_from(tables.rooms, tables.boards)
-        .where(room.closed.is_(None), room.awake.is_(awake))
-        .order_by(room.used)
+    chosen = _CHOSEN.where(room.awake.is_(False), room.owned, room.used < before)
+    rows = connection.execute(chosen.order_by(room.used).limit(limit))
+    return [Parked(*row) for row in rows]
+
+
+_CHOSEN: Final = (
+    select(
+        tables.rooms.c.number,
+        tables.rooms.c.id,
+        tables.boards.c.name,
+        tables.rooms.c.board,
+        tables.rooms.c.mode,
+        tables.rooms.c.tick,
+        tables.rooms.c.checkpoint_drops,
+        tables.rooms.c.used,
+        tables.rooms.c.awake,
     )
+    .outerjoin_from(tables.rooms, tables.boards)
+    .where(tables.rooms.c.closed.is_(None))
+)
+"""The columns of `Parked`, of open runs."""
 
 
 def count_owned(connection: Connection, creator: str | None = None) -> int:
@@ -204,46 +196,35 @@ def drops(
     )
     fields = len(drop)
     rows = connection.execute(chosen)
-    found = [(_drop(*row[:fields]), result_of(row[fields:])) for row in rows]
+    found = [(drop_of(*row[:fields]), result_of(row[fields:])) for row in rows]
     for number, (row, _) in enumerate(found, first):
         if row.ball != number:
             raise DamagedRoomError(f"run {room} of the ledger lacks drop {number}")
     return found
 
 
-def keyed(
-    connection: Connection, room: int, key: str
-) -> tuple[DropRow, ReceiptRow | None, ResultRow | None] | InputRow | None:
-    """A run's last input with this idempotency key; a drop has its receipt and result with it."""
-    inputs, chosen = tables.inputs, tables.drops
-    found = connection.execute(
-        select(inputs)
-        .where(inputs.c.room == room, inputs.c.key == key)
-        .order_by(inputs.c.number.desc())
-        .limit(1)
-    ).mappings()
-    for row in found:
-        return InputRow(**row)
-    ball = connection.scalar(
-        select(func.max(chosen.c.ball)).where(chosen.c.room == room, chosen.c.key == key)
-    )
+def keyed_drop(
+    connection: Connection, run: int, key: IdempotencyKey
+) -> tuple[DropRow, ReceiptRow | None, ResultRow | None] | None:
+    """The drop of a run that this caller has asked for with this key, if any."""
+    drop, receipt = tables.drops.c, tables.receipts.c
+    chosen = select(drop.ball).where(drop.room == run, drop.scope == key.scope, drop.key == key.key)
+    ball = connection.scalar(chosen)
     if ball is None:
         return None
-    ((drop, result),) = drops(connection, room, ball, 1)
-    receipt = tables.receipts.c
+    ((found, result),) = drops(connection, run, ball, 1)
     signed = connection.execute(
-        select(tables.receipts).where(receipt.room == room, receipt.ball == ball)
+        select(tables.receipts).where(receipt.room == run, receipt.ball == ball)
     ).mappings()
-    return drop, next((ReceiptRow(**row) for row in signed), None), result
+    return found, next((ReceiptRow(**row) for row in signed), None), result
 
 
-def results(connection: Connection, room: int, first: int, after: int) -> list[ResultRow]:
-    """Results of a run's drops from ball number `first` on that ended after tick `after`."""
-    result = tables.results.c
-    chosen = select(tables.results).where(
-        result.room == room, result.ball >= first, result.tick > after
-    )
-    return [ResultRow(**row) for row in connection.execute(chosen).mappings()]
+def keyed_input(connection: Connection, run: int, key: IdempotencyKey) -> str | None:
+    """The hash of the request with this caller's key among the inputs of a run, if any."""
+    row = tables.inputs.c
+    chosen = select(row.request).where(row.room == run, row.scope == key.scope, row.key == key.key)
+    found: str | None = connection.scalar(chosen)
+    return found
 
 
 def run_numbers(connection: Connection, room_ids: Sequence[str] = ()) -> list[int]:
@@ -305,7 +286,8 @@ def _rooms(connection: Connection, chosen: Select[Any]) -> list[RoomRow]:
     return [RoomRow(**row) for row in connection.execute(chosen).mappings()]
 
 
-def _drop(room: int, ball: int, tick: int, seed: str, *rest: Any) -> DropRow:
+def drop_of(room: int, ball: int, tick: int, seed: str, *rest: Any) -> DropRow:
+    """The drop in these columns; raises DamagedRoomError."""
     if not seed.isdecimal():
         raise DamagedRoomError(f"drop {ball} of run {room} has an invalid seed {shorten(seed)}")
     return DropRow(room, ball, tick, int(seed), *rest)

@@ -73,17 +73,18 @@ rooms = Table(
     Column("opened", Double, nullable=False),  # Unix time, s
     Column("used", Double, nullable=False),  # Unix time, s
     Column("closed", Double),  # Unix time, s
-    # Whether something moved, or was about to, at the last mark.
+    # Whether something moves, or drops may have no result yet.
     Column("awake", Boolean, nullable=False),
-    # No client has seen a later tick; a rebuilt room continues from here.
-    Column("tick", BigInteger, nullable=False),
-    # The world from which a replay starts, and its number of inputs. NULL: an empty world.
+    Column("tick", BigInteger, nullable=False),  # of the last mark
+    # For touching balls, the world from which a replay starts (NULL: an empty world), and its
+    # number of inputs; for a table, its number of drops.
     Column("checkpoint", LargeBinary),
     Column("checkpoint_drops", BigInteger, nullable=False),
     # A mark that only tells creators apart; used if several servers share the ledger.
     Column("creator", String(64)),
     Column("key", String(64)),  # the idempotency key of the request that began this run
     Column("draw", String(64)),  # digest of its draw, if it has one
+    Column("rules", Integer, nullable=False, server_default="1"),  # see records.RULES
     Index("rooms_key", "key", unique=True,
           sqlite_where=text("key IS NOT NULL AND closed IS NULL"),
           postgresql_where=text("key IS NOT NULL AND closed IS NULL")),
@@ -108,14 +109,16 @@ drops = Table(
     Column("who", String(64)),
     Column("aim", Double),  # m, if the player chose the middle of the seed's range
     Column("practice", Boolean, nullable=False),  # whether the player chose the seed or x
-    # The request's idempotency key. If a client uses a key again, its last drop counts.
+    # The request's idempotency key. Release 1.0 had no scope, and its keys were not unique.
     Column("key", String(64)),
     # Shown to spectators; no digest covers these.
     Column("name", Text),
     Column("colour", String(7)),
+    Column("scope", String(64)),  # the caller that the key belongs to
+    Column("request", String(64)),  # a hash of the request
     CheckConstraint("stake >= 0", name="drops_stake"),
-    Index("drops_key", "room", "key", sqlite_where=text("key IS NOT NULL"),
-          postgresql_where=text("key IS NOT NULL")),
+    Index("drops_key", "room", "scope", "key", unique=True,
+          sqlite_where=text("scope IS NOT NULL"), postgresql_where=text("scope IS NOT NULL")),
     Index("drops_who", "who", sqlite_where=text("who IS NOT NULL"),
           postgresql_where=text("who IS NOT NULL")),
 )  # fmt: skip
@@ -129,9 +132,11 @@ inputs = Table(
     Column("tick", BigInteger, nullable=False),
     Column("data", Text, nullable=False),  # JSON
     Column("who", String(64)),
-    Column("key", String(64)),  # as in `drops`
-    Index("inputs_key", "room", "key", sqlite_where=text("key IS NOT NULL"),
-          postgresql_where=text("key IS NOT NULL")),
+    Column("key", String(64)),  # these three as in `drops`
+    Column("scope", String(64)),
+    Column("request", String(64)),
+    Index("inputs_key", "room", "scope", "key", unique=True,
+          sqlite_where=text("scope IS NOT NULL"), postgresql_where=text("scope IS NOT NULL")),
 )  # fmt: skip
 
 results = Table(
@@ -149,6 +154,15 @@ results = Table(
     Column("payout", BigInteger, nullable=False),  # minor units
     ForeignKeyConstraint(["room", "ball"], ["drops.room", "drops.ball"]),
     CheckConstraint("payout >= 0", name="results_payout"),
+)
+
+# The number of a run's results by bin, so that no table has to be counted; -1: no bin.
+tallies = Table(
+    "tallies",
+    metadata,
+    Column("room", BigInteger, ForeignKey("rooms.number"), primary_key=True, autoincrement=False),
+    Column("bin", Integer, primary_key=True, autoincrement=False),
+    Column("results", BigInteger, nullable=False),
 )
 
 # Fair sessions: both secrets and the signatures in hexadecimal, the signed statements as JSON.

@@ -9,7 +9,7 @@ from dataclasses import astuple, dataclass
 from typing import Any, Final
 
 import sqlalchemy as sa
-from sqlalchemy import Connection, Row, select, tuple_
+from sqlalchemy import Connection, select, tuple_
 
 from app.persistence.statements import tables
 
@@ -42,7 +42,7 @@ def band(stake: int) -> int:
     return power
 
 
-def count(connection: Connection, results: Sequence[Row[Any]]) -> None:
+def count(connection: Connection, results: Sequence[tuple[int, int]]) -> None:
     """Add new results, given as rows of room and ball, to the sums."""
     found: dict[Key, Total] = {}
     for begin in range(0, len(results), _AT_ONCE):
@@ -64,9 +64,9 @@ def read(connection: Connection) -> list[Total]:
     return [Total(**row) for row in connection.execute(chosen).mappings()]
 
 
-def _staked(connection: Connection, results: Sequence[Row[Any]]) -> Iterator[Any]:
+def _staked(connection: Connection, results: Sequence[tuple[int, int]]) -> Iterator[Any]:
     drop, result = tables.drops.c, tables.results.c
-    keys = [tuple(row) for row in results]
+    keys = list(results)
     chosen = (
         select(tables.rooms.c.board, drop.stake, drop.aim, result.payout)
         .select_from(

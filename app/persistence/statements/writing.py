@@ -5,6 +5,7 @@ rooms, the log of receipts, boards and draws, rows of one room, sums over all ro
 """
 
 import functools
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
 from itertools import groupby
@@ -15,6 +16,7 @@ import sqlalchemy as sa
 from sqlalchemy import Connection, Row, bindparam, delete, insert, update
 
 from app.persistence.statements import (
+    facts,
     fair_store,
     halt_store,
     queue_store,
@@ -28,15 +30,15 @@ from app.rooms.records import (
     BoardRow,
     Close,
     DrawRow,
-    DropRow,
     FairEnd,
     FairOpening,
     FairSessionRow,
     Halt,
     Heard,
     InputRow,
-    LogLeaf,
     Mark,
+    NewDrop,
+    NewInput,
     QueueRow,
     Release,
     ResultRow,
@@ -54,11 +56,11 @@ _CONTENTS: Final = {BoardRow: tables.boards, DrawRow: tables.draws}
 """Rows that are stored once, under the digest of their content."""
 
 Ended = Sequence[Row[Any]]
-"""Room and ball of each result that was not in the ledger before."""
+"""Room, ball and bin of each result that was not in the ledger before."""
 
 
 def apply(connection: Connection, writes: Sequence[Write], targets: Sequence[str] = ()) -> None:
-    """Apply `writes` in order; consecutive ones of a kind share a statement.
+    """Apply `writes` in order; consecutive ones of a kind share statements.
 
     targets: webhooks for which events of drops and results are queued.
     """
@@ -71,9 +73,14 @@ def apply(connection: Connection, writes: Sequence[Write], targets: Sequence[str
     writes = [write for write in writes if not isinstance(write, tuple(_CONTENTS))]
     ended = _write(connection, writes)
     if ended:
-        totals.count(connection, ended)
+        _tally(connection, ended)
+        totals.count(connection, [(row.room, row.ball) for row in ended])
     if targets:
-        accepted = [(row.room, row.ball) for row in writes if isinstance(row, DropRow)]
+        accepted = [
+            (each.fact.room, each.fact.ball)
+            for each in writes
+            if isinstance(each, NewDrop) and each.fact is not None and not each.earlier
+        ]
         landed = [(row.room, row.ball) for row in ended]
         webhook_store.tell(connection, targets, accepted, landed)
 
@@ -95,10 +102,8 @@ def _add_rooms(connection: Connection, rows: list[RoomRow]) -> None:
     connection.execute(insert(tables.rooms), [asdict(row) for row in rows])
 
 
-def _add_drops(connection: Connection, rows: list[DropRow]) -> None:
-    connection.execute(
-        insert(tables.drops), [asdict(row) | {"seed": str(row.seed)} for row in rows]
-    )
+def _add_drops(connection: Connection, requests: list[NewDrop]) -> None:
+    facts.add_drops(connection, requests)
 
 
 def _add_inputs(connection: Connection, rows: list[InputRow]) -> None:
@@ -109,8 +114,20 @@ def _add_results(connection: Connection, rows: list[ResultRow]) -> Ended:
     # A result may be written again, after a rebuild. It follows from the drop, so it is the same.
     result = tables.results.c
     adding = tables.adding(connection, tables.results).on_conflict_do_nothing()
-    new = adding.returning(result.room, result.ball)
+    new = adding.returning(result.room, result.ball, result.bin)
     return connection.execute(new, [asdict(row) for row in rows]).all()
+
+
+def _tally(connection: Connection, ended: Ended) -> None:
+    """Count new results by run and bin."""
+    counts = Counter((row.room, -1 if row.bin is None else row.bin) for row in ended)
+    new = tables.adding(connection, tables.tallies)
+    grown = new.on_conflict_do_update(
+        index_elements=["room", "bin"],
+        set_={"results": tables.tallies.c.results + new.excluded.results},
+    )
+    rows = [{"room": run, "bin": bin_, "results": n} for (run, bin_), n in sorted(counts.items())]
+    connection.execute(grown, rows)
 
 
 def _mark(connection: Connection, rows: list[Mark]) -> None:
@@ -171,7 +188,8 @@ def _close(connection: Connection, rows: list[Close]) -> None:
 
 _APPLY: dict[type, Callable[[Connection, Any], Ended | None]] = {
     RoomRow: _add_rooms,
-    DropRow: _add_drops,
+    NewDrop: _add_drops,
+    NewInput: facts.add_inputs,
     InputRow: _add_inputs,
     ResultRow: _add_results,
     Mark: _mark,
@@ -179,8 +197,7 @@ _APPLY: dict[type, Callable[[Connection, Any], Ended | None]] = {
     Close: _close,
     FairSessionRow: fair_store.add_sessions,
     FairOpening: fair_store.open_sessions,
-    FairEnd: fair_store.end_sessions,
-    LogLeaf: fair_store.add_leaves,
+    FairEnd: facts.end_sessions,
     QueueRow: queue_store.put,
     Halt: halt_store.halt,
     Release: halt_store.release,

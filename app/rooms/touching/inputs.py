@@ -13,7 +13,7 @@ import msgspec
 from app.errors import InvalidValueError
 from app.rooms.input_format import InputFormat, check_known
 from app.rooms.pending import PendingInput
-from app.rooms.records import InputRow, ResultRow
+from app.rooms.records import IdempotencyKey, InputRow, NewInput, ResultRow
 from app.rooms.stakes import parse_who
 from app.rooms.touching.scene import as_kept
 from engine import Board
@@ -155,7 +155,7 @@ class TouchingCommand:
     who: str | None = None
 
 
-class ChangeFormat(InputFormat[TouchingCommand, InputRow]):
+class ChangeFormat(InputFormat[InputRow]):
     """Inputs without results: replaying all inputs recomputes the whole room."""
 
     name = "inputs"
@@ -167,9 +167,18 @@ class ChangeFormat(InputFormat[TouchingCommand, InputRow]):
     replayed = ".input"
 
     def row(self, run: int, pending: PendingInput[TouchingCommand]) -> InputRow:
-        data = msgspec.json.encode(pending.command.input).decode()
-        who = pending.command.who
-        return InputRow(run, pending.number, pending.tick, data, who, pending.again)
+        """The ledger's row of an input that has its number."""
+        assert pending.number is not None
+        return InputRow(run, pending.number, pending.tick, *self._data(pending))
+
+    def new(
+        self, run: int, pending: PendingInput[TouchingCommand], key: IdempotencyKey | None
+    ) -> NewInput:
+        """The write of a planned input."""
+        return NewInput(run, pending.tick, *self._data(pending), key)
+
+    def _data(self, pending: PendingInput[TouchingCommand]) -> tuple[str, str | None]:
+        return msgspec.json.encode(pending.command.input).decode(), pending.command.who
 
     def entry(self, row: InputRow, result: ResultRow | None, tick: int) -> dict[str, object]:
         return {"tick": row.tick, "who": row.who, "input": msgspec.json.decode(row.data)}

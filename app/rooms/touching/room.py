@@ -2,8 +2,13 @@
 
 Replaying the inputs at their ticks therefore gives the same room, to the last bit: after a crash,
 and when somebody verifies its log.
+
+An input is planned for a tick, confirmed once it is durable, and carried out at that tick. If the
+tick comes before the input is confirmed or refused, the room waits (`held`): the tick at which an
+input enters never depends on how long the ledger took.
 """
 
+from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Final
 
@@ -15,7 +20,7 @@ from app.errors import InvalidValueError
 from app.protocol import messages
 from app.protocol.touching_messages import Change
 from app.rooms.pending import DropCommand, Entered, PendingInput
-from app.rooms.room import Basis, Ground, Room, decode_checkpoint
+from app.rooms.room import Basis, Ground, Room
 from app.rooms.touching import inputs, values
 from app.rooms.touching.checks import BALL_NAMES, InputCheck, no_such_ball
 from app.rooms.touching.contacts import contacts
@@ -26,6 +31,7 @@ from app.rooms.touching.scene import Scene
 from app.rooms.touching.table import Fall, Table
 from app.rooms.touching.world import Box, TouchingWorld
 from engine import Board
+from engine.errors import RecordError
 from engine.json_text import JsonObject
 from engine.multibody.events import ArenaEvent, Landed, Left, Touch
 
@@ -71,6 +77,7 @@ class TouchingRoom(Room):
         self._taken = 0
         self._steps = 0  # ticks still to run while the clock is stopped
         self._next: NextTick | None = None
+        self.planned: deque[PendingInput[TouchingCommand]] = deque()
         super().__init__(room_id, origin, mode, tick_rate=tick_rate, max_balls=max_balls)
 
     def _begin_on(self, ground: Ground, tick: int = 0) -> None:
@@ -86,7 +93,12 @@ class TouchingRoom(Room):
 
     @property
     def awake(self) -> bool:
-        return super().awake if not self.paused else bool(self.planned) or self._steps > 0
+        return bool(self.planned) or (self._steps > 0 if self.paused else self.world.awake)
+
+    @property
+    def held(self) -> bool:
+        """Whether the next tick must wait until a planned input has entered or was refused."""
+        return bool(self.planned) and self.planned[0].tick <= self.world.tick
 
     @property
     def _runs(self) -> bool:
@@ -116,9 +128,7 @@ class TouchingRoom(Room):
 
     # Inputs.
 
-    def plan_drop(
-        self, command: DropCommand, lead: int = 0, again: str | None = None
-    ) -> PendingInput[TouchingCommand]:
+    def plan_drop(self, command: DropCommand, lead: int = 0) -> PendingInput[TouchingCommand]:
         """Plan a drop `lead` ticks from now, or for the current tick if nothing moves.
 
         Raises BallLimitError when the room is full, InvalidValueError if it has no board or the
@@ -126,7 +136,7 @@ class TouchingRoom(Room):
         unchanged.
         """
         checked = TouchingCommand(self._check().drop(command), command.who)
-        return self._plan(checked, lead, again)
+        return self._plan(checked, lead)
 
     def plan_change(self, change: Change, lead: int = 0) -> PendingInput[TouchingCommand]:
         """Plan a change as `plan_drop` plans a drop.
@@ -135,6 +145,34 @@ class TouchingRoom(Room):
         the room is full.
         """
         return self._plan(TouchingCommand(self._check().change(change)), lead)
+
+    def _plan(self, command: TouchingCommand, lead: int) -> PendingInput[TouchingCommand]:
+        tick = self.world.tick + lead if self._runs else self.world.tick
+        if self.planned:
+            tick = max(tick, self.planned[-1].tick)
+        pending = PendingInput(tick, command)
+        self.planned.append(pending)
+        return pending
+
+    def refuse(self, pending: PendingInput[TouchingCommand]) -> None:
+        """Remove a planned input that the ledger has refused."""
+        self.planned.remove(pending)
+
+    def enter(self) -> list[Entered]:
+        """Carry out the confirmed inputs whose tick has come."""
+        entered: list[Entered] = []
+        while self.planned and self.planned[0].durable and self.held:
+            # If this raises, the input stays planned, so that its client still gets an answer.
+            entered.append(self._carry_out(self.planned[0]))
+            self.planned.popleft()
+        return entered
+
+    def drop(self, command: DropCommand) -> messages.Accepted:
+        pending = self.plan_drop(command)
+        pending.durable = True
+        (accepted,) = self.enter()[-1].events
+        assert isinstance(accepted, messages.Accepted)
+        return accepted
 
     def check_changeable(self) -> None:
         """Raise nothing: clients may move and change touching balls."""
@@ -153,10 +191,12 @@ class TouchingRoom(Room):
 
     def replay(self, entry: JsonObject) -> None:
         command = TouchingCommand(self.format.input(entry))
-        self._carry_out(PendingInput(self.taken, self.world.tick, command))
+        self._carry_out(PendingInput(self.world.tick, command))
 
     def _carry_out(self, pending: PendingInput[TouchingCommand]) -> Entered:
-        self._check_turn(pending)
+        if pending.number not in (None, self.taken) or pending.tick != self.world.tick:
+            raise RuntimeError(f"{pending} came as input {self.taken} at tick {self.world.tick}")
+        pending.number = self.taken
         self._taken += 1
         self._next = None
         self.touched = True
@@ -197,14 +237,21 @@ class TouchingRoom(Room):
 
     @property
     def steps_aside(self) -> bool:
+        """Whether the next tick takes so long that another thread should compute it."""
         settings = self.world.arena.settings
         return self.world.count * settings.substeps >= DEAR * settings.dt * self.tick_rate
 
     @property
     def ready(self) -> bool:
+        """Whether `step` will be quick, because the costly part of the next tick is done."""
         return not self.steps_aside or (self._next is not None and self._next.done)
 
     def begin_step(self) -> Callable[[], None] | None:
+        """A function for another thread that computes the next tick; None if there is no need.
+
+        The function shares no data with any other code. When it has returned, the room is ready,
+        unless an input was carried out meanwhile: then another step has to begin.
+        """
         if self._next is not None or self.held or not self.awake or not self.steps_aside:
             return None
         self._next = NextTick(self.world)
@@ -223,6 +270,12 @@ class TouchingRoom(Room):
         self.seq += len(events)
         if watched:
             self._note_bounces()
+        return events
+
+    def advance(self, tick: int, *, watched: bool = False) -> list[messages.Event]:
+        events: list[messages.Event] = []
+        while self.world.tick < tick:
+            events += self.step(watched=watched)
         return events
 
     def _happened(self, watched: bool) -> list[messages.Event]:
@@ -348,6 +401,7 @@ class TouchingRoom(Room):
         return board | {"scene": scene}
 
     def checkpoint(self) -> bytes:
+        """The whole state except the planned inputs, for `restore`."""
         return msgspec.msgpack.encode(
             _Checkpoint(
                 world=self.world.snapshot(),
@@ -365,7 +419,13 @@ class TouchingRoom(Room):
         )
 
     def restore(self, checkpoint: bytes) -> None:
-        saved = decode_checkpoint(checkpoint, _Checkpoint)
+        """Take over the state in `checkpoint`; raises RecordError if it is not one."""
+        try:
+            saved = msgspec.msgpack.decode(checkpoint, type=_Checkpoint)
+        except msgspec.MsgspecError as error:
+            raise RecordError(
+                f"the checkpoint is unreadable: {error}", field="checkpoint"
+            ) from error
         if saved.scene is not None:
             self._begin_on(Scene(saved.scene))
         self.world.restore(saved.world)

@@ -53,9 +53,8 @@ class Health(msgspec.Struct, frozen=True):
 
 
 class RoomsBack(msgspec.Struct, frozen=True):
-    """Rooms from before the start: how many are still being rebuilt, and which are damaged."""
+    """Rooms that cannot open."""
 
-    rebuilding: int
     set_aside: Annotated[
         list[str], Meta(description="Rooms whose record is damaged; at most the first 100.")
     ]
@@ -109,8 +108,8 @@ async def readyz(server: Server) -> Response:
     To check ledger and workers, the server writes a database page and has a worker process compute
     something.
 
-    `rooms` reports the rebuilding of rooms from before the start. A room that is not ready yet, or
-    is damaged, does not affect the other rooms, so it does not make the server unready.
+    `rooms` names rooms whose record is damaged. They do not affect the other rooms, so they do not
+    make the server unready.
     """
     checks = {
         "ledger": await _writable(server),
@@ -121,10 +120,7 @@ async def readyz(server: Server) -> Response:
     if server.others is not None:
         checks["cluster"] = server.others.joined
     ready = all(checks.values())
-    rooms = RoomsBack(
-        rebuilding=len(server.rooms.rebuilding.waiting),
-        set_aside=list(server.rooms.persistence.recovery.set_aside)[:_NAMED],
-    )
+    rooms = RoomsBack(list(server.rooms.persistence.recovery.set_aside)[:_NAMED])
     answer = Readiness(ready, checks, rooms, server.integrity.finding, _cluster(server))
     return reply(answer, 200 if ready else 503)
 

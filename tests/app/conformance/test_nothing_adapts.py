@@ -11,7 +11,8 @@ from app.fairness.signing import Signer
 from app.live.sessions.fair_session import FairSession
 from app.protocol.messages import Landed
 from app.rooms.independent import IndependentRoom
-from app.rooms.pending import DropCommand, PendingInput
+from app.rooms.pending import DropCommand
+from app.rooms.records import DropRow
 from app.rooms.stakes import payout_of
 from engine import Board, drop
 
@@ -91,8 +92,10 @@ def test_a_session_s_seeds_depend_only_on_secrets_and_count() -> None:
         )  # fmt: skip
         drawn = []
         for number, command in enumerate(commands):
-            drawn.append(session.next_seed(None))
-            session.take(PendingInput(7 * number, 0, command), 1, 1000.0 * number)
+            turn = session.turn(None, 1000.0 * number)
+            drawn.append(turn.seed_of(number))
+            fact = DropRow(1, 7 * number, 0, drawn[-1], stake=command.stake, aim=command.aim)
+            assert turn.leaf(number, fact).number == number
         return drawn
 
     poor, rich = [STRANGER] * 4, [replace(PLAYERS[2], aim=0.1), *PLAYERS[1:]]

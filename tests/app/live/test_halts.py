@@ -10,19 +10,15 @@ import pytest
 
 from app.cli import main
 from app.errors import HaltedError, LedgerError
-from app.live.broadcast.hub import Hub
 from app.live.registry import Rooms
 from app.persistence.ledger.null_ledger import NullLedger
-from app.persistence.service import PersistenceService
-from app.rooms.boards import Boards
-from app.rooms.kinds import BallLimits
 from app.rooms.records import EVERY_ROOM, Write
 from app.settings import Settings
 from engine import Board
 from tests.app.asking import ask
 from tests.app.conftest import TINY
 from tests.app.live.sessions.test_fair_sessions import bearer, begun
-from tests.app.passes import run_pass
+from tests.app.passes import rooms_by_hand, run_pass
 from tests.kit.player import playing
 from tests.kit.port import free_port
 from tests.kit.serving import Running, serving
@@ -36,6 +32,7 @@ class Refusing(NullLedger):
     """A ledger that refuses writes from the moment the test chooses."""
 
     def __init__(self) -> None:
+        super().__init__()
         self.refuses = False
 
     async def commit(self, *writes: Write, undo: Any = ()) -> None:
@@ -50,10 +47,7 @@ def ledger() -> Refusing:
 
 @pytest.fixture
 def rooms(ledger: Refusing) -> Rooms:
-    limits = BallLimits(20, 20)
-    kept = PersistenceService(ledger, tick_rate=60, limits=limits)
-    board = Board.from_json(TINY)
-    return Rooms(SETTINGS, Boards(4), Hub(4), board, persistence=kept)
+    return rooms_by_hand(Board.from_json(TINY), ledger=ledger, settings=SETTINGS)
 
 
 async def test_a_halted_table_takes_nothing_and_what_flies_lands(rooms: Rooms) -> None:

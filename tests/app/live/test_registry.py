@@ -8,26 +8,25 @@ import msgspec
 import pytest
 
 from app.errors import AppError, MissingBallError
-from app.live.broadcast.hub import Client, Hub, Mailbox
+from app.live.broadcast.hub import Client, Mailbox
 from app.live.registry import Rooms
 from app.protocol.client_messages import DropMessage
 from app.protocol.touching_messages import Change
 from app.protocol.wire import WireMessage
-from app.rooms.boards import Boards
 from app.rooms.independent import IndependentRoom
 from app.rooms.kinds import SCENE
 from app.settings import Settings
 from app.web.drops import drop_command
 from engine import Board, World, drop
 from tests.app.asking import ask, change
-from tests.app.passes import run_pass
+from tests.app.passes import rooms_by_hand, run_pass
 from tests.kit.waiting import turns
 
 BOARD = Board.preset("triangle-8")
 
 
 def rooms(**settings: Any) -> Rooms:
-    return Rooms(Settings(**settings), Boards(8), Hub(8), BOARD)
+    return rooms_by_hand(BOARD, settings=Settings(**settings))
 
 
 async def finish(held: Rooms) -> None:
@@ -58,7 +57,7 @@ class Watcher:
 
 
 async def test_a_drop_without_a_seed_gets_the_one_drawn() -> None:
-    held = Rooms(Settings(), Boards(8), Hub(8), BOARD, draw=lambda: 42)
+    held = rooms_by_hand(BOARD, draw=lambda: 42)
     assert drop_command(DropMessage(), held.draw).seed == 42
 
 
@@ -125,10 +124,10 @@ async def test_the_request_at_which_a_room_failed_gets_the_error(
     held = rooms()
     room = held.find("triangle-8")
 
-    def fail(room: IndependentRoom, pending: object) -> None:
+    def fail(room: IndependentRoom, *_: object) -> None:
         raise ZeroDivisionError("a bug")
 
-    monkeypatch.setattr(IndependentRoom, "_carry_out", fail)
+    monkeypatch.setattr(IndependentRoom, "enter", fail)
     with pytest.raises(AppError, match="failed and was closed"):
         await ask(room, 42)
     assert not held.is_open("triangle-8")
@@ -196,8 +195,7 @@ async def test_an_empty_room_s_scene_stands_still_until_somebody_comes() -> None
     assert before + 600 <= left <= before + 602
     assert not run_pass(held.runner), "no clock runs"
     held.enter(room, watcher.client)
-    for _ in range(30):  # the ledger must first commit how far the room may tick
-        run_pass(held.runner)
+    run_pass(held.runner)
     assert room.room.world.tick > left
 
 

@@ -115,21 +115,21 @@ async def test_only_owners_give_tags_and_in_open_rooms_everybody(
         assert tag_of(await player.until("accepted", ref=3)) == {"name": "Ada"}
 
 
-async def test_a_key_with_another_name_is_another_request(
-    server: Running, http: httpx.Client
-) -> None:
+async def test_a_key_with_another_name_is_refused(server: Running, http: httpx.Client) -> None:
     room, own = opened(http)
     path, headers = f"/api/v1/rooms/{room}/drops", {**own, "idempotency-key": "one"}
-    names = ["Ada", "Ben", "Ada", None]
-    asked = [http.post(path, json={"name": name}, headers=headers).json() for name in names]
-    assert [each["ball"] for each in asked] == [0, 1, 0, 2]
-    assert [each.get("name") for each in asked] == names
+    names = ("Ada", "Ben", "Ada")
+    asked = [http.post(path, json={"name": name}, headers=headers) for name in names]
+    assert [each.status_code for each in asked] == [202, 422, 202]
+    assert asked[1].json()["code"] == "key-reused"
+    assert asked[0].json() == asked[2].json()
     async with playing(server.socket("triangle-8")) as player:
-        balls = []
-        for name in names[:3]:
-            await player.send(type="drop", ref="r", name=name, key=player.hello["key"])
-            balls.append((await player.until("accepted", ref="r", name=name))["ball"])
-    assert balls[0] == balls[2] != balls[1]
+        await player.send(type="drop", ref="r", name="Ada")
+        first = await player.until("accepted", ref="r")
+        await player.send(type="drop", ref="r", name="Ben")
+        assert (await player.until("error", ref="r"))["code"] == "key-reused"
+        await player.send(type="drop", ref="r", name="Ada")
+        assert (await player.until("accepted", ref="r")) == first
 
 
 def test_balls_that_touch_each_other_have_no_tags(http: httpx.Client) -> None:

@@ -16,7 +16,7 @@ from app.persistence.leases import Leases
 from app.persistence.ledger.common_secrets import TOKENS, common_secret
 from app.persistence.ledger.database import Database
 from app.persistence.ledger.writer import Ledger
-from app.persistence.statements import lease_store, store, tables, writing
+from app.persistence.statements import fair_store, lease_store, store, tables, writing
 from app.rooms.records import (
     BoardRow,
     Close,
@@ -28,12 +28,16 @@ from app.rooms.records import (
     Lease,
     LogLeaf,
     Mark,
+    NewDrop,
+    ReceiptRow,
     ResultRow,
     RoomRow,
+    SessionTurn,
     Void,
     Write,
 )
 from tests.app.persistence.ledger.stepped import Steps, Table, failure
+from tests.kit.facts import new
 from tests.kit.postgres import PostgreSQL
 from tests.kit.told import Told
 from tests.kit.waiting import LIMIT
@@ -42,10 +46,9 @@ BOARD = BoardRow("b" * 64, "board", "{}")
 ROOM = RoomRow(1, "r", BOARD.digest, "independent", True, 60, 1, 1.0, 1.0)
 DROP = DropRow(1, 0, 5, 7, stake=100)
 RESULT = ResultRow(1, 0, 90, 2, 1.5, 1.4, 0.1, "d" * 64, None, 150)
-SESSION = FairSessionRow("s", "r", BOARD.digest, "00", "{}", "00", 1.0)
-LEAF = LogLeaf("s", 0, 1, 0, {"time": 1}, b"leaf", lambda place, root: "00")
+SESSION = FairSessionRow("s", "r", BOARD.digest, "00", "{}", "00", 1.0, client_seed="11")
 
-BEFORE: list[Write] = [BOARD, ROOM, DROP, SESSION]
+BEFORE: list[Write] = [BOARD, ROOM, new(DROP), SESSION]
 
 
 @pytest.fixture
@@ -94,7 +97,7 @@ def everything(connection: sa.Connection) -> dict[str, list[Any]]:
 
 WRITES: dict[str, Sequence[Write]] = {
     "a session": [replace(ROOM, number=2, closed=9.0)],
-    "a drop": [replace(DROP, ball=1)],
+    "a drop": [new(DROP)],
     "an input": [InputRow(1, 0, 5, "{}")],
     "a result": [RESULT],
     "a mark": [Mark(1, 99, True, 9.0)],
@@ -102,9 +105,8 @@ WRITES: dict[str, Sequence[Write]] = {
     "stakes back": [Void(1, 99, "why")],
     "an end": [Close(1, 99, 9.0)],
     "a player's session": [replace(SESSION, id="t")],
-    "an opening": [FairOpening("s", "r", "11")],
-    "a session's end": [FairEnd("s", "r", "{}", "00")],
-    "a receipt": [replace(LEAF)],
+    "an opening": [FairOpening("s", "r", "22")],
+    "a session's end": [FairEnd("s", "r", lambda drops: ("{}", "00"))],
 }
 
 
@@ -149,7 +151,7 @@ async def test_writes_of_other_rooms_still_succeed(address: str) -> None:
         drops = [DropRow(3, 0, 5, 7), DropRow(1, 1, 5, 7), DropRow(3, 1, 5, 7)]
         for drop in drops:
             name = f"{drop.room}-{drop.ball}"
-            asked = older.ledger.submit(drop, line=drop.room)
+            asked = older.ledger.submit(new(drop))
             asked.add_done_callback(functools.partial(note, name))
         marks = [Mark(1, 50, True, 9.0), Mark(3, 50, True, 9.0)]
         older.ledger.defer(marks)
@@ -197,7 +199,7 @@ async def test_a_released_room_is_not_written_by_its_former_server(address: str)
         a.book.add(lease, a.lost.append)  # as if the write had been submitted before the release
         a.book.note(1, "r")
         with pytest.raises(LeaseLostError):
-            await a.ledger.commit(replace(DROP, ball=1))
+            await a.ledger.commit(new(DROP))
         assert await a.all_rows() == before
 
 
@@ -252,7 +254,7 @@ def test_a_room_taken_during_a_commit_keeps_accepted_drops(address: str) -> None
         now = other.take()  # at that step it may have had to wait for this server's transaction
         assert now is not None
         kept = other.drops()
-        assert [int(each.seed) for each in told] == kept[len(before) :], other.met
+        assert [int(each.accepted.seed) for each in told] == kept[len(before) :], other.met
         if table.rooms.all():  # the server has not noticed yet
             late = table.asks("main", 100 * step + 3)
             assert late is not None
@@ -349,27 +351,25 @@ async def test_receipts_of_several_servers_make_one_log(address: str) -> None:
         await begin(a, 1)
         await begin(b, 2)
 
-        async def play(number: int) -> list[LogLeaf]:
-            leaves = []
-            for ball in range(30):
-                drop, leaf = drop_of(number, ball)
-                assert isinstance(leaf, LogLeaf)
-                await servers[number].ledger.commit(drop, leaf)
-                leaves.append(leaf)
-            return leaves
+        async def play(number: int) -> list[ReceiptRow]:
+            asked = [await servers[number].ledger.drop(drop_of(number)) for _ in range(30)]
+            return [each.receipt for each in asked if each.receipt is not None]
 
-        leaves = [leaf for each in await asyncio.gather(play(1), play(2)) for leaf in each]
-        by_place = {leaf.index: leaf for leaf in leaves if leaf.index is not None}
+        receipts = [each for found in await asyncio.gather(play(1), play(2)) for each in found]
+        by_place = {each.leaf: each for each in receipts}
         assert sorted(by_place) == list(range(60))
         alone = Database("sqlite://")
         alone.open()
         with alone.transaction() as connection:
             again = [
-                replace(by_place[place], index=None, session="s1", number=place, room=1, ball=place)
-                for place in range(60)
+                LogLeaf("s1", place, 1, place, {"time": 1}, entry, lambda place, root: "00")
+                for place, entry in enumerate(
+                    f"{by_place[place].room}-{by_place[place].number}".encode()
+                    for place in range(60)
+                )
             ]
             writing.apply(connection, [BOARD, ROOM, replace(SESSION, id="s1")])
-            writing.apply(connection, again)
+            fair_store.add_leaves(connection, again)
         assert [leaf.root for leaf in again] == [by_place[place].root for place in range(60)]
         alone.close()
 
@@ -382,10 +382,16 @@ async def begin(server: Server, number: int) -> None:
     await server.ledger.commit(BOARD, room, session)
 
 
-def drop_of(number: int, ball: int) -> list[Write]:
-    leaf = replace(LEAF, session=f"s{number}", number=ball, room=number, ball=ball)
-    leaf.leaf = f"{number}-{ball}".encode()
-    return [DropRow(number, ball, 5, 7), leaf]
+def drop_of(number: int) -> NewDrop:
+    """The next drop of a session in a room."""
+
+    def leaf(n: int, fact: DropRow) -> LogLeaf:
+        entry = f"{number}-{n}".encode()
+        place = (f"s{number}", n, number, fact.ball)
+        return LogLeaf(*place, {"time": 1}, entry, lambda place, root: "00")
+
+    turn = SessionTurn(f"s{number}", 1000, lambda n: 7, leaf)
+    return replace(new(DropRow(number, 0, 5, 7)), session=turn)
 
 
 def answers_nothing(server: Server) -> threading.Event:
@@ -411,18 +417,17 @@ async def test_an_unanswered_commit_is_reported_when_it_is_found(
         await begin(a, 1)
         await begin(b, 2)
         go_on = answers_nothing(a)
-        drop, leaf = drop_of(1, 0)
-        waiting = asyncio.create_task(a.ledger.commit(drop, leaf))
+        waiting = asyncio.create_task(a.ledger.drop(drop_of(1)))
         while not (await b.all_rows())["receipts"]:
             await asyncio.sleep(0)
         assert not waiting.done()
-        await b.ledger.commit(*drop_of(2, 0))
+        await b.ledger.drop(drop_of(2))
         before = await b.all_rows()
         go_on.set()
-        await waiting
-        assert isinstance(leaf, LogLeaf)
-        assert (leaf.index, a.lost) == (0, [])
-        await a.ledger.commit(*drop_of(1, 1))
+        receipt = (await waiting).receipt
+        assert receipt is not None
+        assert (receipt.leaf, a.lost) == (0, [])
+        await a.ledger.drop(drop_of(1))
         after = await b.all_rows()
         assert after["receipts"][:2] == before["receipts"], "what the log has stays as it is"
         assert [row[3:5] for row in after["receipts"]] == [(1, 0), (2, 0), (1, 1)]

@@ -5,6 +5,7 @@ Without that, a hundred readers of a room of 20,000 drops stopped `main`.
 
 import asyncio
 import gc
+import time
 from typing import Any
 
 import msgspec
@@ -62,7 +63,7 @@ class Disk:
 
 def opened(drops: int) -> tuple[RoomLogs, IndependentRoom, Disk]:
     disk = Disk()
-    logs = RoomLogs(RoomRuns(disk), clock=lambda: disk.time, sleep=disk.sleep)  # type: ignore[arg-type]
+    logs = RoomLogs(RoomRuns(disk, 60, time.time), clock=lambda: disk.time, sleep=disk.sleep)  # type: ignore[arg-type]
     room = IndependentRoom("r", Board.preset("triangle-8"), tick_rate=60, max_balls=10)
     room.drops = drops
     return logs, room, disk

@@ -156,7 +156,7 @@ async def test_a_reset_begins_a_new_run_for_all_clients(
         assert (hello["tick"], hello["balls"], hello["stats"]["drops"]) == (0, [], 0)
         await player.send(type="drop", seed=4)
         accepted = await player.until("accepted")
-        assert (accepted["ball"], accepted["tick"]) == (0, 0)
+        assert accepted["ball"] == 0
         landed = await player.until("landed", ball=0)
     assert landed["digest"] == drop(Board.from_json(TINY), 4).digest
     assert [each["seed"] for each in http.get(f"/rooms/{room}/log").json()["drops"]] == ["4"]
@@ -238,18 +238,35 @@ async def test_a_drop_is_not_repeated_on_a_new_connection(
     assert (again, second["ball"]) == (first, 1)
 
 
-async def test_a_ref_may_be_used_again_and_then_means_the_last_drop(
-    server: Running, http: httpx.Client
-) -> None:
+async def test_a_ref_means_one_drop_of_its_connection(server: Running, http: httpx.Client) -> None:
     room, _ = opened(http, "triangle-8")
-    async with playing(server.socket(room)) as player:
-        key = player.hello["key"]
-        for ball in range(3):
-            await player.send(type="drop", ref="same")
-            last = await player.until("accepted", ref="same", ball=ball)
-    async with playing(server.socket(room)) as player:
-        await player.send(type="drop", ref="same", key=key)
-        assert await player.until("accepted") == last
+    async with playing(server.socket(room)) as player, playing(server.socket(room)) as other:
+        await player.send(type="drop", ref="same")
+        first = await player.until("accepted", ref="same")
+        await player.send(type="drop", ref="same")
+        assert await player.until("accepted", ref="same") == first
+        await player.send(type="drop", ref="same", x=0.1)
+        error = await player.until("error", ref="same")
+        assert error["code"] == "key-reused"
+        await other.send(type="drop", ref="same", x=0.1)
+        assert (await other.until("accepted", ref="same"))["ball"] == 1, "another caller's key"
+
+
+def test_a_key_belongs_to_its_caller_and_its_request(http: httpx.Client) -> None:
+    room, _ = opened(http, "triangle-8")
+    path, key = f"/rooms/{room}/drops", {"idempotency-key": "k"}
+    session, shown = begun(http, room)
+    other, theirs = begun(http, room)
+    plain = http.post(path, headers=key)
+    staked = http.post(path, json={"session": session, "stake": 5}, headers=key | shown)
+    foreign = http.post(path, json={"session": other, "stake": 5}, headers=key | theirs)
+    assert [each.json()["ball"] for each in (plain, staked, foreign)] == [0, 1, 2]
+    assert http.post(path, headers=key).json() == plain.json()
+    again = http.post(path, json={"session": session, "stake": 5}, headers=key | shown)
+    assert again.json() == staked.json()
+    more = http.post(path, json={"session": session, "stake": 500}, headers=key | shown)
+    assert (more.status_code, more.json()["code"]) == (422, "key-reused")
+    assert http.get(f"/rooms/{room}").json()["stats"]["drops"] == 3
 
 
 def test_a_room_can_be_given_another_board(http: httpx.Client) -> None:
@@ -377,12 +394,14 @@ def test_a_restart_finds_rooms_tokens_counts_and_balls_again(url: str, tmp_path:
         first = land(http, room, 1, 2)
         in_flight = http.post("/rooms/triangle-8/drops", json={"seed": 5}).json()
     with serving(**settings) as server:
-        recovery = server.services.rooms.persistence.recovery
-        until(lambda: not server.services.rooms.rebuilding.waiting)
-        assert recovery.rebuilt == 1, "what sleeps is not rebuilt"
         assert {room, asleep} <= {each.id for each in server.services.rooms.parked()}
         with client_of(server) as http:
-            listed = {each["id"]: each for each in http.get("/rooms").json()["rooms"]}
+
+            def rooms() -> dict[str, Any]:
+                return {each["id"]: each for each in http.get("/rooms").json()["rooms"]}
+
+            until(lambda: "triangle-8" in rooms())  # soon, without being asked for
+            listed = rooms()
             assert {room, asleep, "main", "triangle-8"} <= listed.keys()
             assert (listed[room]["drops"], listed[room]["board_name"]) == (2, "tiny")
             assert server.services.rooms.parked(), "a list needs no room in memory"

@@ -13,6 +13,7 @@ from app.rooms.records import BoardRow, DropRow, ResultRow, RoomRow, Write
 from app.web.returns import Returns
 from engine import Board
 from engine.payouts.record import odds_of_record
+from tests.kit.facts import new
 
 BOARD = Board.preset("triangle-16-high")
 
@@ -20,19 +21,22 @@ BOARD = Board.preset("triangle-16-high")
 def played(ball: int, stake: int, payout: int, **more: object) -> list[Write]:
     drop = DropRow(1, ball, 0, ball, stake=stake, aim=0.01 if more.get("aimed") else None)
     where = None if more.get("unsettled") else 3
-    return [drop, ResultRow(1, ball, 9, where, 1.0, 1.0, 0.0, "d" * 64, None, payout)]
+    return [new(drop), ResultRow(1, ball, 9, where, 1.0, 1.0, 0.0, "d" * 64, None, payout)]
 
 
-STORY: list[Write] = [
-    BoardRow("b" * 64, "board", "{}"),
-    RoomRow(1, "r", "b" * 64, "independent", True, 60, 1, 1.5, 2.5),
-    *played(0, 100, 250),
-    *played(1, 999, 0),
-    *played(2, 99, 99),
-    *played(3, 100, 40, aimed=True),
-    *played(4, 0, 0),
-    *played(5, 100, 100, unsettled=True),
-]
+def story() -> list[Write]:
+    return [
+        BoardRow("b" * 64, "board", "{}"),
+        RoomRow(1, "r", "b" * 64, "independent", True, 60, 1, 1.5, 2.5),
+        *played(0, 100, 250),
+        *played(1, 999, 0),
+        *played(2, 99, 99),
+        *played(3, 100, 40, aimed=True),
+        *played(4, 0, 0),
+        *played(5, 100, 100, unsettled=True),
+    ]
+
+
 SUMS = [
     Total("b" * 64, 10, False, 1, 99, 99.0**2, 99),
     Total("b" * 64, 100, False, 2, 1099, 100.0**2 + 999.0**2, 250),
@@ -44,10 +48,10 @@ def test_staked_plays_count_once_however_often_written(url: str) -> None:
     database = Database(url)
     database.open()
     with database.transaction() as connection:
-        writing.apply(connection, STORY)
+        writing.apply(connection, story())
     with database.transaction() as connection:
         assert totals.read(connection) == SUMS
-        writing.apply(connection, [row for row in STORY if isinstance(row, ResultRow)])
+        writing.apply(connection, [row for row in story() if isinstance(row, ResultRow)])
         assert totals.read(connection) == SUMS
         writing.apply(connection, played(6, 100, 0))
         assert totals.read(connection)[1] == Total("b" * 64, 100, False, 3, 1199, 1018001.0, 250)

@@ -16,11 +16,13 @@ from app.errors import LedgerError
 from app.persistence.ledger.database import Database
 from app.persistence.ledger.writer import Ledger
 from app.persistence.statements import store, webhook_store
+from app.protocol.visitors import Tag
 from app.rooms.records import (
     BoardRow,
     Close,
     DropRow,
     Heard,
+    NewDrop,
     ResultRow,
     RoomRow,
     Void,
@@ -31,6 +33,7 @@ from app.webhooks.targets import Target
 from engine import Board
 from tests.app.persistence.conftest import SQLITE
 from tests.app.webhooks.target import SECRET, URL, FakeTarget, FlakyTarget
+from tests.kit.facts import new
 from tests.kit.process import ServerProcess
 from tests.kit.waiting import eventually
 
@@ -44,8 +47,8 @@ def begun() -> list[Write]:
     return [board, RoomRow(RUN, "show", BOARD.digest, "independent", False, 60, 5, 0.0, 0.0)]
 
 
-def drop(ball: int, stake: int = 0) -> DropRow:
-    return DropRow(RUN, ball, 10 * ball, seed=ball, stake=stake)
+def drop(ball: int, stake: int = 0) -> NewDrop:
+    return new(DropRow(RUN, ball, 10 * ball, seed=ball, stake=stake))
 
 
 def result(ball: int) -> ResultRow:
@@ -91,7 +94,7 @@ def test_a_refused_drop_is_sent_to_no_target(url: str) -> None:
         async with opened(url) as ledger:
             await ledger.commit(*begun(), drop(0))
             with pytest.raises(LedgerError):
-                await ledger.commit(drop(1), drop(0))
+                await ledger.commit(drop(1), drop(2, stake=-1))
             assert await ids(ledger) == [(0, "accepted")]
 
     asyncio.run(scene())
@@ -232,7 +235,7 @@ def test_a_prize_is_sent_with_its_winner(tmp_path: Path) -> None:
     async def scene() -> None:
         async with opened(f"sqlite:///{tmp_path / 'plinko.db'}") as ledger:
             row = BoardRow(prizes.digest, prizes.name, prizes.to_json())
-            named = dataclasses.replace(drop(0), name="Ann", colour="#00ff00")
+            named = dataclasses.replace(drop(0), tag=Tag("Ann", "#00ff00"))
             await ledger.commit(row, dataclasses.replace(room, board=prizes.digest), named)
             await ledger.commit(result(0))
             await Sending(ledger, target).until_heard(target, 2)

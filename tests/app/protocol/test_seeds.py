@@ -63,10 +63,8 @@ class Watched:
         return ear
 
     def drop(self, seed: int, x: float | None = None, client: int | None = None) -> None:
-        self.room.plan_drop(DropCommand(seed, x)).durable = True
-        for entered in self.room.enter():
-            (event,) = entered.events
-            self.audience.announce(self.room.seq, Player(client=client, ref="mine"), event)
+        event = self.room.drop(DropCommand(seed, x))
+        self.audience.announce(self.room.seq, Player(client=client, ref="mine"), event)
 
     def tick(self, times: int = 1) -> None:
         for _ in range(times):

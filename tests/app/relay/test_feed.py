@@ -11,19 +11,16 @@ import msgspec
 
 from app.errors import ClosedRoomError, LeaseLostError
 from app.live.broadcast.hub import Client, Hub, Mailbox
-from app.live.registry import Rooms
 from app.protocol.visitors import NO_TAG
 from app.protocol.wire import WireMessage
 from app.relay.bus import MemoryBus
 from app.relay.feed import KEPT, Feeds
 from app.relay.feed_messages import REQUESTS, channel_of, encode_request, payload_of
 from app.relay.replica import Replica
-from app.rooms.boards import Boards
-from app.settings import Settings
 from engine import Board
 from tests.app.asking import ask
 from tests.app.live.test_registry import finish
-from tests.app.passes import run_pass
+from tests.app.passes import rooms_by_hand, run_pass
 from tests.kit.waiting import eventually, turns
 
 
@@ -67,7 +64,7 @@ class Scene:
     lost: int = 0  # how many of the next messages the bus loses
 
     def __post_init__(self) -> None:
-        self.rooms = Rooms(Settings(), Boards(8), Hub(64), Board.preset("triangle-8"))
+        self.rooms = rooms_by_hand(Board.preset("triangle-8"))
         self.feeds = Feeds(
             self.bus.join(),
             self.rooms,

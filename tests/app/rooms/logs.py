@@ -45,10 +45,8 @@ def of_drops() -> Log:
         DropCommand(8, tag=Tag("Ada", "#57c7ff")),
         DropCommand(9, aim=0.125, stake=7, who="ann"),
     ):
-        pending = room.plan_drop(command)
-        rows.append(room.format.row(1, pending))
-        pending.durable = True
-        room.enter()
+        room.drop(command)
+        rows.append(room.fact_of(command, room.drops - 1))
         for _ in range(30):
             for event in room.step(watched=False):
                 assert isinstance(event, messages.Landed)
@@ -66,9 +64,9 @@ def of_inputs(room: TouchingRoom, told: Sequence[dict[str, Any] | DropCommand]) 
             pending = room.plan_drop(what)
         else:
             pending = room.plan_change(msgspec.convert(what, Change))
-        rows.append(room.format.row(1, pending))
         pending.durable = True
         room.enter()
+        rows.append(room.format.row(1, pending))
         for _ in range(5):
             room.step(watched=False)
     return finished(room, [room.format.entry(row, None, room.world.tick) for row in rows])

@@ -13,7 +13,9 @@ from app.errors import BallLimitError
 from app.protocol import messages, segments
 from app.rooms.independent import IndependentRoom
 from app.rooms.pending import DropCommand
+from app.rooms.records import DropRow, TableState
 from engine import Board, Label, ParameterError, drop
+from engine.drops.flight import fly
 from tests.app.protocol.decoders import decode_snapshot
 
 BOARD = Board.preset("triangle-8")
@@ -245,3 +247,49 @@ def test_the_same_commands_at_the_same_ticks_do_the_same_again() -> None:
         return [*out, *map(messages.encode_event, play(table))]
 
     assert run() == run()
+
+
+def test_a_late_tick_shows_the_present_and_tells_every_landing() -> None:
+    on_time, late = room(), room()
+    told: list[messages.Event] = []
+    for seed in range(20):
+        on_time.drop(DropCommand(seed, stake=10))
+        late.drop(DropCommand(seed, stake=10))
+    while on_time.world.tick < 100:
+        told += on_time.step(watched=False)
+    assert late.advance(100) == told
+    assert late.snapshot() == on_time.snapshot()
+    assert late.log_world() == on_time.log_world()
+    told = play(on_time, watched=False)
+    assert late.advance(100_000) == told
+    assert (late.histogram, late.log_tick) == (on_time.histogram, on_time.log_tick)
+    assert late.log_world() == on_time.log_world(), "a table at rest has the same log at any time"
+
+
+@given(st.lists(st.integers(1, 90), min_size=1, max_size=8), st.integers(0, 300))
+@settings(max_examples=20)
+def test_a_table_loaded_from_its_facts_is_the_same(pauses: list[int], later: int) -> None:
+    table, facts = room(), list[DropRow]()
+    results: set[int] = set()
+    for ball, pause in enumerate(pauses):
+        fact = table.fact_of(DropCommand(ball), ball)
+        facts.append(fact)
+        table.enter(fact, fly(BOARD, table.start_of(fact)))
+        results |= landings(table.advance(table.world.tick + pause)).keys()
+    missed = landings(table.advance(table.world.tick + later))
+    sums: dict[int | None, int] = {}
+    for fact in facts:
+        if fact.ball in results:
+            landed = fly(BOARD, table.start_of(fact)).bin
+            sums[landed] = sums.get(landed, 0) + 1
+    open_ = [fact for fact in facts if fact.ball not in results]
+    flying = [(fact, fly(BOARD, table.start_of(fact))) for fact in open_]
+    again = room()
+    state = TableState(len(facts), facts[-1].tick, table.log_tick, sums, open_)
+    found = again.load(state, flying, table.world.tick)
+    assert {each.ball: each for each in found} == missed
+    assert again.stats() == table.stats()
+    assert again.world.bodies["x"].tolist() == table.world.bodies["x"].tolist()
+    if table.awake:
+        assert again.log_world() == table.log_world()
+    assert play(again, watched=False) == play(table, watched=False)

@@ -33,11 +33,9 @@ def test_a_ball_is_first_in_the_snapshot_after_its_starting_tick() -> None:
     room.drop(DropCommand(1))
     room.step(watched=True)
     before = seen(room)
-    planned = room.plan_drop(DropCommand(2))
-    planned.durable = True
-    ((accepted,),) = (entered.events for entered in room.enter())
+    accepted = room.drop(DropCommand(2))
     assert [ball["id"] for ball in before["balls"]] == [0]
-    assert accepted.tick == before["tick"]  # type: ignore[attr-defined]
+    assert accepted.tick == before["tick"]
     room.step(watched=True)
     after = seen(room)
     assert after["tick"] == before["tick"] + 1

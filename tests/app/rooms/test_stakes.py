@@ -14,6 +14,7 @@ from app.errors import InvalidValueError
 from app.rooms.independent import IndependentRoom
 from app.rooms.log import verify_log
 from app.rooms.pending import DropCommand
+from app.rooms.records import TableState
 from app.rooms.stakes import (
     MAX_PAYOUT,
     MAX_STAKE,
@@ -24,6 +25,7 @@ from app.rooms.stakes import (
     payout_of,
 )
 from engine import Board, drop
+from engine.drops.flight import fly
 from tests.app.conftest import TINY
 from tests.kit.player import Player, playing
 from tests.kit.serving import Running
@@ -94,12 +96,14 @@ def test_an_invalid_mark_is_named(who: Any) -> None:
         parse_who(who)
 
 
-def test_a_stake_survives_a_checkpoint_in_mid_flight() -> None:
+def test_a_stake_of_a_ball_in_flight_is_in_its_fact() -> None:
     room = IndependentRoom("r", Board.from_json(TINY), tick_rate=60, max_balls=5)
-    room.drop(DropCommand(1, stake=250))
+    fact = room.fact_of(DropCommand(1, stake=250), 0)
+    flight = fly(room.board, room.start_of(fact))
+    room.enter(fact, flight)
     room.step(watched=False)
     again = IndependentRoom("r", room.board, tick_rate=60, max_balls=5)
-    again.restore(room.checkpoint())
+    again.load(TableState(1, 0, 0, {}, [fact]), [(fact, flight)], room.world.tick)
     events = [
         event for table in (room, again) for _ in range(200) for event in table.step(watched=False)
     ]

@@ -392,10 +392,8 @@ def test_an_input_for_a_ball_that_has_gone_does_nothing() -> None:
     kick = room.plan_change(change("kick", ball=0, vx=1.0), lead=2)
     take = room.plan_change(change("remove", ball=0))
     assert take.tick == kick.tick == 2, "inputs keep their order"
-    with pytest.raises(RuntimeError, match="refused before the inputs planned after it"):
-        room.refuse(kick)
-    room.refuse(take)
     room.refuse(kick)
+    room.refuse(take)
     take = room.plan_change(change("remove", ball=0), lead=2)
     kick = room.plan_change(change("kick", ball=0, vx=1.0))
     take.durable = kick.durable = True

@@ -304,11 +304,18 @@ def test_a_log_that_would_be_replayed_for_ever_is_given_up(
     http: httpx.Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(tasks, "MAX_SECONDS", 0.05)
-    room, _ = opened(http)
+    room, _ = opened(http, board="triangle-8", mode="interacting")
     log = {**http.get(f"{room}/log").json(), "tick": 10**15}
     with pytest.raises(InvalidValueError, match="use plinko verify, which has no limit") as caught:
         tasks.log_verdict(log)
     assert caught.value.field == "tick"
+
+
+def test_a_year_between_two_drops_of_a_table_costs_a_check_nothing(http: httpx.Client) -> None:
+    room, _ = opened(http)
+    land(http, room, 1)
+    log = {**http.get(f"{room}/log").json(), "tick": 60 * 60 * 24 * 366 * 60}
+    assert json.loads(tasks.log_verdict(log))["field"] == "world_digest"
 
 
 def test_the_board_of_a_room_is_known_by_its_digest(http: httpx.Client) -> None:

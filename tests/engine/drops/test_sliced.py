@@ -5,8 +5,9 @@ import pytest
 
 from benchmarks.scenes.contact_scenes import scene, scene_names
 from benchmarks.scenes.random_boards import random_board
-from engine import Board, World
+from engine import Board, World, drop
 from engine.drops import sliced
+from engine.drops.flight import SlicedFlight, fly
 from engine.drops.sliced import Slice, SlicedPath
 from engine.drops.start import start_of
 from engine.drops.trajectory import at_start, follow
@@ -90,33 +91,16 @@ def test_a_single_event_that_takes_too_long_says_so(
     assert (path.state.tobytes(), path.ended) == (before, False)
 
 
-def test_a_world_is_the_same_however_far_ahead_it_was_followed() -> None:
+def test_a_flight_computed_in_slices_is_the_flight() -> None:
     board = scene("storm").board
-    worlds = [World(board, dt=1 / 60) for _ in range(2)]
-    chance = np.random.default_rng(1)
-    for tick in range(600):
-        for world in worlds:
-            if tick % 40 == 0:
-                world.add(seed=tick)
-            world.step()
-        for _ in range(chance.integers(0, 4)):
-            worlds[0].look_ahead()
-        assert worlds[0].digest() == worlds[1].digest()
-        assert worlds[0].bodies.tobytes() == worlds[1].bodies.tobytes()
-        assert worlds[0].take_events() == worlds[1].take_events()
-
-
-def test_a_world_that_is_ready_follows_nothing_more_in_its_step() -> None:
-    world = World(scene("storm").board, dt=1 / 60)
-    assert world.ready
-    world.add(seed=3)
-    assert not world.ready
-    while world.look_ahead():
-        pass
-    assert world.ready
-    before = world.known
-    world.step()
-    assert world.known == before
+    for seed in range(5):
+        x = start_of(board, seed, None)
+        sliced = SlicedFlight(board, x)
+        while not sliced.advance(64):
+            pass
+        found, whole = sliced.flight(), fly(board, x)
+        assert found.digest == whole.digest == drop(board, seed).digest
+        assert found.path.segments.tobytes() == whole.path.segments.tobytes()
 
 
 def test_a_restored_world_goes_on_as_if_it_had_never_been_saved() -> None:

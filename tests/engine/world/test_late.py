@@ -3,6 +3,7 @@
 import pytest
 
 from engine import Board, World
+from engine.drops.flight import fly
 from engine.drops.start import start_of
 
 BOARD = Board.preset("triangle-8")
@@ -15,8 +16,8 @@ def world_after(ticks: int, *, late_at: int) -> tuple[World, list[object]]:
     world.add(seed=SEEDS[0])
     for tick in range(ticks):
         if tick == late_at:
-            start = start_of(BOARD, SEEDS[1], None)
-            assert world.add_late(start, SEEDS[1], 7) == 1
+            flight = fly(BOARD, start_of(BOARD, SEEDS[1], None))
+            assert world.add_flight(flight, SEEDS[1], 7) == 1
         world.step(contacts=False)
         events += world.take_events()
     return world, events
@@ -52,9 +53,27 @@ def test_the_world_is_at_once_as_if_the_ball_had_been_on_time() -> None:
     while expected.count == 2:
         late = World(BOARD)
         late.restore(lonely.snapshot())
-        late.add_late(start, SEEDS[1], 7)
+        late.add_flight(fly(BOARD, start), SEEDS[1], 7)
         assert late.digest() == expected.digest()
         bounces += int(late.bodies["bounced"][1])
         for world in (expected, lonely):
             world.step()
     assert bounces > 3, "it has also entered in ticks in which it bounced"
+
+
+@pytest.mark.parametrize("jumps", [[2, 3, 5, 30], [7, 1, 100], [1000]])
+def test_a_world_that_jumps_arrives_where_steps_would_bring_it(jumps: list[int]) -> None:
+    stepping, jumping = World(BOARD), World(BOARD)
+    for ball, ticks in enumerate(jumps * 3):
+        for world in (stepping, jumping):
+            world.add(seed=ball)
+        for _ in range(ticks):
+            stepping.step(contacts=False)
+        jumping.advance_to(jumping.tick + ticks, contacts=False)
+        assert jumping.digest() == stepping.digest()
+        assert jumping.bodies.tobytes() == stepping.bodies.tobytes()
+        assert jumping.take_events() == stepping.take_events()
+    for world in (stepping, jumping):
+        world.advance_to(world.tick + 10_000, contacts=False)
+    assert jumping.take_events() == stepping.take_events()
+    assert not jumping.awake

@@ -10,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.scenes.contact_scenes import scene
-from benchmarks.scenes.expensive_boards import large
 from engine import Board, ParameterError, RecordError, SeedError, World, drop
 from engine.constants import KIND_PEG, KIND_WALL
 from engine.world.events import Contact, Landing
@@ -361,24 +360,6 @@ def test_energy_and_momentum_are_those_of_the_balls() -> None:
     assert momentum.angular == pytest.approx(
         float(ball.mass * about.sum() + ball.inertia * bodies["omega"].sum())
     )
-
-
-def test_a_world_keeps_a_large_board_s_arrays_only_for_balls() -> None:
-    board = Board.from_json(large())
-    early, late = World(board), World(board)
-    assert early.prepared
-    for world in (early, late):
-        world.add(1)
-        assert not world.prepared
-        assert not world.ready
-    early.prepare()
-    assert early.prepared
-    ends = [landings(run(world)) for world in (early, late)]
-    assert ends[0] == ends[1]
-    for world in (early, late):
-        assert world.prepared, "it has no ball"
-        world.add(2)
-        assert not world.prepared
 
 
 @pytest.mark.parametrize("bad", [-0.1, math.nan, math.inf, -math.inf])

@@ -1,10 +1,7 @@
 """Rooms over REST: list, open, view, drop a ball, change, reset, close, read the log."""
 
 import bisect
-import contextlib
 import logging
-import time
-from collections.abc import Iterator
 from typing import Annotated, Literal
 
 import msgspec
@@ -15,21 +12,19 @@ from starlette.types import Send
 from app.computing import prices
 from app.errors import (
     AppError,
-    BusyError,
     InvalidValueError,
     LedgerError,
     NotFoundError,
     TokenError,
     UnknownRoomError,
 )
-from app.live.broadcast.audience import Player
+from app.live.broadcast.audience import NOBODY, Player
 from app.live.live_room import LiveRoom
 from app.persistence.room_log import LogPart
 from app.protocol.visitors import NO_TAG
 from app.rooms.draw import MAX_SEEDS, Draw
 from app.rooms.kinds import DRAW, SCENE
-from app.rooms.outcome import Outcome
-from app.rooms.pending import again_of
+from app.rooms.pending import again_of, key_of
 from app.rooms.room import Basis, Room
 from app.rooms.touching.scene import Scene
 from app.rooms.touching.story import Retold, Story, retell, story_of
@@ -224,8 +219,7 @@ async def change_room(room: str, request: Request, server: Server, key: Key = No
     found = await own_room(room, request, server)
     body = await read(request, RoomChange)
     board = await _board_of_room(request, server, body.board)
-    with _ending(request, server, found):
-        await server.rooms.reset(found, board, _again(room, key))
+    await server.rooms.reset(found, board, _again(room, key))
     return reply(_view(server, found))
 
 
@@ -238,27 +232,8 @@ async def change_room(room: str, request: Request, server: Server, key: Key = No
 async def reset_room(room: str, request: Request, server: Server, key: Key = None) -> Response:
     """Remove all balls and count from zero. Only for the room's owner."""
     found = await own_room(room, request, server)
-    with _ending(request, server, found):
-        await server.rooms.reset(found, key=_again(room, key))
+    await server.rooms.reset(found, key=_again(room, key))
     return reply(_view(server, found))
-
-
-@contextlib.contextmanager
-def _ending(request: Request, server: Services, live: LiveRoom) -> Iterator[None]:
-    """Around the end of a room run: charge the client if its balls' ends take too long to compute.
-
-    Ending a run computes how the balls in flight land. If that takes too long, it fails with
-    BusyError, and only then is the address charged. Raises BudgetError at the beginning if the
-    address has nothing left, so that repeated tries cannot keep the server busy.
-    """
-    address = address_of(request)
-    if live.room.awake:
-        server.budgets.charge(address, time.monotonic(), 0.0, "landing the room's balls")
-    try:
-        yield
-    except BusyError:
-        server.budgets.settle(address, time.monotonic(), prices.UNSETTLED)
-        raise
 
 
 def _again(room: str, key: str | None) -> str | None:
@@ -275,8 +250,7 @@ def _again(room: str, key: str | None) -> str | None:
 async def close_room(room: str, request: Request, server: Server) -> Response:
     """Close a room for good and disconnect everyone in it. Only for its owner."""
     found = await own_room(room, request, server)
-    with _ending(request, server, found):
-        await server.rooms.delete(found)
+    await server.rooms.delete(found)
     return Response(status_code=204)
 
 
@@ -301,7 +275,7 @@ async def get_room_log(
     if shown is not None:
         server.tokens.check(found.id, shown)
     part, marks = LogPart(first, limit), shown is not None
-    etag = f"{session}.{found.world.tick}.{found.taken}.{first}.{limit}.{marks:d}"
+    etag = f"{session}.{found.log_tick}.{found.taken}.{first}.{limit}.{marks:d}"
     headers = {"etag": f'"{etag}"', "cache-control": "private, no-cache"}
     if is_current(request, etag):
         return Response(status_code=304, headers=headers)
@@ -354,7 +328,8 @@ async def drop_into_room(
     With `wait=1` the response comes after the landing and has the result; if that takes too long,
     the response is 202 without it. If the response was `undecided`, or never came, send the request
     again with the same `Idempotency-Key`: the ball is dropped only once, and the response has its
-    outcome.
+    outcome. The key belongs to the session, or else to the client's address; with
+    another body it is refused.
     """
     found = await server.rooms.seek(room)  # first: the server that has the room counts the drop
     limit_drops(request, server)
@@ -365,11 +340,11 @@ async def drop_into_room(
     if found.owned and command.tag != NO_TAG and not owners:
         server.tokens.check(found.id, shown)
     session = None if body.session is None else await own_session(body.session, request, server)
-    if key is None:
-        outcome = Outcome(await found.drop(command, session=session))
-    else:
-        player = Player(again=again_of("rest", key, *command.tag.marks))
-        outcome = await found.drop_once(command, player, session)
+    player = NOBODY
+    if key is not None:
+        caller = body.session or server.tokens.mark_of(address_of(request))
+        player = Player(idempotency_key=key_of(caller, key, body))
+    outcome = await found.drop(command, player, session)
     accepted, landed = outcome.accepted, outcome.landed if wait else None
     if wait and landed is None:
         landed = await found.landings.wait(accepted.ball, WAIT_SECONDS)

@@ -36,9 +36,10 @@ from app.live.broadcast.transport import connection_of, sever
 from app.live.live_room import LiveRoom
 from app.protocol import asyncapi, client_messages, messages
 from app.protocol.touching_messages import ClaimMessage, WatchMessage
-from app.protocol.visitors import NO_TAG, AppearMessage, Tag, parse_colour, parse_name
+from app.protocol.visitors import NO_TAG, AppearMessage, parse_colour, parse_name
 from app.protocol.wire import WireMessage
-from app.rooms.pending import again_of
+from app.rooms.pending import key_of
+from app.rooms.records import IdempotencyKey
 from app.web.drops import drop_command
 from app.web.limits import LINGER, READING_GRACE, UNREAD_BYTES, UNREAD_EVENTS, TokenBucket, spend
 from app.web.routes.common import Server
@@ -108,9 +109,16 @@ def _event(error: BaseException, ref: object = None) -> messages.Error:
     return messages.Error(code=answer(error).code, detail=told(error), ref=ref)
 
 
-def _again(key: str, ref: object, tag: Tag) -> str:
-    """The key under which the client may repeat a drop, also over another connection."""
-    return again_of("socket", key, msgspec.json.encode(ref, order="sorted").decode(), *tag.marks)
+def _key(hello: str, message: client_messages.DropMessage) -> IdempotencyKey | None:
+    """The key under which a client may repeat a drop, also over another connection: its `ref`.
+
+    `hello` is the key in the hello of the connection that sent it first, which no other client
+    knows.
+    """
+    if message.ref is None:
+        return None
+    ref = msgspec.json.encode(message.ref, order="sorted").decode()
+    return key_of(hello, ref, msgspec.structs.replace(message, ref=None, key=None))
 
 
 class RoomClient:
@@ -254,18 +262,16 @@ class RoomClient:
         if command.tag != NO_TAG:
             self._changes.check_owner("give a ball a name or a colour")
         session = None if message.session is None else self._sessions.of(message.session)
-        known = message.key or self.client.key
-        again = None if message.ref is None else _again(known, message.ref, command.tag)
-        player = Player(client=self.client.id, key=self.client.key, ref=message.ref, again=again)
-        if message.key is None:
-            await self._decided(self.live.drop(command, player, session), message.ref)
-            return
-        if again is None:
+        if message.key is not None and message.ref is None:
             raise InvalidValueError(
                 "a drop with a `key` repeats an earlier one: send the `ref` of that drop",
                 field="ref",
             )
-        found = await self._decided(self.live.drop_once(command, player, session), message.ref)
+        key = _key(message.key or self.client.key, message)
+        player = Player(
+            client=self.client.id, key=self.client.key, ref=message.ref, idempotency_key=key
+        )
+        found = await self._decided(self.live.drop(command, player, session), message.ref)
         if found.earlier:
             self._send(msgspec.structs.replace(found.accepted, ref=message.ref))
             if found.landed is not None:

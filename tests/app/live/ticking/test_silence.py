@@ -2,35 +2,31 @@
 
 import pytest
 
-from app.live.broadcast.hub import Hub
 from app.live.live_room import LiveRoom
 from app.live.registry import Rooms
 from app.protocol import messages
-from app.rooms.boards import Boards
 from app.rooms.kinds import INTERACTING
-from app.settings import Settings
+from app.rooms.touching.room import TouchingRoom
 from engine import Board
 from tests.app.asking import ask
-from tests.app.passes import run_pass
+from tests.app.passes import rooms_by_hand, run_pass
+from tests.kit.hand import HandClock
 from tests.kit.waiting import turns
 
 MAIN = Board.preset("triangle-8")
 
 
-class Clock:
+class Clock(HandClock):
     """A clock that the test advances, and that advances a little each time it is read."""
-
-    def __init__(self) -> None:
-        self.time = 0.0
 
     def __call__(self) -> float:
         self.time += 1e-6
-        return self.time
+        return super().__call__()
 
 
 async def seven_rooms(clock: Clock) -> tuple[Rooms, list[LiveRoom]]:
     """`main` and six other rooms; a ball falls in each."""
-    rooms = Rooms(Settings(), Boards(8), Hub(8), MAIN, clock=clock)
+    rooms = rooms_by_hand(MAIN, clock)
     others = [await rooms.create(MAIN, INTERACTING) for _ in range(6)]
     asked = [ask(room, 0) for room in (rooms.find("main"), *others)]
     await turns()
@@ -107,7 +103,7 @@ async def test_a_room_that_has_not_ticked_for_a_second_is_late(
 ) -> None:
     rooms, others = await seven_rooms(Clock())
     held = others[0]
-    monkeypatch.setattr(rooms.persistence, "may_step", lambda room: room is not held.room)
+    monkeypatch.setattr(TouchingRoom, "held", property(lambda room: room is held.room))
     for _ in range(60):
         run_pass(rooms.runner)
     assert rooms.runner.counts.late == 0
@@ -123,9 +119,8 @@ async def test_a_room_that_has_not_ticked_for_a_second_is_late(
 
 async def test_a_room_that_is_closed_is_not_late(monkeypatch: pytest.MonkeyPatch) -> None:
     rooms, others = await seven_rooms(Clock())
-    monkeypatch.setattr(
-        rooms.persistence, "may_step", lambda room: room.id not in {each.id for each in others}
-    )
+    held = {each.id for each in others}
+    monkeypatch.setattr(TouchingRoom, "held", property(lambda room: room.id in held))
     for _ in range(60):
         run_pass(rooms.runner)
     for room in others:

@@ -9,20 +9,16 @@ from typing import Any
 import pytest
 
 from app.errors import AppError, ClosedRoomError
-from app.live.broadcast.hub import Hub
-from app.live.live_room import LiveRoom
+from app.live.live_arena import LiveArena
 from app.live.registry import Rooms
 from app.live.ticking.step_threads import StepThreads
 from app.protocol.touching_messages import AddMessage
-from app.rooms.boards import Boards
 from app.rooms.kinds import SCENE
 from app.rooms.touching.next_tick import NextTick
 from app.rooms.touching.room import TouchingRoom
-from app.settings import Settings
-from benchmarks.scenes.expensive_boards import large
-from engine import Board, World, drop
+from engine import Board
 from tests.app.asking import ask, change
-from tests.app.passes import run_pass
+from tests.app.passes import rooms_by_hand, run_pass
 from tests.kit.waiting import LIMIT, eventually, turns
 
 MAIN = Board.preset("triangle-8")
@@ -60,21 +56,21 @@ def gate(monkeypatch: pytest.MonkeyPatch) -> Iterator[Gate]:
 
 @pytest.fixture
 async def rooms() -> AsyncIterator[Rooms]:
-    held = Rooms(Settings(), Boards(8), Hub(8), MAIN)
+    held = rooms_by_hand(MAIN)
     yield held
     await asyncio.to_thread(held.runner.close)
 
 
-async def heap_of(rooms: Rooms) -> LiveRoom:
+async def heap_of(rooms: Rooms) -> LiveArena:
     live = await rooms.create(rooms.scene(HEAP), SCENE)
+    assert isinstance(live, LiveArena)
     assert live.room.steps_aside
-    rooms.persistence.ticked(60, [live.room])  # the ledger has committed how far it may tick
     return live
 
 
 def alone(ticks: int, *, ball_at: int | None = None) -> TouchingRoom:
     """The same heap computed on one thread, with a ball thrown in at a tick."""
-    held = Rooms(Settings(), Boards(8), Hub(8), MAIN)
+    held = rooms_by_hand(MAIN)
     room = TouchingRoom("alone", held.scene(HEAP), tick_rate=60, max_balls=500)
     for tick in range(ticks):
         if tick == ball_at:
@@ -98,38 +94,6 @@ async def test_others_tick_during_a_long_step_and_its_room_catches_up(
     gate.open(4)  # the missed ticks, which follow without a pass of the ticker
     await eventually(lambda: heap.room.world.tick == 4)
     assert heap.room.world.digest() == alone(4).world.digest()
-
-
-async def test_another_thread_prepares_a_large_board_s_first_ball(
-    rooms: Rooms, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    gate, prepare = Gate(), World.prepare
-
-    def waiting(self: World) -> None:
-        gate.wait()
-        prepare(self)
-
-    monkeypatch.setattr(World, "prepare", waiting)
-    board = Board.from_json(large())
-    room, main = await rooms.create(board), rooms.find("main")
-    dropped = [ask(each, 4) for each in (room, main)]
-    await turns()
-    for tick in range(3):
-        run_pass(rooms.runner)
-        assert (room.room.world.tick, main.room.world.tick) == (0, tick + 1)
-    assert all(each.done() for each in dropped), "a drop is taken meanwhile"
-    ask(room, 5)
-    await turns()
-    gate.open()
-    await eventually(lambda: room.room.world.tick == 3)
-    assert gate.came == 1
-    while room.room.awake:
-        run_pass(rooms.runner)
-        await asyncio.sleep(0)
-    assert room.room.stats().histogram == [
-        sum(drop(board, seed).bin == number for seed in (4, 5))
-        for number in range(board.bins.count)
-    ]
 
 
 async def test_a_room_that_is_slow_for_long_gives_ticks_up(rooms: Rooms, gate: Gate) -> None:
@@ -191,7 +155,7 @@ async def test_a_step_that_fails_in_a_thread_closes_only_its_room(
     def bad() -> None:
         raise ZeroDivisionError("a heap")
 
-    copy = heap.room.world.copy  # type: ignore[attr-defined]
+    copy: Any = heap.room.world.copy
 
     def broken() -> Any:
         world = copy()
@@ -259,7 +223,7 @@ async def test_an_input_kept_at_the_server_s_stop_harms_no_room(
     while heap.room.planned:
         run_pass(rooms.runner)
         heap.room.step(watched=False)
-    rooms.runner.admit(heap)
+    rooms.runner.guarded(heap, heap.admit)
     await turns()
     assert placed.done()
     assert rooms.find(heap.id) is heap

@@ -12,14 +12,15 @@ from typing import Any
 
 import psycopg
 import pytest
+import sqlalchemy as sa
 from hypothesis import given
 from hypothesis import strategies as st
 
 from app.cli import main
-from app.persistence.checks.audit import landing_ticks
-from app.persistence.statements import store
+from app.persistence.statements import store, tables
 from app.rooms.kinds import INDEPENDENT
 from engine import Board, World, drop
+from engine.drops.flight import ticks_of
 from tests.app.persistence.crash.life import BOARD, break_page, living, look
 from tests.kit.postgres import PostgreSQL
 
@@ -35,7 +36,7 @@ FINDINGS: dict[str, tuple[str, str, str]] = {
     "the last row missing": (
         f"DELETE FROM drops WHERE room = {_OWN} AND ball = 2",
         "own",
-        "it has 2 inputs, but its checkpoint has 3",
+        "it has 2 inputs, but its row says 3",
     ),
     "a result of nothing": (
         f"UPDATE results SET ball = 9 WHERE room = {_OWN} AND ball = 1",
@@ -241,7 +242,8 @@ def test_a_room_that_is_given_up_returns_what_was_staked(
     assert capsys.readouterr().out == said
     assert main(order) == 2
     assert "the ledger has no open room 'main'" in capsys.readouterr().err
-    (result,) = look(url, store.results, number, 0, -1)
+    chosen = sa.select(tables.results).where(tables.results.c.room == number)
+    (result,) = look(url, lambda connection: connection.execute(chosen).all())
     assert (result.payout, result.bin, "taken off" in result.unsettled) == (7, None, True)
     assert look(url, store.open_room, played.own) is not None
 
@@ -263,7 +265,7 @@ def test_a_drops_last_tick_is_that_of_a_world(rate: int) -> None:
         world.add(seed)
         while world.awake:
             world.step()
-        assert landing_ticks(drop(BOARD, seed).duration, rate) == world.tick
+        assert ticks_of(drop(BOARD, seed).duration, 1 / rate) == world.tick
 
 
 @given(ticks=st.integers(1, 10**6), rate=st.integers(1, 1000), ulps=st.integers(-2, 2))
@@ -274,6 +276,6 @@ def test_the_last_tick_is_the_first_not_before_the_landing(
     t = ticks * dt
     for _ in range(abs(ulps)):
         t = math.nextafter(t, math.inf if ulps > 0 else 0.0)
-    found = landing_ticks(t, rate)
+    found = ticks_of(t, 1 / rate)
     assert found * dt >= t
     assert found == 1 or (found - 1) * dt < t

@@ -29,9 +29,13 @@ from app.settings import Settings
 from engine import Board
 from tests.app.asking import ask
 from tests.app.passes import run_pass
-from tests.kit.waiting import LIMIT, eventually, turns
+from tests.kit.hand import HandClock
+from tests.kit.waiting import LIMIT, turns
 
 BOARD = Board.preset("triangle-8")
+
+CLOCK = HandClock()
+"""The time of all lives: it goes on from one to the next."""
 
 
 @dataclass
@@ -40,6 +44,7 @@ class Life:
 
     rooms: Rooms
     ledger: Ledger
+    going_on: "asyncio.Task[None]"
 
     async def drop(self, live: LiveRoom, seed: int | None, **values: Any) -> messages.Accepted:
         """Drop a ball, and tick until it has entered."""
@@ -76,8 +81,8 @@ class Life:
         await self.until(lambda: not self.rooms.runner.awake)
 
     async def back(self) -> None:
-        """Wait until all rooms are rebuilt."""
-        await eventually(lambda: not self.rooms.rebuilding.waiting)
+        """Wait until all rooms that were awake are in memory."""
+        await self.going_on
 
     @property
     def shared(self) -> SharedRooms:
@@ -102,15 +107,15 @@ async def living(
     url: str,
     *,
     board: Board = BOARD,
-    rebuild: bool = True,
+    go_on: bool = True,
     holder: str = "",
     claim: Claim = any_room,
     **settings: Any,
 ) -> AsyncIterator[Life]:
     """A life over the ledger at `url`.
 
-    rebuild: rebuild all rooms, not only those asked for; holder: the server's name, if several
-    servers share the ledger; claim: decides which rooms it may lease.
+    go_on: load all rooms that were awake, not only those asked for; holder: the server's name, if
+    several servers share the ledger; claim: decides which rooms it may lease.
     """
     chosen = Settings(**settings)
     limits = BallLimits(chosen.max_balls, MAX_TOUCHING)
@@ -118,18 +123,21 @@ async def living(
     database = Database(url, shared=bool(holder))
     ledger = Ledger(database, period=0.0, patience=60.0, leases=book or Unshared())
     leases = Leases(ledger, book) if book else None
-    service = PersistenceService(ledger, tick_rate=chosen.tick_rate, limits=limits, leases=leases)
-    rooms = Rooms(chosen, Boards(8), Hub(8), board, persistence=service, claim=claim)
+    service = PersistenceService(
+        ledger, tick_rate=chosen.tick_rate, limits=limits, leases=leases, now=CLOCK.unix
+    )
+    rooms = Rooms(chosen, Boards(8), Hub(8), board, clock=CLOCK, persistence=service, claim=claim)
     await asyncio.to_thread(ledger.open)
     ledger.start()
     try:
         await rooms.resume()
-        rebuilding = asyncio.create_task(rooms.rebuilding.run() if rebuild else asyncio.sleep(0))
+        alone = go_on and not holder
+        going_on = asyncio.create_task(rooms.go_on() if alone else asyncio.sleep(0))
         try:
-            yield Life(rooms, ledger)
+            yield Life(rooms, ledger, going_on)
         finally:
-            rebuilding.cancel()
-            await asyncio.gather(rebuilding, return_exceptions=True)
+            going_on.cancel()
+            await asyncio.gather(going_on, return_exceptions=True)
     finally:
         await ledger.close()
 

@@ -197,7 +197,7 @@ class Table:
     def _answered(self, room_id: str, seed: int, asked: "asyncio.Future[Any]") -> None:
         error = asked.exception()
         if error is None:
-            self.told[room_id].hear(msgspec.to_builtins(asked.result()))
+            self.told[room_id].hear(msgspec.to_builtins(asked.result().accepted))
         else:
             assert isinstance(error, LedgerError), error
             self.told[room_id].refused.add(str(seed))
@@ -229,10 +229,11 @@ class Table:
     def tick(self, times: int) -> bool:
         """Tick this often; returns whether something still moves."""
 
-        def passes() -> bool:
-            return [run_pass(self.rooms.runner) for _ in range(times)][-1:] == [True]
-
-        return self.within(passes)
+        awake = False
+        for _ in range(times):
+            self.loop.pass_time(1 / 60)
+            awake = self.within(lambda: run_pass(self.rooms.runner))
+        return awake
 
     def until_still(self) -> None:
         """Tick until nothing moves and the ledger has written everything."""

@@ -12,10 +12,11 @@ from app.persistence.ledger.commit_queue import CommitQueue, Fate, Job, RevokedE
 from app.persistence.ledger.writer import Ledger
 from app.persistence.statements.store import last_number
 from app.rooms.log import verify_log
-from app.rooms.records import DropRow, Halt
+from app.rooms.records import DropRow, Halt, NewDrop
 from engine import Board
 from tests.app.conftest import TINY
 from tests.app.persistence.ledger.stepped import PATIENCE, Steps, Table
+from tests.kit.facts import new
 from tests.kit.told import Told
 from tests.kit.waiting import LIMIT, eventually
 
@@ -34,8 +35,8 @@ def queue_of(*jobs: Job) -> CommitQueue:
     return queue
 
 
-def row(number: int) -> DropRow:
-    return DropRow(1, number, 0, number)
+def row(number: int) -> NewDrop:
+    return new(DropRow(1, number, 0, number))
 
 
 def table_over(empty: Path, folder: Path) -> Table:
@@ -150,33 +151,22 @@ def test_while_writes_fail_what_is_there_can_be_read() -> None:
 # The queue with rooms.
 
 
-def test_an_input_that_cannot_be_written_refuses_the_later_ones(
-    empty: Path, tmp_path: Path
-) -> None:
-    """An accepted later input would leave a gap. Other rooms' drops are not affected."""
+def test_a_drop_that_cannot_be_written_is_refused_and_no_other(empty: Path, tmp_path: Path) -> None:
+    """It never had a number, so there is no gap, and nothing is taken back."""
     table = table_over(empty, tmp_path)
     for seed in range(3):
         table.asks("main", seed)
         table.asks("triangle-8", 10 + seed)
         table.work()
-    main = table.persistence.runs.of(table.rooms.find("main").room).number
-    with table.database.transaction() as connection:
-        connection.exec_driver_sql(
-            "INSERT INTO drops (room, ball, tick, seed, stake, practice) "
-            f"VALUES ({main}, 4, 0, '99', 0, 0)"
-        )
-    asked = {seed: table.asks("main", seed) for seed in range(3, 6)}
+    asked = [table.asks("main", 3), table.asks("main", 4, -1), table.asks("main", 5)]
     others = [table.asks("triangle-8", seed) for seed in range(13, 16)]
-    table.turn()
-    assert table.asks("main", 6) is None, "not before the loop knows of the refusal"
     table.work()
     assert table.ledger.up
     table.tick(3)
     assert [each is not None and each.exception() is None for each in others] == [True] * 3
-    outcome = {seed: None if each is None else each.exception() for seed, each in asked.items()}
-    assert outcome[3] is None
-    assert all(isinstance(outcome[seed], LedgerError) for seed in (4, 5))
-    assert len(table.rooms.find("main").room.planned) == 0
+    assert isinstance(asked[1] and asked[1].exception(), LedgerError)
+    balls = [each.result().accepted.ball for each in (asked[0], asked[2]) if each]
+    assert balls == [3, 4]
     table.end()
 
 
@@ -221,7 +211,7 @@ def test_a_frozen_process_with_a_waiting_drop_refuses_nothing(empty: Path, tmp_p
     table.loop.freeze(2.3)
     table.until(table.ledger.probe())
     assert asked is not None
-    assert asked.result().ball == 0
+    assert asked.result().accepted.ball == 0
     table.end()
 
 
@@ -270,7 +260,6 @@ def test_while_a_drop_is_in_doubt_balls_fall_and_it_enters_late(
     table.tick(10)
     asked = table.asks("main", 2)
     assert asked is not None
-    planned = room.room.planned[0].tick
 
     def stall(step: str) -> None:
         if step == "committed":
@@ -280,10 +269,10 @@ def test_while_a_drop_is_in_doubt_balls_fall_and_it_enters_late(
     table.database.at = stall
     table.turn()
     table.database.at = lambda step: None
-    assert room.room.world.tick == 40, "the room did not wait"
+    assert room.room.world.tick >= 40, "the room did not wait"
     assert not asked.done()
     table.work()
-    assert asked.result().tick == planned < 40
+    assert 10 < asked.result().accepted.tick < 40
     table.until_still()
     assert verify_log(table.log("main")).ok
     table.end()

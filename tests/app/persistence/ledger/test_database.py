@@ -10,6 +10,7 @@ from app.errors import DamagedRoomError, SettingError
 from app.persistence.ledger.database import HEAD, Database, address
 from app.persistence.statements import store, tables, writing
 from app.rooms.records import BoardRow, DropRow, ReceiptRow, ResultRow, RoomRow, Write
+from tests.kit.facts import new
 from tests.kit.postgres import PostgreSQL
 from tests.kit.waiting import until
 
@@ -39,7 +40,7 @@ def test_what_is_written_is_read_to_the_last_bit(url: str) -> None:
     drop = DropRow(1, 0, 2**40, 2**64 - 1, 0.1 + 2**-56, 10**9, "ann")
     room = RoomRow(1, "r", "b" * 64, "independent", True, 60, 1, 1.5, 2.5, checkpoint=b"\0\xff")
     with database.transaction() as connection:
-        writing.apply(connection, [BoardRow("b" * 64, "board", "{}"), room, drop])
+        writing.apply(connection, [BoardRow("b" * 64, "board", "{}"), room, new(drop)])
     database.close()
     database.open()
     with database.transaction() as connection:
@@ -54,9 +55,10 @@ def test_a_gap_in_the_drops_is_no_ledger(url: str) -> None:
     database.open()
     room = RoomRow(1, "r", "b" * 64, "independent", True, 60, 1, 1.5, 2.5)
     board = BoardRow("b" * 64, "board", "{}")
-    rows: list[Write] = [board, room, DropRow(1, 0, 0, 1), DropRow(1, 2, 0, 1)]
+    rows: list[Write] = [board, room, *(new(DropRow(1, ball, 0, 1)) for ball in range(3))]
     with database.transaction() as connection:
         writing.apply(connection, rows)
+        connection.execute(sa.text("DELETE FROM drops WHERE ball = 1"))
         with pytest.raises(DamagedRoomError, match="lacks drop 1"):
             store.drops(connection, 1, 0)
     database.close()
@@ -101,7 +103,7 @@ def test_a_transaction_that_fails_leaves_nothing(url: str) -> None:
     database = Database(url)
     database.open()
     board = BoardRow("b" * 64, "board", "{}")
-    drop_of_no_room = DropRow(1, 0, 0, 1)
+    drop_of_no_room = new(DropRow(1, 0, 0, 1))
     with pytest.raises(sa.exc.IntegrityError), database.transaction() as connection:
         writing.apply(connection, [board, drop_of_no_room])
     with database.transaction() as connection:

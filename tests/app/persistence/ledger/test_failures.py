@@ -72,7 +72,7 @@ async def suffers_and_heals(
     assert [each["seed"] for each in log["drops"]] == ["1", "4"], "no refused drop came back"
     assert log["drops"][0]["result"]["digest"] == landed["digest"]
     assert verify_log(log).ok
-    assert not rooms.find(room).room.planned
+    assert not rooms.find(room).busy
 
 
 async def test_a_full_disk(small_disk: Path) -> None:

@@ -15,6 +15,7 @@ from app.persistence.ledger.fence import Fence
 from app.persistence.statements import store, writing
 from app.rooms.records import BoardRow, DropRow
 from tests.app.persistence.crash.life import look
+from tests.kit.facts import new
 
 
 def url_of(file: Path) -> str:
@@ -129,7 +130,7 @@ def test_only_what_changes_something_is_counted(tmp_path: Path) -> None:
         with database.transaction() as connection:
             store.last_number(connection)
     with pytest.raises(sa.exc.IntegrityError), database.transaction() as connection:
-        writing.apply(connection, [BoardRow("b" * 64, "board", "{}"), DropRow(1, 0, 0, 1)])
+        writing.apply(connection, [BoardRow("b" * 64, "board", "{}"), new(DropRow(1, 0, 0, 1))])
     fence = tmp_path / "plinko.db-fence"
     assert int(fence.read_text()) == 1
     database.disconnect()

@@ -11,6 +11,7 @@ from app.cli import main
 from app.persistence.ledger.database import Database
 from app.persistence.statements import tables, writing
 from app.rooms.records import BoardRow, Close, DropRow, InputRow, ResultRow, RoomRow, Write
+from tests.kit.facts import new
 
 DAY = 86400.0
 BOARD = "b" * 64
@@ -23,7 +24,8 @@ def fill(url: str) -> None:
     writes: list[Write] = [BoardRow(BOARD, "board", "{}")]
     writes += [replace(old, number=number, id=f"r{number}") for number in (1, 2, 3)]
     for room in (1, 2, 3):
-        writes += [DropRow(room, 0, 0, 7), ResultRow(room, 0, 9, 1, 1.0, 0.1, 0.0, "d" * 64, None)]
+        writes.append(new(DropRow(room, 0, 0, 7)))
+        writes.append(ResultRow(room, 0, 9, 1, 1.0, 0.1, 0.0, "d" * 64, None))
         writes.append(InputRow(room, 0, 0, "{}"))
     writes += [Close(1, 9, now - 100 * DAY), Close(2, 9, now - DAY)]
     database = Database(url)
@@ -75,7 +77,7 @@ def test_the_file_gets_smaller(tmp_path: Path) -> None:
     database = Database(url)
     database.open()
     with database.transaction() as connection:
-        writing.apply(connection, [DropRow(1, ball, 0, ball) for ball in range(1, 8000)])
+        writing.apply(connection, [new(DropRow(1, ball, 0, ball)) for ball in range(1, 8000)])
     database.close()
     before = file.stat().st_size
     assert main(["ledger", "prune", "--keep-days", "30", "--database-url", url]) == 0

@@ -1,0 +1,226 @@
+"""A running table of independent balls. A drop goes through this file from top to bottom:
+
+1. The request is checked: the table's limits, the player's session, the start.
+2. The writer's turn makes it a fact: number, tick, seed and receipt, committed together.
+3. Its flight is computed from the fact. Nothing that could refuse the drop has seen the result.
+4. The ball enters at the fact's tick, or late, at the place where it would be; it is announced.
+
+A tick samples the flights at the tick of the run's clock and announces the landings since the last
+one. A tick that is late shows the present; nothing is caught up.
+"""
+
+import asyncio
+from collections import deque
+from dataclasses import dataclass, replace
+from typing import cast
+
+from app.errors import AppError, ResetError
+from app.live.broadcast.audience import NOBODY, Player
+from app.live.flying import fly
+from app.live.live_room import LiveRoom, RoomContext
+from app.live.sessions.fair_session import FairSession
+from app.persistence.clock import RunClock
+from app.protocol import messages
+from app.rooms.independent import IndependentRoom
+from app.rooms.outcome import Outcome, outcome_of
+from app.rooms.pending import DropCommand
+from app.rooms.records import NewDrop
+from app.rooms.room import Room
+from engine.drops.flight import Flight
+
+
+@dataclass(eq=False)
+class _Coming:
+    """A fact whose ball is about to enter; its caller waits for `entered`."""
+
+    request: NewDrop
+    flight: Flight
+    player: Player
+    entered: "asyncio.Future[messages.Accepted]"
+
+
+class LiveTable(LiveRoom):
+    """One running table, for the event loop's thread."""
+
+    room: IndependentRoom
+    clock: RunClock
+
+    def __init__(self, room: IndependentRoom, context: RoomContext) -> None:
+        self._coming: deque[_Coming] = deque()
+        self._under_way = 0  # drops that have not entered yet
+        self._none_under_way = asyncio.Event()
+        self._none_under_way.set()
+        self._in_order = asyncio.Lock()  # balls enter in the order of their numbers
+        super().__init__(room, context)
+
+    def _begin(self, room: Room) -> None:
+        self.clock = self._persistence.clock_of(room)
+        super()._begin(room)
+
+    @property
+    def busy(self) -> bool:
+        return self._under_way > 0
+
+    @property
+    def awake(self) -> bool:
+        return self.room.awake or bool(self._coming)
+
+    # A drop.
+
+    async def drop(
+        self,
+        command: DropCommand,
+        player: Player = NOBODY,
+        session: FairSession | None = None,
+    ) -> Outcome:
+        return await self._persistence.ledger.decided(self._drop(command, player, session))
+
+    async def _drop(
+        self, command: DropCommand, player: Player, session: FairSession | None
+    ) -> Outcome:
+        room = self.room
+        self._check()
+        self._runner.check_memory()
+        room.check_drop(command, fair=session is not None)
+        room.check_place(self._under_way)
+        if session is not None:
+            session.check(room, practice=command.practice)
+        room.check_start(command, fair=session is not None)
+        self._under_way += 1
+        self._none_under_way.clear()
+        try:
+            request = await self._persistence.drop(room, self._request(command, player, session))
+            assert request.fact is not None
+            if session is not None:
+                session.took(request)
+            if request.earlier:
+                return await self._earlier(room, request)
+            return Outcome(await self._enter(room, request, player))
+        finally:
+            self._under_way -= 1
+            if not self._under_way:
+                self._none_under_way.set()
+                if self.room is room and self.gone is None and not self.awake:
+                    self._persistence.slept(room)  # the drop was refused, or is an earlier one
+
+    def _request(
+        self, command: DropCommand, player: Player, session: FairSession | None
+    ) -> NewDrop:
+        now = self._persistence.now()
+        return NewDrop(
+            room=0,
+            tick=self.clock.tick + (self._persistence.lead if self.awake else 0),
+            seed=command.seed,
+            used=now,
+            x=command.x,
+            stake=command.stake,
+            who=command.who,
+            aim=command.aim,
+            practice=command.practice,
+            tag=command.tag,
+            key=player.idempotency_key,
+            session=None if session is None else session.turn(self.room.draw, now),
+        )
+
+    async def _earlier(self, room: IndependentRoom, request: NewDrop) -> Outcome:
+        """The outcome of a drop that the player has sent before; its flight says if it is over."""
+        fact, result = request.fact, request.result
+        assert fact is not None
+        outcome = outcome_of(room.board, fact, request.receipt, result)
+        if result is None:
+            landing = room.landing(fact, await fly(room.board, room.start_of(fact)))
+            if landing.tick <= room.world.tick:
+                return replace(outcome, landed=landing)
+        return outcome
+
+    async def _enter(
+        self, room: IndependentRoom, request: NewDrop, player: Player
+    ) -> messages.Accepted:
+        """Compute the flight of a new fact, let its ball enter, and announce it."""
+        assert request.fact is not None
+        async with self._in_order:
+            try:
+                flight = await fly(room.board, room.start_of(request.fact))
+            except Exception as error:
+                self._runner.fail(self, error)
+                raise (self.gone or error) from error
+            if self.gone is not None:
+                raise self.gone
+            if self.room is not room:
+                raise ResetError(f"room {self.id!r} was reset", field="room")
+            entered = asyncio.get_running_loop().create_future()
+            self._coming.append(_Coming(request, flight, player, entered))
+        self._catch_up(request.fact.tick)
+        self._runner.guarded(self, self._admit)
+        self._runner.run(self)
+        return await cast("asyncio.Future[messages.Accepted]", entered)
+
+    def _admit(self) -> None:
+        """Let the balls enter whose tick has come, and announce them."""
+        room = self.room
+        while self._coming:
+            fact = self._coming[0].request.fact
+            assert fact is not None
+            if fact.tick > room.world.tick:
+                return
+            coming = self._coming[0]
+            accepted = room.enter(fact, coming.flight, coming.request.receipt)
+            self._coming.popleft()
+            own = cast(messages.Accepted, self._announce(room.seq, coming.player, accepted))
+            if not coming.entered.done():
+                coming.entered.set_result(own)
+
+    # Ticks.
+
+    def _catch_up(self, tick: int) -> None:
+        """Let a table at rest, which does not tick, go to this tick or to the present one."""
+        if not self.room.awake:
+            self.room.advance(min(tick, self.clock.tick))
+            self.tick_time = self._runner.clock()
+
+    def wake(self) -> None:
+        self._catch_up(self.clock.tick)
+        super().wake()
+
+    def advance(self, due: int, until: float) -> None:
+        """Show the state at the clock's tick, and announce what has happened since the last one."""
+        room, before, now = self.room, self.room.world.tick, self.clock.tick
+        # Only the snapshot stream has contacts and flags bounces.
+        watched = self._context.audiences.hub.count(self.id, messages.SNAPSHOTS) > 0
+        while self._coming and (at := self._coming[0].request.fact) is not None and at.tick <= now:
+            self._publish(room.advance(at.tick, watched=watched))
+            self._admit()
+        events = room.advance(now, watched=watched)
+        moved = room.world.tick > before
+        if moved:
+            self.tick_time = self._runner.clock()
+            self._missed = 0
+        self._publish(events, with_snapshot=moved)
+        self._persistence.write_results()
+        if not self.awake:
+            self._sleep()
+
+    def _sleep(self) -> None:
+        self._leave_runner()
+        if not self._under_way:  # else the next drop will wake it, and its row says so already
+            self._persistence.slept(self.room)
+
+    # Its end.
+
+    async def settled(self) -> None:
+        if self._under_way:
+            await self._persistence.ledger.commit()  # decides all earlier drops
+            await self._none_under_way.wait()
+
+    def _landings(self) -> list[messages.Landed]:
+        return self.room.landings()
+
+    def land_all(self) -> None:
+        self._publish(self.room.land_all(), kept=True)
+
+    def _leave_behind(self, error: AppError) -> None:
+        super()._leave_behind(error)
+        for coming in self._coming:
+            if not coming.entered.done():
+                coming.entered.set_exception(error)
+        self._coming.clear()

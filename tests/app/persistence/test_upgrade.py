@@ -1,0 +1,87 @@
+"""A ledger of release 1.0.0 is upgraded: its balls land, its logs and receipts stay provable.
+
+That release wrote kept/ledger-1.0.0.tar.xz and was killed with balls in flight. The file told.json
+in it has what its players had received.
+"""
+
+import json
+import tarfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.errors import SettingError
+from app.fairness.check import check_session, kernel_digest_of
+from app.fairness.export import read_export
+from app.persistence.ledger.database import Database
+from app.persistence.statements import store
+from app.rooms.log import verify_log
+from app.settings import page_kernels
+from engine import Board, drop
+from tests.app.persistence.crash.life import change, look
+from tests.kit.serving import serving
+
+KEPT = Path(__file__).parent / "kept" / "ledger-1.0.0.tar.xz"
+BOARD = Board.preset("triangle-8")
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    with tarfile.open(KEPT) as kept:
+        kept.extractall(tmp_path, filter="data")
+    return tmp_path
+
+
+def told_in(folder: Path) -> dict[str, Any]:
+    told: dict[str, Any] = json.loads((folder / "told.json").read_text())
+    return told
+
+
+def test_balls_of_the_earlier_release_land_before_a_new_run(folder: Path) -> None:
+    url, told = f"sqlite:///{folder / 'plinko.db'}", told_in(folder)
+    with serving(database_url=url) as server, server.client("/api/v1") as http:
+        room = http.get(f"/rooms/{told['room']}").raise_for_status().json()
+        assert room["stats"]["drops"] == 0, "a new run with the new clock"
+        shown = {"authorization": f"Bearer {told['session_token']}"}
+        session = f"/sessions/{told['session']}"
+        http.post(f"{session}/end", headers=shown).raise_for_status()
+        export = http.get(f"{session}/export", headers=shown).raise_for_status().json()
+    assert [each["result"]["digest"] for each in export["drops"][:3]] == [
+        each["landed"]["digest"] for each in told["staked"]
+    ]
+    for each in export["drops"]:
+        alone = drop(BOARD, int(each["receipt"]["seed"]))
+        assert each["result"]["digest"] == alone.digest
+    export["heard"] = [each["receipt"] for each in (*told["staked"], *told["flying"][:2])]
+    verdict = check_session(
+        read_export(export), kernel_digest=kernel_digest_of(page_kernels().read_bytes())
+    )
+    assert (verdict.failed, verdict.drops) == ([], 5)
+
+
+def test_results_are_those_of_the_drops_and_logs_hold(folder: Path) -> None:
+    url, told = f"sqlite:///{folder / 'plinko.db'}", told_in(folder)
+    runs = look(url, store.run_numbers)
+    with serving(database_url=url) as server, server.client("/api/v1") as http:
+        main = http.get("/rooms/main/log").json()
+        assert (main["drops"], verify_log(main).ok) == ([], True)
+    boards = {told["room"]: BOARD, "main": Board.preset("triangle-16")}
+    checked = 0
+    for number in runs:
+        row = look(url, store.run, number)
+        if row.id not in boards:
+            continue
+        assert row.closed is not None
+        for fact, result in look(url, store.drops, number, 0):
+            assert result is not None
+            assert result.digest == drop(boards[row.id], fact.seed).digest
+            checked += 1
+    assert checked == 11
+
+
+def test_a_ledger_of_a_later_release_is_refused_in_true_words(folder: Path) -> None:
+    url = f"sqlite:///{folder / 'plinko.db'}"
+    change(url, "UPDATE alembic_version SET version_num = '0099'")
+    with pytest.raises(SettingError, match="step '0099', but this release only knows"):
+        Database(url).open()
