@@ -43,7 +43,7 @@ ROLLED_OFF = 2  # f, f' and f'': the normal force has just become zero
 LIFTED = 3  # f and f': the ball has no speed off the surface, but is not pressed onto it
 
 
-@lean_kernel
+@inner_kernel
 def origin_line_hit(
     items: Array, origin: int, side: float, x: float, y: float, vx: float, vy: float,
     ax: float, ay: float, k: float, horizon: float,
