@@ -4,15 +4,12 @@ All times are in s from the start of the stretch; NO_HIT means not within the ho
 """
 
 from engine.exact.board_arrays import BoardArrays
+from engine.exact.free_flight import is_near
 from engine.jit.decorator import inner_kernel
 from engine.physics import contact, surface
 from engine.physics.series import Series, first_zero, value
 from engine.physics.surface import ends_in, is_flush, rounding
 from engine.physics.time_of_impact import NO_HIT
-
-INNER = 1.0e-9
-"""rad. A ball that is farther than this past a line's end, towards the line, is on the inner half
-of the end's circle, or of a peg that is flush with the line. It cannot pass onto the line."""
 
 
 @inner_kernel
@@ -241,8 +238,6 @@ def onto_line_time(
                 row[surface.TX] * series[contact.NORMAL_X, i]
                 + row[surface.TY] * series[contact.NORMAL_Y, i]
             )
-        if f[0] < -INNER:
-            continue
         s = _first_touch(f, horizon)
         if s == NO_HIT or (best != NO_HIT and s >= best):
             continue
@@ -250,7 +245,11 @@ def onto_line_time(
             value(series[contact.NORMAL_X], s) * row[surface.NX]
             + value(series[contact.NORMAL_Y], s) * row[surface.NY]
         )
-        if is_flush(board.items, board.radius, line, 1.0 if up > 0.0 else -1.0, item):
+        side = 1.0 if up > 0.0 else -1.0
+        px, py = position(board, series, item, 0.0, 0.0, s)
+        if is_flush(board.items, board.radius, line, side, item) and is_near(
+            board.items, line, side, px, py, board.radius
+        ):
             best = s
             entered = line
     return best, entered

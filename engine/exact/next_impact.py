@@ -59,7 +59,7 @@ def origin_line_hit(
     return s
 
 
-@lean_kernel
+@inner_kernel
 def _hit_again(
     items: Array, item: int, side: float, how: int, motion: Motion, horizon: float
 ) -> float:
