@@ -55,9 +55,6 @@ _BYTE: Final = 6e-8  # of JSON
 _ONCE: Final = 1e-3  # fixed cost of any job for a worker
 _PRESET_DROP: Final = 2e-4  # with its record: 60 to 120 us
 
-UNSETTLED: Final = 2.0
-"""CPU seconds for a room in which balls fall so long that their ends are not computed at once."""
-
 SHORT: Final = 5e-4
 """CPU seconds. The server's own process computes cheaper drops; see `ShortDrops`."""
 
