@@ -8,7 +8,6 @@ from engine.jit.decorator import inner_kernel, lean_kernel
 from engine.physics import surface
 from engine.physics.circle_impact import (
     Motion,
-    circle_hit,
     circle_hit_after_leaving,
     circle_hit_after_lifting,
     circle_hit_again,
@@ -331,8 +330,10 @@ def next_impact(
                         Motion(qx, qy, vx, vy, ax, ay, k), d2, horizon, best,
                         0.0, f, 2.0 * b, 2.0 * c, low3,
                     )  # fmt: skip
+                elif b < 0.0:
+                    s = 0.0
                 else:
-                    s = circle_hit(qx, qy, vx, vy, ax, ay, k, d2, horizon, best)
+                    s = circle_hit_again(qx, qy, vx, vy, ax, ay, k, horizon, best)
             if (
                 s != NO_HIT
                 and other != beside
