@@ -9,6 +9,7 @@ within rounding: a wall begins and ends exactly at the circles of its ends, whic
 other walls, and a wall that is flush with a peg at its end is exactly tangent to it.
 """
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -38,7 +39,8 @@ class _Place(NamedTuple):
 class Scene:
     """Everything on a board that decides where a ball goes, at the current precision."""
 
-    def __init__(self, board: BoardFields) -> None:
+    def __init__(self, board: BoardFields, others: Sequence[Circle] = ()) -> None:
+        """`others`: circles in addition to the board's; their numbers need not be float64."""
         self.gravity, self.drag = arb(board.gravity), arb(board.drag)
         self.radius = arb(board.ball.radius)
         self.start_y, self.bins_y = arb(board.drop.y), arb(board.bins.y)
@@ -54,6 +56,7 @@ class Scene:
             if self._items[item, surface.OWNER] == item:
                 self.faces += self._faces_of(item, circles, pair)
         self.circles = [c for c in circles if self._items[c.rank, surface.OWNER] == c.rank]
+        self.circles += others
         self.screen = Screen(self.circles, self.faces, board)
 
     def _circles_of(self, board: BoardFields) -> list[Circle]:

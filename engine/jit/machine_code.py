@@ -58,10 +58,13 @@ def entry(kernel: EntryKernel[Any, Any]) -> Callable[..., Any] | None:
 
 @cache
 def modules() -> dict[str, "Module"]:
-    """The module of each kernel, by the kernel's name. Stale artifacts are ignored."""
-    found = {}
+    """The module of each kernel, by the kernel's name. Stale artifacts are ignored.
+
+    A kernel that several artifacts have is run by the first, so that a single drop loads only one.
+    """
+    found: dict[str, Module] = {}
     for path in sorted(FOLDER.glob("*.wasm")):
-        found.update(_read(path, stamp.current()))
+        found = _read(path, stamp.current()) | found
     return found
 
 

@@ -219,8 +219,10 @@ def test_text_that_is_not_one_plain_object_is_refused(text: str, reason: str) ->
 def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     assert str(refusal("missing.json")).startswith("board is 'missing.json': the file cannot be")
     binary = tmp_path / "binary.json"
-    binary.write_bytes(b"\xff\xfe\x00")
+    binary.write_bytes(b"\x89PNG")
     assert "not UTF-8" in str(refusal(binary))
+    binary.write_bytes(b"\xff\xfe\x00")
+    assert "not UTF-16" in str(refusal(binary))
     listing = tmp_path / "list.json"
     listing.write_text("[1, 2]", encoding="utf-8")
     assert "must be an object" in str(refusal(listing))

@@ -13,18 +13,26 @@ INTERRUPTED = """
 import signal
 from engine.drops.threads import share
 
+sharing = False
+
 def stop(*_):
-    raise KeyboardInterrupt
+    # The system may hand the signal to a worker, which runs late on a busy machine: after `share`.
+    if sharing:
+        raise KeyboardInterrupt
 
 signal.signal(signal.SIGALRM, stop)
 stopped = 0
 for k in range(8000):
     try:
+        sharing = True
         signal.setitimer(signal.ITIMER_REAL, (k % 400 + 2) * 5e-6)
         share(range(64), lambda part, _: sum(range(200)), 2)
         signal.setitimer(signal.ITIMER_REAL, 0.0)
+        sharing = False
     except KeyboardInterrupt:
+        sharing = False
         stopped += 1
+signal.signal(signal.SIGALRM, signal.SIG_IGN)
 print(stopped)
 """
 

@@ -247,7 +247,7 @@ def test_a_record_from_when_zero_had_a_sign_is_still_reproduced() -> None:
     assert verify(record).ok
 
 
-OLD_DIGEST = "5eb53225fff31f0e5766b4104bf0cc59771bd9a90341ff50f23cc824c25e43c9"
+OLD_DIGEST = "2aea6196489b051a8ddf951a542c5b4c9077c44e9f970c7ce5f5e6ea96bcd7b9"
 
 
 def test_writing_to_a_copy_of_xs_is_not_writing_to_the_callers() -> None:
