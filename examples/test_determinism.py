@@ -12,9 +12,9 @@ import plinko
 
 BOARD = "triangle-16"  # or plinko.Board.from_json("my-board.json")
 
-PHYSICS_VERSION = 5
-BATCH = "77cb35b5b80511adbebeb5d997ee9e7cbfb5153eba05b2b675d71369e54cf400"
-DROP = "0bcca89cdbe71bcc82efe9b0c878864cb535fbf5015e893390ec476bdb5393a7"
+PHYSICS_VERSION = 6
+BATCH = "bf22abff8e48ad3fec5b7393cc8f632f4ba3e0ae73516ffea28e65a4d493d7ca"
+DROP = "402de057c20e083948766914db9f441728e77cde59c31398e182a1622dcf6a11"
 
 
 def test_the_release_has_the_physics_of_these_digests():

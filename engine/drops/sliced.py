@@ -76,6 +76,8 @@ class SlicedPath:
         """
         if self.ended:
             return _slice(new_log(0, 0))
+        if self._arrays is None:
+            self._arrays = arrays_of(self.board)  # before the limit, which is that of a ball's path
         while True:
             limit = min(most, self._most, self._max_events - self.events)
             try:
@@ -105,8 +107,7 @@ class SlicedPath:
         return _slice(log)
 
     def _trace(self, state: Floats, initial: Ints, limit: int, log: Log) -> tuple[int, int]:
-        if self._arrays is None:
-            self._arrays = arrays_of(self.board)
+        assert self._arrays is not None
         outcome, where, impacts = np.empty(1, np.int8), np.empty(1, np.int32), np.empty(1, np.int32)
         trace_many(
             self._arrays, state, initial, limit, MAX_TIME, self._series, log, outcome,

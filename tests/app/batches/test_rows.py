@@ -61,6 +61,14 @@ def test_an_interrupt_leaves_a_whole_file_of_what_was_done(tmp_path: Path) -> No
     assert parquet.read_table(tmp_path / "drops.parquet").num_rows == run.tally.drops == 65_536
 
 
+@pytest.fixture(autouse=True)
+def interruptible() -> Iterator[None]:
+    """Ctrl-C interrupts, even if the tests run in the background, where shells ignore it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 STOPS = {"Ctrl-C": signal.SIGINT, "SIGTERM": signal.SIGTERM}
 
 

@@ -183,6 +183,10 @@ SHAFT = {
     "width": 4e-3,
     "height": 1.0,
     "ball": {"radius": 1e-3, "restitution": 1.0},
+    "pegs": [
+        {"x": 0.0, "y": 1.02, "radius": 1e-4},
+        {"x": 5e-4, "y": 1.02, "radius": 1e-4},
+    ],
     "walls": [
         {"x1": -5e-3, "y1": 0.969, "x2": 2.5e-3, "y2": 0.97},
         {"x1": -5e-3, "y1": -0.01, "x2": -5e-3, "y2": 1.0},
@@ -192,7 +196,8 @@ SHAFT = {
     "bins": {"y": 1.0, "edges": [-5e-3, 0.0, 5e-3], "multipliers": [1.0, 1.0]},
     "drop": {"x": -1.25e-3, "y": 0.0, "jitter": 1e-4},
 }
-"""A ball's way between two impacts is hundreds of times as long as the ball is wide."""
+"""A ball's way between two impacts is hundreds of times as long as the ball is wide. The pegs,
+below the bins, make search windows as short as the ball."""
 
 
 async def test_a_board_with_too_slow_an_impact_closes_its_room(
