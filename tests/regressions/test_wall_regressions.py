@@ -1,0 +1,22 @@
+"""Drops on walls that once went wrong, with the landing that `plinko certify` has proven.
+
+The file has one drop per line: a wall in one piece, the same in two, a ramp on which contact once
+passed between two pieces for ever, and a board with an impact where no peg is.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from engine import Board, drop
+
+CASES = json.loads((Path(__file__).parent / "walls" / "seams.json").read_text("utf-8"))
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case["name"])
+def test_a_ball_lands_where_its_proof_says(case: dict[str, Any]) -> None:
+    found = drop(Board.from_json(case["board"]), case.get("seed"), x=case.get("x"))
+    assert (found.bin, found.unsettled) == (case["bin"], None)
+    assert found.x_end == pytest.approx(case["x_end"], abs=1e-9)
