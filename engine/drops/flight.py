@@ -91,7 +91,7 @@ class SlicedFlight:
         self._parts: list[Slice] = []
 
     def advance(self, events: int) -> bool:
-        """Compute about so many more events; returns whether the flight is complete.
+        """Compute about `events` more events; returns whether the flight is complete.
 
         Raises EffortError if a single event takes too long.
         """

@@ -1,4 +1,4 @@
-"""Numbers with a decimal comma are read in every field of every page, and what is none is named."""
+"""Numbers with a decimal comma are read in every field of every page, and an invalid number is named."""
 
 import re
 from typing import Any

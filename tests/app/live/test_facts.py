@@ -1,4 +1,4 @@
-"""Whatever happens to a table, in any order, what is told and kept are the facts and their flights.
+"""Whatever happens to a table, clients receive and the ledger keeps the facts and their flights.
 
 Hypothesis drops balls, refuses them, leaves commits in doubt, kills and starts servers, moves the
 machine's clock, resets the room and repeats keys. The ledger is a list in memory.

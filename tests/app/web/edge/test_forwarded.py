@@ -42,7 +42,7 @@ FORMS = {
     "IPv6 of one subscriber": "[2001:db8::{:x}]",
     "an IPv4 address as IPv6, with a port": "[::ffff:203.0.113.9]:{}",
     "no address": "unknown{}",
-    "a port that is none": "203.0.113.9:x{}",
+    "an invalid port": "203.0.113.9:x{}",
     "an address of the proxy itself": "203.0.113.9, 127.0.0.1:{}",
     "an open bracket": "[2001:db8::9:{}",
 }
