@@ -1,4 +1,4 @@
-"""Numbers with a decimal comma are read in every field of every page, and an invalid number is named."""
+"""Every field for a number takes a decimal comma, and names an invalid number."""
 
 import re
 from typing import Any
