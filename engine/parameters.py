@@ -86,15 +86,16 @@ def make_solver(
 
     Raises ParameterError for an invalid value, and for a parameter that the solver does not have.
     """
-    fields = {"dt": dt, "substeps": substeps, "correction": correction}
-    given: dict[str, Any] = {field: value for field, value in fields.items() if value is not None}
+    fields = ("dt", dt), ("substeps", substeps), ("correction", correction)
     if name == "exact":
-        for field, value in given.items():
-            raise ParameterError(
-                f"{field} {value!r} needs solver 'stepped': the exact solver has no time step",
-                field=field,
-            )
+        for field, value in fields:
+            if value is not None:
+                raise ParameterError(
+                    f"{field} {value!r} needs solver 'stepped': the exact solver has no time step",
+                    field=field,
+                )
         return Exact()
     if name == "stepped":
+        given: dict[str, Any] = {field: value for field, value in fields if value is not None}
         return Stepped(**given)
     raise ParameterError(f"solver {name!r} is neither 'exact' nor 'stepped'", field="solver")

@@ -9,6 +9,7 @@ What has to hold on every valid board, whatever the path:
     jump              The place is continuous where one law of motion follows another.
     energy            Translation, rotation and height together never gain energy.
     rests on nothing  A ball that lies still touches a body below it, or two.
+    batch             A batch has the same result, to the last bit.
     ... budget        The drop ends.
 
 Only the motion between events comes from the engine (`states_at`). Distances are those of points
@@ -24,6 +25,7 @@ import numpy.typing as npt
 
 from engine.board.model import Board
 from engine.constants import KIND_LANDING, KIND_PEG, KIND_WALL
+from engine.drops.batch import drop_many
 from engine.drops.certainty import certainty_of
 from engine.drops.trajectory import Trajectory, at_start, follow
 from engine.exact import event_log
@@ -189,7 +191,23 @@ def check_drops(board: Board, seeds: Iterable[int], number: int = 0) -> list[Fai
 
 def check_starts(board: Board, xs: Iterable[float], number: int = 0) -> list[Failure]:
     """The failures of the drops from these starts in m."""
-    return check_paths(board, [follow(board, at_start(board, x), Exact()) for x in xs], number)
+    paths = [follow(board, at_start(board, x), Exact()) for x in xs]
+    return check_paths(board, paths, number) + compare_batch(board, paths, number)
+
+
+def compare_batch(board: Board, paths: list[Trajectory], number: int = 0) -> list[Failure]:
+    """The paths to which a batch of the same starts has another result."""
+    starts = np.array([path.start[body.X] for path in paths])
+    batch = drop_many(board, len(starts), xs=starts, threads=1)
+    landed = [path.outcome == LANDED for path in paths]
+    ends = np.array([(path.end[body.T], path.end[body.X]) for path in paths])
+    same = batch.outcome == [path.outcome for path in paths]
+    same &= batch.bin == np.where(landed, [path.bin for path in paths], -1)
+    same &= (batch.duration == ends[:, 0]) & (batch.x_end == ends[:, 1])
+    return [
+        Failure("batch", number, float(starts[i]), float(ends[i, 0]), "a batch ends differently")
+        for i in np.flatnonzero(~same).tolist()
+    ]
 
 
 def compare_drops(whole: Board, cut: Board, seeds: Iterable[int], number: int = 0) -> list[Failure]:
