@@ -58,7 +58,6 @@ def rebound(
     """The impact of a ball at (x, y) on a surface: its centre at the exact contact distance, the
     velocity and spin after the impact, the normal, whether friction stopped the slip, and whether
     the impact is true: on the surface and without a gain of energy, as TRUE_WITHIN says."""
-    is_true = is_near(items, item, side, x, y, radius)
     spin = 0.5 * radius * radius
     energy = vx * vx + vy * vy + spin * omega * omega
     dx = x - items[item, surface.X]
@@ -68,7 +67,9 @@ def rebound(
         # The distance is D within rounding: one Newton step for 1 / sqrt makes the normal exact.
         nx = dx * items[item, surface.INVERSE]
         ny = dy * items[item, surface.INVERSE]
-        unit = 1.5 - 0.5 * (nx * nx + ny * ny)
+        square = nx * nx + ny * ny
+        gap = 0.5 * distance * (square - 1.0)
+        unit = 1.5 - 0.5 * square
         nx = nx * unit
         ny = ny * unit
         x = items[item, surface.X] + distance * nx
@@ -82,7 +83,9 @@ def rebound(
     sticks = False
     if vx * nx + vy * ny < 0.0:
         vx, vy, omega, sticks = bounce(vx, vy, omega, nx, ny, radius, restitution, friction)
-    is_true &= vx * vx + vy * vy + spin * omega * omega <= energy * (1.0 + TRUE_WITHIN)
+    energy_after = vx * vx + vy * vy + spin * omega * omega
+    is_near = abs(gap) <= TRUE_WITHIN * radius
+    is_true = is_near & (energy_after <= energy * (1.0 + TRUE_WITHIN))
     return x, y, vx, vy, omega, nx, ny, sticks, is_true
 
 

@@ -18,7 +18,6 @@ from engine.physics.time_of_impact import (
     MAX_STEPS,
     NEGLIGIBLE,
     NO_HIT,
-    SIXTH,
     THIRD,
     halley_step,
     minorant_root,
@@ -70,44 +69,6 @@ def third_derivative_size(va: float, aa: float, qa: float, k: float, horizon: fl
     return size
 
 
-@inner_kernel
-def circle_hit(
-    qx: float,
-    qy: float,
-    vx: float,
-    vy: float,
-    ax: float,
-    ay: float,
-    k: float,
-    d2: float,
-    horizon: float,
-    best: float,
-) -> float:
-    """First s in [0, min(horizon, best)] at which the ball enters |q(s)|^2 <= d2, or NO_HIT.
-
-    d2 is D^2; k times horizon must be at most SERIES_LIMIT. `best` only ends the search early. The
-    root does not depend on it, so the order in which surfaces are searched does not matter.
-
-    A ball that touches at the start (f <= 0 within rounding) hits at once if it moves inwards. If
-    not, it is leaving the circle, and the root at 0 is divided out.
-    """
-    f = qx * qx + qy * qy - d2
-    b = qx * vx + qy * vy
-    if f <= 0.0:
-        if b < 0.0:
-            return 0.0
-        return circle_hit_again(qx, qy, vx, vy, ax, ay, k, horizon, best)
-    qa = qx * ax + qy * ay
-    c = vx * vx + vy * vy + qa
-    low3 = third_derivative_bound(vx * ax + vy * ay, ax * ax + ay * ay, qa, k, horizon)
-    reach = min(horizon, best)
-    if stays_positive(f, b, c + low3 * reach * SIXTH, reach):
-        return NO_HIT
-    return circle_search(
-        Motion(qx, qy, vx, vy, ax, ay, k), d2, horizon, best, 0.0, f, 2.0 * b, 2.0 * c, low3
-    )
-
-
 @lean_kernel
 def circle_search(
     motion: Motion,
@@ -120,10 +81,12 @@ def circle_search(
     fdd: float,
     low3: float,
 ) -> float:
-    """`circle_hit` from the time s on, where f > 0, f' = fd and f'' = fdd.
+    """First s' in [s, min(horizon, best)] at which the ball enters the circle, or NO_HIT.
 
-    `motion` is that at time 0, as seen from the circle's centre; low3 is a lower bound of f''' on
-    [0, horizon].
+    `motion` is that at time 0, as seen from the circle's centre; d2 is D^2, and k times horizon at
+    most SERIES_LIMIT. At s, f > 0, f' = fd and f'' = fdd; low3 is a lower bound of f''' on
+    [0, horizon]. `best` only ends the search early. The root does not depend on it, so the order in
+    which surfaces are searched does not matter.
     """
     return _first_root(motion, d2, False, horizon, best, s, f, fd, fdd, low3)
 
@@ -182,21 +145,30 @@ def _first_root(
             if f <= 0.0:
                 return s
         else:
-            decay, phi, psi = short_basis(k, s)
-            px = qx + vx * s + ax * psi
-            py = qy + vy * s + ay * psi
-            ux = vx + ax * phi
-            uy = vy + ay * phi
-            f = px * px + py * py - scale
+            f, fd, fdd = _distance(motion, scale, s)
             if f <= 0.0:
                 return s
-            fd = 2.0 * (px * ux + py * uy)
-            fdd = 2.0 * (ux * ux + uy * uy + decay * (px * ax + py * ay))
         if is_divided or h > horizon - s:
             h = horizon - s
             if h <= 0.0:
                 return NO_HIT
     return s
+
+
+@inner_kernel
+def _distance(motion: Motion, d2: float, s: float) -> tuple[float, float, float]:
+    """f, f' and f'' at s."""
+    qx, qy, vx, vy, ax, ay, k = motion
+    decay, phi, psi = short_basis(k, s)
+    px = qx + vx * s + ax * psi
+    py = qy + vy * s + ay * psi
+    ux = vx + ax * phi
+    uy = vy + ay * phi
+    return (
+        px * px + py * py - d2,
+        2.0 * (px * ux + py * uy),
+        2.0 * (ux * ux + uy * uy + decay * (px * ax + py * ay)),
+    )
 
 
 @lean_kernel
@@ -348,17 +320,9 @@ def circle_hit_after_leaving(
     s = -24.0 * h0 / low4
     if s >= horizon or s > best:
         return NO_HIT
-    decay, phi, psi = short_basis(k, s)
-    px = qx + vx * s + ax * psi
-    py = qy + vy * s + ay * psi
-    ux = vx + ax * phi
-    uy = vy + ay * phi
-    f = px * px + py * py - d2
+    motion = Motion(qx, qy, vx, vy, ax, ay, k)
+    f, fd, fdd = _distance(motion, d2, s)
     if f <= 0.0:
         return s
-    fd = 2.0 * (px * ux + py * uy)
-    fdd = 2.0 * (ux * ux + uy * uy + decay * (px * ax + py * ay))
-    qa = qx * ax + qy * ay
-    low3 = third_derivative_bound(va, aa, qa, k, horizon)
-    motion = Motion(qx, qy, vx, vy, ax, ay, k)
+    low3 = third_derivative_bound(va, aa, qx * ax + qy * ay, k, horizon)
     return circle_search(motion, d2, horizon, best, s, f, fd, fdd, low3)

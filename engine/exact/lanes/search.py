@@ -65,7 +65,7 @@ MISS = 0.0
 HIT = 1.0
 # Both need the solver for one ball.
 SEARCHING = 2.0  # after MOST_STEPS
-ALONE = 3.0  # it touches, moves away at first, or does not leave, or a Halley step is too short
+ALONE = 3.0  # it touches, moves away at first, or does not leave, or its step is lost in rounding
 
 
 @lean_kernel
@@ -271,13 +271,13 @@ def step_again(r: Floats, count: int, k: float, drags: bool) -> bool:
         divisor = root - gd
         nears = 2.0 * g * gd / (gm - (square + square))
         turns = (gd + root) / -m if rises else 2.0 * g / divisor
-        step = nears if falls else turns
+        steps = falls & (gm >= LEAST_X * square) & (before + nears != before)
+        step = nears if steps else turns
         has_none = (discriminant < 0.0) | (rises & (m >= 0.0)) | ((not rises) & (divisor <= 0.0))
         is_out = square < gm + gm if falls else has_none
         s = before + step
         is_out |= s > r[SEARCHED + p]
         is_near = 2.0 * (r[SIZE3 + p] * THIRD) * step * step <= NEGLIGIBLE * g0
-        is_short = falls & ((s == before) | (gm < LEAST_X * square))
         c = phi2(k * s) if drags else 0.5
         c1 = s * c
         c1d = 1.0 - k * c1 - c if drags else 0.5
@@ -285,8 +285,8 @@ def step_again(r: Floats, count: int, k: float, drags: bool) -> bool:
         wy = vy + ay * c1
         ww = wx * wx + wy * wy
         g = g0 + 2.0 * qa * c1 + s * ww
-        found = MISS if is_out else (HIT if is_near | (g <= 0.0) else SEARCHING)
-        found = ALONE if is_short else found
+        is_hit = is_near | (s == before) | (g <= 0.0)
+        found = MISS if is_out else (HIT if is_hit else SEARCHING)
         goes_on = status == SEARCHING
         r[S + p] = s if goes_on else before
         r[STATUS + p] = found if goes_on else status
