@@ -20,11 +20,15 @@ _PRECISION = RLock()
 
 
 class UndecidedError(Exception):
-    """The enclosures do not decide the comparison that `what` names; more bits may."""
+    """The enclosures do not decide the comparison that `what` names.
 
-    def __init__(self, what: str) -> None:
+    is_final: whether more bits would not decide it either.
+    """
+
+    def __init__(self, what: str, *, is_final: bool = False) -> None:
         super().__init__(what)
         self.what = what
+        self.is_final = is_final
 
 
 @contextmanager
@@ -56,6 +60,10 @@ class Proof:
         self.comparisons += 1
         if self.comparisons > self._most:
             raise UndecidedError(f"more than {self._most} comparisons")
+        self.check_time()
+
+    def check_time(self) -> None:
+        """Raises UndecidedError if the proof may take no longer."""
         if not self._patience():
             raise UndecidedError(f"what follows the first {self.comparisons} comparisons")
 
@@ -67,6 +75,12 @@ class Proof:
         if x <= 0:
             return False
         raise UndecidedError(what)
+
+    def require_positive(self, x: arb, what: str) -> None:
+        """Count a comparison. Raises UndecidedError unless x > 0, a final one if x <= 0 is sure."""
+        self.count()
+        if not x > 0:
+            raise UndecidedError(what, is_final=bool(x <= 0))
 
     def require(self, holds: bool, what: str) -> None:
         """Count a comparison. Raises UndecidedError(what) unless it is proven true."""

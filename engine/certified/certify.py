@@ -282,7 +282,7 @@ def prove(
             if clock() >= until:
                 why = f"{error.what}: undecided after {effort.seconds:g} s, at {bits} bits"
                 return Outcome(None, proof, bits, why)
-            if 2 * bits > effort.most_bits:
+            if error.is_final or 2 * bits > effort.most_bits:
                 return Outcome(None, proof, bits, f"{error.what}: undecided at {bits} bits")
         bits *= 2
 

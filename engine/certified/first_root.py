@@ -43,7 +43,7 @@ def first_root(distance: Distance, start: float, end: float, proof: Proof, what:
     s, last = arb(start), arb(end)  # float64 is too coarse for the two roots of a graze
     for _ in range(_MAX_STEPS):
         value, slope, bend = distance.terms(s)
-        proof.require(bool(value > 0), f"whether the ball is outside of {what}")
+        proof.require_positive(value, f"whether the ball is outside of {what}")
         left = last - s
         m = distance.least_bend(bend, left)
         step = _parabola_root(value, slope, m)

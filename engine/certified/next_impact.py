@@ -252,6 +252,10 @@ def _entry(flight: Flight, surface: Surface, start: float, end: float, proof: Pr
     """When the ball first enters a surface in (start, end], or None."""
     if isinstance(surface, Circle):
         distance = CircleDistance(flight, surface, end)
+        if start == 0.0:
+            value, slope, _ = distance.terms(ZERO)
+            if surface.is_touched(flight.start.x, flight.start.y, value):
+                return _touched_entry(flight, surface, slope, end, proof)
         return first_root(distance, start, end, proof, surface.name)
     line = LineDistance.of_face(flight, surface)
     if start == 0.0 and line.gap.contains(0):
@@ -259,6 +263,16 @@ def _entry(flight: Flight, surface: Surface, start: float, end: float, proof: Pr
         proof.require(not _may_be_on(flight, surface, ZERO), f"whether {surface.name} is touched")
     root = _line_entry(line, start, end, proof, surface.name)
     return _on_face(flight, surface, root, proof)
+
+
+def _touched_entry(
+    flight: Flight, circle: Circle, slope: arb, end: float, proof: Proof
+) -> arb | None:
+    """When the ball hits a circle that it touches: at once, or when it comes back."""
+    if not proof.is_positive(slope, f"whether the ball moves into {circle.name}"):
+        return ZERO
+    root = _rebound(flight, circle, slope / (2 * circle.reach), end, proof)
+    return None if root is None else root.time
 
 
 def _line_entry(

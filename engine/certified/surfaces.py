@@ -7,6 +7,7 @@ from flint import arb
 
 from engine.certified.balls import ZERO
 from engine.constants import KIND_PEG
+from engine.physics.surface import ROUNDING
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +50,15 @@ class Circle:
     def at_contact(self, x: arb, y: arb, nx: arb, ny: arb) -> tuple[arb, arb]:
         """The centre of a ball that touches at (x, y), where the normal is (nx, ny)."""
         return self.x + self.reach * nx, self.y + self.reach * ny
+
+    def is_touched(self, x: arb, y: arb, square: arb) -> bool:
+        """Whether a ball at (x, y) is proven to be inside the circle, by less than rounding.
+
+        `square` is |q|^2 - D^2 in m^2. The ball touches the circle then, as in the exact solver: on
+        a line that is flush with the circle within rounding, it cannot have hit it before.
+        """
+        near = sum(map(abs, (x, y, self.x, self.y)), self.reach) * ROUNDING
+        return bool(square < 0) and bool(square > -2 * self.reach * near)
 
     def index_at(self, x: arb, y: arb) -> int:
         """The index in events."""

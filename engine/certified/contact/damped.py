@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from flint import arb, ctx
 
-from engine.certified.balls import ONE, ZERO
+from engine.certified.balls import ONE, ZERO, Proof
 from engine.certified.contact.derivative import Parting, carried
 from engine.certified.contact.series import ROLLING, Contact, Stretch
 from engine.certified.scene import Scene
@@ -19,16 +19,16 @@ STRONG = 0.5
 """1/s. Drag from which on the mean value form pays."""
 
 
-def stretch_of(scene: Scene, surface: Surface, start: Contact) -> Stretch:
+def stretch_of(scene: Scene, surface: Surface, start: Contact, proof: Proof) -> Stretch:
     """The motion from `start` on."""
     plain = scene.drag <= STRONG or surface.curvature.is_zero() or start.u.is_exact()
-    return Stretch(scene, surface, start) if plain else DampedStretch(scene, surface, start)
+    return (Stretch if plain else DampedStretch)(scene, surface, start, proof)
 
 
 class DampedStretch(Stretch):
     """A stretch on a circle that also follows the middle of the starts, and the derivative."""
 
-    def __init__(self, scene: Scene, surface: Surface, start: Contact) -> None:
+    def __init__(self, scene: Scene, surface: Surface, start: Contact, proof: Proof) -> None:
         mx, my = start.nx.mid(), start.ny.mid()
         length = (mx * mx + my * my).sqrt()
         mx, my = mx / length, my / length
@@ -38,8 +38,8 @@ class DampedStretch(Stretch):
         # All starts between the middle and any other: their normals lie on an arc, not a chord.
         bulge = arb(0, (turn * turn).abs_upper()) + arb(0, arb(2) ** -ctx.prec)
         nx, ny = start.nx.union(mx) + bulge, start.ny.union(my) + bulge
-        self._middle = Stretch(scene, surface, middle)
-        super().__init__(scene, surface, replace(start, nx=nx, ny=ny))
+        self._middle = Stretch(scene, surface, middle, proof)
+        super().__init__(scene, surface, replace(start, nx=nx, ny=ny), proof)
         ratio = self._middle.unit / self.unit * (1.0 - 1e-15)
         self.end = min(self.end, self._middle.end * ratio)
 

@@ -204,9 +204,12 @@ def _touch(
 ) -> arb | None:
     """When the ball touches `other`, or None."""
     what = f"whether the ball on {stretch.surface.name} hits {other.name}"
-    roots = 0
-    if other in known.touched:
-        roots = 2 if stretch.start.u.is_zero() else 1
+    start, roots = stretch.start, 0
+    touches = isinstance(other, Circle) and other.is_touched(start.x, start.y, distance.terms[0])
+    if touches and proof.is_positive(-distance.terms[1], what):
+        return ZERO
+    if touches or other in known.touched:
+        roots = 2 if start.u.is_zero() else 1
     share = first_fall(distance, roots, stretch.end, proof, what)
     if share is None or isinstance(other, Circle):
         return share

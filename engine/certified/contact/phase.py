@@ -94,7 +94,7 @@ class Phase:
 
     def _stretch(self, surface: Surface, now: Contact, known: Known) -> Stretch:
         """The motion from here on. SpreadPhase also needs `known`, for its second ball."""
-        return stretch_of(self.scene, surface, now)
+        return stretch_of(self.scene, surface, now, self.proof)
 
     def _moved(self, stretch: Stretch, ending: Ending) -> Contact:
         return stretch.at(ending.share)

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from flint import arb, arb_poly, ctx
 
-from engine.certified.balls import ONE, ZERO
+from engine.certified.balls import ONE, ZERO, Proof
 from engine.certified.scene import Scene
 from engine.certified.surfaces import Surface, unit_vector
 
@@ -91,16 +91,16 @@ def square(series: Series, end: float) -> Series:
 class Stretch:
     """The motion from `start` on, for `unit` times `end` seconds; `unit` is H, `end` is rho."""
 
-    def __init__(self, scene: Scene, surface: Surface, start: Contact) -> None:
+    def __init__(self, scene: Scene, surface: Surface, start: Contact, proof: Proof) -> None:
         self.scene, self.surface, self.start = scene, surface, start
         self.kappa = surface.curvature
         terms = max(_LEAST_TERMS, int(_TERMS_PER_BIT * ctx.prec))
-        lists = self._expand(terms)
+        lists = self._expand(terms, proof)
         self.end = 2.0 ** (-ctx.prec / terms)
         self.unit = _convergence(lists, LONGEST_STEP / self.end)
         self._scale(lists)
 
-    def _expand(self, terms: int) -> list[list[arb]]:
+    def _expand(self, terms: int, proof: Proof) -> list[list[arb]]:
         """The first coefficients of n_x, n_y, u and omega, time in seconds."""
         start, scene = self.start, self.scene
         g, k, kappa = scene.gravity, scene.drag, self.kappa
@@ -109,6 +109,7 @@ class Stretch:
         grip = start.slip_sign * self.surface.pair.friction
         nx, ny, u, omega = [start.nx], [start.ny], [start.u], [start.omega]
         for i in range(terms - 1):
+            proof.check_time()
             if curved:
                 back = u[::-1]
                 nx_next = -kappa * sum(map(mul, ny, back), ZERO) / (i + 1)

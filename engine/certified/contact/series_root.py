@@ -54,7 +54,7 @@ class _Search:
 
     def run(self, proof: Proof) -> arb | None:
         start = self.value(arb(0)) + self.tail
-        proof.require(bool(start > 0), self.what)
+        proof.require_positive(start, self.what)
         pieces = [(0.0, self.end, 0)]
         while pieces:
             low, high, depth = pieces.pop()

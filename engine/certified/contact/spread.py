@@ -40,7 +40,7 @@ class SpreadPhase(Phase):
                 radius = self.scene.radius
                 same = replace(same, omega=same.u / radius)
                 self.parting = self.parting._replace(omega=self.parting.along / radius)
-            self._beside, self._known = Stretch(self.scene, surface, same), known
+            self._beside, self._known = Stretch(self.scene, surface, same, self.proof), known
             ratio = self._beside.unit / stretch.unit * (1.0 - 1e-15)
             stretch.end = min(stretch.end, self._beside.end * ratio)
         return stretch

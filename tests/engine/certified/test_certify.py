@@ -260,10 +260,10 @@ def test_rolling_with_another_share_of_gravity_does_not_agree(
     """The inertia of a ring (factor 1/2) instead of a disc (2/3)."""
     right = contact_series.Stretch._expand
 
-    def wrong(self: contact_series.Stretch, terms: int) -> list[list[arb]]:
+    def wrong(self: contact_series.Stretch, terms: int, proof: Proof) -> list[list[arb]]:
         self.scene.gravity = self.scene.gravity * 3 / 4
         try:
-            return right(self, terms)
+            return right(self, terms, proof)
         finally:
             self.scene.gravity = self.scene.gravity * 4 / 3
 

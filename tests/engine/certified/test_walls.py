@@ -90,6 +90,16 @@ def test_a_ball_crawls_down_a_wall_through_treacle() -> None:
     assert found.x_end.high - found.x_end.low < 1e-9
 
 
+@pytest.mark.parametrize("number", [20003, 20008, 20036, 20047, 20059, 20083])
+def test_a_ball_passes_joints_of_walls_that_are_in_line_within_rounding(number: int) -> None:
+    """It comes to the next wall's end inside that end, by less than its coordinates' rounding."""
+    board = wall_board(number)
+    for seed in seeds_of(number, 2):
+        found = certify(board, seed, effort=QUICK)
+        assert found.decided, found.undecided
+        assert found.agrees
+
+
 @pytest.mark.parametrize(
     "numbers", [range(30), pytest.param(range(30, tries(31, 500)), marks=pytest.mark.long)]
 )
@@ -102,7 +112,7 @@ def test_on_walls_in_pieces_proofs_and_certain_bins_agree(numbers: range) -> Non
             if found.decided:
                 decided += 1
                 assert found.bin == made.bin or not made.certain, (number, seed)
-    assert decided > 0.7 * len(numbers)
+    assert decided > 0.9 * len(numbers)
 
 
 def test_proofs_on_a_whole_wall_and_on_its_pieces_agree() -> None:
@@ -119,6 +129,15 @@ def ticking() -> Callable[[], float]:
     """A clock that goes on by a second at each look."""
     looks = iter(range(10**9))
     return lambda: float(next(looks))
+
+
+def test_a_series_of_thousands_of_terms_ends_when_the_time_is_over() -> None:
+    """A ball that stays on a slope, with so many bits that one series takes seconds."""
+    clock = ticking()
+    found = certify(slope(RAMP), x=X, effort=Effort(first_bits=5120, seconds=50.0, clock=clock))
+    assert found.undecided is not None
+    assert found.comparisons < 50
+    assert clock() < 60.0
 
 
 def test_a_proof_in_python_has_a_limit_of_time() -> None:
