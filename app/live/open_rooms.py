@@ -20,6 +20,8 @@ REST_SECONDS = 3600.0
 """An unused room with an owner makes way for another only after this time: a break in a lesson."""
 
 _IN_MEMORY = 256  # rooms; if there are more, unused ones are parked
+_FRESH_SECONDS = 60.0
+"""A room used within this time stays in memory: its next request may be under way."""
 
 _log = logging.getLogger("plinko")
 
@@ -59,13 +61,15 @@ class OpenRooms:
         return live
 
     def add(self, live: LiveRoom) -> None:
-        """Take a room into memory, and park another one if there are too many."""
+        """Take a room into memory, and park unused ones if there are too many."""
         self.in_memory[live.id] = live
         self._persistence.touch(live.room)
-        if self._persistence.ledger.keeps and len(self.in_memory) > _IN_MEMORY:
-            unneeded = self._unneeded(lambda other: other is not live)
-            if unneeded is not None:
-                self._park(unneeded)
+        before = self._persistence.now() - _FRESH_SECONDS
+        while self._persistence.ledger.keeps and len(self.in_memory) > _IN_MEMORY:
+            unused = self._unneeded(lambda live: self._last_use(live) < before)
+            if unused is None:
+                break
+            self._park(unused)
 
     def make_place(self) -> None:
         """Close the longest unused room with an owner if there are too many.
@@ -116,8 +120,10 @@ class OpenRooms:
         return None
 
     def _idle(self, live: LiveRoom, before: float) -> bool:
-        record = self._persistence.runs.of(live.room)
-        return record.owned and record.used < before
+        return live.owned and self._last_use(live) < before
+
+    def _last_use(self, live: LiveRoom) -> float:
+        return self._persistence.runs.of(live.room).used
 
     def _unneeded(self, also: Callable[[LiveRoom], bool]) -> LiveRoom | None:
         """The longest unused room that can be parked and for which `also` holds."""

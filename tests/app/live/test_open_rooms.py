@@ -93,3 +93,26 @@ async def test_everybodys_rooms_open_however_many_rooms_players_have() -> None:
     for name in ("main", "triangle-9", "classic", "sandbox", "interacting-triangle-8"):
         assert held.find(name).id == name
     assert held.is_open(mine.id)
+
+
+class Keeping(NullLedger):
+    """A ledger that stores rooms, as far as the open rooms can tell."""
+
+    keeps = True
+
+
+async def test_a_room_used_in_the_last_minute_stays_in_memory(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Its creator's first drop may be under way when others fill the memory."""
+    monkeypatch.setattr("app.live.open_rooms._IN_MEMORY", 2)
+    clock = Clock()
+    service = PersistenceService(Keeping(), tick_rate=60, limits=BallLimits(8, 8), now=clock)
+    held = Rooms(Settings(), Boards(8), Hub(8), BOARD, persistence=service)
+    unused, used, *others = [(await held.create(BOARD)).id for _ in range(5)]
+    assert all(map(held.find, (unused, used, *others)))
+    clock.now += 59.0
+    held.find(used)
+    clock.now += 2.0
+    newest = (await held.create(BOARD)).id
+    assert set(held._open.in_memory) == {used, newest}
