@@ -144,9 +144,48 @@ def touch_time(
             f[i] = -f[i]
         return first_zero(f, 0, h), 0.0
     s = _next_touch(f, h) if moves_off else _first_touch(f, h)
-    if s == NO_HIT or not _foot_inside(board, series, item, x, y, other, s):
-        return NO_HIT, side
+    if s != NO_HIT and not _foot_inside(board, series, item, x, y, other, s):
+        s = _onto_line(board, series, item, x, y, other, side, s, h)
     return s, side
+
+
+@inner_kernel
+def _onto_line(
+    board: BoardArrays, series: Series, item: int, x: float, y: float, other: int, side: float,
+    begin: float, h: float,
+) -> float:  # fmt: skip
+    """When a ball that touches the extension of a line from `begin` on comes onto the line itself.
+
+    NO_HIT if it does not. A ball on a wall's end may meet the next wall with no angle and no
+    distance, within rounding, as in `next_impact`.
+    """
+    line = board.items[other]
+    foot = (x - line[surface.X]) * line[surface.TX] + (y - line[surface.Y]) * line[surface.TY]
+    outwards = -1.0 if foot < 0.0 else 1.0
+    beyond = -foot if foot < 0.0 else foot - line[surface.LENGTH]
+    f = series[contact.SCRATCH]
+    distance = board.items[item, surface.DISTANCE]
+    if distance > 0.0:
+        reach = outwards * distance
+        for i in range(1, contact.ORDER + 1):
+            f[i] = reach * (
+                line[surface.TX] * series[contact.NORMAL_X, i]
+                + line[surface.TY] * series[contact.NORMAL_Y, i]
+            )
+        f[0] = beyond
+    else:
+        tx = -series[contact.NORMAL_Y, 0]
+        ty = series[contact.NORMAL_X, 0]
+        along = outwards * (tx * line[surface.TX] + ty * line[surface.TY])
+        _affine(f, series, contact.PATH, along, beyond)
+    s = _first_touch(f, h)
+    if s == NO_HIT or s < begin:
+        return NO_HIT
+    px, py = position(board, series, item, x, y, s)
+    dx = px - line[surface.X]
+    dy = py - line[surface.Y]
+    gap = side * (line[surface.NX] * dx + line[surface.NY] * dy) - board.radius
+    return s if abs(gap) <= rounding(px, py) else NO_HIT
 
 
 @inner_kernel

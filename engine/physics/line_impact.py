@@ -18,7 +18,8 @@ def line_hit(
     h'' keeps its sign during a flight, so h turns negative at most once. With h <= 0 at the start,
     the result is 0 if the ball moves further in, and otherwise the hit after it has come out. A
     ball that touches the line may be inside it by a rounding error, at most `near`, and turn back
-    before it is out. Then the root at 0 is divided out.
+    before it is out. Then the root at 0 is divided out. It may also come from further inside, and
+    turn back so near to the line that rounding hides whether it has been out. That counts as out.
     """
     if h > 0.0:
         return _line_search(h, hd, hdd, k, horizon, best)
@@ -28,9 +29,11 @@ def line_hit(
         return NO_HIT
     exit_time = _line_exit(h, hd, hdd, k, min(horizon, best))
     if exit_time == NO_HIT:
-        if h < -near:
+        if h >= -near:
+            return line_hit_again(hd, hdd, k, horizon, best)
+        exit_time = _line_exit(h + near, hd, hdd, k, min(horizon, best))
+        if exit_time == NO_HIT:
             return NO_HIT
-        return line_hit_again(hd, hdd, k, horizon, best)
     decay, phi, _ = short_basis(k, exit_time)
     rest = min(horizon, best) - exit_time
     again = line_hit_again(hd + hdd * phi, hdd * decay, k, rest, rest)
