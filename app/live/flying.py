@@ -1,12 +1,13 @@
-"""Computes the flight of a drop: here if it is short, on a thread if it is long."""
+"""Computes the flight and the path of a drop: here if it is short, on a thread if it is long."""
 
 import asyncio
 from typing import Final
 
+from app.protocol.paths import LONG, Path, path_of
+from app.rooms.records import DropRow
 from engine import Board
 from engine.drops.flight import Flight, SlicedFlight
 
-_HERE: Final = 256  # events computed on the event loop: 0.2 ms; most drops on presets have fewer
 _ASIDE: Final = 4096  # events of a slice on a thread
 _LARGE: Final = 500  # pegs and walls of a board whose arrays take more than 1 ms to make
 
@@ -17,9 +18,19 @@ async def fly(board: Board, x: float) -> Flight:
     The event loop never computes a hundred thousand impacts, nor the arrays of a large board.
     """
     flight = SlicedFlight(board, x)
-    if len(board.pegs) + len(board.walls) < _LARGE and flight.advance(_HERE):
+    if len(board.pegs) + len(board.walls) < _LARGE and flight.advance(LONG):
         return flight.flight()
     return await asyncio.to_thread(_finish, flight)
+
+
+async def cut(fact: DropRow, flight: Flight, rate: int) -> Path | None:
+    """The path of a long flight; None for a short one, which the room cuts when a client needs it.
+
+    rate: ticks a second.
+    """
+    if len(flight.path.events) <= LONG:
+        return None
+    return await asyncio.to_thread(path_of, fact.ball, fact.tick, rate, flight.path)
 
 
 def _finish(flight: SlicedFlight) -> Flight:

@@ -134,6 +134,9 @@ class LiveArena(LiveRoom):
 
     # Ticks.
 
+    async def cut_paths(self) -> None:
+        """Do nothing: no path is known in advance here."""
+
     def wake(self) -> None:
         self._unwatched = 0
         super().wake()

@@ -103,6 +103,10 @@ class LiveRoom(ABC):
         """Whether the room needs ticks."""
         return self.room.awake
 
+    @abstractmethod
+    async def cut_paths(self) -> None:
+        """Prepare the hello of a client of the stream `paths`, a ball at a time."""
+
     def tell_waiting(self, client: Client) -> None:
         """Send a newly greeted client the state of the queue, unless the queue is empty."""
         if self.queue.items:

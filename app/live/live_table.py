@@ -16,11 +16,12 @@ from typing import cast
 
 from app.errors import AppError, ResetError
 from app.live.broadcast.audience import NOBODY, Player
-from app.live.flying import fly
+from app.live.flying import cut, fly
 from app.live.live_room import LiveRoom, RoomContext
 from app.live.sessions.fair_session import FairSession
 from app.persistence.clock import RunClock
 from app.protocol import messages
+from app.protocol.paths import Path
 from app.rooms.independent import IndependentRoom
 from app.rooms.outcome import Outcome, outcome_of
 from app.rooms.pending import DropCommand
@@ -35,6 +36,7 @@ class _Coming:
 
     request: NewDrop
     flight: Flight
+    path: Path | None
     player: Player
     entered: "asyncio.Future[messages.Accepted]"
 
@@ -141,6 +143,7 @@ class LiveTable(LiveRoom):
         async with self._in_order:
             try:
                 flight = await fly(room.board, room.start_of(request.fact))
+                path = await cut(request.fact, flight, room.tick_rate)
             except Exception as error:
                 self._runner.fail(self, error)
                 raise (self.gone or error) from error
@@ -149,7 +152,7 @@ class LiveTable(LiveRoom):
             if self.room is not room:
                 raise ResetError(f"room {self.id!r} was reset", field="room")
             entered = asyncio.get_running_loop().create_future()
-            self._coming.append(_Coming(request, flight, player, entered))
+            self._coming.append(_Coming(request, flight, path, player, entered))
         self._catch_up(request.fact.tick)
         self._runner.guarded(self, self._admit)
         self._runner.run(self)
@@ -164,7 +167,7 @@ class LiveTable(LiveRoom):
             if fact.tick > room.world.tick:
                 return
             coming = self._coming[0]
-            accepted = room.enter(fact, coming.flight, coming.request.receipt)
+            accepted = room.enter(fact, coming.flight, coming.request.receipt, coming.path)
             self._coming.popleft()
             own = cast(messages.Accepted, self._announce(room.seq, coming.player, accepted))
             if not coming.entered.done():
@@ -199,6 +202,12 @@ class LiveTable(LiveRoom):
         self._persistence.write_results()
         if not self.awake:
             self._sleep()
+
+    async def cut_paths(self) -> None:
+        room = self.room
+        for ball in room.uncut:
+            room.cut_path(ball)
+            await asyncio.sleep(0)
 
     def _sleep(self) -> None:
         self._leave_runner()

@@ -18,6 +18,11 @@ QUERY: Final = {
         "default": messages.SNAPSHOTS,
         "description": "The stream; it decides which binary messages the server sends.",
     },
+    "protocol": {
+        "type": "string",
+        "enum": [str(messages.PROTOCOL_VERSION)],
+        "description": "The version that the client speaks; the server refuses any other.",
+    },
     "watch": {
         "type": "string",
         "enum": ["true"],
@@ -40,7 +45,7 @@ def document(version: str) -> JsonObject:
             "title": "Plinko: the WebSocket of a room",
             "version": version,
             "description": "Text messages are JSON: one event or an array of them from the server, "
-            "one message from the client. Binary messages, the snapshots or segments of all balls, "
+            "one message from the client. Binary messages, the snapshots or paths of balls, "
             "are described in docs/protocol.md byte by byte.",
         },
         "defaultContentType": "application/json",

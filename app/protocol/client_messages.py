@@ -9,7 +9,7 @@ from typing import Final, get_args
 import msgspec
 
 from app.errors import InvalidValueError, MalformedError, UnknownMessageError, shorten
-from app.protocol.messages import SNAPSHOTS, STREAMS
+from app.protocol.messages import PROTOCOL_VERSION, SNAPSHOTS, STREAMS
 from app.protocol.touching_messages import Change, ClaimMessage, WatchMessage
 from app.protocol.visitors import AppearMessage
 from engine import json_text
@@ -161,10 +161,25 @@ def _parse_place(value: object, field: str) -> float | None:
 def parse_stream(value: str | None) -> str:
     """The requested stream, by default snapshots; raises InvalidValueError for an unknown one."""
     stream = value or SNAPSHOTS
+    if stream == "segments":
+        raise InvalidValueError(
+            "stream 'segments' ended with protocol 1: use 'paths', which sends each flight whole",
+            field="stream",
+        )
     if stream not in STREAMS:
         known = ", ".join(STREAMS)
         raise InvalidValueError(f"stream {shorten(value)} is not one of: {known}", field="stream")
     return stream
+
+
+def parse_protocol(value: str | None) -> None:
+    """Check the version that a client states; raises InvalidValueError for another than ours."""
+    if value not in (None, str(PROTOCOL_VERSION)):
+        raise InvalidValueError(
+            f"protocol {shorten(value)} is not {PROTOCOL_VERSION}, the version of this server: its "
+            "hello has no spin_scale, and the stream 'paths' replaces 'segments'",
+            field="protocol",
+        )
 
 
 def parse_watch(value: str | None) -> bool:

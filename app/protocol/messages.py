@@ -1,7 +1,7 @@
 """The events that the server sends to a room's clients, as JSON. Pure.
 
 docs/protocol.md describes every field; tests/golden/ has examples that other languages decode too.
-client_messages.py has the messages of clients, snapshots.py and segments.py the binary messages.
+client_messages.py has the messages of clients, snapshots.py and paths.py the binary messages.
 """
 
 from collections.abc import Sequence
@@ -13,12 +13,12 @@ from msgspec import Meta
 from app.protocol.visitors import Visitor
 from engine.json_text import Json, JsonObject
 
-PROTOCOL_VERSION = 1
+PROTOCOL_VERSION = 2
 
 SNAPSHOTS = "snapshots"  # the streams of a room, one of which each client chooses
-SEGMENTS = "segments"
+PATHS = "paths"
 SEEDS = "seeds"
-STREAMS = (SNAPSHOTS, SEGMENTS, SEEDS)
+STREAMS = (SNAPSHOTS, PATHS, SEEDS)
 
 
 class Event(msgspec.Struct, frozen=True, tag_field="type", kw_only=True):
@@ -116,7 +116,6 @@ class Hello(Event, frozen=True, tag="hello", kw_only=True):
     server_time: float
     extent: Extent
     velocity_scale: float
-    spin_scale: float
     stream: str
     limits: Limits
     balls: list[BallStart]

@@ -1,8 +1,9 @@
-"""The text messages of `?stream=seeds`, for clients that compute each path themselves. Pure.
+"""The text messages of the streams `paths` and `seeds`, whose clients know each path. Pure.
 
-There are no binary messages. A drop is sent as its seed, or with its start if the seed does not
-determine it. A landing is sent as the first digits of its digest, by which the client checks its
-path. A clock in between tells the client which tick to show.
+Neither sends contacts, and landings may wait for others. A clock in between tells the client which
+tick to show. A client of `seeds` computes the paths itself: it is sent a drop as its seed, or with
+its start if the seed does not determine it, and a landing as the first digits of its digest, by
+which it checks its path.
 """
 
 from collections.abc import Iterable
@@ -22,17 +23,20 @@ _DELAY: Final = 0.1
 a client. The wait is not seen, because the page draws balls a few ticks late anyway."""
 
 
-class SeedStream:
-    """Collects the events of one room for this stream; `take` returns those of the next message."""
+class SparseStream:
+    """Collects the events of one room; `take` returns those of the next message."""
 
-    def __init__(self, tick_rate: int, tick: int, zone: DropZone) -> None:
-        """`tick` is the room's current tick; a seed draws its ball's start from `zone`."""
-        self._zone = zone
+    def __init__(self, tick_rate: int, tick: int) -> None:
+        """`tick` is the room's current tick."""
         self._patience = max(1, round(_DELAY * tick_rate))  # ticks
         self._every = tick_rate  # ticks between two clocks
         self._landed: list[messages.Event] = []
         self._since = 0  # tick of the first landing that waits
         self._clock = tick  # tick of the last clock that was sent
+
+    def form(self, event: messages.Event) -> messages.Event:
+        """An event as this stream sends it."""
+        return event
 
     def hold(self, events: Iterable[messages.Event], tick: int) -> None:
         """Add a tick's events, without contacts."""
@@ -41,7 +45,7 @@ class SeedStream:
                 continue
             if not self._landed:
                 self._since = tick
-            self._landed.append(self.brief(event))
+            self._landed.append(self.form(event))
 
     def take(self, tick: int, seq: int, *, awake: bool) -> list[messages.Event]:
         """The events to send at this tick, mostly none; all that wait if the room falls asleep.
@@ -65,7 +69,16 @@ class SeedStream:
     def _is_due(self, tick: int) -> bool:
         return bool(self._landed) and tick - self._since >= self._patience
 
-    def brief(self, event: messages.Event) -> messages.Event:
+
+class SeedStream(SparseStream):
+    """The events of one room in their short forms."""
+
+    def __init__(self, tick_rate: int, tick: int, zone: DropZone) -> None:
+        """A seed draws its ball's start from `zone`."""
+        super().__init__(tick_rate, tick)
+        self._zone = zone
+
+    def form(self, event: messages.Event) -> messages.Event:
         """An event in its short form, without the fields that the client can compute.
 
         The landing of a drop that was given up in flight cannot be computed; it stays complete.

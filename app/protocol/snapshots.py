@@ -9,10 +9,11 @@ import struct
 import numpy as np
 import numpy.typing as npt
 
-from app.protocol.messages import PROTOCOL_VERSION, Extent
+from app.protocol.messages import Extent
 from engine import Board
 
 MAGIC = 0x50
+VERSION = 1
 HEADER = struct.Struct("<BBHII")  # magic, version, balls, tick, number of the last event
 
 BALL = np.dtype(
@@ -76,7 +77,7 @@ def encode_snapshot(
         balls["flags"] |= np.where(asleep, FLAG_ASLEEP, 0).astype(np.uint8)
     balls["vx"] = np.clip(np.rint(bodies["vx"] / velocity_scale), -_TOP, _TOP)
     balls["vy"] = np.clip(np.rint(bodies["vy"] / velocity_scale), -_TOP, _TOP)
-    header = HEADER.pack(MAGIC, PROTOCOL_VERSION, count, tick & 0xFFFFFFFF, seq & 0xFFFFFFFF)
+    header = HEADER.pack(MAGIC, VERSION, count, tick & 0xFFFFFFFF, seq & 0xFFFFFFFF)
     return header + balls.tobytes()
 
 

@@ -11,7 +11,7 @@ import msgspec
 
 from app.errors import BallLimitError, InvalidValueError
 from app.protocol import messages, snapshots
-from app.protocol.segments import Scale, SegmentStream
+from app.protocol.paths import LONG, Path, current_parts, due_parts, path_of
 from app.rooms.draw import Draw
 from app.rooms.drop_format import DropFormat
 from app.rooms.outcome import accepted_of, landed_of
@@ -29,8 +29,8 @@ INDEPENDENT: Final = "independent"
 DRAW: Final = "draw"
 
 MOST_EVENTS: Final = 250_000
-"""A table whose flights hold more path events than this takes no further drops: 14 MB, and some 25
-MB of segments. 200 balls on a preset have 20,000; one flight has at most 100,000."""
+"""A table whose flights hold more path events than this takes no further drops: 14 MB, and 7
+MB of paths. 200 balls on a preset have 20,000; one flight has at most 100,000."""
 
 
 class IndependentRoom(Room):
@@ -56,18 +56,10 @@ class IndependentRoom(Room):
         self.world = World(board, solver=self.solver, dt=1.0 / tick_rate)
         self.extent = messages.Extent(*board.extent)
         self.velocity_scale = snapshots.velocity_scale_of(board, self.extent)
-        self.spin_scale = self.velocity_scale / board.ball.radius
-        self.scale = Scale(
-            self.extent,
-            self.velocity_scale,
-            self.spin_scale,
-            tick_rate,
-            board.gravity,
-            board.drag,
-        )
         self._flying: dict[int, tuple[DropRow, Flight]] = {}
         self._rest_tick = 0  # of the last landing
-        self._segments: SegmentStream | None = None
+        self._paths: dict[int, Path] = {}  # of balls in flight, once a client has needed them
+        self._in_parts: dict[int, Path] = {}  # those of more than one part
 
     @property
     def taken(self) -> int:
@@ -130,21 +122,28 @@ class IndependentRoom(Room):
         return start_of(self.board, fact.seed, fact.x, fact.aim)
 
     def enter(
-        self, fact: DropRow, flight: Flight, receipt: ReceiptRow | None = None
+        self,
+        fact: DropRow,
+        flight: Flight,
+        receipt: ReceiptRow | None = None,
+        path: Path | None = None,
     ) -> messages.Accepted:
-        """Add the ball of the next fact, whose tick is the present one or past."""
+        """Add the ball of the next fact, whose tick is the present one or past.
+
+        `path` is its path, if it has been cut already.
+        """
         if fact.ball != self.drops or fact.tick > self.world.tick:
             raise RuntimeError(f"{fact} came as ball {self.drops} at tick {self.world.tick}")
         self.drops += 1
         self.seq += 1
         self._fly(fact, flight)
+        if path is not None:
+            self._keep(fact.ball, path)
         return accepted_of(self.board, fact, receipt)
 
     def _fly(self, fact: DropRow, flight: Flight) -> None:
         self._flying[fact.ball] = fact, flight
         self.world.add_flight(flight, fact.seed, fact.tick, fact.ball)
-        if self._segments is not None:
-            self._cut(self._segments, fact, flight)
 
     def drop(self, command: DropCommand) -> messages.Accepted:
         self.check_place(0)
@@ -187,8 +186,8 @@ class IndependentRoom(Room):
 
     def _land(self, ball: int) -> messages.Landed:
         fact, flight = self._flying.pop(ball)
-        if self._segments is not None:
-            self._segments.forget(ball)
+        self._paths.pop(ball, None)
+        self._in_parts.pop(ball, None)
         self._bounced.discard(ball)
         return self._count(self.landing(fact, flight))
 
@@ -270,6 +269,8 @@ class IndependentRoom(Room):
                 landed.append(self._count(landing))
             else:
                 self._fly(fact, flight)
+                if flight.path.events.shape[0] > LONG:  # not later, on the event loop
+                    self.path(fact.ball)
         self.world.skip_ids(state.drops)
         self.seq = state.drops + self.unsettled + sum(self.histogram)
         return landed
@@ -280,30 +281,42 @@ class IndependentRoom(Room):
         """The stream that the client asks for: every path is known from its start on."""
         return wanted
 
-    def watch_segments(self, watched: bool) -> None:
-        if not watched:
-            self._segments = None
-        elif self._segments is None:
-            self._segments = SegmentStream(self.scale, self.world.tick)
-            for fact, flight in self._flying.values():
-                self._cut(self._segments, fact, flight)
+    def path(self, ball: int) -> Path:
+        """The path of a ball in flight."""
+        path = self._paths.get(ball)
+        if path is None:
+            fact, flight = self._flying[ball]
+            path = self._keep(ball, path_of(ball, fact.tick, self.tick_rate, flight.path))
+        return path
 
-    def _cut(self, segments: SegmentStream, fact: DropRow, flight: Flight) -> None:
-        segments.add(fact.ball, fact.tick, self.world.tick)
-        segments.extend(fact.ball, 0, flight.path)
+    def _keep(self, ball: int, path: Path) -> Path:
+        self._paths[ball] = path
+        if len(path) > 1:
+            self._in_parts[ball] = path
+        return path
 
-    def segments(self) -> bytes | None:
-        return None if self._segments is None else self._segments.take(self.world.tick, self.seq)
+    @property
+    def uncut(self) -> list[int]:
+        """The balls in flight whose paths have not been cut."""
+        return [ball for ball in self._flying if ball not in self._paths]
 
-    def keyframe(self) -> bytes:
-        """A message with the current segment of each ball in flight."""
-        self.watch_segments(True)
-        assert self._segments is not None
-        return self._segments.full(self.world.tick, self.seq)
+    def cut_path(self, ball: int) -> None:
+        """Cut the path of a ball now, unless it has landed."""
+        if ball in self._flying:
+            self.path(ball)
+
+    def current_path(self, ball: int) -> bytes:
+        return current_parts(self.path(ball), self.world.tick)
+
+    def due_paths(self, after: int) -> bytes:
+        now = self.world.tick
+        return b"".join(due_parts(path, after, now) for path in self._in_parts.values())
 
     def first_message(self, stream: str) -> bytes | None:
-        """A client of the segment stream starts from the current segments."""
-        return self.keyframe() if stream == messages.SEGMENTS else None
+        """A client of the stream `paths` starts with the paths of the balls in flight."""
+        if stream != messages.PATHS or not self._flying:
+            return None
+        return b"".join(map(self.current_path, self._flying))
 
 
 class DrawRoom(IndependentRoom):

@@ -67,7 +67,6 @@ class Room(ABC):
     world: RoomWorld
     extent: messages.Extent
     velocity_scale: float  # m/s of one step on the wire
-    spin_scale: float  # rad/s of one step on the wire
 
     def __init__(
         self, room_id: str, origin: Ground, mode: str, *, tick_rate: int, max_balls: int
@@ -251,17 +250,13 @@ class Room(ABC):
     def stream_of(self, wanted: str) -> str:
         """The stream for a client that asks for `wanted`: only known paths can be streamed."""
 
-    @abstractmethod
-    def watch_segments(self, watched: bool) -> None:
-        """Start or stop cutting paths into segments."""
+    def current_path(self, ball: int) -> bytes:
+        """The path of a ball in flight, for a client that has none of it."""
+        raise NotImplementedError
 
-    def segments(self) -> bytes | None:
-        """A message with the segments that began since the last call; None if none did."""
-        return None
-
-    def keyframe(self) -> bytes:
-        """The message with which a client that missed messages can continue."""
-        return self.snapshot(first=True)
+    def due_paths(self, after: int) -> bytes:
+        """The further parts of long paths that are due after tick `after`; mostly none."""
+        return b""
 
     def first_message(self, stream: str) -> bytes | None:
         """The binary message that a client of this stream needs after the hello, if any."""
@@ -295,7 +290,6 @@ class Room(ABC):
             server_time=server_time,
             extent=self.extent,
             velocity_scale=self.velocity_scale,
-            spin_scale=self.spin_scale,
             stream=self.stream_of(stream),
             limits=msgspec.structs.replace(limits, balls=self.max_balls),
             balls=self.balls,

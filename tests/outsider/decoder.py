@@ -1,5 +1,6 @@
 """Decodes a room's binary messages by docs/protocol.md, without the project's code."""
 
+import bisect
 import math
 import struct
 from typing import Any
@@ -8,7 +9,7 @@ Box = dict[str, float]
 Row = dict[str, Any]
 
 SNAPSHOT = (0x50, 1)  # magic, version
-SEGMENTS = (0x53, 2)
+PATH = (0x46, 1)
 
 
 def snapshot(data: bytes, extent: Box, velocity_scale: float) -> Row:
@@ -34,54 +35,34 @@ def snapshot(data: bytes, extent: Box, velocity_scale: float) -> Row:
     return {"tick": tick, "seq": seq, "balls": balls}
 
 
-def segments(data: bytes, hello: Row) -> Row:
-    """tick, seq, full, flights and curves of a message; raises ValueError for other data.
-
-    hello: the room's `extent`, `velocity_scale`, `spin_scale` and `tick_rate`.
-    """
-    magic, version, flights, tick, seq, curves, flags, _ = struct.unpack_from("<BBHIIHBB", data)
-    if (magic, version) != SEGMENTS or len(data) != 16 + 18 * flights + 26 * curves:
-        raise ValueError(f"{len(data)} bytes, magic {magic:#x}, version {version}")
-    middle = 16 + 18 * flights
-    return {
-        "tick": tick,
-        "seq": seq,
-        "full": bool(flags & 1),
-        "flights": [
-            _segment(tick, row, hello) for row in struct.iter_unpack("<HBBHHHhhhH", data[16:middle])
-        ],
-        "curves": [
-            _segment(tick, row, hello) for row in struct.iter_unpack("<HBBHHHhhhHff", data[middle:])
-        ],
-    }
+def paths(data: bytes) -> list[Row]:
+    """ball and knots of each path in a message; raises ValueError if `data` is no such message."""
+    found = []
+    at = 0
+    while at < len(data) or not found:
+        magic, version, _, count, ball = struct.unpack_from("<BBHIQ", data, at)
+        begin, at = at + 16, at + 16 + 28 * count
+        if (magic, version) != PATH or count == 0 or len(data) < at:
+            raise ValueError(f"{len(data)} bytes, magic {magic:#x}, version {version}")
+        rows = struct.iter_unpack("<7f", data[begin:at])
+        names = ("t", "x", "y", "angle", "ax", "ay", "hit")
+        found.append({"ball": ball, "knots": [dict(zip(names, row, strict=True)) for row in rows]})
+    return found
 
 
-def _segment(tick: int, row: tuple[Any, ...], hello: Row) -> Row:
-    ball, kind, angle, age, x, y, vx, vy, spin, index, *bend = row
-    box, scale = hello["extent"], hello["velocity_scale"]
-    return {
-        "ball": ball,
-        "kind": kind,
-        "angle": angle * (2 * math.pi / 256),
-        "t": (tick - age / 1024) / hello["tick_rate"],
-        "x": (2 * x / 65535 - 0.5) * (box["x_max"] - box["x_min"]) + box["x_min"],
-        "y": y / 65535 * (box["y_max"] - box["y_min"]) + box["y_min"],
-        "vx": vx * 0.5 * scale,
-        "vy": vy * 0.5 * scale,
-        "spin": spin * hello["spin_scale"],
-        "index": index,
-        "bend": bend or None,
-    }
+def pose(knots: list[Row], t: float, drag: float) -> tuple[float, float, float]:
+    """x and y (m) and angle (rad) of a ball t seconds after its start, by the page's formulas."""
+    after = max(1, min(bisect.bisect([knot["t"] for knot in knots], t), len(knots) - 1))
+    a, b = knots[after - 1], knots[after]
+    (phi, psi), (whole, part) = basis(drag, t - a["t"]), basis(drag, b["t"] - a["t"])
+    u = phi / whole
+    x, y = (a[i] + (b[i] - a[i]) * u + a["a" + i] * (psi - part * u) for i in "xy")
+    return x, y, a["angle"] + (b["angle"] - a["angle"]) * (t - a["t"]) / (b["t"] - a["t"])
 
 
-def place_on_flight(flight: Row, t: float, gravity: float, drag: float) -> tuple[float, float]:
-    """x and y (m) of a ball at time t on a flight, by the page's formulas."""
-    s = t - flight["t"]
-    psi = s * s / 2
-    if drag:
-        phi = (1 - math.exp(-drag * s)) / drag
-        psi = (s - phi) / drag
-    return (
-        flight["x"] + flight["vx"] * s - drag * flight["vx"] * psi,
-        flight["y"] + flight["vy"] * s + (gravity - drag * flight["vy"]) * psi,
-    )
+def basis(drag: float, s: float) -> tuple[float, float]:
+    """The page's phi and psi."""
+    if drag * s < 1e-6:
+        return s, s * s / 2
+    phi = -math.expm1(-drag * s) / drag
+    return phi, (s - phi) / drag

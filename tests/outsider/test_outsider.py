@@ -2,6 +2,7 @@
 
 import ast
 import json
+import math
 import struct
 import sys
 from pathlib import Path
@@ -25,6 +26,7 @@ GOLDEN = Path(__file__).parents[1] / "golden"
 
 
 SNAPSHOTS = json.loads((GOLDEN / "snapshots.json").read_text())["snapshots"]
+PATHS = json.loads((GOLDEN / "paths.json").read_text())["messages"]
 
 
 @pytest.mark.parametrize("module", [decoder, checker])
@@ -53,18 +55,41 @@ def test_every_golden_snapshot_is_decoded_to_the_last_bit(example: dict[str, Any
     assert found == {name: example[name] for name in ("tick", "seq", "balls")}
 
 
-def test_golden_messages_of_segments_are_decoded_to_the_last_bit() -> None:
-    golden = json.loads((GOLDEN / "segments.json").read_text())
-    assert len(golden["frames"]) > 3
-    for example in golden["frames"]:
-        found = decoder.segments(bytes.fromhex(example["hex"]), golden["scale"])
-        assert found == {name: example[name] for name in found}, example["name"]
+@pytest.mark.parametrize("example", PATHS, ids=lambda example: example["name"])
+def test_every_golden_path_is_decoded_to_the_last_bit_and_drawn(example: dict[str, Any]) -> None:
+    found = decoder.paths(bytes.fromhex(example["hex"]))
+    assert found == example["paths"]
+    knots = {path["ball"]: path["knots"] for path in found}
+    for drawn in example["drawn"]:
+        pose = decoder.pose(knots[drawn["ball"]], drawn["at"], drawn["drag"])
+        assert pose == pytest.approx(drawn["pose"], 1e-12)
 
 
 @pytest.mark.parametrize("data", ["", "50", "5001010000000000000000", "530100005802000011000000"])
 def test_data_that_is_no_snapshot_is_refused(data: str) -> None:
     with pytest.raises((ValueError, struct.error)):
         decoder.snapshot(bytes.fromhex(data), {}, 1.0)
+
+
+PATH = bytes.fromhex(PATHS[0]["hex"])
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"",
+        PATH[:15],
+        PATH[:-1],
+        PATH + b"\0",
+        b"\x50" + PATH[1:],
+        b"\x46\x02" + PATH[2:],
+        PATH[:16],
+    ],
+    ids=["nothing", "half a header", "a byte short", "one too many", "magic", "version", "header"],
+)
+def test_data_that_is_no_path_is_refused(data: bytes) -> None:
+    with pytest.raises((ValueError, struct.error)):
+        decoder.paths(data)
 
 
 def hello_of(room: IndependentRoom, stream: str) -> dict[str, Any]:
@@ -77,36 +102,30 @@ def hello_of(room: IndependentRoom, stream: str) -> dict[str, Any]:
 def test_a_room_is_read_to_half_a_step_from_both_streams() -> None:
     board = Board.preset("triangle-12")
     room = IndependentRoom("r", board, tick_rate=60, max_balls=99)
-    hello = hello_of(room, "segments")
+    hello = hello_of(room, "paths")
     box, scale = hello["extent"], hello["velocity_scale"]
-    room.watch_segments(True)
     half = {"x": 0.5 * (box["x_max"] - box["x_min"]) / 65535, "vx": 0.5 * scale}
     half |= {"y": 0.5 * (box["y_max"] - box["y_min"]) / 65535, "vy": 0.5 * scale}
-    flights: dict[int, Any] = {}
-    seen = drawn = 0
+    paths: dict[int, Any] = {}
+    starts: dict[int, int] = {}
+    seen = 0
     for tick in range(420):
         if tick % 12 == 0 and tick < 240:
-            room.drop(DropCommand(tick))
+            accepted = room.drop(DropCommand(tick))
+            starts[accepted.ball] = accepted.tick
+            for path in decoder.paths(room.current_path(accepted.ball)):
+                paths[path["ball"]] = path["knots"]
         room.step(watched=True)
-        message = room.segments()
-        if message is not None:
-            told = decoder.segments(message, hello)
-            for segment in sorted(told["flights"] + told["curves"], key=lambda each: each["t"]):
-                flights[segment["ball"]] = segment
         found = decoder.snapshot(room.snapshot(), box, scale)
         assert (found["tick"], found["seq"]) == (room.world.tick, room.seq)
         for ball, row in zip(found["balls"], room.world.bodies, strict=True):
             seen += 1
             for name, step in half.items():
                 assert abs(ball[name] - row[name]) <= step * (1 + 1e-9)
-            flight = flights[ball["id"]]
-            if flight["bend"] is None:
-                drawn += 1
-                now = room.world.tick / hello["tick_rate"]
-                x, y = decoder.place_on_flight(flight, now, board.gravity, board.drag)
-                assert abs(x - row["x"]) + abs(y - row["y"]) < 0.5e-3
+            now = (room.world.tick - starts[ball["id"]]) / hello["tick_rate"]
+            x, y, _ = decoder.pose(paths[ball["id"]], now, hello["board"]["drag"])
+            assert math.hypot(x - row["x"], y - row["y"]) < 0.15e-3
     assert seen > 4000
-    assert drawn > 3000
 
 
 # The checker.

@@ -10,7 +10,7 @@ from app.live.broadcast.hub import Client, Hub
 from app.live.broadcast.presence import Presence
 from app.live.broadcast.replay_buffer import Recent
 from app.protocol import messages
-from app.protocol.seeds import SeedStream
+from app.protocol.seeds import SeedStream, SparseStream
 from app.protocol.wire import WireMessage
 from app.rooms.records import IdempotencyKey
 from app.rooms.room import Room
@@ -74,26 +74,27 @@ class Audience:
         self._context = context
         self._hub = context.hub
         self._diagnosed: set[int] = set()  # clients that receive diagnostics
-        self._seeds: SeedStream | None = None  # while a client has the stream `seeds`
+        self._sparse: dict[str, SparseStream] = {}  # `paths` and `seeds`, while clients have them
         self._begin(room, run)
 
     def _begin(self, room: Room, run: str) -> None:
         self.room = room
         self._recent = Recent(run)
         self._recent.begin(room.seq)
+        self._tick = room.world.tick  # of the last broadcast
 
     def begin(self, room: Room, run: str) -> None:
         """Continue with another run of the room; every client gets a new hello."""
         self.release()
-        self._seeds = None
+        self._sparse.clear()
         self._begin(room, run)
         for client in self._hub.clients(room.id):
             self.greet(client)
 
     def release(self) -> None:
-        """Send landings that wait in the seed stream, before a hello that already counts them."""
-        if self._seeds is not None:
-            self._send_seeds(self._seeds.release())
+        """Send landings that wait in sparse streams, before a hello that already counts them."""
+        for stream, sparse in self._sparse.items():
+            self._send(stream, sparse.release())
 
     def missed(self, client: Client, run: str, since: int, key: str) -> messages.Missed:
         """The events after number `since` of `run`, up to the client's latest hello.
@@ -161,15 +162,17 @@ class Audience:
             if self._hub.count(room_id, stream):
                 encode = self._encoder(stream)
                 self._hub.announce(room_id, stream, encode(event), player.client, encode(own))
+        if isinstance(event, messages.Accepted) and self._hub.count(room_id, messages.PATHS):
+            self._hub.post(room_id, messages.PATHS, self.room.current_path(event.ball))
         return own
 
     def _encoder(self, stream: str) -> Callable[[messages.Event], bytes]:
-        """The encoder of this stream; landings that wait in the seed stream precede the event."""
-        if stream != messages.SEEDS:
+        """The encoder of this stream; landings that wait in a sparse stream precede the event."""
+        if stream == messages.SNAPSHOTS:
             return messages.encode_event
-        seeds = self._seed_stream()
-        held = seeds.release()
-        return lambda event: messages.encode_events([*held, seeds.brief(event)])
+        sparse = self._sparse_stream(stream)
+        held = sparse.release()
+        return lambda event: messages.encode_events([*held, sparse.form(event)])
 
     def broadcast(self, events: list[messages.Event], *, with_snapshot: bool = False) -> None:
         """Send all clients the latest events of the room, and a snapshot if wanted."""
@@ -180,43 +183,36 @@ class Audience:
             text = messages.encode_events(events) if events else None
             snapshot = room.snapshot() if with_snapshot else None
             self._hub.publish(room.id, messages.SNAPSHOTS, text, snapshot)
-        self._broadcast_segments(events, with_snapshot)
-        self._broadcast_seeds(events)
+        if self._hub.count(room.id, messages.PATHS) and (parts := room.due_paths(self._tick)):
+            self._hub.post(room.id, messages.PATHS, parts)
+        self._tick = room.world.tick
+        for stream in (messages.PATHS, messages.SEEDS):
+            self._broadcast_sparse(stream, events)
 
-    def _broadcast_segments(self, events: list[messages.Event], with_segments: bool) -> None:
-        """Send clients of the segment stream the new segments, and the events except contacts."""
+    def _broadcast_sparse(self, stream: str, events: list[messages.Event]) -> None:
+        """Send clients that know or compute the paths the events that are due."""
         room = self.room
-        watched = self._hub.count(room.id, messages.SEGMENTS) > 0
-        room.watch_segments(watched)
-        if not watched:
+        if not self._hub.count(room.id, stream):
+            self._sparse.pop(stream, None)
             return
-        segments = room.segments() if with_segments else None
-        shown = [event for event in events if not isinstance(event, messages.Contact)]
-        if shown or segments is not None:
-            text = messages.encode_events(shown) if shown else None
-            self._hub.publish(room.id, messages.SEGMENTS, text, segments)
+        sparse = self._sparse_stream(stream)
+        sparse.hold(events, room.world.tick)
+        self._send(stream, sparse.take(room.world.tick, room.seq, awake=room.awake))
 
-    def _broadcast_seeds(self, events: list[messages.Event]) -> None:
-        """Send clients of the seed stream, which compute the paths themselves, what is due."""
-        room = self.room
-        if not self._hub.count(room.id, messages.SEEDS):
-            self._seeds = None
-            return
-        seeds = self._seed_stream()
-        seeds.hold(events, room.world.tick)
-        self._send_seeds(seeds.take(room.world.tick, room.seq, awake=room.awake))
+    def _sparse_stream(self, stream: str) -> SparseStream:
+        """One of the sparse streams, which only a room of independent balls has."""
+        if stream not in self._sparse:
+            rate, tick = self.room.tick_rate, self.room.world.tick
+            if stream == messages.SEEDS:
+                zone = cast(Board, self.room.ground).drop
+                self._sparse[stream] = SeedStream(rate, tick, zone)
+            else:
+                self._sparse[stream] = SparseStream(rate, tick)
+        return self._sparse[stream]
 
-    def _seed_stream(self) -> SeedStream:
-        """The seed stream, which only a room of independent balls has."""
-        if self._seeds is None:
-            zone = cast(Board, self.room.ground).drop
-            self._seeds = SeedStream(self.room.tick_rate, self.room.world.tick, zone)
-        return self._seeds
-
-    def _send_seeds(self, events: list[messages.Event]) -> None:
+    def _send(self, stream: str, events: list[messages.Event]) -> None:
         if events:
-            text = messages.encode_events(events)
-            self._hub.publish(self.room.id, messages.SEEDS, text, None)
+            self._hub.publish(self.room.id, stream, messages.encode_events(events), None)
 
     # Diagnostics.
 

@@ -1,7 +1,7 @@
 """The clients of each room, and how messages reach them without a slow client delaying others.
 
-Events are reliable: each client gets them in order, up to a bound of unread ones. Snapshots are
-lossy: a newer one replaces one that has not been sent yet.
+Events and paths are reliable: each client gets them in order, up to a bound of unread ones.
+Snapshots are lossy: a newer one replaces one that has not been sent yet.
 
 The hub writes directly to a connection whose buffer is empty, the same bytes for all clients. If a
 buffer is not empty, the messages go to the client's own mailbox, and its own task sends them. If
@@ -11,7 +11,7 @@ connection of this client as too slow.
 
 import asyncio
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -40,23 +40,15 @@ class Traffic:
 
 
 class Mailbox:
-    """The messages that wait for one client: a bounded queue of events, and a snapshot. Pure.
+    """The messages that wait for one client: a bounded queue of events, and a snapshot. Pure."""
 
-    keyframe: for a stream in which each snapshot adds to the previous one, makes a complete
-    snapshot to send after one was replaced.
-    """
-
-    def __init__(
-        self, max_events: int, max_bytes: int, keyframe: Callable[[], WireMessage] | None = None
-    ) -> None:
+    def __init__(self, max_events: int, max_bytes: int) -> None:
         self.max_events = max_events
         self.max_bytes = max_bytes
         self.replaced = 0  # snapshots replaced by newer ones
-        self._keyframe = keyframe
         self._events: deque[WireMessage] = deque()
         self._size = 0
         self._snapshot: WireMessage | None = None
-        self._needs_keyframe = False
 
     def post(self, event: WireMessage) -> None:
         """Queue an event; raises SlowClientError when the queue is full."""
@@ -71,7 +63,6 @@ class Mailbox:
         """Keep a snapshot in place of the previous one."""
         if self._snapshot is not None:
             self.replaced += 1
-            self._needs_keyframe = self._keyframe is not None
         self._snapshot = snapshot
 
     def take(self) -> WireMessage | None:
@@ -81,9 +72,6 @@ class Mailbox:
             self._size -= len(event.payload)
             return event
         snapshot, self._snapshot = self._snapshot, None
-        if self._needs_keyframe and self._keyframe is not None:
-            self._needs_keyframe = False
-            return self._keyframe()
         return snapshot
 
 
@@ -238,6 +226,12 @@ class Hub:
         message = WireMessage.of_text(event)
         for client in self._rooms.get(room_id, {}).get(stream, {}).values():
             client.post(message if client.id != requester else WireMessage.of_text(own))
+
+    def post(self, room_id: str, stream: str, payload: bytes) -> None:
+        """Send a binary message, as reliably as an event, to all clients of a stream."""
+        message = WireMessage.of_bytes(payload)
+        for client in self._rooms.get(room_id, {}).get(stream, {}).values():
+            client.post(message)
 
     def notify(self, room_id: str, client_id: int, event: bytes) -> None:
         """Send an event to one client, if it is still in the room."""

@@ -73,7 +73,7 @@ class TouchingRoom(Room):
     def __init__(self, room_id: str, origin: Ground, *, tick_rate: int, max_balls: int) -> None:
         mode = SCENE if isinstance(origin, Scene) else INTERACTING
         self.paused = False
-        self.velocity_scale = self.spin_scale = _VELOCITY_SCALE
+        self.velocity_scale = _VELOCITY_SCALE
         self._taken = 0
         self._steps = 0  # ticks still to run while the clock is stopped
         self._next: NextTick | None = None
@@ -352,12 +352,9 @@ class TouchingRoom(Room):
         """Always snapshots: a path is not known in advance if other balls may cross it."""
         return messages.SNAPSHOTS
 
-    def watch_segments(self, watched: bool) -> None:
-        """Do nothing: there are no segments."""
-
     def first_message(self, stream: str) -> bytes:
         """A snapshot, because a room at rest ticks no further and would send none."""
-        return self.keyframe()
+        return self.snapshot(first=True)
 
     def diagnostics(self) -> messages.Diagnostics:
         found = self.world.arena.diagnostics()

@@ -1,7 +1,6 @@
 // The messages that a room sends to its clients; docs/protocol.md describes each. Types only.
 
 /** @import { BallKind, Bins, Board, Peg, Wall } from "./board.js" */
-/** @import { Segment } from "./motion/segment.js" */
 
 /**
  * @typedef {{x_min: number, x_max: number, y_min: number, y_max: number}} Extent metres
@@ -23,7 +22,6 @@
  * @property {number} seq how many events the room has sent
  * @property {Extent} extent
  * @property {number} velocity_scale
- * @property {number} spin_scale
  * @property {string} stream
  * @property {{balls: number}} limits
  * @property {BallStart[]} balls
@@ -106,7 +104,7 @@
  * @typedef {{type: "pong", t: number}} Pong
  * @typedef {object} Snapshot the balls of a room at one tick, as columns: ball i is ids[i], x[i], …
  * @property {number} tick
- * @property {number} seq events the room had sent when this was encoded
+ * @property {number} seq events the room had sent when this was encoded, modulo 2^32
  * @property {number} count balls; the columns are reused and may be longer than this
  * @property {Uint16Array} ids ball id mod 65536
  * @property {Float64Array} x metres
@@ -117,9 +115,8 @@
  * @property {Uint8Array} bounced 1 if the ball hit something since the previous snapshot
  * @property {Uint8Array} asleep 1 if the ball is at rest, in a room whose balls touch each other
  *
- * @typedef {{tick: number, seq: number, full: boolean, flights: Segment[], curves: Segment[]}
- *   } SegmentMessage the segments that began in one tick; if full, the current segment of each ball
- *   in flight
+ * @typedef {{ball: number, knots: Float32Array}} PathPart a stretch of a ball's path, nearly always
+ *   all of it
  *
  * @typedef {Hello | Accepted | BriefAccepted | Contact | Landed | BriefLanded | ClockMessage | Refusal
  *   | Presence | Missed | Halted | QueueState | Pong | SessionState | SessionEnded} TableMessage

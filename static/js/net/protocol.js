@@ -2,7 +2,7 @@
 
 /** @import { Extent, Snapshot } from "../model/messages.js" */
 
-const PROTOCOL = 1;
+const PROTOCOL = 2;
 const MAGIC = 0x50;
 const VERSION = 1;
 const HEADER_BYTES = 12;
@@ -24,14 +24,15 @@ export class ProtocolError extends Error {}
 /**
  * @param {ArrayBuffer} buffer
  * @param {SnapshotScale} scale
+ * @param {number} near a tick less than 2^31 away: the message has only the last 32 bits of its own
  * @param {Snapshot} [into] reused if it is large enough; its columns may then be longer than `count`
  * @returns {Snapshot}
  */
-export function decodeSnapshot(buffer, { extent, velocityScale }, into) {
+export function decodeSnapshot(buffer, { extent, velocityScale }, near, into) {
   const view = new DataView(buffer);
   const count = checkHeader(view);
   const snapshot = into && into.ids.length >= count ? into : columns(count);
-  snapshot.tick = view.getUint32(4, true);
+  snapshot.tick = near + ((view.getUint32(4, true) - near) | 0);
   snapshot.seq = view.getUint32(8, true);
   snapshot.count = count;
   // The operations have the order of the server's decoder, so that both give the same bits.

@@ -1,7 +1,8 @@
 // Which streams a page requests from a room, in order of preference.
 
 export const SEEDS = "seeds"; // without paths: the page computes each
-const STREAMS = [SEEDS, "segments", "snapshots"];
+export const PATHS = "paths"; // each path whole, when the ball enters
+const STREAMS = [SEEDS, PATHS, "snapshots"];
 
 /**
  * @param {string | null} asked the stream in the page's address

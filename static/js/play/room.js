@@ -6,9 +6,9 @@ import { MINOR_UNITS } from "../model/player/account.js";
 import { Table } from "../model/table/table.js";
 import { getJson, socketUrl } from "../net/api.js";
 import { Connection, ROOM_MOVED } from "../net/connection.js";
+import { decodePaths } from "../net/paths.js";
 import { decodeEvents, decodeSnapshot, ProtocolError } from "../net/protocol.js";
-import { decodeSegments } from "../net/segments.js";
-import { SEEDS } from "../net/streams.js";
+import { PATHS, SEEDS } from "../net/streams.js";
 import { TickClock } from "../net/tick-clock.js";
 import { PHYSICS_VERSION } from "../solver/digest.js";
 import { BoardError } from "../solver/errors.js";
@@ -18,7 +18,7 @@ import { fairPlaceOf, OwnDrops } from "./own-drops.js";
 /** @import { Accepted, BriefAccepted, BriefLanded, ClockMessage, Hello, Landed, Refusal, Missed, Snapshot, TableMessage } from "../model/messages.js" */
 /** @import { Ball, Solve } from "../model/table/table.js" */
 /** @import { BoardReply } from "../net/replies.js" */
-/** @import { SegmentScale } from "../net/segments.js" */
+/** @import { SnapshotScale } from "../net/protocol.js" */
 /** @import { Solver } from "../solver/solver.js" */
 /** @import { Key } from "../texts/text.js" */
 /** @import { Self } from "./account/self.js" */
@@ -31,10 +31,9 @@ import { fairPlaceOf, OwnDrops } from "./own-drops.js";
 
 /**
  * The state that each hello replaces.
- * @typedef {{hello: Hello, table: Table, clock: TickClock, scale: SegmentScale}} Visit
+ * @typedef {{hello: Hello, table: Table, clock: TickClock, scale: SnapshotScale}} Visit
  */
 
-const SEGMENTS = "segments"; // this stream sends one flight segment per bounce; the page interpolates
 const COUNTED = new Set(["accepted", "contact", "landed"]); // events with a sequence number
 /** The texts shown for refusals, by error code. @type {Record<string, Key>} */
 const REFUSALS = {
@@ -89,7 +88,7 @@ export class Room {
       onBytes: (bytes) => this.#read(() => this.#takeBytes(bytes)),
       onLost: (waitMs) => this.#lost(waitMs),
       onRefused: () => this.#setState("closed"),
-      // A long flight sends no segments: a ping shows whether the connection still works.
+      // A ping shows whether the connection still works.
       onQuiet: () => this.ping(),
     });
   }
@@ -166,7 +165,7 @@ export class Room {
     const ball = table.accept({ type: "accepted", ref, ...start }, true);
     this.own.add(ref, 0, true);
     this.own.accepted(ref, ball);
-    table.applyLanded({ type: "landed", ball: ball.id, digest: ball.solved?.solved.digest ?? "" });
+    table.applyLanded({ type: "landed", ball: ball.id, digest: ball.solved?.digest ?? "" });
     this.news.tell("picture", null);
     return ref;
   }
@@ -250,7 +249,7 @@ export class Room {
     if (hello.stream === SEEDS && !solve && this.#retreat()) return;
     this.#offline = false;
     const { table, clock } = this.#enter(hello, solve);
-    if (solve && table.awake) clock.observe(hello.tick, performance.now());
+    if (table.growsWhenDrawn && table.awake) clock.observe(hello.tick, performance.now());
     const pending = this.own.enter(hello, table);
     const open = this.wallet.open.filter(({ room }) => room === this.id);
     for (const session of this.own.adopt(open)) this.news.tell("behind", session);
@@ -267,9 +266,7 @@ export class Room {
   /** @param {Hello} hello @param {Solve | null} solve @returns {Visit} */
   #enter(hello, solve) {
     const table = new Table(hello, solve);
-    const scale = {
-      extent: hello.extent, velocityScale: hello.velocity_scale, spinScale: hello.spin_scale, rate: hello.tick_rate,
-    };
+    const scale = { extent: hello.extent, velocityScale: hello.velocity_scale };
     this.#visit = { hello, table, clock: new TickClock({ rate: hello.tick_rate }), scale };
     this.tick = hello.tick;
     return this.#visit;
@@ -406,18 +403,14 @@ export class Room {
   #takeBytes(bytes) {
     if (!this.#visit) return;
     const { hello, table, clock, scale } = this.#visit;
-    if (hello.stream === SEGMENTS) {
-      const message = decodeSegments(bytes, scale);
-      this.#seq = message.seq; // it also counts contacts, which this stream does not send
-      this.tick = message.tick;
-      table.applySegments(message);
-    } else {
-      this.#snapshot = decodeSnapshot(bytes, scale, this.#snapshot);
+    if (hello.stream === PATHS) table.applyPaths(decodePaths(bytes));
+    else {
+      this.#snapshot = decodeSnapshot(bytes, scale, this.tick ?? hello.tick, this.#snapshot);
       this.tick = this.#snapshot.tick;
       table.applySnapshot(this.#snapshot);
       this.news.tell("snapshot", null);
+      clock.observe(this.tick, performance.now());
     }
-    clock.observe(this.tick, performance.now());
     this.news.tell("picture", null);
   }
 

@@ -286,8 +286,8 @@ export class SandboxRoom {
   #takeSnapshot(bytes) {
     if (!this.hello) return;
     const now = performance.now();
-    const snapshot = decodeSnapshot(bytes, this.#scale);
     const last = this.#snapshots.at(-1);
+    const snapshot = decodeSnapshot(bytes, this.#scale, last?.tick ?? this.hello.tick);
     if (last && snapshot.tick === last.tick) this.#snapshots.pop();
     // After a pause of the room the offset between its ticks and local time has changed.
     if (last && now - this.#quiet > 400) this.#clock.restart();

@@ -10,7 +10,7 @@ test("golden snapshots decode to the last bit", () => {
   const { snapshots } = json("tests/golden/snapshots.json");
   assert.ok(snapshots.length > 0);
   for (const { name, hex, extent, velocity_scale: velocityScale, tick, seq, balls } of snapshots) {
-    const decoded = decodeSnapshot(bytesOf(hex), { extent, velocityScale });
+    const decoded = decodeSnapshot(bytesOf(hex), { extent, velocityScale }, tick);
     assert.deepEqual([decoded.tick, decoded.seq, decoded.count], [tick, seq, balls.length], name);
     for (const [mine, theirs] of [["ids", "id"], ["x", "x"], ["y", "y"], ["angle", "theta"],
       ["vx", "vx"], ["vy", "vy"]]) {
@@ -25,8 +25,8 @@ test("golden snapshots decode to the last bit", () => {
 test("columns that are large enough are reused", () => {
   const { snapshots } = json("tests/golden/snapshots.json");
   const [{ hex, extent, velocity_scale: velocityScale }] = snapshots;
-  const first = decodeSnapshot(bytesOf(hex), { extent, velocityScale });
-  assert.equal(decodeSnapshot(bytesOf(hex), { extent, velocityScale }, first), first);
+  const first = decodeSnapshot(bytesOf(hex), { extent, velocityScale }, 0);
+  assert.equal(decodeSnapshot(bytesOf(hex), { extent, velocityScale }, 0, first), first);
 });
 
 for (const [hex, named] of [
@@ -39,7 +39,7 @@ for (const [hex, named] of [
   test(`bytes that are not a snapshot are refused: ${named}`, () => {
     const extent = { x_min: 0, x_max: 1, y_min: 0, y_max: 1 };
     assert.throws(
-      () => decodeSnapshot(bytesOf(hex), { extent, velocityScale: 1 }),
+      () => decodeSnapshot(bytesOf(hex), { extent, velocityScale: 1 }, 0),
       (error) => error instanceof ProtocolError && error.message.includes(named),
     );
   });
@@ -53,7 +53,7 @@ test("golden events decode one by one and as a tick's array", () => {
   assert.deepEqual(decodeEvents(whole), events.map(({ value }) => value));
 });
 
-for (const text of ["", "{", "3", "null", "[null]", '{"type":"hello","protocol":2}']) {
+for (const text of ["", "{", "3", "null", "[null]", '{"type":"hello","protocol":1}']) {
   test(`text that is not an event is refused: ${text}`, () => {
     assert.throws(() => decodeEvents(text), (error) =>
       error instanceof ProtocolError && /event|protocol 2/.test(error.message));

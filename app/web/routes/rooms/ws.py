@@ -5,7 +5,7 @@ import contextlib
 import logging
 import secrets
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable
 from typing import TypeVar
 
 import msgspec
@@ -79,9 +79,13 @@ async def watch(socket: WebSocket, room_id: str, server: Server) -> None:
     error: AppError | None = None
     try:
         check_queries(socket.query_params, asyncapi.QUERY)
+        client_messages.parse_protocol(socket.query_params.get("protocol"))
         stream = client_messages.parse_stream(socket.query_params.get("stream"))
         client_messages.parse_watch(socket.query_params.get("watch"))  # only relays use the value
         live = await server.rooms.seek(room_id)
+        if stream == messages.PATHS:
+            await live.cut_paths()
+            live = await server.rooms.seek(room_id)  # it may have moved meanwhile
         error = await RoomClient(socket, server, live, stream).run()
     except AppError as refused:
         error = refused
@@ -133,7 +137,7 @@ class RoomClient:
         self.client = Client(
             next(server.client_ids),
             connection_of(socket),
-            Mailbox(UNREAD_EVENTS, UNREAD_BYTES, self._keyframe(stream)),
+            Mailbox(UNREAD_EVENTS, UNREAD_BYTES),
             READING_GRACE,
             stream=live.room.stream_of(stream),
             traffic=server.hub.traffic,
@@ -197,12 +201,6 @@ class RoomClient:
             self.server.metrics.errors.labels(answer(error).code).inc()
             ref = client_messages.peek(data, "ref") if isinstance(data, str) else None
             self._send(_event(error, ref))
-
-    def _keyframe(self, stream: str) -> Callable[[], WireMessage] | None:
-        """For the stream `segments`: one message that replaces all segments not sent in time."""
-        if self.live.room.stream_of(stream) != messages.SEGMENTS:
-            return None
-        return lambda: WireMessage.of_bytes(self.live.room.keyframe())
 
     async def _carry_out(self, data: str | None) -> None:
         """Carry out a message and send the answer; raises the errors of the operation."""

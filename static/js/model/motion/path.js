@@ -72,15 +72,6 @@ export class Path {
     this.#hint = Math.max(0, this.#hint - gone);
   }
 
-  /** Removes the keyframes after t, which were a wrong prediction. @param {number} t */
-  rewind(t) {
-    const { keyframes } = this;
-    while (keyframes.length && keyframes[keyframes.length - 1].t > t) {
-      const keyframe = keyframes.pop();
-      if (keyframe && spare.length < MAX_SPARE) spare.push(keyframe);
-    }
-  }
-
   /**
    * Interpolates the angles of contacts, which arrive without one, between the snapshots around them.
    * @param {number} at

@@ -1,19 +1,18 @@
 // The balls of one room: takes its events and snapshots, and makes the scene at any table time.
 
+import { FlightPath, joined } from "../motion/flight-path.js";
 import { Path } from "../motion/path.js";
 import { Trace } from "../motion/trace.js";
 import { colourOf } from "../player/colour.js";
 import { emptyScene } from "../scene.js";
 import { ImpactQueue } from "./impact-queue.js";
-import { Obstacles } from "./obstacles.js";
 import { shownEnd, timeInFall, timeSeen } from "./pace.js";
-import { SegmentFeed } from "./segment-feed.js";
-import { SolvedFeed } from "./solved-feed.js";
+import { PathFeed } from "./path-feed.js";
 
-/** @import { Accepted, BallStart, BriefAccepted, BriefLanded, Contact, Hello, Landed, SegmentMessage, Snapshot, Tag } from "../messages.js" */
+/** @import { Accepted, BallStart, BriefAccepted, BriefLanded, Contact, Hello, Landed, PathPart, Snapshot, Tag } from "../messages.js" */
 /** @import { BinHit, Scene, SceneBall } from "../scene.js" */
 /** @import { QueuedImpact } from "./impact-queue.js" */
-/** @import { Solved } from "./solved-feed.js" */
+/** @import { Solved } from "./path-feed.js" */
 /** @import { Keyframe, Law, Pose } from "../motion/interpolate.js" */
 
 const SINK_SECONDS = 0.25; // a landed ball is still shown sinking into its pocket
@@ -40,8 +39,10 @@ const MOST_KEYFRAMES = 600; // of one ball, while the page does not draw (a hidd
  * @property {Tag} [tag] of its drop
  * @property {string} [by] its owner's name
  * @property {Path} path
- * @property {SegmentFeed | null} feed makes the path from segments, in the stream `segments`
- * @property {SolvedFeed | null} solved makes the path, if this page computed it
+ * @property {number} from table time from which its path is kept, s
+ * @property {Solved | null} solved its drop, if this page computed it
+ * @property {Float32Array | null} knots of its path, in the stream `paths`
+ * @property {PathFeed | null} feed makes the path, if it is known before it happens
  * @property {Landed | null} landed the table's event, null until it arrives
  * @property {number} end table time of its landing, s; infinite until it is known
  * @property {{vx: number, vy: number} | null} sink velocity at the landing in a bin, m/s
@@ -92,7 +93,7 @@ export class Table {
     this.rate = hello.tick_rate;
     this.law = { gravity: hello.board.gravity, drag: hello.board.drag };
     this.impacts = new ImpactQueue(hello.board.pegs);
-    this.obstacles = hello.stream === "segments" ? new Obstacles(hello.board) : null;
+    this.receives = hello.stream === "paths";
     for (const ball of hello.balls) {
       const from = hello.tick / this.rate - KEPT_SECONDS;
       this.#add(ball, { mine: false, explicit: false, fresh: ball.tick >= hello.tick, from });
@@ -101,7 +102,7 @@ export class Table {
 
   /** Whether paths grow when the table is drawn, instead of when messages arrive. */
   get growsWhenDrawn() {
-    return this.obstacles !== null || this.solve !== null;
+    return this.receives || this.solve !== null;
   }
 
   /** @param {Accepted | BriefAccepted} event @param {boolean} mine @returns {Ball} */
@@ -153,17 +154,16 @@ export class Table {
     }
   }
 
-  /** @param {Pick<SegmentMessage, "flights" | "curves">} message */
-  applySegments({ flights, curves }) {
-    for (const segments of [flights, curves]) {
-      for (const segment of segments) {
-        const ball = this.#byWireId.get(segment.id);
-        if (!ball?.feed || segment.t >= ball.end) continue;
-        const speed = ball.feed.add(segment);
-        // The last segment may arrive after the landing.
-        if (ball.landed) this.#close(ball, ball.landed);
-        if (speed >= QUIET) this.impacts.add(segment.t, { ...segment, speed });
-      }
+  /** @param {PathPart[]} parts each nearly always a whole path; further parts of a long one come later */
+  applyPaths(parts) {
+    const { board, rate } = this;
+    for (const { ball: id, knots } of parts) {
+      const ball = this.balls.get(id);
+      if (!ball || ball.landed) continue;
+      ball.knots = ball.knots ? joined(ball.knots, knots) : knots;
+      const from = Math.max(ball.from, ball.path.end);
+      ball.feed = new PathFeed(ball.path, new FlightPath(ball.knots, board), board, { start: ball.start, from, rate });
+      Object.assign(ball, { end: ball.feed.end, sink: ball.feed.sink });
     }
   }
 
@@ -184,11 +184,11 @@ export class Table {
   applyLanded(event) {
     const ball = this.balls.get(event.ball);
     if (!ball) return true;
-    const landed = "t" in event ? event : ball.solved?.landing(event);
+    const landed = "t" in event ? event : ball.solved && completed(event, ball.solved);
     if (!landed) return false;
     ball.landed = landed;
     ball.end = ball.start + landed.t;
-    if (!ball.solved) this.#close(ball, landed);
+    if (!ball.feed) this.#close(ball, landed);
     return true;
   }
 
@@ -221,7 +221,7 @@ export class Table {
     // balance instead.
     if (wall !== null) this.#light(outcome, ball.mine && ball.stake === undefined, wall);
     if (!ball.mine || !ball.trace) return;
-    ball.solved?.until(ball.end);
+    ball.feed?.until(ball.end);
     this.#pass(ball, Number.POSITIVE_INFINITY);
     this.lastTrace = ball.trace;
   }
@@ -242,8 +242,7 @@ export class Table {
       const own = timeInFall(ball, t);
       // A ball whose landing was shown early stays invisible until the table sends the landing.
       if (own > ball.end + SINK_SECONDS && ball.outcome) continue;
-      ball.feed?.until(t + 1 / this.rate);
-      ball.solved?.until(timeInFall(ball, t + 1 / this.rate), (at, impact) => {
+      ball.feed?.until(timeInFall(ball, t + 1 / this.rate), (at, impact) => {
         const then = timeSeen(ball, at);
         if (!Number.isFinite(ball.pace) || then < t - HEARD_SECONDS || impact.speed < QUIET) return;
         this.impacts.add(then, impact);
@@ -285,8 +284,8 @@ export class Table {
       id, seed, x, aim, explicit, start, mine, path, landed: null, outcome: null, settled: false,
       pace: mine && solved ? this.pace : 1,
       end: Number.POSITIVE_INFINITY, sink: null,
-      feed: this.obstacles && new SegmentFeed(path, board, this.obstacles, rate),
-      solved: solved ? new SolvedFeed(path, solved, board, { start, from, rate }) : null,
+      from, solved: solved ?? null, knots: null,
+      feed: solved ? new PathFeed(path, solved, board, { start, from, rate }) : null,
       trace: mine && this.tracing ? new Trace() : null,
       ...(tag && { tag }),
       pose: {
@@ -298,8 +297,8 @@ export class Table {
         this.onPassed?.(a, b, law);
       },
     };
-    if (ball.solved) Object.assign(ball, { end: ball.solved.end, sink: ball.solved.sink });
-    else if (fresh) path.add({ ...place(start, x, board.drop.y), vIn: true, vOut: true });
+    if (ball.feed) Object.assign(ball, { end: ball.feed.end, sink: ball.feed.sink });
+    else if (fresh && !this.receives) path.add({ ...place(start, x, board.drop.y), vIn: true, vOut: true });
     this.balls.set(id, ball);
     this.#byWireId.set(id % 65536, ball);
     return ball;
@@ -307,12 +306,11 @@ export class Table {
 
   /** Ends a path at the place of the landing. @param {Ball} ball @param {Landed} landed */
   #close(ball, { bin, x_end: x }) {
-    const { path, feed, end } = ball;
-    feed?.finish(end);
+    const { path, end } = ball;
     const last = path.keyframes.at(-1);
     if (bin === null || !last) return;
     ball.sink = { vx: last.vx, vy: last.vy };
-    if (path.end < end || !feed) path.add(place(end, x, this.board.bins.y));
+    path.add(place(end, x, this.board.bins.y));
   }
 
   /** @param {Ball} ball */
@@ -384,7 +382,17 @@ export class Table {
  */
 function foreseen({ id, pace, solved }) {
   if (pace === 1 || !solved) return null;
-  return solved.landing({ type: "landed", ball: id, digest: solved.solved.digest });
+  return completed({ type: "landed", ball: id, digest: solved.digest }, solved);
+}
+
+/**
+ * A brief landing with the values that this page computed.
+ * @param {BriefLanded} event
+ * @param {Solved} solved
+ * @returns {Landed | null} null if the digests differ, as the table then computed another path
+ */
+function completed(event, { bin, score, duration: t, xEnd: x_end, unsettled, digest }) {
+  return digest.startsWith(event.digest) ? { ...event, bin, score, t, x_end, unsettled } : null;
 }
 
 /** @param {Tag} start @returns {Tag | undefined} */

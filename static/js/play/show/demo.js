@@ -41,7 +41,7 @@ export class DemoBalls {
     this.#count += 1;
     const tick = (nowMs / 1000) * this.table.rate;
     const ball = this.table.accept({ type: "accepted", ball: this.#count, seed: this.draw(), tick }, false);
-    this.table.applyLanded({ type: "landed", ball: ball.id, digest: ball.solved?.solved.digest ?? "" });
+    this.table.applyLanded({ type: "landed", ball: ball.id, digest: ball.solved?.digest ?? "" });
   }
 }
 

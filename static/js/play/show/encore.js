@@ -7,7 +7,7 @@ import { JACKPOT, WIN } from "./moment.js";
 
 /** @import { Board, Peg, Point } from "../../model/board.js" */
 /** @import { Flash, Scene } from "../../model/scene.js" */
-/** @import { Solved } from "../../model/table/solved-feed.js" */
+/** @import { Solved } from "../../model/table/path-feed.js" */
 /** @import { Fork } from "./fork.js" */
 
 const RUN_S = 1.1; // for the light from the first peg to the last

@@ -1,7 +1,7 @@
 // Finds the impact that decided the bin: the last that the drop shares with a drop from a minimally shifted start.
 
 /** @import { Point } from "../../model/board.js" */
-/** @import { Solved } from "../../model/table/solved-feed.js" */
+/** @import { Solved } from "../../model/table/path-feed.js" */
 
 const LEAST = 2 ** -53; // m: the spacing of doubles just below 1 m
 const MOST = 0.01; // m: two starts farther apart are simply two drops

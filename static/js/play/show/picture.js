@@ -23,7 +23,7 @@ import { Streaks } from "./streaks.js";
 /** @import { Point } from "../../model/board.js" */
 /** @import { Hello } from "../../model/messages.js" */
 /** @import { Played } from "../../model/player/account.js" */
-/** @import { Solved } from "../../model/table/solved-feed.js" */
+/** @import { Solved } from "../../model/table/path-feed.js" */
 /** @import { Table } from "../../model/table/table.js" */
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */

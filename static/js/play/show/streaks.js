@@ -1,7 +1,7 @@
 // The paths of drops at the pace "instant": lines that light up and fade.
 
 /** @import { Scene, Streak } from "../../model/scene.js" */
-/** @import { Solved } from "../../model/table/solved-feed.js" */
+/** @import { Solved } from "../../model/table/path-feed.js" */
 
 const LASTS_S = 1.1;
 const MOST = 12; // older ones are removed

@@ -1,27 +1,24 @@
-// Turns the path of one ball, which this page's solver computed, into keyframes as time passes. Pure.
+// Turns the path of one ball, known from its start to its end, into keyframes as time passes. Pure.
 
 import { normalAt } from "../impact.js";
-import { PEG, WALL } from "../motion/drop.js";
+import { LANDING, PEG, WALL } from "../motion/drop.js";
 
 /** @import { Board } from "../board.js" */
-/** @import { BriefLanded, Landed } from "../messages.js" */
 /** @import { ImpactRow } from "../motion/drop.js" */
 /** @import { State } from "../motion/flight.js" */
 /** @import { Path } from "../motion/path.js" */
 
 /**
- * A drop computed by this page, from its start to its end; times in s since the start.
- * @typedef {object} Solved
- * @property {number} xStart m
- * @property {number | null} bin
- * @property {number} score
- * @property {string | null} unsettled why the ball did not land
+ * A ball's path; times in s since the start.
+ * @typedef {object} Course
  * @property {number} duration s
- * @property {number} xEnd m
- * @property {string} digest
  * @property {ImpactRow[]} impacts
  * @property {(times: number[]) => State[]} states
  * @property {() => State[]} before right before each impact
+ *
+ * @typedef {Course & {xStart: number, bin: number | null, score: number, unsettled: string | null,
+ *   xEnd: number, digest: string}} Solved a drop that this page computed; xStart and xEnd: m,
+ *   unsettled: why the ball did not land
  *
  * @typedef {(t: number, impact: {x: number, y: number, kind: number, index: number, speed: number}
  *   ) => void} Hear t: table time, s; m and m/s
@@ -33,7 +30,7 @@ const AHEAD = 30; // ticks that are sampled in one call
  * Keyframes lie at each tick and on both sides of each event. The curve between two of them differs
  * from the ball's path by less than a micrometre. Times are the table's.
  */
-export class SolvedFeed {
+export class PathFeed {
   #next = 0; // index of the next event
   #tick;
   /** @type {State[]} at the ticks from #tick on */
@@ -44,43 +41,32 @@ export class SolvedFeed {
 
   /**
    * @param {Path} path
-   * @param {Solved} solved
+   * @param {Course} course
    * @param {Board} board
    * @param {{start: number, from: number, rate: number}} times start: of the ball, from: of its
    *   keyframes, table time in s; rate: ticks a second
    */
-  constructor(path, solved, board, { start, from, rate }) {
+  constructor(path, course, board, { start, from, rate }) {
     this.path = path;
-    this.solved = solved;
+    this.course = course;
     this.board = board;
     this.start = start;
     this.from = Math.max(start, from);
     this.rate = rate;
-    this.#before = solved.before();
+    this.#before = course.before();
     this.#tick = Math.floor(this.from * rate) + 1;
     while (this.#eventTime() <= this.from) this.#next += 1;
   }
 
   /** Table time at which the drop ends, s. */
   get end() {
-    return this.start + this.solved.duration;
+    return this.start + this.course.duration;
   }
 
   /** @returns {{vx: number, vy: number} | null} velocity at the landing, m/s; null if it does not land */
   get sink() {
-    const [, , , vx, vy] = this.solved.impacts.at(-1) ?? [0, 0, 0, 0, 0];
-    return this.solved.bin === null ? null : { vx, vy };
-  }
-
-  /**
-   * Completes a brief landing with the values that this page computed.
-   * @param {BriefLanded} event
-   * @returns {Landed | null} null if the digests differ, as the table then computed another path
-   */
-  landing(event) {
-    const { bin, score, duration: t, xEnd: x_end, unsettled, digest } = this.solved;
-    if (!digest.startsWith(event.digest)) return null;
-    return { ...event, bin, score, t, x_end, unsettled };
+    const last = this.course.impacts.at(-1);
+    return last?.[6] === LANDING ? { vx: last[3], vy: last[4] } : null;
   }
 
   /**
@@ -103,13 +89,13 @@ export class SolvedFeed {
 
   #begin() {
     this.#begun = true;
-    const [state] = this.solved.states([Math.min(this.from - this.start, this.solved.duration)]);
+    const [state] = this.course.states([Math.min(this.from - this.start, this.course.duration)]);
     this.#keyframe(this.from, state, true);
   }
 
   /** @returns {number} table time of the next event */
   #eventTime() {
-    const impact = this.solved.impacts[this.#next];
+    const impact = this.course.impacts[this.#next];
     return impact ? this.start + impact[0] : Number.POSITIVE_INFINITY;
   }
 
@@ -117,7 +103,7 @@ export class SolvedFeed {
   #pass(t) {
     if (this.#ahead.length === 0) {
       const ticks = Array.from({ length: AHEAD }, (_, i) => (this.#tick + i) / this.rate);
-      this.#ahead = this.solved.states(ticks.map((at) => Math.max(0, at - this.start)));
+      this.#ahead = this.course.states(ticks.map((at) => Math.max(0, at - this.start)));
     }
     this.#keyframe(t, this.#ahead[0], true);
     this.#skip();
@@ -131,7 +117,7 @@ export class SolvedFeed {
   /** @param {number} t @param {Hear} [hear] */
   #happen(t, hear) {
     const before = this.#before[this.#next];
-    const [, x, y, vx, vy, omega, kind, index] = this.solved.impacts[this.#next];
+    const [, x, y, vx, vy, omega, kind, index] = this.course.impacts[this.#next];
     this.#next += 1;
     this.#keyframe(t, before, true);
     this.#keyframe(t, { ...before, x, y, vx, vy, omega }, false);

@@ -5,7 +5,7 @@ import { readFileSync } from "node:fs";
 import { test } from "node:test";
 
 import { Path } from "../../../../static/js/model/motion/path.js";
-import { SolvedFeed } from "../../../../static/js/model/table/solved-feed.js";
+import { SolvedFeed } from "../../../../static/js/model/table/path-feed.js";
 import { Table } from "../../../../static/js/model/table/table.js";
 import { openSolver } from "../../../../static/js/solver/solver.js";
 import { near, triangle } from "../../support.js";
