@@ -36,7 +36,7 @@ class Listener(Protocol):
         """Receive an event of docs/protocol.md."""
 
     def binary(self, client: "RoomClient", data: bytes, now: float) -> None:
-        """Receive a binary message: a snapshot or segments."""
+        """Receive a binary message: a snapshot or paths."""
 
     def closed(self, client: "RoomClient", code: int, reason: str) -> None:
         """The connection has ended; `code` is 1006 if it ended without a close frame."""

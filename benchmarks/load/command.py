@@ -8,7 +8,7 @@ from app.errors import InvalidValueError
 from benchmarks.load.client import RefusedError, room_url
 from benchmarks.load.generator import Load, Report, run
 
-STREAMS = ("snapshots", "segments", "seeds")
+STREAMS = ("snapshots", "paths", "seeds")
 
 
 @click.command(name="load", short_help="What do many clients of a running server receive?")
@@ -31,8 +31,8 @@ def load(
 
     Latency is the time from when a tick was due on the server until its frame was read here; pings
     estimate the offset between the two clocks. "Behind" is the latency in ticks. A gap is a tick
-    without a snapshot for a client. The stream `seeds` has only texts and no frames; bytes count
-    both.
+    without a snapshot for a client. The stream `paths` has a frame for each drop, `seeds` none;
+    neither has latencies. Bytes count frames and texts.
     """
     try:
         report = run(Load(room_url(url, room, stream), clients, stream, drops), seconds)

@@ -204,15 +204,18 @@ class Load:
             self.errors[event["code"]] += 1
 
     def binary(self, client: RoomClient, data: bytes, now: float) -> None:
-        """Count a snapshot or segments; both have the tick in bytes 4 to 8."""
+        """Count a snapshot or paths; a snapshot has the tick in bytes 4 to 8."""
         counted = self.counted.setdefault(client, Counted())
+        if self.counting:
+            counted.frames += 1
+            counted.bytes += len(data)
+        if self.stream != messages.SNAPSHOTS:
+            return
         tick = int.from_bytes(data[4:8], "little")
         before, counted.tick = counted.tick, tick
         if not self.counting:
             return
-        counted.frames += 1
-        counted.bytes += len(data)
-        if 0 <= before < tick - 1 and self.stream == messages.SNAPSHOTS:
+        if 0 <= before < tick - 1:
             counted.missed += tick - 1 - before
         if self.clock is not None and self.clock.known:
             self.latencies.append(now - self.clock.due(tick))

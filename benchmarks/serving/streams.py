@@ -11,7 +11,7 @@ FALL = 4.6
 
 CLIENTS = {
     messages.SNAPSHOTS: (100, 400),
-    messages.SEGMENTS: (100, 400),
+    messages.PATHS: (400, 1600),
     messages.SEEDS: (400, 1600),
 }
 """Two crowds per stream; the difference in cost is the cost of the additional clients."""

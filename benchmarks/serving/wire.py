@@ -1,9 +1,9 @@
-"""Bytes on the wire: snapshots, segments and seeds of the same drops."""
+"""Bytes on the wire: snapshots, paths and seeds of the same drops."""
 
 from collections.abc import Sequence
 
 from app.protocol import messages
-from app.protocol.seeds import SeedStream
+from app.protocol.seeds import SeedStream, SparseStream
 from app.protocol.wire import WireMessage
 from app.rooms.independent import IndependentRoom
 from app.rooms.pending import DropCommand
@@ -28,9 +28,9 @@ def compare(section: Section, effort: Effort) -> None:
                 name,
                 str(balls),
                 f"{found['snapshots']:,.0f}",
-                f"{found['segments']:,.0f}",
-                f"{found['segments'] / found['snapshots']:.1%}",
-                f"{found['all_segments'] / found['all_snapshots']:.1%}",
+                f"{found['paths']:,.0f}",
+                f"{found['paths'] / found['snapshots']:.1%}",
+                f"{found['all_paths'] / found['all_snapshots']:.1%}",
                 f"{found['seeds']:,.0f}",
                 f"{found['seeds'] / found['all_snapshots']:.2%}",
             ])  # fmt: skip
@@ -38,13 +38,13 @@ def compare(section: Section, effort: Effort) -> None:
     section.tables.append(
         Table(
             "Bytes a second of flight and ball",
-            ["board", "balls", "snapshots", "segments", "ratio", "with events", "seeds", "to all"],
+            ["board", "balls", "snapshots", "paths", "ratio", "with events", "seeds", "to all"],
             rows,
             [
                 "WebSocket frames with their headers, 60 ticks a second, seeds from 0 dropped at "
                 "once, until all have landed. With events: the text frames counted too, of which "
-                "segments need fewer. Aim: a fifth or less. Seeds: all that this stream sends, the "
-                "acceptances too; to all: beside snapshots with their events and acceptances."
+                "paths and seeds need fewer. Seeds: all that this stream sends, the acceptances "
+                "too; to all: beside snapshots with their events and acceptances."
             ],
         )
     )
@@ -52,29 +52,27 @@ def compare(section: Section, effort: Effort) -> None:
 
 def _both(board: Board, balls: int) -> dict[str, float]:
     room = IndependentRoom("bench", board, tick_rate=60, max_balls=balls)
-    room.watch_segments(True)
-    names = ("snapshots", "segments", "all_snapshots", "all_segments", "seeds")
+    names = ("snapshots", "paths", "all_snapshots", "all_paths", "seeds")
     size = dict.fromkeys(names, 0.0)
     flight = 0.0
-    seeds = SeedStream(room.tick_rate, room.world.tick, board.drop)
+    rate, tick = room.tick_rate, room.world.tick
+    sparse = {"all_paths": SparseStream(rate, tick), "seeds": SeedStream(rate, tick, board.drop)}
     for seed in range(balls):
         accepted = room.drop(DropCommand(seed))
-        for name in ("all_snapshots", "all_segments"):
-            size[name] += _events([accepted])
-        size["seeds"] += _events([seeds.brief(accepted)])
+        size["all_snapshots"] += _events([accepted])
+        for name, stream in sparse.items():
+            size[name] += _events([stream.form(accepted)])
+        size["paths"] += len(WireMessage.of_bytes(room.current_path(accepted.ball)).wire)
     while room.awake:
         flight += room.world.count / room.tick_rate
         events = room.step(watched=True)
-        told = [event for event in events if not isinstance(event, messages.Contact)]
-        pieces = room.segments()
         size["snapshots"] += len(WireMessage.of_bytes(room.snapshot()).wire)
-        size["segments"] += len(WireMessage.of_bytes(pieces).wire) if pieces is not None else 0
         size["all_snapshots"] += _events(events)
-        size["all_segments"] += _events(told)
-        seeds.hold(events, room.world.tick)
-        size["seeds"] += _events(seeds.take(room.world.tick, room.seq, awake=room.awake))
+        for name, stream in sparse.items():
+            stream.hold(events, room.world.tick)
+            size[name] += _events(stream.take(room.world.tick, room.seq, awake=room.awake))
     size["all_snapshots"] += size["snapshots"]
-    size["all_segments"] += size["segments"]
+    size["all_paths"] += size["paths"]
     return {name: value / flight for name, value in size.items()}
 
 

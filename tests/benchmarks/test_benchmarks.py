@@ -285,13 +285,13 @@ def test_the_page_is_judged_by_the_thread_that_draws() -> None:
 
 
 @pytest.mark.long("it measures")
-def test_segments_take_fewer_bytes_than_snapshots() -> None:
+def test_paths_take_fewer_bytes_than_snapshots() -> None:
     section = Section("stream")
     wire.compare(section, QUICK)
     assert len(section.tables[0].rows) == 2 * len(wire.BOARDS)
     for name, found in section.data["wire"].items():
-        assert 0 < found["segments"] < found["snapshots"], name
-        assert found["segments"] < found["all_segments"] < found["all_snapshots"], name
+        assert 0 < found["paths"] < found["snapshots"], name
+        assert found["paths"] < found["all_paths"] < found["all_snapshots"], name
         # 12 bytes of header, 12 per ball, and less than 5 of framing, 60 times a second
         assert 720 < found["snapshots"] < 60 * 29, name
 

@@ -197,7 +197,7 @@ def test_viewers_by_seeds_use_relays_where_there_are_some() -> None:
     with proxying(relays=2) as (client, _):
         found = {who(client, "/ws/rooms/main?stream=seeds&watch=true") for _ in range(4)}
         assert found == {"relay1", "relay2"}
-        for query in ("", "?stream=seeds", "?watch=true", "?stream=segments&watch=true"):
+        for query in ("", "?stream=seeds", "?watch=true", "?stream=paths&watch=true"):
             path = f"/ws/rooms/main{query}"
             assert who(client, path) == who(client, "/api/v1/rooms/main?stream=seeds&watch=true")
             assert who(client, path).startswith("plinko")

@@ -68,15 +68,10 @@ export function triangle() {
   };
 }
 
-/** Segments as the server encodes them, and the ball's places on them. */
-export function goldenSegments() {
-  return json("tests/golden/segments.json");
-}
-
-/** A golden segment with the page's names of its fields. */
-export function segmentOf({ ball, bend, ...rest }) {
-  const segment = { ...rest, id: ball };
-  return bend ? { ...segment, bend: { ax: bend[0], ay: bend[1] } } : segment;
+/** Golden knots as the page keeps them. @param {Record<string, number>[]} knots */
+export function knotsOf(knots) {
+  const names = ["t", "x", "y", "angle", "ax", "ay", "hit"];
+  return Float32Array.from(knots.flatMap((knot) => names.map((name) => knot[name])));
 }
 
 /** A fake of a browser's storage. @returns {Pick<Storage, "getItem" | "setItem">} */

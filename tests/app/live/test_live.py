@@ -202,7 +202,7 @@ async def test_hello_says_all_that_a_page_needs(server: Running) -> None:
     board = Board.preset("triangle-12-high")
     assert Board.from_json(hello["board"]) == board
     assert hello["board_digest"] == board.digest
-    assert (hello["type"], hello["protocol"], hello["room"]) == ("hello", 1, "triangle-12-high")
+    assert (hello["type"], hello["protocol"], hello["room"]) == ("hello", 2, "triangle-12-high")
     assert (hello["mode"], hello["solver"], hello["tick_rate"]) == ("independent", "exact", 60)
     assert hello["slots"] == list(board.slots)
     assert hello["limits"]["balls"] == 200
@@ -354,9 +354,9 @@ async def test_an_unknown_room_says_so_and_closes_for_good(server: Running) -> N
 @pytest.mark.parametrize(
     ("query", "named"),
     [
-        ("?steam=segments", "'steam' is not a query parameter here; the parameters are: stream"),
-        ("?stream=segments&stream=snapshots", "stream is given 2 times"),
-        ("?stream=films", "stream 'films' is not one of: snapshots, segments"),
+        ("?steam=paths", "'steam' is not a query parameter here; the parameters are: stream"),
+        ("?stream=paths&stream=snapshots", "stream is given 2 times"),
+        ("?stream=films", "stream 'films' is not one of: snapshots, paths"),
     ],
 )
 async def test_an_unknown_address_parameter_closes_with_the_reason(

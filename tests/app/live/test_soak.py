@@ -32,7 +32,7 @@ ROOMS = ("main", "triangle-8", "classic")
 async def soak(server: Served, seconds: float) -> list[tuple[float, float]]:
     """Run waves of clients in several rooms; returns samples of time in s and resident bytes.
 
-    In each wave one room has clients of both streams, one of snapshots only, one of segments only.
+    In each wave one room has clients of both streams, one of snapshots only, one of paths only.
     """
     memory = []
     end = time.monotonic() + seconds
@@ -42,9 +42,9 @@ async def soak(server: Served, seconds: float) -> list[tuple[float, float]]:
             Load(room_url(server.address, room, stream), CLIENTS // 4, stream, drops=5.0)
             for stream, room in (
                 ("snapshots", ROOMS[wave % 3]),
-                ("segments", ROOMS[wave % 3]),
+                ("paths", ROOMS[wave % 3]),
                 ("snapshots", ROOMS[(wave + 1) % 3]),
-                ("segments", ROOMS[(wave + 2) % 3]),
+                ("paths", ROOMS[(wave + 2) % 3]),
             )
         ]
         reports = await asyncio.gather(*(load.run(WAVE) for load in loads))

@@ -1,5 +1,6 @@
 """The stream `paths`: a ball drawn from its one message follows the path of the drop."""
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -120,7 +121,7 @@ def test_a_long_path_comes_in_parts_before_the_ball_needs_them() -> None:
     knots = [decoder.paths(part.data)[0]["knots"] for part in parts]
     assert max(map(len, knots)) == MOST_KNOTS
     assert len(knots) > 5
-    for before, after in zip(knots, knots[1:], strict=False):
+    for before, after in pairwise(knots):
         assert before[-1] == after[0]
     whole = knots[0] + [knot for part in knots[1:] for knot in part[1:]]
     times = np.linspace(0.0, flight.duration, SAMPLES)

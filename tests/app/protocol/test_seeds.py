@@ -140,11 +140,12 @@ def test_a_late_client_receives_no_landing_before_its_hello() -> None:
 def test_only_the_player_receives_a_drop_s_ref() -> None:
     watched = Watched()
     own, other = watched.join(1), watched.join(2)
-    whole = watched.join(3, messages.SEGMENTS)
+    whole = watched.join(3, messages.PATHS)
     watched.drop(7, client=1)
     assert own.events[-1]["ref"] == "mine"
     assert "ref" not in other.events[-1]
-    assert json.loads(whole.wire[-1][2:] if whole.wire[-1][1] < 126 else whole.wire[-1][4:])["x"]
+    accepted, _path = whole.wire[-2:]
+    assert json.loads(accepted[2:] if accepted[1] < 126 else accepted[4:])["x"]
 
 
 def test_a_delayed_landing_is_sent_with_the_next_event() -> None:

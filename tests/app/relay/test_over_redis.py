@@ -83,7 +83,7 @@ async def test_a_viewer_that_plays_reconnects_to_the_room_itself(
 
 
 @needs_redis
-@pytest.mark.parametrize("query", ["", "?stream=seeds", "?stream=segments&watch=true"])
+@pytest.mark.parametrize("query", ["", "?stream=seeds", "?stream=paths&watch=true"])
 async def test_other_streams_than_seeds_go_to_the_room_itself(
     both: tuple[Running, Relayed], query: str
 ) -> None:

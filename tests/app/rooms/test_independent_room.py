@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.errors import BallLimitError
-from app.protocol import messages, segments
+from app.protocol import messages
 from app.rooms.independent import IndependentRoom
 from app.rooms.pending import DropCommand
 from app.rooms.records import DropRow, TableState
@@ -148,14 +148,13 @@ def test_a_bounce_is_flagged_in_the_next_frame_and_only_there() -> None:
 
 def test_landed_balls_leave_nothing_behind_without_snapshots() -> None:
     room = IndependentRoom("r", Board.preset("triangle-8"), tick_rate=60, max_balls=20)
-    room.watch_segments(True)
     for seed in range(20):
         room.drop(DropCommand(seed))
+    assert room.first_message("paths")
     while room.awake:
         room.step(watched=True)
-        room.segments()
     assert not room._bounced
-    assert len(room.keyframe()) == segments.HEADER.size
+    assert not room._paths
 
 
 def test_frames_count_the_events_announced_before_them() -> None:

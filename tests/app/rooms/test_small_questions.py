@@ -44,28 +44,6 @@ def test_a_ball_is_first_in_the_snapshot_after_its_starting_tick() -> None:
     assert second["y"] - BOARD.drop.y == pytest.approx(fallen, rel=0.05)
 
 
-def test_a_flight_begins_at_its_drop_s_tick_and_is_sent_next() -> None:
-    room = independent()
-    room.watch_segments(True)
-    for _ in range(3):
-        room.step(watched=True)
-    tick = room.drop(DropCommand(1)).tick
-    room.step(watched=True)
-    message = room.segments()
-    assert message is not None
-    hello = {
-        "extent": {
-            name: getattr(room.extent, name) for name in ("x_min", "x_max", "y_min", "y_max")
-        },
-        "velocity_scale": room.velocity_scale,
-        "spin_scale": room.spin_scale,
-        "tick_rate": 60,
-    }
-    told = decoder.segments(message, hello)
-    (flight,) = told["flights"]
-    assert (told["tick"], flight["kind"], flight["t"]) == (tick + 1, 4, tick / 60)
-
-
 def test_bit_0_marks_impacts_too_soft_for_an_event() -> None:
     form = BOARD.to_dict()
     dull = {"restitution": 0.3, "friction": 0.2}

@@ -5,6 +5,7 @@ import math
 import re
 from typing import Any
 
+import pytest
 from playwright.sync_api import expect
 
 from engine import drop
@@ -30,10 +31,9 @@ def places_of(sampled: Any) -> list[list[float]]:
     return [[row[x], row[y]] for row in sampled["frames"]]
 
 
-def test_a_seeded_ball_falls_as_predicted_into_the_predicted_bin(
-    opened: Open,
-) -> None:
-    screen = opened("/", before=HEAR).ready()
+@pytest.mark.parametrize("stream", ["seeds", "paths"])
+def test_a_seeded_ball_falls_as_predicted_into_the_predicted_bin(opened: Open, stream: str) -> None:
+    screen = opened(f"/?stream={stream}", before=HEAR).ready()
     record = screen.api("drops/triangle-16/42")
     board = screen.api("boards/triangle-16")["board"]
     predicted = places_of(screen.api("drops/triangle-16/42/frames?fps=240"))

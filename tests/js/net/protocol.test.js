@@ -29,6 +29,17 @@ test("columns that are large enough are reused", () => {
   assert.equal(decodeSnapshot(bytesOf(hex), { extent, velocityScale }, 0, first), first);
 });
 
+test("a snapshot's tick is the one with its last 32 bits nearest to a known tick", () => {
+  const extent = { x_min: 0, x_max: 1, y_min: 0, y_max: 1 };
+  for (const [bits, near, tick] of [
+    ["58020000", 590, 600], ["58020000", 2 ** 32 + 590, 2 ** 32 + 600], ["58020000", 2 ** 32 - 5, 2 ** 32 + 600],
+    ["fbffffff", 2 ** 32 + 2, 2 ** 32 - 5], ["fbffffff", 3 * 2 ** 32 - 90, 3 * 2 ** 32 - 5],
+  ]) {
+    const snapshot = decodeSnapshot(bytesOf(`50010000${bits}11000000`), { extent, velocityScale: 1 }, near);
+    assert.equal(snapshot.tick, tick);
+  }
+});
+
 for (const [hex, named] of [
   ["50", "1 bytes"],
   ["510100005802000011000000", "81"],
@@ -56,6 +67,6 @@ test("golden events decode one by one and as a tick's array", () => {
 for (const text of ["", "{", "3", "null", "[null]", '{"type":"hello","protocol":1}']) {
   test(`text that is not an event is refused: ${text}`, () => {
     assert.throws(() => decodeEvents(text), (error) =>
-      error instanceof ProtocolError && /event|protocol 2/.test(error.message));
+      error instanceof ProtocolError && /event|protocol 1/.test(error.message));
   });
 }

@@ -21,9 +21,9 @@ TICK = 1.0 / 60.0  # s
 
 # Plays one ball from messages that arrive late and unevenly, with a display's frames in between.
 # Returns table time and place in each frame, and the largest number of keyframes kept.
-_PLAY = """async ({ Table }, { hello, accepted, stamps, times, rate, scale }, load) => {
+_PLAY = """async ({ Table }, { hello, accepted, stamps, times, rate }, load) => {
   const { TickClock } = await load("net/tick-clock.js");
-  const { decodeSegments } = await load("net/segments.js");
+  const { decodePaths } = await load("net/paths.js");
   const table = new Table(hello);
   const clock = new TickClock({ rate });
   table.accept(accepted, true);
@@ -32,13 +32,13 @@ _PLAY = """async ({ Table }, { hello, accepted, stamps, times, rate, scale }, lo
   let kept = 0;
   for (const now of times) {
     for (; next < stamps.length && stamps[next].at <= now; next += 1) {
-      const { tick, at, contacts, ball, landed, segments } = stamps[next];
+      const { tick, at, contacts, ball, landed, path } = stamps[next];
       clock.observe(tick, at);
       for (const contact of contacts) table.applyContact(contact);
       if (landed) table.applyLanded(landed);
-      if (segments) {
-        const bytes = Uint8Array.from(segments.match(/../g), (pair) => parseInt(pair, 16));
-        table.applySegments(decodeSegments(bytes.buffer, scale));
+      if (path) {
+        const bytes = Uint8Array.from(path.match(/../g), (pair) => parseInt(pair, 16));
+        table.applyPaths(decodePaths(bytes.buffer));
       }
       if (!ball) continue;
       table.applySnapshot({ tick, count: 1, ids: [0], x: [ball[0]], y: [ball[1]],
@@ -90,42 +90,37 @@ def told(board: Board, seed: int, jitter: float) -> tuple[dict[str, Any], Any]:
     }, fall
 
 
-def told_in_segments(board: Board, seed: int, jitter: float) -> tuple[dict[str, Any], Any]:
-    """The messages of a drop in the stream `segments`."""
+def told_in_a_path(
+    board: Board, seed: int, jitter: float, late: int = 0
+) -> tuple[dict[str, Any], Any]:
+    """The messages of a drop in the stream `paths`; to a client that comes at tick `late`."""
     chance = random.Random(seed)
     room = IndependentRoom("r", board, tick_rate=60, max_balls=1)
-    hello = room.hello(0.0, Limits(1, 1.0, 4096), "segments")
-    room.watch_segments(True)
     accepted = room.drop(DropCommand(seed))
+    if late:
+        room.advance(late)
+    hello = room.hello(0.0, Limits(1, 1.0, 4096), "paths")
+    arrived = 1000 * late * TICK
     stamps: list[dict[str, Any]] = []
-    arrived = 0.0
+    first = room.current_path(accepted.ball).hex()
+    stamps.append({"tick": late, "at": arrived, "contacts": [], "path": first})
     while room.awake:
         events = [event for event in room.step(watched=True) if isinstance(event, Landed)]
-        segments = room.segments()
         tick = room.world.tick
         arrived = max(arrived, 1000 * tick * TICK + chance.expovariate(1.0) * jitter)
         stamp: dict[str, Any] = {"tick": tick, "at": arrived, "contacts": []}
+        if more := room.due_paths(tick - 1):
+            stamps.append({**stamp, "path": more.hex()})
         if events:
             stamps.append({**stamp, "landed": msgspec.to_builtins(events[0])})
-        if segments is not None:
-            stamps.append({**stamp, "segments": segments.hex()})
+        elif tick % 60 == 0:  # a clock
+            stamps.append(stamp)
     return {
-        "hello": msgspec.json.decode(msgspec.json.encode(hello)),
+        "hello": msgspec.json.decode(msgspec.json.encode(hello)) | {"balls": []},
         "accepted": msgspec.to_builtins(accepted),
         "stamps": stamps,
         "rate": 60,
-        "scale": page_scale(room.scale),
     }, drop(board, seed=seed)
-
-
-def page_scale(scale: Any) -> dict[str, Any]:
-    """The scale of a room's segments, with the page's names."""
-    return {
-        "extent": msgspec.to_builtins(scale.extent),
-        "velocityScale": scale.velocity_scale,
-        "spinScale": scale.spin_scale,
-        "rate": scale.tick_rate,
-    }
 
 
 def contact(tick: int, hit: Any) -> dict[str, Any]:
@@ -148,7 +143,7 @@ def wired(state: Any, bounced: bool) -> list[float]:
     return [x, y, float(state["theta"]), vx, vy, int(bounced)]
 
 
-@pytest.mark.parametrize("tell", [told, told_in_segments])
+@pytest.mark.parametrize("tell", [told, told_in_a_path])
 @pytest.mark.parametrize("hertz", [30, 60, 144])
 def test_displays_show_the_true_place_and_cut_no_bounce_short(
     run: Run, hertz: int, tell: Tell
@@ -174,9 +169,9 @@ def test_displays_show_the_true_place_and_cut_no_bounce_short(
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 @pytest.mark.parametrize("name", ["triangle-8", "triangle-16", "galton"])
-def test_segments_are_drawn_as_exact_curves(run: Run, name: str, seed: int) -> None:
-    """Unlike snapshots, segments include slow contacts, and nothing is smoothed."""
-    given, fall = told_in_segments(Board.preset(name), seed, jitter=4.0)
+def test_paths_are_drawn_as_exact_curves(run: Run, name: str, seed: int) -> None:
+    """Unlike snapshots, paths include slow contacts, and nothing is smoothed."""
+    given, fall = told_in_a_path(Board.preset(name), seed, jitter=4.0)
     end = given["stamps"][-1]["at"] + 300
     played = run(
         "model/table/table.js", _PLAY, {**given, "times": np.arange(200.0, end, 1000 / 97).tolist()}
@@ -184,42 +179,37 @@ def test_segments_are_drawn_as_exact_curves(run: Run, name: str, seed: int) -> N
     shown = np.array([row for row in played["shown"] if 0.0 < row[0] < fall.duration])
     true = fall.states(shown[:, 0])
     off = np.hypot(shown[:, 1] - true["x"], shown[:, 2] - true["y"])
-    assert off.max() < 6e-4, f"{name}, seed {seed}: {off.max()}"  # m: 0.06 pixels
+    assert off.max() < 1.6e-4, f"{name}, seed {seed}: {off.max()}"  # m: 0.016 pixels
 
 
-def test_a_ball_whose_next_segment_is_late_waits_at_the_peg(run: Run) -> None:
-    board = Board.preset("triangle-12")
-    given, fall = told_in_segments(board, 2, jitter=0.0)
-    stamps = given["stamps"]
-    late = range(4, 10)
-    resumed = stamps[late.stop]["at"]
-    for index in late:
-        stamps[index]["at"] = resumed
-    times = np.arange(200.0, stamps[-1]["at"] + 300, 1000 / 60).tolist()
-    shown = np.array(run("model/table/table.js", _PLAY, {**given, "times": times})["shown"])
-    pegs = np.array([(peg.x, peg.y) for peg in board.pegs])
-    reach = board.pegs[0].radius + board.ball.radius
-    apart = np.hypot(shown[:, None, 1] - pegs[:, 0], shown[:, None, 2] - pegs[:, 1]).min(axis=1)
-    assert apart.min() > reach - 0.35 * board.ball.radius
-    still = np.hypot(np.diff(shown[:, 1]), np.diff(shown[:, 2])) == 0.0
-    assert still.sum() > 5
-    settled = (shown[:, 0] > resumed / 1000 + 0.1) & (shown[:, 0] < fall.duration)
-    assert settled.sum() > 30
-    true = fall.states(shown[settled, 0])
-    off = np.hypot(shown[settled, 1] - true["x"], shown[settled, 2] - true["y"])
-    assert off.max() < 6e-4
+def test_a_path_in_parts_is_drawn_through_their_joints(
+    run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.protocol.paths.MOST_KNOTS", 5)
+    board = Board.preset("galton")
+    for late in (0, 100):
+        given, fall = told_in_a_path(board, 2, jitter=4.0, late=late)
+        assert sum("path" in stamp for stamp in given["stamps"]) > 2
+        first, last = given["stamps"][0]["at"] + 200, given["stamps"][-1]["at"]
+        times = np.arange(first, last, 1000 / 60).tolist()
+        played = run("model/table/table.js", _PLAY, {**given, "times": times})
+        shown = np.array([row for row in played["shown"] if row[0] < fall.duration])
+        assert len(shown) > 0.8 * (len(times) - 15)
+        true = fall.states(shown[:, 0])
+        off = np.hypot(shown[:, 1] - true["x"], shown[:, 2] - true["y"])
+        assert off.max() < 1.6e-4
 
 
-def test_a_ball_waits_for_its_landing_at_the_bins(run: Run) -> None:
+def test_a_ball_whose_landing_is_late_sinks_into_its_bin(run: Run) -> None:
     board = Board.preset("triangle-8")
-    given, fall = told_in_segments(board, 2, jitter=0.0)
+    given, fall = told_in_a_path(board, 2, jitter=0.0)
     last = given["stamps"][-1]
     assert "landed" in last
     last["at"] += 400
     times = np.arange(200.0, last["at"], 1000 / 60).tolist()
     shown = np.array(run("model/table/table.js", _PLAY, {**given, "times": times})["shown"])
     assert shown[-1, 0] > fall.duration + 0.2
-    assert board.bins.y - 0.2 < shown[-1, 2] < board.bins.y
+    assert shown[-1, 2] > board.bins.y
 
 
 def test_a_ball_keeps_half_a_second_of_its_path_in_a_long_fall(run: Run) -> None:

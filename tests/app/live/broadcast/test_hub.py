@@ -37,18 +37,6 @@ def test_events_go_first_and_in_order() -> None:
     assert [mailbox.take() for _ in range(4)] == [event("a"), event("b"), snapshot(1), None]
 
 
-def test_a_keyframe_for_several_is_encoded_when_it_is_taken() -> None:
-    mailbox = Mailbox(8, 1000, lambda: snapshot(99))
-    mailbox.show(snapshot(1))
-    assert mailbox.take() == snapshot(1), "a single one goes as it came"
-    mailbox.show(snapshot(2))
-    mailbox.show(snapshot(3))
-    assert mailbox.take() == snapshot(99)
-    assert mailbox.take() is None
-    mailbox.show(snapshot(4))
-    assert mailbox.take() == snapshot(4)
-
-
 @given(st.lists(st.sampled_from(["post", "show", "take"])), st.integers(1, 5), st.integers(1, 50))
 def test_a_mailbox_never_holds_more_than_its_bounds(
     acts: list[str], most: int, most_bytes: int
@@ -141,6 +129,26 @@ async def test_a_stalled_client_delays_no_other_and_skips_snapshots(direct: bool
         await stop(writer)
 
 
+@pytest.mark.parametrize("direct", [True, False])
+async def test_a_stalled_client_gets_each_path_after_its_event(direct: bool) -> None:
+    hub = Hub(10)
+    stuck = Wire(direct=direct, blocked=True)
+    one = client(stuck, 1)
+    hub.join("r", one)
+    writer = asyncio.create_task(one.run())
+    for number in range(3):
+        hub.announce("r", "snapshots", b"accepted %d" % number)
+        hub.post("r", "snapshots", b"path %d" % number)
+        await turns()
+    hub.post("r", "elsewhere", b"nobody")
+    stuck.open.set()
+    await turns()
+    assert [frame.payload for frame in stuck.frames] == [
+        text % number for number in range(3) for text in (b"accepted %d", b"path %d")
+    ]
+    await stop(writer)
+
+
 async def test_a_client_silent_for_the_grace_period_is_too_slow() -> None:
     slow = client(Wire(direct=True, blocked=True), grace=0.01)
     slow.show(snapshot(1))
@@ -178,7 +186,7 @@ async def test_the_sender_can_receive_another_message_than_the_rest(direct: bool
         hub.join("r", each)
     hub.announce("r", "snapshots", b"all but 1", 1, b"only 1")
     hub.notify("r", 99, b"nobody")
-    hub.announce("r", "segments", b"nobody")
+    hub.announce("r", "paths", b"nobody")
     hub.announce("elsewhere", "snapshots", b"nobody")
     await turns()
     assert [each.frames for each in connections] == [

@@ -5,7 +5,7 @@ import { readFileSync } from "node:fs";
 import { test } from "node:test";
 
 import { Path } from "../../../../static/js/model/motion/path.js";
-import { SolvedFeed } from "../../../../static/js/model/table/path-feed.js";
+import { PathFeed } from "../../../../static/js/model/table/path-feed.js";
 import { Table } from "../../../../static/js/model/table/table.js";
 import { openSolver } from "../../../../static/js/solver/solver.js";
 import { near, triangle } from "../../support.js";
@@ -19,7 +19,7 @@ const START = 7.25; // table time, s
 function feedOf(seed, from = START) {
   const solved = solver.drop(board, { seed });
   const path = new Path({ gravity: board.gravity, drag: board.drag });
-  return { solved, path, feed: new SolvedFeed(path, solved, board, { start: START, from, rate: RATE }) };
+  return { solved, path, feed: new PathFeed(path, solved, board, { start: START, from, rate: RATE }) };
 }
 
 test("a ball is drawn where the solver says, also at impacts", () => {
