@@ -1,5 +1,6 @@
 """Every file in examples/ runs as its first lines say, and does what they say."""
 
+import ast
 import asyncio
 import csv
 import json
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import httpx
+import numpy as np
 import pytest
 from PIL import Image
 from websockets.asyncio.server import ServerConnection, serve
@@ -82,19 +84,32 @@ def test_a_rest_client_replays_verifies_and_plays(
 
 def test_a_websocket_client_follows_its_ball_in_three_streams(server: Running) -> None:
     said = run(sys.executable, "websocket_client.py", server.url.replace("http", "ws", 1))
-    snapshots, places, segments, seeds, digest = said.splitlines()
+    snapshots, places, paths, drawn, seeds, digest = said.splitlines()
     assert re.match(r"snapshots: \d+ binary messages, then {'type': 'landed', ", snapshots)
     assert len(json.loads(places)) >= 2
     assert all(0.0 < x < 1.0 for x in json.loads(places))
-    assert re.match(r"segments: [1-9]\d* binary messages, then {'type': 'landed', ", segments)
+    assert re.match(r"paths: [12] binary messages, then {'type': 'landed', ", paths)
+    seed = re.search(r"'seed': '(\d+)'", paths)
+    assert seed
+    board = Board.from_json(TINY)
+    shown = np.array(ast.literal_eval(drawn))
+    true = drop(board, int(seed[1])).states(np.arange(len(shown)) / 10)
+    assert len(shown) > 3
+    assert np.hypot(shown[:, 0] - true["x"], shown[:, 1] - true["y"]).max() < 0.15e-3
     assert seeds.startswith("seeds: 0 binary messages, then {'type': 'landed', ")
     assert f"'digest': '{digest[:12]}'" in seeds
 
 
 def test_a_websocket_client_in_javascript_does_so_too(server: Running) -> None:
     said = node("websocket-client.mjs", server.url.replace("http", "ws", 1))
-    assert re.findall(r'(\w+): {"type":"landed"', said) == ["snapshots", "segments", "seeds"]
+    assert re.findall(r'(\w+): {"type":"landed"', said) == ["snapshots", "paths", "seeds"]
     assert re.search(r"last seen: \[\s*{ ball: \d+, x: -?\d", said)
+    end = re.search(r'paths: .*"x_end":([-.\de]+)', said)
+    seen = re.search(r"last seen: { x: ([-.\de]+), y: ([-.\de]+) }", said)
+    assert end
+    assert seen
+    assert float(seen[1]) == pytest.approx(float(end[1]), abs=1e-6)
+    assert float(seen[2]) == pytest.approx(Board.from_json(TINY).bins.y, abs=1e-6)
 
 
 def test_the_determinism_test_has_the_digests_of_this_release() -> None:
