@@ -79,7 +79,7 @@ def units_of(page: Recorded) -> Units:
     crowd = max(CLIENTS["snapshots"])
     return Units(
         streams=(
-            {name: stream(name) for name in CLIENTS}
+            {row["stream"]: stream(row["stream"]) for row in page.rows(STREAMS)}
             if page.has(STREAMS)
             else {"snapshots": _crowd(page)}
         ),

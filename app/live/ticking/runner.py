@@ -28,8 +28,8 @@ _SILENT: Final = 1.0
 pause for a slow connection, and a healthy server makes no longer one."""
 
 MOST_EVENTS: Final = 1_000_000
-"""If all rooms together keep more path events than this, the server takes no drops: 56 MB, and as
-much again or twice for segments. 16,000 balls on presets have as many."""
+"""If all rooms together keep more path events than this, the server takes no drops: 56 MB, and
+half of that for paths. 16,000 balls on presets have as many."""
 
 _TURN: Final = 0.002  # s; when rooms' turns have taken this long, the event loop serves requests
 

@@ -70,9 +70,9 @@ def test_whatever_the_law_a_path_fits(gravity: float, drag: float) -> None:
 
 
 def test_a_knot_says_what_the_ball_bounces_off() -> None:
-    board = Board.preset("triangle-8")
-    compared = 0
-    for seed in range(20):
+    pegs = walls = 0
+    board = Board.preset("classic")
+    for seed in range(40):
         record = drop(board, seed)
         hits = {
             float(hit["t"]): int(hit["index"]) + (len(board.pegs) if hit["kind"] else 0)
@@ -83,8 +83,10 @@ def test_a_knot_says_what_the_ball_bounces_off() -> None:
         for knot in path["knots"]:
             if knot["hit"] >= 0:
                 assert hits[min(hits, key=lambda t: abs(t - knot["t"]))] == knot["hit"]
-                compared += 1
-    assert compared > 200
+                pegs += knot["hit"] < len(board.pegs)
+                walls += knot["hit"] >= len(board.pegs)
+    assert pegs > 200
+    assert walls > 3
 
 
 def test_a_path_begins_and_ends_with_the_drop() -> None:

@@ -11,6 +11,7 @@ from app.errors import AppError, BallLimitError, BusyError
 from app.live import flying
 from app.live.ticking import runner
 from app.protocol import messages
+from app.protocol.paths import Path
 from app.rooms import independent
 from app.rooms.independent import IndependentRoom
 from app.rooms.kinds import INTERACTING
@@ -156,6 +157,30 @@ async def test_a_long_flight_is_computed_on_a_thread_and_holds_up_no_tick(
     alone = drop(HALL, 4)
     (state,) = alone.states([(dear.room.world.tick - accepted[0].tick) / 60])
     assert dear.room.world.bodies["x"][0] == state["x"], "it enters late, where it would be"
+
+
+@pytest.mark.parametrize("seed", [4, 5])
+async def test_a_long_path_is_cut_on_a_thread_and_a_short_one_only_when_needed(
+    monkeypatch: pytest.MonkeyPatch, seed: int
+) -> None:
+    threads: list[threading.Thread] = []
+    cut = flying.path_of
+
+    def noted(*args: Any) -> Path:
+        threads.append(threading.current_thread())
+        return cut(*args)
+
+    for module in (flying, independent):
+        monkeypatch.setattr(module, "path_of", noted)
+    rooms = rooms_by_hand(MAIN, Clock())
+    dear, main = await rooms.create(HALL), rooms.find("main")
+    await asyncio.gather(ask(dear, seed), ask(main, 1))
+    assert len(threads) == 1
+    assert threads[0] is not threading.main_thread()
+    await dear.cut_paths()
+    assert len(threads) == 1, "its room has it"
+    await main.cut_paths()
+    assert threads[1:] == [threading.main_thread()]
 
 
 def test_a_table_whose_flights_are_long_takes_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
