@@ -96,7 +96,7 @@ def knots_of(path: Trajectory) -> npt.NDArray[np.float32]:
     """
     pieces = np.vstack((*_pieces(path), np.append(path.end, (0.0, 0.0))))
     pieces = pieces[np.argsort(pieces[:, body.T], kind="stable")]
-    knots = np.empty((len(pieces), len(COLUMNS)), np.float32)
+    knots: npt.NDArray[np.float32] = np.empty((len(pieces), len(COLUMNS)), np.float32)
     knots[:, 0] = pieces[:, body.T]
     late = knots[:, 0].astype(np.float64) - pieces[:, body.T]
     late[-1] = 0.0  # the place of the landing
@@ -105,8 +105,8 @@ def knots_of(path: Trajectory) -> npt.NDArray[np.float32]:
         knots[:, column] = pieces[:, place] + late * pieces[:, speed]
     knots[:, 4:6] = pieces[:, body.SIZE :]
     knots[:, 6] = _hits(path, pieces[:, body.T])
-    later: npt.NDArray[np.bool_] = np.diff(knots[:, 0]) > 0.0
-    return knots[np.append(later, True)]
+    later = np.append(np.diff(knots[:, 0]) > 0.0, True)
+    return np.compress(later, knots, axis=0)
 
 
 def basis(drag: float, s: Floats) -> tuple[Floats, Floats]:

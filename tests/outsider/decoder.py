@@ -37,7 +37,7 @@ def snapshot(data: bytes, extent: Box, velocity_scale: float) -> Row:
 
 def paths(data: bytes) -> list[Row]:
     """ball and knots of each path in a message; raises ValueError if `data` is no such message."""
-    found = []
+    found: list[Row] = []
     at = 0
     while at < len(data) or not found:
         magic, version, _, count, ball = struct.unpack_from("<BBHIQ", data, at)
