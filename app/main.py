@@ -176,7 +176,13 @@ def create_app(settings: Settings | None = None) -> FastAPI:
             CORSMiddleware,
             allow_origins=settings.allowed_origins,
             allow_methods=["GET", "POST", "PATCH", "DELETE"],
-            allow_headers=["content-type", "authorization", "idempotency-key", "x-request-id"],
+            allow_headers=[
+                "content-type",
+                "authorization",
+                "idempotency-key",
+                "idempotency-secret",
+                "x-request-id",
+            ],
             expose_headers=[
                 "etag",
                 "link",

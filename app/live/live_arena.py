@@ -54,14 +54,6 @@ class LiveArena(LiveRoom):
 
     # Inputs.
 
-    async def drop(
-        self,
-        command: DropCommand,
-        player: Player = NOBODY,
-        session: FairSession | None = None,
-    ) -> Outcome:
-        return await self._persistence.ledger.decided(self._drop(command, player, session))
-
     async def _drop(
         self, command: DropCommand, player: Player, session: FairSession | None
     ) -> Outcome:

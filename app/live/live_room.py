@@ -114,7 +114,6 @@ class LiveRoom(ABC):
 
     # Requests.
 
-    @abstractmethod
     async def drop(
         self,
         command: DropCommand,
@@ -129,6 +128,13 @@ class LiveRoom(ABC):
         InvalidValueError, LedgerError, UndecidedError and the engine's errors; RepeatedError if the
         player has sent a drop of touching balls before, whose outcome only the room's log has.
         """
+        return await self._persistence.ledger.decided(self._drop(command, player, session))
+
+    @abstractmethod
+    async def _drop(
+        self, command: DropCommand, player: Player, session: FairSession | None
+    ) -> Outcome:
+        """As `drop`, however long the ledger takes."""
 
     async def change(self, change: Change, player: Player = NOBODY) -> messages.Event | None:
         """Take a change of a room of touching balls, as `drop` takes a drop.

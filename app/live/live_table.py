@@ -15,19 +15,22 @@ from dataclasses import dataclass, replace
 from typing import cast
 
 from app.errors import AppError, ResetError
-from app.live.broadcast.audience import NOBODY, Player
+from app.live.broadcast.audience import Player
 from app.live.flying import cut, fly
 from app.live.live_room import LiveRoom, RoomContext
 from app.live.sessions.fair_session import FairSession
 from app.persistence.clock import RunClock
+from app.persistence.statements import store
 from app.protocol import messages
 from app.protocol.paths import Path
 from app.rooms.independent import IndependentRoom
+from app.rooms.keys import KeyUse
 from app.rooms.outcome import Outcome, outcome_of
 from app.rooms.pending import DropCommand
-from app.rooms.records import NewDrop
+from app.rooms.records import DropRow, NewDrop, ReceiptRow, ResultRow
 from app.rooms.room import Room
 from engine.drops.flight import Flight
+from engine.errors import EngineError
 
 
 @dataclass(eq=False)
@@ -69,25 +72,18 @@ class LiveTable(LiveRoom):
 
     # A drop.
 
-    async def drop(
-        self,
-        command: DropCommand,
-        player: Player = NOBODY,
-        session: FairSession | None = None,
-    ) -> Outcome:
-        return await self._persistence.ledger.decided(self._drop(command, player, session))
-
     async def _drop(
         self, command: DropCommand, player: Player, session: FairSession | None
     ) -> Outcome:
         room = self.room
-        self._check()
-        self._runner.check_memory()
-        room.check_drop(command, fair=session is not None)
-        room.check_place(self._under_way)
-        if session is not None:
-            session.check(room, practice=command.practice)
-        room.check_start(command, fair=session is not None)
+        try:
+            self._check_drop(command, session)
+        except (AppError, EngineError):
+            # A drop that the table has taken before needs no place, and no session that is open.
+            outcome = await self._repeated(player)
+            if outcome is None:
+                raise
+            return outcome
         self._under_way += 1
         self._none_under_way.clear()
         try:
@@ -96,7 +92,7 @@ class LiveTable(LiveRoom):
             if session is not None:
                 session.took(request)
             if request.earlier:
-                return await self._earlier(room, request)
+                return await self._earlier(request.fact, request.receipt, request.result)
             return Outcome(await self._enter(room, request, player))
         finally:
             self._under_way -= 1
@@ -105,6 +101,17 @@ class LiveTable(LiveRoom):
                 if self.room is room and self.gone is None and not self.awake:
                     self._persistence.slept(room)  # the drop was refused, or is an earlier one
 
+    def _check_drop(self, command: DropCommand, session: FairSession | None) -> None:
+        """Raise the error for which the table refuses a drop now."""
+        room, fair = self.room, session is not None
+        self._check()
+        self._runner.check_memory()
+        room.check_drop(command, fair=fair)
+        room.check_place(self._under_way)
+        if session is not None:
+            session.check(room, practice=command.practice)
+        room.check_start(command, fair=fair)
+
     def _request(
         self, command: DropCommand, player: Player, session: FairSession | None
     ) -> NewDrop:
@@ -112,23 +119,30 @@ class LiveTable(LiveRoom):
         return NewDrop(
             room=0,
             tick=self.clock.tick + (self._persistence.lead if self.awake else 0),
-            seed=command.seed,
+            command=command,
             used=now,
-            x=command.x,
-            stake=command.stake,
-            who=command.who,
-            aim=command.aim,
-            practice=command.practice,
-            tag=command.tag,
             key=player.idempotency_key,
             session=None if session is None else session.turn(self.room.draw, now),
         )
 
-    async def _earlier(self, room: IndependentRoom, request: NewDrop) -> Outcome:
+    async def _repeated(self, player: Player) -> Outcome | None:
+        """The outcome of the drop that the player has sent with this key before, if any."""
+        ledger = self._persistence.ledger
+        found = await ledger.look_up(KeyUse(player.idempotency_key))
+        if found is None:
+            return None
+        rows = await ledger.read(store.drop, run=found.run, ball=int(found.fact))
+        return await self._earlier(*rows)
+
+    async def _earlier(
+        self, fact: DropRow, receipt: ReceiptRow | None, result: ResultRow | None
+    ) -> Outcome:
         """The outcome of a drop that the player has sent before; its flight says if it is over."""
-        fact, result = request.fact, request.result
-        assert fact is not None
-        outcome = outcome_of(room.board, fact, request.receipt, result)
+        room = self.room
+        if fact.room != self._persistence.runs.of(room).number:  # the room was reset since
+            board = await self._persistence.recovery.board_of(fact.room)
+            return outcome_of(board, fact, receipt, result)
+        outcome = outcome_of(room.board, fact, receipt, result)
         if result is None:
             landing = room.landing(fact, await fly(room.board, room.start_of(fact)))
             if landing.tick <= room.world.tick:

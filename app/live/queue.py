@@ -17,12 +17,13 @@ from app.errors import HaltedError, LedgerError, LimitError, ResetError, Undecid
 from app.live.broadcast.audience import Player
 from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.ledger.writer import Ledger
-from app.persistence.statements import queue_store, store
+from app.persistence.statements import queue_store
 from app.protocol import messages
 from app.protocol.visitors import Tag
+from app.rooms.keys import KeyUse, ball_key
 from app.rooms.outcome import Outcome
 from app.rooms.pending import DropCommand
-from app.rooms.queue import EMPTY, Item, Queue, ball_key
+from app.rooms.queue import EMPTY, Item, Queue
 from app.rooms.records import QueueRow
 
 MOST_FALLING: Final = 20  # balls of a queue in flight at a time
@@ -112,36 +113,30 @@ class RoomQueue:
                 self._loaded = True
         self._go_on()
 
-    async def add(self, balls: int, every: float, tag: Tag, again: str | None = None) -> bool:
-        """Queue more balls; returns False if a request with the key `again` did so before.
+    async def add(self, balls: int, every: float, tag: Tag, use: KeyUse | None = None) -> None:
+        """Queue more balls, if the `use` of the request's key is new.
 
-        Raises BallLimitError, LedgerError.
+        Raises BallLimitError, KeyReusedError, LedgerError.
         """
-        step = functools.partial(Queue.with_item, balls=balls, every=every, tag=tag, again=again)
-        return await self._ledger.decided(self._change(step, again))
+        step = functools.partial(Queue.with_item, balls=balls, every=every, tag=tag)
+        await self._ledger.decided(self._change(step, use or KeyUse()))
 
     async def change(self, step: Callable[[Queue], Queue]) -> None:
         """Replace the queue by what `step` makes of it; raises LedgerError."""
-        await self._ledger.decided(self._change(step))
+        await self._ledger.decided(self._change(step, KeyUse()))
 
-    async def _change(self, step: Callable[[Queue], Queue], again: str | None = None) -> bool:
+    async def _change(self, step: Callable[[Queue], Queue], use: KeyUse) -> None:
         await self.load()
         async with self._turn:
-            if again is not None and await self._has_been_asked(again):
-                return False
+            if await self._ledger.look_up(use):  # a repeat needs no place in the queue
+                return
             after = step(self.state)
-            await self._ledger.commit(QueueRow(self._run, msgspec.json.encode(after).decode()))
+            use.run, use.fact = self._run, str(self.state.next)
+            row = QueueRow(self._run, msgspec.json.encode(after).decode())
+            await self._ledger.commit(row, use=use)
             self.state = after
         self._tell_all(self.event)
         self._go_on()
-        return True
-
-    async def _has_been_asked(self, again: str) -> bool:
-        """Whether an item with this key waits, or has had its first ball dropped."""
-        if any(item.again == again for item in self.state.items):
-            return True
-        read, first = self._ledger.read, ball_key(again, 0)
-        return await read(store.keyed_drop, run=self._run, key=first) is not None
 
     def end(self) -> None:
         """Stop dropping, because the room ends or leaves this server."""
@@ -179,7 +174,7 @@ class RoomQueue:
             await self._landing()
             return
         command = DropCommand(self._draw(), tag=item.tag)
-        key = item.key(self._dropped)
+        key = ball_key(self._run, item.number, self._dropped)
         outcome = await self._drop(command, Player(idempotency_key=key))
         self._dropped += 1
         if outcome.landed is None:

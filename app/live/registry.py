@@ -16,7 +16,6 @@ from app.errors import (
     LeaseLostError,
     LedgerError,
     ResetError,
-    UndecidedError,
     UnknownRoomError,
 )
 from app.live.arriving import Arriving, Claim, any_room, replaying
@@ -41,7 +40,8 @@ from app.persistence.statements import queue_store, store
 from app.rooms import kinds
 from app.rooms.boards import Boards
 from app.rooms.independent import IndependentRoom
-from app.rooms.kinds import INDEPENDENT, SCENE, BallLimits, make_room
+from app.rooms.keys import KeyUse
+from app.rooms.kinds import INDEPENDENT, BallLimits, make_room
 from app.rooms.records import Parked
 from app.rooms.room import Basis, Room
 from app.rooms.touching.room import TouchingRoom
@@ -110,7 +110,6 @@ class Rooms:
         self.shared = UnsharedRooms() if leases is None else self._share(leases, claim)
         self._new_id = new_id
         self._loading = SingleFlight[None]()
-        self._making: set[str | None] = set()  # keys of requests whose rooms are being opened
         if not self.persistence.ledger.keeps:
             self.find(MAIN)
 
@@ -250,38 +249,40 @@ class Rooms:
         """
         return await self.shared.made_by(creator)
 
-    async def begun_by(self, key: str) -> LiveRoom | None:
-        """The room that the request with this key has opened, if it is still open.
+    async def opened_by(self, use: KeyUse) -> LiveRoom | None:
+        """The room that an earlier request has opened, if this one is a repeat.
 
-        Raises LedgerError, and UndecidedError while it is being opened.
+        Raises KeyReusedError, ClosedRoomError if it was closed since, LedgerError, UndecidedError.
         """
-        if key in self._making:
-            raise UndecidedError("the room is being opened", retry_after=1.0)
-        if not self.persistence.ledger.keeps:
+        return await self.persistence.ledger.decided(self._opened_by(use))
+
+    async def _opened_by(self, use: KeyUse) -> LiveRoom | None:
+        found = await self.persistence.ledger.look_up(use)
+        if found is None:
             return None
-        room_id = await self.persistence.ledger.read(store.begun_by, key=key)
-        return None if room_id is None else await self.seek(room_id)
+        try:
+            return await self.seek(found.fact)
+        except UnknownRoomError as error:
+            what = f"room {found.fact!r}, which was opened with this key, was closed"
+            raise ClosedRoomError(f"{what}; use a new key to open another", field="key") from error
 
     async def create(
         self,
         basis: Basis,
         mode: str = INDEPENDENT,
         creator: str | None = None,
-        key: str | None = None,
+        use: KeyUse | None = None,
+        retold: Retold | None = None,
     ) -> LiveRoom:
         """Open a room with an owner, for a board, scene or draw.
 
         creator: identifies the owner, to count their rooms.
-        key: identifies the request, in case the client repeats it.
-        Raises RoomLimitError when all rooms are in use, LedgerError if it cannot be committed.
+        use: of the request's key; if it is not new, the result is the first request's room.
+        retold: the story in whose final state the room begins.
+        Raises RoomLimitError when all rooms are in use, KeyReusedError, LedgerError if it cannot be
+        committed.
         """
-        return await self.persistence.ledger.decided(self._create(basis, mode, creator, key))
-
-    async def create_retold(
-        self, retold: Retold, creator: str | None = None, key: str | None = None
-    ) -> LiveRoom:
-        """Open a room in the final state of a story; raises what `create` raises."""
-        work = self._create(retold.scene, SCENE, creator, key, retold)
+        work = self._create(basis, mode, creator, use or KeyUse(), retold)
         return await self.persistence.ledger.decided(work)
 
     async def delete(self, live: LiveRoom) -> None:
@@ -292,25 +293,23 @@ class Rooms:
         await self.persistence.ledger.decided(self._delete(live))
 
     async def reset(
-        self, live: LiveRoom, board: Board | None = None, key: str | None = None
+        self, live: LiveRoom, board: Board | None = None, use: KeyUse | None = None
     ) -> None:
         """Restart a room, with another board if one is given; all its clients start over.
 
-        Does nothing if the room's current run was begun with the same `key`. Raises LedgerError,
-        InvalidValueError if the room cannot have that board, and ClosedRoomError if it was closed
-        meanwhile; an error leaves the room unchanged.
+        Does nothing if the `use` of the request's key is not new. Raises KeyReusedError,
+        LedgerError, InvalidValueError if the room cannot have that board, and ClosedRoomError if it
+        was closed meanwhile; an error leaves the room unchanged.
         """
-        if key is not None and self.persistence.runs.of(live.room).key == key:
-            return
-        await self.persistence.ledger.decided(self._reset(live, board, key))
+        await self.persistence.ledger.decided(self._reset(live, board, use or KeyUse()))
 
     async def _create(
         self,
         basis: Basis,
         mode: str,
         creator: str | None,
-        key: str | None,
-        retold: Retold | None = None,
+        use: KeyUse,
+        retold: Retold | None,
     ) -> LiveRoom:
         await self.shared.make_place()
         self._open.make_place()
@@ -321,12 +320,13 @@ class Rooms:
         await self.shared.begin(room.id)
         taken = () if retold is None else retold.inputs
         counted = None if self.shared.alone else creator
-        self._making.add(key)
-        try:
-            await self.persistence.create(room, counted, taken, key)
-        finally:
-            self._making.discard(key)
-        return self.add(room)
+        await self.persistence.create(room, counted, taken, use)
+        if use.earlier is None:
+            return self.add(room)
+        self.shared.let_go(room.id)
+        found = await self._opened_by(use)
+        assert found is not None
+        return found
 
     async def _delete(self, live: LiveRoom) -> None:
         async with live.ending() as landed:
@@ -340,11 +340,15 @@ class Rooms:
         self.shared.let_go(live.id)
         _log.info("room closed", extra={"room": live.id, "why": "its creator"})
 
-    async def _reset(self, live: LiveRoom, board: Board | None, key: str | None) -> None:
+    async def _reset(self, live: LiveRoom, board: Board | None, use: KeyUse) -> None:
+        if await self.persistence.ledger.look_up(use):
+            return
         old = live.room
         new = await self._new_aside(live.id, old.basis_after_reset(board), old.mode)
         async with live.ending() as landed:
-            await self.persistence.replace(old, new, landed, key)
+            await self.persistence.replace(old, new, landed, use)
+        if use.earlier is not None:
+            return
         if live.gone is not None:
             raise LeaseLostError(f"room {live.id!r} moved to another server", field="room")
         live.land_all()

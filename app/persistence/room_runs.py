@@ -84,7 +84,6 @@ class RoomRun:
     clean: bool = True  # whether the room sleeps and the ledger has all of it
     version: int = 0  # counts submissions
     creator: str | None = None  # a mark, see RoomRow
-    key: str | None = None  # the idempotency key of the request that began it, see RoomRow
 
 
 class RoomRuns:
@@ -229,7 +228,6 @@ class RoomRuns:
             opened=record.opened,
             used=record.used,
             creator=record.creator,
-            key=record.key,
             draw=None if room.draw is None else room.draw.digest,
         )
 

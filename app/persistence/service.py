@@ -12,9 +12,10 @@ from app.persistence.ledger.writer import Ledger
 from app.persistence.recovery.recovery import Recovery
 from app.persistence.room_runs import RoomRun, RoomRuns
 from app.protocol import messages
+from app.rooms.keys import IdempotencyKey, KeyUse
 from app.rooms.kinds import BallLimits
 from app.rooms.pending import Pending
-from app.rooms.records import Close, IdempotencyKey, Lease, NewDrop, Parked, RoomRow, Void, Write
+from app.rooms.records import Close, Lease, NewDrop, Parked, RoomRow, Void, Write
 from app.rooms.room import Room
 from app.rooms.touching.room import TouchingRoom
 
@@ -70,35 +71,45 @@ class PersistenceService:
         room: Room,
         creator: str | None = None,
         taken: Sequence[Pending] = (),
-        key: str | None = None,
+        use: KeyUse | None = None,
     ) -> None:
-        """Write a new room that belongs to `creator` (a mark); raises LedgerError.
+        """Write a new room that belongs to `creator` (a mark), if the `use` of the key is new.
 
-        taken: the inputs of an imported room. key: the idempotency key of the request.
+        taken: the inputs of an imported room. Raises LedgerError, KeyReusedError.
         """
-        record = self.runs.of(room)
+        record, use = self.runs.of(room), use or KeyUse()
         record.owned = record.known = True
-        record.creator, record.key = creator, key
+        record.creator = creator
+        use.run, use.fact = record.number, room.id
         rows = self.runs.rows_with(room, record, taken)
+        made = False
         try:
-            await self.ledger.commit(*rows)
-        except LedgerError:
-            self.runs.forget(room)
-            raise
+            await self.ledger.commit(*rows, use=use)
+            made = use.is_new
+        finally:
+            if not made:
+                self.runs.forget(room)
 
     async def replace(
-        self, old: Room, new: Room, landed: Sequence[messages.Landed], key: str | None = None
+        self,
+        old: Room,
+        new: Room,
+        landed: Sequence[messages.Landed],
+        use: KeyUse | None = None,
     ) -> None:
-        """End a room's run and begin its next in one transaction; raises LedgerError.
+        """End a room's run and begin its next in one transaction, if the `use` of the key is new.
 
-        `landed` are the landings of the balls in flight.
+        `landed` are the landings of the balls in flight. Raises LedgerError, KeyReusedError.
         """
-        record = self.runs.of(old)
+        record, use = self.runs.of(old), use or KeyUse()
         following = self.runs.new_run(old.id, owned=record.owned, known=True)
-        following.creator, following.key = record.creator, key
+        following.creator = record.creator
+        use.run, use.fact = following.number, old.id
         self.runs.report([])
-        await self.ledger.commit(*self.runs.closing(old, landed), *self.runs.rows(new, following))
-        self.runs.begin(new.id, following)
+        rows = (*self.runs.closing(old, landed), *self.runs.rows(new, following))
+        await self.ledger.commit(*rows, use=use)
+        if use.is_new:
+            self.runs.begin(new.id, following)
 
     async def end(self, room: Room, landed: Sequence[messages.Landed]) -> None:
         """Close the room's run for good; raises LedgerError. `landed` is as in `replace`."""

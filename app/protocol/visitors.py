@@ -56,11 +56,6 @@ class Tag(msgspec.Struct, frozen=True, omit_defaults=True):
             form["colour"] = self.colour
         return form
 
-    @property
-    def marks(self) -> tuple[str, ...]:
-        """Parts for the key of a repeated request, so that another tag makes another request."""
-        return () if self == NO_TAG else (self.name or "", self.colour or "")
-
 
 TAG_FIELDS: Final = Tag.__struct_fields__
 

@@ -153,9 +153,7 @@ class IndependentRoom(Room):
 
     def fact_of(self, command: DropCommand, ball: int) -> DropRow:
         """The fact of a drop at the current tick, outside of a ledger."""
-        names = ("seed", "x", "stake", "who", "aim", "practice")
-        chosen = {name: getattr(command, name) for name in names}
-        return DropRow(0, ball, self.world.tick, **chosen, **command.tag.fields)
+        return DropRow.of(0, ball, self.world.tick, command)
 
     def replay(self, entry: JsonObject) -> None:
         self.drop(self.format.command(entry))

@@ -1,15 +1,11 @@
 """Inputs of a room on their way: the command, the planned input, the input carried out."""
 
-import hashlib
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
-
-import msgspec
 
 from app.errors import MissingBallError
 from app.protocol import messages
 from app.protocol.visitors import NO_TAG, Tag
-from app.rooms.records import IdempotencyKey
 
 Command = TypeVar("Command")
 
@@ -34,20 +30,6 @@ class DropCommand:
     aim: float | None = None
     practice: bool = False
     tag: Tag = NO_TAG
-
-
-def again_of(kind: str, *parts: str) -> str:
-    """The ledger's key for a request that a client may repeat: a hash of its parts, 64 hex digits.
-
-    Clients choose their keys; the hash bounds their length and keeps kinds of request apart.
-    """
-    return hashlib.sha256("\0".join((kind, *parts)).encode()).hexdigest()
-
-
-def key_of(scope: str, key: str, request: msgspec.Struct) -> IdempotencyKey:
-    """The key of a request that this caller may repeat; `request` without the caller's notes."""
-    told = msgspec.json.encode(request, order="sorted").decode()
-    return IdempotencyKey(again_of("scope", scope), again_of("key", key), again_of("request", told))
 
 
 @dataclass(slots=True, eq=False)

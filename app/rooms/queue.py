@@ -6,8 +6,6 @@ import msgspec
 
 from app.errors import BallLimitError
 from app.protocol.visitors import NO_TAG, Tag
-from app.rooms.pending import again_of
-from app.rooms.records import IdempotencyKey
 
 MOST_ITEMS: Final = 100
 MOST_BALLS: Final = 1000  # of one item
@@ -15,26 +13,12 @@ MOST_WAITING: Final = 5000  # balls of all items
 
 
 class Item(msgspec.Struct, frozen=True, omit_defaults=True):
-    """Balls to drop, one every `every` seconds; `number` identifies the item in its room run.
-
-    again: the key with which a client may repeat the request.
-    """
+    """Balls to drop, one every `every` seconds; `number` identifies the item in its room run."""
 
     number: int
     balls: int
     every: float
     tag: Tag = NO_TAG
-    again: str | None = None
-
-    def key(self, ball: int) -> IdempotencyKey:
-        """The ledger's key of ball `ball`: no ball is dropped twice, even after a restart."""
-        return ball_key(self.again or str(self.number), ball)
-
-
-def ball_key(item: str, ball: int) -> IdempotencyKey:
-    """The key under which the ledger keeps the drop of an item's ball."""
-    key = again_of("queue", item, str(ball))
-    return IdempotencyKey("queue", key, key)
 
 
 class Queue(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -44,7 +28,7 @@ class Queue(msgspec.Struct, frozen=True, omit_defaults=True):
     paused: bool = False
     next: int = 0
 
-    def with_item(self, balls: int, every: float, tag: Tag, again: str | None = None) -> "Queue":
+    def with_item(self, balls: int, every: float, tag: Tag) -> "Queue":
         """The queue with another item at its end; raises BallLimitError if the queue is full."""
         if len(self.items) >= MOST_ITEMS:
             raise BallLimitError(f"{MOST_ITEMS} items wait already, which is the most")
@@ -54,7 +38,7 @@ class Queue(msgspec.Struct, frozen=True, omit_defaults=True):
                 f"n {balls}: {waiting} balls wait already, and at most {MOST_WAITING} may wait",
                 field="n",
             )
-        item = Item(self.next, balls, every, tag, again)
+        item = Item(self.next, balls, every, tag)
         return Queue((*self.items, item), self.paused, self.next + 1)
 
     def without(self, number: int) -> "Queue":

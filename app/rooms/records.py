@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.protocol.visitors import NO_TAG, Tag
+from app.rooms.keys import IdempotencyKey
+from app.rooms.pending import DropCommand
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +47,6 @@ class RoomRow:
     starts; None stands for the world at tick 0.
     opened, used, closed: Unix times in s; the run began at `opened`.
     creator: identifies who opened it, if rooms are counted per creator.
-    key: identifies the request that opened it.
     rules: of the release that began it; see RULES.
     """
 
@@ -64,7 +65,6 @@ class RoomRow:
     checkpoint_drops: int = 0
     closed: float | None = None
     creator: str | None = None
-    key: str | None = None
     draw: str | None = None
     rules: int = 2
 
@@ -95,24 +95,11 @@ class Parked:
 
 
 @dataclass(frozen=True, slots=True)
-class IdempotencyKey:
-    """Identifies a request that a client may repeat.
-
-    scope: the caller, a hash of something that only this caller knows or is. key: a hash of the
-    caller's key. request: a hash of the request, to refuse another one with the same key.
-    """
-
-    scope: str
-    key: str
-    request: str
-
-
-@dataclass(frozen=True, slots=True)
 class DropRow:
     """A fact: ball number `ball` of its room run starts at `tick`. It never changes.
 
     The ball's whole flight follows from it. x, aim: in m, if the player chose one. stake: in minor
-    units. name, colour: its tag. scope, key, request: see IdempotencyKey.
+    units. name, colour: its tag.
     """
 
     room: int
@@ -124,11 +111,13 @@ class DropRow:
     who: str | None = None
     aim: float | None = None
     practice: bool = False
-    key: str | None = None
     name: str | None = None
     colour: str | None = None
-    scope: str | None = None
-    request: str | None = None
+
+    @classmethod
+    def of(cls, run: int, ball: int, tick: int, command: DropCommand) -> "DropRow":
+        drawn = (command.seed, command.x, command.stake, command.who, command.aim)
+        return cls(run, ball, tick, *drawn, command.practice, **command.tag.fields)
 
     @property
     def tag(self) -> Tag:
@@ -157,9 +146,6 @@ class InputRow:
     tick: int
     data: str
     who: str | None = None
-    key: str | None = None
-    scope: str | None = None
-    request: str | None = None
 
 
 @dataclass(slots=True, eq=False)
@@ -181,21 +167,15 @@ class SessionTurn:
 class NewDrop:
     """A drop to write: the writer's turn makes the fact, with its number, tick, seed and receipt.
 
-    tick: the earliest. seed: without a session. After the commit, either `error` says why there is
-    no fact, or `fact` is set; with `earlier`, a request with the same key had made it before, and
-    `result` is its result, if known.
+    tick: the earliest. A session's turn replaces the seed of the command. After the commit, either
+    `error` says why there is no fact, or `fact` is set; with `earlier`, a request with the same key
+    had made it before, and `result` is its result, if known.
     """
 
     room: int
     tick: int
-    seed: int
+    command: DropCommand
     used: float
-    x: float | None = None
-    stake: int = 0
-    who: str | None = None
-    aim: float | None = None
-    practice: bool = False
-    tag: Tag = NO_TAG
     key: IdempotencyKey | None = None
     session: SessionTurn | None = None
     fact: DropRow | None = None

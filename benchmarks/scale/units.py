@@ -136,6 +136,7 @@ def _costs(url: str, drops: int, effort: Effort) -> dict[str, float]:
     """µs of a drop with its result, µs of a mark, and bytes of a drop."""
     from app.persistence.ledger.database import Database
     from app.persistence.statements import writing
+    from app.rooms.pending import DropCommand
     from app.rooms.records import BoardRow, Mark, NewDrop, ResultRow, RoomRow, Write
 
     board = BoardRow("b" * 64, "bench", "{}")
@@ -160,7 +161,7 @@ def _costs(url: str, drops: int, effort: Effort) -> dict[str, float]:
 
         def dropped(first: int) -> list[Write]:
             balls = range(first, first + GROUP)
-            taken = [NewDrop(1, ball, ball, used=0.0) for ball in balls]
+            taken = [NewDrop(1, ball, DropCommand(ball), used=0.0) for ball in balls]
             ended = [ResultRow(1, b, b, 3, 1.0, 4.6, 0.1, f"{b:064x}", None) for b in balls]
             return [*taken, *ended]
 

@@ -12,7 +12,7 @@ from app.live.broadcast.replay_buffer import Recent
 from app.protocol import messages
 from app.protocol.seeds import SeedStream, SparseStream
 from app.protocol.wire import WireMessage
-from app.rooms.records import IdempotencyKey
+from app.rooms.keys import IdempotencyKey
 from app.rooms.room import Room
 from app.settings import Settings
 from engine import Board
@@ -27,7 +27,7 @@ class Player:
     client: the connection. Only it receives the `ref`.
     key: identifies the connection after a reconnect.
     ref: the client's own reference for the request, which the answer repeats.
-    idempotency_key: identifies a repeated drop, within the room run.
+    idempotency_key: identifies a repeated drop.
     """
 
     client: int | None = None

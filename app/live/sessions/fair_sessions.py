@@ -29,6 +29,7 @@ from app.persistence.service import PersistenceService
 from app.persistence.statements import fair_store
 from app.rooms.canonical import canonical
 from app.rooms.independent import INDEPENDENT
+from app.rooms.keys import KeyUse
 from app.rooms.outcome import signed
 from app.rooms.records import FairEnd, FairOpening, FairSessionRow, ResultRow
 from app.rooms.room import Room
@@ -75,15 +76,18 @@ class FairSessions:
         self._sessions: OrderedDict[str, FairSession] = OrderedDict()
         self._having = having
 
-    async def begin(self, room: Room, client_commitment: object) -> FairSession:
+    async def begin(
+        self, room: Room, client_commitment: object, use: KeyUse | None = None
+    ) -> FairSession:
         """Begin a session: commit to a secret of the server, after the player's commitment.
 
-        Raises InvalidValueError for an invalid commitment or a room of touching balls, LedgerError,
-        UndecidedError.
+        If the `use` of the key is not new, returns the session that the first request has begun.
+        Raises InvalidValueError for an invalid commitment or a room of touching balls,
+        KeyReusedError, LedgerError, UndecidedError.
         """
-        return await self._ledger.decided(self._begin(room, client_commitment))
+        return await self._ledger.decided(self._begin(room, client_commitment, use or KeyUse()))
 
-    async def _begin(self, room: Room, client_commitment: object) -> FairSession:
+    async def _begin(self, room: Room, client_commitment: object, use: KeyUse) -> FairSession:
         if not self._ledger.keeps:
             raise LedgerError("this server keeps no ledger, which fair sessions need")
         committed = parse_hex(client_commitment, "commitment")
@@ -128,7 +132,11 @@ class FairSessions:
             signature=session.signature,
             opened=now,
         )
-        await self._ledger.commit(self._persistence.runs.board_row_of(board), row)
+        runs = self._persistence.runs
+        use.run, use.fact = runs.of(room).number, session.id
+        await self._ledger.commit(runs.board_row_of(board), row, use=use)
+        if use.earlier is not None:
+            return await self.find(use.earlier.fact)
         return self._remember(session)
 
     async def open(self, session: FairSession, client_seed: object) -> None:

@@ -28,6 +28,7 @@ from typing import Any
 from sqlalchemy import Connection
 
 from app.errors import LedgerError
+from app.rooms.keys import KeyUse
 from app.rooms.records import Lease, Write
 
 Done = Callable[[LedgerError | None], None]
@@ -49,6 +50,7 @@ class Job:
     done: called on the event loop with None, or with the error that refused the job.
     leases: those of the rooms that are written; the job is refused if this server has lost one.
     task: the caller's task; None if no task waits.
+    use: of the request's idempotency key; unless it is new, the writes are skipped.
     keep: retried through all failures; refused only if the database rejects it or a lease is lost.
     asked: when it was put in, in s of a monotonic clock.
     number: its place in the order in which jobs were put in, from 1.
@@ -58,6 +60,7 @@ class Job:
     done: Done | None = None
     leases: tuple[Lease, ...] = ()
     task: "asyncio.Task[object] | None" = None
+    use: KeyUse | None = None
     keep: bool = False
     read: Callable[[Connection], object] | None = None
     result: Any = None

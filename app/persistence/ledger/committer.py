@@ -16,8 +16,8 @@ import sqlalchemy as sa
 from app.errors import DamagedRoomError, LeaseLostError, LedgerError
 from app.persistence.ledger.commit_queue import CommitQueue, Fate, Job, LostError, RevokedError
 from app.persistence.ledger.database import Database, InDoubtError, reason
-from app.persistence.statements import lease_store, writing
-from app.rooms.records import Lease, NewDrop
+from app.persistence.statements import keys, lease_store, writing
+from app.rooms.records import Lease, NewDrop, Write
 
 _RETRY: Final = (0.25, 2.0)  # s between attempts while the database fails: at first, and at most
 
@@ -139,10 +139,11 @@ class Committer:
             if leases and (lost := lease_store.lost(connection, leases)):
                 raise LostError(lost)
             writes = [write for job in jobs for write in job.writes]
-            if self._database.shared and any(
-                isinstance(write, NewDrop) and write.session is not None for write in writes
-            ):
+            if self._database.shared and any(map(_is_signed, writes)):
                 lease_store.wait_for_log(connection)
+            keys.decide(connection, [job.use for job in jobs if job.use is not None])
+            new = [job for job in jobs if job.use is None or job.use.is_new]
+            writes = [write for job in new for write in job.writes]
             # After a failure, write a probe first: the database must accept a page again before it
             # gets a drop.
             if not writes or self._queue.failure is not None:
@@ -224,3 +225,8 @@ class Committer:
         self._call(self._answers.refused, refused, failure)
         self._next_commit = self._clock() + self._delay
         self._delay = min(2.0 * self._delay, _RETRY[1])
+
+
+def _is_signed(write: Write) -> bool:
+    """Whether a write appends a receipt to the log."""
+    return isinstance(write, NewDrop) and write.session is not None

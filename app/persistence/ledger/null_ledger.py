@@ -9,6 +9,7 @@ from typing import NoReturn, TypeVar
 
 from app.errors import LedgerError
 from app.persistence.ledger.commit_queue import Done
+from app.rooms.keys import KeyUse
 from app.rooms.records import DropRow, NewDrop, NewInput, Write
 
 T = TypeVar("T")
@@ -24,7 +25,7 @@ class NullLedger:
     def __init__(self) -> None:
         self._last: dict[int, tuple[int, int]] = {}  # number and tick of each run's last input
 
-    def submit(self, *writes: Write) -> "asyncio.Future[None]":
+    def submit(self, *writes: Write, use: KeyUse | None = None) -> "asyncio.Future[None]":
         for write in writes:
             if isinstance(write, NewInput):
                 write.number, _ = self._follow(write.room, write.tick)
@@ -34,9 +35,7 @@ class NullLedger:
 
     async def drop(self, request: NewDrop, *before: Write) -> NewDrop:
         ball, tick = self._follow(request.room, request.tick)
-        fields = ("room", "seed", "x", "stake", "who", "aim", "practice")
-        values = {name: getattr(request, name) for name in fields}
-        request.fact = DropRow(ball=ball, tick=tick, **values, **request.tag.fields)
+        request.fact = DropRow.of(request.room, ball, tick, request.command)
         return request
 
     def _follow(self, run: int, tick: int) -> tuple[int, int]:
@@ -49,8 +48,11 @@ class NullLedger:
         if done is not None:
             done(None)
 
-    async def commit(self, *writes: Write) -> None:
+    async def commit(self, *writes: Write, use: KeyUse | None = None) -> None:
         pass
+
+    async def look_up(self, use: KeyUse) -> None:
+        """Find no earlier request."""
 
     async def keep(self, *writes: Write) -> None:
         pass

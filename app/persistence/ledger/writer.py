@@ -24,6 +24,8 @@ from app.persistence.lease_book import LeaseBook, Unshared
 from app.persistence.ledger.commit_queue import CommitQueue, Done, Job
 from app.persistence.ledger.committer import Answers, Committer
 from app.persistence.ledger.database import Database
+from app.persistence.statements import keys
+from app.rooms.keys import KeyUse, UsedKey
 from app.rooms.records import Lease, NewDrop, Write
 
 T = TypeVar("T")
@@ -146,15 +148,16 @@ class Ledger:
     def idle(self) -> bool:
         return self._queue.empty
 
-    def submit(self, *writes: Write) -> "asyncio.Future[None]":
+    def submit(self, *writes: Write, use: KeyUse | None = None) -> "asyncio.Future[None]":
         """Commit `writes` in one transaction; the future ends when they are durable or refused.
 
+        They are skipped if the `use` of the request's key is not new.
         Raises LedgerError if the ledger cannot be written now.
         """
         future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         leases = [lease for lease, _ in self._leases.stamp(writes) if lease is not None]
         task = asyncio.current_task()
-        self._put(Job(writes, _settle(future), tuple(leases), task=task))
+        self._put(Job(writes, _settle(future), tuple(leases), task=task, use=use))
         return future
 
     async def drop(self, request: NewDrop, *before: Write) -> NewDrop:
@@ -167,9 +170,25 @@ class Ledger:
             raise request.error
         return request
 
-    async def commit(self, *writes: Write) -> None:
-        """Return when `writes` are durable; raises LedgerError if they are refused."""
-        await self.submit(*writes)
+    async def commit(self, *writes: Write, use: KeyUse | None = None) -> None:
+        """Return when `writes` are durable, or skipped because the `use` of their key is not new.
+
+        Raises LedgerError if they are refused, KeyReusedError if the key is that of another
+        request.
+        """
+        await self.submit(*writes, use=use)
+        if use is not None and use.error is not None:
+            raise use.error
+
+    async def look_up(self, use: KeyUse) -> UsedKey | None:
+        """Set and return `use.earlier`, if the request is a repeat of one that is durable.
+
+        Raises KeyReusedError, LedgerError.
+        """
+        if use.key is not None:
+            found = await self.read(keys.used, key=use.key)
+            use.earlier = None if found is None else found.check(use.key)
+        return use.earlier
 
     async def keep(self, *writes: Write) -> None:
         """Return when `writes` are durable, however long that takes; raises LeaseLostError."""

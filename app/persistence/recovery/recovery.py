@@ -37,7 +37,7 @@ from app.rooms.records import (
     Write,
 )
 from app.rooms.room import Ground, Room
-from engine import PHYSICS_VERSION
+from engine import PHYSICS_VERSION, Board
 
 T = TypeVar("T")
 
@@ -164,6 +164,12 @@ class Recovery:
         await asyncio.to_thread(tables.load, room, state, row.tick)
         return row.number, room
 
+    async def board_of(self, run: int) -> Board:
+        """The board of a table's run, open or over; raises LedgerError, DamagedRoomError."""
+        found = await self._read(_run_and_basis, find=store.run, number=run)
+        assert found is not None
+        return (await self._table(*found)).board
+
     # Damage.
 
     def _put_aside(self, room_id: str, error: Exception) -> DamagedRoomError:
@@ -217,7 +223,6 @@ class Recovery:
             known=True,
             clean=not row.awake,
             creator=row.creator,
-            key=row.key,
         )
 
     # Rooms of touching balls.
@@ -303,10 +308,10 @@ class Recovery:
 
 
 def _run_and_basis(
-    connection: Connection, find: Callable[..., RoomRow | None], room_id: str
+    connection: Connection, find: Callable[..., RoomRow | None], **chosen: object
 ) -> tuple[RoomRow, KeptBasis] | None:
     """A room's run with its board and draw."""
-    row = find(connection, room_id=room_id)
+    row = find(connection, **chosen)
     return None if row is None else (row, store.basis(connection, row.board, row.draw))
 
 

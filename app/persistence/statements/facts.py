@@ -6,17 +6,24 @@ tried again, or its requests are refused.
 """
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import sqlalchemy as sa
 from sqlalchemy import Connection, func, select
 
-from app.errors import KeyReusedError, LimitError, RepeatedError, SessionStateError
-from app.persistence.statements import fair_store, store, tables
+from app.errors import (
+    AppError,
+    DamagedRoomError,
+    KeyReusedError,
+    LimitError,
+    RepeatedError,
+    SessionStateError,
+)
+from app.persistence.statements import fair_store, keys, store, tables
+from app.rooms.keys import UsedKey
 from app.rooms.records import (
     DropRow,
     FairEnd,
-    IdempotencyKey,
     InputRow,
     LogLeaf,
     NewDrop,
@@ -55,64 +62,44 @@ class _Turn:
         self._connection = connection
         self._last: dict[int, _Last] = {}  # by run
         self._drops: dict[str, int] = {}  # of open sessions
-        self._keyed: dict[tuple[int, str, str], NewDrop] = {}
+        self._repeats: list[tuple[NewDrop, UsedKey]] = []
         self._leaves: list[tuple[NewDrop, LogLeaf]] = []
 
     def take(self, request: NewDrop) -> None:
         """Make the fact of a request, or find the earlier one with its key, or set its error."""
         try:
-            if not self._repeats(request):
+            if not self._repeat(request):
                 self._make(request)
-        except (KeyReusedError, LimitError, SessionStateError) as error:
+        except KeyReusedError as error:
             request.error = error
+        except (LimitError, SessionStateError) as error:
+            request.error = error
+            if request.key is not None:
+                keys.release(self._connection, request.key)
 
-    def _repeats(self, request: NewDrop) -> bool:
-        key = request.key
-        if key is None:
+    def _repeat(self, request: NewDrop) -> bool:
+        """KeyUse the request's key for the next ball; returns whether an earlier one has it."""
+        if request.key is None:
             return False
-        before = self._keyed.get((request.room, key.scope, key.key))
-        if before is not None:
-            _check_same(key, before.key.request if before.key else None)
-            request.fact, request.earlier = before.fact, True
-            # The receipt is complete only when the leaves are written.
-            self._leaves += [(request, leaf) for each, leaf in self._leaves if each is before]
-            return True
-        found = store.keyed_drop(self._connection, request.room, key)
-        if found is None:
+        ball = self._last_of(request.room).ball + 1
+        earlier = keys.use(self._connection, request.key, request.room, str(ball))
+        if earlier is None:
             return False
-        request.fact, request.receipt, request.result = found
-        _check_same(key, request.fact.request)
-        request.earlier = True
+        self._repeats.append((request, earlier))
         return True
 
     def _make(self, request: NewDrop) -> None:
-        last, turn, seed = self._last_of(request.room), request.session, request.seed
+        last, turn, command = self._last_of(request.room), request.session, request.command
         if turn is not None:
             turn.n = self._next_of(turn.session, turn.most)
-            seed = turn.seed_of(turn.n)
-        key = request.key
-        request.fact = DropRow(
-            room=request.room,
-            ball=last.ball + 1,
-            tick=max(last.tick, request.tick),
-            seed=seed,
-            x=request.x,
-            stake=request.stake,
-            who=request.who,
-            aim=request.aim,
-            practice=request.practice,
-            key=None if key is None else key.key,
-            scope=None if key is None else key.scope,
-            request=None if key is None else key.request,
-            **request.tag.fields,
-        )
-        last.ball, last.tick, last.used = request.fact.ball, request.fact.tick, request.used
-        self.rows.append(request.fact)
-        if key is not None:
-            self._keyed[request.room, key.scope, key.key] = request
+            command = replace(command, seed=turn.seed_of(turn.n))
+        tick = max(last.tick, request.tick)
+        request.fact = fact = DropRow.of(request.room, last.ball + 1, tick, command)
+        last.ball, last.tick, last.used = fact.ball, fact.tick, request.used
+        self.rows.append(fact)
         if turn is not None:
             self._drops[turn.session] = turn.n + 1
-            self._leaves.append((request, turn.leaf(turn.n, request.fact)))
+            self._leaves.append((request, turn.leaf(turn.n, fact)))
 
     def _last_of(self, run: int) -> _Last:
         if run not in self._last:
@@ -136,14 +123,23 @@ class _Turn:
         return self._drops[session]
 
     def write(self) -> None:
-        if not self.rows:
-            return
+        if self.rows:
+            self._write_rows()
+        for request, earlier in self._repeats:
+            request.earlier = True
+            try:
+                found = store.drop(self._connection, earlier.run, int(earlier.fact))
+            except DamagedRoomError as error:
+                request.error = error
+            else:
+                request.fact, request.receipt, request.result = found
+
+    def _write_rows(self) -> None:
         self._connection.execute(
             sa.insert(tables.drops), [asdict(row) | {"seed": str(row.seed)} for row in self.rows]
         )
-        new = [leaf for request, leaf in self._leaves if not request.earlier]
-        if new:
-            fair_store.add_leaves(self._connection, new)
+        if self._leaves:
+            fair_store.add_leaves(self._connection, [leaf for _, leaf in self._leaves])
         for request, leaf in self._leaves:
             request.receipt = fair_store.receipt_of(leaf)
         for run, last in self._last.items():
@@ -152,14 +148,6 @@ class _Turn:
                 values = {"used": last.used, "tick": last.tick, "checkpoint_drops": last.ball + 1}
                 marked = sa.update(tables.rooms).where(going_on).values(awake=True, **values)
                 self._connection.execute(marked)
-
-
-def _check_same(key: IdempotencyKey, before: str | None) -> None:
-    if before != key.request:
-        raise KeyReusedError(
-            "this key was used before for another drop; use a new key for each request",
-            field="key",
-        )
 
 
 def _last(connection: Connection, run: int) -> tuple[int, int]:
@@ -193,26 +181,29 @@ def add_inputs(connection: Connection, requests: Sequence[NewInput]) -> None:
     """Write inputs of touching balls under the next numbers of their runs."""
     following: dict[int, int] = {}
     for request in requests:
-        request.error, key = None, request.key
-        if key is not None and (before := store.keyed_input(connection, request.room, key)):
-            request.error = _told(key, before)
-            continue
+        request.error = None
         if request.room not in following:
-            number = tables.inputs.c.number
-            chosen = select(func.max(number)).where(tables.inputs.c.room == request.room)
+            row = tables.inputs.c
+            chosen = select(func.max(row.number)).where(row.room == request.room)
             last = connection.scalar(chosen)
             following[request.room] = 0 if last is None else int(last) + 1
-        request.number = following[request.room]
+        number = following[request.room]
+        if request.key is not None and (error := _refusal(connection, request, number)):
+            request.error = error
+            continue
+        request.number = number
         following[request.room] += 1
-        names = {} if key is None else asdict(key)
-        place = (request.room, request.number, request.tick, request.data, request.who)
-        connection.execute(sa.insert(tables.inputs), [asdict(InputRow(*place, **names))])
+        place = (request.room, number, request.tick)
+        new = InputRow(*place, request.data, request.who)
+        connection.execute(sa.insert(tables.inputs), [asdict(new)])
 
 
-def _told(key: IdempotencyKey, before: str | None) -> Exception:
-    """The error of a repeated input, whose outcome only the room's log has."""
+def _refusal(connection: Connection, request: NewInput, number: int) -> AppError | None:
+    """Why an input with a key is refused; only the room's log has the outcome of a repeated one."""
+    assert request.key is not None
     try:
-        _check_same(key, before)
+        if keys.use(connection, request.key, request.room, str(number)) is None:
+            return None
     except KeyReusedError as error:
         return error
     return RepeatedError(

@@ -9,7 +9,6 @@ from app.errors import DamagedRoomError, shorten
 from app.persistence.statements import tables
 from app.rooms.records import (
     DropRow,
-    IdempotencyKey,
     InputRow,
     KeptBasis,
     OpenDrop,
@@ -44,6 +43,7 @@ def prune(connection: Connection, before: float, *, keep: bool = False) -> Prune
         (tables.queues, tables.queues.c.room),
         (tables.tallies, tables.tallies.c.room),
         (tables.inputs, tables.inputs.c.room),
+        (tables.keys, tables.keys.c.run),
         (rooms, rooms.c.number),
     ):
         found = connection.scalar(select(func.count()).select_from(table).where(column.in_(over)))
@@ -53,7 +53,7 @@ def prune(connection: Connection, before: float, *, keep: bool = False) -> Prune
     if not keep:  # no server is running, so leases of deleted rooms are unused
         gone = tables.leases.c.room.not_in(select(rooms.c.id))
         connection.execute(delete(tables.leases).where(gone))
-    _, _, drops, _, _, inputs, runs = counts
+    _, _, drops, _, _, inputs, _, runs = counts
     return Pruned(runs, drops, inputs)
 
 
@@ -63,14 +63,6 @@ def open_room(connection: Connection, room_id: str) -> RoomRow | None:
         select(tables.rooms).where(tables.rooms.c.id == room_id, tables.rooms.c.closed.is_(None)),
     )
     return found[0] if found else None
-
-
-def begun_by(connection: Connection, key: str) -> str | None:
-    """The id of the open room whose run began with a request with this idempotency key."""
-    row = tables.rooms.c
-    chosen = select(row.id).where(row.key == key, row.closed.is_(None))
-    found: str | None = connection.execute(chosen).scalar()
-    return found
 
 
 def closed_room(connection: Connection, room_id: str) -> RoomRow | None:
@@ -203,28 +195,18 @@ def drops(
     return found
 
 
-def keyed_drop(
-    connection: Connection, run: int, key: IdempotencyKey
-) -> tuple[DropRow, ReceiptRow | None, ResultRow | None] | None:
-    """The drop of a run that this caller has asked for with this key, if any."""
-    drop, receipt = tables.drops.c, tables.receipts.c
-    chosen = select(drop.ball).where(drop.room == run, drop.scope == key.scope, drop.key == key.key)
-    ball = connection.scalar(chosen)
-    if ball is None:
-        return None
-    ((found, result),) = drops(connection, run, ball, 1)
-    signed = connection.execute(
-        select(tables.receipts).where(receipt.room == run, receipt.ball == ball)
-    ).mappings()
-    return found, next((ReceiptRow(**row) for row in signed), None), result
-
-
-def keyed_input(connection: Connection, run: int, key: IdempotencyKey) -> str | None:
-    """The hash of the request with this caller's key among the inputs of a run, if any."""
-    row = tables.inputs.c
-    chosen = select(row.request).where(row.room == run, row.scope == key.scope, row.key == key.key)
-    found: str | None = connection.scalar(chosen)
-    return found
+def drop(
+    connection: Connection, run: int, ball: int
+) -> tuple[DropRow, ReceiptRow | None, ResultRow | None]:
+    """A drop of a run, its receipt and its result, if it has them; raises DamagedRoomError."""
+    found = drops(connection, run, ball, 1)
+    if not found:
+        raise DamagedRoomError(f"run {run} of the ledger lacks drop {ball}")
+    ((row, result),) = found
+    receipt = tables.receipts.c
+    chosen = select(tables.receipts).where(receipt.room == run, receipt.ball == ball)
+    signed = connection.execute(chosen).mappings().first()
+    return row, None if signed is None else ReceiptRow(**signed), result
 
 
 def run_numbers(connection: Connection, room_ids: Sequence[str] = ()) -> list[int]:

@@ -82,12 +82,8 @@ rooms = Table(
     Column("checkpoint_drops", BigInteger, nullable=False),
     # A mark that only tells creators apart; used if several servers share the ledger.
     Column("creator", String(64)),
-    Column("key", String(64)),  # the idempotency key of the request that began this run
     Column("draw", String(64)),  # digest of its draw, if it has one
     Column("rules", Integer, nullable=False, server_default="1"),  # see records.RULES
-    Index("rooms_key", "key", unique=True,
-          sqlite_where=text("key IS NOT NULL AND closed IS NULL"),
-          postgresql_where=text("key IS NOT NULL AND closed IS NULL")),
     Index("rooms_open", "id", unique=True, sqlite_where=text("closed IS NULL"),
           postgresql_where=text("closed IS NULL")),
     Index("rooms_awake", "number", sqlite_where=text("awake AND closed IS NULL"),
@@ -109,16 +105,10 @@ drops = Table(
     Column("who", String(64)),
     Column("aim", Double),  # m, if the player chose the middle of the seed's range
     Column("practice", Boolean, nullable=False),  # whether the player chose the seed or x
-    # The request's idempotency key. Release 1.0 had no scope, and its keys were not unique.
-    Column("key", String(64)),
     # Shown to spectators; no digest covers these.
     Column("name", Text),
     Column("colour", String(7)),
-    Column("scope", String(64)),  # the caller that the key belongs to
-    Column("request", String(64)),  # a hash of the request
     CheckConstraint("stake >= 0", name="drops_stake"),
-    Index("drops_key", "room", "scope", "key", unique=True,
-          sqlite_where=text("scope IS NOT NULL"), postgresql_where=text("scope IS NOT NULL")),
     Index("drops_who", "who", sqlite_where=text("who IS NOT NULL"),
           postgresql_where=text("who IS NOT NULL")),
 )  # fmt: skip
@@ -132,12 +122,19 @@ inputs = Table(
     Column("tick", BigInteger, nullable=False),
     Column("data", Text, nullable=False),  # JSON
     Column("who", String(64)),
-    Column("key", String(64)),  # these three as in `drops`
-    Column("scope", String(64)),
-    Column("request", String(64)),
-    Index("inputs_key", "room", "scope", "key", unique=True,
-          sqlite_where=text("scope IS NOT NULL"), postgresql_where=text("scope IS NOT NULL")),
-)  # fmt: skip
+)
+
+# The idempotency keys that callers have used, and what their first requests have made; see
+# app/rooms/keys.py. A row stays as long as its room run.
+keys = Table(
+    "idempotency_keys",
+    metadata,
+    Column("scope", String(64), primary_key=True),
+    Column("key", String(64), primary_key=True),
+    Column("request", String(64), nullable=False),
+    Column("run", BigInteger, nullable=False),
+    Column("fact", String(64), nullable=False),
+)
 
 results = Table(
     "results",

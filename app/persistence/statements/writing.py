@@ -1,7 +1,8 @@
 """The statements that write: applies values to the database in their order.
 
 Servers that share a ledger lock its rows in one order, so that they cannot deadlock: leases of
-rooms, the log of receipts, boards and draws, rows of one room, sums over all rooms.
+rooms, the log of receipts, idempotency keys, boards and draws, rows of one room, sums over all
+rooms.
 """
 
 import functools

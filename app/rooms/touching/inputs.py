@@ -12,8 +12,9 @@ import msgspec
 
 from app.errors import InvalidValueError
 from app.rooms.input_format import InputFormat, check_known
+from app.rooms.keys import IdempotencyKey
 from app.rooms.pending import PendingInput
-from app.rooms.records import IdempotencyKey, InputRow, NewInput, ResultRow
+from app.rooms.records import InputRow, NewInput, ResultRow
 from app.rooms.stakes import parse_who
 from app.rooms.touching.scene import as_kept
 from engine import Board

@@ -182,10 +182,14 @@ class RoomView(msgspec.Struct, frozen=True):
 
 
 class RoomOpened(RoomView, frozen=True):
-    """A new room with its owner's token, which no later response contains."""
+    """A new room with its owner's token."""
 
     token: Annotated[
-        str, Meta(description="Send it as `Authorization: Bearer TOKEN` to change the room.")
+        str | None,
+        Meta(
+            description="Send it as `Authorization: Bearer TOKEN` to change the room. Null for a "
+            "repeated request without the `Idempotency-Secret` of the first one."
+        ),
     ]
 
 

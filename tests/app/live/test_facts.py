@@ -6,7 +6,6 @@ machine's clock, resets the room and repeats keys. The ledger is a list in memor
 
 import asyncio
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any
 
 from hypothesis import settings
@@ -19,12 +18,13 @@ from app.live.live_table import LiveTable
 from app.persistence.ledger.commit_queue import Done
 from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.recovery import tables
+from app.persistence.statements import store
 from app.protocol import messages
+from app.rooms.keys import IdempotencyKey, KeyUse, UsedKey
 from app.rooms.pending import DropCommand
 from app.rooms.records import (
     Close,
     DropRow,
-    IdempotencyKey,
     NewDrop,
     ResultRow,
     RoomRow,
@@ -41,6 +41,11 @@ BOARD = Board.preset("triangle-8")
 Place = tuple[int, int]  # of a run and a ball
 
 
+async def board_of(run: int) -> Board:
+    """Every run has this board."""
+    return BOARD
+
+
 class FakeLedger(NullLedger):
     """Makes facts when the test says so; `doubt` leaves a commit without an answer."""
 
@@ -48,7 +53,7 @@ class FakeLedger(NullLedger):
         super().__init__()
         self.facts: dict[Place, DropRow] = {}
         self.results: dict[Place, ResultRow] = {}
-        self.keys: dict[tuple[int, str, str], DropRow] = {}
+        self.keys: dict[tuple[str, str], UsedKey] = {}
         self.opened: dict[int, float] = {}
         self.closed: set[int] = set()
         self.waiting: list[tuple[NewDrop, asyncio.Future[None]]] = []
@@ -66,24 +71,34 @@ class FakeLedger(NullLedger):
         """The writer's turn."""
         run, key = request.room, request.key
         assert run not in self.closed, "a drop of a run that is over"
-        if key is not None and (found := self.keys.get((run, key.scope, key.key))) is not None:
-            if found.request != key.request:
-                request.error = KeyReusedError("another request")
+        if key is not None and (found := self.keys.get((key.scope, key.key))) is not None:
+            try:
+                place = (found.check(key).run, int(found.fact))
+            except KeyReusedError as error:
+                request.error = error
                 return
-            request.fact, request.earlier = found, True
-            request.result = self.results.get((run, found.ball))
+            request.fact, request.earlier = self.facts[place], True
+            request.result = self.results.get(place)
             return
         mine = [fact for place, fact in self.facts.items() if place[0] == run]
         last = mine[-1].tick if mine else 0
-        place = (run, len(mine), max(last, request.tick), request.seed)
-        fact = DropRow(*place, stake=request.stake)
-        if key is not None:
-            fact = replace(fact, scope=key.scope, key=key.key, request=key.request)
+        fact = DropRow.of(run, len(mine), max(last, request.tick), request.command)
         self.facts[run, fact.ball] = request.fact = fact
         if key is not None:
-            self.keys[run, key.scope, key.key] = fact
+            names = (key.scope, key.key, key.request)
+            self.keys[key.scope, key.key] = UsedKey(*names, run, str(fact.ball))
 
-    async def commit(self, *writes: Write) -> None:
+    async def look_up(self, use: KeyUse) -> UsedKey | None:
+        if use.key is not None and (found := self.keys.get((use.key.scope, use.key.key))):
+            use.earlier = found.check(use.key)
+        return use.earlier
+
+    async def read(self, read: object, *args: Any, **values: Any) -> Any:
+        assert read is store.drop
+        place = (values["run"], values["ball"])
+        return self.facts[place], None, self.results.get(place)
+
+    async def commit(self, *writes: Write, use: KeyUse | None = None) -> None:
         while self.waiting:  # a commit decides all jobs before it
             request, answer = self.waiting.pop(0)
             self.write(request)
@@ -148,6 +163,7 @@ class Tables(RuleBasedStateMachine):
     def watch(self, live: Any) -> None:
         assert isinstance(live, LiveTable)
         self.live = live
+        self.rooms.persistence.recovery.board_of = board_of  # type: ignore[method-assign]
         self.run = self.rooms.persistence.runs.of(live.room).number
         announce, broadcast = live.audience.announce, live.audience.broadcast
 
@@ -289,9 +305,13 @@ class Tables(RuleBasedStateMachine):
             if not task.done() or task.cancelled() or task.exception() is not None:
                 continue
             outcome = task.result()
-            fact = self.ledger.facts[run, outcome.accepted.ball]
-            if key is not None:
-                assert (fact.scope, fact.key, fact.request) == (key.scope, key.key, key.request)
+            if key is None:
+                assert (run, outcome.accepted.ball) in self.ledger.facts
+                continue
+            used = self.ledger.keys[key.scope, key.key]
+            fact = self.ledger.facts[used.run, int(used.fact)]
+            assert used.request == key.request
+            assert (outcome.accepted.ball, outcome.accepted.seed) == (fact.ball, str(fact.seed))
 
     def teardown(self) -> None:
         for task in asyncio.all_tasks(self.loop):

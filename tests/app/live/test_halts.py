@@ -12,6 +12,7 @@ from app.cli import main
 from app.errors import HaltedError, LedgerError
 from app.live.registry import Rooms
 from app.persistence.ledger.null_ledger import NullLedger
+from app.rooms.keys import KeyUse
 from app.rooms.records import EVERY_ROOM, Write
 from app.settings import Settings
 from engine import Board
@@ -35,7 +36,7 @@ class Refusing(NullLedger):
         super().__init__()
         self.refuses = False
 
-    async def commit(self, *writes: Write, undo: Any = ()) -> None:
+    async def commit(self, *writes: Write, use: KeyUse | None = None) -> None:
         if self.refuses:
             raise LedgerError("it is full")
 

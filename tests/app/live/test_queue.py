@@ -139,30 +139,6 @@ def test_two_hundred_balls_are_dropped_once_despite_a_restart(
     assert order == sorted(order)
 
 
-def test_a_repeated_request_waits_once_even_after_a_restart(
-    tmp_path: Path,
-) -> None:
-    kept = {"database_url": f"sqlite:///{tmp_path / 'plinko.db'}"}
-    key = {"idempotency-key": "gift 7"}
-    with serving(**kept) as server, server.client() as http:
-        room, own = opened(http, QUICK)
-        path = f"/api/v1/rooms/{room}/queue"
-        http.patch(path, json={"paused": True}, headers=own).raise_for_status()
-        for _ in range(2):
-            answer = http.post(path, json={"n": 2, "every": 0.02, **TAG}, headers=own | key)
-            assert (answer.status_code, answer.json()["waiting"]) == (202, 2)
-        other = {"n": 1, "every": 0.02, "name": "Ben"}  # as with drops, a tag is part of the key
-        assert http.post(path, json=other, headers=own | key).json()["waiting"] == 3
-        http.patch(path, json={"paused": False}, headers=own).raise_for_status()
-        live = server.services.rooms.find(room)
-        until(lambda: not live.queue.state.items)
-    with serving(**kept) as server, server.client() as http:
-        for item in ({"n": 2, **TAG}, other):
-            answer = http.post(path, json=item, headers=own | key)
-            assert (answer.status_code, answer.json()["waiting"]) == (202, 0)
-        assert len(dropped(http, room)) == 3
-
-
 def test_balls_that_wait_are_drops_of_the_address_that_asked(tmp_path: Path) -> None:
     with (
         serving(database_url=f"sqlite:///{tmp_path / 'plinko.db'}", drop_rate=0.1) as server,

@@ -222,53 +222,6 @@ def test_the_same_drop_asked_for_again_is_dropped_once(server: Running, http: ht
     assert http.post(path, headers={"idempotency-key": "another"}).json()["ball"] == 1
 
 
-async def test_a_drop_is_not_repeated_on_a_new_connection(
-    server: Running, http: httpx.Client
-) -> None:
-    room, _ = opened(http, "triangle-8")
-    async with playing(server.socket(room)) as player:
-        key = player.hello["key"]
-        await player.send(type="drop", ref=7)
-        first = await player.until("accepted")
-    async with playing(server.socket(room)) as player:
-        await player.send(type="drop", ref=7, key=key)
-        again = await player.until("accepted")
-        await player.send(type="drop", ref=8, key=key)  # this one had not arrived before
-        second = await player.until("accepted")
-    assert (again, second["ball"]) == (first, 1)
-
-
-async def test_a_ref_means_one_drop_of_its_connection(server: Running, http: httpx.Client) -> None:
-    room, _ = opened(http, "triangle-8")
-    async with playing(server.socket(room)) as player, playing(server.socket(room)) as other:
-        await player.send(type="drop", ref="same")
-        first = await player.until("accepted", ref="same")
-        await player.send(type="drop", ref="same")
-        assert await player.until("accepted", ref="same") == first
-        await player.send(type="drop", ref="same", x=0.1)
-        error = await player.until("error", ref="same")
-        assert error["code"] == "key-reused"
-        await other.send(type="drop", ref="same", x=0.1)
-        assert (await other.until("accepted", ref="same"))["ball"] == 1, "another caller's key"
-
-
-def test_a_key_belongs_to_its_caller_and_its_request(http: httpx.Client) -> None:
-    room, _ = opened(http, "triangle-8")
-    path, key = f"/rooms/{room}/drops", {"idempotency-key": "k"}
-    session, shown = begun(http, room)
-    other, theirs = begun(http, room)
-    plain = http.post(path, headers=key)
-    staked = http.post(path, json={"session": session, "stake": 5}, headers=key | shown)
-    foreign = http.post(path, json={"session": other, "stake": 5}, headers=key | theirs)
-    assert [each.json()["ball"] for each in (plain, staked, foreign)] == [0, 1, 2]
-    assert http.post(path, headers=key).json() == plain.json()
-    again = http.post(path, json={"session": session, "stake": 5}, headers=key | shown)
-    assert again.json() == staked.json()
-    more = http.post(path, json={"session": session, "stake": 500}, headers=key | shown)
-    assert (more.status_code, more.json()["code"]) == (422, "key-reused")
-    assert http.get(f"/rooms/{room}").json()["stats"]["drops"] == 3
-
-
 def test_a_room_can_be_given_another_board(http: httpx.Client) -> None:
     room, own = opened(http)
     changed = http.patch(f"/rooms/{room}", json={"board": "triangle-8"}, headers=own).json()

@@ -16,7 +16,7 @@ from app.errors import LedgerError
 from app.persistence.ledger.database import Database
 from app.persistence.ledger.writer import Ledger
 from app.persistence.statements import store, webhook_store
-from app.protocol.visitors import Tag
+from app.rooms.keys import KeyUse
 from app.rooms.records import (
     BoardRow,
     Close,
@@ -205,11 +205,11 @@ def test_events_not_deleted_from_the_ledger_are_sent_again(tmp_path: Path) -> No
     class Forgetful(Ledger):
         refusals = 2
 
-        async def commit(self, *writes: Write) -> None:
+        async def commit(self, *writes: Write, use: KeyUse | None = None) -> None:
             if isinstance(writes[-1], Heard) and self.refusals:
                 self.refusals -= 1
                 raise LedgerError("not now")
-            await super().commit(*writes)
+            await super().commit(*writes, use=use)
 
     async def scene() -> None:
         database = Database(f"sqlite:///{tmp_path / 'plinko.db'}")
@@ -235,7 +235,7 @@ def test_a_prize_is_sent_with_its_winner(tmp_path: Path) -> None:
     async def scene() -> None:
         async with opened(f"sqlite:///{tmp_path / 'plinko.db'}") as ledger:
             row = BoardRow(prizes.digest, prizes.name, prizes.to_json())
-            named = dataclasses.replace(drop(0), tag=Tag("Ann", "#00ff00"))
+            named = new(DropRow(RUN, 0, 0, seed=0, name="Ann", colour="#00ff00"))
             await ledger.commit(row, dataclasses.replace(room, board=prizes.digest), named)
             await ledger.commit(result(0))
             await Sending(ledger, target).until_heard(target, 2)

@@ -7,7 +7,7 @@ from fastapi import APIRouter, Request, Response
 from app.errors import InvalidValueError
 from app.live.live_room import LiveRoom
 from app.protocol.visitors import parse_tag
-from app.rooms.pending import DropCommand, again_of
+from app.rooms.pending import DropCommand
 from app.rooms.queue import Queue
 from app.web.routes.common import (
     Server,
@@ -18,7 +18,8 @@ from app.web.routes.common import (
     read,
     reply,
 )
-from app.web.routes.rooms.rooms import Key, own_room
+from app.web.routes.rooms.repeats import OWNER, Repeats
+from app.web.routes.rooms.rooms import own_room
 from app.web.routes.rooms.sessions import RoomToken as Token
 from app.web.schemas.queues import QueueChange, QueuedItem, QueueRequest, QueueView
 from app.web.services import Services
@@ -46,7 +47,7 @@ async def get_queue(room: str, server: Server) -> Response:
     openapi_extra=body_of(QueueRequest, {"n": 3, "name": "Ada"}),
     dependencies=[Token],
 )
-async def add_to_queue(room: str, request: Request, server: Server, key: Key = None) -> Response:
+async def add_to_queue(room: str, request: Request, server: Server, repeats: Repeats) -> Response:
     """Have the room drop `n` balls under one name, one `every` seconds. Only for its owner.
 
     At most twenty of them fall at a time; the next ones wait. The queue survives a restart of the
@@ -63,8 +64,9 @@ async def add_to_queue(room: str, request: Request, server: Server, key: Key = N
         )
     tag = parse_tag(body.name, body.colour)
     found.room.check_drop(DropCommand(0), fair=False)
-    again = None if key is None else again_of("queued", key, *tag.marks)
-    if await found.queue.add(body.n, body.every, tag, again):
+    use = repeats.use("queue", found.id, body, OWNER)
+    await found.queue.add(body.n, body.every, tag, use)
+    if use.is_new:
         charge_drops(request, server, body.n - 1)  # in addition to the one of `limit_drops`
     return reply(_view(found), 202)
 

@@ -1,11 +1,12 @@
 """Rooms over REST: list, open, view, drop a ball, change, reset, close, read the log."""
 
+import asyncio
 import bisect
 import logging
 from typing import Annotated, Literal
 
 import msgspec
-from fastapi import APIRouter, Header, Query, Request, Response
+from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import StreamingResponse
 from starlette.types import Send
 
@@ -18,13 +19,13 @@ from app.errors import (
     TokenError,
     UnknownRoomError,
 )
-from app.live.broadcast.audience import NOBODY, Player
+from app.live.broadcast.audience import Player
 from app.live.live_room import LiveRoom
 from app.persistence.room_log import LogPart
 from app.protocol.visitors import NO_TAG
 from app.rooms.draw import MAX_SEEDS, Draw
+from app.rooms.keys import KeyUse
 from app.rooms.kinds import DRAW, SCENE
-from app.rooms.pending import again_of, key_of
 from app.rooms.room import Basis, Room
 from app.rooms.touching.scene import Scene
 from app.rooms.touching.story import Retold, Story, retell, story_of
@@ -48,6 +49,7 @@ from app.web.routes.common import (
     resolve_board,
 )
 from app.web.routes.queries import Whole
+from app.web.routes.rooms.repeats import OWNER, Repeats, session_caller
 from app.web.routes.rooms.sessions import RoomToken as Token
 from app.web.routes.rooms.sessions import Token as SessionToken
 from app.web.routes.rooms.sessions import own_session
@@ -100,16 +102,6 @@ LogLimit = Annotated[
     Whole | None, Query(ge=1, description="At most this many drops; default: all.")
 ]
 
-Key = Annotated[
-    str | None,
-    Header(
-        alias="Idempotency-Key",
-        min_length=1,
-        max_length=255,
-        description="A text of your choice. A request repeated with it is carried out only once.",
-    ),
-]
-
 
 @router.get("", summary="List the rooms", responses=documented(RoomList, 422))
 async def list_rooms(
@@ -147,7 +139,7 @@ async def list_rooms(
     ),
     openapi_extra=body_of(RoomRequest, {"board": "triangle-12-high"}),
 )
-async def open_room(request: Request, server: Server, key: Key = None) -> Response:
+async def open_room(request: Request, server: Server, repeats: Repeats) -> Response:
     """Open a room with a new id. Watch it at `/ws/rooms/{id}`.
 
     A room has one of these:
@@ -158,31 +150,35 @@ async def open_room(request: Request, server: Server, key: Key = None) -> Respon
     - a `story`: a scene that was played elsewhere, for example on the sandbox page without a
       server. The room continues where it ends.
 
-    With the response's `token` a client may change, reset and close the room.
+    With the response's `token` a client may change, reset and close the room. A request repeated
+    with the same `Idempotency-Key` gets the same room. It gets the token again only if both
+    requests have the same `Idempotency-Secret`; else `token` is null.
     """
-    address = address_of(request)
-    creator = server.tokens.mark_of(address)
-    again = None if key is None else again_of("open", creator, key)
-    if again is not None and (found := await server.rooms.begun_by(again)) is not None:
-        return _opened(server, found)
-    count = await server.rooms.made_by(creator)
-    with server.creators.place(address, server.rooms.free, count) as take:
-        body = await read(request, RoomRequest)
-        if body.story is None:
-            basis, mode = await _basis(request, server, body)
-            room = await server.rooms.create(basis, mode, creator, again)
-        else:
-            retold = await _retold(request, server, body)
-            room = await server.rooms.create_retold(retold, creator, again)
-        take(room.id)
-    return _opened(server, room)
-
-
-def _opened(server: Services, live: LiveRoom) -> Response:
-    view = msgspec.structs.asdict(_view(server, live))
-    opened = RoomOpened(**view, token=server.tokens.of(live.id))
+    creator = server.tokens.mark_of(address_of(request))
+    body = await read(request, RoomRequest)
+    use = await asyncio.to_thread(repeats.use, "open", "", body)
+    live = await server.rooms.opened_by(use)
+    if live is None:
+        live = await _open(request, server, body, creator, use)
+    token = server.tokens.of(live.id) if use.is_new or repeats.caller.proven else None
+    opened = RoomOpened(**msgspec.structs.asdict(_view(server, live)), token=token)
     headers = {"location": f"/api/v1/rooms/{live.id}", "cache-control": "no-store"}
     return reply(opened, 201, headers)
+
+
+async def _open(
+    request: Request, server: Services, body: RoomRequest, creator: str, use: KeyUse
+) -> LiveRoom:
+    count = await server.rooms.made_by(creator)
+    with server.creators.place(address_of(request), server.rooms.free, count) as take:
+        if body.story is None:
+            basis, mode = await _basis(request, server, body)
+            live = await server.rooms.create(basis, mode, creator, use)
+        else:
+            retold = await _retold(request, server, body)
+            live = await server.rooms.create(retold.scene, SCENE, creator, use, retold)
+        take(live.id)
+    return live
 
 
 @router.get("/{room}", summary="Get a room", responses=documented(RoomView, 404, 429, 503))
@@ -214,12 +210,12 @@ async def get_draw(room: str, request: Request, server: Server) -> Response:
     openapi_extra=body_of(RoomChange, {"board": "triangle-8"}),
     dependencies=[Token],
 )
-async def change_room(room: str, request: Request, server: Server, key: Key = None) -> Response:
+async def change_room(room: str, request: Request, server: Server, repeats: Repeats) -> Response:
     """Give a room another board. This resets it for everyone in it. Only for its owner."""
     found = await own_room(room, request, server)
     body = await read(request, RoomChange)
     board = await _board_of_room(request, server, body.board)
-    await server.rooms.reset(found, board, _again(room, key))
+    await server.rooms.reset(found, board, repeats.use("change", found.id, body, OWNER))
     return reply(_view(server, found))
 
 
@@ -229,15 +225,11 @@ async def change_room(room: str, request: Request, server: Server, key: Key = No
     responses=documented(RoomView, 401, 403, 404, 422, 429, 503),
     dependencies=[Token],
 )
-async def reset_room(room: str, request: Request, server: Server, key: Key = None) -> Response:
+async def reset_room(room: str, request: Request, server: Server, repeats: Repeats) -> Response:
     """Remove all balls and count from zero. Only for the room's owner."""
     found = await own_room(room, request, server)
-    await server.rooms.reset(found, key=_again(room, key))
+    await server.rooms.reset(found, use=repeats.use("reset", found.id, None, OWNER))
     return reply(_view(server, found))
-
-
-def _again(room: str, key: str | None) -> str | None:
-    return None if key is None else again_of("anew", room, key)
 
 
 @router.delete(
@@ -315,8 +307,8 @@ async def drop_into_room(
     room: str,
     request: Request,
     server: Server,
+    repeats: Repeats,
     wait: Annotated[bool, Query(description="Respond only after the ball has landed.")] = False,
-    key: Key = None,
 ) -> Response:
     """Drop a ball; everyone in the room sees it fall.
 
@@ -328,8 +320,8 @@ async def drop_into_room(
     With `wait=1` the response comes after the landing and has the result; if that takes too long,
     the response is 202 without it. If the response was `undecided`, or never came, send the request
     again with the same `Idempotency-Key`: the ball is dropped only once, and the response has its
-    outcome. The key belongs to the session, or else to the client's address; with
-    another body it is refused.
+    outcome. The key belongs to the session, or else to the `Idempotency-Secret` or the client's
+    address; with another body it is refused.
     """
     found = await server.rooms.seek(room)  # first: the server that has the room counts the drop
     limit_drops(request, server)
@@ -340,11 +332,9 @@ async def drop_into_room(
     if found.owned and command.tag != NO_TAG and not owners:
         server.tokens.check(found.id, shown)
     session = None if body.session is None else await own_session(body.session, request, server)
-    player = NOBODY
-    if key is not None:
-        caller = body.session or server.tokens.mark_of(address_of(request))
-        player = Player(idempotency_key=key_of(caller, key, body))
-    outcome = await found.drop(command, player, session)
+    caller = None if body.session is None else session_caller(body.session)
+    use = repeats.use("drop", found.id, body, caller)
+    outcome = await found.drop(command, Player(idempotency_key=use.key), session)
     accepted, landed = outcome.accepted, outcome.landed if wait else None
     if wait and landed is None:
         landed = await found.landings.wait(accepted.ball, WAIT_SECONDS)

@@ -11,6 +11,7 @@ from app.fairness.export import SessionExport, Signed
 from app.live.sessions.fair_session import FairSession
 from app.web.routes.common import Server, body_of, documented, limit_drops, read, reply
 from app.web.routes.queries import Whole
+from app.web.routes.rooms.repeats import Repeats
 from app.web.schemas.fields import Digest
 from app.web.services import Services
 from engine.json_text import Json, JsonObject
@@ -64,10 +65,14 @@ class SessionView(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class SessionBegun(SessionView, frozen=True, kw_only=True):
-    """A new session with its player's token, which no later response contains."""
+    """A new session with its player's token."""
 
     token: Annotated[
-        str, Meta(description="Send it as `Authorization: Bearer TOKEN` to drop and to end.")
+        str | None,
+        Meta(
+            description="Send it as `Authorization: Bearer TOKEN` to drop and to end. Null for a "
+            "repeated request without the `Idempotency-Secret` of the first one."
+        ),
     ]
 
 
@@ -120,11 +125,13 @@ RoomToken = Depends(
     openapi_extra=body_of(SessionRequest, {"room": "main", "commitment": _EXAMPLE}),
     dependencies=[RoomToken],
 )
-async def begin_session(request: Request, server: Server) -> Response:
+async def begin_session(request: Request, server: Server, repeats: Repeats) -> Response:
     """Commit to your secret; the server commits to its own secret and signs that.
 
-    After that, neither side can choose its secret by knowing the other's. Only this response has
-    the token. If the request has the token of the room, the session's drops may have names.
+    After that, neither side can choose its secret by knowing the other's. If the request has the
+    token of the room, the session's drops may have names. A request repeated with the same
+    `Idempotency-Key` gets the same session. It gets the token again only if both requests have the
+    same `Idempotency-Secret`; else `token` is null.
     """
     limit_drops(request, server)
     body = await read(request, SessionRequest)
@@ -132,10 +139,12 @@ async def begin_session(request: Request, server: Server) -> Response:
     shown = request.headers.get("authorization")
     if shown is not None and live.owned:
         server.tokens.check(live.id, shown)
-    session = await server.fair.begin(live.room, body.commitment)
-    tokens = server.session_tokens
-    owners = shown is not None and live.owned
-    token = tokens.of_owner(session.id) if owners else tokens.of(session.id)
+    use = repeats.use("session", live.id, body)
+    session = await server.fair.begin(live.room, body.commitment, use)
+    token = None
+    if use.is_new or repeats.caller.proven:
+        tokens, owners = server.session_tokens, shown is not None and live.owned
+        token = tokens.of_owner(session.id) if owners else tokens.of(session.id)
     headers = {"location": f"/api/v1/sessions/{session.id}", "cache-control": "no-store"}
     return reply(SessionBegun(**_fields(session), token=token), 201, headers)
 

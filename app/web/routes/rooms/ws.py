@@ -38,8 +38,7 @@ from app.protocol import asyncapi, client_messages, messages
 from app.protocol.touching_messages import ClaimMessage, WatchMessage
 from app.protocol.visitors import NO_TAG, AppearMessage, parse_colour, parse_name
 from app.protocol.wire import WireMessage
-from app.rooms.pending import key_of
-from app.rooms.records import IdempotencyKey
+from app.rooms.keys import Caller, IdempotencyKey, key_of
 from app.web.drops import drop_command
 from app.web.limits import LINGER, READING_GRACE, UNREAD_BYTES, UNREAD_EVENTS, TokenBucket, spend
 from app.web.routes.common import Server
@@ -113,7 +112,7 @@ def _event(error: BaseException, ref: object = None) -> messages.Error:
     return messages.Error(code=answer(error).code, detail=told(error), ref=ref)
 
 
-def _key(hello: str, message: client_messages.DropMessage) -> IdempotencyKey | None:
+def _key(room_id: str, hello: str, message: client_messages.DropMessage) -> IdempotencyKey | None:
     """The key under which a client may repeat a drop, also over another connection: its `ref`.
 
     `hello` is the key in the hello of the connection that sent it first, which no other client
@@ -122,7 +121,8 @@ def _key(hello: str, message: client_messages.DropMessage) -> IdempotencyKey | N
     if message.ref is None:
         return None
     ref = msgspec.json.encode(message.ref, order="sorted").decode()
-    return key_of(hello, ref, msgspec.structs.replace(message, ref=None, key=None))
+    request = msgspec.structs.replace(message, ref=None, key=None)
+    return key_of("drop", room_id, Caller(f"connection {hello}", proven=True), ref, request)
 
 
 class RoomClient:
@@ -265,7 +265,7 @@ class RoomClient:
                 "a drop with a `key` repeats an earlier one: send the `ref` of that drop",
                 field="ref",
             )
-        key = _key(message.key or self.client.key, message)
+        key = _key(self.live.id, message.key or self.client.key, message)
         player = Player(
             client=self.client.id, key=self.client.key, ref=message.ref, idempotency_key=key
         )

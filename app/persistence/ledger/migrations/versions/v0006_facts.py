@@ -1,4 +1,4 @@
-"""Add what tables need that are facts: scoped keys, tallies of results, the rules of each run."""
+"""Add what tables need that are facts: idempotency keys, tallies of results, rules of each run."""
 
 import sqlalchemy as sa
 from alembic import op
@@ -10,23 +10,22 @@ depends_on = None
 
 
 def upgrade() -> None:
-    """Add the columns and the table, and count the results that exist.
+    """Add the column and the tables, and count the results that exist.
 
-    Keys of release 1.0 have no scope: two callers may have used the same one, so none finds a drop.
+    Keys of release 1.0 go: two callers may have used the same one, so none may find a fact.
     """
-    scoped = sa.text("scope IS NOT NULL")
-    for name in ("drops", "inputs"):
-        op.add_column(name, sa.Column("scope", sa.String(length=64), nullable=True))
-        op.add_column(name, sa.Column("request", sa.String(length=64), nullable=True))
+    for name in ("rooms", "drops", "inputs"):
         op.drop_index(f"{name}_key", name)
-        op.create_index(
-            f"{name}_key",
-            name,
-            ["room", "scope", "key"],
-            unique=True,
-            sqlite_where=scoped,
-            postgresql_where=scoped,
-        )
+        op.drop_column(name, "key")
+    op.create_table(
+        "idempotency_keys",
+        sa.Column("scope", sa.String(length=64), nullable=False),
+        sa.Column("key", sa.String(length=64), nullable=False),
+        sa.Column("request", sa.String(length=64), nullable=False),
+        sa.Column("run", sa.BigInteger(), nullable=False),
+        sa.Column("fact", sa.String(length=64), nullable=False),
+        sa.PrimaryKeyConstraint("scope", "key"),
+    )
     op.add_column("rooms", sa.Column("rules", sa.Integer(), nullable=False, server_default="1"))
     op.create_table(
         "tallies",
