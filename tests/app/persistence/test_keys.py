@@ -29,6 +29,7 @@ SETTINGS: dict[str, Any] = {
     "drop_rate": 1000.0,
     "creator_rooms": 1000,
     "max_rooms": 10_000,
+    "operator_token": "o" * 40,
     "trusted_proxies": ("127.0.0.1",),
 }
 FIRST, SECOND = 0, 1  # two callers
@@ -285,7 +286,7 @@ def test_a_neighbour_who_guesses_a_key_gets_no_token_and_closes_nothing(server: 
 
 
 def test_a_drop_that_was_taken_is_told_again_whatever_has_happened_since(server: Running) -> None:
-    """Its session is over, or its room was reset, or is full or halted."""
+    """Its session is over, or its room was reset, changed or halted."""
     scene = scene_at(server)
     plain = drop_over_rest(server, scene, FIRST, ONE, "k")
     staked = drop_of_a_session(server, scene, FIRST, ONE, "k")
@@ -307,11 +308,16 @@ def test_a_drop_that_was_taken_is_told_again_whatever_has_happened_since(server:
         changed = http.patch(f"/rooms/{scene.rooms[0]}", json=form, headers=scene.owners[0])
     assert changed.status_code == 200
     told()
-    view = post(server, f"/rooms/{scene.rooms[0]}/reset", **scene.owners[0]).json()
+    view = post(server, reset, **scene.owners[0]).json()
     assert view["stats"]["drops"] == len(view["balls"]) == 0, "nothing was dropped a second time"
     path = f"/rooms/{scene.rooms[0]}/drops?wait=1"
     landed = post(server, path, {"who": "a"}, idempotency_key="k", **address_of(FIRST))
     assert (landed.status_code, landed.json()["landed"]["ball"]) == (200, plain["ball"])
+    halt = {"room": scene.rooms[0], "halted": True}
+    post(server, "/halts", halt, authorization=f"Bearer {'o' * 40}").raise_for_status()
+    told()
+    halted = drop_over_rest(server, scene, FIRST, ONE, "new")
+    assert halted == {"status": 409, "code": "room-halted"}
 
 
 def test_a_reset_and_a_new_board_happen_once(server: Running) -> None:
