@@ -9,7 +9,7 @@ from typing import NoReturn, TypeVar
 
 from app.errors import LedgerError
 from app.persistence.ledger.commit_queue import Done
-from app.rooms.keys import KeyUse
+from app.rooms.keys import KeyUse, UsedKey
 from app.rooms.records import DropRow, NewDrop, NewInput, Write
 
 T = TypeVar("T")
@@ -51,8 +51,8 @@ class NullLedger:
     async def commit(self, *writes: Write, use: KeyUse | None = None) -> None:
         pass
 
-    async def look_up(self, use: KeyUse) -> None:
-        """Find no earlier request."""
+    async def look_up(self, use: KeyUse) -> UsedKey | None:
+        return None
 
     async def keep(self, *writes: Write) -> None:
         pass

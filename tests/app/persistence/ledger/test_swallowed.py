@@ -106,7 +106,8 @@ class Attack:
     def swallowed(self, method: str, path: str, **rest: Any) -> httpx.Response:
         """Send a request, with retries until it is decided; returns the final answer."""
         before = self.swallower.swallowed
-        headers = {"idempotency-key": f"key {next(self.keys)}", **rest.pop("headers", {})}
+        secret = {"idempotency-key": f"key {next(self.keys)}", "idempotency-secret": "s" * 32}
+        headers = {**secret, **rest.pop("headers", {})}
         self.swallower.arm(cut=self.cut)
         reply = self.http.request(method, path, headers=headers, **rest)
         codes = [reply.json().get("code")] if reply.content else []
