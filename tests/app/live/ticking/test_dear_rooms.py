@@ -11,7 +11,7 @@ from app.errors import AppError, BallLimitError, BusyError
 from app.live import flying
 from app.live.ticking import runner
 from app.protocol import messages
-from app.protocol.paths import Path
+from app.protocol.paths import Path, path_of
 from app.rooms import independent
 from app.rooms.independent import IndependentRoom
 from app.rooms.kinds import INTERACTING
@@ -164,7 +164,7 @@ async def test_a_long_path_is_cut_on_a_thread_and_a_short_one_only_when_needed(
     monkeypatch: pytest.MonkeyPatch, seed: int
 ) -> None:
     threads: list[threading.Thread] = []
-    cut = flying.path_of
+    cut = path_of
 
     def noted(*args: Any) -> Path:
         threads.append(threading.current_thread())
