@@ -216,7 +216,7 @@ def _services(settings: Settings) -> Services:
     metrics = Metrics()
     workers = Workers(settings.workers, MAX_JOBS)
     readers = Workers(1, MOST_READERS)
-    database = Database(settings.ledger_url, shared=bool(settings.name))
+    database = Database(settings.ledger_url, shared=bool(settings.name), beside=settings.epoch_file)
     budgets = Budgets(COMPUTE_RATE, COMPUTE_BURST)
     cameras = Cameras(MAX_CAMERAS, MAX_VIEWERS, budget=budgets)
     shares = _Shares(settings) if settings.name else None

@@ -176,6 +176,12 @@ class Settings:
         directory = self.data_directory
         return "sqlite://" if directory is None else f"sqlite:///{directory / 'plinko.db'}"
 
+    @property
+    def epoch_file(self) -> Path | None:
+        """The file with this server's epoch, unless SQLite's file determines it."""
+        directory = self.data_directory
+        return None if directory is None else directory / "epoch"
+
     @classmethod
     def load(
         cls,

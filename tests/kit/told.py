@@ -47,7 +47,7 @@ def hold(url: str, told: Told, board: Board, *, killed: bool = False, shared: bo
     Returns the number of drops in the ledger.
     """
     database = Database(url, shared=shared)
-    database.open()
+    database.open(check=False, enter=False)
     try:
         with database.transaction() as connection:
             row = store.open_room(connection, told.room)

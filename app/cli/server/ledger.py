@@ -36,17 +36,21 @@ def _which(command: Command) -> Command:
 
 
 @contextlib.contextmanager
-def _opened(flags: dict[str, object]) -> Iterator["Database"]:
-    """Open the ledger of the options; raises SettingError if it is missing or in use."""
+def _opened(flags: dict[str, object], *, check: bool = True) -> Iterator["Database"]:
+    """Open the ledger of the options; raises SettingError if it is missing or in use.
+
+    check: refuse a ledger that is not as its server left it, such as a restored backup.
+    """
     from app.persistence.ledger.database import Database
 
-    database = Database(Settings.load(overrides=flags).ledger_url)
+    settings = Settings.load(overrides=flags)
+    database = Database(settings.ledger_url, beside=settings.epoch_file)
     if database.in_memory or (database.file is not None and not database.file.exists()):
         raise SettingError(
             f"there is no ledger {database.name}: name it with --data or --database-url",
             field="database_url",
         )
-    database.open()
+    database.open(check=check, enter=False)
     try:
         yield database
     finally:
@@ -91,7 +95,7 @@ def check(rooms: tuple[str, ...], replay: bool, as_json: bool, **flags: object) 
     from app.persistence.statements import store
 
     audit = Audit()
-    with _opened(flags) as database:
+    with _opened(flags, check=False) as database:
         pages = check_database(database)
         with database.transaction() as connection:
             numbers = store.run_numbers(connection, rooms)

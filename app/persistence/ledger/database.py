@@ -1,4 +1,4 @@
-"""Opens the ledger's database: parses its address, locks it, and migrates its tables."""
+"""Opens the ledger's database: parses its address, locks it, checks it, and migrates its tables."""
 
 import contextlib
 import fcntl
@@ -6,7 +6,8 @@ import os
 import secrets
 import socket
 import sqlite3
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from urllib.parse import quote
 
@@ -17,8 +18,8 @@ from sqlalchemy.exc import ArgumentError, NoSuchModuleError
 from sqlalchemy.pool import NullPool, StaticPool
 
 from app.errors import LedgerError, SettingError
-from app.persistence.ledger.fence import Fence
-from app.persistence.statements import writer_store
+from app.persistence.ledger.epoch import EpochFile, Place
+from app.persistence.statements import history, writer_store
 
 HEAD = "0006"  # the last step of `migrations`
 
@@ -63,11 +64,12 @@ class Database:
     """The ledger's database, and its one connection for writing.
 
     All calls block, and only one thread may use the object at a time. `shared`: other servers use
-    the same database too (PostgreSQL only). Transactions raise SQLAlchemy's errors, OSError, and
-    LedgerError for a database that exists but cannot be used.
+    the same database too (PostgreSQL only). `beside`: the file with this server's epoch; SQLite's
+    is always next to its own file. Transactions raise SQLAlchemy's errors, OSError, and LedgerError
+    for a database that exists but cannot be used.
     """
 
-    def __init__(self, url: str, *, shared: bool = False) -> None:
+    def __init__(self, url: str, *, shared: bool = False, beside: Path | None = None) -> None:
         self.url = address(url)
         self.name = self.url.render_as_string(hide_password=True)
         self.shared = shared
@@ -84,12 +86,17 @@ class Database:
         self._connection: Connection | None = None
         self._backend: writer_store.Backend | None = None  # that of the last connection
         self._socket: tuple[int, int] | None = None  # descriptor and inode of its socket
-        self._writer = secrets.token_hex(16)  # this server's name in the table `writers`
-        self._epoch = 0
+        self._epoch = ""  # the name of this start in the table `writers`
+        self._reconnects = 0
         self._batch = 0  # number of the last batch that is known to be durable
         self._inode: tuple[int, int] | None = None
         self._lock: int | None = None
-        self._fence: Fence | None = None
+        if self.file is not None:
+            # Follow symbolic links as SQLite does, so that a database has one lock and one epoch,
+            # whichever link leads to it.
+            file = self.file.resolve()
+            beside = file.with_name(f"{file.name}-epoch")
+        self._beside = None if beside is None or self.in_memory else EpochFile(beside)
         self.is_open = False
 
     @property
@@ -108,26 +115,30 @@ class Database:
         """The file with the server's secret, next to SQLite's file; None for other databases."""
         return None if self.file is None else self.file.with_name(f"{self.file.name}-secret")
 
-    def open(self) -> None:
-        """Lock the database, connect, and migrate the tables; raises SettingError."""
+    def open(self, *, check: bool = True, enter: bool = True) -> None:
+        """Lock the database, connect, migrate the tables, and begin an epoch; raises SettingError.
+
+        check: refuse a ledger that is not as this server left it. Without `enter`, only
+        `transaction` works: batches belong to an epoch.
+        """
         try:
             if self.file is not None:
                 self.file.parent.mkdir(0o700, parents=True, exist_ok=True)
-                # Follow symbolic links as SQLite does, so that a database has one lock and one
-                # fence file, whichever link leads to it.
                 file = self.file.resolve()
                 _check_one_name(file)
                 self._lock = _lock_file(file)
-                self._fence = Fence(file)
-                self._fence.check_presence()
+                if check and self._beside is not None and not file.exists() and self._beside.read():
+                    raise LedgerError(
+                        f"there is no such file, but {self._beside.path}, which belongs to it: put "
+                        "the file back, or delete that one to begin an empty ledger"
+                    )
                 _make_private(file)
             connection = self._connected()
-            if self._fence is not None:
-                self._fence.open(connection)
             migrate(connection)
-            with connection.begin():
-                writer_store.enter(connection, self._writer, alone=not self.shared)
-            self._batch = self._epoch = 0
+            if check and (difference := self.difference()):
+                raise LedgerError(difference)
+            if enter:
+                self.enter()
         except (sa.exc.SQLAlchemyError, OSError, LedgerError) as error:
             self.close()
             raise SettingError(
@@ -136,6 +147,60 @@ class Database:
         if self.file is not None:
             self._inode = _inode(self.file)
         self.is_open = True
+
+    def difference(self) -> str | None:
+        """Why this is not the ledger that this server left; None if it is."""
+        beside = self._beside
+        if beside is None:
+            return None
+        place, connection = beside.read(), self._connected()
+        with connection.begin():
+            if place is None:
+                # A server that joins others has no file yet.
+                if self.shared or not writer_store.any_epoch(connection):
+                    return None
+                return f"{beside.path}, which belongs to it, is missing: it {self._advice()}"
+            if place.log in history.former_logs(connection):
+                return None  # another server has restored the ledger since
+            commit = writer_store.last_batch(connection, place.epoch)
+            if place.log != history.log_id(connection):
+                commit = None
+        if commit is None:
+            return f"it lacks the start that {beside.path.name} names: it {self._advice()}"
+        if commit < place.commit:
+            return (
+                f"it has lost its last commits: it has commit {commit}, but {beside.path.name} "
+                f"names commit {place.commit}: it {self._advice()}"
+            )
+        return None
+
+    def _advice(self) -> str:
+        assert self._beside is not None
+        lost = "" if self.file is None else f", or lost its write-ahead log ({self.file.name}-wal)"
+        return (
+            f"was restored, copied or moved{lost}; put the missing file back, or run `plinko "
+            "ledger restore` to continue with the ledger as it is"
+        )
+
+    def place(self) -> Place | None:
+        """What the file beside the ledger says; None if there is no file."""
+        return None if self._beside is None else self._beside.read()
+
+    def enter(self, change: Callable[[Connection], None] = lambda connection: None) -> None:
+        """Begin an epoch, in one transaction with `change`; see `epoch` for the order of steps."""
+        self._epoch, self._reconnects, self._batch = secrets.token_hex(16), 0, 0
+        connection = self._connected()
+        with connection.begin():
+            change(connection)
+            writer_store.enter(connection, self._epoch, time.time())
+            log = history.log_id(connection)
+        if self._beside is None:
+            return
+        former = self._beside.read()
+        self._beside.begin(Place(log, self._epoch, 0))
+        if former is not None:
+            with connection.begin():
+                writer_store.leave(connection, former.epoch)
 
     @contextlib.contextmanager
     def transaction(self) -> Iterator[Connection]:
@@ -148,16 +213,10 @@ class Database:
                 self._check_file(self.file)
             connection = self._connected()
             with connection.begin():
-                if self._fence is not None:
-                    self._fence.begin(connection)
                 yield connection
-                if self._fence is not None:
-                    self._fence.count(connection)
         except BaseException:
             self.disconnect()
             raise
-        if self._fence is not None:
-            self._fence.committed()
 
     @contextlib.contextmanager
     def batch(self) -> Iterator[Connection]:
@@ -168,9 +227,10 @@ class Database:
         complete = False
         try:
             with self.transaction() as connection:
-                writer_store.count(connection, self._writer, self._epoch, self._batch + 1)
+                writer_store.count(connection, self._epoch, self._reconnects, self._batch + 1)
                 yield connection
                 complete = True
+            self._note(self._batch + 1)
         except Exception as error:
             if complete:
                 raise InDoubtError(reason(error)) from error
@@ -181,16 +241,21 @@ class Database:
         """Whether the batch in doubt is durable. The answer is final.
 
         The batch's transaction locked the writer's row first, so reading that row over a new
-        connection waits until it has ended. Raising the epoch in the same transaction makes every
-        later write over the former connection fail.
+        connection waits until it has ended. Counting the connections in the same transaction makes
+        every later write over the former one fail.
         """
         self.disconnect()
         with self.transaction() as connection:
-            found, epoch = writer_store.renew(connection, self._writer)
-        there, self._batch, self._epoch = found > self._batch, found, epoch
-        if there and self._fence is not None:
-            self._fence.committed()
+            found, self._reconnects = writer_store.renew(connection, self._epoch)
+        if found > self._batch:
+            self._note(found)
+        there, self._batch = found > self._batch, found
         return there
+
+    def _note(self, batch: int) -> None:
+        """Write the number of a durable batch beside the ledger, before anybody hears of it."""
+        if self._beside is not None:
+            self._beside.note(batch)
 
     def cut(self) -> None:
         """Shut down the connection to PostgreSQL, so that a call waiting for it fails.
@@ -233,9 +298,8 @@ class Database:
             self._connection = None
         self._engine.dispose()
         self.is_open = False
-        if self._fence is not None:
-            self._fence.close()
-            self._fence = None
+        if self._beside is not None:
+            self._beside.close()
         if self._lock is not None:
             os.close(self._lock)
             self._lock = None

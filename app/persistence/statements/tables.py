@@ -269,14 +269,39 @@ counters = Table(
     Column("next", BigInteger, nullable=False),
 )
 
-# Servers that write to the ledger: the number of the last batch, and the number of reconnections
-# after a commit without an answer.
+# The starts of servers that write to the ledger, each with the number of its last batch, and in
+# `epoch` the number of its reconnections after a commit without an answer; see ledger/epoch.py.
 writers = Table(
     "writers",
     metadata,
     Column("name", String(32), primary_key=True),
     Column("batch", BigInteger, nullable=False),
     Column("epoch", BigInteger, nullable=False),
+    Column("began", Double),  # Unix time, s; NULL for servers of release 1.0
+)
+
+# Restores of backups, each of which began log `number` of the receipts; see history.py.
+restores = Table(
+    "restores",
+    metadata,
+    Column("number", Integer, primary_key=True, autoincrement=False),
+    Column("log", String(32), nullable=False),
+    Column("superseded", String(32)),
+    Column("statement", Text, nullable=False),  # JSON
+    Column("signature", String(128), nullable=False),
+)
+
+# Public keys of this ledger's statements, past and present, and marks of its tokens' secrets.
+keys = Table(
+    "keys",
+    metadata,
+    Column("number", Integer, primary_key=True, autoincrement=False),
+    Column("name", String(32), nullable=False),
+    Column("value", String(64), nullable=False),
+    Column("since", Double, nullable=False),  # Unix time, s
+    Column("statement", Text),  # JSON
+    Column("signature", String(128)),
+    Column("former_signature", String(128)),
 )
 
 # The signing secrets of servers that share the ledger, in hexadecimal.

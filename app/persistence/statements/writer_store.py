@@ -1,8 +1,9 @@
-"""Statements with which a server finds out whether a commit without an answer is durable.
+"""Statements with which a server finds out whether its commits are in the ledger.
 
-Each server has a row with the number of its last batch and an epoch. A batch changes this row
-first, and its COMMIT is sent after all statements were answered. So the row is locked for as long
-as the batch may still commit, and shows afterwards whether it did.
+Each start of a server has a row, its epoch, with the number of its last batch and of its
+reconnections. A batch changes this row first, and its COMMIT is sent after all statements were
+answered. So the row is locked for as long as the batch may still commit, and shows afterwards
+whether it did. The next start compares the number with the one beside the ledger (`epoch.py`).
 """
 
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from datetime import datetime
 from typing import Final
 
 import sqlalchemy as sa
-from sqlalchemy import Connection, bindparam, delete, insert, select, update
+from sqlalchemy import Connection, bindparam, delete, func, insert, select, update
 
 from app.errors import LedgerError
 from app.persistence.statements import tables
@@ -24,11 +25,27 @@ class Backend:
     started: datetime
 
 
-def enter(connection: Connection, name: str, *, alone: bool) -> None:
-    """Add a writer; with `alone`, first delete all others, left by former servers."""
-    if alone:
-        connection.execute(delete(tables.writers))
-    connection.execute(insert(tables.writers).values(name=name, batch=0, epoch=0))
+def enter(connection: Connection, name: str, now: float) -> None:
+    """Add the epoch of a start at this Unix time, in s."""
+    connection.execute(insert(tables.writers).values(name=name, batch=0, epoch=0, began=now))
+
+
+def leave(connection: Connection, name: str) -> None:
+    """Delete the epoch of a former start."""
+    connection.execute(delete(tables.writers).where(tables.writers.c.name == name))
+
+
+def last_batch(connection: Connection, name: str) -> int | None:
+    """The number of the last batch of a start; None if the ledger does not have its epoch."""
+    chosen = select(tables.writers.c.batch).where(tables.writers.c.name == name)
+    found: int | None = connection.scalar(chosen)
+    return found
+
+
+def any_epoch(connection: Connection) -> bool:
+    """Whether a server of this release has started with the ledger."""
+    row = tables.writers.c
+    return bool(connection.scalar(select(func.count()).where(row.began.is_not(None))))
 
 
 _COUNT: Final = (
@@ -38,18 +55,18 @@ _COUNT: Final = (
 )
 
 
-def count(connection: Connection, name: str, epoch: int, batch: int) -> None:
-    """Begin a batch; raises LedgerError on a connection of an earlier epoch."""
-    values = {"mine": name, "since": epoch, "number": batch}
+def count(connection: Connection, name: str, reconnects: int, batch: int) -> None:
+    """Begin a batch; raises LedgerError on a connection that another one has replaced."""
+    values = {"mine": name, "since": reconnects, "number": batch}
     if connection.execute(_COUNT, values).rowcount != 1:
         raise LedgerError("the ledger's writer has replaced this connection with another one")
 
 
 def renew(connection: Connection, name: str) -> tuple[int, int]:
-    """Raise the epoch; returns the number of the last durable batch, and the new epoch.
+    """Count a reconnection; returns the number of the last durable batch, and that count.
 
     Waits for the end of the former connection's transaction. In SQLite that has ended with its
-    connection, so the epoch stays: nothing need be written, as the disk may be full.
+    connection, so the count stays: nothing need be written, as the disk may be full.
     """
     row = tables.writers
     found = connection.execute(select(row).where(row.c.name == name).with_for_update()).one()

@@ -40,7 +40,7 @@ def empty(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """An SQLite file with the ledger's empty tables, for tests to copy."""
     file = tmp_path_factory.mktemp("empty") / "plinko.db"
     database = Database(f"sqlite:///{file}")
-    database.open()
+    database.open(enter=False)  # a copy is not refused: it belongs to no server yet
     database.close()
     return file
 

@@ -145,7 +145,7 @@ async def living(
 def change(url: str, *statements: str) -> None:
     """Change a ledger by statements that the server never executes."""
     database = Database(url)
-    database.open()
+    database.open(check=False, enter=False)
     with database.transaction() as connection:
         for statement in statements:
             connection.execute(sa.text(statement))
@@ -155,7 +155,7 @@ def change(url: str, *statements: str) -> None:
 def look(url: str, read: Callable[..., Any], *values: Any) -> Any:
     """Call `read` on a ledger that no server uses."""
     database = Database(url)
-    database.open()
+    database.open(check=False, enter=False)
     try:
         with database.transaction() as connection:
             return read(connection, *values)

@@ -75,6 +75,11 @@ class Steps(Database):
             self.disconnect()
             raise
 
+    def _note(self, batch: int) -> None:
+        self.at("note")
+        super()._note(batch)
+        self.at("noted")
+
 
 class Clockwork:
     """The event loop as the ledger sees it: timers and callbacks, which the test runs."""

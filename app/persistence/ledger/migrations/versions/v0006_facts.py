@@ -1,4 +1,4 @@
-"""Add what tables need that are facts: idempotency keys, tallies of results, rules of each run."""
+"""Add what drops need that are facts, and the history of the ledger: its restores and keys."""
 
 import sqlalchemy as sa
 from alembic import op
@@ -10,7 +10,7 @@ depends_on = None
 
 
 def upgrade() -> None:
-    """Add the column and the tables, and count the results that exist.
+    """Add the columns and tables, and count the results that exist.
 
     Keys of release 1.0 go: two callers may have used the same one, so none may find a fact.
     """
@@ -38,4 +38,25 @@ def upgrade() -> None:
     op.execute(
         "INSERT INTO tallies (room, bin, results) "
         "SELECT room, COALESCE(bin, -1), COUNT(*) FROM results GROUP BY room, COALESCE(bin, -1)"
+    )
+    op.add_column("writers", sa.Column("began", sa.Double(), nullable=True))
+    op.create_table(
+        "restores",
+        sa.Column("number", sa.Integer(), autoincrement=False, nullable=False),
+        sa.Column("log", sa.String(length=32), nullable=False),
+        sa.Column("superseded", sa.String(length=32), nullable=True),
+        sa.Column("statement", sa.Text(), nullable=False),
+        sa.Column("signature", sa.String(length=128), nullable=False),
+        sa.PrimaryKeyConstraint("number"),
+    )
+    op.create_table(
+        "keys",
+        sa.Column("number", sa.Integer(), autoincrement=False, nullable=False),
+        sa.Column("name", sa.String(length=32), nullable=False),
+        sa.Column("value", sa.String(length=64), nullable=False),
+        sa.Column("since", sa.Double(), nullable=False),
+        sa.Column("statement", sa.Text(), nullable=True),
+        sa.Column("signature", sa.String(length=128), nullable=True),
+        sa.Column("former_signature", sa.String(length=128), nullable=True),
+        sa.PrimaryKeyConstraint("number"),
     )

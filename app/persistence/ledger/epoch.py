@@ -1,0 +1,95 @@
+"""The file beside the ledger that tells whether the ledger is the one that this server left.
+
+Each start of a server draws a random name, its epoch, under which it writes: the epoch's row in the
+table `writers` has the number of its last commit. The file beside the ledger has the same epoch and
+the number of the last commit that may be acknowledged. A ledger that lacks this epoch, or is behind
+this number, has lost commits: its write-ahead log was cut, a backup was restored, or it is a copy.
+
+The order of the steps, each durable before the next:
+
+    start   the new epoch's row is committed; the file gets the new epoch; the former row is deleted
+    commit  COMMIT with the number n; the file gets n; callers receive the outcome
+
+Nothing restored, nothing refused, wherever a process or a machine dies: the row of the file's epoch
+is deleted only when the file has a later one, and its number is always at least the file's.
+
+Restored, therefore refused: whatever was acknowledged has a commit number up to the file's, in the
+file's epoch or before it. A ledger of an earlier state lacks that epoch, or has a lower number. An
+epoch of which the file has no trace acknowledged nothing, because its start did not end.
+
+The number is overwritten in place, 87 bytes within one sector, and a new epoch replaces the file.
+Waiting for it costs a second sync for each commit: a number that may be lost with the power would
+accept an older ledger.
+"""
+
+import os
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from app.errors import LedgerError
+
+_DIGITS: Final = 20
+
+
+class Place(NamedTuple):
+    """A moment of a ledger: the id of its log of receipts, the epoch, the number of a commit."""
+
+    log: str
+    epoch: str
+    commit: int
+
+    def line(self) -> bytes:
+        return f"{self.log} {self.epoch} {self.commit:0{_DIGITS}}\n".encode()
+
+
+class EpochFile:
+    """The file beside the ledger; for the ledger's thread."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._descriptor: int | None = None
+        self._place: Place | None = None
+
+    def read(self) -> Place | None:
+        """What the file says; None if it is missing. Raises LedgerError if it is damaged."""
+        try:
+            text = self.path.read_bytes()
+        except FileNotFoundError:
+            return None
+        parts = text.split()
+        if len(parts) == len(Place._fields) and parts[-1].isdigit():
+            place = Place(parts[0].decode("ascii", "replace"), parts[1].decode("ascii", "replace"),
+                          int(parts[2]))  # fmt: skip
+            if place.line() == text:
+                return place
+        raise LedgerError(
+            f"{self.path} contains {text!r:.40} instead of an epoch; if it cannot be repaired, "
+            "delete it and run `plinko ledger restore`"
+        )
+
+    def begin(self, place: Place) -> None:
+        """Replace the file, which is durable on return."""
+        self.close()
+        self.path.parent.mkdir(0o700, parents=True, exist_ok=True)
+        draft = self.path.with_name(f"{self.path.name}-new")
+        # O_DSYNC: each write returns when it is on the disk.
+        flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC | os.O_DSYNC
+        self._descriptor, self._place = os.open(draft, flags, 0o600), place
+        os.pwrite(self._descriptor, place.line(), 0)
+        os.replace(draft, self.path)
+        directory = os.open(self.path.parent, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            os.fsync(directory)
+        finally:
+            os.close(directory)
+
+    def note(self, commit: int) -> None:
+        """Write the number of a commit, which is durable on return."""
+        assert self._descriptor is not None
+        assert self._place is not None
+        os.pwrite(self._descriptor, self._place._replace(commit=commit).line(), 0)
+
+    def close(self) -> None:
+        if self._descriptor is not None:
+            os.close(self._descriptor)
+            self._descriptor = None
