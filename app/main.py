@@ -10,6 +10,7 @@ import signal
 import socket
 import sys
 import tempfile
+import time
 from collections.abc import AsyncIterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -25,7 +26,6 @@ from app.conformance import inventory
 from app.conformance.self_check import SelfCheck
 from app.errors import SettingError, shorten
 from app.fairness.check import kernel_digest_of
-from app.fairness.signing import Signer
 from app.listening import listen, server_over
 from app.live.arriving import any_room
 from app.live.broadcast.hub import Hub
@@ -35,9 +35,10 @@ from app.live.shared_rooms import SharedRooms
 from app.ops import logs
 from app.ops.metrics import Metrics
 from app.persistence.checks.integrity import Integrity
+from app.persistence.keys import SigningKey, orphans, secret_file
 from app.persistence.lease_book import LeaseBook, Unshared
 from app.persistence.leases import Leases
-from app.persistence.ledger.common_secrets import STATEMENTS, TOKENS, common_secret
+from app.persistence.ledger.common_secrets import TOKENS, common_secret
 from app.persistence.ledger.database import Database
 from app.persistence.ledger.writer import COMMIT_PATIENCE, Ledger
 from app.persistence.room_log import MOST_READERS, RoomLogs
@@ -83,7 +84,7 @@ from app.web.routes.rooms import (
 )
 from app.web.services import Services
 from app.web.shared import Others
-from app.web.tokens import SessionTokens, Tokens, secret_of, signing_key_of
+from app.web.tokens import SessionTokens, Tokens, secret_of
 from app.webhooks.targets import Target, read_targets
 from engine import Board, World, __version__, preset_names
 from engine.errors import BoardError
@@ -246,11 +247,10 @@ def _services(settings: Settings) -> Services:
         persistence=persistence,
         claim=shares.alive.claim if shares else any_room,
     )
-    secret_file = _secret_file(settings, database)
     if database.shared and not settings.secret:
         secret = common_secret(database, TOKENS)
     else:
-        secret = secret_of(settings.secret, secret_file)
+        secret = secret_of(settings.secret, secret_file(database, settings.data_directory))
     others = shares.cluster(registry, ledger) if shares else None
     server = Services(
         settings=settings,
@@ -263,7 +263,7 @@ def _services(settings: Settings) -> Services:
         returns=Returns(ledger, known.presets),
         self_check=SelfCheck(functools.partial(inventory.digests, settings)),
         tokens=Tokens(secret),
-        fair=_fair_sessions(settings, persistence, _signing_key(database, secret_file), registry),
+        fair=_fair_sessions(persistence, SigningKey(database, settings.data_directory), registry),
         session_tokens=SessionTokens(secret),
         workers=workers,
         short=ShortDrops(),
@@ -311,34 +311,16 @@ def _webhooks(targets: Sequence[Target], ledger: Ledger, others: Others | None) 
 
 
 def _fair_sessions(
-    settings: Settings, persistence: PersistenceService, signing_key: bytes, registry: Rooms
+    persistence: PersistenceService, key: SigningKey, registry: Rooms
 ) -> FairSessions:
     return FairSessions(
         persistence,
-        Signer(signing_key),
+        key,
         kernel_digest=kernel_digest_of(page_kernels().read_bytes()),
         draw=secrets.token_bytes,
         new_id=lambda: secrets.token_hex(16),
         having=registry.shared.having,
     )
-
-
-def _signing_key(database: Database, secret_file: Path | None) -> bytes:
-    """The key that signs fair sessions; servers that share a ledger share the key."""
-    if database.shared:
-        return common_secret(database, STATEMENTS)
-    return signing_key_of(secret_file and secret_file.with_name(f"{secret_file.name}-signing-key"))
-
-
-def _secret_file(settings: Settings, database: Database) -> Path | None:
-    """The file of the secret: next to SQLite's file, or in the data directory if there is one.
-
-    None for a ledger in memory: its rooms end with the process, so their tokens may end too.
-    """
-    if database.in_memory:
-        return None
-    directory = settings.data_directory
-    return database.secret_file or (directory and directory / "secret")
 
 
 def _main_board(name: str) -> Board:
@@ -359,8 +341,9 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     server: Services = app.state.services
     await asyncio.to_thread(_warm_up, app)
     server.warm = True
-    await asyncio.to_thread(server.ledger.open)
+    await asyncio.to_thread(_open_ledger, server)
     server.ledger.start()
+    await server.fair.load()
     await server.rooms.resume()
     cluster = app.state.cluster
     joining = asyncio.create_task(cluster.run() if cluster else asyncio.sleep(0), name="cluster")
@@ -392,6 +375,25 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         server.cameras.close()
         server.workers.close()
         server.readers.close()
+
+
+def _open_ledger(server: Services) -> None:
+    """Open the ledger and check its keys; does nothing the second time. Raises SettingError."""
+    server.ledger.open()
+    try:
+        server.fair.key.settle(time.time())
+    except SettingError:
+        server.ledger.database.close()
+        raise
+    found = orphans(server.ledger.database, server.tokens.mark, time.time())
+    if found.rooms or found.sessions:
+        _log.error(
+            "the secret of tokens is another one than before: the owners of %d open rooms and the "
+            "players of %d open sessions get 403; restore it from a backup (%s, or PLINKO_SECRET)",
+            found.rooms,
+            found.sessions,
+            secret_file(server.ledger.database, server.settings.data_directory),
+        )
 
 
 def _warm_up(app: FastAPI) -> None:
@@ -446,8 +448,7 @@ def run(settings: Settings | None = None) -> None:
     _check_temporary()
     app = create_app(settings)
     with listen(settings) as listener:
-        ledger: Ledger = app.state.services.ledger
-        ledger.open()
+        _open_ledger(app.state.services)
         if app.state.cluster is not None:
             app.state.cluster.listens(listener)
         server = server_over(app, settings)

@@ -13,12 +13,13 @@ from typing import Final, TypeVar
 import msgspec
 
 from app.errors import InvalidValueError
-from app.fairness.export import ExportedDrop, SessionExport, Signed
+from app.fairness.export import ExportedDrop, KeyChange, SessionExport, Signed
 from app.fairness.seeds import commitment, draw_mac, drop_seed, parse_hex
 from app.fairness.signing import is_signed
 from app.fairness.statements import (
     VERSION,
     Closing,
+    KeyStatement,
     LogEntry,
     Receipt,
     SessionStatement,
@@ -31,7 +32,7 @@ from app.rooms.stakes import check_payout, payout_of
 from engine import PHYSICS_VERSION, Board, drop, merkle
 from engine.errors import EngineError, ParameterError, RecordError, SeedError
 
-Kind = TypeVar("Kind", SessionStatement, Receipt, TreeHead, Closing)
+Kind = TypeVar("Kind", SessionStatement, Receipt, TreeHead, Closing, KeyStatement)
 
 HEARD: Final = "heard"
 HEARD_SESSION: Final = "heard-session"
@@ -111,7 +112,10 @@ class _Check:
         self._export = export
         self._kernel = kernel_digest
         self._expected_key = key
-        self._key = parse_hex(export.key, "key")
+        self._keys = [parse_hex(export.key, "key")]
+        changes = () if export.keys is msgspec.UNSET else export.keys
+        self._changes = [(each, _typed(each.statement, KeyStatement)) for each in changes]
+        self._keys += [parse_hex(each.former, "keys") for _, each in self._changes]
         self._session = _typed(export.session.statement, SessionStatement)
         self._head = _typed(export.head.statement, TreeHead)
         self._root = parse_hex(self._head.root, "head.root")
@@ -144,13 +148,37 @@ class _Check:
 
     def _signatures(self) -> Iterator[Step]:
         if self._expected_key is not None:
-            yield _same("key", "the server's key", self._export.key, self._expected_key)
+            known = self._reached(self._expected_key)
+            said = self._expected_key if known else self._export.key
+            yield _same("key", "the server's key", said, self._expected_key)
+        for number, (change, statement) in enumerate(self._changes):
+            yield self._changed(number, change, statement)
         yield self._signed("session", "the session's statement is signed", self._export.session)
         yield self._signed("head", "the log's head is signed", self._export.head)
 
+    def _changed(self, number: int, change: KeyChange, statement: KeyStatement) -> Step:
+        """Check that the later key vouches for the earlier one."""
+        key, signature = self._keys[number], parse_hex(change.signature, "signature", 64)
+        ok = statement.key == key.hex() and is_signed(change.statement, signature, key)
+        text = "the server's next key says that this was its key"
+        return Step("keys", ok, text, statement.former, "valid" if ok else "invalid")
+
+    def _reached(self, key: str) -> bool:
+        """Whether the caller's key is the server's, or has signed its successors up to that."""
+        at = self._export.key
+        for change, statement in self._changes:
+            given = change.former_signature
+            if at == key or given is None:
+                break
+            former = parse_hex(statement.former, "keys")
+            if not is_signed(change.statement, parse_hex(given, "signature", 64), former):
+                break
+            at = statement.former
+        return at == key
+
     def _signed(self, name: str, text: str, signed: Signed, number: int | None = None) -> Step:
         signature = parse_hex(signed.signature, "signature", 64)
-        ok = is_signed(signed.statement, signature, self._key)
+        ok = any(is_signed(signed.statement, signature, key) for key in self._keys)
         return Step(name, ok, text, signed.signature, "valid" if ok else "invalid", number)
 
     def _heard_session(self, heard: Signed) -> Step:
@@ -205,6 +233,9 @@ class _Check:
         yield _same("end-seed", "the end's server seed", end.server_seed, export.server_seed)
         text = "the log has every drop up to the session's end"
         yield _same("truncated", text, end.drops, len(export.drops))
+        if end.void is not None:
+            text = "a restored backup ended the session: drops that the backup lacks are void"
+            yield _same("void", text, end.void, end.void)
 
     def _logged(self, each: ExportedDrop, receipt: Receipt) -> Iterator[Step]:
         number = receipt.drop
@@ -225,7 +256,7 @@ class _Check:
         yield Step("consistency", ok, text, each.root, head.root, number)
 
     def _entry_signed(self, name: str, each: SignedReceipt, number: int | None) -> Step:
-        entry = LogEntry(each.receipt, each.index, each.root).to_dict()
+        entry = LogEntry(each.receipt, each.index, each.root, self._head.log).to_dict()
         text = "the receipt and its place in the log are signed"
         return self._signed(name, text, Signed(entry, each.signature), number)
 
@@ -278,9 +309,26 @@ class _Check:
             text = "this server signed the receipt in this session"
             return Step(HEARD, False, text, heard.index, None, number)
         drops: Sequence[ExportedDrop] = self._export.drops
+        if number >= len(drops) and (drawn := self._void_seed(receipt)) is not None:
+            text = "the receipt is of a void drop: both secrets draw its start"
+            return _same(HEARD, text, receipt.seed, drawn, number)
         there = drops[number] if number < len(drops) else None
         found = there and [there.receipt, there.index, there.root]
         return _same(HEARD, text, [heard.receipt, heard.index, heard.root], found, number)
+
+    def _void_seed(self, receipt: Receipt) -> str | None:
+        """The seed of a drop that a restore has lost; None if no restore ended the session."""
+        export = self._export
+        if export.end is None or _typed(export.end.statement, Closing).void is None:
+            return None
+        if export.server_seed is None or export.client_seed is None:
+            return None
+        secrets = (export.server_seed, export.client_seed)
+        known = (*(parse_hex(each, "seed") for each in secrets), receipt.drop)
+        digest = bytes.fromhex(self._board.digest)
+        if self._draw is None:
+            return str(drop_seed(*known, digest))
+        return str(self._draw.pick(draw_mac(*known, digest))[1])
 
 
 def _hashes(values: Sequence[str]) -> list[bytes]:

@@ -26,6 +26,17 @@ class Signed(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     signature: str
 
 
+class KeyChange(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The server's change from one key to the next, signed by both; see `KeyStatement`.
+
+    former_signature: null if the former key was lost.
+    """
+
+    statement: JsonObject
+    signature: str
+    former_signature: str | None
+
+
 class DropResult(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """How a drop ended: `payout` in minor units, `t` in s, `x_end` in m.
 
@@ -56,7 +67,8 @@ class SessionExport(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     heard: receipts that the player received during the session. heard_session: the statement that
     the player received before they opened their secret. The player adds both, because a server
-    could change them. draw: the room's weights and seeds, if it has a draw.
+    could change them. draw: the room's weights and seeds, if it has a draw. keys: the changes of
+    the server's key since the session began, the latest first; `key` is the latest key.
     """
 
     kind: str
@@ -72,6 +84,7 @@ class SessionExport(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     heard: list[SignedReceipt] = []
     heard_session: Signed | None = None
     draw: JsonObject | msgspec.UnsetType = msgspec.UNSET
+    keys: list[KeyChange] | msgspec.UnsetType = msgspec.UNSET
 
 
 def is_export(fields: JsonObject) -> bool:

@@ -1,4 +1,4 @@
-"""The statements that a server signs: a session's beginning and end, receipts, heads of the log.
+"""The statements that a server signs: sessions, receipts, heads of the log, restores and keys.
 
 Their JSON form is what is signed, and exports contain it unchanged. Digests, seeds and keys are
 hexadecimal; times are Unix time in whole milliseconds; stakes are in minor units.
@@ -23,13 +23,21 @@ Count = Annotated[int, Meta(ge=0, le=MAX_PAYOUT)]
 
 @dataclass(frozen=True, slots=True)
 class _Statement:
-    """A signed statement. `KIND` distinguishes it from all other kinds."""
+    """A signed statement. `KIND` distinguishes it from all other kinds.
+
+    OPTIONAL: fields that the JSON lacks if they are None.
+    """
 
     KIND: ClassVar[str]
+    OPTIONAL: ClassVar[tuple[str, ...]] = ()
 
     def to_dict(self) -> dict[str, object]:
         """The JSON form that is signed."""
-        return {"kind": self.KIND, "version": VERSION, **asdict(self)}
+        values = asdict(self)
+        for name in self.OPTIONAL:
+            if values[name] is None:
+                del values[name]
+        return {"kind": self.KIND, "version": VERSION, **values}
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +48,7 @@ class SessionStatement(_Statement):
     """
 
     KIND: ClassVar[str] = "plinko session"
+    OPTIONAL: ClassVar[tuple[str, ...]] = ("draw_digest",)
 
     session: str
     room: str
@@ -51,12 +60,6 @@ class SessionStatement(_Statement):
     client_commitment: str
     time: Count
     draw_digest: str | None = None
-
-    def to_dict(self) -> dict[str, object]:
-        values = _Statement.to_dict(self)
-        if self.draw_digest is None:
-            del values["draw_digest"]
-        return values
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,35 +85,79 @@ class Receipt(_Statement):
 
 @dataclass(frozen=True, slots=True)
 class LogEntry(_Statement):
-    """A receipt's place in the log: leaf number `index`, after which the log has this root."""
+    """A receipt's place in the log: leaf number `index`, after which the log has this root.
+
+    log: the id of the log, if a restore began it.
+    """
 
     KIND: ClassVar[str] = "plinko log entry"
+    OPTIONAL: ClassVar[tuple[str, ...]] = ("log",)
 
     receipt: JsonObject
     index: Count
     root: str
+    log: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class TreeHead(_Statement):
-    """The state of the log: its number of leaves and its root."""
+    """The state of a log: its number of leaves and its root. log: as in `LogEntry`."""
 
     KIND: ClassVar[str] = "plinko tree head"
+    OPTIONAL: ClassVar[tuple[str, ...]] = ("log",)
 
     size: Count
     root: str
     time: Count
+    log: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Closing(_Statement):
-    """The end of a session: its number of drops, and the server's secret."""
+    """The end of a session: its number of drops, and the server's secret.
+
+    void: the id of the log that a restore began, if the restore ended the session. Drops that the
+    restored backup lacks are void.
+    """
 
     KIND: ClassVar[str] = "plinko session end"
+    OPTIONAL: ClassVar[tuple[str, ...]] = ("void",)
 
     session: str
     drops: Count
     server_seed: str
+    time: Count
+    void: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class RestoreStatement(_Statement):
+    """A backup was restored: log `log` begins, empty, where the backup's log ends.
+
+    former: the id of the backup's log, null for a ledger's first one; it keeps `size` leaves and
+    this root. superseded: the id of the log that was lost, if the backup knows nothing of it.
+    sessions: the number of open sessions, which the restore ended.
+    """
+
+    KIND: ClassVar[str] = "plinko restore"
+
+    log: str
+    former: str | None
+    size: Count
+    root: str
+    superseded: str | None
+    sessions: Count
+    time: Count
+
+
+@dataclass(frozen=True, slots=True)
+class KeyStatement(_Statement):
+    """The server signs with another key from now on. Both are public keys."""
+
+    KIND: ClassVar[str] = "plinko key"
+
+    key: str
+    former: str
     time: Count
 
 

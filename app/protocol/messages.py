@@ -274,6 +274,7 @@ class SessionState(Event, frozen=True, tag="session", kw_only=True):
 
     token: joins the session later; only in the answer that begins it.
     open: the player has revealed their secret, so that the session takes drops.
+    void: the restore of a backup ended the session; drops that the backup lacks are void.
     """
 
     session: str
@@ -284,6 +285,7 @@ class SessionState(Event, frozen=True, tag="session", kw_only=True):
     open: bool
     drops: int
     ended: bool
+    void: bool = False
     token: str | None = None
     ref: Json = None
 

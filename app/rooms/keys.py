@@ -13,6 +13,8 @@ import msgspec
 
 from app.errors import KeyReusedError
 
+_QUEUE = "queue of run "
+
 
 @dataclass(frozen=True, slots=True)
 class Caller:
@@ -30,13 +32,18 @@ class Caller:
 class IdempotencyKey:
     """Three hashes of 64 hexadecimal digits; nothing that a client has sent can be read in them.
 
-    scope: of the kind of request, its room and the caller. key: of the caller's key. request: of
-    the request.
+    scope: of the kind of request, its room and the caller; the server's own keys, of the balls of a
+    queue, have a scope in words. key: of the caller's key. request: of the request.
     """
 
     scope: str
     key: str
     request: str
+
+    @property
+    def is_own(self) -> bool:
+        """Whether it is a key of the server itself."""
+        return self.scope.startswith(_QUEUE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +99,7 @@ def key_of(
 def ball_key(run: int, item: int, ball: int) -> IdempotencyKey:
     """The key of a queue's ball: no ball is dropped twice, even after a restart."""
     key = _hash("key", str(item), str(ball))
-    return IdempotencyKey(_hash("scope", "ball", str(run)), key, key)
+    return IdempotencyKey(f"{_QUEUE}{run}", key, key)
 
 
 def _hash(*parts: str) -> str:

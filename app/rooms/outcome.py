@@ -26,7 +26,7 @@ class Outcome:
 
 def signed(row: ReceiptRow) -> messages.SignedReceipt:
     receipt = msgspec.json.decode(row.receipt)
-    return messages.SignedReceipt(receipt, row.leaf, row.root, row.signature)
+    return messages.SignedReceipt(receipt, row.index, row.root, row.signature)
 
 
 def accepted_of(board: Board, fact: DropRow, receipt: ReceiptRow | None) -> messages.Accepted:

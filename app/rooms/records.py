@@ -324,12 +324,17 @@ class FairEnd:
     end_signature: str = ""
 
 
+LOG_LEAVES: Final = 1 << 40
+"""Most leaves of a log. The leaves of log number n are stored from n * LOG_LEAVES on."""
+
+
 @dataclass(slots=True, eq=False)
 class LogLeaf:
-    """A receipt to append to the log; the ledger sets `index`, `root` and `signature`.
+    """A receipt to append to the log; the ledger sets `log`, `index`, `root` and `signature`.
 
     Drop `number` of the session is ball `ball` of the room run `room`. `leaf` is the log's entry,
-    and `sign` signs it for an index and a root; both are derived from `receipt`, which is JSON.
+    and `sign` signs it for an index, a root and the log's id, which is None for the first log; both
+    are derived from `receipt`, which is JSON.
     """
 
     session: str
@@ -338,15 +343,16 @@ class LogLeaf:
     ball: int
     receipt: dict[str, object]
     leaf: bytes
-    sign: Callable[[int, str], str]
-    index: int | None = None
+    sign: Callable[[int, str, str | None], str]
+    log: int = 0
+    index: int = -1
     root: str = ""
     signature: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class ReceiptRow:
-    """A receipt in the log; `receipt` is JSON."""
+    """A receipt in a log; `receipt` is JSON."""
 
     leaf: int
     session: str
@@ -356,6 +362,16 @@ class ReceiptRow:
     receipt: str
     root: str
     signature: str
+
+    @property
+    def log(self) -> int:
+        """The number of its log."""
+        return self.leaf // LOG_LEAVES
+
+    @property
+    def index(self) -> int:
+        """Its place in its log."""
+        return self.leaf % LOG_LEAVES
 
 
 EVERY_ROOM: Final = "*"

@@ -29,6 +29,11 @@ class Tokens:
         signature = hmac.digest(self._secret, purpose + room_id.encode(), hashlib.sha256)
         return base64.urlsafe_b64encode(signature).rstrip(b"=").decode()
 
+    @property
+    def mark(self) -> str:
+        """Tells this secret from others without revealing it: 64 hexadecimal digits."""
+        return hmac.digest(self._secret, b"plinko mark of the secret", hashlib.sha256).hex()
+
     def mark_of(self, address: str) -> str:
         """A creator's mark: always the same for one address, but it does not reveal the address."""
         return self.of(f"creator {address}")
@@ -131,27 +136,6 @@ def secret_of(given: str, file: Path | None) -> bytes:
             field="data",
         )
     return found
-
-
-def signing_key_of(file: Path | None) -> bytes:
-    """The 32 bytes that the server signs sessions with, stored like the secret of `secret_of`.
-
-    Raises SettingError if the file is not a key.
-    """
-    digits = secret_of("", file)
-    if file is None:
-        return digits
-    try:
-        key = bytes.fromhex(digits.decode())
-    except ValueError:
-        key = b""
-    if len(key) != _BYTES:
-        raise SettingError(
-            f"the key in {file} is not {2 * _BYTES} hexadecimal digits; restore it from a backup, "
-            "because signatures made with it can be checked only against it",
-            field="data",
-        )
-    return key
 
 
 def _make(file: Path) -> None:

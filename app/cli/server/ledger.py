@@ -1,4 +1,4 @@
-"""`plinko ledger`: check and clean the ledger, the database in which a server keeps its rooms."""
+"""`plinko ledger`: check, clean and restore the ledger, the database of a server, and its key."""
 
 import contextlib
 import dataclasses
@@ -14,6 +14,7 @@ from app.settings import Settings
 
 if TYPE_CHECKING:
     from app.persistence.ledger.database import Database
+    from app.persistence.restoring import Restored
 
 Command = TypeVar("Command", bound=Callable[..., object])
 
@@ -22,9 +23,9 @@ EXIT_DAMAGED = 1
 _DAY = 86400.0  # s
 
 
-@click.group(name="ledger", short_help="Check or clean a stopped server's ledger.")
+@click.group(name="ledger", short_help="Check, clean or restore a stopped server's ledger.")
 def command() -> None:
-    """Check or clean the ledger of a server that is not running."""
+    """Check, clean or restore the ledger of a server that is not running."""
     need_server()
 
 
@@ -36,14 +37,13 @@ def _which(command: Command) -> Command:
 
 
 @contextlib.contextmanager
-def _opened(flags: dict[str, object], *, check: bool = True) -> Iterator["Database"]:
-    """Open the ledger of the options; raises SettingError if it is missing or in use.
+def _opened(settings: Settings, *, check: bool = True) -> Iterator["Database"]:
+    """Open the ledger of these settings; raises SettingError if it is missing or in use.
 
     check: refuse a ledger that is not as its server left it, such as a restored backup.
     """
     from app.persistence.ledger.database import Database
 
-    settings = Settings.load(overrides=flags)
     database = Database(settings.ledger_url, beside=settings.epoch_file)
     if database.in_memory or (database.file is not None and not database.file.exists()):
         raise SettingError(
@@ -69,7 +69,7 @@ def prune(keep_days: float, dry_run: bool, **flags: object) -> None:
     """
     from app.persistence.statements import store
 
-    with _opened(flags) as database:
+    with _opened(Settings.load(overrides=flags)) as database:
         with database.transaction() as connection:
             gone = store.prune(connection, time.time() - keep_days * _DAY, keep=dry_run)
         if not dry_run:
@@ -95,7 +95,7 @@ def check(rooms: tuple[str, ...], replay: bool, as_json: bool, **flags: object) 
     from app.persistence.statements import store
 
     audit = Audit()
-    with _opened(flags, check=False) as database:
+    with _opened(Settings.load(overrides=flags), check=False) as database:
         pages = check_database(database)
         with database.transaction() as connection:
             numbers = store.run_numbers(connection, rooms)
@@ -133,7 +133,7 @@ def retire(room: str, **flags: object) -> None:
     """
     from app.persistence.recovery import ending
 
-    with _opened(flags) as database, database.transaction() as connection:
+    with _opened(Settings.load(overrides=flags)) as database, database.transaction() as connection:
         ended = ending.retire(connection, room, time.time())
     if ended is None:
         raise UnknownRoomError(f"the ledger has no open room {shorten(room)}", field="room")
@@ -141,3 +141,64 @@ def retire(room: str, **flags: object) -> None:
         f"{ended.room}, run {ended.session}: ended; {ended.drops} drops without a result, "
         f"{ended.stakes} returned"
     )
+
+
+@command.command(name="restore")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@_which
+def restore(as_json: bool, **flags: object) -> None:
+    """Continue with a restored backup, a copy, or a ledger that has lost commits.
+
+    A server refuses to start with such a ledger. All open fair sessions end, and their secrets are
+    revealed: players have seen what comes next. Drops that the ledger lacks are void. A new log of
+    receipts begins, with a signed statement that names the end of the former one.
+    """
+    restored = restore_ledger(Settings.load(overrides=flags))
+    if as_json:
+        print_json({"statement": restored.statement.to_dict(), "signature": restored.signature})
+        return
+    for line in lines_of(restored):
+        echo(line)
+
+
+def restore_ledger(settings: Settings) -> "Restored":
+    """Restore the ledger of these settings; raises SettingError."""
+    from app.persistence import restoring
+    from app.persistence.keys import SigningKey
+
+    with _opened(settings, check=False) as database:
+        key = SigningKey(database, settings.data_directory)
+        key.settle(time.time())
+        return restoring.restore(database, key.signer, time.time())
+
+
+def lines_of(restored: "Restored") -> list[str]:
+    """What a restore did, for people."""
+    said = restored.statement
+    reason = restored.difference or "it is the ledger that the server left"
+    return [
+        f"before: {reason}",
+        f"sessions: {said.sessions} open ones ended, with their secrets revealed; drops that the "
+        "ledger lacks are void",
+        f"log: {said.log} begins; the former one ends with {said.size} receipts and the root "
+        f"{said.root}",
+        "keys of requests: those from before are closed",
+        f"signed: {restored.signature}",
+    ]
+
+
+@command.command(name="rotate-key")
+@click.option("--lost", is_flag=True, help="The former key is lost, so it signs nothing.")
+@_which
+def rotate_key(lost: bool, **flags: object) -> None:
+    """Sign with a new key from now on. Open fair sessions end; their drops land and are paid.
+
+    The ledger keeps all public keys, and exports have those that they need, so all receipts stay
+    provable. Each change of the key is signed by both keys.
+    """
+    from app.persistence.keys import SigningKey
+
+    settings = Settings.load(overrides=flags)
+    with _opened(settings) as database:
+        public, ended = SigningKey(database, settings.data_directory).change(time.time(), lost=lost)
+    echo(f"the server's public key is {public}; {ended} open sessions ended")

@@ -34,16 +34,35 @@ def settings_from(flags: Mapping[str, object]) -> Settings:
     return Settings.load(overrides=given)
 
 
+def restore_if_refused(settings: Settings) -> None:
+    """Restore a ledger that the server would refuse; raises SettingError."""
+    from app.cli.server.ledger import lines_of, restore_ledger
+    from app.persistence.ledger.database import Database
+
+    database = Database(settings.ledger_url, beside=settings.epoch_file)
+    if database.in_memory or (database.file is not None and not database.file.exists()):
+        return
+    database.open(check=False, enter=False)
+    difference = database.difference()
+    database.close()
+    if difference is not None:
+        for line in lines_of(restore_ledger(settings)):
+            common.echo(line, err=True)
+
+
 @click.command(
     name="serve",
     short_help="Run the game server.",
     epilog="The environment can set each flag too: PLINKO_PORT sets --port. A flag wins.",
     params=settings_options(),
 )
-def command(**flags: object) -> None:
+@click.option("--restore", is_flag=True, help="Do `plinko ledger restore` first, if it is needed.")
+def command(restore: bool, **flags: object) -> None:
     """Run the game server and print its address; Ctrl-C stops it."""
     common.need_server()
     settings = settings_from(flags)
+    if restore:
+        restore_if_refused(settings)
 
     with common.garbage_waits():
         from app.main import run

@@ -27,7 +27,8 @@ class FairSession:
     """A session of one player in one room.
 
     server_seed, client_seed: the secrets, 32 bytes each; the player's is None until revealed.
-    statement, signature: what the server signed when the session began.
+    statement, signature: what the server signed, under its public `key`, when the session began.
+    signer: signs what comes.
     used: Unix time of the last drop (before the first, of the beginning), in s.
     drops: number of drops that are known to be durable.
     lease: the room's lease when the session was read, if servers share the ledger.
@@ -39,6 +40,7 @@ class FairSession:
     server_seed: bytes
     statement: dict[str, object]
     signature: str
+    key: str
     signer: Signer
     used: float
     client_seed: bytes | None = None
@@ -85,6 +87,12 @@ class FairSession:
             )
 
     def _check_open(self) -> None:
+        if self.void:
+            raise SessionStateError(
+                f"session {self.id!r} is over: the operator restored a backup of the ledger, and "
+                "the drops that it lacks are void; begin another session",
+                field="session",
+            )
         if self.end is not None or self.ending:
             raise SessionStateError(f"session {self.id!r} is over", field="session")
         if self.client_seed is None:
@@ -92,6 +100,11 @@ class FairSession:
                 f"session {self.id!r} is not open yet: send the seed that you committed to",
                 field="session",
             )
+
+    @property
+    def void(self) -> bool:
+        """Whether the restore of a backup ended the session."""
+        return self.end is not None and "void" in self.end
 
     def turn(self, draw: Draw | None, now: float) -> SessionTurn:
         """For the writer's turn: how to make the next drop in a room with this draw, if any."""
@@ -143,10 +156,11 @@ class FairSession:
             room=self.room,
             statement=self.statement,
             signature=self.signature,
-            key=self.signer.public.hex(),
+            key=self.key,
             open=self.client_seed is not None,
             drops=self.drops,
             ended=self.end is not None,
+            void=self.void,
             token=token,
             ref=ref,
         )
@@ -164,10 +178,10 @@ class FairSession:
         )
 
 
-def _signs(signer: Signer, receipt: dict[str, object]) -> Callable[[int, str], str]:
-    """A function that signs a receipt with its index and root; the signature is hexadecimal."""
+def _signs(signer: Signer, receipt: dict[str, object]) -> Callable[[int, str, str | None], str]:
+    """A function that signs a receipt's place in a log; the signature is hexadecimal."""
 
-    def sign(index: int, root: str) -> str:
-        return signer.sign(LogEntry(receipt, index, root).to_dict()).hex()
+    def sign(index: int, root: str, log: str | None) -> str:
+        return signer.sign(LogEntry(receipt, index, root, log).to_dict()).hex()
 
     return sign

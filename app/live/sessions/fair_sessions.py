@@ -20,13 +20,22 @@ from app.errors import (
     UnknownSessionError,
     shorten,
 )
-from app.fairness.export import KIND, VERSION, DropResult, SessionExport, Signed, make_export
+from app.fairness.export import (
+    KIND,
+    VERSION,
+    DropResult,
+    KeyChange,
+    SessionExport,
+    Signed,
+    make_export,
+)
 from app.fairness.seeds import SECRET_BYTES, commitment, parse_hex
-from app.fairness.signing import Signer
+from app.fairness.signing import Signer, is_signed
 from app.fairness.statements import Closing, SessionStatement, TreeHead, payouts_digest
 from app.live.sessions.fair_session import FairSession
+from app.persistence.keys import SigningKey
 from app.persistence.service import PersistenceService
-from app.persistence.statements import fair_store
+from app.persistence.statements import fair_store, history
 from app.rooms.canonical import canonical
 from app.rooms.independent import INDEPENDENT
 from app.rooms.keys import KeyUse
@@ -56,7 +65,7 @@ class FairSessions:
     def __init__(
         self,
         persistence: PersistenceService,
-        signer: Signer,
+        key: SigningKey,
         *,
         kernel_digest: str,
         rest: float = REST_SECONDS,
@@ -65,7 +74,7 @@ class FairSessions:
         having: Callable[[str], AbstractAsyncContextManager[None]],
         now: Callable[[], float] | None = None,
     ) -> None:
-        self.signer = signer
+        self.key = key
         self.kernel_digest = kernel_digest
         self._persistence = persistence
         self._ledger = persistence.ledger
@@ -75,6 +84,40 @@ class FairSessions:
         self._now = now or persistence.now
         self._sessions: OrderedDict[str, FairSession] = OrderedDict()
         self._having = having
+        self._key_rows: list[history.KeyRow] = []
+        self.restores: list[Signed] = []
+
+    async def load(self) -> None:
+        """Read what happened to the ledger: its restores and keys; raises LedgerError.
+
+        Neither changes while a server runs.
+        """
+        if self._ledger.keeps:
+            found = await self._ledger.read(history.restores)
+            self.restores = [Signed(msgspec.json.decode(r.statement), r.signature) for r in found]
+            self._key_rows = await self._ledger.read(history.keys, name=history.STATEMENTS)
+
+    @property
+    def signer(self) -> Signer:
+        """Signs with the ledger's present key."""
+        return self.key.signer
+
+    @property
+    def key_changes(self) -> list[KeyChange]:
+        """The changes of the server's key, the latest first."""
+        return [
+            KeyChange(msgspec.json.decode(row.statement), row.signature, row.former_signature)
+            for row in reversed(self._key_rows)
+            if row.statement is not None and row.signature is not None
+        ]
+
+    def _key_of(self, row: FairSessionRow) -> str:
+        """The public key that signed a session's statement, among all that the server has had."""
+        statement, signature = msgspec.json.decode(row.statement), bytes.fromhex(row.signature)
+        for key in (each.value for each in reversed(self._key_rows)):
+            if is_signed(statement, signature, bytes.fromhex(key)):
+                return key
+        return self.signer.public.hex()
 
     async def begin(
         self, room: Room, client_commitment: object, use: KeyUse | None = None
@@ -120,6 +163,7 @@ class FairSessions:
             server_seed=secret,
             statement=statement,
             signature=self.signer.sign(statement).hex(),
+            key=self.signer.public.hex(),
             signer=self.signer,
             used=now,
         )
@@ -235,6 +279,7 @@ class FairSessions:
             found.size,
             merkle.root(found.size, _looked_up(found.nodes)).hex(),
             int(self._now() * 1000.0),
+            found.log,
         )
         return msgspec.json.encode(self._exported(found, head, over=session.end is not None))
 
@@ -243,13 +288,13 @@ class FairSessions:
 
         Raises InvalidValueError if the log is smaller than `since`, LedgerError.
         """
-        count, nodes = await self._ledger.read(fair_store.grown, since=since)
+        log, count, nodes = await self._ledger.read(fair_store.grown, since=since)
         if since > count:
             raise InvalidValueError(
                 f"since {since} is more than the {count} receipts of the log", field="since"
             )
         lookup = _looked_up(nodes)
-        head = TreeHead(count, merkle.root(count, lookup).hex(), int(self._now() * 1000.0))
+        head = TreeHead(count, merkle.root(count, lookup).hex(), int(self._now() * 1000.0), log)
         proof = merkle.consistency(since, count, lookup) if since else []
         return self._signed(head.to_dict()), [node.hex() for node in proof]
 
@@ -269,9 +314,16 @@ class FairSessions:
             drops=[],
             head=self._signed(head.to_dict()),
             end=Signed(msgspec.json.decode(end), row.end_signature or "") if end else None,
+            keys=self._changes_since(self._key_of(row)) or msgspec.UNSET,
         )
         drops = [(signed(each), _result(result)) for each, result in found.drops]
         return make_export(bare, drops, _looked_up(found.nodes))
+
+    def _changes_since(self, key: str) -> list[KeyChange]:
+        """The changes of the server's key after this one, the latest first."""
+        changes = self.key_changes
+        formers = [each.statement["former"] for each in changes]
+        return changes[: formers.index(key) + 1] if key in formers else []
 
     def _signed(self, statement: dict[str, object]) -> Signed:
         return Signed(statement, self.signer.sign(statement).hex())
@@ -285,6 +337,7 @@ class FairSessions:
             server_seed=bytes.fromhex(row.server_seed),
             statement=statement,
             signature=row.signature,
+            key=self._key_of(row),
             signer=self.signer,
             used=used,
             client_seed=None if row.client_seed is None else bytes.fromhex(row.client_seed),

@@ -3,7 +3,7 @@
 import secrets
 from typing import Final
 
-from sqlalchemy import Connection, select
+from sqlalchemy import Connection, delete, insert, select
 
 from app.errors import SettingError
 from app.persistence.ledger.database import Database
@@ -26,22 +26,32 @@ def common_secret(database: Database, name: str) -> bytes:
     if not database.is_open:
         database.open()
     with database.transaction() as connection:
-        found = _made_once(connection, name)
+        made = {"name": name, "value": secrets.token_hex(_BYTES)}
+        connection.execute(tables.adding(connection, tables.secrets).on_conflict_do_nothing(), made)
+        return read(connection, name)
+
+
+def is_there(connection: Connection, name: str) -> bool:
+    chosen = select(tables.secrets.c.name).where(tables.secrets.c.name == name)
+    return connection.execute(chosen).first() is not None
+
+
+def read(connection: Connection, name: str) -> bytes:
+    """The secret `name`, which exists; raises SettingError if it is invalid."""
+    chosen = select(tables.secrets.c.value).where(tables.secrets.c.name == name)
     try:
-        secret = bytes.fromhex(found)
+        secret = bytes.fromhex(connection.execute(chosen).scalar_one())
     except ValueError:
         secret = b""
     if len(secret) != _BYTES:
         raise SettingError(
-            f"the secret {name!r} in {database.name} is not {2 * _BYTES} hexadecimal digits",
+            f"the secret {name!r} in the ledger is not {2 * _BYTES} hexadecimal digits",
             field="database_url",
         )
     return secret
 
 
-def _made_once(connection: Connection, name: str) -> str:
-    made = {"name": name, "value": secrets.token_hex(_BYTES)}
-    connection.execute(tables.adding(connection, tables.secrets).on_conflict_do_nothing(), made)
-    chosen = select(tables.secrets.c.value).where(tables.secrets.c.name == name)
-    value: str = connection.execute(chosen).scalar_one()
-    return value
+def replace(connection: Connection, name: str, secret: bytes) -> None:
+    """Make `secret` the one of this name."""
+    connection.execute(delete(tables.secrets).where(tables.secrets.c.name == name))
+    connection.execute(insert(tables.secrets).values(name=name, value=secret.hex()))

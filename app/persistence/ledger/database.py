@@ -150,29 +150,20 @@ class Database:
 
     def difference(self) -> str | None:
         """Why this is not the ledger that this server left; None if it is."""
-        beside = self._beside
-        if beside is None:
-            return None
-        place, connection = beside.read(), self._connected()
+        place = self.place()
+        connection = self._connected()
         with connection.begin():
             if place is None:
                 # A server that joins others has no file yet.
-                if self.shared or not writer_store.any_epoch(connection):
-                    return None
-                return f"{beside.path}, which belongs to it, is missing: it {self._advice()}"
-            if place.log in history.former_logs(connection):
-                return None  # another server has restored the ledger since
-            commit = writer_store.last_batch(connection, place.epoch)
-            if place.log != history.log_id(connection):
-                commit = None
-        if commit is None:
-            return f"it lacks the start that {beside.path.name} names: it {self._advice()}"
-        if commit < place.commit:
-            return (
-                f"it has lost its last commits: it has commit {commit}, but {beside.path.name} "
-                f"names commit {place.commit}: it {self._advice()}"
-            )
-        return None
+                strange = self._beside and not self.shared and writer_store.any_epoch(connection)
+                what = f"{self._beside.path}, which belongs to it, is missing" if strange else None
+            elif place.log in history.former_logs(connection):
+                what = None  # another server has restored the ledger since
+            else:
+                same = place.log == history.log_id(connection)
+                commit = writer_store.last_batch(connection, place.epoch) if same else None
+                what = _behind(place, commit)
+        return what and f"{what}: it {self._advice()}"
 
     def _advice(self) -> str:
         assert self._beside is not None
@@ -321,6 +312,15 @@ class Database:
         """
         if _inode(file) != self._inode:
             raise LedgerError(f"{file} was replaced by another file; start the server again")
+
+
+def _behind(place: Place, commit: int | None) -> str | None:
+    """What a ledger with this last commit of the place's epoch has lost, if anything."""
+    if commit is None:
+        return "it lacks the start that the file of its epoch names"
+    if commit < place.commit:
+        return f"it has lost its last commits: it ends at {commit}, and {place.commit} were made"
+    return None
 
 
 def reason(error: BaseException) -> str:

@@ -31,6 +31,15 @@ from app.errors import LedgerError
 _DIGITS: Final = 20
 
 
+def sync_names(folder: Path) -> None:
+    """Make the names of files in a folder durable, such as after a rename."""
+    directory = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(directory)
+    finally:
+        os.close(directory)
+
+
 class Place(NamedTuple):
     """A moment of a ledger: the id of its log of receipts, the epoch, the number of a commit."""
 
@@ -77,11 +86,7 @@ class EpochFile:
         self._descriptor, self._place = os.open(draft, flags, 0o600), place
         os.pwrite(self._descriptor, place.line(), 0)
         os.replace(draft, self.path)
-        directory = os.open(self.path.parent, os.O_RDONLY | os.O_DIRECTORY)
-        try:
-            os.fsync(directory)
-        finally:
-            os.close(directory)
+        sync_names(self.path.parent)
 
     def note(self, commit: int) -> None:
         """Write the number of a commit, which is durable on return."""

@@ -78,7 +78,7 @@ class _Turn:
                 keys.release(self._connection, request.key)
 
     def _repeat(self, request: NewDrop) -> bool:
-        """KeyUse the request's key for the next ball; returns whether an earlier one has it."""
+        """Use the request's key for the next ball; returns whether an earlier one has it."""
         if request.key is None:
             return False
         ball = self._last_of(request.room).ball + 1

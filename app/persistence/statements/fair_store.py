@@ -11,10 +11,17 @@ from typing import Any, Final
 import msgspec
 from sqlalchemy import Connection, func, insert, select, tuple_, update
 
-from app.persistence.statements import tables
+from app.persistence.statements import history, tables
 from app.persistence.statements.store import basis, result_of
 from app.rooms.canonical import canonical
-from app.rooms.records import FairOpening, FairSessionRow, LogLeaf, ReceiptRow, ResultRow
+from app.rooms.records import (
+    LOG_LEAVES,
+    FairOpening,
+    FairSessionRow,
+    LogLeaf,
+    ReceiptRow,
+    ResultRow,
+)
 from engine import merkle
 
 _AT_ONCE: Final = 400  # nodes in one SELECT: SQLite limits the number of parameters
@@ -24,12 +31,16 @@ Nodes = dict[merkle.Node, bytes]
 
 @dataclass(frozen=True, slots=True)
 class Exported:
-    """The data of an export, as of one moment. `nodes` are those that its proofs need."""
+    """The data of an export, as of one moment. `nodes` are those that its proofs need.
+
+    log: the id of the log with the session's receipts; None for the first log.
+    """
 
     session: FairSessionRow
     board: str
     draw: str | None
     drops: list[tuple[ReceiptRow, ResultRow | None]]
+    log: str | None
     size: int
     nodes: Nodes
 
@@ -70,18 +81,60 @@ def session(connection: Connection, session_id: str) -> tuple[FairSessionRow, in
     return row, last.number + 1, msgspec.json.decode(last.receipt)["time"] / 1000.0
 
 
+def unended(connection: Connection) -> list[tuple[str, str, int]]:
+    """All open sessions: id, the server's secret in hexadecimal, and number of drops."""
+    row, receipt = tables.fair_sessions.c, tables.receipts.c
+    counts = select(receipt.session, (func.max(receipt.number) + 1).label("drops"))
+    counted = counts.group_by(receipt.session).subquery()
+    chosen = (
+        select(row.id, row.server_seed, func.coalesce(counted.c.drops, 0))
+        .outerjoin(counted, counted.c.session == row.id)
+        .where(row.end.is_(None))
+        .order_by(row.id)
+    )
+    return [(each[0], each[1], int(each[2])) for each in connection.execute(chosen)]
+
+
+def unended_since(connection: Connection, begin: float, end: float) -> int:
+    """The number of open sessions that began between two Unix times, in s."""
+    row = tables.fair_sessions.c
+    chosen = select(func.count()).where(row.end.is_(None), row.opened >= begin, row.opened < end)
+    return int(connection.scalar(chosen) or 0)
+
+
+def end(connection: Connection, session: str, statement: str, signature: str) -> None:
+    """End a session with this signed statement, JSON."""
+    _change(connection, session, end=statement, end_signature=signature)
+
+
+def newest_signed(connection: Connection) -> tuple[str, str] | None:
+    """A statement, JSON, that the ledger's present key has signed, and its signature."""
+    row = tables.fair_sessions.c
+    chosen = select(row.statement, row.signature).order_by(row.opened.desc()).limit(1)
+    found = connection.execute(chosen).first()
+    if found is not None:
+        return found.statement, found.signature
+    restores = history.restores(connection)
+    return (restores[-1].statement, restores[-1].signature) if restores else None
+
+
 # The log.
 
 
-def size(connection: Connection) -> int:
-    highest = connection.scalar(select(func.max(tables.receipts.c.leaf)))
-    return 0 if highest is None else int(highest) + 1
+def size(connection: Connection, log: int) -> int:
+    """The number of leaves of a log."""
+    leaf, first = tables.receipts.c.leaf, log * LOG_LEAVES
+    chosen = select(func.max(leaf)).where(leaf >= first, leaf < first + LOG_LEAVES)
+    highest = connection.scalar(chosen)
+    return 0 if highest is None else int(highest) + 1 - first
 
 
 def add_leaves(connection: Connection, leaves: list[LogLeaf]) -> None:
     """Append leaves: set each leaf's index, root and signature, and write it with its nodes."""
-    grown = size(connection)
-    known = nodes(connection, _frontier(grown))
+    log = history.log_number(connection)
+    log_id = _log_id(connection, log)
+    grown = size(connection, log)
+    known = nodes(connection, log, _frontier(grown))
 
     def lookup(level: int, number: int) -> bytes:
         return known[level, number]
@@ -89,14 +142,25 @@ def add_leaves(connection: Connection, leaves: list[LogLeaf]) -> None:
     for leaf in leaves:
         new = merkle.added(grown, leaf.leaf, lookup)
         known.update(new)
-        leaf.index, grown = grown, grown + 1
+        leaf.log, leaf.index, grown = log, grown, grown + 1
         leaf.root = merkle.root(grown, lookup).hex()
-        leaf.signature = leaf.sign(leaf.index, leaf.root)
-        connection.execute(
-            insert(tables.log_nodes),
-            [{"level": at[0], "number": at[1], "hash": digest.hex()} for at, digest in new],
-        )
+        leaf.signature = leaf.sign(leaf.index, leaf.root, log_id)
+        rows = [
+            {"level": level, "number": number + _first_node(log, level), "hash": digest.hex()}
+            for (level, number), digest in new
+        ]
+        connection.execute(insert(tables.log_nodes), rows)
     connection.execute(insert(tables.receipts), [_row(leaf) for leaf in leaves])
+
+
+def _log_id(connection: Connection, log: int) -> str | None:
+    found = history.log_id(connection, log)
+    return None if found == history.FIRST_LOG else found
+
+
+def _first_node(log: int, level: int) -> int:
+    """The number of the first node of a log at this level."""
+    return log * LOG_LEAVES >> level
 
 
 def receipt_of(leaf: LogLeaf) -> ReceiptRow:
@@ -106,7 +170,7 @@ def receipt_of(leaf: LogLeaf) -> ReceiptRow:
 
 def _row(leaf: LogLeaf) -> dict[str, Any]:
     return {
-        "leaf": leaf.index,
+        "leaf": leaf.log * LOG_LEAVES + leaf.index,
         "session": leaf.session,
         "number": leaf.number,
         "room": leaf.room,
@@ -123,14 +187,16 @@ def _frontier(count: int) -> list[merkle.Node]:
     return [(level, (count >> level) - 1) for level in levels if count >> level & 1]
 
 
-def nodes(connection: Connection, wanted: Iterable[merkle.Node]) -> Nodes:
+def nodes(connection: Connection, log: int, wanted: Iterable[merkle.Node]) -> Nodes:
+    """These nodes of a log."""
     node, found = tables.log_nodes.c, Nodes()
-    asked = list(wanted)
+    asked = [(level, number + _first_node(log, level)) for level, number in wanted]
     for begin in range(0, len(asked), _AT_ONCE):
         some = asked[begin : begin + _AT_ONCE]
         chosen = select(tables.log_nodes).where(tuple_(node.level, node.number).in_(some))
         for row in connection.execute(chosen):
-            found[row.level, row.number] = bytes.fromhex(row.hash)
+            number = row.number - _first_node(log, row.level)
+            found[row.level, number] = bytes.fromhex(row.hash)
     return found
 
 
@@ -147,37 +213,47 @@ def asked_by(prove: Callable[[merkle.Lookup], object]) -> set[merkle.Node]:
 
 
 def exported(connection: Connection, session_id: str) -> Exported | None:
-    """A session with its drops, and the nodes for proofs that the current log contains them."""
+    """A session with its drops, and the nodes for proofs that their log contains them."""
     found = session(connection, session_id)
     if found is None:
         return None
-    row, count = found[0], size(connection)
-    drops = _drops(connection, session_id)
+    row, drops = found[0], _drops(connection, session_id)
+    log = drops[0][0].log if drops else _log_of(connection, row)
+    count = size(connection, log)
 
     def proofs(lookup: merkle.Lookup) -> None:
         merkle.root(count, lookup)
         for receipt, _ in drops:
-            merkle.inclusion(receipt.leaf, count, lookup)
-            merkle.consistency(receipt.leaf + 1, count, lookup)
+            merkle.inclusion(receipt.index, count, lookup)
+            merkle.consistency(receipt.index + 1, count, lookup)
 
     draw = msgspec.json.decode(row.statement).get("draw_digest")
     kept = basis(connection, row.board, draw)
     assert kept.board is not None
     assert (kept.draw is None) == (draw is None)
-    log = nodes(connection, asked_by(proofs))
-    return Exported(row, kept.board, kept.draw, drops, count, log)
+    found_nodes = nodes(connection, log, asked_by(proofs))
+    log_id = _log_id(connection, log)
+    return Exported(row, kept.board, kept.draw, drops, log_id, count, found_nodes)
 
 
-def grown(connection: Connection, since: int) -> tuple[int, Nodes]:
-    """The log's size, and the nodes for its root and its consistency proof from size `since`."""
-    count = size(connection)
+def _log_of(connection: Connection, row: FairSessionRow) -> int:
+    """The number of the log of a session without drops: for a void one, that before the restore."""
+    void = None if row.end is None else msgspec.json.decode(row.end).get("void")
+    began = [each.number for each in history.restores(connection) if each.log == void]
+    return began[0] - 1 if began else history.log_number(connection)
+
+
+def grown(connection: Connection, since: int) -> tuple[str | None, int, Nodes]:
+    """The current log's id and size, and the nodes for its root and its proof from size `since`."""
+    log = history.log_number(connection)
+    count = size(connection, log)
 
     def proofs(lookup: merkle.Lookup) -> None:
         merkle.root(count, lookup)
         if 0 < since <= count:
             merkle.consistency(since, count, lookup)
 
-    return count, nodes(connection, asked_by(proofs))
+    return _log_id(connection, log), count, nodes(connection, log, asked_by(proofs))
 
 
 def _drops(connection: Connection, session_id: str) -> list[tuple[ReceiptRow, ResultRow | None]]:

@@ -6,7 +6,7 @@ backup lacks. A ledger's first log has number 0 and no id; the restore of number
 
 from dataclasses import asdict, dataclass
 
-from sqlalchemy import Connection, func, insert, select
+from sqlalchemy import Connection, delete, func, insert, select
 
 from app.persistence.statements import tables
 
@@ -90,6 +90,11 @@ def keys(connection: Connection, name: str) -> list[KeyRow]:
 
 def add_key(connection: Connection, row: KeyRow) -> None:
     connection.execute(insert(tables.keys).values(asdict(row)))
+
+
+def forget_keys(connection: Connection, name: str) -> None:
+    """Delete the keys of a ledger in which nothing is signed."""
+    connection.execute(delete(tables.keys).where(tables.keys.c.name == name))
 
 
 def next_key(connection: Connection) -> int:

@@ -4,13 +4,14 @@ The row is written in the transaction that writes what the request makes. So the
 its fact, and a request that is refused leaves its key unused.
 """
 
+import hashlib
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 from sqlalchemy import ColumnElement, Connection, delete, select
 
 from app.errors import KeyReusedError
-from app.persistence.statements import tables
+from app.persistence.statements import history, tables
 from app.rooms.keys import IdempotencyKey, KeyUse, UsedKey
 
 
@@ -19,24 +20,41 @@ def use(connection: Connection, key: IdempotencyKey, run: int, fact: str) -> Use
 
     Raises KeyReusedError if the key belongs to another request.
     """
+    key = _since_restore(connection, key)
     row = UsedKey(key.scope, key.key, key.request, run, fact)
-    adding = tables.adding(connection, tables.keys).on_conflict_do_nothing()
-    new = adding.returning(tables.keys.c.run)
+    adding = tables.adding(connection, tables.idempotency_keys).on_conflict_do_nothing()
+    new = adding.returning(tables.idempotency_keys.c.run)
     if connection.execute(new, asdict(row)).first() is not None:
         return None
-    found = used(connection, key)
+    found = _stored(connection, key)
     assert found is not None
     return found.check(key)
 
 
 def release(connection: Connection, key: IdempotencyKey) -> None:
     """Free a key that this transaction has used, as its request is refused."""
-    connection.execute(delete(tables.keys).where(_is(key)))
+    key = _since_restore(connection, key)
+    connection.execute(delete(tables.idempotency_keys).where(_is(key)))
 
 
 def used(connection: Connection, key: IdempotencyKey) -> UsedKey | None:
     """The use of this caller's key, by whatever request."""
-    found = connection.execute(select(tables.keys).where(_is(key))).mappings().first()
+    return _stored(connection, _since_restore(connection, key))
+
+
+def _since_restore(connection: Connection, key: IdempotencyKey) -> IdempotencyKey:
+    """The key in the scope of the present: a caller's key from before a restore is another one.
+
+    Its fact may be among the lost ones, and the caller may have the reply.
+    """
+    log = history.log_id(connection)
+    if key.is_own or log == history.FIRST_LOG:
+        return key
+    return replace(key, scope=hashlib.sha256(f"{log}{key.scope}".encode()).hexdigest())
+
+
+def _stored(connection: Connection, key: IdempotencyKey) -> UsedKey | None:
+    found = connection.execute(select(tables.idempotency_keys).where(_is(key))).mappings().first()
     return None if found is None else UsedKey(**found)
 
 
@@ -56,5 +74,5 @@ def decide(connection: Connection, uses: Sequence[KeyUse]) -> None:
 
 
 def _is(key: IdempotencyKey) -> ColumnElement[bool]:
-    row = tables.keys.c
+    row = tables.idempotency_keys.c
     return (row.scope == key.scope) & (row.key == key.key)

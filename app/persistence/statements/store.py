@@ -43,7 +43,7 @@ def prune(connection: Connection, before: float, *, keep: bool = False) -> Prune
         (tables.queues, tables.queues.c.room),
         (tables.tallies, tables.tallies.c.room),
         (tables.inputs, tables.inputs.c.room),
-        (tables.keys, tables.keys.c.run),
+        (tables.idempotency_keys, tables.idempotency_keys.c.run),
         (rooms, rooms.c.number),
     ):
         found = connection.scalar(select(func.count()).select_from(table).where(column.in_(over)))
@@ -132,6 +132,13 @@ def count_owned(connection: Connection, creator: str | None = None) -> int:
     if creator is not None:
         chosen = chosen.where(room.creator == creator)
     return int(connection.scalar(chosen) or 0)
+
+
+def owned_since(connection: Connection, begin: float, end: float) -> int:
+    """The number of open rooms with owners whose runs began between two Unix times, in s."""
+    room = tables.rooms.c
+    chosen = select(func.count()).where(room.closed.is_(None), room.owned)
+    return int(connection.scalar(chosen.where(room.opened >= begin, room.opened < end)) or 0)
 
 
 def last_number(connection: Connection) -> int:

@@ -126,7 +126,7 @@ inputs = Table(
 
 # The idempotency keys that callers have used, and what their first requests have made; see
 # app/rooms/keys.py. A row stays as long as its room run.
-keys = Table(
+idempotency_keys = Table(
     "idempotency_keys",
     metadata,
     Column("scope", String(64), primary_key=True),

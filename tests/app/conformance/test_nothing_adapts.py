@@ -87,7 +87,7 @@ def test_a_payout_is_the_stake_times_the_multiplier_only() -> None:
 def test_a_session_s_seeds_depend_only_on_secrets_and_count() -> None:
     def seeds(commands: Sequence[DropCommand], room: str) -> list[int]:
         session = FairSession(
-            room, room, Board.preset("triangle-8").digest, b"s" * 32, {}, "", Signer(b"k" * 32),
+            room, room, Board.preset("triangle-8").digest, b"s" * 32, {}, "", "", Signer(b"k" * 32),
             used=0.0, client_seed=b"c" * 32,
         )  # fmt: skip
         drawn = []

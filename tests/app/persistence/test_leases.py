@@ -362,7 +362,7 @@ async def test_receipts_of_several_servers_make_one_log(address: str) -> None:
         alone.open()
         with alone.transaction() as connection:
             again = [
-                LogLeaf("s1", place, 1, place, {"time": 1}, entry, lambda place, root: "00")
+                LogLeaf("s1", place, 1, place, {"time": 1}, entry, lambda place, root, log: "00")
                 for place, entry in enumerate(
                     f"{by_place[place].room}-{by_place[place].number}".encode()
                     for place in range(60)
@@ -388,7 +388,7 @@ def drop_of(number: int) -> NewDrop:
     def leaf(n: int, fact: DropRow) -> LogLeaf:
         entry = f"{number}-{n}".encode()
         place = (f"s{number}", n, number, fact.ball)
-        return LogLeaf(*place, {"time": 1}, entry, lambda place, root: "00")
+        return LogLeaf(*place, {"time": 1}, entry, lambda place, root, log: "00")
 
     turn = SessionTurn(f"s{number}", 1000, lambda n: 7, leaf)
     return replace(new(DropRow(number, 0, 5, 7)), session=turn)

@@ -7,7 +7,7 @@ from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.security import HTTPBearer
 from msgspec import Meta
 
-from app.fairness.export import SessionExport, Signed
+from app.fairness.export import KeyChange, SessionExport, Signed
 from app.live.sessions.fair_session import FairSession
 from app.web.routes.common import Server, body_of, documented, limit_drops, read, reply
 from app.web.routes.queries import Whole
@@ -62,6 +62,10 @@ class SessionView(msgspec.Struct, frozen=True, kw_only=True):
         int, Meta(description="The number of drops until now, which is the next drop's number.")
     ]
     ended: bool
+    void: Annotated[
+        bool,
+        Meta(description="Whether the restore of a backup ended it: drops that it lacks are void."),
+    ] = False
 
 
 class SessionBegun(SessionView, frozen=True, kw_only=True):
@@ -93,6 +97,17 @@ class LogHead(msgspec.Struct, frozen=True):
     consistency: Annotated[
         list[str], Meta(description="The proof (RFC 6962) from the size `since`; empty for 0.")
     ]
+    restores: Annotated[
+        list[Signed],
+        Meta(
+            description="A signed statement for each restore of a backup, which began a new log; "
+            "the latest began this one."
+        ),
+    ] = []
+    keys: Annotated[
+        list[KeyChange],
+        Meta(description="The changes of the server's key, signed by both keys, latest first."),
+    ] = []
 
 
 router = APIRouter(prefix="/api/v1", tags=["sessions"])
@@ -209,8 +224,9 @@ async def export_session(session: str, request: Request, server: Server) -> Resp
 async def get_log(server: Server, since: Since = 0) -> Response:
     """The signed head of the log of all receipts, and a proof that it has only grown `since`."""
     head, consistency = await server.fair.head(since)
-    known = {"key": server.fair.signer.public.hex(), "head": msgspec.to_builtins(head)}
-    return reply({**known, "consistency": consistency}, headers={"cache-control": "no-cache"})
+    fair = server.fair
+    found = LogHead(fair.signer.public.hex(), head, consistency, fair.restores, fair.key_changes)
+    return reply(found, headers={"cache-control": "no-cache"})
 
 
 async def own_session(session: str, request: Request, server: Services) -> FairSession:

@@ -94,7 +94,7 @@ def test_a_log_that_was_cut_taken_away_or_harmed_is_noticed(
 
 def test_a_file_that_is_gone_is_no_empty_start(killed: Path) -> None:
     killed.unlink()
-    with pytest.raises(SettingError, match="no such file, but .*db-epoch, which belongs to it"):
+    with pytest.raises(SettingError, match=r"no such file, but .*db-epoch, which belongs to it"):
         start(url_of(killed))
     assert not killed.exists()
 
@@ -108,7 +108,7 @@ def test_a_first_life_whose_log_is_gone_is_no_empty_start(tmp_path: Path) -> Non
     shutil.copy(file, place)
     shutil.copy(f"{file}-epoch", place)
     database.close()
-    with pytest.raises(SettingError, match=r"lacks the start that plinko\.db-epoch names"):
+    with pytest.raises(SettingError, match="lacks the start that the file of its epoch"):
         start(url_of(place / "plinko.db"))
 
 
@@ -191,7 +191,7 @@ def test_without_a_file_beside_it_nothing_is_noticed_on_postgresql(
     backup = ledger.take()
     start(url, ledger.beside)
     ledger.restore(backup)
-    with pytest.raises(SettingError, match="lacks the start that epoch names"):
+    with pytest.raises(SettingError, match="lacks the start that the file of its epoch"):
         start(url, ledger.beside)
     start(url)
     other = tmp_path / "other" / "epoch"

@@ -1,0 +1,504 @@
+"""A restored backup: a start refuses it, `plinko ledger restore` ends what is unfair, play goes on.
+
+The story is told on both databases. A player has seen drops that the backup lacks, and the secret
+of a session that is open in it.
+"""
+
+import contextlib
+import hashlib
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from app.cli import main
+from app.fairness.check import Verdict, check_session, kernel_digest_of
+from app.fairness.export import read_export
+from app.fairness.signing import is_signed
+from app.settings import page_kernels
+from engine import merkle
+from tests.app.conftest import TINY
+from tests.kit.player import playing
+from tests.kit.serving import Running, serving
+
+SEED = b"\x51" * 32
+KERNEL = kernel_digest_of(page_kernels().read_bytes())
+VERIFIER = Path(__file__).parents[3] / "examples" / "verify_session.py"
+
+
+def run(*command: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def done(*command: str) -> None:
+    finished = run(*command)
+    assert finished.returncode == 0, finished.stderr
+
+
+@dataclass
+class Session:
+    id: str
+    room: str
+    shown: dict[str, str]
+    statement: dict[str, Any]
+
+
+@dataclass
+class Visit:
+    """A player of a running server."""
+
+    http: httpx.Client
+    server: Running
+
+    def post(self, path: str, body: object = None, **options: Any) -> dict[str, Any]:
+        reply = self.http.post(path, json=body, **options)
+        assert reply.is_success, reply.text
+        found: dict[str, Any] = reply.json()
+        return found
+
+    def room(self) -> tuple[str, dict[str, str]]:
+        made = self.post("/rooms", {"board": TINY})
+        return made["id"], {"authorization": f"Bearer {made['token']}"}
+
+    def session(self, room: str) -> Session:
+        made = self.post(
+            "/sessions", {"room": room, "commitment": hashlib.sha256(SEED).hexdigest()}
+        )
+        shown = {"authorization": f"Bearer {made['token']}"}
+        self.post(f"/sessions/{made['session']}/opening", {"seed": SEED.hex()}, headers=shown)
+        given = {name: made[name] for name in ("statement", "signature")}
+        return Session(made["session"], room, shown, given)
+
+    def drop(self, session: Session) -> dict[str, Any]:
+        """A staked drop that has landed; returns its receipt."""
+        body = {"session": session.id, "stake": 100}
+        path = f"/rooms/{session.room}/drops?wait=1"
+        receipt: dict[str, Any] = self.post(path, body, headers=session.shown)["receipt"]
+        return receipt
+
+    def end(self, session: Session) -> dict[str, Any]:
+        return self.post(f"/sessions/{session.id}/end", headers=session.shown)
+
+    def export(self, session: Session, *heard: dict[str, Any]) -> dict[str, Any]:
+        reply = self.http.get(f"/sessions/{session.id}/export", headers=session.shown)
+        assert reply.is_success, reply.text
+        return {**reply.json(), "heard": list(heard), "heard_session": session.statement}
+
+    def log(self) -> dict[str, Any]:
+        found: dict[str, Any] = self.http.get("/log").json()
+        return found
+
+
+@dataclass
+class House:
+    """A ledger, the data directory of its server, and a backup as the operator's page makes it."""
+
+    url: str
+    folder: Path
+
+    @property
+    def file(self) -> Path | None:
+        return self.folder / "plinko.db" if self.url.startswith("sqlite") else None
+
+    @property
+    def key(self) -> Path:
+        return self.folder / f"{'secret' if self.file is None else 'plinko.db-secret'}-signing-key"
+
+    @property
+    def options(self) -> list[str]:
+        return ["--database-url", self.url, "--data", str(self.folder)]
+
+    @contextlib.contextmanager
+    def open(self) -> Iterator[Visit]:
+        with (
+            serving(database_url=self.url, data=str(self.folder)) as server,
+            server.client("/api/v1") as http,
+        ):
+            yield Visit(http, server)
+
+    def refusal(self) -> str:
+        """What a start prints that is refused."""
+        command = [sys.executable, "-m", "app.cli", "serve", "--port", "0", *self.options]
+        finished = run(*command)
+        assert finished.returncode == 2, finished.stderr
+        assert len(finished.stderr.strip().splitlines()) == 1
+        return finished.stderr
+
+    def ledger(self, *command: str) -> int:
+        return main(["ledger", *command, *self.options])
+
+    def back_up(self) -> None:
+        if self.file is not None:
+            done("sqlite3", str(self.file), f"VACUUM INTO '{self.folder / 'backup.db'}'")
+        else:
+            done("pg_dump", "--file", str(self.folder / "backup.sql"), self.url)
+
+    def restore(self) -> None:
+        """Put the backup in place of the ledger."""
+        if self.file is not None:
+            for end in ("", "-wal", "-shm"):
+                Path(f"{self.file}{end}").unlink(missing_ok=True)
+            shutil.copy(self.folder / "backup.db", self.file)
+            return
+        empty = "DROP SCHEMA public CASCADE; CREATE SCHEMA public"
+        done("psql", "--quiet", "--command", empty, self.url)
+        options = ("--quiet", "--single-transaction", "--set", "ON_ERROR_STOP=1", "--file")
+        done("psql", *options, str(self.folder / "backup.sql"), self.url)
+
+
+@pytest.fixture
+def house(url: str, tmp_path: Path) -> House:
+    if not url.startswith("sqlite") and not shutil.which("pg_dump"):
+        pytest.skip("PostgreSQL's client programs are not here")
+    return House(url, tmp_path)
+
+
+def checked(export: dict[str, Any], key: str | None = None) -> Verdict:
+    return check_session(read_export(export), kernel_digest=KERNEL, key=key)
+
+
+def failures(export: dict[str, Any], key: str | None = None) -> set[str]:
+    return {step.name for step in checked(export, key).failed}
+
+
+def independently(export: dict[str, Any], folder: Path, *key: str) -> str:
+    """What the checker finds that was written from the documents."""
+    file = folder / "export.json"
+    file.write_text(json.dumps(export))
+    finished = run(sys.executable, str(VERIFIER), str(file), *key)
+    return finished.stdout + finished.stderr
+
+
+def test_a_restored_backup_gives_no_player_what_another_time_has_shown(
+    house: House, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with house.open() as visit:
+        room, owner = visit.room()
+        over, open_one, told = (visit.session(room) for _ in range(3))
+        early = [visit.drop(each) for each in (over, open_one, open_one, told)]
+        visit.end(over)
+        house.back_up()
+        lost = [visit.drop(open_one) for _ in range(3)]
+        keyed = {"idempotency-key": "drop of the lost time"}
+        visit.post(f"/rooms/{room}/drops?wait=1", headers=keyed)
+        secret = visit.end(told)["server_seed"]
+        before = visit.log()
+        exported = visit.export(over, early[0])
+    house.restore()
+    for _ in range(2):
+        assert "`plinko ledger restore`" in house.refusal()
+    capsys.readouterr()
+    assert house.ledger("restore") == 0
+    printed = capsys.readouterr().out
+    assert "2 open ones ended" in printed
+
+    with house.open() as visit:
+        known = visit.log()
+        (signed,) = known["restores"]
+        said = signed["statement"]
+        assert is_signed(said, bytes.fromhex(signed["signature"]), bytes.fromhex(known["key"]))
+        assert (said["former"], said["size"], said["sessions"]) == (None, 4, 2)
+        assert said["log"] in printed
+        head = known["head"]["statement"]
+        assert (head["size"], head["log"]) == (0, said["log"])
+        assert (before["head"]["statement"]["size"], before["key"]) == (7, known["key"])
+        # Drops that were known are not to be had: their sessions are over, and players read why.
+        for each in (open_one, told):
+            body = {"session": each.id, "stake": 100}
+            refused = visit.http.post(f"/rooms/{room}/drops", json=body, headers=each.shown)
+            assert (refused.status_code, refused.json()["code"]) == (409, "session-state")
+            assert "restored a backup" in refused.json()["detail"]
+            state = visit.http.get(f"/sessions/{each.id}").json()
+            assert (state["ended"], state["void"]) == (True, True)
+        assert visit.end(told)["server_seed"] == secret
+        # What each player has received is proven, with the lost drops as void ones.
+        first, void = visit.export(over, early[0]), visit.export(open_one, *early[1:3], *lost)
+        for export in (exported, first, void, visit.export(told, early[3])):
+            assert failures(export, known["key"]) == set()
+            assert "all of it holds" in independently(export, tmp_path, known["key"])
+        assert len(void["drops"]) == 2
+        assert "void" in {step.name for step in checked(void).steps}
+        forged = json.loads(json.dumps(void))
+        forged["heard"][-1]["receipt"]["seed"] = "1"
+        assert failures(forged) == {"heard"}
+        # A new session is in the new log.
+        again = visit.session(room)
+        receipt = visit.drop(again)
+        visit.end(again)
+        export = visit.export(again, receipt)
+        assert receipt["index"] == 0
+        assert export["head"]["statement"]["log"] == said["log"]
+        assert failures(export, known["key"]) == set()
+        assert "all of it holds" in independently(export, tmp_path)
+        stale = json.loads(json.dumps(export))
+        del stale["head"]["statement"]["log"]
+        assert {"head", "receipt"} <= failures(stale), "no receipt passes from log to log"
+        # The owner's token is valid, and the former key of a request is closed.
+        made = visit.post(f"/rooms/{room}/drops?wait=1", headers=keyed)
+        assert visit.post(f"/rooms/{room}/drops?wait=1", headers=keyed)["ball"] == made["ball"]
+        assert visit.http.post(f"/rooms/{room}/reset", headers=owner).is_success
+    with house.open() as visit:
+        assert visit.log()["head"]["statement"]["size"] == 1
+
+
+def test_keys_of_requests_from_before_a_restore_find_nothing(house: House) -> None:
+    with house.open() as visit:
+        room, _ = visit.room()
+        keyed = {"idempotency-key": "K"}
+        balls = [visit.post(f"/rooms/{room}/drops?wait=1", headers=keyed)["ball"] for _ in range(2)]
+        assert balls == [0, 0]
+    assert house.ledger("restore") == 0, "also with the ledger that the server left"
+    with house.open() as visit:
+        balls = [visit.post(f"/rooms/{room}/drops?wait=1", headers=keyed)["ball"] for _ in range(2)]
+        assert balls == [1, 1]
+
+
+def test_a_restore_after_a_restore_names_the_log_that_was_lost(house: House) -> None:
+    with house.open() as visit:
+        room, _ = visit.room()
+        session = visit.session(room)
+        visit.drop(session)
+        house.back_up()
+    logs: list[str | None] = [None]
+    for _ in range(2):
+        house.restore()
+        assert house.ledger("restore") == 0
+        with house.open() as visit:
+            (signed,) = visit.log()["restores"]
+            assert signed["statement"]["former"] is None
+            assert signed["statement"]["superseded"] == logs[-1]
+            logs.append(signed["statement"]["log"])
+            other = visit.session(room)
+            visit.drop(other)
+            visit.end(other)
+            assert failures(visit.export(other)) == set()
+    assert len(set(logs)) == 3
+    assert house.ledger("restore") == 0
+    with house.open() as visit:
+        first, second = (each["statement"] for each in visit.log()["restores"])
+        assert (second["former"], second["size"]) == (first["log"], 1)
+        for each in (session, other):
+            assert failures(visit.export(each)) == set()
+
+
+def test_a_server_restores_by_its_own_flag_only_what_it_would_refuse(house: House) -> None:
+    from app.cli.server.serve import restore_if_refused
+    from app.settings import Settings
+
+    settings = Settings(database_url=house.url, data=str(house.folder))
+    with house.open() as visit:
+        room, _ = visit.room()
+        house.back_up()
+        visit.session(room)
+    restore_if_refused(settings)
+    with house.open() as visit:
+        assert visit.log()["restores"] == []
+    house.restore()
+    restore_if_refused(settings)
+    with house.open() as visit:
+        assert len(visit.log()["restores"]) == 1
+
+
+def test_a_copy_is_checked_without_being_touched(
+    house: House, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if house.file is None:
+        pytest.skip("a dump is no ledger")
+    with house.open() as visit:
+        room, _ = visit.room()
+        visit.drop(visit.session(room))
+        house.back_up()
+    (tmp_path / "copy").mkdir()
+    copy = House(f"sqlite:///{tmp_path / 'copy' / 'plinko.db'}", tmp_path / "copy")
+    shutil.copy(tmp_path / "backup.db", tmp_path / "copy" / "plinko.db")
+    for _ in range(2):
+        assert copy.ledger("check") == 0
+    assert "sound" in capsys.readouterr().out
+    assert copy.ledger("prune", "--keep-days", "1") == 2
+    assert "is missing: it was restored, copied or moved" in capsys.readouterr().err
+    assert not (tmp_path / "copy" / "plinko.db-epoch").exists()
+
+
+async def test_a_page_that_joins_again_reads_that_its_session_is_void(house: House) -> None:
+    with house.open() as visit:
+        room, _ = visit.room()
+        session = visit.session(room)
+    assert house.ledger("restore") == 0
+    with house.open() as visit:
+        token = session.shown["authorization"].removeprefix("Bearer ")
+        async with playing(visit.server.socket(room)) as player:
+            await player.send(type="session", session=session.id, token=token, ref="s")
+            state = await player.until("session")
+            assert (state["ended"], state["void"], state["drops"]) == (True, True, 0)
+
+
+# Keys.
+
+
+def test_a_lost_or_changed_key_refuses_the_start_until_it_is_back(house: House) -> None:
+    with house.open() as visit:
+        room, _ = visit.room()
+    kept = house.key.read_bytes()
+    house.key.unlink()
+    with house.open() as visit:  # nothing was signed, so any key will do
+        room, _ = visit.room()
+        visit.session(room)
+    assert house.key.read_bytes() != kept
+    kept = house.key.read_bytes()
+    house.key.unlink()
+    assert f"{house.key} is missing" in house.refusal()
+    assert not house.key.exists(), "no key is made in its place"
+    assert house.ledger("restore") == 2
+    house.key.write_text("ab" * 32 + "\n")
+    assert f"{house.key} is another key" in house.refusal()
+    house.key.write_bytes(kept)
+    with house.open() as visit:
+        visit.session(room)
+
+
+def test_after_a_change_of_the_key_all_receipts_stay_proven(house: House, tmp_path: Path) -> None:
+    with house.open() as visit:
+        room, _ = visit.room()
+        over, open_one = visit.session(room), visit.session(room)
+        heard = [visit.drop(over), visit.drop(open_one)]
+        visit.end(over)
+        old = visit.log()["key"]
+        taken_before = visit.export(over, heard[0])
+    keys = [old]
+    for _ in range(2):
+        assert house.ledger("rotate-key") == 0
+        with house.open() as visit:
+            keys.append(visit.log()["key"])
+    assert len(set(keys)) == 3
+    with house.open() as visit:
+        state = visit.http.get(f"/sessions/{open_one.id}").json()
+        assert (state["ended"], state["void"], state["key"]) == (True, False, old)
+        new = visit.session(room)
+        late = visit.drop(new)
+        visit.end(new)
+        assert "keys" not in visit.export(new, late)
+        exports = [visit.export(over, heard[0]), visit.export(open_one, heard[1])]
+        for export in exports:
+            assert export["key"] == keys[-1]
+            assert [each["statement"]["former"] for each in export["keys"]] == keys[1::-1]
+        for export in (taken_before, *exports, visit.export(new, late)):
+            for key in {*keys} & {export["key"], *formers(export)}:
+                assert failures(export, key) == set()
+                assert "all of it holds" in independently(export, tmp_path, key)
+            assert failures(export, "ab" * 32) == {"key"}
+    for number, export in enumerate(forged_keys(exports[0])):
+        assert failures(export, keys[-1]), f"forgery {number}"
+        assert "does not hold" in independently(export, tmp_path, keys[-1]), f"forgery {number}"
+
+
+def formers(export: dict[str, Any]) -> list[str]:
+    return [each["statement"]["former"] for each in export.get("keys", ())]
+
+
+def forged_keys(export: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """The export with a change of the key left out, exchanged, or unsigned."""
+    for change in (
+        lambda keys: keys.pop(0),
+        lambda keys: keys.pop(1),
+        lambda keys: keys.reverse(),
+        lambda keys: keys[0].update(signature=keys[1]["signature"]),
+        lambda keys: keys[0]["statement"].update(former="ab" * 32),
+    ):
+        forged = json.loads(json.dumps(export))
+        change(forged["keys"])
+        yield forged
+
+
+def test_a_key_that_is_lost_for_ever_is_replaced_in_the_open(house: House) -> None:
+    with house.open() as visit:
+        room, _ = visit.room()
+        session = visit.session(room)
+        visit.drop(session)
+        old = visit.log()["key"]
+    house.key.unlink()
+    assert house.ledger("rotate-key") == 2, "it is not known to be lost"
+    assert house.ledger("rotate-key", "--lost") == 0
+    with house.open() as visit:
+        (change,) = visit.log()["keys"]
+        assert (change["statement"]["former"], change["former_signature"]) == (old, None)
+        export = visit.export(session)
+        assert failures(export, export["key"]) == set()
+        assert failures(export, old) == {"key"}, "only the new key says that it follows the old one"
+
+
+def test_a_change_of_the_key_survives_its_end_at_any_step(
+    house: House, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class EndError(BaseException):
+        pass
+
+    def end(*values: object, **options: object) -> None:
+        raise EndError
+
+    with house.open() as visit:
+        room, _ = visit.room()
+        visit.session(room)
+        keys = [visit.log()["key"]]
+    for step, finished in (("_add", False), ("_File.prepare", False), ("_File.adopt", True)):
+        with monkeypatch.context() as patch:
+            patch.setattr(f"app.persistence.keys.{step}", end)
+            with pytest.raises(EndError):
+                house.ledger("rotate-key")
+        if finished:
+            assert "run `plinko ledger rotate-key` to finish it" in house.refusal()
+            assert house.ledger("rotate-key") == 0
+        with house.open() as visit:
+            keys.append(visit.log()["key"])
+            assert len(visit.log()["keys"]) == finished
+    assert keys[0] == keys[1] == keys[2] != keys[3]
+
+
+def test_a_lost_secret_of_tokens_is_told_at_the_start(
+    house: House, caplog: pytest.LogCaptureFixture
+) -> None:
+    if house.file is None:
+        secret = house.folder / "secret"
+    else:
+        secret = house.file.with_name("plinko.db-secret")
+    with house.open() as visit:
+        room, owner = visit.room()
+        visit.session(room)
+        kept = secret.read_bytes()
+    assert "the secret of tokens" not in caplog.text
+    secret.unlink()
+    for _ in range(2):
+        caplog.clear()
+        with house.open() as visit:
+            assert visit.http.post(f"/rooms/{room}/reset", headers=owner).status_code == 403
+        assert "the owners of 1 open rooms and the players of 1 open sessions" in caplog.text
+        assert str(secret) in caplog.text
+    secret.write_bytes(kept)
+    caplog.clear()
+    with house.open() as visit:
+        assert visit.http.post(f"/rooms/{room}/reset", headers=owner).is_success
+    assert "the secret of tokens" not in caplog.text
+
+
+def test_the_former_log_is_the_one_that_the_statement_names(house: House) -> None:
+    with house.open() as visit:
+        room, _ = visit.room()
+        session = visit.session(room)
+        for _ in range(3):
+            visit.drop(session)
+        head = visit.log()["head"]["statement"]
+    assert house.ledger("restore") == 0
+    with house.open() as visit:
+        (signed,) = visit.log()["restores"]
+        assert signed["statement"]["root"] == head["root"]
+        assert visit.log()["head"]["statement"]["root"] == merkle.root(0, {}.__getitem__).hex()
+        export = visit.export(session)
+        assert export["head"]["statement"]["root"] == head["root"]
+        assert os.listdir(house.folder), "the server's files are there"
