@@ -341,7 +341,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     server: Services = app.state.services
     await asyncio.to_thread(_warm_up, app)
     server.warm = True
-    await asyncio.to_thread(_open_ledger, server)
+    await asyncio.to_thread(open_ledger, server)
     server.ledger.start()
     await server.fair.load()
     await server.rooms.resume()
@@ -377,7 +377,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         server.readers.close()
 
 
-def _open_ledger(server: Services) -> None:
+def open_ledger(server: Services) -> None:
     """Open the ledger and check its keys; does nothing the second time. Raises SettingError."""
     server.ledger.open()
     try:
@@ -448,7 +448,7 @@ def run(settings: Settings | None = None) -> None:
     _check_temporary()
     app = create_app(settings)
     with listen(settings) as listener:
-        _open_ledger(app.state.services)
+        open_ledger(app.state.services)
         if app.state.cluster is not None:
             app.state.cluster.listens(listener)
         server = server_over(app, settings)

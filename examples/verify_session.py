@@ -44,16 +44,34 @@ def canonical(value):
     return json.dumps(value, ensure_ascii=False)
 
 
-def is_signed(signed, key):
-    """Whether the statement has the server's Ed25519 signature."""
-    message = canonical(signed["statement"]).encode()
+def is_signed_by(key, statement, signature):
+    """Whether the statement has the Ed25519 signature of this public key."""
     try:
         Ed25519PublicKey.from_public_bytes(bytes.fromhex(key)).verify(
-            bytes.fromhex(signed["signature"]), message
+            bytes.fromhex(signature), canonical(statement).encode()
         )
-    except InvalidSignature:
+    except (InvalidSignature, ValueError):
         return False
     return True
+
+
+def server_keys(export, known=None):
+    """The server's keys, latest first, and whether `known` is one that leads to the latest.
+
+    The list ends before the first change that the later key has not signed.
+    """
+    keys, leads = [export["key"]], known in (None, export["key"])
+    handed_on = True  # whether each key so far was signed by the one before it
+    for change in export.get("keys", ()):
+        statement, given = change["statement"], change["former_signature"]
+        if statement["key"] != keys[-1] or statement["kind"] != "plinko key":
+            break
+        if not is_signed_by(keys[-1], statement, change["signature"]):
+            break
+        keys.append(statement["former"])
+        handed_on = handed_on and given is not None and is_signed_by(keys[-1], statement, given)
+        leads = leads or (handed_on and keys[-1] == known)
+    return keys, leads
 
 
 def drop_seed(server_seed, client_seed, number, board_digest):
@@ -124,11 +142,18 @@ def failures(export, key=None):
         bytes.fromhex(export[name]) for name in ("server_seed", "client_seed")
     )
     drops, draw = export["drops"], export.get("draw")
+    keys, is_known = server_keys(export, key)
+
+    def is_signed(signed):
+        statement, signature = signed["statement"], signed["signature"]
+        return any(is_signed_by(each, statement, signature) for each in keys)
+
     holds = {
-        "the key is the one that you know": key in (None, export["key"]),
-        "the statement is signed": is_signed(export["session"], export["key"]),
-        "the head of the log is signed": is_signed(export["head"], export["key"]),
-        "the end is signed": is_signed(export["end"], export["key"]),
+        "the key is the one that you know": is_known,
+        "each earlier key is named by the next one": len(keys) == 1 + len(export.get("keys", ())),
+        "the statement is signed": is_signed(export["session"]),
+        "the head of the log is signed": is_signed(export["head"]),
+        "the end is signed": is_signed(export["end"]),
         "the statement is the one that you were given": export["heard_session"]
         in (None, export["session"]),
         "the server's seed is the one it committed to": hashlib.sha256(server_seed).hexdigest()
@@ -154,6 +179,8 @@ def failures(export, key=None):
             "kind": "plinko log entry", "version": 1,
             "receipt": receipt, "index": index, "root": drop["root"],
         }  # fmt: skip
+        if "log" in head:  # one that began with the restore of a backup
+            entry["log"] = head["log"]
         signed = {"statement": entry, "signature": drop["signature"]}
         known = (server_seed, client_seed, number, bytes.fromhex(session["board_digest"]))
         if draw is None:
@@ -173,7 +200,7 @@ def failures(export, key=None):
         )
         same = (receipt["session"], receipt["board_digest"])
         holds |= {
-            f"drop {number}: the receipt is signed": is_signed(signed, export["key"]),
+            f"drop {number}: the receipt is signed": is_signed(signed),
             f"drop {number}: it is of this session and board": same
             == (session["session"], session["board_digest"]),
             f"drop {number}: the log has it": root_by_inclusion(leaf, index, size, inclusion)
@@ -219,6 +246,8 @@ def main(name, key=None):
     failed = failures(export, key) + path_failures(export)
     for claim in failed:
         print(f"does not hold: {claim}")
+    if "void" in export["end"]["statement"]:
+        print("a restored backup ended the session: drops that it lacks are void")
     if not failed:
         print(f"all of it holds: {len(export['drops'])} drops, key {export['key']}")
     if export["heard_session"] is None:

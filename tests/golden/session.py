@@ -1,12 +1,13 @@
-"""Writes session.json and draw_session.json, the samples for checkers of fair sessions."""
+"""Writes session.json and its neighbours, the samples for checkers of fair sessions."""
 
 from pathlib import Path
 
-from tests.app.fairness.sessions import draw, honest
+from tests.app.fairness.sessions import draw, honest, restored
 from tests.golden.lines import in_lines
 
 FILE = Path(__file__).with_name("session.json")
 DRAWN_FILE = Path(__file__).with_name("draw_session.json")
+RESTORED_FILE = Path(__file__).with_name("restored_session.json")
 
 
 def text() -> str:
@@ -19,6 +20,12 @@ def drawn_text() -> str:
     return in_lines(honest(6, drawing=draw()))
 
 
+def restored_text() -> str:
+    """The text of restored_session.json, of a void session before a change of the key."""
+    return in_lines(restored())
+
+
 if __name__ == "__main__":
     FILE.write_text(text())
     DRAWN_FILE.write_text(drawn_text())
+    RESTORED_FILE.write_text(restored_text())

@@ -14,7 +14,7 @@ import { commitment, drawn, dropSeed } from "./seeds.js";
 
 /** @import { Solver } from "../solver/solver.js" */
 /** @import { Key } from "../texts/text.js" */
-/** @import { ExportedDrop, Receipt, SessionExport, Signed, SignedReceipt } from "./export.js" */
+/** @import { ExportedDrop, KeyChange, Receipt, SessionExport, Signed, SignedReceipt } from "./export.js" */
 
 /**
  * The result of one check. said: the value in the export; found: the recomputed one.
@@ -58,7 +58,8 @@ class Check {
   #tools;
   #said;
   #head;
-  #key;
+  /** The server's keys, the latest first. */
+  #keys;
   #root;
 
   /** @param {SessionExport} session @param {Tools} tools */
@@ -66,15 +67,18 @@ class Check {
     this.#session = session;
     this.#tools = tools;
     this.#said = /** @type {Record<string, string>} */ (session.session.statement);
-    this.#head = /** @type {{size: number, root: string}} */ (session.head.statement);
-    this.#key = bytesOfHex(session.key, "key");
+    this.#head = /** @type {{size: number, root: string, log?: string}} */ (session.head.statement);
+    const formers = (session.keys ?? []).map(({ statement }) => statement.former);
+    this.#keys = [session.key, ...formers].map((key) => bytesOfHex(key, "key"));
     this.#root = bytesOfHex(this.#head.root, "head.root");
   }
 
   /** @returns {AsyncGenerator<Step>} */
   async* steps() {
-    const { key, drops, heard = [], heard_session: given } = this.#session;
-    if (this.#tools.key) yield same("key", "step.key", key, this.#tools.key);
+    const { key, keys = [], drops, heard = [], heard_session: given } = this.#session;
+    const { key: known } = this.#tools;
+    if (known) yield same("key", "step.key", (await this.#leadsHere(known)) ? known : key, known);
+    for (const [i, change] of keys.entries()) yield this.#changed(i, change);
     yield this.#signed("session", "step.session", this.#session.session);
     yield this.#signed("head", "step.head", this.#session.head);
     if (given) yield this.#heardSession(given);
@@ -89,11 +93,33 @@ class Check {
     for (const receipt of heard) yield this.#heard(receipt);
   }
 
+  /** @param {number} i of the key @param {Record<string, unknown>} statement @param {string} signature */
+  #isSignedBy(i, statement, signature) {
+    return isSigned(this.#keys[i], bytesOfHex(signature, "signature", 64), bytesOfText(canonical(statement)));
+  }
+
+  /** Checks that the later key vouches for the earlier one. @param {number} i @param {KeyChange} change
+   *  @returns {Promise<Step>} */
+  async #changed(i, { statement, signature }) {
+    const ok = statement.key === hexOf(this.#keys[i]) && await this.#isSignedBy(i, statement, signature);
+    return { name: "keys", ok, text: "step.keys", said: statement.former, found: ok ? "valid" : "invalid", drop: null };
+  }
+
+  /** Whether this key is the server's, or has signed its successors up to that. @param {string} known */
+  async #leadsHere(known) {
+    let at = this.#session.key;
+    for (const [i, { statement, former_signature: given }] of (this.#session.keys ?? []).entries()) {
+      if (at === known || given === null || !await this.#isSignedBy(i + 1, statement, given)) break;
+      at = String(statement.former);
+    }
+    return at === known;
+  }
+
   /** @param {string} name @param {Key} text @param {Signed} signed @param {number | null} [drop]
    *  @returns {Promise<Step>} */
   async #signed(name, text, { statement, signature }, drop = null) {
-    const message = bytesOfText(canonical(statement));
-    const ok = await isSigned(this.#key, bytesOfHex(signature, "signature", 64), message);
+    let ok = false;
+    for (let i = 0; i < this.#keys.length && !ok; i++) ok = await this.#isSignedBy(i, statement, signature);
     return { name, ok, text, said: signature, found: ok ? "valid" : "invalid", drop };
   }
 
@@ -178,6 +204,7 @@ class Check {
     yield same("end-seed", "step.end-seed", statement.server_seed, seed);
     yield same("truncated", "step.truncated", statement.drops,
       drops.length);
+    if (statement.void !== undefined) yield same("void", "step.void", statement.void, statement.void);
   }
 
   /** @param {ExportedDrop} drop @returns {AsyncGenerator<Step>} */
@@ -201,7 +228,9 @@ class Check {
 
   /** @param {string} name @param {SignedReceipt} entry */
   #entrySigned(name, { receipt, index, root, signature }) {
-    const statement = { kind: "plinko log entry", version: 1, receipt, index, root };
+    const { log } = this.#head;
+    const named = log === undefined ? {} : { log };
+    const statement = { kind: "plinko log entry", version: 1, receipt, index, root, ...named };
     const text = "step.receipt";
     return this.#signed(name, text, { statement, signature }, receipt.drop);
   }
@@ -259,8 +288,23 @@ class Check {
         found: null, drop: number };
     }
     const there = this.#session.drops[number];
+    const drawnSeed = there ? null : await this.#voidSeed(number);
+    if (drawnSeed !== null) return same("heard", "step.heard-void", receipt.seed, drawnSeed, number);
     return same("heard", "step.heard", [receipt, index, root],
       there ? [there.receipt, there.index, there.root] : null, number);
+  }
+
+  /** @param {number} drop @returns {Promise<string | null>} the seed of a drop that a restore lost; null if none did */
+  async #voidSeed(drop) {
+    const { end, server_seed: server, client_seed: client, draw, board } = this.#session;
+    if (end?.statement.void === undefined || server === null || client === null) return null;
+    const { boardDigest } = this.#tools.solver.drop(board, { seed: 0 });
+    const known = {
+      server: bytesOfHex(server, "server-seed"),
+      client: bytesOfHex(client, "client-seed"),
+      board: bytesOfHex(boardDigest, "board"),
+    };
+    return draw === undefined ? dropSeed(known, drop) : (await drawn(draw, known, drop)).seed;
   }
 }
 

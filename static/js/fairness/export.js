@@ -45,6 +45,9 @@ import { JsonError, readJson, shownJson } from "../solver/input/json-text.js";
  * @property {SignedReceipt[]} [heard] receipts that the player received during the session
  * @property {Signed | null} [heard_session] the statement received before the player revealed the client seed
  * @property {Draw} [draw] in a room that draws its bins with exact odds
+ * @property {KeyChange[]} [keys] changes of the server's key since the session began, the latest first
+ *
+ * @typedef {Signed & {former_signature: string | null}} KeyChange former_signature: null if that key was lost
  *
  * @typedef {object} Draw
  * @property {string} kind
@@ -66,6 +69,7 @@ const EXPORT = ["kind", "version", "key", "session", "board", "client_seed", "se
   "head", "end"];
 const HEARD = ["heard", "heard_session"]; // added by the player
 const DRAWN = ["draw"]; // in a room that draws its bins
+const CHANGED = ["keys"]; // if the server's key has changed
 const DRAW = ["kind", "version", "board_digest", "weights", "seeds"];
 
 /** The fields of each signed statement, in addition to `kind` and `version`. */
@@ -76,10 +80,15 @@ export const STATEMENTS = {
     "time"],
   "plinko tree head": ["size", "root", "time"],
   "plinko session end": ["session", "drops", "server_seed", "time"],
+  "plinko key": ["key", "former", "time"],
 };
 
 /** Optional fields of statements. @type {Record<string, string[]>} */
-const MORE = { "plinko session": ["draw_digest"] }; // in a room with a draw
+const MORE = {
+  "plinko session": ["draw_digest"], // in a room with a draw
+  "plinko tree head": ["log"], // the id of a log that began with the restore of a backup
+  "plinko session end": ["void"], // the restore of a backup ended the session
+};
 
 /** A text is not a valid export; the message says why. */
 export class ExportError extends Error {}
@@ -102,16 +111,24 @@ export function checkedExport(value) {
   const found = /** @type {SessionExport} */ (object(value, "the export"));
   if (found.kind !== KIND) throw new ExportError(`kind is ${shownJson(found.kind)}: this is not the export of a fair session`);
   if (found.version !== VERSION) throw new ExportError(`version ${found.version} is not ${VERSION}`);
-  fields(found, "the export", EXPORT, [...HEARD, ...DRAWN]);
+  fields(found, "the export", EXPORT, [...HEARD, ...DRAWN, ...CHANGED]);
   statement(found.session, "session", "plinko session");
   statement(found.head, "head", "plinko tree head");
   if (found.end !== null) statement(found.end, "end", "plinko session end");
   if (found.heard_session) statement(found.heard_session, "heard_session", "plinko session");
+  if (found.keys !== undefined) list(found.keys, "keys").forEach((change, i) => checkChange(change, `keys[${i}]`));
   object(found.board, "board");
   if (found.draw !== undefined) checkDraw(found.draw);
   list(found.drops, "drops").forEach((drop, i) => checkDrop(drop, `drops[${i}]`));
   list(found.heard ?? [], "heard").forEach((heard, i) => checkReceipt(heard, `heard[${i}]`, RECEIPT));
   return found;
+}
+
+/** @param {unknown} value @param {string} where */
+function checkChange(value, where) {
+  const change = object(value, where);
+  fields(change, where, [...SIGNED, "former_signature"]);
+  stated(object(change.statement, where), where, "plinko key");
 }
 
 /** Checks only the form; check.js compares the digest with the signed one. @param {unknown} value */

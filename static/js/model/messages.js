@@ -67,6 +67,7 @@
  * @property {boolean} open
  * @property {number} drops
  * @property {boolean} ended
+ * @property {boolean} void the restore of a backup ended it
  * @property {string | null} token secret, sent only to the client that began the session
  *
  * @typedef {{type: "ended", session: string, server_seed: string, statement: {drops: number}}}

@@ -10,6 +10,7 @@ from app.fairness.seeds import commitment, draw_mac, drop_seed
 from app.fairness.signing import Signer
 from app.fairness.statements import (
     Closing,
+    KeyStatement,
     LogEntry,
     Receipt,
     SessionStatement,
@@ -24,7 +25,7 @@ from engine import PHYSICS_VERSION, Board, drop, find_draw, merkle
 KERNEL = kernel_digest_of(b"kernels")
 BOARD = Board.preset("triangle-9")
 SERVER_SEED, CLIENT_SEED = bytes(range(32)), bytes(range(32, 64))
-SIGNER = Signer(b"\x07" * 32)
+SIGNER, FORMER = Signer(b"\x07" * 32), Signer(b"\x06" * 32)
 MOST = (1 << 53) - 1
 ODDS = [MOST, 0, 1, 3, MOST, 0, MOST, 7, 0, MOST]
 """Weights of the bins of BOARD: zero, nearly zero, and the maximum."""
@@ -51,9 +52,9 @@ class Log:
         return merkle.root(self.size, self.lookup)
 
 
-def signed(statement: Any) -> Signed:
+def signed(statement: Any, signer: Signer = SIGNER) -> Signed:
     values = statement.to_dict()
-    return Signed(values, SIGNER.sign(values).hex())
+    return Signed(values, signer.sign(values).hex())
 
 
 def honest(
@@ -63,15 +64,19 @@ def honest(
     others: int = 2,
     server_seed: bytes = SERVER_SEED,
     drawing: Draw | None = None,
+    signer: Signer = SIGNER,
+    log: str | None = None,
+    void: str | None = None,
 ) -> dict[str, Any]:
     """A session's export as JSON, including the statement that the player received at its start.
 
-    others: leaves of other players between two of this session; drawing: the room's draw.
+    others: leaves of other players between two of this session; drawing: the room's draw; log: the
+    id of its log; void: the id of the log that began as the session ended.
     """
-    log, played = Log(), []
+    leaves, played = Log(), []
     for number in range(drops):
         for other in range(others):
-            log.add(f"other {number} {other}".encode())
+            leaves.add(f"other {number} {other}".encode())
         known = (server_seed, CLIENT_SEED, number, bytes.fromhex(BOARD.digest))
         seed, aim = drop_seed(*known), BOARD.drop.x + 0.01 if number % 2 else None
         if drawing is not None:
@@ -79,11 +84,11 @@ def honest(
         receipt = Receipt(
             "s1", number, 100, aim, str(seed), BOARD.digest, "main", number, 1000 + number
         )
-        root = log.add(receipt.leaf()).hex()
-        entry = LogEntry(receipt.to_dict(), log.size - 1, root)
-        logged = SignedReceipt(entry.receipt, entry.index, root, signed(entry).signature)
+        root = leaves.add(receipt.leaf()).hex()
+        entry = LogEntry(receipt.to_dict(), leaves.size - 1, root, log)
+        logged = SignedReceipt(entry.receipt, entry.index, root, signed(entry, signer).signature)
         played.append((logged, ended(seed, aim)))
-    log.add(b"somebody came later")
+    leaves.add(b"somebody came later")
     session = SessionStatement(
         session="s1",
         room="main",
@@ -96,23 +101,43 @@ def honest(
         time=999,
         draw_digest=None if drawing is None else drawing.digest,
     )
-    head = TreeHead(log.size, merkle.root(log.size, log.lookup).hex(), 2000)
+    head = TreeHead(leaves.size, merkle.root(leaves.size, leaves.lookup).hex(), 2000, log)
     bare = SessionExport(
         kind=KIND,
         version=VERSION,
-        key=SIGNER.public.hex(),
-        session=signed(session),
+        key=signer.public.hex(),
+        session=signed(session, signer),
         board=BOARD.to_dict(),
         client_seed=CLIENT_SEED.hex(),
         server_seed=server_seed.hex(),
         drops=[],
-        head=signed(head),
-        end=signed(Closing("s1", drops, server_seed.hex(), 1999)),
-        heard_session=signed(session),
+        head=signed(head, signer),
+        end=signed(Closing("s1", drops, server_seed.hex(), 1999, void), signer),
+        heard_session=signed(session, signer),
         draw=msgspec.UNSET if drawing is None else drawing.to_dict(),
     )
-    made: dict[str, Any] = msgspec.to_builtins(make_export(bare, played, log.lookup))
+    made: dict[str, Any] = msgspec.to_builtins(make_export(bare, played, leaves.lookup))
     return made
+
+
+def restored() -> dict[str, Any]:
+    """An export after trouble: a backup that lacks the last two drops was restored.
+
+    It was the second restore, so its log has an id. Then the server changed its key.
+    """
+    log = "a1" * 16
+    whole = honest(signer=FORMER, log=log)
+    kept = honest(2, signer=FORMER, log=log, void="b2" * 16)
+    change = KeyStatement(SIGNER.public.hex(), FORMER.public.hex(), 3000)
+    both = [signed(change, each) for each in (SIGNER, FORMER)]
+    names = ("receipt", "index", "root", "signature")
+    head = Signed(kept["head"]["statement"], SIGNER.sign(kept["head"]["statement"]).hex())
+    return kept | {
+        "key": SIGNER.public.hex(),
+        "head": msgspec.to_builtins(head),
+        "heard": [{name: each[name] for name in names} for each in whole["drops"]],
+        "keys": [msgspec.to_builtins(both[0]) | {"former_signature": both[1].signature}],
+    }
 
 
 def ended(seed: int, aim: float | None) -> DropResult:

@@ -17,7 +17,7 @@ from app.fairness.signing import Signer
 from app.protocol.messages import SignedReceipt
 from app.settings import page_kernels
 from engine.errors import RecordError
-from tests.app.fairness.sessions import KERNEL, SIGNER, draw, honest
+from tests.app.fairness.sessions import FORMER, KERNEL, SIGNER, draw, honest, restored
 from tests.golden import session as golden
 
 Forge = Callable[[dict[str, Any]], None]
@@ -388,6 +388,42 @@ def test_the_golden_session_is_this_one() -> None:
     """tests/js/fairness reads these files; `python -m tests.golden.session` rewrites them."""
     assert golden.FILE.read_text() == golden.text()
     assert golden.DRAWN_FILE.read_text() == golden.drawn_text()
+    assert golden.RESTORED_FILE.read_text() == golden.restored_text()
+
+
+def test_a_void_session_of_a_former_key_is_proven() -> None:
+    export = restored()
+    for key in (SIGNER, FORMER):
+        assert checked(export, key=key.public.hex()).failed == []
+    names = [step.name for step in checked(export).steps]
+    assert (names.count("keys"), names.count("void"), names.count("heard")) == (1, 1, 4)
+
+
+@pytest.mark.parametrize(("forge", "expected"), [
+    (lambda s: s.pop("keys"), {"session", "heard-session", "end", "receipt", "heard"}),
+    (lambda s: s["keys"][0].update(signature="0" * 128), {"keys"}),
+    (lambda s: s["keys"][0]["statement"].update(key="ab" * 32), {"keys"}),
+    (lambda s: s["keys"].reverse() or s["keys"].append(s["keys"][0]), {"keys"}),
+    (lambda s: s["heard"][3]["receipt"].update(seed="1"), {"heard"}),
+    (lambda s: s["heard"][3].update(signature="0" * 128), {"heard"}),
+    (lambda s: s["end"]["statement"].pop("void"), {"end", "heard"}),
+    (lambda s: s["end"]["statement"].update(void="c3" * 16), {"end"}),
+    (lambda s: s["head"]["statement"].pop("log"), {"head", "receipt", "heard"}),
+    (lambda s: s["drops"].pop(), {"truncated"}),
+])  # fmt: skip
+def test_what_is_forged_in_a_void_session_is_found(forge: Forge, expected: set[str]) -> None:
+    export = restored()
+    forge(export)
+    assert {step.name for step in checked(export).failed} == expected
+
+
+def test_only_a_key_that_handed_on_its_place_is_known_by_its_successor() -> None:
+    export = restored()
+    export["keys"][0]["former_signature"] = None
+    assert checked(export, key=SIGNER.public.hex()).failed == []
+    assert [step.name for step in checked(export, key=FORMER.public.hex()).failed] == ["key"]
+    export["keys"][0]["former_signature"] = "0" * 128
+    assert [step.name for step in checked(export, key=FORMER.public.hex()).failed] == ["key"]
 
 
 def test_a_player_over_rest_names_the_replies_that_they_kept(

@@ -120,6 +120,44 @@ test("a malformed draw is refused", () => {
   refused((draw) => { draw.seeds[0][0] = 1; }, /is not a seed/);
 });
 
+const RESTORED = json("tests/golden/restored_session.json");
+const FORMER = RESTORED.keys[0].statement.former;
+
+test("a void session of a former key passes", async () => {
+  for (const key of [RESTORED.key, FORMER]) assert.deepEqual(await failures(RESTORED, { key }), new Set());
+  const texts = [];
+  for await (const step of checkSession(checkedExport(RESTORED), { solver, kernelDigest })) texts.push(step.text);
+  for (const text of ["step.keys", "step.void", "step.heard", "step.heard-void"]) assert.ok(texts.includes(text));
+});
+
+const RESTORED_FORGERIES = {
+  "no change of the key": [(s) => { delete s.keys; }, ["session", "heard-session", "end", "receipt", "heard"]],
+  "a change that the next key has not signed": [(s) => { s.keys[0].signature = "0".repeat(128); }, ["keys"]],
+  "a change to another key": [(s) => { s.keys[0].statement.key = "ab".repeat(32); }, ["keys"]],
+  "another seed of a void drop": [(s) => { s.heard[3].receipt.seed = "1"; }, ["heard"]],
+  "an unsigned receipt of a void drop": [(s) => { s.heard[3].signature = "0".repeat(128); }, ["heard"]],
+  "an end that is not void": [(s) => { delete s.end.statement.void; }, ["end", "heard"]],
+  "the first log": [(s) => { delete s.head.statement.log; }, ["head", "receipt", "heard"]],
+  "one drop fewer than the end has": [(s) => { s.drops.pop(); }, ["truncated"]],
+};
+
+for (const [name, [forge, expected]] of Object.entries(RESTORED_FORGERIES)) {
+  test(`in a void session, ${name} is found`, async () => {
+    const session = structuredClone(RESTORED);
+    forge(session);
+    assert.deepEqual([...await failures(session)].sort(), [...expected].sort());
+  });
+}
+
+test("only a key that handed on its place is known by its successor", async () => {
+  for (const signature of [null, "0".repeat(128)]) {
+    const session = structuredClone(RESTORED);
+    session.keys[0].former_signature = signature;
+    assert.deepEqual(await failures(session, { key: RESTORED.key }), new Set());
+    assert.deepEqual(await failures(session, { key: FORMER }), new Set(["key"]));
+  }
+});
+
 test("another kernel and another server are found", async () => {
   assert.deepEqual(await failures(HONEST, { kernelDigest: "0".repeat(64) }), new Set(["kernel"]));
   assert.deepEqual(await failures(HONEST, { key: "0".repeat(64) }), new Set(["key"]));

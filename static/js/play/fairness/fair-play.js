@@ -174,6 +174,7 @@ export class FairPlay {
     }
     if (!state.token && this.#rejoining) this.news.tell("rejoined", state);
     this.#rejoining = false;
+    if (state.void) this.news.say(t("fair.void"), { urgent: true });
     if (state.ended) this.news.tell("over", { session: state.session, total: state.drops });
     if (state.ended) this.#begin();
     else if (!state.open) {
