@@ -6,7 +6,6 @@ import os
 import secrets
 import socket
 import sqlite3
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from urllib.parse import quote
@@ -180,18 +179,13 @@ class Database:
     def enter(self, change: Callable[[Connection], None] = lambda connection: None) -> None:
         """Begin an epoch, in one transaction with `change`; see `epoch` for the order of steps."""
         self._epoch, self._reconnects, self._batch = secrets.token_hex(16), 0, 0
-        connection = self._connected()
+        connection, former = self._connected(), self.place()
         with connection.begin():
             change(connection)
-            writer_store.enter(connection, self._epoch, time.time())
+            writer_store.enter(connection, self._epoch, "" if former is None else former.epoch)
             log = history.log_id(connection)
-        if self._beside is None:
-            return
-        former = self._beside.read()
-        self._beside.begin(Place(log, self._epoch, 0))
-        if former is not None:
-            with connection.begin():
-                writer_store.leave(connection, former.epoch)
+        if self._beside is not None:
+            self._beside.begin(Place(log, self._epoch, 0))
 
     @contextlib.contextmanager
     def transaction(self) -> Iterator[Connection]:

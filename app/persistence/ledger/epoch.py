@@ -7,11 +7,11 @@ this number, has lost commits: its write-ahead log was cut, a backup was restore
 
 The order of the steps, each durable before the next:
 
-    start   the new epoch's row is committed; the file gets the new epoch; the former row is deleted
+    start   the new epoch's row is committed; the file gets the new epoch
     commit  COMMIT with the number n; the file gets n; callers receive the outcome
 
-Nothing restored, nothing refused, wherever a process or a machine dies: the row of the file's epoch
-is deleted only when the file has a later one, and its number is always at least the file's.
+Nothing restored, nothing refused, wherever a process or a machine dies: a start deletes only the
+row before that of the file's epoch, whose number is always at least the file's.
 
 Restored, therefore refused: whatever was acknowledged has a commit number up to the file's, in the
 file's epoch or before it. A ledger of an earlier state lacks that epoch, or has a lower number. An

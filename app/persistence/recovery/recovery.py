@@ -14,15 +14,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, TypeVar
 
+import sqlalchemy as sa
 from sqlalchemy import Connection
 
 from app.errors import DamagedRoomError, LedgerError
-from app.persistence.recovery import tables
 from app.persistence.recovery.ending import voided
 from app.persistence.recovery.rebuild import Replay, basis_of
-from app.persistence.recovery.salvage import read_sound, salvage
 from app.persistence.room_runs import RoomRun, RoomRuns
 from app.persistence.statements import facts, store
+from app.protocol import messages
 from app.rooms.independent import IndependentRoom
 from app.rooms.kinds import DRAW, BallLimits, format_of, make_room
 from app.rooms.records import (
@@ -38,6 +38,7 @@ from app.rooms.records import (
 )
 from app.rooms.room import Ground, Room
 from engine import PHYSICS_VERSION, Board
+from engine.drops.flight import fly
 
 T = TypeVar("T")
 
@@ -64,7 +65,6 @@ class Recovery:
 
     def __init__(self, runs: RoomRuns, *, tick_rate: int, limits: BallLimits) -> None:
         self.set_aside: dict[str, str] = {}
-        self._readable: set[str] | None = None  # readable rooms of a damaged list; None if sound
         self._runs = runs
         self._ledger = runs.ledger
         self._tick_rate = tick_rate
@@ -73,8 +73,7 @@ class Recovery:
     async def survey(self) -> Left:
         """List the rooms to continue, without loading any; of a shared ledger, none.
 
-        Raises LedgerError if the ledger cannot be read. If only the list of rooms is damaged, its
-        readable rows are used.
+        Raises LedgerError if the ledger cannot be read, DamagedRoomError if the list is damaged.
         """
         if self._runs.numbers is not None:
             await self._runs.follow_database()
@@ -84,28 +83,16 @@ class Recovery:
             self._runs.next_number = await self._read(store.last_number) + 1
             public = await self._read(store.stored_public_rooms)
             return Left(public, await self._read(store.parked_rooms))
-        except DamagedRoomError:
-            return await self._salvage()
-
-    async def _salvage(self) -> Left:
-        """The readable rooms of a damaged list."""
-        found = await salvage(self._ledger)
-        rows = found.rows
-        self._runs.next_number = found.next_number
-        self._readable = {row.id for row in rows} if found.lost else None
-        _log.error(
-            "the ledger's list of rooms is damaged: %d open ones can be read, and %d runs not; "
-            "stop the server and run `plinko ledger check`", len(rows), found.lost,
-        )  # fmt: skip
-        public = [row.id for row in rows if not row.owned]
-        return Left(public, [Parked.of(row, row.id) for row in rows if row.owned])
+        except DamagedRoomError as error:
+            raise DamagedRoomError(
+                "the ledger's list of rooms is damaged: restore a backup (docs/operations.md), or "
+                "save what is readable with SQLite's `.recover`, then run `plinko ledger restore`"
+            ) from error
 
     def check(self, room_id: str) -> None:
-        """Raise DamagedRoomError for a room that is set aside or may be among the lost ones."""
+        """Raise DamagedRoomError for a room that is set aside."""
         if room_id in self.set_aside:
             raise self._refusal(room_id, self.set_aside[room_id])
-        if self._readable is not None and room_id not in self._readable:
-            raise self._refusal(room_id, "the ledger's list of rooms is damaged")
 
     async def load(self, room_id: str, *, ground_now: Ground | None = None) -> Room | None:
         """Load a room from the ledger. An owned room that cannot continue begins a new run.
@@ -161,7 +148,7 @@ class Recovery:
             return row.number, replay.room
         state = await self._read(facts.state_at_end, run=row.number, tick=row.tick)
         room = await self._table(row, kept)
-        await asyncio.to_thread(tables.load, room, state, row.tick)
+        await asyncio.to_thread(load_table, room, state, row.tick)
         return row.number, room
 
     async def board_of(self, run: int) -> Board:
@@ -186,7 +173,7 @@ class Recovery:
         )
 
     async def _read(self, read: Callable[..., T], **values: object) -> T:
-        return await read_sound(self._ledger, read, **values)
+        return await self._ledger.read(_sound, read, **values)
 
     # Tables.
 
@@ -205,7 +192,7 @@ class Recovery:
         record = self._record(row, least=state.last)
         if state.last > row.tick:
             raise DamagedRoomError(f"drop {state.drops - 1} has tick {state.last}, after the run's")
-        landed = await asyncio.to_thread(tables.load, room, state, record.clock.tick)
+        landed = await asyncio.to_thread(load_table, room, state, record.clock.tick)
         await self._confirm(row.id)
         self._runs.begin(row.id, record)
         self._runs.add_results([room.format.result(row.number, each) for each in landed])
@@ -295,12 +282,24 @@ class Recovery:
         if format_of(row.mode).has_results and row.physics_version == PHYSICS_VERSION:
             state: TableState = await self._read(facts.table_state, run=row.number)
             room = await self._table(row, kept)
-            landed = await asyncio.to_thread(tables.landings, room, state)
+            landed = await asyncio.to_thread(_landings, room, state)
             results = [room.format.result(row.number, each) for each in landed]
         else:
             results = await self._read(voided, row=row, tick=row.tick, why=why)
         tick = max((row.tick, *(each.tick for each in results)))
         return [*results, Close(row.number, tick, self._runs.now())]
+
+
+def load_table(room: IndependentRoom, state: TableState, tick: int) -> list[messages.Landed]:
+    """Bring a new room to this tick; returns the landings that have no result in the ledger."""
+    flying = [(fact, fly(room.board, room.start_of(fact))) for fact in state.flying]
+    return room.load(state, flying, tick)
+
+
+def _landings(room: IndependentRoom, state: TableState) -> list[messages.Landed]:
+    """How the balls without a result land, for a run that ends."""
+    flying = ((fact, fly(room.board, room.start_of(fact))) for fact in state.flying)
+    return [room.landing(fact, flight) for fact, flight in flying]
 
 
 # Reads. Each function reads all that belongs together in one call, because the ledger may commit
@@ -313,6 +312,17 @@ def _run_and_basis(
     """A room's run with its board and draw."""
     row = find(connection, **chosen)
     return None if row is None else (row, store.basis(connection, row.board, row.draw))
+
+
+def _sound(connection: Connection, read: Callable[..., T], /, **values: object) -> T:
+    """Call `read`; raises DamagedRoomError if it meets damaged pages."""
+    try:
+        return read(connection, **values)
+    except sa.exc.DatabaseError as error:
+        # Only DatabaseError itself means damage: its subclasses also occur in a sound database.
+        if type(error) is not sa.exc.DatabaseError:
+            raise
+        raise DamagedRoomError("its pages in the database are damaged") from error
 
 
 def _slice(run: Callable[[int], bool]) -> bool:

@@ -153,16 +153,6 @@ def open_run(connection: Connection, number: int) -> RoomRow | None:
     return found[0] if found else None
 
 
-def last_number_of_drops(connection: Connection) -> int:
-    """The highest number of a run that has drops, or 0."""
-    return int(connection.scalar(select(func.max(tables.drops.c.room))) or 0)
-
-
-def last_number_of_inputs(connection: Connection) -> int:
-    """The highest number of a run that has inputs, or 0."""
-    return int(connection.scalar(select(func.max(tables.inputs.c.room))) or 0)
-
-
 def board(connection: Connection, digest: str) -> str | None:
     found = select(tables.boards.c.json).where(tables.boards.c.digest == digest)
     text: str | None = connection.execute(found).scalar()

@@ -277,7 +277,7 @@ writers = Table(
     Column("name", String(32), primary_key=True),
     Column("batch", BigInteger, nullable=False),
     Column("epoch", BigInteger, nullable=False),
-    Column("began", Double),  # Unix time, s; NULL for servers of release 1.0
+    Column("former", String(32)),  # the server's epoch before; NULL in release 1.0
 )
 
 # Restores of backups, each of which began log `number` of the receipts; see history.py.

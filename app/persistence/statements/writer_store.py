@@ -25,14 +25,12 @@ class Backend:
     started: datetime
 
 
-def enter(connection: Connection, name: str, now: float) -> None:
-    """Add the epoch of a start at this Unix time, in s."""
-    connection.execute(insert(tables.writers).values(name=name, batch=0, epoch=0, began=now))
-
-
-def leave(connection: Connection, name: str) -> None:
-    """Delete the epoch of a former start."""
-    connection.execute(delete(tables.writers).where(tables.writers.c.name == name))
+def enter(connection: Connection, name: str, former: str) -> None:
+    """Add the epoch of a start, and delete the epoch before `former`, which is the last one."""
+    row = tables.writers
+    before = connection.scalar(select(row.c.former).where(row.c.name == former))
+    connection.execute(delete(row).where(row.c.name == before))
+    connection.execute(insert(row).values(name=name, batch=0, epoch=0, former=former))
 
 
 def last_batch(connection: Connection, name: str) -> int | None:
@@ -45,7 +43,7 @@ def last_batch(connection: Connection, name: str) -> int | None:
 def any_epoch(connection: Connection) -> bool:
     """Whether a server of this release has started with the ledger."""
     row = tables.writers.c
-    return bool(connection.scalar(select(func.count()).where(row.began.is_not(None))))
+    return bool(connection.scalar(select(func.count()).where(row.former.is_not(None))))
 
 
 _COUNT: Final = (

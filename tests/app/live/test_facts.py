@@ -17,7 +17,7 @@ from app.live.broadcast.audience import Player
 from app.live.live_table import LiveTable
 from app.persistence.ledger.commit_queue import Done
 from app.persistence.ledger.null_ledger import NullLedger
-from app.persistence.recovery import tables
+from app.persistence.recovery.recovery import load_table
 from app.persistence.statements import store
 from app.protocol import messages
 from app.rooms.keys import IdempotencyKey, KeyUse, UsedKey
@@ -263,7 +263,7 @@ class Tables(RuleBasedStateMachine):
         record.number, record.opened = run, self.ledger.opened[run]
         record.clock = runs.clock(record.opened, state.last)
         runs.begin(room.id, record)
-        late = tables.load(room, state, record.clock.tick)  # type: ignore[arg-type]
+        late = load_table(room, state, record.clock.tick)  # type: ignore[arg-type]
         self.ledger.take([room.format.result(run, each) for each in late])  # type: ignore[misc]
         assert room.world.tick >= state.last, "no drop is in the future"
         self.shown = 0

@@ -39,7 +39,7 @@ def upgrade() -> None:
         "INSERT INTO tallies (room, bin, results) "
         "SELECT room, COALESCE(bin, -1), COUNT(*) FROM results GROUP BY room, COALESCE(bin, -1)"
     )
-    op.add_column("writers", sa.Column("began", sa.Double(), nullable=True))
+    op.add_column("writers", sa.Column("former", sa.String(length=32), nullable=True))
     op.create_table(
         "restores",
         sa.Column("number", sa.Integer(), autoincrement=False, nullable=False),
