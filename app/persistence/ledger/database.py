@@ -154,8 +154,9 @@ class Database:
         with connection.begin():
             if place is None:
                 # A server that joins others has no file yet.
-                strange = self._beside and not self.shared and writer_store.any_epoch(connection)
-                what = f"{self._beside.path}, which belongs to it, is missing" if strange else None
+                what = None
+                if self._beside and not self.shared and writer_store.any_epoch(connection):
+                    what = f"{self._beside.path}, which belongs to it, is missing"
             elif place.log in history.former_logs(connection):
                 what = None  # another server has restored the ledger since
             else:
