@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import shutil
 import sqlite3
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
@@ -173,3 +174,9 @@ def break_page(file: Path, table: str) -> None:
     found = bytearray(file.read_bytes())
     found[(page - 1) * size] ^= 0x40
     file.write_bytes(found)
+
+
+def copy_ledger(file: Path, folder: Path) -> Path:
+    """Copy an SQLite ledger with its epoch, as if it had always been in this folder."""
+    shutil.copy(f"{file}-epoch", folder)
+    return Path(shutil.copy(file, folder))

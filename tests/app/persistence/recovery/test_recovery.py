@@ -3,7 +3,6 @@
 import asyncio
 import json
 import logging
-import shutil
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +21,16 @@ from app.rooms.log import verify_log
 from app.rooms.records import DropRow, ResultRow
 from app.rooms.stakes import payout_of
 from engine import PHYSICS_VERSION, Board, drop
-from tests.app.persistence.crash.life import BOARD, CLOCK, Life, break_page, change, living, look
+from tests.app.persistence.crash.life import (
+    BOARD,
+    CLOCK,
+    Life,
+    break_page,
+    change,
+    copy_ledger,
+    living,
+    look,
+)
 from tests.kit.player import playing
 from tests.kit.serving import serving
 from tests.kit.waiting import eventually, until
@@ -259,7 +267,7 @@ def played(tmp_path_factory: pytest.TempPathFactory) -> Played:
 async def test_one_damaged_room_is_set_aside_and_the_rest_play(
     played: Played, tmp_path: Path, name: str, caplog: pytest.LogCaptureFixture
 ) -> None:
-    url = f"sqlite:///{shutil.copy(played.file, tmp_path)}"
+    url = f"sqlite:///{copy_ledger(played.file, tmp_path)}"
     change(url, *DAMAGES[name])
     rows = look(url, store.open_room, played.own)
     with caplog.at_level(logging.ERROR):
@@ -299,7 +307,7 @@ async def test_a_sleeping_damaged_room_is_set_aside_when_asked_for(url: str) -> 
 
 
 async def test_a_damaged_list_of_rooms_refuses_the_start(played: Played, tmp_path: Path) -> None:
-    file = Path(shutil.copy(played.file, tmp_path))
+    file = copy_ledger(played.file, tmp_path)
     break_page(file, "rooms")
     with pytest.raises(DamagedRoomError, match="list of rooms is damaged: restore a backup"):
         async with living(f"sqlite:///{file}"):
@@ -380,7 +388,7 @@ async def test_a_moved_room_asked_for_by_many_comes_back_once(url: str) -> None:
 async def test_a_damaged_room_is_reported_to_clients_and_operators(
     played: Played, tmp_path: Path
 ) -> None:
-    file = Path(shutil.copy(played.file, tmp_path))
+    file = copy_ledger(played.file, tmp_path)
     lately = f"UPDATE rooms SET used = {time.time()}"  # or it would be closed as unused
     change(f"sqlite:///{file}", *DAMAGES["a seed is no number"], lately)
     break_page(file, "inputs")
