@@ -12,7 +12,7 @@ import httpx
 import yaml
 from click.testing import CliRunner
 
-from app.cli import plinko
+from app.cli import main, plinko
 from app.listening import SHUTDOWN_SECONDS
 from app.settings import Settings, not_settings
 from tests.app.conftest import TINY
@@ -92,6 +92,7 @@ def test_a_documented_backup_restores_rooms_tokens_and_keys(
     left = {path.name for path in home.iterdir() if path.is_file()} - {
         *secrets.split(),
         "plinko.db-lock",
+        "plinko.db-epoch",
     }
     (gone,) = re.findall(r"delete ((?:`plinko\.db[\w-]*`(?:, | and )?)+)", PAGE)
     assert left <= set(re.findall(r"`([^`]+)`", gone)), "nothing of the former ledger stays"
@@ -99,6 +100,8 @@ def test_a_documented_backup_restores_rooms_tokens_and_keys(
     shutil.rmtree(home)  # only the backup is left
     backup = tmp_path / "backup"
     shutil.copytree(backup, home)
+    assert "plinko ledger restore --data" in PAGE
+    assert main(["ledger", "restore", "--data", str(home)]) == 0
     with serving(**ledger) as server:
         drops = at(server, f"{room}/log").json()["drops"]
         assert [each["result"]["digest"] for each in drops] == [landed["landed"]["digest"]]
