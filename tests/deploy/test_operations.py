@@ -101,7 +101,7 @@ def test_a_documented_backup_restores_rooms_tokens_and_keys(
     backup = tmp_path / "backup"
     shutil.copytree(backup, home)
     assert "plinko ledger restore --data" in PAGE
-    assert main(["ledger", "restore", "--data", str(home)]) == 0
+    assert main(["ledger", "restore", "--database-url", f"sqlite:///{home}/plinko.db"]) == 0
     with serving(**ledger) as server:
         drops = at(server, f"{room}/log").json()["drops"]
         assert [each["result"]["digest"] for each in drops] == [landed["landed"]["digest"]]
