@@ -1,0 +1,186 @@
+"""Random corners: a ball that touches two surfaces, what the laws allow, and what the solver does.
+
+`python -m tests.engine.exact.corners COUNT` prints how many of COUNT states have one solution of
+the laws or several, which one the exact solver takes, and which time steps take.
+"""
+
+import argparse
+import math
+import sys
+from collections import Counter
+from dataclasses import dataclass, replace
+from random import Random
+from typing import Final
+from unittest import mock
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.board.materials import Material
+from engine.board.model import Board
+from engine.board.parts import Peg, Wall
+from engine.constants import KIND_PEG, KIND_WALL, MAX_TIME
+from engine.drops.trajectory import Trajectory
+from engine.exact import initial_state
+from engine.exact.board_arrays import arrays_of
+from engine.exact.event_log import EVENTS, SEGMENTS, new_log
+from engine.exact.next_impact import BOUNCED, LIFTED
+from engine.exact.outcome import IMPULSE_LIMIT, WEDGED
+from engine.exact.trace import trace_many
+from engine.exact.two_contacts import BOUNCES_ON, FLIES, LIES_STILL, LIFTS, meet
+from engine.parameters import Exact
+from engine.physics import body
+from engine.physics.contact import new_series
+from engine.physics.surface import side_of
+from tests.engine.multibody.static_scenes import place
+from tests.engine.oracle.time_stepping import (
+    OPEN,
+    Body,
+    Contact,
+    Motion,
+    Solution,
+    Velocity,
+    World,
+    solutions,
+    step,
+    swept,
+)
+
+Floats = npt.NDArray[np.float64]
+
+R: Final = 0.05
+"""m; the ball's radius."""
+
+EARLY: Final = 1e-4
+"""s; so short that a ball from rest has nearly constant acceleration, and slips as at the start."""
+
+ROOM: Final = 4096  # rows of a log
+
+
+@dataclass(frozen=True)
+class Corner:
+    """A ball at (0, 0) that touches two surfaces.
+
+    degrees: the angles of both normals from straight up, positive if they lean right. pegs: the
+    radius in m of each surface if it is a peg, 0 for a wall. friction: of the ball with each.
+    """
+
+    degrees: tuple[float, float]
+    pegs: tuple[float, float]
+    friction: tuple[float, float]
+    restitution: float = 0.0
+    gravity: float = 9.81
+    drag: float = 0.0
+
+    @property
+    def normals(self) -> list[tuple[float, float]]:
+        angles = map(math.radians, self.degrees)
+        return [(math.sin(angle), -math.cos(angle)) for angle in angles]
+
+    def contacts(self, slip: int) -> list[Contact]:
+        pairs = zip(self.normals, self.friction, strict=True)
+        return [Contact(nx, ny, friction, 0.0, slip) for (nx, ny), friction in pairs]
+
+    def solutions(self, omega: float) -> list[Solution]:
+        """Accelerations of a ball at rest that spins at omega rad/s, by all forces that the laws
+        allow. Its slip is -omega R at both contacts."""
+        sign = (omega < 0.0) - (omega > 0.0)
+        return solutions(self.contacts(sign), Velocity(0.0, self.gravity, 0.0), R)
+
+    @property
+    def coupling(self) -> float:
+        """p q, where p is how much a force of one contact, with its friction, pushes off the other,
+        and q the reverse, for a ball with spin > 0. The matrix ((1, p), (q, 1)) has the eigenvalues
+        1 +- sqrt(p q); a force at both contacts has one solution, whatever the weight, if p q < 1."""
+        (ax, ay), (bx, by) = self.normals
+        a, b = self.friction
+        p = ax * (bx - b * by) + ay * (by + b * bx)
+        q = bx * (ax - a * ay) + by * (ay + a * ax)
+        return p * q
+
+    @property
+    def board(self) -> Board:
+        pegs, walls = [], []
+        for (nx, ny), radius in zip(self.normals, self.pegs, strict=True):
+            if radius > 0.0:
+                pegs.append(Peg(-(R + radius) * nx, -(R + radius) * ny, radius))
+            else:
+                walls.append(Wall(-R * nx + ny, -R * ny - nx, -R * nx - ny, -R * ny + nx))
+        board = place(
+            pegs=tuple(pegs), walls=tuple(walls), restitution=self.restitution, friction=1.0,
+            drag=self.drag, gravity=self.gravity, radius=R,
+        )  # fmt: skip
+        with mock.patch("engine.board.checks.playable.check"):
+            for radius, friction in zip(self.pegs, self.friction, strict=True):
+                material = Material(self.restitution, friction * friction)
+                if radius > 0.0:
+                    board = replace(board, peg_material=material)
+                else:
+                    board = replace(board, wall_material=material)
+        return board
+
+    @property
+    def world(self) -> World:
+        bodies = []
+        for (nx, ny), radius, friction in zip(self.normals, self.pegs, self.friction, strict=True):
+            ends = (-(R + radius) * nx, -(R + radius) * ny) * 2
+            if radius == 0.0:
+                ends = (-R * nx + ny, -R * ny - nx, -R * nx - ny, -R * ny + nx)
+            bodies.append(Body(*ends, radius, self.restitution, friction))
+        return World(bodies, self.gravity, self.drag, R)
+
+    def path(self, velocity: Velocity) -> Trajectory:
+        """The exact solver's path of a ball that meets the second surface while on the first."""
+        board = self.board
+        arrays, log = arrays_of(board), new_log(ROOM, ROOM)
+        start = np.array([0.0, 0.0, 0.0, velocity.vx, velocity.vy, 0.0, velocity.omega])
+        state = start.copy()
+        # A peg has one item, a wall three; pegs come first.
+        peg_count = len(board.pegs)
+        walls = iter(range(peg_count, len(arrays.items), 3))
+        pegs = iter(range(peg_count))
+        a, b = (next(pegs if radius > 0.0 else walls) for radius in self.pegs)
+        sides = [side_of(arrays.items, item, 0.0, 0.0) for item in (a, b)]
+        how, item, side, other, roots = meet(arrays, state, a, sides[0], b, sides[1], log)
+        outcome = np.array([WEDGED if how == LIES_STILL else IMPULSE_LIMIT], np.int8)
+        if how not in {LIES_STILL, BOUNCES_ON}:
+            phases = {FLIES: BOUNCED, LIFTS: LIFTED}
+            initial = initial_state.in_flight(1)
+            initial[0, initial_state.SURFACE] = item
+            initial[0, initial_state.SIDE] = int(side)
+            initial[0, initial_state.PHASE] = phases.get(how, initial_state.LYING)
+            initial[0, initial_state.SLIP_ROOTS] = roots
+            initial[0, initial_state.BESIDE] = other
+            trace_many(
+                arrays, state.reshape(1, -1), initial, ROOM // 4, MAX_TIME, new_series(), log,
+                outcome, np.zeros(1, np.int32), np.zeros(1, np.int32),
+            )  # fmt: skip
+        events, segments = log.counts[EVENTS], log.counts[SEGMENTS]
+        return Trajectory(
+            board, Exact(), start, state, int(outcome[0]), -1,
+            log.events[:events], log.marks[:events], log.segments[:segments],
+        )  # fmt: skip
+
+    def stepped(self, velocity: Velocity, seconds: float, steps: int) -> Motion:
+        """The motion by time steps."""
+        world, now = self.world, Motion(0.0, 0.0, velocity)
+        for _ in range(steps):
+            now = step(world, now, seconds / steps)
+        return now
+
+
+def corner(choice: Random, restitution: float = 0.0) -> Corner:
+    """Any two surfaces that are not nearly parallel; only a peg and a wall differ in friction."""
+    while True:
+        a, b = choice.uniform(-170.0, 170.0), choice.uniform(-170.0, 170.0)
+        if abs(math.sin(math.radians(a - b))) > 0.02:
+            break
+    pegs = choice.choice([(0.0, 0.0), (0.03, 0.08), (0.1, 0.0), (0.0, 0.2)])
+    one, other = choice.uniform(0.0, 2.0), choice.uniform(0.0, 2.0)
+    alike = (pegs[0] > 0.0) == (pegs[1] > 0.0)
+    return Corner((a, b), pegs, (one, one if alike else other), restitution)
+
+
+def spin(choice: Random) -> float:
+    """rad/s; the ball slips at 5 cm/s or more."""
+    return choice.choice([-1.0, 1.0]) * choice.uniform(1.0, 100.0)
