@@ -30,7 +30,7 @@ SWEEPS: Final = 100
 """Sweeps of one step, at most."""
 
 CLOSE: Final = 1e-13
-"""Change of the impulses in one sweep, relative to speeds and impulses, after which they are found."""
+"""Change of the impulses in the last sweep, relative to speeds and impulses."""
 
 OPEN, STICKS, SLIPS, SLIPS_BACK = range(4)
 """What a contact does; `SLIPS` is along the tangent, `SLIPS_BACK` against it."""
