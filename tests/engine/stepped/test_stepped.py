@@ -1,6 +1,7 @@
 """The stepped solver: laws of its impacts, no tunnelling, bounded energy, convergence."""
 
 import math
+import random
 from itertools import pairwise
 
 import numpy as np
@@ -21,6 +22,7 @@ from engine.physics import body
 from engine.stepped.step import push_out
 from tests.engine.exact.test_exact import overlap
 from tests.engine.multibody.static_scenes import box, mirrored, place
+from tests.long import tries
 
 Floats = npt.NDArray[np.float64]
 
@@ -230,6 +232,53 @@ def test_it_converges_to_the_exact_path_as_the_step_falls() -> None:
     assert all(fine < coarse for coarse, fine in pairwise(means))
     order = math.log2(means[0] / means[-1]) / 4.0
     assert 0.8 < order < 1.3
+
+
+DROPPED, THROWN = np.zeros(3), np.array([0.4, 0.7, 15.0])
+
+
+def impact_errors(start: Floats, drag: float, solver: Stepped, levels: int) -> Floats:
+    """Errors of the first impact on a peg: time, place, velocity; a row for each halving of dt."""
+    pegs = (Peg(0.0, 0.0, 0.1),)
+    board = place(pegs=pegs, restitution=0.6, friction=0.2, drag=drag, radius=0.1)
+    exact = follow(board, start, Exact(), max_events=1).events[0]
+    rows = []
+    for level in range(levels):
+        halved = Stepped(solver.dt / 2**level, solver.substeps, solver.correction)
+        found = follow(board, start, halved, max_events=1).events[0] - exact
+        rows.append([abs(found[0]), math.hypot(*found[1:3]), math.hypot(*found[3:5])])
+    return np.array(rows)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("solver", [Stepped(1.0 / 60.0, 1), Stepped(1.0 / 60.0, 4, 0.8)])
+@pytest.mark.parametrize(
+    ("velocity", "drag", "orders"),
+    [
+        (DROPPED, 0.0, (1.0, 0.0, 2.0)),
+        (DROPPED, 1.0, (1.0, 0.0, 1.0)),
+        (THROWN, 0.0, (1.0, 1.0, 1.0)),
+    ],
+)
+def test_an_impact_is_of_first_order_but_for_the_velocity_of_a_dropped_ball(
+    solver: Stepped, velocity: Floats, drag: float, orders: tuple[float, float, float]
+) -> None:
+    """A dropped ball comes half a substep late on the same upright line. Without drag, its speed
+    there is that of the fall from its height."""
+    levels = tries(6, 11)
+    choice, errors = random.Random("one impact"), []
+    for _ in range(tries(31, 301)):
+        x, y = choice.uniform(-0.15, 0.15), choice.uniform(-1.2, -0.6)
+        thrown_at = velocity * (1.0 if x < 0.0 else np.array([-1.0, 1.0, 1.0]))
+        errors.append(impact_errors(thrown(x, y, *thrown_at), drag, solver, levels))
+    first, last = np.median(errors, axis=0)[[0, -1]]
+    if velocity is DROPPED:
+        assert first[0] == pytest.approx(0.5 * solver.h, rel=0.05)
+    for coarse, fine, order in zip(first, last, orders, strict=True):
+        if order == 0.0:
+            assert max(coarse, fine) < 1e-15
+        else:
+            assert math.log2(coarse / fine) / (levels - 1) == pytest.approx(order, abs=0.15 * order)
 
 
 def test_a_free_fall_is_what_semi_implicit_euler_gives() -> None:
