@@ -257,13 +257,16 @@ def steps_agree(made: Corner, start: Velocity) -> bool:
     return math.hypot(now.x - x, now.y - y) < 1e-4
 
 
-def hit(made: Corner, start: Velocity) -> tuple[Velocity, list[Velocity]]:
-    """The velocity after the exact solver's impulses in turn, and those after impulses at once."""
+def hit(made: Corner, start: Velocity) -> tuple[Velocity | None, list[Velocity]]:
+    """The velocity after the exact solver's impulses in turn, None if they do not end, and the
+    velocities after impulses at once."""
     path = made.path(start)
-    hits = path.events[
-        np.isin(path.marks[:, 0], (KIND_PEG, KIND_WALL)) & (path.events[:, 0] == 0.0)
-    ]
-    return Velocity(*hits[-1, 3:6].tolist()), motions(solutions(made.contacts(0), start, R))
+    at_once = motions(solutions(made.contacts(0), start, R))
+    if path.outcome == IMPULSE_LIMIT:
+        return None, at_once
+    hits = path.events[np.isin(path.marks[:, 0], (KIND_PEG, KIND_WALL))]
+    last = hits[hits[:, 0] == 0.0][-1]
+    return Velocity(*last[3:6].tolist()), at_once
 
 
 def _running(count: int) -> None:
@@ -273,8 +276,11 @@ def _running(count: int) -> None:
     for _ in range(count):
         after, at_once = hit(*runs_into(choice))
         allowed = "one solution" if len(at_once) == 1 else "several" if at_once else "none"
-        is_one = any(is_alike(after, other) for other in at_once)
-        kinds[f"{allowed}; impulses in turn are {'one' if is_one else 'another'}"] += 1
+        if after is None:
+            kinds[f"{allowed}; impulses in turn do not end"] += 1
+        else:
+            is_one = any(is_alike(after, other) for other in at_once)
+            kinds[f"{allowed}; impulses in turn are {'one' if is_one else 'another'}"] += 1
     for kind, number in kinds.most_common():
         sys.stdout.write(f"{number:6d}  {kind}\n")
 

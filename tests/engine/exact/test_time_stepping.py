@@ -221,22 +221,23 @@ def test_a_ball_without_spin_moves_if_the_laws_allow_it() -> None:
 
 @pytest.mark.long
 def test_plastic_impulses_in_turn_are_mostly_those_at_once() -> None:
-    """Always without friction, and in more than nine of ten cases with it."""
+    """With friction in nearly nine of ten cases."""
     choice, others = Random("running into"), 0
     for _ in range(STATES):
         made, start = runs_into(choice)
         after, at_once = hit(made, start)
         assert at_once, made
-        others += not any(is_alike(after, other) for other in at_once)
-    assert others <= 0.1 * STATES
+        others += after is None or not any(is_alike(after, other) for other in at_once)
+    assert others <= 0.15 * STATES
 
 
 def test_without_friction_plastic_impulses_in_turn_are_those_at_once() -> None:
-    choice = Random("smooth")
+    """If they end: between nearly parallel surfaces they do not."""
+    choice, ended = Random("smooth"), 0
     for _ in range(60):
         made, start = runs_into(choice)
-        if abs(math.sin(math.radians(made.degrees[0] - made.degrees[1]))) < 0.4:
-            continue  # the impulses do not end in time
-        smooth = Corner(made.degrees, made.pegs, (0.0, 0.0))
-        after, at_once = hit(smooth, start)
-        assert any(is_alike(after, other) for other in at_once), made
+        after, at_once = hit(Corner(made.degrees, made.pegs, (0.0, 0.0)), start)
+        if after is not None:
+            ended += 1
+            assert any(is_alike(after, other) for other in at_once), made
+    assert ended > 50
