@@ -12,9 +12,13 @@ from engine.constants import KIND_PEG, KIND_WALL
 from engine.drops.trajectory import at_start, follow
 from engine.parameters import Exact
 from engine.seeding import start_xs
-from tests.engine.oracle import OracleDrop, oracle_drop
+from tests.engine.exact.corners import Corner, holds
+from tests.engine.oracle import CUT, OracleDrop, oracle_drop
 from tests.engine.oracle.comparison import FELT, compare, compare_path
+from tests.engine.oracle.drop import Run
+from tests.engine.oracle.scene import Scene
 from tests.engine.oracle.scenes import scene
+from tests.engine.oracle.time_stepping import Velocity
 from tests.engine.wall_boards import seeds_of, wall_board, wall_pair
 from tests.long import tries
 
@@ -126,6 +130,21 @@ def test_a_ball_that_stops_in_a_notch_spins_down_and_goes_on_along_the_slope() -
     assert oracle.reason is None
     assert oracle.x_end < -1.0
     assert compare(board, 0.5).verdict in {"equal", "close"}
+
+
+def test_a_spinning_ball_that_stops_below_two_overhangs_falls_with_its_spin() -> None:
+    """Friction could hold it: the sum of the forces along both friction cones can be its weight."""
+    made, omega = Corner((-102.0, 115.0), (0.1, 0.0), (0.07, 1.7)), -73.0
+    assert any(holds(solution) for solution in made.solutions(omega))
+    run = Run(Scene(made.board, 30), 0, 10, CUT)
+    nx, ny = made.normals[1]
+    wall = max(run.scene.faces, key=lambda face: face.nx * nx + face.ny * ny)
+    run.now = run.now._replace(omega=run.scene.ctx.mpf(omega))
+    run.rest_in(run.scene.circles[0], wall)
+    assert (run.end, run.pieces, run.now.omega) == (None, [], omega)
+    exact = made.path(Velocity(0.0, 0.0, omega)).states_at(np.array([0.01]))[0]
+    assert exact[2] == pytest.approx(0.5 * 9.81 * 1e-4)
+    assert exact[6] == omega
 
 
 # The exact solver against the oracle.

@@ -142,7 +142,7 @@ class OracleDrop:
         return state.x, state.y
 
 
-class _Run:
+class Run:
     """Plays one ball from its start to its end."""
 
     def __init__(
@@ -233,7 +233,7 @@ class _Run:
                 return
             notch = self._notch(touching)
             if notch is not None:
-                self._rest_in(*notch)
+                self.rest_in(*notch)
                 return
         approached = any(self._speed_off(b) < -self.scene.tiny for b in touching)
         if self._speed_off(body) < self.cut and self._stays(body) and not approached:
@@ -263,10 +263,12 @@ class _Run:
             raise OracleError("a ball that stops at three surfaces")
         return (distinct[0], distinct[1]) if len(distinct) == 2 else None
 
-    def _rest_in(self, a: Body, b: Body) -> None:
+    def rest_in(self, a: Body, b: Body) -> None:
         """A ball that has stopped in a notch spins down, then goes on along one side, or falls."""
         zero = self.scene.ctx.zero
         self.now = self.now._replace(vx=zero, vy=zero)
+        if all(body.normal(self.now.x, self.now.y)[1] >= 0 for body in (a, b)):
+            return  # both overhang: it falls
         brake = self._brake(a, b)
         if brake is not None:
             start, size = self.now, self.scene.radius
@@ -281,8 +283,6 @@ class _Run:
                 if self._opens(stays, other):
                     self._ride(stays)
                     return
-            if all(body.normal(self.now.x, self.now.y)[1] >= 0 for body in (a, b)):
-                return  # both overhang: it falls
         self.end = "pinned between two bodies"
 
     def _brake(self, a: Body, b: Body) -> Real | None:
@@ -407,9 +407,9 @@ def oracle_drop(
 
     def again(shake: Real, pattern: int) -> OracleDrop:
         beside = real(x_start) + real(NUDGE)
-        return _Run(scene, beside, max_events, real(cut), real(shake), pattern).run()
+        return Run(scene, beside, max_events, real(cut), real(shake), pattern).run()
 
-    drop = _Run(scene, real(x_start), max_events, real(cut)).run()
+    drop = Run(scene, real(x_start), max_events, real(cut)).run()
     drop._again = again
     return drop
 

@@ -269,7 +269,7 @@ def test_an_impact_is_of_second_order_but_for_the_lag_of_the_velocity_and_drag(
     """The lag makes a dropped ball come later, by half a substep, on the same upright line."""
     choice, halvings, errors = random.Random("one impact"), tries(5, 10), []
     solvers = [Stepped(1.0 / 60.0 / n, substeps, correction) for n in (1, 2**halvings)]
-    for _ in range(tries(51, 501)):
+    for _ in range(tries(201, 1001)):
         start = thrown(choice.uniform(-0.15, 0.15), choice.uniform(-1.2, -0.6), *velocity)
         start[body.VX] = -math.copysign(start[body.VX], start[body.X])
         errors.append([impact_errors(start, drag, solver, lag=lag) for solver in solvers])
