@@ -324,11 +324,11 @@ class _Check:
         if export.server_seed is None or export.client_seed is None:
             return None
         secrets = (export.server_seed, export.client_seed)
-        known = (*(parse_hex(each, "seed") for each in secrets), receipt.drop)
+        server, client = (parse_hex(each, "seed") for each in secrets)
         digest = bytes.fromhex(self._board.digest)
         if self._draw is None:
-            return str(drop_seed(*known, digest))
-        return str(self._draw.pick(draw_mac(*known, digest))[1])
+            return str(drop_seed(server, client, receipt.drop, digest))
+        return str(self._draw.pick(draw_mac(server, client, receipt.drop, digest))[1])
 
 
 def _hashes(values: Sequence[str]) -> list[bytes]:

@@ -5,9 +5,9 @@ table `writers` has the number of its last commit. The file beside the ledger ha
 the number of the last commit that may be acknowledged. A ledger that lacks this epoch, or is behind
 this number, has lost commits: its write-ahead log was cut, a backup was restored, or it is a copy.
 
-The order of the steps, each durable before the next:
+The order of the steps:
 
-    start   the new epoch's row is committed; the file gets the new epoch
+    start   the new epoch's row is committed; the file gets the new epoch, durably
     commit  COMMIT with the number n; the file gets n; callers receive the outcome
 
 Nothing restored, nothing refused, wherever a process or a machine dies: a start deletes only the
@@ -17,9 +17,10 @@ Restored, therefore refused: whatever was acknowledged has a commit number up to
 file's epoch or before it. A ledger of an earlier state lacks that epoch, or has a lower number. An
 epoch of which the file has no trace acknowledged nothing, because its start did not end.
 
-The number is overwritten in place, 87 bytes within one sector, and a new epoch replaces the file.
-Waiting for it costs a second sync for each commit: a number that may be lost with the power would
-accept an older ledger.
+A new epoch replaces the file. The number is overwritten in place, 87 bytes within one sector,
+without waiting for the disk: that would double the time of a commit. So a power cut may set the
+number back by the seconds that the system keeps writes in memory, never forward. Only a backup that
+was made in these very seconds, and is restored right after the cut, is then taken for the present.
 """
 
 import os
@@ -81,15 +82,15 @@ class EpochFile:
         self.close()
         self.path.parent.mkdir(0o700, parents=True, exist_ok=True)
         draft = self.path.with_name(f"{self.path.name}-new")
-        # O_DSYNC: each write returns when it is on the disk.
-        flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC | os.O_DSYNC
+        flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC
         self._descriptor, self._place = os.open(draft, flags, 0o600), place
         os.pwrite(self._descriptor, place.line(), 0)
+        os.fsync(self._descriptor)
         os.replace(draft, self.path)
         sync_names(self.path.parent)
 
     def note(self, commit: int) -> None:
-        """Write the number of a commit, which is durable on return."""
+        """Write the number of a commit, without waiting for the disk."""
         assert self._descriptor is not None
         assert self._place is not None
         os.pwrite(self._descriptor, self._place._replace(commit=commit).line(), 0)

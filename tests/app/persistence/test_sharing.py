@@ -28,6 +28,7 @@ from app.live.broadcast.hub import Client, Mailbox
 from app.live.open_rooms import UNUSED_SECONDS
 from app.live.sessions.fair_sessions import FairSessions
 from app.persistence.checks.audit import Audit
+from app.persistence.keys import SigningKey
 from app.persistence.ledger.database import Database
 from app.persistence.statements import lease_store, store
 from app.protocol.wire import WireMessage
@@ -469,10 +470,17 @@ async def test_sessions_have_numbers_of_their_own_at_every_server(address: str) 
 # Players' sessions.
 
 
+class SameKey(SigningKey):
+    """The key of both servers."""
+
+    def __init__(self) -> None:
+        self._signer = Signer(b"\x07" * 32)
+
+
 def fair(life: Life) -> FairSessions:
     return FairSessions(
         life.rooms.persistence,
-        Signer(b"\x07" * 32),
+        SameKey(),
         kernel_digest=KERNEL,
         rest=1e6,
         draw=lambda count: b"\x01" * count,

@@ -145,8 +145,9 @@ class Backups:
 
     def take(self) -> list[tuple[str, int]]:
         """The ledger's epochs and commits, which stand for a backup."""
-        return look(self.url, lambda c: [tuple(row) for row in c.exec_driver_sql(
-            "SELECT name, batch FROM writers")])  # fmt: skip
+        found: list[tuple[str, int]] = look(self.url, lambda c: [tuple(row) for row in
+            c.exec_driver_sql("SELECT name, batch FROM writers")])  # fmt: skip
+        return found
 
     def restore(self, backup: list[tuple[str, int]]) -> None:
         def back(connection: object) -> None:
