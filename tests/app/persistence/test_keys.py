@@ -6,6 +6,7 @@ import hashlib
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -217,11 +218,12 @@ def test_concurrent_repeats_are_one_fact(server: Running, way: Way) -> None:
     assert others == [first] * 7
 
 
-def test_a_repeat_after_a_restart_gets_the_same_fact(url: str) -> None:
-    with serving(database_url=url, **SETTINGS) as server:
+def test_a_repeat_after_a_restart_gets_the_same_fact(url: str, tmp_path: Path) -> None:
+    settings = {"database_url": url, "data": str(tmp_path), **SETTINGS}
+    with serving(**settings) as server:
         scene = scene_at(server)
         first = {way: way(server, scene, FIRST, ONE, way.__name__) for way in WAYS}
-    with serving(database_url=url, **SETTINGS) as server:
+    with serving(**settings) as server:
         for way in WAYS:
             assert way(server, scene, FIRST, ONE, way.__name__) == first[way]
             assert way(server, scene, FIRST, OTHER, way.__name__) == REUSED

@@ -4,7 +4,6 @@ import asyncio
 import json
 import math
 import re
-import shutil
 import sqlite3
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,7 +20,7 @@ from app.persistence.statements import store, tables
 from app.rooms.kinds import INDEPENDENT
 from engine import Board, World, drop
 from engine.drops.flight import ticks_of
-from tests.app.persistence.crash.life import BOARD, break_page, living, look
+from tests.app.persistence.crash.life import BOARD, break_page, copy_ledger, living, look
 from tests.kit.postgres import PostgreSQL
 
 _OWN = "(SELECT number FROM rooms WHERE owned)"
@@ -140,7 +139,7 @@ def harm(file: Path, statement: str) -> None:
 def test_each_damage_is_named(
     played: Ledger, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
 ) -> None:
-    url = f"sqlite:///{shutil.copy(played.file, tmp_path)}"
+    url = f"sqlite:///{copy_ledger(played.file, tmp_path)}"
     statement, room, what = FINDINGS[name]
     harm(tmp_path / "plinko.db", statement)
     code, said = check(capsys, url)
@@ -153,7 +152,7 @@ def test_each_damage_is_named(
 def test_a_checkpoint_that_is_another_is_found_by_playing_again(
     played: Ledger, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    url = f"sqlite:///{shutil.copy(played.file, tmp_path)}"
+    url = f"sqlite:///{copy_ledger(played.file, tmp_path)}"
     with sqlite3.connect(tmp_path / "plinko.db") as connection:
         where = "WHERE mode = 'interacting'"
         (kept,) = connection.execute(f"SELECT checkpoint FROM rooms {where}").fetchone()
@@ -173,7 +172,7 @@ def test_a_checkpoint_that_is_another_is_found_by_playing_again(
 def test_sessions_of_another_physics_are_held_to_their_payouts(
     played: Ledger, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    url = f"sqlite:///{shutil.copy(played.file, tmp_path)}"
+    url = f"sqlite:///{copy_ledger(played.file, tmp_path)}"
     harm(tmp_path / "plinko.db", "UPDATE rooms SET physics_version = 1")
     harm(tmp_path / "plinko.db", f"UPDATE results SET digest = 'd' WHERE room = {_OWN}")
     code, said = check(capsys, url)
@@ -185,7 +184,7 @@ def test_sessions_of_another_physics_are_held_to_their_payouts(
 def test_damaged_pages_are_reported_and_the_rest_is_read(
     played: Ledger, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    file = Path(shutil.copy(played.file, tmp_path))
+    file = copy_ledger(played.file, tmp_path)
     break_page(file, "inputs")
     assert main(["ledger", "check", "--database-url", f"sqlite:///{file}"]) == 1
     said = capsys.readouterr().out
@@ -233,7 +232,7 @@ def test_postgresqls_own_check_is_asked_where_it_is_installed(
 def test_a_room_that_is_given_up_returns_what_was_staked(
     played: Ledger, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    url = f"sqlite:///{shutil.copy(played.file, tmp_path)}"
+    url = f"sqlite:///{copy_ledger(played.file, tmp_path)}"
     number = look(url, store.open_room, "main").number
     harm(tmp_path / "plinko.db", f"UPDATE drops SET seed = 'x' WHERE room = {number}")
     order = ["ledger", "retire", "main", "--database-url", url]

@@ -17,7 +17,7 @@ DAY = 86400.0
 BOARD = "b" * 64
 
 
-def fill(url: str) -> None:
+def fill(url: str, folder: Path) -> None:
     """Three old rooms with a drop each: 1 closed 100 days ago, 2 closed yesterday, 3 open."""
     now = time.time()
     old = RoomRow(1, "r1", BOARD, "independent", True, 60, 1, now - 200 * DAY, now - 200 * DAY)
@@ -28,16 +28,16 @@ def fill(url: str) -> None:
         writes.append(ResultRow(room, 0, 9, 1, 1.0, 0.1, 0.0, "d" * 64, None))
         writes.append(InputRow(room, 0, 0, "{}"))
     writes += [Close(1, 9, now - 100 * DAY), Close(2, 9, now - DAY)]
-    database = Database(url)
+    database = Database(url, beside=folder / "epoch")
     database.open()
     with database.transaction() as connection:
         writing.apply(connection, writes)
     database.close()
 
 
-def rooms_of(url: str) -> dict[str, list[int]]:
+def rooms_of(url: str, folder: Path) -> dict[str, list[int]]:
     """The rooms that still have rows, for each table."""
-    database = Database(url)
+    database = Database(url, beside=folder / "epoch")
     database.open()
     columns = {
         "rooms": tables.rooms.c.number,
@@ -56,16 +56,16 @@ def rooms_of(url: str) -> dict[str, list[int]]:
 
 
 def test_closed_rooms_that_are_old_enough_go_with_all_they_held(
-    url: str, capsys: pytest.CaptureFixture[str]
+    url: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    fill(url)
-    order = ["ledger", "prune", "--keep-days", "30", "--database-url", url]
+    fill(url, tmp_path)
+    order = ["ledger", "prune", "--keep-days", "30", "--database-url", url, "--data", str(tmp_path)]
     assert main([*order, "--dry-run"]) == 0
     assert capsys.readouterr().out == "1 closed rooms, 1 drops, 1 inputs would be deleted\n"
-    assert set(map(tuple, rooms_of(url).values())) == {(1, 2, 3)}
+    assert set(map(tuple, rooms_of(url, tmp_path).values())) == {(1, 2, 3)}
     assert main(order) == 0
     assert capsys.readouterr().out == "1 closed rooms, 1 drops, 1 inputs deleted\n"
-    assert set(map(tuple, rooms_of(url).values())) == {(2, 3)}
+    assert set(map(tuple, rooms_of(url, tmp_path).values())) == {(2, 3)}
     assert main(order) == 0
     assert capsys.readouterr().out == "0 closed rooms, 0 drops, 0 inputs deleted\n"
 
@@ -73,7 +73,7 @@ def test_closed_rooms_that_are_old_enough_go_with_all_they_held(
 def test_the_file_gets_smaller(tmp_path: Path) -> None:
     file = tmp_path / "plinko.db"
     url = f"sqlite:///{file}"
-    fill(url)
+    fill(url, tmp_path)
     database = Database(url)
     database.open()
     with database.transaction() as connection:
