@@ -97,18 +97,26 @@ class Workers:
         return cast(T, done.value)
 
     async def measured(
-        self, work: Callable[[], object], *, quick: bool = False, deadline: float = DEADLINE
+        self,
+        work: Callable[[], object],
+        *,
+        quick: bool = False,
+        deadline: float = DEADLINE,
+        spend: Callable[[float], None] = lambda seconds: None,
     ) -> Done:
-        """Like `run`, but return the time it took too; an error that `work` raised is in `Done`."""
+        """Like `run`, but return the time it took too; an error that `work` raised is in `Done`.
+
+        `spend` is called with the CPU seconds used, even if the work is interrupted.
+        """
         self._check_open()
         if self.full:
             raise BusyError(f"the server already has {self.jobs} jobs; try again later")
         async with self._turn(quick):
             message = packed(work)
             while self._idle:  # an idle worker may have ended since its last job
-                if done := await self._by(self._idle.pop(), message, deadline):
+                if done := await self._by(self._idle.pop(), message, deadline, spend):
                     return done
-            if done := await self._by(await self._start(), message, deadline):
+            if done := await self._by(await self._start(), message, deadline, spend):
                 return done
             raise EndedError("the process that should compute this ended; try again")
 
@@ -150,7 +158,9 @@ class Workers:
                 self._running.append(job)
                 job.turn.set()
 
-    async def _by(self, worker: WorkerProcess, work: bytes, seconds: float) -> Done | None:
+    async def _by(
+        self, worker: WorkerProcess, work: bytes, seconds: float, spend: Callable[[float], None]
+    ) -> Done | None:
         """Have this worker do the job; then keep it as idle, or end it if anything went wrong."""
         done = None
         self._working.append(worker)
@@ -159,9 +169,10 @@ class Workers:
             done = await worker.do(work, seconds)
         finally:
             self._working.remove(worker)
+            self.seconds += worker.spent
+            spend(worker.spent)
             if done is None or worker.ends or self._closed:
                 worker.end()
             else:
                 self._idle.append(worker)
-        self.seconds += done.seconds if done else 0.0
         return done

@@ -12,9 +12,11 @@ import pickle
 import signal
 import socket
 import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import forkserver
+from pathlib import Path
 from typing import Any, Final
 
 from app.computing.inside import serve
@@ -81,6 +83,7 @@ class WorkerProcess:
             raise
         finally:
             theirs.close()
+        self.spent = 0.0  # CPU seconds that the last job took, or had taken when it was interrupted
         self.ends = False  # whether the process ends by itself after its last reply
 
     @property
@@ -92,24 +95,28 @@ class WorkerProcess:
         """Send packed work and return the reply, or None if the process ended before it began.
 
         Raises DeadlineError if the work takes more than `seconds` CPU seconds; EndedError if the
-        process ended after it had begun. The worker is then unusable.
+        process ended after it had begun. After these, or if cancelled, the worker is unusable.
         """
-        begun = False
+        self.spent, before, begun = 0.0, self._used(), False
         try:
             request = REQUEST.pack(len(work), seconds) + work
             await asyncio.get_running_loop().sock_sendall(self._line, request)
             begun = await self._read(len(BEGUN)) == BEGUN
-            size, spent, self.ends = REPLY.unpack(await self._read(REPLY.size))
+            size, self.spent, self.ends = REPLY.unpack(await self._read(REPLY.size))
             value, error = pickle.loads(await self._read(size))
+        except asyncio.CancelledError:
+            self.spent = min(max(self._used() - before, 0.0), seconds)
+            raise
         except (EOFError, OSError) as gone:
             if not begun:
                 return None
             if await self._exit_code() == -signal.SIGPROF:
+                self.spent = seconds
                 raise DeadlineError(
                     f"this takes longer than the {seconds:g} s that a request may compute"
                 ) from gone
             raise EndedError("the process that computed this ended") from gone
-        return Done(value, error, spent)
+        return Done(value, error, self.spent)
 
     def kill(self) -> None:
         """Kill the process at once; a running `do` then raises."""
@@ -125,6 +132,19 @@ class WorkerProcess:
         self._line.close()
         if self._handle is not None:
             os.close(self._handle)
+
+    def _used(self) -> float:
+        """CPU seconds of the process until now; 0 if it has ended.
+
+        Where the system does not report them, the clock's time stands for them.
+        """
+        if sys.platform != "linux":
+            return time.monotonic()
+        try:
+            fields = Path(f"/proc/{self.pid}/stat").read_text().rpartition(")")[2].split()
+        except (FileNotFoundError, ProcessLookupError):
+            return 0.0
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
     async def _read(self, count: int) -> bytes:
         found = bytearray()

@@ -13,10 +13,9 @@ from starlette.requests import HTTPConnection
 from starlette.types import Receive
 
 from app.computing import prices, tasks
-from app.computing.pool import DEADLINE
 from app.computing.prices import Price
 from app.errors import (
-    DeadlineError,
+    EndedError,
     GoneError,
     InvalidValueError,
     MediaTypeError,
@@ -136,17 +135,16 @@ async def charged(
 ) -> T:
     """Like `compute`, for any address; it does not watch whether the client leaves."""
     price.check()
-    began = time.monotonic()
-    server.budgets.charge(address, began, price.seconds, price.what)
-    spent = price.seconds
+    server.budgets.charge(address, time.monotonic(), price.seconds, price.what)
+    spent: list[float] = []
     try:
-        done = await server.workers.measured(functools.partial(task, *values), quick=quick)
-        spent = done.seconds
-    except (DeadlineError, asyncio.CancelledError):
-        spent = min(time.monotonic() - began, DEADLINE)
+        work = functools.partial(task, *values)
+        done = await server.workers.measured(work, quick=quick, spend=spent.append)
+    except EndedError:  # nobody knows what it took
+        spent.append(price.seconds)
         raise
     finally:
-        server.budgets.settle(address, time.monotonic(), spent - price.seconds)
+        server.budgets.settle(address, time.monotonic(), sum(spent) - price.seconds)
     if done.error is not None:
         raise done.error
     result: T = done.value

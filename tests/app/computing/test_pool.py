@@ -19,6 +19,7 @@ class Scripted(WorkerProcess):
     """A worker whose replies the test makes."""
 
     def __init__(self) -> None:
+        self.spent = 0.0
         self.ends = False
         self.ended = False
         self.asked: list[bytes] = []
@@ -34,7 +35,8 @@ class Scripted(WorkerProcess):
         return await self.said
 
     def says(self, value: object) -> None:
-        self.said.set_result(Done(value, None, 0.5))
+        self.spent = 0.5
+        self.said.set_result(Done(value, None, self.spent))
 
     def kill(self) -> None:
         self.said.set_exception(EndedError("killed"))

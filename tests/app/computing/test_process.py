@@ -141,6 +141,49 @@ async def test_a_worker_that_gets_no_core_is_waited_for(workers: Workers) -> Non
     assert await workers.run(os.getpid) == pid
 
 
+def compute_and_wait(fifo: Path) -> None:
+    """Compute for 0.2 s, sleep for a second, tell the test, and never return."""
+    while time.process_time() < 0.2:
+        pass
+    time.sleep(1.0)
+    fifo.write_bytes(b"computed")
+    FOR_EVER()
+
+
+async def test_a_caller_that_leaves_has_spent_what_was_computed(
+    workers: Workers, tmp_path: Path
+) -> None:
+    os.mkfifo(fifo := tmp_path / "fifo")
+    spent: list[float] = []
+    work = functools.partial(compute_and_wait, fifo)
+    asking = asyncio.create_task(workers.measured(work, spend=spent.append))
+    await asyncio.to_thread(fifo.read_bytes)
+    asking.cancel()
+    await asyncio.wait([asking])
+    assert len(spent) == 1
+    assert 0.1 < spent[0] < 1.0, "the time that it slept is not the caller's"
+    assert workers.seconds == spent[0]
+
+
+async def test_a_caller_that_leaves_before_its_turn_has_spent_nothing(workers: Workers) -> None:
+    spent: list[float] = []
+    asking = [asyncio.create_task(workers.run(FOR_EVER)) for _ in range(2)]
+    await running(workers, 1)
+    asking.append(asyncio.create_task(workers.measured(FOR_EVER, spend=spent.append)))
+    await eventually(lambda: workers.jobs == 3)
+    for each in reversed(asking):
+        each.cancel()
+    await asyncio.wait(asking)
+    assert spent == []
+
+
+async def test_work_over_its_deadline_has_spent_it(workers: Workers) -> None:
+    spent: list[float] = []
+    with pytest.raises(DeadlineError):
+        await workers.measured(spin, deadline=0.1, spend=spent.append)
+    assert spent == [0.1]
+
+
 async def test_an_expensive_board_takes_no_more_than_any_other_work(
     workers: Workers,
 ) -> None:

@@ -1,0 +1,50 @@
+"""What a request's computing costs its client: processor time, however the work ends."""
+
+import asyncio
+import contextlib
+import os
+import time
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from app.computing.prices import Price
+from app.computing.process import Done
+from app.errors import BusyError, DeadlineError, EndedError
+from app.web.limits import Budgets
+from app.web.routes.common import charged
+
+PRICE = Price("pixels", 1.0, 1.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("used", "end", "cost"),
+    [
+        ([5.0], None, 5.0),
+        ([0.25], asyncio.CancelledError(), 0.25),
+        ([], asyncio.CancelledError(), 0.0),
+        ([10.0], DeadlineError("too long"), 10.0),
+        ([], BusyError("refused before it began"), 0.0),
+        ([], EndedError("nobody knows what it took"), PRICE.seconds),
+    ],
+    ids=["done", "the client left", "left in the queue", "too long", "refused", "process ended"],
+)
+async def test_a_client_pays_the_processor_time_that_its_work_took(
+    used: list[float], end: BaseException | None, cost: float
+) -> None:
+    budgets = Budgets(rate=1e-9, burst=100.0)
+
+    async def measured(*_: object, spend: Callable[[float], None], **__: object) -> Done:
+        for seconds in used:
+            spend(seconds)
+        if end is not None:
+            raise end
+        return Done(None, None, sum(used))
+
+    server: Any = SimpleNamespace(budgets=budgets, workers=SimpleNamespace(measured=measured))
+    with contextlib.suppress(type(end)) if end else contextlib.nullcontext():
+        await charged(server, "client", PRICE, os.getpid)
+    left = budgets.allowance("client", time.monotonic(), "computing-ms").left
+    assert 100.0 - left / 1000.0 == pytest.approx(cost, abs=0.01)
