@@ -36,21 +36,31 @@ class _Format(Protocol):
 
 
 class _Csv:
-    """Writes CSV. Floats have enough digits to be read back exactly."""
+    """Writes CSV for spreadsheets, which need a byte order mark.
+
+    Floats have enough digits to be read back exactly. A seed gets an apostrophe in front: a
+    spreadsheet would round one of more than 15 digits.
+    """
 
     def __init__(self, path: Path, stack: ExitStack) -> None:
-        self._writer = csv.writer(stack.enter_context(path.open("w", encoding="utf-8", newline="")))
+        file = stack.enter_context(path.open("w", encoding="utf-8-sig", newline=""))
+        self._writer = csv.writer(file)
         self._has_head = False
 
     def write(self, rows: Rows) -> None:
         if not self._has_head:
             self._writer.writerow(rows)
             self._has_head = True
-        columns = [
-            np.where(column, "true", "false") if column.dtype == bool else column
-            for column in rows.values()
-        ]
-        self._writer.writerows(zip(*(column.tolist() for column in columns), strict=True))
+        columns = (_cells(name, column) for name, column in rows.items())
+        self._writer.writerows(zip(*columns, strict=True))
+
+
+def _cells(name: str, column: npt.NDArray[np.generic]) -> list[object]:
+    if name == "seed":
+        return [f"'{seed}" for seed in column.tolist()]
+    cells = np.where(column, "true", "false") if column.dtype == bool else column
+    found: list[object] = cells.tolist()
+    return found
 
 
 class _Parquet:

@@ -80,9 +80,11 @@ class Many:
         return range(self.first, self.first + self.drops)
 
 
-def duration(ask: Ask) -> float:
-    """Duration of a drop in s."""
-    return ask.drop().duration
+def frame_count(ask: Ask, fmt: str, fps: int) -> int:
+    """The number of frames of a drop's animation."""
+    from app.render.animation import frame_count  # noqa: PLC0415
+
+    return frame_count(ask.drop(), fmt, fps)
 
 
 def record(ask: Ask, certainty: bool) -> tuple[str, bytes]:

@@ -55,8 +55,21 @@ def drop_animation(
         raise InvalidValueError(
             f"fps {fps} is not from 1 to {MOST_FPS} frames per second", field="fps"
         )
-    rate = min(fps, MOST_FPS_GIF) if fmt == "gif" else fps
-    return ANIMATIONS[fmt](Film(d, width, rate, theme))
+    return ANIMATIONS[fmt](Film(d, width, _rate(fmt, fps), theme))
+
+
+def frame_count(d: Drop, fmt: str, fps: int) -> int:
+    """The number of frames of the drop's animation in `fmt`."""
+    return len(_moments(d, _rate(fmt, fps))) + 1
+
+
+def _rate(fmt: str, fps: int) -> int:
+    return min(fps, MOST_FPS_GIF) if fmt == "gif" else fps
+
+
+def _moments(d: Drop, fps: int) -> Floats:
+    """Times in s of the frames that show the fall."""
+    return np.arange(max(math.ceil(min(d.duration, LONGEST) * fps), 1)) / fps
 
 
 class Film:
@@ -72,8 +85,7 @@ class Film:
         self._board = board.bytes()
         del board  # its floats take four times the memory, and the result needs as much again
         self._look = balls.look_of(d.board.ball.radius * self._view.scale, theme)
-        seconds = min(d.duration, LONGEST)
-        self.times = np.arange(max(math.ceil(seconds * fps), 1)) / fps
+        self.times = _moments(d, fps)
         self._points, self._thetas = _trails(d, self._view, self.times)
         self.result = drop_pixels(d, self._view, theme)
 

@@ -2,14 +2,18 @@
 
 import asyncio
 import contextlib
+import io
 import os
 import time
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
+import httpx
 import pytest
+from PIL import Image
 
+from app.computing import prices
 from app.computing.prices import Price
 from app.computing.process import Done
 from app.errors import BusyError, DeadlineError, EndedError
@@ -48,3 +52,19 @@ async def test_a_client_pays_the_processor_time_that_its_work_took(
         await charged(server, "client", PRICE, os.getpid)
     left = budgets.allowance("client", time.monotonic(), "computing-ms").left
     assert 100.0 - left / 1000.0 == pytest.approx(cost, abs=0.01)
+
+
+@pytest.mark.parametrize(("fmt", "fps"), [("gif", 60), ("webp", 60), ("gif", 50)])
+def test_a_film_is_priced_by_the_frames_that_it_has(
+    http: httpx.Client, monkeypatch: pytest.MonkeyPatch, fmt: str, fps: int
+) -> None:
+    priced: list[int] = []
+
+    def noted(pixels: int, frames: int) -> Price:
+        priced.append(frames)
+        return PRICE
+
+    monkeypatch.setattr(prices, "animation", noted)
+    film = http.get(f"/api/v1/drops/triangle-8/42.{fmt}?width=240&fps={fps}")
+    with Image.open(io.BytesIO(film.content)) as image:
+        assert priced == [image.n_frames]  # type: ignore[attr-defined]

@@ -1,6 +1,5 @@
 """Pictures of drops: stills, animations, and pictures of many drops, each format with a route."""
 
-import math
 from collections.abc import Callable, Coroutine
 from typing import Annotated, Literal, TypeVarTuple
 
@@ -54,7 +53,6 @@ MANY = {**STILLS, "webp": "image/webp"}
 """Media types of pictures of many drops by format."""
 
 DEFAULT_DROPS = 10_000
-LONGEST = 60.0  # s of a fall that an animation shows at most
 _MOST_SHEET = 1 << 23  # pixels, about, of the largest sheet of drops
 
 ANIMATIONS = {"gif": "image/gif", "webp": "image/webp", "apng": "image/apng"}
@@ -153,11 +151,10 @@ def _animation(fmt: str) -> Callable[..., object]:
         """The ball as it falls, at real speed, then the whole drop for two seconds."""
 
         async def make() -> bytes:
-            """Compute the duration first: the price of the animation depends on it."""
-            price = prices.one_drop(ask.board, ask.solver)
-            address = address_of(request)
-            seconds = await charged(server, address, price, tasks.duration, ask, quick=True)
-            frames = math.ceil(min(seconds, LONGEST) * fps) + 1
+            """Count the frames first: the price of the animation depends on them."""
+            address, price = address_of(request), prices.one_drop(ask.board, ask.solver)
+            count = tasks.frame_count
+            frames = await charged(server, address, price, count, ask, fmt, fps, quick=True)
             price = prices.animation(pixels_of(ask.board, width), frames)
             asked = (ask, fmt, width, fps, theme)
             return await charged(server, address, price, tasks.animation, *asked)
