@@ -18,6 +18,16 @@ import secrets
 import httpx
 
 
+def once(members):
+    """The members of a JSON object; refuses a key given twice, of which readers keep either."""
+    found = dict(members)
+    if len(found) < len(members):
+        keys = [key for key, _ in members]
+        key = next(key for key in keys if keys.count(key) > 1)
+        raise SystemExit(f"{key!r}: the key is given twice")
+    return found
+
+
 def asked(client, method, path, token=None, **body):
     """Send a request and return the JSON of the answer; exit with the server's error if any."""
     headers = {"Authorization": f"Bearer {token}"} if token else {}
@@ -58,8 +68,8 @@ def main():
     parser.add_argument("session", help="the file to write")
     parser.add_argument("names", nargs="+")
     options = parser.parse_args()
-    with open(options.draw, encoding="utf-8") as file:
-        draw = json.load(file)
+    with open(options.draw, "rb") as file:
+        draw = json.loads(file.read(), object_pairs_hook=once)  # in any encoding of Unicode
     with httpx.Client(base_url=options.server, timeout=60.0) as client:
         export = hold(client, draw, options.names, secrets.token_bytes(32))
     with open(options.session, "w", encoding="utf-8") as file:

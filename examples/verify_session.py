@@ -239,8 +239,8 @@ def path_failures(export):
 
 
 def main(name, key=None):
-    with open(name, encoding="utf-8") as file:
-        export = json.load(file, object_pairs_hook=once)
+    with open(name, "rb") as file:
+        export = json.loads(file.read(), object_pairs_hook=once)  # in any encoding of Unicode
     if export["end"] is None:
         sys.exit("the session has not ended: the server's seed is still secret")
     failed = failures(export, key) + path_failures(export)

@@ -63,7 +63,7 @@ def read_targets(file: str) -> Sequence[Target]:
     if not file:
         return ()
     try:
-        targets = msgspec.json.decode(json_text.read_text(file), type=tuple[Target, ...])
+        targets = msgspec.convert(json_text.parse(json_text.read_text(file)), tuple[Target, ...])
         for target in targets:
             _check(target)
         if len({target.url for target in targets}) < len(targets):

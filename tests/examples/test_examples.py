@@ -263,6 +263,20 @@ def test_a_member_given_twice_is_refused(tmp_path: Path) -> None:
     run(sys.executable, "verify_session.py", path, code=1)
 
 
+def test_a_draw_s_member_given_twice_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "draw.json"
+    path.write_text('{"board": "triangle-8", "board": "classic"}')
+    command = [sys.executable, EXAMPLES / "hold_draw.py", path, tmp_path / "session.json", "Ada"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (1, "'board': the key is given twice\n")
+
+
+def test_a_session_s_file_may_be_in_utf_16(tmp_path: Path) -> None:
+    path = tmp_path / "session.json"
+    path.write_text(GOLDEN.read_text("utf-8"), "utf-16")
+    run(sys.executable, "verify_session.py", path)
+
+
 def test_a_stake_that_could_pay_too_much_is_named(tmp_path: Path) -> None:
     session = json.loads(GOLDEN.read_text("utf-8"))
     session["board"]["bins"]["multipliers"][0] = 1e9

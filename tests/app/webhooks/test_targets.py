@@ -56,6 +56,14 @@ def test_an_address_is_listed_once(tmp_path: Path) -> None:
         read_targets(listed(tmp_path, target, target))
 
 
+def test_a_key_is_given_once(tmp_path: Path) -> None:
+    file = tmp_path / "webhooks.json"
+    url = '"url": "http://example.org"'
+    file.write_text(f'[{{{url}, {url}, "secret": "{SECRET}"}}]')
+    with pytest.raises(SettingError, match=r"\[0\]\.url: the key is given twice"):
+        read_targets(str(file))
+
+
 def test_a_file_that_is_not_there_is_named() -> None:
     with pytest.raises(SettingError, match=r"webhooks='none\.json'.*No such file"):
         read_targets("none.json")
