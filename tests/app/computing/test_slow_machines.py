@@ -1,0 +1,35 @@
+"""However slow a machine is, the same request gets the same answer or an error, never half."""
+
+import itertools
+import time
+
+import pytest
+
+from app.computing import tasks
+from app.errors import InvalidValueError
+from engine import Board
+
+BOARD = Board.preset("triangle-8")
+
+
+def search() -> object:
+    return tasks.seeds_in(BOARD, 0, 0, 3, 100_000, None)
+
+
+@pytest.mark.parametrize("seconds", [1e-6, 0.1, 1.0])
+def test_a_slow_search_finds_the_same_seeds(
+    monkeypatch: pytest.MonkeyPatch, seconds: float
+) -> None:
+    expected = search()
+    readings = itertools.count()
+    monkeypatch.setattr(time, "process_time", lambda: next(readings) * seconds)
+    assert search() == expected
+
+
+def test_a_search_that_is_too_slow_is_an_error_and_no_shorter_answer(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    readings = itertools.count()
+    monkeypatch.setattr(time, "process_time", lambda: next(readings) * 10.0)
+    with pytest.raises(InvalidValueError, match="100 were done after 9 s"):
+        search()
