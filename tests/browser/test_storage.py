@@ -91,6 +91,22 @@ def test_the_notice_is_in_the_visitor_s_language(
     expect(screen.page.locator(".unstored")).to_contain_text(words)
 
 
+# The visitor has blocked cookies: writes are ignored.
+NO_COOKIES = """
+Object.defineProperty(Document.prototype, "cookie", { get: () => "", set: () => {} });
+"""
+
+
+def test_a_chosen_language_stays_without_cookies(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page, before=NO_COOKIES).ready()
+    room = screen.page.url.partition("?")[2]
+    screen.drawer("Settings").locator("#language").select_option("de")
+    expect(screen.root).to_have_attribute("lang", "de")
+    assert room in screen.page.url
+    screen.page.reload()
+    expect(screen.root).to_have_attribute("lang", "de")
+
+
 def test_a_page_that_stores_nothing_has_no_notice(opened: Open) -> None:
     screen = opened("/replay.html?board=triangle-8&seed=1", before=BLOCKED).state("replay")
     expect(screen.page.locator(".unstored")).to_have_count(0)

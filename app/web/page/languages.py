@@ -53,14 +53,20 @@ def filled(page: str, texts: Texts) -> str:
     return _AROUND.sub(lambda place: text(place[1]).replace("{}", place[2]), page)
 
 
-def chosen(cookie: str | None, accepted: str, languages: Iterable[str]) -> str:
-    """The language for a visitor: the one in the cookie, or the best of the accepted ones.
+def chosen(
+    accepted: str,
+    languages: Iterable[str],
+    *,
+    address: str | None = None,
+    cookie: str | None = None,
+) -> str:
+    """The language for a visitor: the address's, the cookie's, or the best of the accepted ones.
 
     `accepted` is the header Accept-Language (RFC 9110, 12.5.4); de-AT finds de (RFC 4647, 3.4).
     """
     available = list(languages)
     known = weights(accepted)
     liked = sorted((tag for tag in known if known[tag] > 0.0), key=lambda tag: -known[tag])
-    ranked = [cookie or "", *liked]
+    ranked = [address or "", cookie or "", *liked]
     found = (name for tag in ranked if (name := tag.partition("-")[0].lower()) in available)
     return next(found, ENGLISH)

@@ -31,7 +31,8 @@ _METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
 _ADDRESS = re.compile("v-([0-9a-f]{16})/(.+)")
 _FOR_GOOD = "public, max-age=31536000, immutable"
 _EMBED = {"embed/replay": "embed.html"}  # the only page that other sites may show in a frame
-_LANGUAGE = "language"  # the cookie with the language that the visitor chose
+_LANGUAGE = "language"
+"""The cookie with the language that the visitor chose; without cookies it is in the address."""
 _SCHEME = "scheme"  # the cookie with light or dark, so that the page begins in these colours
 _SCHEMES = frozenset({"light", "dark"})
 _KINDS = {".js": "text/javascript", ".css": "text/css"}
@@ -99,7 +100,8 @@ class Page(StaticFiles):
         request = Request(scope)
         by_language = release.pages[name]
         accepted = whole(request.headers, "accept-language")
-        text = by_language[chosen(request.cookies.get(_LANGUAGE), accepted, by_language)]
+        address, cookie = request.query_params.get(_LANGUAGE), request.cookies.get(_LANGUAGE)
+        text = by_language[chosen(accepted, by_language, address=address, cookie=cookie)]
         scheme = request.cookies.get(_SCHEME)
         if scheme in _SCHEMES:  # otherwise the sheet follows the system's scheme
             text = text.replace("<html ", f'<html data-scheme="{scheme}" ', 1)

@@ -26,9 +26,10 @@ export function roomOfAddress() {
 
 /** Makes the room the page's address; the browser's Back leads to the previous room. @param {string} room */
 export function putIntoAddress(room) {
-  const { pathname } = window.location;
-  const address = room === MAIN_ROOM ? pathname : `?room=${encodeURIComponent(room)}`;
-  window.history.pushState(null, "", address);
+  const { pathname, search } = window.location;
+  const language = new URLSearchParams(search).get("language");
+  const kept = new URLSearchParams({ ...(language && { language }), ...(room !== MAIN_ROOM && { room }) });
+  window.history.pushState(null, "", kept.size ? `?${kept}` : pathname);
 }
 
 /**

@@ -12,12 +12,18 @@ const GHOST_KEY = "plinko.ghost.1";
 
 /** @param {Game} game @param {Theme} theme @param {Ghost} ghost */
 export function offerSettings(game, theme, ghost) {
-  // The server fills the pages' texts in, so the language is stored in a cookie, and the page is reloaded.
+  // The server fills the pages' texts in, so the language is stored in a cookie, and the page is reloaded. Where the
+  // browser blocks cookies, the page's address has the language.
   const choice = byId("language", HTMLSelectElement);
   choice.value = language;
   choice.addEventListener("change", () => {
     document.cookie = `language=${choice.value}; max-age=${LANGUAGE_S}; samesite=lax`;
-    window.location.reload();
+    const address = new URL(window.location.href);
+    address.searchParams.delete("language");
+    const stored = document.cookie.split("; ").includes(`language=${choice.value}`);
+    if (!stored) address.searchParams.set("language", choice.value);
+    if (address.href === window.location.href) window.location.reload();
+    else window.location.replace(address);
   });
 
   const showScheme = () => check("scheme", theme.scheme);

@@ -31,7 +31,13 @@ THERE = ("en", "de", "es")
 def test_a_page_has_the_chosen_language_or_the_best_read_one(
     cookie: str | None, accepted: str, language: str
 ) -> None:
-    assert chosen(cookie, accepted, THERE) == language
+    assert chosen(accepted, THERE, cookie=cookie) == language
+
+
+def test_the_language_in_an_address_is_the_page_s_without_cookies() -> None:
+    assert chosen("en", THERE, address="de") == "de"
+    assert chosen("en", THERE, address="es", cookie="de") == "es"
+    assert chosen("es", THERE, address="../de") == "es"
 
 
 def test_texts_are_escaped_and_elements_within_them_are_kept() -> None:
@@ -71,5 +77,7 @@ async def test_caches_learn_which_headers_a_page_depends_on() -> None:
         assert len(marks) == len(THERE)
         again = {"accept-language": language, "if-none-match": answer.headers["etag"]}
         assert (await site.get("/", headers=again)).status_code == 304
+        shown = await site.get("/?language=es", headers={"accept-language": "de"})
+        assert '<html lang="es"' in shown.text
         chosen_since = {**again, "cookie": "language=de"}
         assert (await site.get("/", headers=chosen_since)).status_code == 200
