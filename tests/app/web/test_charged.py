@@ -67,4 +67,4 @@ def test_a_film_is_priced_by_the_frames_that_it_has(
     monkeypatch.setattr(prices, "animation", noted)
     film = http.get(f"/api/v1/drops/triangle-8/42.{fmt}?width=240&fps={fps}")
     with Image.open(io.BytesIO(film.content)) as image:
-        assert priced == [image.n_frames]  # type: ignore[attr-defined]
+        assert priced == [getattr(image, "n_frames", 1)]
