@@ -282,6 +282,8 @@ def orphans(database: Database, mark: str, now: float) -> Orphans:
     which each secret was used; the first one counts from the beginning.
     """
     with database.transaction() as connection:
+        if database.shared:
+            lease_store.wait_for_log(connection)  # only one of several servers notes a secret
         known = history.keys(connection, history.TOKENS)
         if not known or known[-1].value != mark:
             since = now if known else 0.0

@@ -266,7 +266,8 @@ def test_a_member_given_twice_is_refused(tmp_path: Path) -> None:
 def test_a_draw_s_member_given_twice_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "draw.json"
     path.write_text('{"board": "triangle-8", "board": "classic"}')
-    command = [sys.executable, EXAMPLES / "hold_draw.py", path, tmp_path / "session.json", "Ada"]
+    files = str(EXAMPLES / "hold_draw.py"), str(path), str(tmp_path / "session.json")
+    command = [sys.executable, *files, "Ada"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (1, "'board': the key is given twice\n")
 

@@ -8,6 +8,7 @@ import signal
 import time
 from collections.abc import AsyncIterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -167,7 +168,7 @@ async def test_a_caller_that_leaves_has_spent_what_was_computed(
 
 async def test_a_caller_that_leaves_before_its_turn_has_spent_nothing(workers: Workers) -> None:
     spent: list[float] = []
-    asking = [asyncio.create_task(workers.run(FOR_EVER)) for _ in range(2)]
+    asking: list[asyncio.Task[Any]] = [asyncio.create_task(workers.run(FOR_EVER)) for _ in range(2)]
     await running(workers, 1)
     asking.append(asyncio.create_task(workers.measured(FOR_EVER, spend=spent.append)))
     await eventually(lambda: workers.jobs == 3)

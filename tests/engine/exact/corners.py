@@ -21,9 +21,9 @@ from engine.board.model import Board
 from engine.board.parts import Peg, Wall
 from engine.constants import KIND_PEG, KIND_WALL, MAX_TIME
 from engine.drops.trajectory import Trajectory
-from engine.exact import initial_state
+from engine.exact import event_log, initial_state
 from engine.exact.board_arrays import arrays_of
-from engine.exact.event_log import EVENTS, SEGMENTS, new_log
+from engine.exact.event_log import new_log
 from engine.exact.next_impact import BOUNCED, LIFTED
 from engine.exact.outcome import IMPULSE_LIMIT, WEDGED
 from engine.exact.trace import trace_many
@@ -157,7 +157,7 @@ class Corner:
                 arrays, state.reshape(1, -1), initial, ROOM // 4, MAX_TIME, new_series(), log,
                 outcome, np.zeros(1, np.int32), np.zeros(1, np.int32),
             )  # fmt: skip
-        events, segments = log.counts[EVENTS], log.counts[SEGMENTS]
+        events, segments = log.counts[event_log.EVENTS], log.counts[event_log.SEGMENTS]
         return Trajectory(
             board, Exact(), start, state, int(outcome[0]), -1,
             log.events[:events], log.marks[:events], log.segments[:segments],
