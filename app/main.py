@@ -15,10 +15,8 @@ from collections.abc import AsyncIterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import msgspec
-from fastapi import Depends, FastAPI, Response
+from fastapi import FastAPI
 from starlette.middleware.cors import CORSMiddleware
-from starlette.types import Scope
 
 from app.computing.pool import MAX_JOBS, Workers
 from app.computing.short import ShortDrops
@@ -69,7 +67,6 @@ from app.web.readings import readings
 from app.web.returns import Returns
 from app.web.routes import api_docs, boards, health, page, payouts
 from app.web.routes.drops import drops, many, maps, pictures
-from app.web.routes.queries import listed_queries
 from app.web.routes.rooms import (
     halts,
     invitations,
@@ -82,6 +79,7 @@ from app.web.routes.rooms import (
     sessions,
     ws,
 )
+from app.web.routes.table import RouteTable
 from app.web.services import Services
 from app.web.shared import Others
 from app.web.tokens import SessionTokens, Tokens, secret_of
@@ -128,44 +126,21 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         docs_url=None,
         redoc_url=None,
         openapi_url=None,
-        generate_unique_id_function=lambda route: route.name,
         lifespan=_lifespan,
     )
     app.state.services = _services(settings)
     app.state.cluster = app.state.services.others
     app.state.bus = redis_at(settings.relays) if settings.relays else None
     problems.install(app)
-    listed = [Depends(listed_queries)]
-    for router in (
-        boards.router,
-        pictures.router,
-        drops.router,
-        many.router,
-        payouts.router,
-        maps.router,
-        live.router,
-        invitations.router,
-        rooms.router,
-        moves.router,
-        queues.router,
-        scenes.router,
-        sessions.router,
-        players.router,
-        halts.router,
-    ):
-        app.include_router(router, dependencies=listed)
-    app.include_router(health.router)
-    app.include_router(api_docs.router)
-    app.include_router(ws.router)
-
+    routers = (
+        boards, pictures, drops, many, payouts, maps, live, invitations, rooms, moves, queues,
+        scenes, sessions, players, halts, health, api_docs, ws,
+    )  # fmt: skip
+    table = RouteTable(
+        (route for each in routers for route in each.router.routes), settings.root_path
+    )
+    app.routes.append(table)
     app.state.document = None
-
-    async def described() -> Response:
-        if app.state.document is None:  # on a thread: it takes longer than ten ticks
-            app.state.document = await asyncio.to_thread(lambda: msgspec.json.encode(app.openapi()))
-        return Response(app.state.document, media_type="application/json")
-
-    app.add_api_route("/openapi.json", described, include_in_schema=False)
     app.state.page = page.Page(static_directory())
     app.mount("/", app.state.page, name="page")
     # The middleware that is added last sees a request first.
@@ -207,7 +182,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.add_middleware(HeadAsGet)
     app.add_middleware(HostCheck, hosts=Hosts(settings.host, settings.hosts, machine))
     app.add_middleware(AnswerHeaders, root_path=settings.root_path)
-    app.openapi = functools.partial(openapi.document, app)  # type: ignore[method-assign]
+    app.openapi = functools.partial(openapi.document, app, table.routes)  # type: ignore[method-assign]
     return app
 
 
@@ -339,7 +314,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     end the tasks stop first, then rooms write their last results, then the ledger closes.
     """
     server: Services = app.state.services
-    await asyncio.to_thread(_warm_up, app)
+    await asyncio.to_thread(_warm_up)
     server.warm = True
     await asyncio.to_thread(open_ledger, server)
     server.ledger.start()
@@ -396,9 +371,8 @@ def open_ledger(server: Services) -> None:
         )
 
 
-def _warm_up(app: FastAPI) -> None:
-    """Resolve the routes and compile the physics, so that no request waits for either."""
-    work_out_routes(app)
+def _warm_up() -> None:
+    """Compile the physics, so that no request waits for it."""
     world = World(Board.preset("triangle-8"), solver="exact")
     world.add(seed=0)
     world.step()
@@ -411,18 +385,6 @@ def _warm_up_rest(site: page.Page) -> None:
     touching.drop(DropCommand(0))
     touching.step(watched=True)
     touching.diagnostics()
-
-
-def work_out_routes(app: FastAPI) -> None:
-    """Resolve the routes' dependencies at start, so that the first request does not pay for it.
-
-    It takes a tenth of a second, in which no ball would move. Nothing else may run meanwhile: the
-    framework silences warnings for it, which Python can only do for all threads at once.
-    """
-    for kind in ("http", "websocket"):
-        nowhere: Scope = {"type": kind, "method": "GET", "path": "/nowhere", "headers": []}
-        for route in app.routes:
-            route.matches(nowhere)
 
 
 def _check_temporary() -> None:

@@ -1,9 +1,11 @@
 """The OpenAPI document: an introduction, and the same schemas that decode the bodies."""
 
+from collections.abc import Sequence
 from typing import Final
 
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
+from starlette.routing import BaseRoute
 
 from app.web.routes.common import components, documented_failures
 
@@ -45,7 +47,7 @@ def _add_common_answers(responses: dict[str, object], has_body: bool) -> None:
         responses["415"] = documented_failures(415)[415]
 
 
-def document(app: FastAPI) -> dict[str, object]:
+def document(app: FastAPI, routes: Sequence[BaseRoute]) -> dict[str, object]:
     """The OpenAPI document, made once."""
     if app.openapi_schema is None:
         made = get_openapi(
@@ -54,7 +56,7 @@ def document(app: FastAPI) -> dict[str, object]:
             summary=app.summary,
             description=app.description,
             tags=app.openapi_tags,
-            routes=app.routes,
+            routes=routes,
         )
         made.setdefault("components", {})["schemas"] = components()
         for path in made["paths"].values():

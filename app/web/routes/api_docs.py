@@ -1,13 +1,16 @@
-"""`/docs`: Swagger UI for the HTTP interface, served from an installed package."""
+"""The OpenAPI document, and `/docs`: Swagger UI, served from an installed package."""
 
+import asyncio
 import importlib.resources
 from typing import Final
 
-from fastapi import APIRouter, Response
+import msgspec
+from fastapi import Request, Response
 
 from app.errors import NotFoundError
+from app.web.routes.table import unlisted
 
-router = APIRouter(include_in_schema=False)
+router = unlisted(include_in_schema=False)
 
 _PAGE: Final = """\
 <!DOCTYPE html>
@@ -41,6 +44,15 @@ _PARTS: Final = {"swagger-ui.css": "text/css", "swagger-ui-bundle.js": "text/jav
 """The only files that the server uses of the package `fastapi-swagger`."""
 
 _HEADERS: Final = {"cache-control": "public, max-age=86400"}
+
+
+@router.get("/openapi.json")
+async def openapi(request: Request) -> Response:
+    """Encoded once, on a thread: that takes longer than ten ticks."""
+    state = request.app.state
+    if state.document is None:
+        state.document = await asyncio.to_thread(lambda: msgspec.json.encode(request.app.openapi()))
+    return Response(state.document, media_type="application/json")
 
 
 @router.get("/docs")

@@ -3,7 +3,7 @@
 from typing import Annotated
 
 import msgspec
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import Query, Request, Response
 
 from app.computing import tasks
 from app.web.routes.common import (
@@ -17,12 +17,13 @@ from app.web.routes.common import (
     not_modified,
     reply,
 )
+from app.web.routes.table import operations
 from app.web.schemas.board_form import BoardForm
 from app.web.schemas.boards import BoardList, BoardOdds, BoardSummary, BoardView, Odds
 from engine import Board
 from engine.payouts.record import odds_of_record
 
-router = APIRouter(prefix="/api/v1/boards", tags=["boards"])
+router = operations("boards", "/api/v1/boards")
 
 Digest = Annotated[str | None, Query(description="List only the board with this digest.")]
 

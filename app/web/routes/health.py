@@ -4,13 +4,14 @@ import functools
 from typing import Annotated, Literal
 
 import msgspec
-from fastapi import APIRouter, Depends, Request, Response
+from fastapi import Depends, Request, Response
 from fastapi.responses import PlainTextResponse
 from msgspec import Meta
 
 from app.errors import LedgerError
 from app.protocol import asyncapi
 from app.web.routes.common import Server, documented, reply
+from app.web.routes.table import unlisted
 from app.web.schemas.cluster import ClusterView
 from app.web.schemas.fields import PhysicsVersion
 from app.web.services import Services
@@ -75,7 +76,7 @@ class Readiness(msgspec.Struct, frozen=True):
     ] = None
 
 
-router = APIRouter(tags=["health"])
+router = unlisted(tags=["health"])
 
 _NAMED = 100  # rooms that readiness names
 

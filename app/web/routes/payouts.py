@@ -3,7 +3,7 @@
 from typing import Annotated
 
 import msgspec
-from fastapi import APIRouter, Request, Response
+from fastapi import Request, Response
 from msgspec import Meta
 
 from app.computing import prices, tasks
@@ -17,6 +17,7 @@ from app.web.routes.common import (
     reply,
     resolve_board,
 )
+from app.web.routes.table import operations
 from app.web.schemas.boards import Odds
 from app.web.schemas.fields import BoardIn, Digest
 from engine.parameters import Exact
@@ -70,7 +71,7 @@ class Payouts(msgspec.Struct, frozen=True):
     ]
 
 
-router = APIRouter(prefix="/api/v1", tags=["boards"])
+router = operations("boards")
 
 
 @router.post(

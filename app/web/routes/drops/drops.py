@@ -1,11 +1,9 @@
 """Drops: compute a drop, replay it by its URL as a record or as frames, verify a record."""
 
 import secrets
-from collections.abc import Callable, Coroutine
 from typing import Annotated
 
-from fastapi import APIRouter, Query, Request, Response
-from fastapi.routing import APIRoute
+from fastapi import Query, Request, Response
 
 from app.computing import prices, proofs, tasks
 from app.computing.tasks import Ask
@@ -26,17 +24,17 @@ from app.web.routes.common import (
     read,
     reply,
     resolve_board,
-    services,
     short_drop,
 )
-from app.web.routes.drops.asked import Asked, asked
+from app.web.routes.drops.asked import Asked
 from app.web.routes.drops.certificates import check_certified
 from app.web.routes.queries import Number
+from app.web.routes.table import operations
 from app.web.schemas.drops import DropRecord, DropRequest, Frames, Verdict
 from app.web.schemas.rooms import RoomLog
 from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS
 
-router = APIRouter(prefix="/api/v1", tags=["drops"])
+router = operations("drops")
 
 Certainty = Annotated[
     bool,
@@ -89,6 +87,11 @@ async def sample_drop(request: Request, ask: Asked, fps: Fps = 60.0) -> Response
     return reply(body, headers=cache_headers(etag))
 
 
+@router.get(
+    "/drops/{board}/{seed}",
+    summary="Replay a drop",
+    responses=documented(DropRecord, 304, 404, 422, 501, 503),
+)
 async def get_drop(
     request: Request, ask: Asked, certainty: Certainty = False, certified: Certified = False
 ) -> Response:
@@ -97,33 +100,6 @@ async def get_drop(
     if is_current(request, digest):
         return not_modified(digest)
     return reply(record, headers=cache_headers(digest))
-
-
-class _PlainRoute(APIRoute):
-    """The route of `get_drop`, with a short cut for addresses without a query.
-
-    The framework takes as long to find that no option is given as the drop takes to compute.
-    """
-
-    def get_route_handler(self) -> Callable[[Request], Coroutine[None, None, Response]]:
-        with_options = super().get_route_handler()
-
-        async def handle(request: Request) -> Response:
-            if request.scope["query_string"]:
-                return await with_options(request)
-            ask = await asked(**request.path_params, server=services(request))
-            return await get_drop(request, ask)
-
-        return handle
-
-
-router.add_api_route(
-    "/drops/{board}/{seed}",
-    get_drop,
-    summary="Replay a drop",
-    responses=documented(DropRecord, 304, 404, 422, 501, 503),
-    route_class_override=_PlainRoute,
-)
 
 
 @router.post(

@@ -1,6 +1,6 @@
 """Many drops at once: count where they land, and find the seeds that land in a bin."""
 
-from fastapi import APIRouter, Request, Response
+from fastapi import Request, Response
 
 from app.computing import prices, tasks
 from app.errors import InvalidValueError
@@ -15,13 +15,14 @@ from app.web.routes.common import (
     reply,
     resolve_board,
 )
+from app.web.routes.table import operations
 from app.web.schemas.drops import SeedsFound, SeedsRequest, Simulation, SimulationRequest
 from engine.drops.seeds import check_bin
 from engine.drops.start import aim_of
 from engine.parameters import Exact
 from engine.seeding import SEED_LIMIT, parse_seed
 
-router = APIRouter(prefix="/api/v1", tags=["drops"])
+router = operations("drops")
 
 
 @router.post(

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Annotated
 
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import Query, Request, Response
 
 from app.computing import prices, proofs
 from app.web.routes.common import (
@@ -25,10 +25,11 @@ from app.web.routes.drops.pictures import (
     picture_reply,
 )
 from app.web.routes.queries import Whole
+from app.web.routes.table import operations
 from app.web.schemas.drops import MapTile
 from engine import PHYSICS_VERSION
 
-router = APIRouter(prefix="/api/v1", tags=["drops"])
+router = operations("drops")
 
 STRIP_PIXELS = 160
 """Of a whole strip; a tile is part of a strip."""

@@ -25,12 +25,13 @@ from app.web.routes.common import (
 )
 from app.web.routes.drops.asked import Asked
 from app.web.routes.queries import Number, Whole
+from app.web.routes.table import operations
 from app.web.services import Services
 from engine import PHYSICS_VERSION, Board
 from engine.parameters import Exact
 from engine.seeding import parse_seed
 
-router = APIRouter(prefix="/api/v1", tags=["pictures"])
+router = operations("pictures")
 
 Ts = TypeVarTuple("Ts")
 

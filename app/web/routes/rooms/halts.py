@@ -3,13 +3,14 @@
 from typing import Annotated
 
 import msgspec
-from fastapi import APIRouter, Depends, Request, Response
+from fastapi import Depends, Request, Response
 from fastapi.security import HTTPBearer
 from msgspec import Meta
 
 from app.rooms.records import EVERY_ROOM
 from app.web.routes.common import Server, body_of, documented, read, reply
 from app.web.routes.rooms.operator import check_operator
+from app.web.routes.table import operations
 from app.web.services import Services
 
 
@@ -37,7 +38,7 @@ class HaltView(msgspec.Struct, frozen=True):
     rooms: Annotated[list[HaltedTable], Meta(description="The rooms halted one by one.")]
 
 
-router = APIRouter(prefix="/api/v1", tags=["health"])
+router = operations("health")
 
 # This only documents the scheme for OpenAPI; `app.web.tokens` checks the token.
 Token = Depends(

@@ -4,12 +4,13 @@ import asyncio
 import io
 from urllib.parse import quote
 
-from fastapi import APIRouter, Request, Response
+from fastapi import Request, Response
 
 from app.live.public_tables import MAIN
 from app.web.routes.common import Server, documented
+from app.web.routes.table import operations
 
-router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
+router = operations("rooms", "/api/v1/rooms")
 
 SVG = "image/svg+xml"
 

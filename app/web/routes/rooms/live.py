@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Callable
 from typing import Annotated
 
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import Query, Request, Response
 from starlette.types import Receive, Scope, Send
 
 from app.computing import prices
@@ -14,8 +14,9 @@ from app.pictures.frame import draw, moment_of, pixels_of, still_of
 from app.web.routes.common import Server, address_of, attended, documented, is_current, left
 from app.web.routes.drops.pictures import STILLS, ThemeName, Width, add_routes, drawn_by_worker
 from app.web.routes.queries import Whole
+from app.web.routes.table import operations
 
-router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
+router = operations("rooms", "/api/v1/rooms")
 
 STREAM = f"multipart/x-mixed-replace; boundary={BOUNDARY}"
 

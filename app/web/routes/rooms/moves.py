@@ -1,14 +1,15 @@
 """Moves: the operator moves a room from one server of a cluster to another."""
 
-from fastapi import APIRouter, Request, Response
+from fastapi import Request, Response
 
 from app.errors import MissingPartError
 from app.web.routes.common import Server, body_of, documented, read, reply
 from app.web.routes.rooms.halts import Token
 from app.web.routes.rooms.operator import check_operator
+from app.web.routes.table import operations
 from app.web.schemas.cluster import MoveRequest, MoveView
 
-router = APIRouter(prefix="/api/v1", tags=["health"])
+router = operations("health")
 
 
 @router.post(

@@ -7,7 +7,7 @@ import urllib.parse
 from typing import Annotated, Final, Literal
 
 import msgspec
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import Query, Request, Response
 from msgspec import Meta
 
 from app.errors import InvalidValueError, UnknownBoardError, shorten
@@ -18,6 +18,7 @@ from app.rooms.stakes import parse_who
 from app.web.edge.accepted import asks_for, whole
 from app.web.routes.common import Server, checked_board, documented, limit_drops, next_page, reply
 from app.web.routes.queries import Whole
+from app.web.routes.table import operations
 from app.web.schemas.fields import Digest, PhysicsVersion, Seed
 from app.web.services import Services
 from engine import Board
@@ -65,7 +66,7 @@ class PlayList(msgspec.Struct, frozen=True):
     ]
 
 
-router = APIRouter(prefix="/api/v1", tags=["rooms"])
+router = operations("rooms")
 
 CSV = "text/csv"
 

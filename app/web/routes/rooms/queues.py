@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from fastapi import APIRouter, Request, Response
+from fastapi import Request, Response
 
 from app.errors import InvalidValueError
 from app.live.live_room import LiveRoom
@@ -21,10 +21,11 @@ from app.web.routes.common import (
 from app.web.routes.rooms.repeats import OWNER, Repeats
 from app.web.routes.rooms.rooms import own_room
 from app.web.routes.rooms.sessions import RoomToken as Token
+from app.web.routes.table import operations
 from app.web.schemas.queues import QueueChange, QueuedItem, QueueRequest, QueueView
 from app.web.services import Services
 
-router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
+router = operations("rooms", "/api/v1/rooms")
 
 
 @router.get(

@@ -6,7 +6,7 @@ import logging
 from typing import Annotated, Literal
 
 import msgspec
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import Query, Request, Response
 from fastapi.responses import StreamingResponse
 from starlette.types import Send
 
@@ -53,6 +53,7 @@ from app.web.routes.rooms.repeats import OWNER, Repeats, session_caller
 from app.web.routes.rooms.sessions import RoomToken as Token
 from app.web.routes.rooms.sessions import Token as SessionToken
 from app.web.routes.rooms.sessions import own_session
+from app.web.routes.table import operations
 from app.web.schemas.rooms import (
     DrawForm,
     DrawView,
@@ -69,7 +70,7 @@ from app.web.services import Services
 from engine import Board
 from engine.parameters import Exact
 
-router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
+router = operations("rooms", "/api/v1/rooms")
 
 _log = logging.getLogger("plinko")
 

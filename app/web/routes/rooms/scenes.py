@@ -1,14 +1,15 @@
 """Scenes of touching balls over REST: their names, parameters, ranges and presets."""
 
-from fastapi import APIRouter, Response
+from fastapi import Response
 
 from app.live.public_tables import PUBLIC_SCENES
 from app.rooms.touching.scene import DEFAULTS
 from app.rooms.touching.values import PRESETS, table
 from app.web.routes.common import documented, reply
+from app.web.routes.table import operations
 from app.web.schemas.rooms import SceneList, SceneView
 
-router = APIRouter(prefix="/api/v1/scenes", tags=["rooms"])
+router = operations("rooms", "/api/v1/scenes")
 
 
 @router.get("", summary="List the scenes", responses=documented(SceneList))

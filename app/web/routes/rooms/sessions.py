@@ -3,7 +3,7 @@
 from typing import Annotated
 
 import msgspec
-from fastapi import APIRouter, Depends, Query, Request, Response
+from fastapi import Depends, Query, Request, Response
 from fastapi.security import HTTPBearer
 from msgspec import Meta
 
@@ -12,6 +12,7 @@ from app.live.sessions.fair_session import FairSession
 from app.web.routes.common import Server, body_of, documented, limit_drops, read, reply
 from app.web.routes.queries import Whole
 from app.web.routes.rooms.repeats import Repeats
+from app.web.routes.table import operations
 from app.web.schemas.fields import Digest
 from app.web.services import Services
 from engine.json_text import Json, JsonObject
@@ -110,7 +111,7 @@ class LogHead(msgspec.Struct, frozen=True):
     ] = []
 
 
-router = APIRouter(prefix="/api/v1", tags=["sessions"])
+router = operations("sessions")
 
 Since = Annotated[Whole, Query(ge=0, description="An earlier size of the log.")]
 

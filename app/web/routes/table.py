@@ -1,0 +1,127 @@
+"""The table of routes: finds a request's route, and calls its function.
+
+FastAPI would ask each included router and each of its routes whether it matches, which takes longer
+than most requests. And it takes as long to find that a request has no query as a drop takes.
+"""
+
+import inspect
+import re
+from collections import defaultdict
+from collections.abc import Callable, Coroutine, Iterable
+from operator import attrgetter
+from typing import Any, Final
+
+from fastapi import APIRouter, Depends, Request, Response
+from fastapi.dependencies.models import Dependant
+from fastapi.routing import APIRoute
+from starlette.routing import BaseRoute, Match, Route, WebSocketRoute
+from starlette.types import Receive, Scope, Send
+
+from app.web.routes.queries import listed_queries
+
+_WEBSOCKET: Final = "websocket"  # in place of a method
+
+
+class RouteTable(BaseRoute):
+    """Many routes as one: a regular expression for each method says which route has a path."""
+
+    def __init__(self, routes: Iterable[BaseRoute], root_path: str = "") -> None:
+        by_method: dict[str, list[Route | WebSocketRoute]] = defaultdict(list)
+        self.routes = list(routes)
+        for route in self.routes:
+            assert isinstance(route, Route | WebSocketRoute)
+            methods = route.methods if isinstance(route, Route) else None
+            for method in methods or [_WEBSOCKET]:
+                by_method[method].append(route)
+        self._by_method = {
+            method: (_any_of(each.path_regex.pattern for each in found), found)
+            for method, found in by_method.items()
+        }
+        self._root = re.compile(f"{re.escape(root_path)}(?=/)")
+
+    def matches(self, scope: Scope) -> tuple[Match, Scope]:
+        """A full match with the first route of this method and path, or none."""
+        paths, routes = self._by_method.get(scope.get("method", _WEBSOCKET), (None, []))
+        root = self._root.match(scope["path"])
+        found = paths.match(scope["path"], root.end() if root else 0) if paths else None
+        if found is None or found.lastindex is None:
+            return Match.NONE, {}
+        route = routes[found.lastindex - 1]
+        match, child_scope = route.matches(scope)
+        return match, {**child_scope, "route": route}
+
+    async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Have the route answer that `matches` found."""
+        await scope["route"].handle(scope, receive, send)
+
+
+def _any_of(patterns: Iterable[str]) -> re.Pattern[str]:
+    """A pattern with one numbered group for each of the given ones."""
+    unnamed = (re.sub(r"\(\?P<\w+>", "(?:", each.removeprefix("^")) for each in patterns)
+    return re.compile("|".join(f"({each})" for each in unnamed))
+
+
+class Operation(APIRoute):
+    """A route that calls its function directly if the request has no query."""
+
+    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
+        solved = super().get_route_handler()
+        asked = self.dependant
+        if not _can_call(asked, set(self.param_convertors)):
+            return solved
+
+        async def handle(request: Request) -> Response:
+            if request.scope["query_string"]:
+                return await solved(request)
+            response: Response = await _call(asked, request)
+            return response
+
+        return handle
+
+
+def _can_call(asked: Dependant, in_path: set[str]) -> bool:
+    """Whether `_call` can do without the framework: only plain texts and optional parameters."""
+    unread = [*asked.header_params, *asked.cookie_params, *asked.body_params]
+    return (
+        inspect.iscoroutinefunction(asked.call)
+        and not unread
+        and all(each.field_info.annotation is str for each in asked.path_params)
+        and not any(each.field_info.is_required() for each in asked.query_params)
+        and all(
+            _is_idle(each) or (each.name and _can_call(each, in_path))
+            for each in asked.dependencies
+        )
+    )
+
+
+def _is_idle(asked: Dependant) -> bool:
+    """Whether a dependency does nothing for a request without a query."""
+    return asked.call is listed_queries
+
+
+async def _call(asked: Dependant, request: Request) -> Any:
+    """Call a route's function, or a function that it depends on, with the defaults of its query."""
+    values: dict[str, Any] = {
+        each.name: request.path_params[each.name] for each in asked.path_params
+    }
+    for each in asked.dependencies:
+        if each.name:
+            values[each.name] = await _call(each, request)
+    if asked.request_param_name:
+        values[asked.request_param_name] = request
+    if asked.http_connection_param_name:
+        values[asked.http_connection_param_name] = request
+    assert asked.call is not None
+    return await asked.call(**values)
+
+
+def operations(tag: str, path: str = "/api/v1") -> APIRouter:
+    """A router of operations below `path`; they refuse queries that they do not list."""
+    return unlisted(prefix=path, tags=[tag], dependencies=[Depends(listed_queries)])
+
+
+def unlisted(**options: Any) -> APIRouter:
+    """A router of operations that ignore queries; OpenAPI calls them as their functions."""
+    return APIRouter(
+        route_class=Operation, generate_unique_id_function=attrgetter("name"), **options
+    )
