@@ -54,14 +54,7 @@ from app.web import openapi, problems
 from app.web.edge.answers import AnswerHeaders
 from app.web.edge.head import HeadAsGet
 from app.web.edge.hosts import Hosts
-from app.web.edge.middleware import (
-    MAX_BODY,
-    BodyLimit,
-    Compression,
-    HostCheck,
-    OriginCheck,
-    WeakWhenCompressed,
-)
+from app.web.edge.middleware import MAX_BODY, Admission, BodyLimit, Compression
 from app.web.limits import COMPUTE_BURST, COMPUTE_RATE, Budgets, KeyedBuckets, Quota
 from app.web.readings import readings
 from app.web.returns import Returns
@@ -96,20 +89,6 @@ _log = logging.getLogger("plinko")
 
 _MOMENTS = 1 << 22  # bytes of cached room frames, for clients that ask at the same moment
 _QUIET_START = 5.0  # s until the server prepares its workers, if no request has needed them yet
-
-_COMPRESSED = 1024  # bytes; compressing a shorter body saves less than it costs
-_EFFORT = 5  # zlib's level; 9 takes three times as long and saves two percent more
-_IN_THREAD = 1 << 14  # bytes; a longer body is compressed on a thread, so that no tick waits
-_PACKED = (
-    "image/png",
-    "image/jpeg",
-    "image/gif",
-    "image/webp",
-    "image/apng",
-    "multipart/*",
-    "video/*",
-    "font/*",
-)
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:
@@ -169,18 +148,10 @@ def create_app(settings: Settings | None = None) -> FastAPI:
                 "x-request-id",
             ],
         )
-    app.add_middleware(OriginCheck, allowed=settings.allowed_origins)
-    machine = socket.gethostname()
-    app.add_middleware(
-        Compression,
-        minimum_size=_COMPRESSED,
-        compresslevel=_EFFORT,
-        thread_minimum_size=_IN_THREAD,
-        exclude_content_types=_PACKED,
-    )
-    app.add_middleware(WeakWhenCompressed)
+    app.add_middleware(Compression)
     app.add_middleware(HeadAsGet)
-    app.add_middleware(HostCheck, hosts=Hosts(settings.host, settings.hosts, machine))
+    hosts = Hosts(settings.host, settings.hosts, socket.gethostname())
+    app.add_middleware(Admission, hosts=hosts, allowed=settings.allowed_origins)
     app.add_middleware(AnswerHeaders, root_path=settings.root_path)
     app.openapi = functools.partial(openapi.document, app, table.routes)  # type: ignore[method-assign]
     return app

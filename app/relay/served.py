@@ -17,7 +17,7 @@ from app.relay.bus import Carried
 from app.relay.spectators import Spectators
 from app.settings import Settings
 from app.web.edge.hosts import Hosts
-from app.web.edge.middleware import HostCheck, OriginCheck
+from app.web.edge.middleware import Admission
 from app.web.problems import problem_response
 from app.web.tokens import check_bearer
 
@@ -64,9 +64,8 @@ def create_relay(settings: Settings, bus: Carried, rooms: str) -> Starlette:
         ],
         lifespan=lifespan,
     )
-    app.add_middleware(OriginCheck, allowed=settings.allowed_origins)
     hosts = Hosts(settings.host, settings.hosts, socket.gethostname())
-    app.add_middleware(HostCheck, hosts=hosts)
+    app.add_middleware(Admission, hosts=hosts, allowed=settings.allowed_origins)
     app.state.spectators = here
     app.state.refused = lambda code: metrics.errors.labels(code).inc()
     return app

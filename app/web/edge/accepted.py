@@ -4,6 +4,7 @@ Names are compared without regard to case, a weight (`q`) of 0 refuses, and `*` 
 not listed.
 """
 
+import functools
 import re
 from collections.abc import Mapping
 from typing import Final
@@ -36,6 +37,7 @@ def weights(header: str) -> dict[str, float]:
     return found
 
 
+@functools.lru_cache(maxsize=256)
 def accepts_gzip(header: str) -> bool:
     """Whether a client prefers a compressed response, or likes it as much as a plain one."""
     known = weights(header)

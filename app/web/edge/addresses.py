@@ -43,10 +43,12 @@ class Proxies:
             raise SettingError(
                 f"trusted_proxies {shorten(names)}: {error}", field="trusted_proxies"
             ) from None
+        self._trusts = functools.lru_cache(maxsize=1024)(self._is_inside)
 
     def __contains__(self, host: str) -> bool:
-        if not self._networks:
-            return False
+        return bool(self._networks) and self._trusts(host)
+
+    def _is_inside(self, host: str) -> bool:
         try:
             address = ipaddress.ip_address(host)
         except ValueError:
@@ -68,6 +70,7 @@ class Proxies:
         return client
 
 
+@functools.lru_cache(maxsize=256)
 def _address(text: str) -> str | None:
     """The address in `text`, without a port; None if it is not an address."""
     match = _FORWARDED.fullmatch(text)

@@ -42,10 +42,8 @@ class AnswerHeaders:
             if message["type"] == "http.response.start":
                 headers = MutableHeaders(scope=message)
                 headers[REQUEST_ID] = chosen
-                if HOPS not in asked and headers.get("location", "").startswith("/"):
-                    headers["location"] = self._root_path + headers["location"]
-                if HOPS not in asked and headers.get("link", "").startswith("</"):
-                    headers["link"] = f"<{self._root_path}{headers['link'][1:]}"
+                if self._root_path and HOPS not in asked:
+                    self._prefix(headers)
                 if allowances:
                     limits = allowances.values()
                     headers["ratelimit-policy"] = ", ".join(each.policy for each in limits)
@@ -53,6 +51,12 @@ class AnswerHeaders:
             await send(message)
 
         await self.app(scope, receive, send_with_headers)
+
+    def _prefix(self, headers: MutableHeaders) -> None:
+        if headers.get("location", "").startswith("/"):
+            headers["location"] = self._root_path + headers["location"]
+        if headers.get("link", "").startswith("</"):
+            headers["link"] = f"<{self._root_path}{headers['link'][1:]}"
 
 
 def note(scope: Scope, allowance: Allowance) -> None:

@@ -5,6 +5,7 @@ this server, and the browser believes that they go to the site itself. Only the 
 header shows the difference.
 """
 
+import functools
 import ipaddress
 import re
 from collections.abc import Iterable
@@ -52,6 +53,7 @@ class Hosts:
         self._anything = "*" in given
         self._names = names | {each for each in given if not each.startswith("*")}
         self._below = tuple(each[1:] for each in given if each.startswith("*."))
+        self._accepts = functools.lru_cache(maxsize=256)(self._is_own)
 
     def check(self, header: str | None) -> None:
         """Raise HostError unless a request with this Host header is for this server.
@@ -60,15 +62,17 @@ class Hosts:
         """
         if header is None or self._anything:
             return
-        host = host_of(header)
-        if host is None or not self._knows(host):
+        if not self._accepts(header):
             raise HostError(
                 f"host {shorten(header, 100)} is not a name of this server; the setting `hosts` "
                 "(--hosts) can add it",
                 field="host",
             )
 
-    def _knows(self, host: str) -> bool:
+    def _is_own(self, header: str) -> bool:
+        host = host_of(header)
+        if host is None:
+            return False
         if _is_address(host):
             address = ipaddress.ip_address(host)
             return self._everywhere or address.is_loopback or host in self._names

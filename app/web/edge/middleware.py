@@ -1,15 +1,16 @@
 """ASGI middleware for every request: host, origin, body limit, security headers."""
 
 import asyncio
+import functools
 import logging
 import re
 from collections.abc import Iterable, Mapping
 
 from starlette.datastructures import Headers, MutableHeaders
-from starlette.middleware.gzip import GZipMiddleware
+from starlette.middleware.gzip import GZipResponder, IdentityResponder
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from app.errors import AppError, HeadError, HostError, OriginError, TooLargeError, shorten
+from app.errors import AppError, HeadError, OriginError, TooLargeError, shorten
 from app.web.edge.accepted import accepts_gzip, whole
 from app.web.edge.addresses import Proxies
 from app.web.edge.hosts import Hosts
@@ -30,8 +31,10 @@ SECURITY_HEADERS = {
     "referrer-policy": "same-origin",
     "cross-origin-opener-policy": "same-origin",
 }
-_FRAMED = "frame-ancestors *"
-EMBEDDED = {"content-security-policy": f"{_OWN_ONLY}base-uri 'self'; {_FRAMED}"}
+_SECURITY_FIELDS = [(name.encode(), value.encode()) for name, value in SECURITY_HEADERS.items()]
+_POLICY = b"content-security-policy"
+_FRAMED = b"frame-ancestors *"
+EMBEDDED = {"content-security-policy": f"{_OWN_ONLY}base-uri 'self'; {_FRAMED.decode()}"}
 """Headers of the only page that other sites may show in a frame."""
 
 _AUTHORITY = re.compile(r"[^\s/?#@\\]+")
@@ -47,6 +50,20 @@ _FORWARDERS_NAMED = 8
 
 _SCHEMES = dict.fromkeys(("http", "ws"), ("http", "ws"))
 _SCHEMES |= dict.fromkeys(("https", "wss"), ("https", "wss"))
+
+_COMPRESSED = 1024  # bytes; compressing a shorter body saves less than it costs
+_EFFORT = 5  # zlib's level; 9 takes three times as long and saves two percent more
+_IN_THREAD = 1 << 14  # bytes; a longer body is compressed on a thread, so that no tick waits
+_PACKED = (
+    "image/png",
+    "image/jpeg",
+    "image/gif",
+    "image/webp",
+    "image/apng",
+    "multipart/*",
+    "video/*",
+    "font/*",
+)
 
 MAX_BODY = 1 << 20  # bytes of a request's body
 
@@ -72,49 +89,36 @@ def _authority(origin: str) -> str | None:
     return authority if whole else None
 
 
-class HostCheck:
-    """Refuses a request for a host that is not this server, with 421: see edge/hosts.py.
+class Admission:
+    """Refuses requests for a host that is not this server, and those of other sites' pages.
 
-    A request with two Host lines gets 400: a proxy may have trusted the other one.
+    The first get 421: see edge/hosts.py. Two Host lines get 400: a proxy may have trusted the other
+    one. Another site's page may not open a WebSocket or send an unsafe request, or any page that a
+    player opens could drop balls here, or overload a server on loopback.
     """
 
-    def __init__(self, app: ASGIApp, hosts: Hosts) -> None:
+    def __init__(self, app: ASGIApp, hosts: Hosts, allowed: tuple[str, ...]) -> None:
         self.app = app
         self.hosts = hosts
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] in ("http", "websocket"):
-            named = Headers(scope=scope).getlist("host")
-            try:
-                if len(named) > 1:
-                    raise HeadError(f"{len(named)} Host lines, instead of one", field="host")
-                self.hosts.check(named[0] if named else None)
-            except (HeadError, HostError) as error:
-                await _refuse(scope, receive, send, error)
-                return
-        await self.app(scope, receive, send)
-
-
-class OriginCheck:
-    """Refuses WebSocket handshakes and unsafe requests from other sites' pages.
-
-    Otherwise any page that a player opens could drop balls here, or overload a server on loopback.
-    """
-
-    def __init__(self, app: ASGIApp, allowed: tuple[str, ...]) -> None:
-        self.app = app
         self.allowed = allowed
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] == "websocket" or (
-            scope["type"] == "http" and scope["method"] not in _SAFE_METHODS
-        ):
+        if scope["type"] in ("http", "websocket"):
             try:
-                check_origin(Headers(scope=scope), self.allowed)
-            except OriginError as error:
+                self._check(scope)
+            except AppError as error:
                 await _refuse(scope, receive, send, error)
                 return
         await self.app(scope, receive, send)
+
+    def _check(self, scope: Scope) -> None:
+        headers = Headers(scope=scope)
+        named = headers.getlist("host")
+        if len(named) > 1:
+            raise HeadError(f"{len(named)} Host lines, instead of one", field="host")
+        self.hosts.check(named[0] if named else None)
+        if scope["type"] == "websocket" or scope["method"] not in _SAFE_METHODS:
+            check_origin(headers, self.allowed)
 
 
 async def _refuse(scope: Scope, receive: Receive, send: Send, error: AppError) -> None:
@@ -182,34 +186,23 @@ class SecurityHeaders:
 
         async def send_with_headers(message: Message) -> None:
             if message["type"] in ("http.response.start", "websocket.http.response.start"):
-                headers = MutableHeaders(scope=message)
-                for name, value in SECURITY_HEADERS.items():
-                    headers.setdefault(name, value)
-                if _FRAMED in headers["content-security-policy"]:
-                    del headers["x-frame-options"]  # it has no value that allows all sites
+                headers = list(message.get("headers", ()))
+                given = dict(headers)
+                headers += [field for field in _SECURITY_FIELDS if field[0] not in given]
+                if _FRAMED in given.get(_POLICY, b""):  # X-Frame-Options has no value for all sites
+                    headers = [field for field in headers if field[0] != b"x-frame-options"]
+                message["headers"] = headers
             await send(message)
 
         await self.app(scope, receive, send_with_headers)
 
 
-class Compression(GZipMiddleware):
-    """Compresses for clients that accept it; Starlette looks for `gzip` anywhere in the header."""
+class Compression:
+    """Compresses responses for clients that prefer it, and then makes their ETags weak.
 
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] == "http":
-            asked = whole(Headers(scope=scope), "accept-encoding")
-            others = [each for each in scope["headers"] if each[0] != b"accept-encoding"]
-            coding = b"gzip" if accepts_gzip(asked) else b"identity"
-            scope = {**scope, "headers": [*others, (b"accept-encoding", coding)]}
-        await super().__call__(scope, receive, send)
-
-
-class WeakWhenCompressed:
-    """Makes the ETag of a compressed response weak.
-
-    Its bytes differ from those of the uncompressed one. If both had the same strong tag, a cache
-    could join parts of the two (RFC 9110, 8.8.1). A 304 gets the tag in the form that the client
-    sent.
+    The bytes differ from those of the uncompressed response. If both had the same strong tag, a
+    cache could join parts of the two (RFC 9110, 8.8.1). A 304 gets the tag in the form that the
+    client sent. Starlette's own middleware looks for `gzip` anywhere in the client's header.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -219,20 +212,37 @@ class WeakWhenCompressed:
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
-        known = Headers(scope=scope).get("if-none-match", "")
 
         async def send_weakened(message: Message) -> None:
             if message["type"] == "http.response.start":
-                headers = MutableHeaders(scope=message)
-                weak = f"W/{headers.get('etag')}"
-                shown = message["status"] == 304 and weak in known
-                if headers.get("etag", "").startswith('"') and (
-                    shown or "content-encoding" in headers
-                ):
-                    headers["etag"] = weak
+                _weaken(message, Headers(scope=scope))
             await send(message)
 
-        await self.app(scope, receive, send_weakened)
+        compressed = accepts_gzip(whole(Headers(scope=scope), "accept-encoding"))
+        responder = _gzip(self.app) if compressed else _identity(self.app)
+        await responder(scope, receive, send_weakened)
+
+
+_identity = functools.partial(
+    IdentityResponder, minimum_size=_COMPRESSED, exclude_content_types=_PACKED
+)
+_gzip = functools.partial(
+    GZipResponder,
+    minimum_size=_COMPRESSED,
+    compresslevel=_EFFORT,
+    thread_minimum_size=_IN_THREAD,
+    exclude_content_types=_PACKED,
+)
+
+
+def _weaken(start: Message, asked: Headers) -> None:
+    headers = MutableHeaders(scope=start)
+    etag = headers.get("etag", "")
+    if etag.startswith('"') and (
+        "content-encoding" in headers
+        or (start["status"] == 304 and f"W/{etag}" in asked.get("if-none-match", ""))
+    ):
+        headers["etag"] = f"W/{etag}"
 
 
 class _BodyOverflowError(Exception):
