@@ -34,7 +34,7 @@ GROUPS: Final[Mapping[str, Mapping[str, Benchmark]]] = MappingProxyType({
         "batches": Benchmark("speed.batches", "What does a cluster lose to one process?"),
     },
     "What does a server bear": {
-        "replays": Benchmark("serving.replays", "How many replays a second does it answer?"),
+        "replays": Benchmark("serving.replays", "How many requests a second does it answer?"),
         "pictures": Benchmark("serving.pictures", "How long do pictures and animations take?"),
         "stream": Benchmark("serving.stream", "What does it cost to show a room to many?"),
         "relays": Benchmark("serving.relays", "What does a spectator over a relay cost?"),

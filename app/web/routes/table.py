@@ -67,7 +67,7 @@ class Operation(APIRoute):
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         solved = super().get_route_handler()
         asked = self.dependant
-        if not _can_call(asked, set(self.param_convertors)):
+        if not _can_call(asked):
             return solved
 
         async def handle(request: Request) -> Response:
@@ -79,7 +79,7 @@ class Operation(APIRoute):
         return handle
 
 
-def _can_call(asked: Dependant, in_path: set[str]) -> bool:
+def _can_call(asked: Dependant) -> bool:
     """Whether `_call` can do without the framework: only plain texts and optional parameters."""
     unread = [*asked.header_params, *asked.cookie_params, *asked.body_params]
     return (
@@ -88,15 +88,10 @@ def _can_call(asked: Dependant, in_path: set[str]) -> bool:
         and all(each.field_info.annotation is str for each in asked.path_params)
         and not any(each.field_info.is_required() for each in asked.query_params)
         and all(
-            _is_idle(each) or (each.name and _can_call(each, in_path))
+            each.call is listed_queries or (each.name and _can_call(each))
             for each in asked.dependencies
         )
     )
-
-
-def _is_idle(asked: Dependant) -> bool:
-    """Whether a dependency does nothing for a request without a query."""
-    return asked.call is listed_queries
 
 
 async def _call(asked: Dependant, request: Request) -> Any:
