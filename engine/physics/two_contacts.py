@@ -9,12 +9,13 @@ If both normal forces are positive, the ball spins in the notch, and friction br
 
     omega' = -s (2 / R) (mu_a N_a + mu_b N_b),
 
-until it stops. With spin and much friction, opening a contact may satisfy the laws too (Painlevé's
-paradox). Then the contacts hold: forces that balance the weight give no reason why one should open,
-and the result does not depend on a step or on the order of the surfaces.
+until it stops. If the angle between the surfaces is less than the difference of their angles of
+friction, opening a contact may satisfy the laws too (Painlevé's paradox). Then the contacts hold,
+unless both surfaces overhang: forces that balance the weight give no reason why one should open.
+The result depends neither on a step nor on the order of the surfaces.
 
-Otherwise a contact may open: the ball continues along one surface if the forces
-there accelerate it away from the other. `docs/physics.md` derives this.
+Otherwise a contact may open: the ball continues along one surface if the forces there accelerate it
+away from the other, and falls if both surfaces overhang. `docs/physics.md` derives this.
 """
 
 from engine.jit.decorator import inner_kernel
