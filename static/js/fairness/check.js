@@ -9,7 +9,7 @@ import { canonical } from "./canonical.js";
 import { bytesOfHex, bytesOfText, hexOf, isSigned, sha256 } from "./crypto.js";
 import { ExportError } from "./export.js";
 import { isConsistent, isIncluded } from "./merkle.js";
-import { MOST_PAYOUT, mostStake, payoutOf } from "./payout.js";
+import { MOST_PAYOUT, mostStake, payoutOf } from "../model/payout.js";
 import { commitment, drawn, dropSeed } from "./seeds.js";
 
 /** @import { Solver } from "../solver/solver.js" */

@@ -1,7 +1,7 @@
 // The state of the live page: the room, the player's account, the settings on the desk, the runs of balls.
 // Panels read it, subscribe to its events and call its methods; no panel knows another.
 
-import { payoutOf } from "../fairness/payout.js";
+import { payoutOf } from "../model/payout.js";
 import { knownDrops, MINOR_UNITS, refillOf, viewOf } from "../model/player/account.js";
 import { MAIN_ROOM } from "../model/presets.js";
 import { seedAfter } from "../model/seed.js";

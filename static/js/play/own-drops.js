@@ -4,7 +4,7 @@
 // picture shows its landing, which makes the result final for the player, and the server sends the landing, which
 // removes the drop here. If the server's result differs from the one shown, the payout is corrected.
 
-import { payoutOf } from "../fairness/payout.js";
+import { payoutOf } from "../model/payout.js";
 import { MINOR_UNITS } from "../model/player/account.js";
 import { boardAddress, getJson } from "../net/api.js";
 import { dropPath } from "../net/drop-address.js";

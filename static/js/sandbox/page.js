@@ -11,6 +11,7 @@ import { capital, fixed, rounded } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
 import { figure } from "../util/scale.js";
 import { tab } from "../util/storage.js";
+import { isRecord, readStored } from "../util/stored.js";
 import { Dials } from "./dials.js";
 import { EnergyHistory, energies, massOf, showFacts } from "./energies.js";
 import { OwnBox } from "./own-box.js";
@@ -404,7 +405,12 @@ function titleOf({ board, board_name: name, arena }) {
 
 /** @returns {Record<string, string | undefined>} by room */
 function tokens() {
-  return JSON.parse(tab.getItem(TOKENS) ?? "{}");
+  return readStored(tab, TOKENS, isTokens) ?? {};
+}
+
+/** @param {unknown} value @returns {value is Record<string, string>} */
+function isTokens(value) {
+  return isRecord(value) && Object.values(value).every((token) => typeof token === "string");
 }
 
 /** @param {string} room @param {string} token @returns {boolean} whether it outlives this page */

@@ -6,7 +6,7 @@ import test from "node:test";
 import { canonical } from "../../../static/js/fairness/canonical.js";
 import { bytesOfHex, bytesOfText, hexOf, hmac, isSigned } from "../../../static/js/fairness/crypto.js";
 import { isConsistent, isIncluded } from "../../../static/js/fairness/merkle.js";
-import { payoutOf } from "../../../static/js/fairness/payout.js";
+import { payoutOf } from "../../../static/js/model/payout.js";
 import { dropSeed, pick } from "../../../static/js/fairness/seeds.js";
 
 const hex = (digits) => bytesOfHex(digits, "digits", digits.length / 2);

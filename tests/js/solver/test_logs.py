@@ -111,7 +111,7 @@ def test_pages_know_the_fields_that_the_server_knows() -> None:
 
 def test_a_page_s_largest_stake_is_a_room_s(run: Run) -> None:
     boards = [[0.0], [1.0], [0.3, 1e9], [110.0, 2.5], [1e-7], [123456789.12345679], [5e-324]]
-    found = run("fairness/payout.js", "({ mostStake }, boards) => boards.map(mostStake)", boards)
+    found = run("model/payout.js", "({ mostStake }, boards) => boards.map(mostStake)", boards)
     assert found == [most_stake(multipliers) for multipliers in boards]
 
 
@@ -119,8 +119,8 @@ def test_a_page_pays_what_a_room_pays(run: Run) -> None:
     scores = [0.1, 1.3, 1e-7, 1e9, 0.0, 110.0]
     given = [(stake, score) for stake in (0, 1, 7, 10, 100, 999_999_937) for score in scores]
     found = run(
-        "solver/log/log.js",
-        "({ payoutOf }, given) => given.map((each) => String(payoutOf(...each)))",
+        "model/payout.js",
+        "({ exactPayout }, given) => given.map((each) => String(exactPayout(...each)))",
         given,
     )
     assert [int(each) for each in found] == [payout_of(*each) for each in given]

@@ -1,6 +1,7 @@
 // A player's account (balance, statistics, history), computed from a set of events.
 // An event that arrives twice counts once. All panels show `viewOf` the account.
 
+import { isRecord, parseStored } from "../../util/stored.js";
 import { Mean } from "../statistics.js";
 
 /**
@@ -19,8 +20,7 @@ import { Mean } from "../statistics.js";
  * @property {number} [total] number of its drops, after it has ended
  *
  * @typedef {object} Tally since the player last reset the statistics
- * @property {number} staked
- * @property {number} settled the part of `staked` on drops that have landed
+ * @property {number} settled stakes of the drops that have landed
  * @property {number} paid
  * @property {number} wins drops that paid more than their stake
  * @property {number} losses drops that paid less
@@ -88,7 +88,7 @@ export function newAccount() {
 /** @returns {Tally} */
 function newTally() {
   return {
-    staked: 0, settled: 0, paid: 0, wins: 0, losses: 0, best: 0, curve: [], every: 1, scores: { ...new Mean() },
+    settled: 0, paid: 0, wins: 0, losses: 0, best: 0, curve: [], every: 1, scores: { ...new Mean() },
   };
 }
 
@@ -115,12 +115,11 @@ export function applied(account, event) {
     if (known) return account;
     const { stake, ball, seed } = event;
     const drop = { stake, payout: null, ball, seed };
-    const { tally } = account;
-    const taken = { ...account, tally: { ...tally, staked: tally.staked + stake } };
-    return withDrop(taken, event, stay ?? { room: event.room, drops: {} }, drop);
+    return withDrop(account, event, stay ?? { room: event.room, drops: {} }, drop);
   }
   if (!known || (known.payout === null) !== (event.type === "settled")) return account;
   const { payout } = event;
+  if (payout === known.payout) return account;
   const landed = { stake: known.stake, payout };
   if (event.type === "corrected") {
     const tally = { ...account.tally, paid: account.tally.paid + payout - (known.payout ?? 0) };
@@ -213,18 +212,18 @@ export function refillOf(account) {
 }
 
 /**
- * The figures that panels show, in credits.
+ * The figures that panels show, in credits: all but the balance are of drops that have landed.
  * @param {Account} account
  * @param {number} held credits staked on drops that the server has not acknowledged yet
  */
 export function viewOf(account, held) {
-  const { staked, settled, paid, curve, wins, losses, best, scores } = account.tally;
+  const { settled, paid, curve, wins, losses, best, scores } = account.tally;
   const credits = (/** @type {number} */ minor) => minor / MINOR_UNITS;
   return {
     balance: credits(balanceOf(account)) - held,
-    staked: credits(staked) + held,
+    staked: credits(settled),
     returned: credits(paid),
-    profit: credits(paid - staked) - held,
+    profit: credits(paid - settled),
     balls: scores.count, wins, losses, best, scores: new Mean(scores),
     curve: [0, ...curve, paid - settled].map(credits),
     last: account.last,
@@ -246,4 +245,45 @@ export function openDrops(account) {
 /** @param {Account} account @param {string} session @returns {number} how many drops of the session are known */
 export function knownDrops(account, session) {
   return Object.keys(account.sessions[session]?.drops ?? {}).length;
+}
+
+/** @param {Account} account @returns {string[]} ended sessions of which some drops are not known */
+export function incompleteSessions(account) {
+  const sessions = Object.entries(account.sessions);
+  return sessions.filter(([id, { total = 0 }]) => knownDrops(account, id) < total).map(([id]) => id);
+}
+
+/** @param {string} text as stored @returns {Account | null} null if it is damaged */
+export function readAccount(text) {
+  const kept = parseStored(text, isRecord);
+  const account = { ...newAccount(), ...kept };
+  return kept && isAccount(account) ? account : null;
+}
+
+/** @param {unknown} value a whole number, 0 or more */
+const isCount = (value) => Number.isSafeInteger(value) && Number(value) >= 0;
+
+/** @param {unknown} value @returns {value is Record<string, any>[]} */
+const isRecords = (value) => Array.isArray(value) && value.every(isRecord);
+
+/** @param {Record<string, any>} value @returns {value is Account} */
+function isAccount({ grants, granted, sessions, before, away, tally, last }) {
+  return isCount(grants) && (granted === undefined || isCount(granted)) && isRecord(sessions)
+    && Object.values(sessions).every(isStay) && isRecord(before) && isCount(before.staked) && isCount(before.paid)
+    && Array.isArray(away) && isTally(tally) && isRecords(last)
+    && last.every(({ seed, score, stake }) => typeof seed === "string" && Number.isFinite(score) && Number.isFinite(stake));
+}
+
+/** @param {unknown} stay */
+function isStay(stay) {
+  return isRecord(stay) && typeof stay.room === "string" && (stay.total === undefined || isCount(stay.total))
+    && isRecord(stay.drops) && Object.values(stay.drops).every((drop) =>
+      isRecord(drop) && isCount(drop.stake) && (drop.payout === null || isCount(drop.payout)));
+}
+
+/** @param {unknown} tally */
+function isTally(tally) {
+  return isRecord(tally) && [tally.settled, tally.paid, tally.wins, tally.losses, tally.every].every(isCount)
+    && Number.isFinite(tally.best) && Array.isArray(tally.curve) && tally.curve.every(Number.isFinite)
+    && isRecord(tally.scores) && Object.values(tally.scores).every(Number.isFinite);
 }

@@ -1,7 +1,18 @@
 // The rooms this browser has played in, in its storage, for all its tabs.
 
+import { isRecord, readStored } from "../../util/stored.js";
+
 const KEY = "plinko.session.3";
 const KEPT = 30;
+
+/** @typedef {{rooms?: Record<string, string>, room?: string}} Saved rooms by their boards' digests */
+
+/** @param {unknown} value @returns {value is Saved} */
+function isSaved(value) {
+  return isRecord(value) && (value.room === undefined || typeof value.room === "string")
+    && (value.rooms === undefined
+      || (isRecord(value.rooms) && Object.values(value.rooms).every((room) => typeof room === "string")));
+}
 
 /** Rooms opened for boards, and the last room visited. */
 export class Visited {
@@ -10,9 +21,9 @@ export class Visited {
     this.storage = storage;
   }
 
-  /** @returns {{rooms?: Record<string, string>, room?: string}} rooms by their boards' digests */
+  /** @returns {Saved} */
   get #saved() {
-    return JSON.parse(this.storage.getItem(KEY) ?? "{}");
+    return readStored(this.storage, KEY, isSaved) ?? {};
   }
 
   get rooms() {

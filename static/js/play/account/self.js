@@ -1,6 +1,7 @@
 // The name and colour that this visitor has chosen: kept in the browser, sent to rooms. Pure but for storage.
 
 import { textFault } from "../../solver/input/plain-text.js";
+import { isRecord, readStored } from "../../util/stored.js";
 
 /** @typedef {{name?: string, colour?: string}} Appearance */
 
@@ -24,7 +25,7 @@ export class Self {
 
   /** @returns {Appearance} */
   get appearance() {
-    const { name, colour } = /** @type {Appearance} */ (JSON.parse(this.storage.getItem(KEY) ?? "{}"));
+    const { name, colour } = readStored(this.storage, KEY, isRecord) ?? {};
     return {
       ...(typeof name === "string" && nameOf(name) && { name }),
       ...(typeof colour === "string" && COLOUR.test(colour) && { colour }),

@@ -5,6 +5,7 @@ import { aimSpan, allowedAim } from "../../model/board.js";
 import { t } from "../../texts/text.js";
 import { byId, check, chip, isWithin, radioValue } from "../../util/dom.js";
 import { fixed } from "../../util/format.js";
+import { readStored } from "../../util/stored.js";
 
 /** @import { Board } from "../../model/board.js" */
 /** @import { Hello } from "../../model/messages.js" */
@@ -20,7 +21,13 @@ const KEPT = 20; // boards
 /** @typedef {Pick<Storage, "getItem" | "setItem">} Kept */
 
 /** @param {Kept} storage @returns {[string, number][]} pairs of board name and aim; the last changed at the end */
-const keptAims = (storage) => JSON.parse(storage.getItem(KEY) ?? "[]");
+const keptAims = (storage) => readStored(storage, KEY, isAims) ?? [];
+
+/** @param {unknown} value @returns {value is [string, number][]} */
+function isAims(value) {
+  return Array.isArray(value) && value.every((pair) =>
+    Array.isArray(pair) && typeof pair[0] === "string" && Number.isFinite(pair[1]));
+}
 
 /** @param {Kept} storage @param {string} name of a board @returns {number | null} m; null without one */
 export function keptAim(storage, name) {

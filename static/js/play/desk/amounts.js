@@ -1,6 +1,6 @@
 // Parses amounts as players type them, with a comma or a point. Pure.
 
-import { mostStake } from "../../fairness/payout.js";
+import { mostStake } from "../../model/payout.js";
 import { MINOR_UNITS } from "../../model/player/account.js";
 import { language, number } from "../../texts/text.js";
 import { readNumber } from "../../util/number-text.js";

@@ -12,6 +12,7 @@ import { bytesOfHex, hasCrypto, hexOf } from "../../fairness/crypto.js";
 import { commitment } from "../../fairness/seeds.js";
 import { keepToken } from "../../net/session-token.js";
 import { t } from "../../texts/text.js";
+import { isRecord, readStored } from "../../util/stored.js";
 
 /** @import { Receipt, Signed } from "../../fairness/export.js" */
 /** @import { Store } from "../store.js" */
@@ -259,6 +260,13 @@ export class FairPlay {
 
   /** @returns {Kept[]} */
   #saved() {
-    return JSON.parse(this.storage.getItem(KEY) ?? "[]");
+    return readStored(this.storage, KEY, isAllKept) ?? [];
   }
+}
+
+/** @param {unknown} value @returns {value is Kept[]} */
+function isAllKept(value) {
+  return Array.isArray(value) && value.every((kept) => isRecord(kept) && isRecord(kept.given)
+    && isRecord(kept.given.statement) && Array.isArray(kept.heard)
+    && ["room", "board", "session", "token", "secret"].every((name) => typeof kept[name] === "string"));
 }

@@ -8,6 +8,7 @@ import { Batch } from "../../solver/many/batch.js";
 import { t } from "../../texts/text.js";
 import { byId } from "../../util/dom.js";
 import { local } from "../../util/storage.js";
+import { isRecord, readStored } from "../../util/stored.js";
 import { choiceOf } from "../rooms.js";
 
 /** @import { Hello } from "../../model/messages.js" */
@@ -22,7 +23,13 @@ const KEY = `plinko.odds.${PHYSICS_VERSION}`;
  * The odds that this browser has stored, by board name, so that a board is measured only once.
  * @returns {Record<string, {share: number, measured?: Odds}>}
  */
-const known = () => JSON.parse(local.getItem(KEY) ?? "{}");
+const known = () => readStored(local, KEY, isKnown) ?? {};
+
+/** @param {unknown} value @returns {value is Record<string, {share: number, measured?: Odds}>} */
+function isKnown(value) {
+  return isRecord(value) && Object.values(value).every((each) => isRecord(each) && typeof each.share === "number"
+    && (each.measured === undefined || (isRecord(each.measured) && Array.isArray(each.measured.chances))));
+}
 
 /** @param {string} name of a board @returns {number | null} its average return; null if not stored */
 export function returnsOf(name) {

@@ -1,6 +1,7 @@
 // The player's choice of sound and volume: asked at the first drop, and stored.
 
 import { byId, onClick } from "../../util/dom.js";
+import { isRecord, readStored } from "../../util/stored.js";
 
 /** @import { Sound } from "./sound.js" */
 
@@ -8,14 +9,20 @@ const KEY = "plinko.sound.1";
 const VOLUME = 0.6; // until the player chooses one
 const GESTURES = ["pointerdown", "keydown"];
 
+/** @param {unknown} value @returns {value is {on: boolean, volume: number}} */
+function isAnswer(value) {
+  return isRecord(value) && typeof value.on === "boolean" && typeof value.volume === "number" && value.volume >= 0
+    && value.volume <= 1;
+}
+
 /**
  * The switch in the header, the volume in the settings, and the offer on the board.
  * @param {Sound} sound @param {Pick<Storage, "getItem" | "setItem">} storage
  * @returns {() => void} to be called when a ball falls: asks the player, unless already answered
  */
 export function offerSound(sound, storage) {
-  /** @type {{on: boolean, volume: number} | null} null until the player has answered */
-  let kept = JSON.parse(storage.getItem(KEY) ?? "null");
+  /** Null until the player has answered. */
+  let kept = readStored(storage, KEY, isAnswer);
   const volumes = ["volume", "offer-volume"].map((id) => byId(id, HTMLInputElement));
 
   /** @param {number} volume 0 … 1 */

@@ -1,5 +1,6 @@
 // Recomputes a room's log and compares every landing, the world at the end, and the log's digest.
 
+import { exactPayout } from "../../model/payout.js";
 import { Bytes } from "../encoding/bytes.js";
 import { boardDigest, PHYSICS_VERSION } from "../digest.js";
 import { RecordError } from "../errors.js";
@@ -131,22 +132,8 @@ function tickOf(time, dt) {
 /** @param {Drop} drop @param {number} tick of its landing @param {unknown} stake minor units */
 function resultOf(drop, tick, stake) {
   const { bin, score, duration: t, xEnd, digest, unsettled } = drop;
-  const payout = payoutOf(Number(stake ?? 0), score);
+  const payout = exactPayout(Number(stake ?? 0), score);
   return { tick, bin, score, t, x_end: xEnd, digest, unsettled, payout };
-}
-
-/**
- * The payout of a stake: stake times score, rounded down, in exact decimal arithmetic.
- * @param {number} stake minor units
- * @param {number} score
- * @returns {bigint}
- */
-export function payoutOf(stake, score) {
-  const [digits, exponent = "0"] = String(score).split("e");
-  const [whole, part = ""] = digits.split(".");
-  const product = BigInt(stake) * BigInt(whole + part);
-  const power = Number(exponent) - part.length;
-  return power < 0 ? product / 10n ** BigInt(-power) : product * 10n ** BigInt(power);
 }
 
 /** @param {string} where @param {Entry} entry @param {Fields | null} found @returns {Difference | null} */

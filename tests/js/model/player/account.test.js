@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import {
-  applied, balanceOf, GRANT, knownDrops, newAccount, openDrops, refillOf, viewOf,
+  applied, balanceOf, GRANT, incompleteSessions, knownDrops, newAccount, openDrops, readAccount, refillOf, viewOf,
 } from "../../../../static/js/model/player/account.js";
 
 const after = (events, account = newAccount()) => events.reduce(applied, account);
@@ -67,7 +67,7 @@ test("two tabs that top up at the same time do so once", () => {
 test("statistics and history follow from the account", () => {
   let account = after([staked(0, 100), staked(1, 200), staked(2, 100)]);
   let view = viewOf(account, 0.5);
-  assert.deepEqual([view.staked, view.returned, view.profit, view.balance], [4.5, 0, -4.5, 995.5]);
+  assert.deepEqual([view.staked, view.returned, view.profit, view.balance], [0, 0, 0, 995.5], "of landed balls only");
   const played = (seed) => ({ seed, bin: 1, score: 1 });
   account = after([
     { ...settled(0, 250), played: played("a") }, { ...settled(1, 100), played: played("b") }, settled(2, 100),
@@ -81,6 +81,7 @@ test("statistics and history follow from the account", () => {
   assert.deepEqual([viewOf(account, 0).balls, account.last[0].seed], [3, "c"]);
   account = applied(account, { type: "corrected", session: "s1", drop: 0, payout: 150 });
   assert.equal(viewOf(account, 0).profit, -0.5);
+  assert.equal(applied(account, { type: "corrected", session: "s1", drop: 0, payout: 150 }), account);
   account = applied(account, { type: "reset" });
   view = viewOf(account, 0);
   assert.deepEqual([view.balls, view.profit, view.last.length, view.balance], [0, 0, 0, 999.5]);
@@ -119,6 +120,24 @@ test("an ended session is kept until all its drops have landed", () => {
   }
   account = after([staked(1, 100, "old"), settled(1, 300, "old"), settled(0, 0, "old")], account);
   assert.equal(balanceOf(account), GRANT + 100);
+});
+
+test("sessions with unknown drops are known as such", () => {
+  const ended = { type: "over", session: "s1", total: 2 };
+  const account = after([staked(0, 100), settled(0, 0), ended]);
+  assert.deepEqual(incompleteSessions(account), ["s1"]);
+  assert.deepEqual(incompleteSessions(after([staked(1, 100)], account)), []);
+});
+
+test("a damaged account is not read, whatever is wrong with it", () => {
+  const account = after([staked(0, 100), settled(0, 20), staked(1, 300)]);
+  assert.deepEqual(readAccount(JSON.stringify(account)), account);
+  assert.deepEqual(readAccount('{"grants": 3}'), { ...newAccount(), grants: 3 }, "an account of an older page");
+  for (const damaged of [
+    "", "{", "null", "5", "[]", '{"grants": -1}', '{"grants": "many"}', '{"sessions": []}', '{"sessions": {"s": {}}}',
+    '{"sessions": {"s": {"room": "main", "drops": {"0": {"stake": 1.5, "payout": null}}}}}', '{"tally": {}}',
+    '{"before": {"staked": 1}}', '{"last": [5]}', '{"last": [{}]}', '{"away": 5}',
+  ]) assert.equal(readAccount(damaged), null, damaged);
 });
 
 test("an account survives storage as JSON", () => {

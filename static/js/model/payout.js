@@ -22,10 +22,15 @@ function decimalOf(value) {
 /**
  * @param {number} stake whole minor units
  * @param {number} score the multiplier: 0.1 of 10 is exactly 1
- * @returns {number}
+ * @returns {bigint}
  */
-export function payoutOf(stake, score) {
+export function exactPayout(stake, score) {
   const [whole, power] = decimalOf(score);
   const units = whole * BigInt(stake);
-  return Number(power < 0 ? units / 10n ** BigInt(-power) : units * 10n ** BigInt(power));
+  return power < 0 ? units / 10n ** BigInt(-power) : units * 10n ** BigInt(power);
+}
+
+/** @param {number} stake whole minor units @param {number} score @returns {number} exact up to MOST_PAYOUT */
+export function payoutOf(stake, score) {
+  return Number(exactPayout(stake, score));
 }
