@@ -23,7 +23,7 @@
  * @property {Extent} extent
  * @property {number} velocity_scale
  * @property {string} stream
- * @property {{balls: number}} limits
+ * @property {{balls: number, drops_per_second?: number}} limits
  * @property {BallStart[]} balls
  * @property {{histogram: number[]}} stats
  * @property {string} run

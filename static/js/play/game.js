@@ -8,14 +8,16 @@ import { seedAfter } from "../model/seed.js";
 import { PACES } from "../model/table/pace.js";
 import { Visited } from "../model/player/visited.js";
 import { t } from "../texts/text.js";
-import { amount, plain, signed } from "../util/format.js";
+import { amount } from "../util/format.js";
+import { isRecord, readStored } from "../util/stored.js";
 import { Recovery } from "./account/recovery.js";
 import { Self } from "./account/self.js";
 import { Wallet } from "./account/wallet.js";
+import { allowedStake, mostCredits, readStake } from "./desk/amounts.js";
 import { FairPlay } from "./fairness/fair-play.js";
-import { Room } from "./room.js";
+import { LOST, Room } from "./room.js";
 import { choiceOf, findTable, putIntoAddress } from "./rooms.js";
-import { Run } from "./runs.js";
+import { Run, sumsOf } from "./runs.js";
 import { Store } from "./store.js";
 
 /** @import { Odds } from "../model/odds.js" */
@@ -25,6 +27,7 @@ import { Store } from "./store.js";
 /** @import { Solver } from "../solver/solver.js" */
 /** @import { Reason } from "./room.js" */
 /** @import { TableChoice } from "./rooms.js" */
+/** @import { Dropper, Limits } from "./runs.js" */
 
 /**
  * @typedef {object} Choice the settings on the desk
@@ -33,9 +36,16 @@ import { Store } from "./store.js";
  * @property {number} stake credits
  * @property {number} balls for each press of DROP
  * @property {Pace} pace
+ * @property {string} fault why nothing can be dropped: what is wrong with a field; "" if nothing is
+ *
+ * @typedef {object} Ask what a ball is dropped with
+ * @property {string | null} seed
+ * @property {number | null} aim
+ * @property {number} [stake] credits, instead of the stake on the desk
  */
 
 const CHOICE_KEY = "plinko.choice.1";
+const BALLS = [1, 5, 20]; // for each press
 
 /** The store that all panels share. */
 export class Game extends Store {
@@ -48,8 +58,8 @@ export class Game extends Store {
   #timer = 0;
   /** The main room's board, null until known. @type {string | null} */
   #mainBoard = null;
-  /** The table to move to once our balls have landed. @type {TableChoice | null} */
-  moving = null;
+  /** Whether the player has chosen another table, which is being opened. */
+  moving = false;
 
   /** @param {{storage: Pick<Storage, "getItem" | "setItem">, solver: Solver | null, streams: string[], room: string}} options */
   constructor({ storage, solver, streams, room }) {
@@ -57,9 +67,8 @@ export class Game extends Store {
     this.storage = storage;
     this.solver = solver;
     this.streams = streams;
-    this.choice = {
-      stake: 1, balls: 1, pace: "real", ...JSON.parse(storage.getItem(CHOICE_KEY) ?? "{}"), seed: null, aim: null,
-    };
+    const kept = readStored(storage, CHOICE_KEY, isChoice) ?? { stake: 1, balls: 1, pace: "real" };
+    this.choice = { ...kept, seed: null, aim: null, fault: "" };
     this.wallet = new Wallet(storage);
     this.visited = new Visited(storage);
     this.self = new Self(storage);
@@ -88,6 +97,7 @@ export class Game extends Store {
       this.#finish();
       this.tell("account", null);
     });
+    this.on("adopted", (balls) => this.#adopt(balls));
     this.on("halted", (halted) => {
       if (halted) this.stop("refused");
       this.say(t(halted ? "play.halted" : "play.resumed"), { urgent: true });
@@ -99,18 +109,24 @@ export class Game extends Store {
     let there = true; // the connection
     this.on("room", () => {
       const { state } = this.room;
-      const lost = state === "reconnecting" || state === "closed";
+      const lost = LOST.includes(state);
       if (lost && there) this.stop("refused");
       there = !lost;
     });
-    window.addEventListener("storage", () => this.tell("account", null));
+    window.addEventListener("storage", () => this.tell("account", null)); // panels then read the wallet
     this.room = this.#open(room);
+  }
+
+  /** Says what a player must know of the stored credits, once panels can show it. */
+  begin() {
+    if (this.wallet.damaged) this.say(t("play.damaged", { balance: amount(this.account.balance) }), { urgent: true });
   }
 
   /** @param {string} id */
   #open(id) {
     this.visited.enter(id);
     this.recovery.seekAllBut(id);
+    this.recovery.seek(this.wallet.incomplete);
     const { streams, solver, wallet, self, storage } = this;
     return new Room(id, {
       news: this, streams, solver, wallet, self, fair: (send) => new FairPlay(id, storage, this, send),
@@ -122,31 +138,41 @@ export class Game extends Store {
     if (id === this.room.id) return;
     this.stop("player");
     this.#runs = [];
-    this.moving = null;
     this.room.close();
     this.room = this.#open(id);
     this.tell("room", null);
     this.tell("account", null);
   }
 
-  /** Moves to a board's room, once our balls have landed. @param {TableChoice} choice */
+  /** Whether the table cannot be changed: staked balls of ours have not landed, or are still to be dropped. */
+  get locked() {
+    return this.room.own.atStake > 0 || this.#runs.some(({ left, practice }) => left > 0 && !practice);
+  }
+
+  /** Moves to a board's room. Until it is found, nothing can be dropped. @param {TableChoice} choice */
   async move(choice) {
-    this.stop("player");
-    if (this.room.own.unseen > 0 && this.room.practice !== "offline") {
-      this.moving = choice;
-      this.say(t("play.moving"), { urgent: true });
+    if (this.locked || this.moving) {
+      this.tell("choice", null); // panels show this room's values again
       return;
     }
-    this.moving = null;
+    this.stop("player");
+    this.#setMoving(true);
     try {
       const room = await findTable(choice, this.#mainBoard, this.visited);
+      this.#setMoving(false);
       if (room === this.room.id) return;
       putIntoAddress(room);
       this.enter(room);
     } catch {
+      this.#setMoving(false);
       this.say(t("play.table-fails"), { urgent: true });
-      this.tell("choice", null);
     }
+  }
+
+  /** @param {boolean} moving */
+  #setMoving(moving) {
+    this.moving = moving;
+    this.tell("choice", null);
   }
 
   /** @returns {TableChoice | null} this room's board; null before it is known, and if the form does not offer it */
@@ -200,19 +226,54 @@ export class Game extends Store {
 
   /** @param {number | null} [aim] m, instead of the aim set on the desk */
   drop(aim = this.choice.aim) {
-    this.#add(this.#runs.find(({ limits }) => !limits) ?? new Run(), this.choice.balls, aim);
+    const { seed, balls } = this.choice;
+    if (this.#allowed()) this.#press(balls, { seed, aim });
   }
 
-  /** Infinite values mean no limit. @param {{rate: number, count: number, win: number, loss: number}} asked */
-  startAuto({ rate, count, win, loss }) {
-    this.#add(new Run({ win, loss }), count, this.choice.aim, rate);
+  /** Drops one ball as an earlier one was dropped, but with a new seed. @param {Played} played */
+  again({ aim = null, stake }) {
+    if (!this.moving) this.#press(1, { seed: null, aim, stake });
   }
 
-  /** @param {Run} run @param {number} balls @param {number | null} aim @param {number} [rate] a second */
-  #add(run, balls, aim, rate) {
+  /** Lets an earlier ball fall once more, as practice. @param {Played} played */
+  rehearse({ seed, aim = null }) {
+    if (!this.moving) this.#press(1, { seed, aim });
+  }
+
+  /** @param {number} rate balls a second @param {number} count infinite for no end @param {Limits} limits */
+  startAuto(rate, count, limits) {
+    if (!this.#allowed()) return;
+    const { seed, aim } = this.choice;
+    this.#add(new Run({ practice: this.practice !== null, limits }), count, { seed, aim }, rate);
+  }
+
+  /** @returns {boolean} whether the settings on the desk can be dropped with; panels say why not */
+  #allowed() {
+    if (this.choice.fault) this.tell("faulty", null);
+    return !this.choice.fault && !this.moving;
+  }
+
+  /** @param {number} balls @param {Ask} ask */
+  #press(balls, ask) {
+    const practice = ask.seed !== null || this.room.practice !== null;
+    const going = this.#runs.find((run) => !run.limits && run.practice === practice);
+    this.#add(going ?? new Run({ practice }), balls, ask);
+  }
+
+  /** @param {Run} run @param {number} balls @param {Ask} ask @param {number} [rate] a second */
+  #add(run, balls, ask, rate) {
     if (!this.#runs.includes(run)) this.#runs.push(run);
-    run.add(balls, this.#dropper(run, aim), performance.now(), rate);
+    run.add(balls, this.#dropper(run, ask), performance.now(), rate);
     this.#pump();
+  }
+
+  /** Counts balls that were in flight before this page was loaded. @param {{ref: string, stake: number}[]} balls */
+  #adopt(balls) {
+    const run = new Run();
+    for (const ball of balls) run.adopt(ball);
+    this.#runs.push(run);
+    this.say(t("play.adopted", { n: balls.length }), { urgent: true });
+    this.tell("run", null);
   }
 
   /** Stops dropping; balls in flight still count. @param {"player" | "refused"} why */
@@ -221,21 +282,31 @@ export class Game extends Store {
     this.#finish();
   }
 
-  /** @param {Run} run @param {number | null} aim @returns {() => string | null} drops a ball, returns its ref */
-  #dropper(run, aim) {
-    let { seed } = this.choice;
-    return () => {
-      const { stake } = this.choice;
-      if (!this.practice && stake > this.account.balance) {
-        this.say(t("play.too-few"), { urgent: true });
-        run.stop("credits");
-        return null;
-      }
-      const ref = this.room.drop({ seed, aim, stake });
-      if (seed !== null) seed = seedAfter(seed);
-      if (ref === null) this.say(t("play.no-line"), { urgent: true });
-      else this.tell("account", null);
-      return ref;
+  /** The largest stake at this table, credits. */
+  get mostStake() {
+    return mostCredits(this.room.hello?.board.bins.multipliers ?? null);
+  }
+
+  /** @param {Run} run @param {Ask} ask @returns {Dropper} */
+  #dropper(run, { seed, aim, stake }) {
+    let next = seed;
+    return {
+      stake: () => (next !== null || this.room.practice ? 0
+        : stake ?? allowedStake(this.choice.stake * run.factor, this.mostStake)),
+      drop: (due) => {
+        if (due > this.account.balance) {
+          this.say(t("play.too-few"), { urgent: true });
+          return "credits";
+        }
+        const ref = this.room.drop({ seed: next, aim, stake: due });
+        if (ref === null) {
+          this.say(t(this.room.state === "full" ? "play.full" : "play.no-line"), { urgent: true });
+          return "refused";
+        }
+        if (next !== null) next = seedAfter(next);
+        this.tell("account", null);
+        return { ref, stake: due };
+      },
     };
   }
 
@@ -243,8 +314,14 @@ export class Game extends Store {
     clearTimeout(this.#timer);
     const now = performance.now();
     const wait = Math.min(...this.#runs.map((run) => run.give(now, () => this.room.hasRoom)));
-    if (Number.isFinite(wait)) this.#timer = window.setTimeout(() => this.#pump(), Math.max(4, wait));
+    if (Number.isFinite(wait)) this.#pumpIn(Math.max(4, wait));
     this.#finish();
+  }
+
+  /** @param {number} ms */
+  #pumpIn(ms) {
+    clearTimeout(this.#timer);
+    this.#timer = window.setTimeout(() => this.#pump(), ms);
   }
 
   /** Books a drop whose landing was shown, in every panel at once. @param {Played} played */
@@ -255,10 +332,12 @@ export class Game extends Store {
     else if (practice) this.wallet.apply({ type: "practised", played });
     for (const run of this.#runs) if (run.land(played)) break;
     this.tell("account", null);
+    // A run's limits may have waited for this landing. Not at once: a room that is being entered can take no drop yet.
+    this.#pumpIn(0);
     this.#finish();
   }
 
-  /** Reports the runs whose balls have all landed, and moves to the next table if the player has chosen one. */
+  /** Reports the runs whose balls have all landed. */
   #finish() {
     const over = this.#runs.filter((run) => run.over);
     this.#runs = this.#runs.filter((run) => !run.over);
@@ -267,16 +346,12 @@ export class Game extends Store {
       if (words) this.say(words.text, { score: words.score, urgent: run.limits !== null });
     }
     this.tell("run", null);
-    const { moving } = this;
-    if (!moving || this.room.own.unseen > 0) return;
-    this.moving = null;
-    void this.move(moving);
   }
 
   refill() {
     this.wallet.apply(refillOf(this.wallet.account));
     this.tell("account", null);
-    this.say(t("play.refilled", { balance: plain(this.account.balance) }), { urgent: true });
+    this.say(t("play.refilled", { balance: amount(this.account.balance) }), { urgent: true });
   }
 
   /** Clears statistics and history; the balance stays. */
@@ -291,7 +366,11 @@ function foundWords(played) {
   const [{ name }] = played;
   const staked = played.reduce((sum, { stake }) => sum + stake, 0);
   const paid = played.reduce((sum, one) => sum + one.paid, 0);
-  return t("play.found", {
-    n: played.length, board: name, staked: plain(staked), paid: amount(paid), profit: signed(paid - staked),
-  });
+  return t("play.found", { n: played.length, board: name, ...sumsOf({ staked, paid }) });
+}
+
+/** @param {unknown} value @returns {value is Pick<Choice, "stake" | "balls" | "pace">} */
+function isChoice(value) {
+  return isRecord(value) && readStake(String(value.stake)) === value.stake && BALLS.includes(Number(value.balls))
+    && Object.hasOwn(PACES, String(value.pace));
 }

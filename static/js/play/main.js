@@ -51,6 +51,7 @@ async function start() {
   ]) panel(game, theme);
   showPurse(game, theme, view);
   offerSettings(game, theme, ghost);
+  game.begin();
 }
 
 start().catch((error) => {

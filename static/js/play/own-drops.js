@@ -19,9 +19,10 @@ import { t } from "../texts/text.js";
 /**
  * @typedef {{id: number, seed: string, x: number, explicit: boolean, aim?: number, by?: string}} Accepting
  *   the fields of a ball that its drop needs
- * @typedef {{ref: string, stake: number, practice: boolean, ball: Accepting | null, fair?: FairPlace,
- *   shown?: Played}} OwnDrop ball: null until accepted; fair: set with it for a staked drop; shown: set once its
- *   landing was shown
+ * @typedef {Pick<Hello, "mode" | "board_name" | "board_digest" | "balls">} Place
+ * @typedef {{ref: string, stake: number, practice: boolean, ball: Accepting | null, place: Place, fair?: FairPlace,
+ *   shown?: Played}} OwnDrop ball: null until accepted; place: the room as it was then; fair: set for a staked drop;
+ *   shown: set once its landing was shown
  *
  * @typedef {{bin: number | null, score: number, digest: string | null}} End
  */
@@ -32,16 +33,26 @@ export class OwnDrops {
   #open = new Map();
   /** @type {OwnDrop[]} those open when the connection broke, until the server reports their results */
   #pending = [];
-  /** @type {Pick<Hello, "mode" | "board_name" | "board_digest" | "balls">} */
+  /** @type {Place} */
   #hello = { mode: "independent", board_name: "", board_digest: "", balls: [] };
   /** @type {Table | null} */
   #table = null;
-  /** The board's name in REST paths. */
-  address = "";
+  /** The names of boards in REST paths, by digest. @type {Map<string, string>} */
+  #addresses = new Map();
 
   /** @param {Pick<Store, "tell" | "say">} news */
   constructor(news) {
     this.news = news;
+  }
+
+  /** The board's name in REST paths. */
+  get address() {
+    return this.#addressOf(this.#hello);
+  }
+
+  /** @param {Place} place @returns {string} its digest, until the list of boards has arrived, or if that fails */
+  #addressOf({ board_digest: digest }) {
+    return this.#addresses.get(digest) ?? digest;
   }
 
   /** Drops not settled yet. */
@@ -52,6 +63,11 @@ export class OwnDrops {
   /** Drops whose landing has not been shown yet. */
   get unseen() {
     return this.#which(({ shown }) => !shown).length;
+  }
+
+  /** Staked drops whose landing has not been shown yet. */
+  get atStake() {
+    return this.#which(({ shown, practice }) => !shown && !practice).length;
   }
 
   /** Drops that the server has not answered yet. */
@@ -71,21 +87,22 @@ export class OwnDrops {
 
   /** Adds a drop that was just sent. @param {string} ref @param {number} stake @param {boolean} practice */
   add(ref, stake, practice) {
-    this.#open.set(ref, { ref, ball: null, stake, practice });
+    this.#open.set(ref, { ref, ball: null, stake, practice, place: this.#hello });
   }
 
   /**
-   * A connection is open, or open again.
+   * A connection is open, or open again, or its room was reset.
    * @param {Hello} hello
    * @param {Table} table
+   * @param {boolean} held whether the connection is still the same: then the server answers what was sent before
    * @returns {boolean} whether drops are pending, so that the server must be asked for their results
    */
-  enter(hello, table) {
+  enter(hello, table, held = false) {
     this.#hello = hello;
     this.#table = table;
-    this.#learnAddress(hello);
+    void this.#learnAddress(hello);
     // Only drops from before this moment: the server's answer says nothing about later ones.
-    this.#pending = [...this.#open.values()];
+    this.#pending = this.#which(({ ball }) => !held || ball !== null);
     return this.#pending.length > 0;
   }
 
@@ -103,7 +120,7 @@ export class OwnDrops {
     const drop = this.#open.get(ref ?? "");
     if (!drop) return;
     ball.stake = drop.practice ? undefined : drop.stake;
-    Object.assign(drop, { ball, fair });
+    Object.assign(drop, { ball, fair, place: this.#hello });
   }
 
   /** @param {string | null | undefined} ref @returns {boolean} whether the drop is still unanswered */
@@ -117,7 +134,11 @@ export class OwnDrops {
    * @returns {Set<string>} sessions of the drops that are not in flight here any more
    */
   adopt(found) {
-    return new Set(found.filter((drop) => !this.#adopt(drop)).map(({ session }) => session));
+    const known = new Set(this.#open.keys());
+    const gone = new Set(found.filter((drop) => !this.#adopt(drop)).map(({ session }) => session));
+    const adopted = [...this.#open.values()].filter(({ ref }) => !known.has(ref));
+    if (adopted.length > 0) this.news.tell("adopted", adopted.map(({ ref, stake }) => ({ ref, stake })));
+    return gone;
   }
 
   /** @param {OpenDrop} found @returns {boolean} false if its ball is not in flight here */
@@ -128,7 +149,7 @@ export class OwnDrops {
     const ref = `${session}-${number}`;
     const fair = { session, drop: number };
     Object.assign(ball, { mine: true, stake: stake / MINOR_UNITS });
-    this.#open.set(ref, { ref, ball, stake: stake / MINOR_UNITS, practice: false, fair });
+    this.#open.set(ref, { ref, ball, stake: stake / MINOR_UNITS, practice: false, place: this.#hello, fair });
     return true;
   }
 
@@ -182,9 +203,9 @@ export class OwnDrops {
   /** @param {OwnDrop} drop @param {Accepting} ball whose landing event is lost */
   async #recover(drop, ball) {
     try {
-      if (this.#hello.mode === "interacting") throw new Error(t("play.knocked"));
+      if (drop.place.mode === "interacting") throw new Error(t("play.knocked"));
       const { seed, x, explicit, aim } = ball;
-      const address = { board: this.address, seed, x: explicit ? x : null, aim };
+      const address = { board: this.#addressOf(drop.place), seed, x: explicit ? x : null, aim };
       this.#close(drop, ball, /** @type {DropRecord} */ (await getJson(dropPath(address))));
     } catch {
       this.refused(drop.ref);
@@ -210,11 +231,11 @@ export class OwnDrops {
   }
 
   /** @param {OwnDrop} drop @param {Accepting} ball @param {End} end @returns {Played} */
-  #played({ ref, stake, practice, fair }, { seed, x, explicit, aim, by }, { bin, score, digest }) {
-    const { mode, board_name: name, board_digest: boardDigest } = this.#hello;
+  #played({ ref, stake, practice, fair, place }, { seed, x, explicit, aim, by }, { bin, score, digest }) {
+    const { mode, board_name: name, board_digest: boardDigest } = place;
     const paid = payoutOf(Math.round(stake * MINOR_UNITS), score) / MINOR_UNITS;
     return {
-      board: this.address, boardDigest, name, seed, x: explicit ? x : null, aim: aim ?? null, ref,
+      board: this.#addressOf(place), boardDigest, name, seed, x: explicit ? x : null, aim: aim ?? null, ref,
       knocked: mode === "interacting", stake, paid, practice, bin, score, digest, ...(fair && { fair }),
       ...(by && { by }),
     };
@@ -222,9 +243,10 @@ export class OwnDrops {
 
   /** @param {Hello} hello */
   async #learnAddress(hello) {
-    // Until the list of boards has arrived, or if it fails, links name the board by its digest.
-    this.address = hello.board_digest;
-    this.address = await boardAddress(hello).catch(() => hello.board_digest);
+    const digest = hello.board_digest;
+    if (this.#addresses.has(digest)) return;
+    const name = await boardAddress(hello).catch(() => null);
+    if (name !== null) this.#addresses.set(digest, name);
   }
 }
 

@@ -26,7 +26,7 @@ import { fairPlaceOf, OwnDrops } from "./own-drops.js";
 /** @import { FairPlay } from "./fairness/fair-play.js" */
 /** @import { Store } from "./store.js" */
 
-/** @typedef {"connecting" | "live" | "asleep" | "reconnecting" | "closed"} LineState */
+/** @typedef {"connecting" | "live" | "asleep" | "reconnecting" | "full" | "closed"} LineState */
 /** @typedef {"seed" | "colliding" | "offline" | "unsealed"} Reason why a drop is practice */
 
 /**
@@ -34,6 +34,12 @@ import { fairPlaceOf, OwnDrops } from "./own-drops.js";
  * @typedef {{hello: Hello, table: Table, clock: TickClock, scale: SnapshotScale}} Visit
  */
 
+/** States without a connection to the room. @type {LineState[]} */
+export const LOST = ["reconnecting", "full", "closed"];
+const ROOM_FULL = "room-full"; // error code: the server closes the connection, and a later one may find a place
+const UNDECIDED = "undecided"; // error code: the server does not know yet whether it has taken the drop
+const ROOM_RESET = "room-reset"; // error code: the ledger has the drop, but its ball has not entered the room
+const RATE_MARGIN = 1.1; // the server's clock and the network are not exact
 const COUNTED = new Set(["accepted", "contact", "landed"]); // events with a sequence number
 /** The texts shown for refusals, by error code. @type {Record<string, Key>} */
 const REFUSALS = {
@@ -61,11 +67,14 @@ export class Room {
   #practised = 0;
   #closed = false;
   #offline = false; // whether this page made the table itself, without a server
+  #full = false; // whether the last connection was refused because the room has no place left
+  #sentMs = Number.NEGATIVE_INFINITY; // when the last drop was sent
 
   /**
    * @param {string} id
-   * @param {{news: Store, streams: string[], solver: Solver | null, wallet: Wallet, self: Self,
-   *   fair: (send: (message: object) => boolean) => FairPlay}} options streams: acceptable streams, the best first
+   * @param {{news: Store, streams: string[], solver: Solver | null, wallet: Wallet, self: Self | null,
+   *   fair: (send: (message: object) => boolean) => FairPlay}} options streams: acceptable streams, the best first;
+   *   self: null for an audience, which sees visitors and is none
    */
   constructor(id, { news, streams, solver, wallet, self, fair }) {
     this.id = id;
@@ -119,19 +128,19 @@ export class Room {
   get practice() {
     if (!this.#visit) return null;
     if (this.hello?.mode === "interacting") return "colliding";
-    if (this.#offline || this.state === "reconnecting" || this.state === "closed") return "offline";
+    if (this.#offline || LOST.includes(this.state)) return "offline";
     return this.fair.failed ? "unsealed" : null;
   }
 
-  /** Whether the room has space for one more ball. */
+  /** Whether the room takes one more ball now: it has space for it, and its last one was sent long enough ago. */
   get hasRoom() {
-    const most = this.hello?.limits.balls ?? Number.POSITIVE_INFINITY;
-    return (this.table?.balls.size ?? 0) + this.own.unanswered < most;
+    const { balls: most, drops_per_second: rate } = this.hello?.limits ?? {};
+    if (rate && performance.now() - this.#sentMs < RATE_MARGIN * 1000 / rate) return false;
+    return (this.table?.balls.size ?? 0) + this.own.unanswered < (most ?? Number.POSITIVE_INFINITY);
   }
 
   /**
-   * Sends a drop. It is staked in the fair session, unless the player chose its seed or no session is possible: then it
-   * is practice.
+   * Sends a drop. It is practice if the player chose its seed or if only practice is possible, else it is staked.
    * @param {{seed: string | null, aim: number | null, stake: number}} ask
    * @returns {string | null} its ref; null if it could not be sent
    */
@@ -140,11 +149,12 @@ export class Room {
     const ref = `d${this.#drops}`;
     this.#drops += 1;
     const ours = { who: this.wallet.mark, ...(aim !== null && { aim }) };
-    const staked = seed === null && !this.practice
-      && this.fair.drop(ref, { stake: Math.round(stake * MINOR_UNITS), ...ours });
+    const practice = seed !== null || this.practice !== null;
     const plain = { type: "drop", ref, ...(seed !== null && { seed }), ...ours };
-    if (!staked && (this.#offline || !this.connection.send(plain))) return this.#practise(ref, { seed, aim });
-    this.own.add(ref, staked ? stake : 0, !staked);
+    if (practice && (this.#offline || !this.connection.send(plain))) return this.#practise(ref, { seed, aim });
+    if (!practice && !this.fair.drop(ref, { stake: Math.round(stake * MINOR_UNITS), ...ours })) return null;
+    this.#sentMs = performance.now();
+    this.own.add(ref, practice ? 0 : stake, practice);
     this.connection.expectNews(true);
     this.news.tell("room", null);
     return ref;
@@ -195,9 +205,10 @@ export class Room {
     return this.connection.send({ type: "ping", t: performance.now() });
   }
 
-  /** Sends our name and colour to the room. */
+  /** Sends our name and colour to the room. All tabs of a player are one visitor; an audience is none. */
   appear() {
-    this.connection.send(this.self.message);
+    const { self, wallet } = this;
+    this.connection.send(self ? { ...self.message, who: wallet.mark } : { type: "appear", audience: true });
   }
 
   /** Leaves the room: nothing more is announced. */
@@ -248,12 +259,16 @@ export class Room {
     const solve = this.#solveFor(hello);
     if (hello.stream === SEEDS && !solve && this.#retreat()) return;
     this.#offline = false;
+    this.#full = false;
+    // After a reset the server goes on with the same connection, and so with the same key.
+    const held = this.#last !== null && this.#last.key === hello.key;
+    this.settle(Number.POSITIVE_INFINITY, null); // the table before, whose landings have all arrived
     const { table, clock } = this.#enter(hello, solve);
     if (table.growsWhenDrawn && table.awake) clock.observe(hello.tick, performance.now());
-    const pending = this.own.enter(hello, table);
+    const pending = this.own.enter(hello, table, held);
     const open = this.wallet.open.filter(({ room }) => room === this.id);
     for (const session of this.own.adopt(open)) this.news.tell("behind", session);
-    this.fair.greeted(hello);
+    this.fair.greeted(hello, held);
     this.company.begin();
     for (const ball of table.balls.values()) this.company.dye(ball);
     this.appear();
@@ -288,8 +303,8 @@ export class Room {
   /** @param {number} waitMs */
   #lost(waitMs) {
     this.wait = Math.max(1, Math.round(waitMs / 1000));
-    this.#setState("reconnecting");
-    if (!this.#visit && this.solver) this.#openOffline();
+    this.#setState(this.#full ? "full" : "reconnecting");
+    if (!this.#full && !this.#visit && this.solver) void this.#openOffline();
   }
 
   /** Without a server, offers practice on the room's board, if the browser has cached it. */
@@ -391,7 +406,17 @@ export class Room {
   #refused({ ref, code }) {
     // A refusal before the hello means that the server does not know the stream.
     if (!this.#visit && code === "invalid-value" && this.#retreat()) return;
+    if (code === UNDECIDED) return; // the answer follows
+    if (code === ROOM_FULL) {
+      this.#full = true; // the server closes the connection
+      return;
+    }
+    const session = this.fair.state?.session;
     this.own.refused(ref);
+    if (code === ROOM_RESET && session) {
+      this.news.tell("behind", session);
+      return;
+    }
     if (this.fair.refused({ ref, code })) return;
     if (code !== ROOM_MOVED && this.#visit) {
       this.news.say(t(REFUSALS[code] ?? "refused.other"), { urgent: true });
@@ -419,14 +444,14 @@ export class Room {
    * @param {Table} table
    */
   #rest(table) {
-    if (table.awake || this.own.unanswered > 0 || this.state === "reconnecting" || this.state === "closed") return;
+    if (table.awake || this.own.unanswered > 0 || LOST.includes(this.state)) return;
     this.connection.expectNews(false);
     if (table.shown) this.#setState("asleep");
   }
 
   /** @param {LineState} state */
   #setState(state) {
-    if (state === this.state && state !== "reconnecting") return;
+    if (state === this.state && state !== "reconnecting" && state !== "full") return;
     this.state = state;
     this.news.tell("room", null);
   }

@@ -1,45 +1,57 @@
 // Balls whose result is reported together: of one press, of several presses in one go, or of an auto-drop.
 
 import { t } from "../texts/text.js";
-import { amount, multiplier, plain, signed } from "../util/format.js";
+import { amount, multiplier, signed } from "../util/format.js";
 
 /** @import { Played } from "../model/player/account.js" */
 
 const ENDS = /** @type {const} */ ({
   win: "auto.win", loss: "auto.loss", finished: "auto.finished", player: "auto.player", refused: "auto.refused",
-  credits: "auto.credits",
+  credits: "auto.credits", cut: "auto.cut",
 });
-const SHOWER_RATE = 12; // balls a second of one press: the eye can tell them apart, and no rate limit refuses them
+const SHOWER_RATE = 12; // balls a second of a press: the eye can tell them apart
 
-/** @typedef {keyof typeof ENDS} Stop why an auto-drop ended */
+/**
+ * @typedef {keyof typeof ENDS} Stop why an auto-drop ended
+ * @typedef {"keep" | "times" | "reset"} Reaction what a result does to the next stake; reset: back to the first one
+ * @typedef {{how: Reaction, factor: number}} Step
+ * @typedef {{win: number, loss: number, onWin: Step, onLoss: Step}} Limits profit and loss, in credits, that end an
+ *   auto-drop; infinite without one
+ * @typedef {{ref: string, stake: number}} Dropped stake: credits, 0 in practice
+ * @typedef {{stake: () => number, drop: (stake: number) => Dropped | Stop}} Dropper makes the next ball, or says why it
+ *   cannot; stake: of that ball, credits
+ */
 
-/** Balls dropped together, and the sum of their results. */
+/** Balls dropped together, and the sums of their results: those of stakes and those of practice apart. */
 export class Run {
   staked = 0;
   paid = 0;
-  #scores = 0;
-  #down = 0;
-  #practice = true;
+  #down = 0; // balls with a stake that have landed
+  #practised = 0;
+  #scores = 0; // sum, of practice balls
+  /** How many times the first stake the next ball takes. */
+  factor = 1;
+  #asked = 0;
+  #refused = 0;
   /** @type {Played | null} */
   #last = null;
-  /** @type {Set<string>} refs of balls in flight */
-  #open = new Set();
-  /**
-   * Balls still to be dropped at a steady rate.
-   * @type {{left: number, nextMs: number, spacing: number, drop: () => string | null}[]}
-   */
-  #showers = [];
+  /** Stakes of the balls in flight, by ref. @type {Map<string, number>} */
+  #open = new Map();
+  /** Balls still to be dropped, the first shower first. @type {(Dropper & {left: number, spacing: number})[]} */
+  #queue = [];
+  #nextMs = Number.NEGATIVE_INFINITY;
   /** @type {Stop | null} */
   stopped = null;
 
-  /** @param {{win: number, loss: number} | null} [limits] profit and loss, in credits, that end an auto-drop */
-  constructor(limits = null) {
+  /** @param {{practice?: boolean, limits?: Limits | null}} [options] practice: whether its balls were asked for as practice */
+  constructor({ practice = false, limits = null } = {}) {
+    this.practice = practice;
     this.limits = limits;
   }
 
   /** Balls still to be dropped; infinite for an auto-drop without an end. */
   get left() {
-    return this.#showers.reduce((sum, { left }) => sum + left, 0);
+    return this.#queue.reduce((sum, { left }) => sum + left, 0);
   }
 
   get falling() {
@@ -55,13 +67,16 @@ export class Run {
     return Math.round(100 * (this.paid - this.staked)) / 100;
   }
 
-  /**
-   * @param {number} count balls
-   * @param {() => string | null} drop drops one ball and returns its ref; null if that failed
-   * @param {number} nowMs @param {number} [rate] a second
-   */
-  add(count, drop, nowMs, rate = SHOWER_RATE) {
-    this.#showers.push({ left: count, nextMs: nowMs, spacing: 1000 / rate, drop });
+  /** @param {number} count balls @param {Dropper} dropper @param {number} nowMs @param {number} [rate] a second */
+  add(count, dropper, nowMs, rate = SHOWER_RATE) {
+    if (this.#queue.length === 0) this.#nextMs = Math.max(this.#nextMs, nowMs);
+    this.#queue.push({ ...dropper, left: count, spacing: 1000 / rate });
+    this.#asked += count;
+  }
+
+  /** Adds a ball that is in flight already. @param {Dropped} ball */
+  adopt({ ref, stake }) {
+    this.#open.set(ref, stake);
   }
 
   /**
@@ -70,31 +85,53 @@ export class Run {
    * @returns {number} ms until the next ball is due; infinite without one
    */
   give(nowMs, hasRoom) {
-    for (const shower of this.#showers) {
-      const { nextMs, spacing } = shower;
-      if (nowMs < nextMs) continue;
-      if (!hasRoom()) {
-        shower.nextMs = nowMs + spacing;
-        continue;
-      }
-      // The timers of a hidden tab sleep: missed balls are not caught up, so that they do not come all at once.
-      shower.nextMs = Math.max(nextMs + spacing, nowMs + 0.5 * spacing);
-      shower.left -= 1;
-      const ref = shower.drop();
-      if (ref === null) {
-        this.stop("refused"); // keeps an earlier reason
-        break;
-      }
-      this.#open.add(ref);
+    const [shower] = this.#queue;
+    if (shower && nowMs >= this.#nextMs) {
+      const stake = shower.stake();
+      const limit = this.#limit(stake);
+      if (limit === "wait" || (limit === null && !hasRoom())) this.#nextMs = nowMs + shower.spacing;
+      else if (limit !== null) this.stop(limit);
+      else this.#drop(shower, stake, nowMs);
     }
-    this.#showers = this.#showers.filter(({ left }) => left > 0);
-    if (this.limits && this.#showers.length === 0) this.stopped ??= "finished";
-    return Math.min(...this.#showers.map(({ nextMs }) => Math.max(0, nextMs - nowMs)));
+    if (this.limits && this.#queue.length === 0) this.stopped ??= "finished";
+    return this.#queue.length ? Math.max(0, this.#nextMs - nowMs) : Number.POSITIVE_INFINITY;
+  }
+
+  /** @param {Dropper & {left: number, spacing: number}} shower @param {number} stake @param {number} nowMs */
+  #drop(shower, stake, nowMs) {
+    // The timers of a hidden tab sleep: missed balls are not caught up, so that they do not come all at once.
+    this.#nextMs = Math.max(this.#nextMs + shower.spacing, nowMs + 0.5 * shower.spacing);
+    const ball = shower.drop(stake);
+    if (typeof ball === "string") {
+      this.stop(ball);
+      return;
+    }
+    this.#open.set(ball.ref, ball.stake);
+    shower.left -= 1;
+    if (shower.left === 0) this.#queue.shift();
+  }
+
+  /**
+   * What the limits say of one more ball. The balls in flight may lose their stakes: they count as lost for the loss
+   * limit, and a profit counts once they have landed.
+   * @param {number} stake of the ball @returns {Stop | "wait" | null} null: it may fall
+   */
+  #limit(stake) {
+    if (!this.limits) return null;
+    const { win, loss, onWin, onLoss } = this.limits;
+    const risk = [...this.#open.values()].reduce((sum, each) => sum + each, 0);
+    /** @type {Stop | null} */
+    let stop = null;
+    if (this.profit >= win) stop = "win";
+    else if (Math.round(100 * (risk + stake - this.profit)) > Math.round(100 * loss)) stop = "loss";
+    // A stake that follows from the last result needs that result.
+    const follows = stake > 0 && (onWin.how !== "keep" || onLoss.how !== "keep");
+    return this.#open.size > 0 && (stop || follows) ? "wait" : stop;
   }
 
   /** Drops no more balls; those in flight still count. @param {Stop} why */
   stop(why) {
-    this.#showers = [];
+    this.#queue = [];
     this.stopped ??= why;
   }
 
@@ -102,36 +139,58 @@ export class Run {
   land(played) {
     const { ref = "", stake, paid, score, practice = false } = played;
     if (!this.#open.delete(ref)) return false;
-    this.#down += 1;
     this.#last = played;
-    this.#scores += score;
-    if (!practice) {
-      this.#practice = false;
-      this.staked += stake;
-      this.paid += paid;
-      if (this.limits && this.profit >= this.limits.win) this.stop("win");
-      else if (this.limits && this.profit <= -this.limits.loss) this.stop("loss");
+    if (practice) {
+      this.#practised += 1;
+      this.#scores += score;
+      return true;
     }
+    this.#down += 1;
+    this.staked += stake;
+    this.paid += paid;
+    if (this.limits && paid > stake) this.#step(this.limits.onWin);
+    if (this.limits && paid < stake) this.#step(this.limits.onLoss);
     return true;
+  }
+
+  /** @param {Step} step */
+  #step({ how, factor }) {
+    if (how === "times") this.factor *= factor;
+    if (how === "reset") this.factor = 1;
   }
 
   /** @param {string} ref of a refused drop @returns {boolean} whether it belongs to this run */
   refuse(ref) {
-    return this.#open.delete(ref);
+    if (!this.#open.delete(ref)) return false;
+    this.#refused += 1;
+    return true;
   }
 
   /** @returns {{text: string, score?: number} | null} the result once all balls have landed; null if none did */
   words() {
-    const [n, last] = [this.#down, this.#last];
-    const profit = signed(this.profit);
-    if (this.limits) return { text: t(ENDS[this.stopped ?? "finished"], { n, profit }) };
+    if (this.limits) return { text: this.#ending() };
+    const last = this.#last;
     if (!last) return null;
-    if (n === 1) return { text: sentence(last), score: last.bin === null ? undefined : last.score };
-    const mean = this.#scores / n;
-    const text = this.#practice
-      ? t("play.round-practice", { n, mean: amount(mean) })
-      : t("play.round", { n, staked: plain(this.staked), paid: amount(this.paid), profit });
-    return { text, score: mean };
+    if (this.#down + this.#practised === 1) return { text: sentence(last), score: last.bin === null ? undefined : last.score };
+    const parts = [];
+    if (this.#down > 0) parts.push(t("play.round", { n: this.#down, ...sumsOf(this) }));
+    if (this.#practised > 0) parts.push(t("play.round-practice", { n: this.#practised, mean: amount(this.#mean) }));
+    const score = this.#down === 0 ? this.#mean : this.#practised === 0 ? this.paid / this.staked : undefined;
+    return { text: parts.join(" · "), score };
+  }
+
+  /** The mean multiplier of practice balls. */
+  get #mean() {
+    return this.#scores / this.#practised;
+  }
+
+  /** @returns {string} how the auto-drop ended */
+  #ending() {
+    const stop = this.stopped ?? "finished";
+    const why = stop === "finished" && this.#refused > 0 ? "cut" : stop;
+    const [n, all] = [this.#down + this.#practised, this.#asked];
+    const profit = this.#down === 0 && this.#practised > 0 ? t("practice.word") : signed(this.profit);
+    return t(ENDS[why], { n, all, profit });
   }
 }
 
@@ -139,5 +198,13 @@ export class Run {
 function sentence({ bin, score, stake, paid, practice = false }) {
   if (bin === null) return t(practice ? "play.rests" : "play.rests-back");
   const pays = multiplier(score);
-  return practice ? t("play.pays-practice", { pays }) : t("play.pays", { pays, profit: signed(paid - stake) });
+  return practice ? t("play.pays-practice", { pays }) : t("play.pays", { pays, ...sumsOf({ staked: stake, paid }) });
+}
+
+/**
+ * Sums as texts, as every message says them.
+ * @param {{staked: number, paid: number}} sums credits
+ */
+export function sumsOf({ staked, paid }) {
+  return { staked: amount(staked), paid: amount(paid), profit: signed(paid - staked) };
 }

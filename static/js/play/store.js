@@ -25,6 +25,8 @@
  * @property {{bin: number, entry: Entry, owner: Owner | null}} hit anybody's ball has come to lie in a bin
  * @property {Landing} landed the landing of anybody's ball was shown
  * @property {{ref: string}} refused the server refused one of our drops
+ * @property {{ref: string, stake: number}[]} adopted balls of ours that were in flight before this page was loaded
+ * @property {null} faulty the player wants to drop with an invalid value on the desk
  * @property {{text: string, score?: number, urgent?: boolean}} said for the player; urgent: stays while a ball falls
  * @property {QueueState} queue the drops that wait
  * @property {boolean} halted the operator has halted the room, or resumed it

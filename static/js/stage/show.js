@@ -10,7 +10,6 @@ import { called, paidMark, swatch } from "../play/panels/company.js";
 import { Room } from "../play/room.js";
 import { Sound } from "../play/sound/sound.js";
 import { Store } from "../play/store.js";
-import { Self } from "../play/account/self.js";
 import { Wallet } from "../play/account/wallet.js";
 import { swatchOf } from "../model/table/company.js";
 import { t } from "../texts/text.js";
@@ -26,11 +25,15 @@ import { StageTray } from "./tray.js";
 /** @import { Theme } from "../paint/theme.js" */
 /** @import { Solver } from "../solver/solver.js" */
 /** @import { Leader } from "./leaders.js" */
+/** @import { LineState } from "../play/room.js" */
+/** @import { Key } from "../texts/text.js" */
 /** @import { Rank, Wishes } from "./wishes.js" */
 
 const QUEUED = 2; // items shown of the queue
 const NOTHING_WAITS = { waiting: 0, paused: false, items: [] };
 const SHOWN = 5; // rows in each list; the style sheet hides some where space is short
+/** What is said of the connection. @type {Partial<Record<LineState, Key>>} */
+const STATES = { closed: "stage.no-room", full: "stage.full", reconnecting: "stage.lost" };
 const AGAIN_MS = 30_000; // after a refusal: by then the room or the server may exist again
 
 /** The audience does not play: there is no fair session, and nothing is stored in the browser. */
@@ -72,7 +75,7 @@ export class Show {
     byId("queue-panel").hidden = !wishes.queue;
     if (wishes.join) showWay(wishes.room);
     this.room = new Room(wishes.room, {
-      news, streams, solver, wallet: new Wallet(NOTHING_KEPT), self: new Self(NOTHING_KEPT),
+      news, streams, solver, wallet: new Wallet(NOTHING_KEPT), self: null,
       fair: (send) => new NoSession(wishes.room, NOTHING_KEPT, news, send),
     });
     theme.onChange(() => {
@@ -119,8 +122,8 @@ export class Show {
   #showState() {
     const { state } = this.room;
     document.documentElement.dataset.state = state;
-    const lost = state === "reconnecting" || state === "closed";
-    byId("result").textContent = lost ? t(state === "closed" ? "stage.no-room" : "stage.lost") : "";
+    const words = STATES[state];
+    byId("result").textContent = words ? t(words) : "";
     // On a projector nobody reloads the page.
     if (state === "closed") window.setTimeout(() => window.location.reload(), AGAIN_MS);
   }

@@ -1,94 +1,191 @@
-// Balls that are reported together: the sum counts each of them, and says why an auto-drop ended.
+// Balls that are reported together: the sums count each of them once, and say why an auto-drop ended.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { Run } from "../../../static/js/play/runs.js";
-import { near } from "../support.js";
+import { chance, near } from "../support.js";
 
 const NEVER = Number.POSITIVE_INFINITY;
+const KEEP = { how: "keep", factor: 1 };
+const NO_LIMITS = { win: NEVER, loss: NEVER, onWin: KEEP, onLoss: KEEP };
+const FULL = () => false;
+const FREE = () => true;
 
-/** A run whose table accepts every ball. @returns {{run: Run, land: (ref: string, paid: number) => void}} */
+/** A run whose table accepts every ball, with a stake of 1. */
 function running(limits = null) {
-  const run = new Run(limits);
-  let count = 0;
-  const drop = () => `d${count++}`;
-  const land = (ref, paid, more = {}) => run.land({ ref, stake: 1, paid, score: paid, bin: 1, ...more });
-  return { run, drop, land };
+  const run = new Run({ limits: limits && { ...NO_LIMITS, ...limits } });
+  const stakes = [];
+  const dropper = {
+    stake: () => run.factor,
+    drop: (stake) => ({ ref: `d${stakes.push(stake) - 1}`, stake }),
+  };
+  const land = (ref, paid, more = {}) =>
+    run.land({ ref, stake: stakes[Number(ref.slice(1))], paid, score: paid, bin: 1, ...more });
+  const pass = (from, to, room = FREE) => { for (let now = from; now < to; now += 5) run.give(now, room); };
+  return { run, dropper, stakes, land, pass };
 }
 
 test("a pause is not followed by a burst", () => {
-  const { run, drop } = running();
-  run.add(100, drop, 0, 10);
-  const taken = (from, to) => {
+  const { run, dropper, pass } = running();
+  run.add(100, dropper, 0, 10);
+  const given = [[0, 1000], [60_000, 60_100], [60_100, 61_100]].map(([from, to]) => {
     const before = run.falling;
-    for (let now = from; now < to; now += 5) run.give(now, () => true);
+    pass(from, to);
     return run.falling - before;
-  };
-  const given = [taken(0, 1000), taken(60_000, 60_100), taken(60_100, 61_100)];
+  });
   assert.equal(given[0], 10);
   assert.ok(given[1] <= 2);
   near(given[2], 10, 1);
   assert.equal(run.left, 100 - given[0] - given[1] - given[2]);
 });
 
-test("an auto-drop stopped by its loss limit reports all balls", () => {
-  const { run, drop, land } = running({ win: NEVER, loss: 1.5 });
-  run.add(NEVER, drop, 0, 1000);
-  for (let now = 0; now < 4; now += 1) run.give(now, () => true);
-  assert.equal(run.falling, 4);
-  land("d0", 0.5);
-  land("d1", 0);
-  assert.deepEqual([run.stopped, run.left, run.over], ["loss", 0, false]);
-  land("d2", 0.5);
-  assert.equal(run.over, false);
-  land("d3", 0.2);
-  assert.equal(run.over, true);
-  assert.equal(run.words().text, "Stopped at your loss limit: 4 balls, −2.80");
+test("four presses of 20 balls drop 80, one after another at one rate", () => {
+  const { run, dropper, pass } = running();
+  for (let press = 0; press < 4; press += 1) run.add(20, dropper, 0);
+  assert.equal(run.left, 80);
+  pass(0, 1000);
+  near(run.falling, 12, 1);
+  pass(1000, 8000);
+  assert.deepEqual([run.falling, run.left], [80, 0]);
 });
 
-test("profit or a count ends it; practice does not count", () => {
-  const won = running({ win: 3, loss: NEVER });
-  won.run.add(NEVER, won.drop, 0, 1000);
-  for (let now = 0; now < 3; now += 1) won.run.give(now, () => true);
-  won.land("d0", 5, { practice: true });
-  assert.equal(won.run.stopped, null);
-  won.land("d1", 4);
-  won.land("d2", 0);
-  assert.equal(won.run.words().text, "Stopped at your profit limit: 3 balls, +2.00");
-  const counted = running({ win: NEVER, loss: NEVER });
-  counted.run.add(1, counted.drop, 0);
-  counted.run.give(0, () => true);
-  counted.land("d0", 1);
-  assert.equal(counted.run.words().text, "Auto finished: 1 ball, 0.00");
+test("a loss limit counts the stakes in flight as lost, so that it is never exceeded", () => {
+  const { run, dropper, land, pass } = running({ loss: 5 });
+  run.add(NEVER, dropper, 0, 16);
+  pass(0, 10_000);
+  assert.deepEqual([run.falling, run.stopped], [5, null], "it waits: these balls may win");
+  land("d0", 3);
+  pass(10_000, 12_000);
+  assert.equal(run.falling, 7);
+  for (let ball = 1; ball < 8; ball += 1) land(`d${ball}`, 0);
+  pass(12_000, 12_500);
+  assert.deepEqual([run.stopped, run.over, run.profit], ["loss", true, -5]);
+  assert.equal(run.words().text, "Stopped at your loss limit: 8 balls, −5.00");
 });
 
-test("one ball is reported by its payout, several by their sums", () => {
+test("no auto-drop loses more than its limit, and none that stops for its profit has less", () => {
+  for (let seed = 0; seed < 200; seed += 1) {
+    const random = chance(seed);
+    const { run, dropper, land, pass, stakes } = running({
+      loss: 1 + Math.floor(8 * random()), win: 1 + Math.floor(8 * random()),
+      onLoss: seed % 3 ? KEEP : { how: "times", factor: 1.5 }, onWin: { how: seed % 2 ? "reset" : "keep", factor: 1 },
+    });
+    run.add(200, dropper, 0, 16);
+    const open = [];
+    for (let now = 0; !run.over; now += 100) {
+      const before = stakes.length;
+      pass(now, now + 100);
+      for (let ball = before; ball < stakes.length; ball += 1) open.push(ball);
+      if (open.length && random() < 0.7) {
+        const [ball] = open.splice(Math.floor(random() * open.length), 1);
+        land(`d${ball}`, stakes[ball] * [0, 0.3, 0.5, 1, 2, 4][Math.floor(6 * random())]);
+      }
+    }
+    assert.ok(run.profit >= -run.limits.loss, `${seed}: ${run.profit} at a limit of ${run.limits.loss}`);
+    if (run.stopped === "win") assert.ok(run.profit >= run.limits.win);
+    assert.ok(["win", "loss", "finished"].includes(run.stopped));
+  }
+});
+
+test("a profit ends it once the balls in flight have landed; practice does not count", () => {
+  const { run, dropper, land, pass } = running({ win: 3 });
+  run.add(NEVER, dropper, 0, 1000);
+  pass(0, 11);
+  land("d0", 5, { practice: true });
+  pass(20, 22);
+  assert.equal(run.stopped, null);
+  land("d1", 5);
+  const { falling } = run;
+  pass(30, 60);
+  assert.deepEqual([run.falling, run.stopped], [falling, null], "it waits for the others");
+  for (let ball = 2; run.falling > 0; ball += 1) land(`d${ball}`, 1);
+  pass(60, 62);
+  assert.equal(run.stopped, "win");
+  assert.match(run.words().text, /^Stopped at your profit limit: \d+ balls, \+4\.00$/);
+});
+
+test("after a win or a loss the stake changes, and the next ball waits for it", () => {
+  const { run, dropper, land, pass, stakes } = running({ onLoss: { how: "times", factor: 2 }, onWin: { how: "reset", factor: 1 } });
+  run.add(5, dropper, 0, 16);
+  for (const [ball, paid] of [[0, 0.5], [1, 0], [2, 4], [3, 20], [4, 1]]) {
+    pass(1000 * ball, 1000 * ball + 900);
+    assert.equal(run.falling, 1);
+    land(`d${ball}`, paid);
+  }
+  assert.deepEqual(stakes, [1, 2, 4, 4, 1], "a ball that pays its stake changes nothing");
+  pass(5000, 5100);
+  assert.equal(run.stopped, "finished");
+});
+
+test("an auto-drop whose balls were refused says that it was cut short", () => {
+  const { run, dropper, land, pass } = running({});
+  run.add(6, dropper, 0, 1000);
+  pass(0, 40);
+  assert.equal(run.stopped, "finished");
+  assert.ok(run.refuse("d4"));
+  assert.ok(run.refuse("d5"));
+  for (const ref of ["d0", "d1", "d2", "d3"]) land(ref, 1.5);
+  assert.equal(run.words().text, "Auto was cut short: 4 of 6 balls, +2.00");
+  const whole = running({});
+  whole.run.add(1, whole.dropper, 0);
+  whole.pass(0, 5);
+  whole.land("d0", 1);
+  assert.equal(whole.run.words().text, "Auto finished: 1 ball, 0.00");
+});
+
+test("an auto-drop of practice has no profit", () => {
+  const { run, dropper, land, pass } = running({});
+  run.add(2, dropper, 0, 1000);
+  pass(0, 11);
+  for (const ref of ["d0", "d1"]) land(ref, 9, { practice: true });
+  assert.equal(run.words().text, "Auto finished: 2 balls, practice");
+});
+
+test("one ball and several balls are reported in the same way", () => {
   const one = running();
-  one.run.add(1, one.drop, 0);
-  one.run.give(0, () => true);
+  one.run.add(1, one.dropper, 0);
+  one.pass(0, 5);
   one.land("d0", 1.4);
-  assert.deepEqual(one.run.words(), { text: "1.4x  +0.40", score: 1.4 });
+  assert.deepEqual(one.run.words(), { text: "1.4x: staked 1.00, won 1.40 (+0.40)", score: 1.4 });
   const some = running();
-  some.run.add(2, some.drop, 0);
-  some.run.give(0, () => true);
-  some.run.give(1000, () => true);
+  some.run.add(2, some.dropper, 0);
+  some.pass(0, 1000);
   some.land("d0", 0.5);
   some.land("d1", 2.7);
-  assert.equal(some.run.words().text, "2 balls: staked 2, won 3.20 (+1.20)");
+  assert.deepEqual(some.run.words(), { text: "2 balls: staked 2.00, won 3.20 (+1.20)", score: 1.6 });
   const practice = running();
-  practice.run.add(1, practice.drop, 0);
-  practice.run.give(0, () => true);
+  practice.run.add(1, practice.dropper, 0);
+  practice.pass(0, 5);
   practice.land("d0", 9, { practice: true });
   assert.equal(practice.run.words().text, "9x (practice)");
 });
 
+test("practice and stakes are never summed", () => {
+  const { run, dropper, land, pass } = running();
+  run.add(3, dropper, 0);
+  pass(0, 1000);
+  land("d0", 0.5);
+  land("d1", 8, { practice: true, paid: 0, stake: 0 });
+  land("d2", 0.5);
+  assert.equal(run.words().text, "2 balls: staked 2.00, won 1.00 (−1.00) · 1 practice ball: 8.00x on average");
+});
+
 test("a refused ball does not count, and a full table delays it", () => {
-  const { run, drop } = running();
-  run.add(1, drop, 0);
-  assert.ok(run.give(0, () => false) > 0);
+  const { run, dropper, pass } = running();
+  run.add(1, dropper, 0);
+  assert.ok(run.give(0, FULL) > 0);
   assert.equal(run.left, 1);
-  run.give(1000, () => true);
+  pass(1000, 1005);
   assert.equal(run.refuse("d0"), true);
   assert.deepEqual([run.over, run.words()], [true, null]);
+});
+
+test("balls in flight before a reload are reported like others", () => {
+  const { run, land, stakes } = running();
+  stakes.push(2);
+  run.adopt({ ref: "d0", stake: 2 });
+  assert.deepEqual([run.falling, run.over], [1, false]);
+  land("d0", 3);
+  assert.equal(run.words().text, "3x: staked 2.00, won 3.00 (+1.00)");
 });

@@ -220,7 +220,7 @@ export function viewOf(account, held) {
   const { settled, paid, curve, wins, losses, best, scores } = account.tally;
   const credits = (/** @type {number} */ minor) => minor / MINOR_UNITS;
   return {
-    balance: credits(balanceOf(account)) - held,
+    balance: credits(balanceOf(account) - Math.round(held * MINOR_UNITS)),
     staked: credits(settled),
     returned: credits(paid),
     profit: credits(paid - settled),

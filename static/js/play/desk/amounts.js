@@ -2,11 +2,14 @@
 
 import { mostStake } from "../../model/payout.js";
 import { MINOR_UNITS } from "../../model/player/account.js";
-import { language, number } from "../../texts/text.js";
+import { language, number, t } from "../../texts/text.js";
 import { readNumber } from "../../util/number-text.js";
 
 export const LEAST_STAKE = 0.01;
 export const MOST_STAKE = 1_000_000;
+export const MOST_BALLS = 1_000_000; // of an auto-drop with an end
+export const FACTORS = { least: 0.1, most: 100 }; // of a stake, after a win or a loss
+const CLIP = 24; // characters of an invalid value that are shown
 // The thousands separator of the page's language.
 const GROUP = new Intl.NumberFormat(language).formatToParts(12345.6).find(({ type }) => type === "group")?.value ?? "";
 const GROUPED = new RegExp(`^[1-9]\\d{0,2}(?:\\${GROUP}\\d{3})+(?:[.,]\\d*)?$`);
@@ -38,4 +41,22 @@ export function allowedStake(stake, most = MOST_STAKE) {
 /** @param {number} amount @returns {string} in the page's language, without separators of thousands */
 export function typed(amount) {
   return number(amount, { maximumFractionDigits: 2, useGrouping: false });
+}
+
+/** @param {string} text @returns {number | null} balls; null if invalid */
+export function readCount(text) {
+  const count = readAmount(text);
+  return count !== null && Number.isInteger(count) && count >= 1 && count <= MOST_BALLS ? count : null;
+}
+
+/** @param {string} text @returns {number | null} null if invalid */
+export function readFactor(text) {
+  const factor = readAmount(text);
+  return factor !== null && factor >= FACTORS.least && factor <= FACTORS.most ? factor : null;
+}
+
+/** @param {string} text the invalid value @param {string} rule which ones are valid @returns {string} */
+export function faultOf(text, rule) {
+  const fault = text ? t("fault.typed", { typed: text.slice(0, CLIP) }) : t("fault.empty");
+  return `${fault} ${rule}`;
 }

@@ -1,24 +1,45 @@
 // The desk: stake, balls, speed, auto-drop, seed and the DROP button, with their keys.
+//
+// A value counts once its field is left, or at a press of DROP. While one is invalid, its field is marked, the fault is
+// shown, and nothing is dropped.
 
 import { readSeed } from "../../model/seed.js";
 import { t } from "../../texts/text.js";
 import { byId, check, isWithin, onChoice, onClick, onSubmit, radiosOf, radioValue } from "../../util/dom.js";
-import { plain } from "../../util/format.js";
-import { allowedStake, LEAST_STAKE, mostCredits, readAmount, readStake, typed } from "./amounts.js";
+import { amount, plain } from "../../util/format.js";
+import { isRecord, readStored } from "../../util/stored.js";
+import {
+  allowedStake, FACTORS, faultOf, LEAST_STAKE, MOST_BALLS, readAmount, readCount, readFactor, readStake, typed,
+} from "./amounts.js";
 
 /** @import { Pace } from "../../model/table/pace.js" */
 /** @import { Game } from "../game.js" */
+/** @import { Reaction, Step } from "../runs.js" */
+
+/** @typedef {HTMLInputElement | HTMLSelectElement} Field */
 
 const PRACTICE = /** @type {const} */ ({
   seed: "practice.seed", colliding: "practice.colliding", offline: "practice.offline", unsealed: "practice.unsealed",
 });
 const AUTO = "auto";
+const TIMES = "times"; // the reaction that has a factor
 const AUTO_KEY = "plinko.auto.1";
-// Elements where Space has a use already: it types a space, moves a slider or presses the focused button.
-const OWN_SPACE = "button, a, select, summary, textarea, dialog, input:not([type=radio]:checked)";
+const AUTO_FIELDS = [
+  "auto-count", "auto-rate", "auto-win", "auto-loss", "auto-on-win", "auto-win-factor", "auto-on-loss",
+  "auto-loss-factor",
+];
+// Elements where Space has a use already, for a player who reached them by keyboard: it types a space, moves a slider or
+// presses the button.
+const OWN_SPACE = "button, a, select, summary, input:not([type=radio]:checked, [inputmode=decimal], [inputmode=numeric])";
+const TYPED_INTO = "input:not([type=range], [type=radio], [type=checkbox]), select, textarea";
 
 /** The form in which the player sets and makes drops. */
 export class Desk {
+  /** The values that count, by field. @type {Map<Field, string>} */
+  #values = new Map();
+  /** Whether the last thing that the player did was a click or a touch. */
+  #pointed = false;
+
   /** @param {Game} game */
   constructor(game) {
     this.game = game;
@@ -28,14 +49,15 @@ export class Desk {
     this.hint = this.note.textContent ?? "";
     this.drop = byId("drop", HTMLButtonElement);
     this.label = byId("drop-label");
-    this.auto = ["auto-count", "auto-rate", "auto-win", "auto-loss"].map((id) =>
-      /** @type {HTMLInputElement | HTMLSelectElement} */ (byId(id)));
+    this.auto = AUTO_FIELDS.map((id) => /** @type {Field} */ (byId(id)));
     this.stake.value = typed(game.choice.stake);
     check("balls", game.choice.balls);
     check("pace", game.choice.pace);
-    this.#listen();
     this.#keepAuto();
+    for (const field of [this.stake, ...this.auto]) this.#values.set(field, field.value);
+    this.#listen();
     for (const kind of /** @type {const} */ (["choice", "room", "run", "table"])) game.on(kind, () => this.#show());
+    game.on("faulty", () => this.#point());
     // In a room with a draw nobody chooses a seed.
     game.on("table", ({ hello: { draw } }) => {
       document.documentElement.toggleAttribute("data-draw", draw !== undefined);
@@ -49,20 +71,15 @@ export class Desk {
   #listen() {
     const { game, stake } = this;
     onSubmit("drop-form", () => this.#push());
-    stake.addEventListener("change", () => this.#readStake());
     stake.addEventListener("focus", () => stake.select());
-    stake.addEventListener("keydown", (event) => {
-      if (event.key === "Enter" && !this.#readStake()) event.preventDefault();
-      if (event.key === " ") event.preventDefault(); // the text is selected: a space would replace it
-    });
-    /** @param {string} id @param {() => number} value */
-    const step = (id, value) => onClick(id, () => {
-      this.#readStake();
-      this.#setStake(allowedStake(value(), this.#most));
-    });
-    step("stake-half", () => game.choice.stake / 2);
-    step("stake-double", () => game.choice.stake * 2);
-    step("stake-max", () => game.account.balance / game.choice.balls);
+    for (const field of [stake, ...this.auto]) {
+      field.addEventListener("change", () => this.#take(field));
+      // A marked field is read at once, so that the mark goes with the fault.
+      field.addEventListener("input", () => { if (field.getAttribute("aria-invalid") === "true") this.#take(field); });
+    }
+    onClick("stake-half", () => this.#scale(0.5));
+    onClick("stake-double", () => this.#scale(2));
+    onClick("stake-max", () => this.#setStake(game.account.balance / game.choice.balls));
     for (const name of ["balls", "pace"]) {
       onChoice(name, () => {
         const balls = radioValue("balls");
@@ -72,25 +89,40 @@ export class Desk {
     }
     this.seed.addEventListener("input", () => this.#readSeed());
     for (const id of ["seed-clear", "practice-end"]) onClick(id, () => this.#setSeed(""));
+    document.addEventListener("pointerdown", () => { this.#pointed = true; }, true);
     document.addEventListener("keydown", (event) => this.#key(event));
+    document.addEventListener("keyup", (event) => {
+      if (event.key === " " && this.#drops(event)) event.preventDefault(); // else some browsers click a focused button
+    });
   }
 
   /** The DROP button: drops, starts the auto-drop, or stops the running one. */
   #push() {
     const { game } = this;
-    if (game.auto) game.stop("player");
-    else if (!this.#readSeed()) {
+    if (game.auto) {
+      game.stop("player");
+      return;
+    }
+    for (const field of [this.stake, ...this.auto]) this.#take(field);
+    if (!this.#readSeed()) {
       game.tell("choice", null);
       this.seed.focus();
     } else if (radioValue("balls") !== AUTO) game.drop();
     else {
-      const [count, rate, win, loss] = this.auto.map((field) => {
-        const value = readAmount(field.value);
-        if (!value && field instanceof HTMLInputElement) field.value = "";
-        return value || Number.POSITIVE_INFINITY;
+      const [count, rate, win, loss, onWin, winFactor, onLoss, lossFactor] = this.auto.map(({ value }) => value);
+      game.startAuto(Number(rate), readCount(count) ?? Number.POSITIVE_INFINITY, {
+        win: readAmount(win) ?? Number.POSITIVE_INFINITY, loss: readAmount(loss) ?? Number.POSITIVE_INFINITY,
+        onWin: stepOf(onWin, winFactor), onLoss: stepOf(onLoss, lossFactor),
       });
-      game.startAuto({ rate, count, win, loss });
     }
+  }
+
+  /** Lets a field's value count. @param {Field} field */
+  #take(field) {
+    this.#values.set(field, field.value);
+    const stake = field === this.stake ? readStake(field.value, this.game.mostStake) : null;
+    if (stake !== null) this.#setStake(stake);
+    else this.#show();
   }
 
   /** @param {string} text */
@@ -99,23 +131,60 @@ export class Desk {
     this.#readSeed();
   }
 
-  /** The largest stake at this table, in credits. */
-  get #most() {
-    return mostCredits(this.game.room.hello?.board.bins.multipliers ?? null);
+  /** @param {number} factor of the last valid stake */
+  #scale(factor) {
+    this.#setStake(Math.min(this.game.choice.stake * factor, this.game.account.balance));
   }
 
-  /** Keeps the last valid stake if the new one is not, and says which are. @returns {boolean} whether it is valid */
-  #readStake() {
-    const stake = readStake(this.stake.value, this.#most);
-    if (stake === null) this.game.say(t("play.stake-range", { least: plain(LEAST_STAKE), most: plain(this.#most) }));
-    this.#setStake(stake ?? this.game.choice.stake);
-    return stake !== null;
-  }
-
-  /** @param {number} stake */
-  #setStake(stake) {
+  /** @param {number} wanted the nearest stake that this table takes is set */
+  #setStake(wanted) {
+    const stake = allowedStake(wanted, this.game.mostStake);
     this.stake.value = typed(stake);
+    this.#values.set(this.stake, this.stake.value);
     this.game.choose({ stake });
+  }
+
+  /** @param {Field} field @returns {string} what is wrong with its value; "" if nothing is, or if it is not used now */
+  #fault(field) {
+    const { game } = this;
+    const text = (this.#values.get(field) ?? "").trim();
+    const least = plain(LEAST_STAKE);
+    if (field === this.stake) {
+      if (game.practice || readStake(text, game.mostStake) !== null) return "";
+      return faultOf(text, t("play.stake-range", { least, most: plain(game.mostStake) }));
+    }
+    if (radioValue("balls") !== AUTO) return "";
+    const [count, , win, loss, onWin, winFactor, onLoss, lossFactor] = this.auto;
+    if (field === count && text && readCount(text) === null) return faultOf(text, t("fault.count", { most: plain(MOST_BALLS) }));
+    if ((field === win || field === loss) && text && !readAmount(text)) return faultOf(text, t("fault.limit"));
+    if (field === loss && text && !game.practice && Number(readAmount(text)) < game.choice.stake) {
+      return t("fault.loss", { typed: text, stake: amount(game.choice.stake) });
+    }
+    const used = (field === winFactor && onWin.value === TIMES) || (field === lossFactor && onLoss.value === TIMES);
+    if (!used || readFactor(text) !== null) return "";
+    return faultOf(text, t("fault.factor", { least: plain(FACTORS.least), most: plain(FACTORS.most) }));
+  }
+
+  /** Marks invalid fields, and shows the first one's fault. */
+  #mark() {
+    let first = "";
+    for (const field of [this.stake, ...this.auto]) {
+      const fault = this.#fault(field);
+      field.setAttribute("aria-invalid", String(fault !== ""));
+      first ||= fault;
+    }
+    const shown = byId("fault");
+    if (shown.textContent !== first) shown.textContent = first; // so that a screen reader reads it once
+    shown.hidden = first === "";
+    if (first !== this.game.choice.fault) this.game.choose({ fault: first });
+  }
+
+  /** Leads to the first invalid field, and says again what is wrong with it. */
+  #point() {
+    const wrong = [this.stake, ...this.auto].find((field) => field.getAttribute("aria-invalid") === "true");
+    wrong?.focus();
+    byId("fault").textContent = "";
+    this.#mark();
   }
 
   /** @returns {boolean} whether the field has a valid seed, or is empty */
@@ -132,9 +201,11 @@ export class Desk {
   }
 
   #keepAuto() {
-    const kept = JSON.parse(this.game.storage.getItem(AUTO_KEY) ?? "{}");
+    const kept = readStored(this.game.storage, AUTO_KEY, isRecord) ?? {};
     for (const field of this.auto) {
-      field.value = kept[field.id] ?? field.value;
+      const value = kept[field.id];
+      if (typeof value === "string") field.value = value;
+      if (field instanceof HTMLSelectElement && field.selectedIndex < 0) field.selectedIndex = 0;
       field.addEventListener("change", () => {
         kept[field.id] = field.value;
         this.game.storage.setItem(AUTO_KEY, JSON.stringify(kept));
@@ -151,7 +222,11 @@ export class Desk {
     byId("practice-note").textContent = practice ? t(PRACTICE[practice]) : "";
     byId("practice-end").hidden = practice !== "seed";
     for (const radio of radiosOf("pace")) radio.disabled = room.table !== null && !room.table.solve;
-    this.drop.disabled = room.state === "closed" && !room.table;
+    for (const side of ["win", "loss"]) {
+      byId(`auto-${side}-factor`).hidden = byId(`auto-on-${side}`, HTMLSelectElement).value !== TIMES;
+    }
+    this.drop.disabled = (room.state === "closed" && !room.table) || this.game.moving;
+    this.#mark();
     const words = this.#words(auto, practice !== null);
     if (this.label.textContent !== words) this.label.textContent = words;
     this.drop.dataset.running = String(auto !== null);
@@ -164,11 +239,32 @@ export class Desk {
     return radioValue("balls") === AUTO ? t("auto.start") : t("word.drop");
   }
 
-  /** Space drops, unless the focused element uses it itself. @param {KeyboardEvent} event */
+  /** @param {KeyboardEvent} event */
   #key(event) {
-    if (event.key !== " " || event.ctrlKey || event.altKey || event.metaKey) return;
-    if (isWithin(event, OWN_SPACE)) return;
-    event.preventDefault();
-    if (!event.repeat) this.#push();
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
+    if (event.key === " ") {
+      if (!this.#drops(event)) return;
+      event.preventDefault();
+      if (!event.repeat) this.#push();
+      return;
+    }
+    this.#pointed = false;
+    if (isWithin(event, TYPED_INTO) || this.game.practice) return;
+    if (event.key === "-" || event.key === "−") this.#scale(0.5);
+    if (event.key === "+" || event.key === "=") this.#scale(2);
   }
+
+  /**
+   * Space drops, whatever was clicked before. Where the keyboard has led, it keeps the meaning that it has there.
+   * @param {Event} event
+   */
+  #drops(event) {
+    const types = "textarea, dialog, input:not([type=radio], [type=checkbox], [type=range], [inputmode])";
+    return !isWithin(event, types) && (this.#pointed || !isWithin(event, OWN_SPACE));
+  }
+}
+
+/** @param {string} how @param {string} factor as typed @returns {Step} */
+function stepOf(how, factor) {
+  return { how: /** @type {Reaction} */ (how), factor: readFactor(factor) ?? 1 };
 }

@@ -2,7 +2,7 @@
 
 import { GRAVITY, OWN, RESTITUTION, restitutionOf, worldWords } from "../../model/worlds.js";
 import { t } from "../../texts/text.js";
-import { byId, check, make, onChoice, onSubmit, radioValue } from "../../util/dom.js";
+import { byId, check, make, onChoice, onSubmit, radiosOf, radioValue } from "../../util/dom.js";
 import { plain } from "../../util/format.js";
 import { figure } from "../../util/scale.js";
 
@@ -42,15 +42,16 @@ export function offerTables(game) {
     const { hello } = game.room;
     if (!hello || game.moving) return;
     const choice = game.played;
-    for (const field of [rows, gravity, material]) field.disabled = choice === null;
+    const locked = game.locked;
+    for (const field of [rows, gravity, material, ...radiosOf("contact")]) field.disabled = choice === null || locked;
+    for (const field of [rows, risk]) field.title = locked ? t("play.locked") : "";
     gravity.options[0].textContent = t("world.own-gravity", { g: figure(hello.board.gravity) });
     gravity.value = choice?.gravity ?? OWN;
     material.value = choice?.material ?? OWN;
     rows.value = choice?.kind === "triangle" ? String(choice.rows) : (choice?.kind ?? "");
-    risk.disabled = choice?.kind !== "triangle";
+    risk.disabled = choice?.kind !== "triangle" || locked;
     risk.value = choice?.risk ?? "medium";
     check("contact", hello.mode === "interacting" ? "knock" : "pass");
   };
-  game.on("table", show);
-  game.on("choice", show);
+  for (const kind of /** @type {const} */ (["table", "choice", "run", "room"])) game.on(kind, show);
 }

@@ -83,11 +83,18 @@ export class FairPlay {
     return this.#kept ? { heard: this.#kept.heard, heard_session: this.#kept.given } : { heard: [] };
   }
 
-  /** A connection is open, or open again: resumes the stored session, or begins one. @param {Hello} hello */
-  greeted({ board_digest: board, mode, draw }) {
+  /**
+   * A connection is open, or open again, or its room was reset: resumes the stored session, or begins one.
+   * @param {Hello} hello
+   * @param {boolean} [held] whether the connection is still the same: then the server answers what was sent before
+   */
+  greeted({ board_digest: board, mode, draw }, held = false) {
     this.state = null;
+    const waiting = this.#waiting;
     this.#waiting = [];
-    this.#leave();
+    if (held && mode === "independent" && board === this.#board) this.#waiting = waiting;
+    else if (held) for (const { ref } of waiting) this.news.tell("unsealed", ref);
+    if (!held) this.#leave();
     this.#beginning = false;
     this.#board = board;
     this.#draw = draw?.digest;
@@ -197,6 +204,7 @@ export class FairPlay {
   /** @param {Accepted | BriefAccepted} event of anybody's drop */
   accepted({ receipt, ref }) {
     if (!receipt || !this.#kept || receipt.receipt.session !== this.#kept.session) return;
+    keepToken(this.storage, this.#kept.session, this.#kept.token);
     this.#keep({ ...this.#kept, heard: [...this.#kept.heard, receipt].slice(-HEARD) });
     this.news.tell("staked", /** @type {Receipt} */ (receipt.receipt));
     if (this.state) this.state.drops = receipt.receipt.drop + 1;

@@ -3,7 +3,7 @@
 import { replayLink } from "../../net/drop-address.js";
 import { t } from "../../texts/text.js";
 import { byId, make } from "../../util/dom.js";
-import { shortSeed, signed } from "../../util/format.js";
+import { amount, shortSeed, signed } from "../../util/format.js";
 import { Prover } from "../fairness/proof.js";
 import { paidMark } from "./company.js";
 
@@ -24,7 +24,8 @@ export function showHistory(game, theme) {
   const show = () => {
     const { last } = game.account;
     byId("history-empty").hidden = last.length > 0;
-    const keys = last.map((drop) => JSON.stringify(drop));
+    const here = game.room.hello?.board_digest;
+    const keys = last.map((drop) => JSON.stringify([drop, drop.boardDigest === here]));
     rows = new Map(keys.map((key, i) => [key, rows.get(key) ?? row(last[i])]));
     byId("drops").replaceChildren(...rows.values());
     const fresh = newest !== "" && keys.length > 0 && keys[0] !== newest;
@@ -57,17 +58,18 @@ export function showHistory(game, theme) {
       line.append(key("play.verify", t("play.verify-seed", { seed, board }), () => prover.show(drop, line)));
     }
     const name = t("play.replay-seed", { seed, board });
-    const again = key("play.use-seed", t("play.use-seed-again", { seed: shortSeed(seed) }), () => {
-      const field = byId("seed", HTMLInputElement);
-      field.value = seed;
-      field.dispatchEvent(new Event("input"));
-    });
-    again.classList.add("use-seed");
-    line.append(make("a", { class: "again", href: replayLink(drop), "aria-label": name }, t("play.replay")), again);
+    line.append(make("a", { class: "again", href: replayLink(drop), "aria-label": name }, t("play.replay")));
+    if (drop.boardDigest !== game.room.hello?.board_digest) return line; // these drop onto this board
+    if (!practice) {
+      line.append(key("play.again", t("play.again-for", { stake: amount(stake) }), () => game.again(drop)));
+    }
+    const repeat = key("play.use-seed", t("play.use-seed-again", { seed: shortSeed(seed) }), () => game.rehearse(drop));
+    repeat.classList.add("use-seed");
+    line.append(repeat);
     return line;
   };
 
-  game.onCalm("account", RENEWED_MS, show);
+  for (const kind of /** @type {const} */ (["account", "table"])) game.onCalm(kind, RENEWED_MS, show);
   theme.onChange(() => {
     rows.clear();
     show();
@@ -75,7 +77,7 @@ export function showHistory(game, theme) {
   show();
 }
 
-/** @param {"play.verify" | "play.use-seed"} text @param {string} name @param {() => void} press */
+/** @param {"play.verify" | "play.again" | "play.use-seed"} text @param {string} name @param {() => void} press */
 function key(text, name, press) {
   const button = make("button", { class: "verify", type: "button", "aria-label": name, title: name }, t(text));
   button.addEventListener("click", press);

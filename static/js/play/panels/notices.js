@@ -4,6 +4,7 @@ import { Falling } from "../show/falling.js";
 import { MAIN_ROOM } from "../../model/presets.js";
 import { t } from "../../texts/text.js";
 import { byId, onClick } from "../../util/dom.js";
+import { LOST } from "../room.js";
 import { putIntoAddress } from "../rooms.js";
 
 /** @import { Scene } from "../../model/scene.js" */
@@ -12,7 +13,7 @@ import { putIntoAddress } from "../rooms.js";
 
 const STATES = /** @type {const} */ ({
   connecting: "play.connecting", live: "play.live", asleep: "play.ready", closed: "play.closed",
-  reconnecting: "play.reconnecting",
+  reconnecting: "play.reconnecting", full: "play.full-state",
 });
 
 /**
@@ -23,7 +24,7 @@ const STATES = /** @type {const} */ ({
 export function showNotices(game, theme) {
   const falling = new Falling();
   const line = byId("result");
-  let before = "connecting";
+  let before = game.room.state;
 
   /** @param {string} text @param {number} [score] */
   const put = (text, score) => {
@@ -41,9 +42,10 @@ export function showNotices(game, theme) {
     byId("state-text").textContent = t(STATES[state], { n: wait });
     byId("gone").hidden = state !== "closed";
     byId("gone-words").textContent = state === "closed" ? t(hello ? "play.table-closed" : "play.table-gone") : "";
-    byId("line-key").hidden = state !== "reconnecting";
+    byId("line-key").hidden = state !== "reconnecting" && state !== "full";
     if (state === "reconnecting" && before !== state) say(t("play.line-broke"), true);
-    if (before === "reconnecting" && (state === "live" || state === "asleep")) say(t("play.back"), true);
+    if (state === "full" && before !== state) say(t("play.full"), true);
+    if (LOST.includes(before) && !LOST.includes(state)) say(t("play.back"), true);
     before = state;
   };
   game.on("said", ({ text, score, urgent = false }) => say(text, urgent, score));

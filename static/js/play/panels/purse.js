@@ -37,7 +37,7 @@ export function showPurse(game, theme, view) {
     const from = { x: stage.left + box.x + box.width / 2, y: stage.top + box.y };
     const goal = balance.getBoundingClientRect();
     const to = { x: goal.left + goal.width / 2, y: goal.top + goal.height / 2 };
-    const ticket = make("span", { class: "ticket", "aria-hidden": "true" }, `+${amount(paid)}`);
+    const ticket = make("span", { class: "ticket", "aria-hidden": "true" }, amount(paid));
     const { fill, ink } = theme.payout(score);
     Object.assign(ticket.style, { background: fill, color: ink, left: `${from.x}px`, top: `${from.y}px` });
     document.body.append(ticket);

@@ -16,7 +16,7 @@ export function showStatistics(game) {
     const { staked, returned, profit, balls, wins, losses, best, curve } = game.account;
     /** @type {[string, string][]} */
     const values = [
-      ["net", signed(profit)], ["staked", plain(staked)], ["returned", amount(returned)], ["balls", plain(balls)],
+      ["net", signed(profit)], ["staked", amount(staked)], ["returned", amount(returned)], ["balls", plain(balls)],
       ["wins", plain(wins)], ["losses", plain(losses)], ["best", balls ? multiplier(best) : "–"],
     ];
     for (const [id, text] of values) byId(id).textContent = text;

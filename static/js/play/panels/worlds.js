@@ -39,7 +39,7 @@ function fill(box, game, theme) {
     const choice = game.played;
     for (const { radio, world } of cards) {
       radio.checked = choice?.gravity === world.gravity && choice.material === world.material;
-      radio.disabled = choice === null;
+      radio.disabled = choice === null || game.locked;
     }
   };
   const showShares = () => {
@@ -61,7 +61,7 @@ function fill(box, game, theme) {
   new ResizeObserver(paint).observe(box);
   theme.onChange(paint);
   // Odds that come while another table is fetched must not take the player's choice back.
-  for (const kind of /** @type {const} */ (["table", "choice"])) game.on(kind, showChoice);
+  for (const kind of /** @type {const} */ (["table", "choice", "run", "room"])) game.on(kind, showChoice);
   for (const kind of /** @type {const} */ (["table", "choice", "odds"])) game.on(kind, showShares);
 }
 

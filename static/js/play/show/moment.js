@@ -5,7 +5,7 @@ import { replayLink } from "../../net/drop-address.js";
 import { t } from "../../texts/text.js";
 import { fitted } from "../../util/canvas.js";
 import { byId, onClick } from "../../util/dom.js";
-import { amount, multiplier, plain } from "../../util/format.js";
+import { amount, multiplier } from "../../util/format.js";
 
 /** @import { BoardView } from "../../board/view.js" */
 /** @import { Played } from "../../model/player/account.js" */
@@ -79,7 +79,7 @@ export class Moment {
   /** @param {Played} played @param {boolean} still */
   #showBanner({ score, paid, practice }, still) {
     const banner = byId("banner");
-    banner.textContent = practice ? multiplier(score) : `${multiplier(score)}  +${amount(paid)}`;
+    banner.textContent = practice ? multiplier(score) : `${multiplier(score)}  ${amount(paid)}`;
     banner.hidden = false;
     const { fill, ink } = this.theme.payout(score);
     Object.assign(banner.style, { background: fill, color: ink });
@@ -106,7 +106,7 @@ export class Moment {
     byId("card-name").textContent = by;
     byId("card-words").textContent = practice
       ? t("play.win-practice")
-      : t("play.win-paid", { paid: amount(paid), stake: plain(stake) });
+      : t("play.win-paid", { paid: amount(paid), stake: amount(stake) });
     byId("card-share", HTMLAnchorElement).href = replayLink(played);
     byId("card").hidden = false;
     byId("card").dataset.scene = String(!still);
