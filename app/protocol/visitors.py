@@ -20,14 +20,29 @@ _MARKUP: Final = re.compile("[<>&]")
 
 
 class AppearMessage(msgspec.Struct, frozen=True, tag="appear", forbid_unknown_fields=True):
-    """Become a visitor, with or without name and colour; repeat it to change them."""
+    """Become a visitor, with or without name and colour; repeat it to change them.
+
+    Connections with the same `who` are one visitor. With `audience`, the client only receives the
+    visitors.
+    """
 
     name: Json = None
     colour: Json = None
+    who: Json = None
+    audience: bool = False
+
+
+class Appearance(msgspec.Struct, frozen=True):
+    """What a client has said in `appear`, parsed."""
+
+    name: str | None = None
+    colour: str | None = None
+    who: str | None = None
+    audience: bool = False
 
 
 class Visitor(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A client that others see. `visitor` is its number, for this connection only."""
+    """A player that others see. `visitor` is the player's number, for this visit only."""
 
     visitor: int
     name: str | None = None

@@ -71,7 +71,7 @@ def test_the_table_plays_and_says_once_that_nothing_is_kept(
     page.get_by_label("Stake", exact=True).fill("2")
     screen.drop.click()
     expect(page.locator("#drops > li")).to_have_count(1)
-    expect(page.locator("#staked")).to_have_text("2")
+    expect(page.locator("#staked")).to_have_text("2.00")
     net = float(page.locator("#net").inner_text().replace("\N{MINUS SIGN}", "-").replace(",", ""))
     expect(page.locator("#balance")).to_have_text(f"{1000 + net:,.2f}")
     screen.drawer("Fairness").get_by_role("button", name="Reveal", exact=False).click()

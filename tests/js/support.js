@@ -74,8 +74,11 @@ export function knotsOf(knots) {
   return Float32Array.from(knots.flatMap((knot) => names.map((name) => knot[name])));
 }
 
-/** A fake of a browser's storage. @returns {Pick<Storage, "getItem" | "setItem">} */
+/** A fake of a browser's storage. @returns {Pick<Storage, "getItem" | "setItem" | "removeItem">} */
 export function storage() {
   const kept = new Map();
-  return { getItem: (key) => kept.get(key) ?? null, setItem: (key, value) => kept.set(key, value) };
+  return {
+    getItem: (key) => kept.get(key) ?? null, setItem: (key, value) => kept.set(key, value),
+    removeItem: (key) => kept.delete(key),
+  };
 }

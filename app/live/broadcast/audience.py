@@ -11,6 +11,7 @@ from app.live.broadcast.presence import Presence
 from app.live.broadcast.replay_buffer import Recent
 from app.protocol import messages
 from app.protocol.seeds import SeedStream, SparseStream
+from app.protocol.visitors import Appearance
 from app.protocol.wire import WireMessage
 from app.rooms.keys import IdempotencyKey
 from app.rooms.room import Room
@@ -132,9 +133,9 @@ class Audience:
         if self._context.halted(room.id):
             client.post(WireMessage.of_text(messages.encode_event(messages.Halted(halted=True))))
 
-    def appear(self, client: Client, name: str | None, colour: str | None) -> messages.Presence:
+    def appear(self, client: Client, appearance: Appearance) -> messages.Presence:
         """Make a client a visitor; returns its answer. The other visitors are informed soon."""
-        return self._context.presence.appear(self.room.id, client, name, colour)
+        return self._context.presence.appear(self.room.id, client, appearance)
 
     def tell_halt(self) -> None:
         """Tell all clients whether the room is halted."""

@@ -1,12 +1,13 @@
 """Presence: the visitors of a room, who have given a name or colour, see a list of each other.
 
-The list is short and sent at most once a second, and before a newcomer's first ball. Clients that
-are no visitors do not receive it, and a room without visitors costs nothing.
+The list is short and sent at most once a second, and before a newcomer's first ball. Only visitors
+and their audience receive it, and a room without them costs nothing. A player with several
+connections, such as tabs of a browser, is one visitor.
 """
 
 import asyncio
 import time
-from collections import OrderedDict
+from collections import Counter, OrderedDict
 from collections.abc import Callable
 from itertools import islice
 from typing import Final
@@ -15,7 +16,7 @@ import msgspec
 
 from app.live.broadcast.hub import Client
 from app.protocol import messages
-from app.protocol.visitors import Visitor
+from app.protocol.visitors import Appearance, Visitor
 from app.protocol.wire import WireMessage
 
 MOST_NAMED: Final = 24
@@ -31,8 +32,10 @@ class Company:
     """The visitors of one room, the longest idle first, numbered from 1."""
 
     def __init__(self) -> None:
-        self.clients: dict[int, Client] = {}
-        self._visitors: OrderedDict[int, Visitor] = OrderedDict()  # by client
+        self.clients: dict[int, Client] = {}  # visitors and audience
+        self._players: dict[int, str | int] = {}  # by client: its `who`, or else its own id
+        self._connections: Counter[str | int] = Counter()  # by player
+        self._visitors: OrderedDict[str | int, Visitor] = OrderedDict()  # by player
         self._numbers = 0
         self._listed = 0  # the last number when the state was last sent
         self._last_sent: messages.Presence | None = None  # the last state sent
@@ -47,27 +50,44 @@ class Company:
         """Whether the server sends updates less often, because it has many clients to send to."""
         return self.pause > _PAUSE
 
-    def appear(self, client: Client, name: str | None, colour: str | None) -> Visitor:
-        """Add a visitor, or change its name and colour."""
-        known = self._visitors.get(client.id)
+    def appear(self, client: Client, appearance: Appearance) -> int | msgspec.UnsetType:
+        """Add a visitor, or change its name and colour; returns its number, which audience lacks."""
+        self.clients[client.id] = client
+        player = client.id if appearance.who is None else appearance.who
+        if appearance.audience or self._players.get(client.id) != player:
+            self._stop_playing(client.id)
+        if appearance.audience:
+            return msgspec.UNSET
+        if client.id not in self._players:
+            self._players[client.id] = player
+            self._connections[player] += 1
+        known = self._visitors.get(player)
         if known is None:
             self._numbers += 1
         number = self._numbers if known is None else known.visitor
-        self.clients[client.id] = client
-        self._visitors[client.id] = Visitor(number, name, colour)
-        self._visitors.move_to_end(client.id)
-        return self._visitors[client.id]
+        self._visitors[player] = Visitor(number, appearance.name, appearance.colour)
+        self._visitors.move_to_end(player)
+        return number
+
+    def _stop_playing(self, client_id: int) -> None:
+        player = self._players.pop(client_id, None)
+        if player is None:
+            return
+        self._connections[player] -= 1
+        if not self._connections[player]:
+            del self._connections[player], self._visitors[player]
 
     def leave(self, client_id: int) -> bool:
-        self.clients.pop(client_id, None)
-        return self._visitors.pop(client_id, None) is not None
+        self._stop_playing(client_id)
+        return self.clients.pop(client_id, None) is not None
 
     def act(self, client_id: int | None) -> int | None:
         """Note that a client has dropped a ball; returns its number if it is a visitor."""
-        if client_id is None or client_id not in self._visitors:
+        player = None if client_id is None else self._players.get(client_id)
+        if player is None:
             return None
-        self._visitors.move_to_end(client_id)
-        return self._visitors[client_id].visitor
+        self._visitors.move_to_end(player)
+        return self._visitors[player].visitor
 
     def is_new(self, visitor: int) -> bool:
         """Whether this visitor came after the state was last sent."""
@@ -106,14 +126,12 @@ class Presence:
         self._sent_at: dict[str, float] = {}
         self._waiting: set[str] = set()  # rooms with an update scheduled
 
-    def appear(
-        self, room_id: str, client: Client, name: str | None, colour: str | None
-    ) -> messages.Presence:
+    def appear(self, room_id: str, client: Client, appearance: Appearance) -> messages.Presence:
         """Make a client a visitor; returns its answer, and schedules an update for the others."""
         company = self._companies.setdefault(room_id, Company())
-        visitor = company.appear(client, name, colour)
+        number = company.appear(client, appearance)
         self._send_soon(room_id)
-        return msgspec.structs.replace(company.state(), you=visitor.visitor)
+        return msgspec.structs.replace(company.state(), you=number)
 
     def leave(self, room_id: str, client_id: int) -> None:
         company = self._companies.get(room_id)

@@ -29,6 +29,8 @@ export class Connection {
   #watchTimer = 0;
   #closed = false;
   #sentOn = false; // reconnected after COME_BACK, and no hello since
+  /** Whether the hello has arrived over the present socket: before, the server does not know whose messages these are. */
+  greeted = false;
   /** Whether a message must arrive within SILENCE_MS. */
   expecting = false;
   /** Bytes of all messages until now, over all sockets. */
@@ -55,6 +57,7 @@ export class Connection {
   settled() {
     this.#wait = FIRST_WAIT_MS;
     this.#sentOn = false;
+    this.greeted = true;
   }
 
   /**
@@ -142,6 +145,7 @@ export class Connection {
   #release() {
     const socket = this.#socket;
     this.#socket = null;
+    this.greeted = false;
     if (socket) {
       socket.onmessage = null;
       socket.onclose = null;

@@ -1,38 +1,37 @@
-// Stores the tokens of this browser's fair sessions; the server exports a session only with its token.
+// Stores the tokens of this browser's fair sessions; the server exports a session only with its token. Each token has an
+// entry of its own, so that tabs that store tokens at the same time do not take each other's away.
 
 import { readStored } from "../util/stored.js";
 
-const KEY = "plinko.tokens.1";
-const KEPT = 200; // the latest sessions
+/** @typedef {Pick<Storage, "getItem" | "setItem" | "removeItem">} Tokens */
 
-/** @param {Pick<Storage, "getItem" | "setItem">} storage @returns {[string, string][]} session and token */
-const kept = (storage) => readStored(storage, KEY, isPairs) ?? [];
+const KEY = "plinko.token.";
+const SESSIONS = "plinko.tokens.2"; // the sessions whose tokens are stored, oldest first
+const FORMER = "plinko.tokens.1"; // of release 1.0: pairs of session and token
+const KEPT = 200;
 
-/** @param {unknown} value @returns {value is [string, string][]} */
-function isPairs(value) {
-  return Array.isArray(value) && value.every((pair) =>
-    Array.isArray(pair) && pair.length === 2 && pair.every((part) => typeof part === "string"));
-}
+/** @param {unknown} value @returns {value is string[]} */
+const isSessions = (value) => Array.isArray(value) && value.every((session) => typeof session === "string");
 
-/**
- * Stores a token, unless it is stored already. Another tab's write may take it away: repeat this while the session goes on.
- * @param {Pick<Storage, "getItem" | "setItem">} storage
- * @param {string} session
- * @param {string} token sent by the server when the session began
- */
+/** @param {unknown} value @returns {value is string[][]} */
+const isFormer = (value) => Array.isArray(value) && value.every(isSessions);
+
+/** @param {Tokens} storage @param {string} session @param {string} token sent by the server when the session began */
 export function keepToken(storage, session, token) {
-  const all = kept(storage);
-  if (all.some(([id]) => id === session)) return;
-  storage.setItem(KEY, JSON.stringify([...all, [session, token]].slice(-KEPT)));
+  storage.setItem(KEY + session, token);
+  const all = [...(readStored(storage, SESSIONS, isSessions) ?? []), session];
+  for (const old of all.slice(0, -KEPT)) storage.removeItem(KEY + old);
+  storage.setItem(SESSIONS, JSON.stringify(all.slice(-KEPT)));
 }
 
 /**
  * The options for a request about a session: the token, if this browser has it.
- * @param {Pick<Storage, "getItem" | "setItem">} storage
+ * @param {Tokens} storage
  * @param {string} session
  * @returns {RequestInit}
  */
 export function showingToken(storage, session) {
-  const token = kept(storage).find(([id]) => id === session)?.[1];
-  return token === undefined ? {} : { headers: { accept: "application/json", authorization: `Bearer ${token}` } };
+  const former = () => readStored(storage, FORMER, isFormer)?.find(([id]) => id === session)?.[1];
+  const token = storage.getItem(KEY + session) ?? former();
+  return token ? { headers: { accept: "application/json", authorization: `Bearer ${token}` } } : {};
 }

@@ -61,7 +61,7 @@ export class Game extends Store {
   /** Whether the player has chosen another table, which is being opened. */
   moving = false;
 
-  /** @param {{storage: Pick<Storage, "getItem" | "setItem">, solver: Solver | null, streams: string[], room: string}} options */
+  /** @param {{storage: Pick<Storage, "getItem" | "setItem" | "removeItem">, solver: Solver | null, streams: string[], room: string}} options */
   constructor({ storage, solver, streams, room }) {
     super();
     this.storage = storage;

@@ -102,7 +102,8 @@ export class OwnDrops {
     this.#table = table;
     void this.#learnAddress(hello);
     // Only drops from before this moment: the server's answer says nothing about later ones.
-    this.#pending = this.#which(({ ball }) => !held || ball !== null);
+    const lost = held ? this.#pending : null;
+    this.#pending = this.#which((drop) => drop.ball !== null || !lost || lost.includes(drop));
     return this.#pending.length > 0;
   }
 
@@ -176,7 +177,9 @@ export class OwnDrops {
   reclaim(missed) {
     const accepted = missed.filter((event) => event.type === "accepted");
     const landed = missed.filter((event) => event.type === "landed");
-    for (const drop of this.#pending) {
+    const pending = this.#pending.filter(({ ref }) => this.#open.has(ref));
+    this.#pending = [];
+    for (const drop of pending) {
       const acceptance = accepted.find(({ ref }) => ref === drop.ref);
       drop.ball ??= acceptingOf(acceptance);
       drop.fair ??= fairPlaceOf(acceptance);
@@ -194,7 +197,8 @@ export class OwnDrops {
     const there = this.#hello.balls.find((start) => start.seed === seed && start.x === x);
     const flying = there && this.#table?.balls.get(there.ball);
     const end = landed.find((event) => event.ball === ball.id);
-    if (flying) {
+    if (flying?.settled && flying.landed) this.#close(drop, ball, flying.landed); // it landed since the hello
+    else if (flying) {
       drop.ball = Object.assign(flying, { mine: true, explicit, aim, stake: drop.practice ? undefined : drop.stake });
     } else if (end) this.#close(drop, ball, end);
     else this.#recover(drop, ball);

@@ -85,7 +85,7 @@ export class Room {
     this.streams = streams;
     this.own = new OwnDrops(news);
     this.company = new Company(() => news.tell("company", null));
-    this.fair = fair((message) => this.connection.send(message));
+    this.fair = fair((message) => this.connection.greeted && this.connection.send(message));
     this.connection = this.#connect();
   }
 
@@ -134,6 +134,8 @@ export class Room {
 
   /** Whether the room takes one more ball now: it has space for it, and its last one was sent long enough ago. */
   get hasRoom() {
+    // A connection that the server has sent on comes back at once: what is to be dropped waits.
+    if (this.#visit && !this.connection.greeted && !this.practice) return false;
     const { balls: most, drops_per_second: rate } = this.hello?.limits ?? {};
     if (rate && performance.now() - this.#sentMs < RATE_MARGIN * 1000 / rate) return false;
     return (this.table?.balls.size ?? 0) + this.own.unanswered < (most ?? Number.POSITIVE_INFINITY);
@@ -412,13 +414,11 @@ export class Room {
       return;
     }
     const session = this.fair.state?.session;
+    const ours = this.own.has(ref);
     this.own.refused(ref);
-    if (code === ROOM_RESET && session) {
-      this.news.tell("behind", session);
-      return;
-    }
     if (this.fair.refused({ ref, code })) return;
-    if (code !== ROOM_MOVED && this.#visit) {
+    if (code === ROOM_RESET && session) this.news.tell("behind", session);
+    else if (code !== ROOM_MOVED && ours) {
       this.news.say(t(REFUSALS[code] ?? "refused.other"), { urgent: true });
     }
     if (this.table) this.#rest(this.table);

@@ -43,8 +43,8 @@ class NoSession extends FairPlay {
   }
 }
 
-/** @type {Pick<Storage, "getItem" | "setItem">} */
-const NOTHING_KEPT = { getItem: () => null, setItem: () => {} };
+/** @type {Pick<Storage, "getItem" | "setItem" | "removeItem">} */
+const NOTHING_KEPT = { getItem: () => null, setItem: () => {}, removeItem: () => {} };
 
 /** The page. */
 export class Show {

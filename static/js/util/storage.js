@@ -34,25 +34,31 @@ export class SafeStorage {
 
   /** @param {string} key @param {string} value @returns {boolean} whether the browser has stored it */
   setItem(key, value) {
+    this.#memory.set(key, value);
+    if (this.#store()) return true;
+    this.onRefused();
+    return false;
+  }
+
+  /** Stores what the memory has, with what was refused before. @returns {boolean} whether the browser has taken all */
+  #store() {
     try {
-      this.open().setItem(key, value);
-      this.#memory.delete(key);
+      const storage = this.open();
+      for (const [key, value] of this.#memory) {
+        if (value === null) storage.removeItem(key);
+        else storage.setItem(key, value);
+        this.#memory.delete(key);
+      }
       return true;
     } catch {
-      this.#memory.set(key, value);
-      this.onRefused();
-      return false;
+      return false; // the memory still has it
     }
   }
 
   /** @param {string} key */
   removeItem(key) {
-    this.#memory.delete(key);
-    try {
-      this.open().removeItem(key);
-    } catch {
-      this.#memory.set(key, null);
-    }
+    this.#memory.set(key, null);
+    this.#store();
   }
 }
 

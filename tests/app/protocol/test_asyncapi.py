@@ -24,6 +24,7 @@ SAID: list[dict[str, Any]] = [
     {"type": "step"},
     {"type": "watch", "diagnostics": True},
     {"type": "appear", "name": "Ada", "colour": "#57c7ff"},
+    {"type": "appear", "who": "3f", "audience": True},
 ]
 
 

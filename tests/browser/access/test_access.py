@@ -26,12 +26,12 @@ def test_a_whole_game_by_keyboard_alone(opened: Open, server: ServerProcess) -> 
     keyboard.press("Enter")
     record = screen.api(f"drops/{quick.board}/42")
     screen.landed(record["bin"])
-    expect(screen.page.locator("#staked")).to_have_text("0")  # a chosen seed is practice
+    expect(screen.page.locator("#staked")).to_have_text("0.00")  # a chosen seed is practice
 
     screen.seed.fill("")
     screen.seed.evaluate("field => field.blur()")
     keyboard.press("Space")
-    expect(screen.page.locator("#staked")).to_have_text("1")
+    expect(screen.page.locator("#staked")).to_have_text("1.00")
     expect(screen.rows).to_have_count(2)
 
     keyboard.press("t")

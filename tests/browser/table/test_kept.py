@@ -20,7 +20,7 @@ def other(server: ServerProcess) -> Quick:
 def settled(page: Page, drops: int) -> None:
     """Check that all staked drops have landed, and that score and balance agree."""
     expect(page.locator("#drops > li")).to_have_count(drops)
-    expect(page.locator("#staked")).to_have_text(str(drops))
+    expect(page.locator("#staked")).to_have_text(f"{drops:.2f}")
     net = float(page.locator("#net").inner_text().replace("−", "-").replace(",", ""))
     expect(page.locator("#balance")).to_have_text(f"{GRANT + net:,.2f}")
 

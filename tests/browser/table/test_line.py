@@ -19,7 +19,7 @@ def test_a_ball_in_flight_stays_ours_when_only_the_line_broke(opened: Open) -> N
     screen.passed("reconnecting", "live")
     expect(screen.rows).to_have_count(1)
     screen.landed(screen.last_dropped()["bin"])
-    expect(screen.page.locator("#staked")).to_have_text("1")
+    expect(screen.page.locator("#staked")).to_have_text("1.00")
 
 
 @pytest.mark.parametrize(("width", "height"), [(1280, 800), (820, 1180), (390, 844)])
@@ -42,7 +42,7 @@ def test_a_drop_whose_acceptance_was_lost_is_kept(opened: Open) -> None:
     screen.passed("reconnecting", "live")
     expect(screen.rows).to_have_count(1)
     screen.landed(screen.last_dropped()["bin"])
-    expect(screen.page.locator("#staked")).to_have_text("1")
+    expect(screen.page.locator("#staked")).to_have_text("1.00")
 
 
 def test_a_halted_table_says_so_and_takes_no_drop(

@@ -41,7 +41,7 @@ def test_a_hidden_tab_catches_up_without_a_burst(opened: Open, quick: Quick) -> 
     screen.state("live")
     screen.page.evaluate("look('hidden')")
     expect(screen.rows).to_have_count(12)  # all have landed and are counted while hidden
-    expect(screen.page.locator("#staked")).to_have_text("12")
+    expect(screen.page.locator("#staked")).to_have_text("12.00")
     screen.frames(90)
     screen.page.evaluate("look('visible')")
     # The first pictures afterwards: no ball, light or ticket of past landings.

@@ -74,7 +74,7 @@ def test_statistics_count_each_stake_and_what_came_back(opened: Open, quick: Qui
         screen.drop.click()
         expect(screen.rows).to_have_count(count)
         paid += screen.last_dropped()["score"]
-    expect(screen.page.locator("#staked")).to_have_text("3")
+    expect(screen.page.locator("#staked")).to_have_text("3.00")
     expect(screen.page.locator("#returned")).to_have_text(f"{paid:.2f}")
     net = paid - 3
     sign = "+" if net > 0 else "−" if net < 0 else ""
@@ -213,7 +213,7 @@ def test_everyone_at_a_table_sees_the_same_histogram(opened: Open, quick: Quick)
         expect(each.page.locator("#histogram")).to_have_attribute("aria-label", label)
     described = two.page.locator("#histogram").get_attribute("aria-label")
     assert one.page.locator("#histogram").get_attribute("aria-label") == described
-    expect(two.page.locator("#staked")).to_have_text("0")
+    expect(two.page.locator("#staked")).to_have_text("0.00")
     late = opened(quick.page).ready()
     expect(late.page.locator("#tray-count")).to_have_text(count)
 
@@ -252,7 +252,7 @@ def test_a_refused_drop_is_explained_and_paid_back(opened: Open, quick: Quick) -
     screen.drop.click()
     expect(screen.result).to_contain_text("Demasiado rápido")
     expect(screen.page.locator("#balance")).to_have_text("1000,00")
-    expect(screen.page.locator("#staked")).to_have_text("0")
+    expect(screen.page.locator("#staked")).to_have_text("0.00")
 
 
 def test_a_missing_room_is_reported_in_the_page_s_language(

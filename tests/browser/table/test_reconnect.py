@@ -32,7 +32,7 @@ def test_play_goes_on_after_the_server_is_killed_and_restarted(
     expect(screen.page.locator("#state-text")).to_contain_text("Offline. Next try")
     screen.drop.click()
     expect(screen.result).to_contain_text("(practice)")
-    expect(screen.page.locator("#staked")).to_have_text("0")
+    expect(screen.page.locator("#staked")).to_have_text("0.00")
     screen.drawer("Game")
     screen.rows.get_by_role("button", name="Verify").click()
     expect(screen.rows).to_contain_text("Verified in this page")
@@ -41,7 +41,7 @@ def test_play_goes_on_after_the_server_is_killed_and_restarted(
     screen.ready()
     expect(screen.result).to_have_text("Connected again.")
     expect(screen.seed).to_have_value("42")
-    expect(screen.page.locator("#staked")).to_have_text("0")
+    expect(screen.page.locator("#staked")).to_have_text("0.00")
     screen.drop.click()
     landing = drop(quick.whole, 42).bin
     assert landing is not None
@@ -63,6 +63,6 @@ def test_a_ball_in_flight_is_paid_though_the_server_died(
     expect(screen.rows).to_have_count(1)
     record = screen.last_dropped()
     screen.landed(record["bin"])
-    expect(screen.page.locator("#staked")).to_have_text("1")
+    expect(screen.page.locator("#staked")).to_have_text("1.00")
     expect(screen.page.locator("#returned")).to_have_text(f"{record['score']:.2f}")
     complaints.allow(GONE)

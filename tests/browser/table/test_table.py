@@ -21,7 +21,7 @@ def test_several_balls_of_one_push_have_one_seed_after_the_other(
     screen.seed.fill("18446744073709551613")
     screen.drop.click()
     expect(screen.rows).to_have_count(5)
-    expect(screen.page.locator("#staked")).to_have_text("0")  # chosen seeds are practice
+    expect(screen.page.locator("#staked")).to_have_text("0.00")  # chosen seeds are practice
     assert [message["seed"] for message in screen.drops_sent] == [
         "18446744073709551613",
         "18446744073709551614",
@@ -48,7 +48,7 @@ def test_auto_drop_drops_its_count_and_reports_the_net(opened: Open, quick: Quic
     expect(screen.drop).to_contain_text("Stop")
     expect(screen.drop).to_contain_text("Start auto")
     expect(screen.result).to_have_text(re.compile(r"^Auto finished: 6 balls, [+−]?[\d.]+$"))
-    expect(screen.page.locator("#staked")).to_have_text("6")
+    expect(screen.page.locator("#staked")).to_have_text("6.00")
     assert len(screen.drops_sent) == 6
     screen.shot("auto-drop")
 
@@ -81,7 +81,7 @@ def test_every_panel_reports_a_stopped_auto_drop_alike(opened: Open, server: Ser
     assert profit <= -5
     page = screen.page
     expect(page.locator("#balls")).to_have_text(str(balls))
-    expect(page.locator("#staked")).to_have_text(str(balls))
+    expect(page.locator("#staked")).to_have_text(f"{balls:.2f}")
     shown = {name: number(page.locator(name).inner_text()) for name in ("#net", "#balance")}
     assert shown == {"#net": profit, "#balance": pytest.approx(1000 + profit)}
     returned = number(page.locator("#returned").inner_text())
@@ -96,7 +96,7 @@ def test_a_stake_is_counted_and_paid_back_by_the_bin(opened: Open, quick: Quick)
     screen = opened(quick.page).ready()
     screen.page.get_by_label("Stake", exact=True).fill("2,5")
     screen.drop.click()
-    expect(screen.page.locator("#staked")).to_have_text("2.5")
+    expect(screen.page.locator("#staked")).to_have_text("2.50")
     expect(screen.rows).to_have_count(1)
     score = screen.last_dropped()["score"]
     expect(screen.page.locator("#returned")).to_have_text(f"{2.5 * score:.2f}")
@@ -146,7 +146,7 @@ def test_an_instant_drop_is_final_at_once_and_counts_once(opened: Open) -> None:
     screen.page.get_by_role("radio", name="Instant").check()
     screen.drop.click()
     expect(screen.result).to_contain_text(re.compile(r"^[\d.]+x  "))
-    expect(screen.page.locator("#staked")).to_have_text("1")
+    expect(screen.page.locator("#staked")).to_have_text("1.00")
     expect(screen.rows).to_have_count(1)
     paid = screen.page.locator("#returned").inner_text()
     screen.state("live")
@@ -208,7 +208,7 @@ def test_a_change_of_table_waits_for_balls_in_flight(opened: Open) -> None:
     screen.page.get_by_role("radio", name="5 balls").check()
     screen.drop.click()
     screen.state("live")
-    expect(screen.page.locator("#staked")).to_have_text("5")
+    expect(screen.page.locator("#staked")).to_have_text("5.00")
     screen.page.get_by_label("Rows", exact=True).select_option("8")
     expect(screen.result).to_have_text("The table changes when your balls are down.")
     expect(screen.page.locator("#board-moving")).to_have_attribute(
@@ -243,7 +243,7 @@ def test_where_balls_collide_the_whole_desk_is_practice(
         expect(screen.page.locator(hidden)).to_be_hidden()
     screen.drop.click()
     expect(screen.result).to_contain_text("(practice)")
-    expect(screen.page.locator("#staked")).to_have_text("0")
+    expect(screen.page.locator("#staked")).to_have_text("0.00")
 
 
 def test_a_seed_of_one_s_own_is_practice_until_it_is_ended(opened: Open, quick: Quick) -> None:
@@ -532,4 +532,4 @@ def test_a_shower_of_results_is_reported_in_one_sentence(opened: Open, quick: Qu
     expect(screen.result).to_contain_text(
         re.compile(r"^20 balls: staked 20, won [\d.]+ \([+−]?[\d.]+\)$")
     )
-    expect(screen.page.locator("#staked")).to_have_text("20")
+    expect(screen.page.locator("#staked")).to_have_text("20.00")

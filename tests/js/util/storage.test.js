@@ -43,8 +43,10 @@ test("a refused value hides the older one that the browser stores, until a write
   assert.equal(kept.getItem("a"), "old");
   kept.setItem("a", "new");
   assert.equal(kept.getItem("a"), "new");
+  kept.setItem("b", "refused too");
   state.area = area;
   assert.equal(kept.setItem("a", "newer"), true);
+  assert.equal(area.getItem("b"), "refused too", "what was refused before is stored as well");
   assert.equal(kept.getItem("a"), "newer");
   area.setItem("a", "another tab's");
   assert.equal(kept.getItem("a"), "another tab's");

@@ -20,9 +20,23 @@ for (const text of DAMAGED) {
     assert.deepEqual(new Visited(kept).rooms, {});
     assert.equal(new Visited(kept).room, "");
     assert.deepEqual(new Self(kept).appearance, {});
-    assert.deepEqual(showingToken(kept, "s"), {});
     assert.equal(keptAim(kept, "classic"), null);
     keepAim(kept, "classic", 0.5);
     keepToken(kept, "s", "t");
   });
 }
+
+test("a token is found, also one that release 1.0 has stored, and damaged lists count as absent", () => {
+  const kept = storage();
+  kept.setItem("plinko.tokens.1", '[["old", "t0"]]');
+  keepToken(kept, "new", "t1");
+  assert.equal(showingToken(kept, "old").headers.authorization, "Bearer t0");
+  assert.equal(showingToken(kept, "new").headers.authorization, "Bearer t1");
+  for (const damaged of DAMAGED) {
+    kept.setItem("plinko.tokens.1", damaged);
+    assert.deepEqual(showingToken(kept, "old"), {});
+  }
+  for (let i = 0; i < 250; i += 1) keepToken(kept, `s${i}`, "t");
+  assert.deepEqual(showingToken(kept, "new"), {}, "only the latest are kept");
+  assert.equal(showingToken(kept, "s249").headers.authorization, "Bearer t");
+});

@@ -36,9 +36,16 @@ from app.live.broadcast.transport import connection_of, sever
 from app.live.live_room import LiveRoom
 from app.protocol import asyncapi, client_messages, messages
 from app.protocol.touching_messages import ClaimMessage, WatchMessage
-from app.protocol.visitors import NO_TAG, AppearMessage, parse_colour, parse_name
+from app.protocol.visitors import (
+    NO_TAG,
+    Appearance,
+    AppearMessage,
+    parse_colour,
+    parse_name,
+)
 from app.protocol.wire import WireMessage
 from app.rooms.keys import Caller, IdempotencyKey, key_of
+from app.rooms.stakes import parse_who
 from app.web.drops import drop_command
 from app.web.limits import LINGER, READING_GRACE, UNREAD_BYTES, UNREAD_EVENTS, TokenBucket, spend
 from app.web.routes.common import Server
@@ -277,8 +284,13 @@ class RoomClient:
 
     def _appear(self, message: AppearMessage) -> None:
         spend(self._appearances, time.monotonic(), "changes of name")
-        name, colour = parse_name(message.name), parse_colour(message.colour)
-        self._send(self.live.audience.appear(self.client, name, colour))
+        appearance = Appearance(
+            parse_name(message.name),
+            parse_colour(message.colour),
+            parse_who(message.who),
+            message.audience,
+        )
+        self._send(self.live.audience.appear(self.client, appearance))
 
     def _pong(self, ping: client_messages.PingMessage) -> messages.Pong:
         tick, at = self.live.room.world.tick, self.live.tick_time

@@ -78,7 +78,8 @@ export class Company {
 
   /** @param {Ball} ball @param {Pick<Landed, "bin" | "score">} outcome @returns {Landing} */
   landed(ball, { bin, score }) {
-    const { mine, seed, x, explicit, aim } = ball;
+    const { seed, x, explicit, aim } = ball;
+    const mine = ball.mine || (ball.visitor !== undefined && ball.visitor === this.you); // of another tab
     const landing = { mine, owner: this.ownerOf(ball), ball: { seed, x, explicit, aim }, score, bin };
     this.landings = [landing, ...this.landings].slice(0, MOST_LANDINGS);
     this.onChange();

@@ -46,7 +46,9 @@ function playedOf({ session: { statement }, board, drops }, number) {
 
 /** Requests sessions again and again until all of their drops have ended. */
 export class Recovery {
-  /** Timers of the next requests, by session. @type {Map<string, ReturnType<typeof setTimeout> | null>} */
+  /** Sessions to be requested once more, because something happened in them during a request. @type {Set<string>} */
+  #stale = new Set();
+  /** Timers of the next requests, by session; null during one. @type {Map<string, ReturnType<typeof setTimeout> | null>} */
   #asked = new Map();
   /** @type {Map<string, Played[]>} results found so far, by session */
   #found = new Map();
@@ -67,9 +69,9 @@ export class Recovery {
   /** @param {Iterable<string>} sessions */
   seek(sessions) {
     for (const session of sessions) {
+      if (this.#asked.get(session) === null) this.#stale.add(session);
       if (this.#asked.has(session)) continue;
-      this.#asked.set(session, null);
-      this.#look(session, FIRST_WAIT);
+      void this.#look(session, FIRST_WAIT);
     }
   }
 
@@ -80,6 +82,8 @@ export class Recovery {
 
   /** @param {string} session @param {number} wait ms before the next request */
   async #look(session, wait) {
+    this.#asked.set(session, null);
+    let failed = false;
     try {
       const path = `sessions/${encodeURIComponent(session)}/export`;
       const shown = showingToken(this.wallet.storage, session);
@@ -89,8 +93,10 @@ export class Recovery {
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       if (GONE.includes(error.status)) this.#refund(session);
+      else failed = true;
     }
-    if (this.wallet.open.some((drop) => drop.session === session)) {
+    const stale = this.#stale.delete(session);
+    if (failed || stale || this.wallet.open.some((drop) => drop.session === session)) {
       const again = () => this.#look(session, Math.min(2 * wait, LONGEST_WAIT));
       this.#asked.set(session, setTimeout(again, wait));
       return;

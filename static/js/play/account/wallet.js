@@ -24,7 +24,7 @@ export class Wallet {
   /** Whether the stored account could not be read, so that a new one began. */
   damaged = false;
 
-  /** @param {Pick<Storage, "getItem" | "setItem">} storage */
+  /** @param {Pick<Storage, "getItem" | "setItem" | "removeItem">} storage */
   constructor(storage) {
     this.storage = storage;
     const text = storage.getItem(KEY);

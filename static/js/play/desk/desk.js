@@ -225,6 +225,7 @@ export class Desk {
     for (const side of ["win", "loss"]) {
       byId(`auto-${side}-factor`).hidden = byId(`auto-on-${side}`, HTMLSelectElement).value !== TIMES;
     }
+    for (const field of this.auto) field.disabled = auto !== null;
     this.drop.disabled = (room.state === "closed" && !room.table) || this.game.moving;
     this.#mark();
     const words = this.#words(auto, practice !== null);

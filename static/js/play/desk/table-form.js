@@ -49,7 +49,8 @@ export function offerTables(game) {
     gravity.value = choice?.gravity ?? OWN;
     material.value = choice?.material ?? OWN;
     rows.value = choice?.kind === "triangle" ? String(choice.rows) : (choice?.kind ?? "");
-    risk.disabled = choice?.kind !== "triangle" || locked;
+    risk.hidden = choice?.kind !== "triangle";
+    risk.disabled = risk.hidden || locked;
     risk.value = choice?.risk ?? "medium";
     check("contact", hello.mode === "interacting" ? "knock" : "pass");
   };

@@ -59,7 +59,7 @@ export class FairPlay {
   #rejoining = false;
 
   /**
-   * @param {string} room @param {Pick<Storage, "getItem" | "setItem">} storage
+   * @param {string} room @param {Pick<Storage, "getItem" | "setItem" | "removeItem">} storage
    * @param {Pick<Store, "tell" | "say">} news @param {(message: object) => boolean} send
    */
   constructor(room, storage, news, send) {
@@ -89,6 +89,7 @@ export class FairPlay {
    * @param {boolean} [held] whether the connection is still the same: then the server answers what was sent before
    */
   greeted({ board_digest: board, mode, draw }, held = false) {
+    if (held && board === this.#board && this.#beginning) return; // the session that was asked for is of this board
     this.state = null;
     const waiting = this.#waiting;
     this.#waiting = [];
@@ -100,12 +101,12 @@ export class FairPlay {
     this.#draw = draw?.digest;
     this.failed = mode !== "independent";
     if (this.failed) return;
-    const kept = this.#saved().find((each) => each.room === this.room && each.board === board);
-    if (!kept) {
-      this.#begin();
+    const kept = this.#saved().find((each) => each.room === this.room) ?? null;
+    this.#kept = kept;
+    if (!kept || kept.board !== board) {
+      this.#abandon();
       return;
     }
-    this.#kept = kept;
     this.#secret = kept.secret;
     this.#rejoining = true;
     this.send({ type: "session", session: kept.session, token: kept.token, ref: REF });
@@ -204,7 +205,6 @@ export class FairPlay {
   /** @param {Accepted | BriefAccepted} event of anybody's drop */
   accepted({ receipt, ref }) {
     if (!receipt || !this.#kept || receipt.receipt.session !== this.#kept.session) return;
-    keepToken(this.storage, this.#kept.session, this.#kept.token);
     this.#keep({ ...this.#kept, heard: [...this.#kept.heard, receipt].slice(-HEARD) });
     this.news.tell("staked", /** @type {Receipt} */ (receipt.receipt));
     if (this.state) this.state.drops = receipt.receipt.drop + 1;
@@ -217,10 +217,16 @@ export class FairPlay {
   refused({ ref, code }) {
     const lost = code === "session-state" || code === "unknown-session" || code === "not-yours";
     // Several drops may have been sent into a session that was over: only the first refusal begins a new one.
-    if (lost && !this.#beginning) this.#begin();
+    if (lost && !this.#beginning) this.#abandon();
     else if (ref === REF) this.#giveUp();
     else if (this.#unanswered.delete(ref ?? "")) this.#goOn();
     return ref === REF && lost;
+  }
+
+  /** Begins a session in place of one whose end this page has not received: it may have drops that are not known here. */
+  #abandon() {
+    if (this.#kept) this.news.tell("behind", this.#kept.session);
+    void this.#begin();
   }
 
   async #begin() {

@@ -3,11 +3,13 @@
 from collections.abc import Callable
 from typing import Any
 
+import msgspec
 import pytest
 
 from app.live.broadcast.hub import Client, Mailbox
 from app.live.broadcast.presence import MOST_NAMED, Presence
 from app.protocol import messages
+from app.protocol.visitors import Appearance
 from tests.app.conftest import TINY
 from tests.app.protocol.test_seeds import Ear, Watched
 from tests.kit.player import playing
@@ -28,9 +30,11 @@ class Salon:
     def _later(self, seconds: float, call: Callable[[], None]) -> None:
         self._due.append((self.now + seconds, call))
 
-    def appear(self, number: int, name: str | None = None, room: str = "r") -> messages.Presence:
-        ear = self.ears.setdefault(number, Ear())
-        return self.presence.appear(room, Client(number, ear, Mailbox(9, 9999), 1.0), name, None)
+    def appear(
+        self, number: int, name: str | None = None, room: str = "r", **more: Any
+    ) -> messages.Presence:
+        client = Client(number, self.ears.setdefault(number, Ear()), Mailbox(9, 9999), 1.0)
+        return self.presence.appear(room, client, Appearance(name, **more))
 
     def wait(self, seconds: float) -> None:
         until = self.now + seconds
@@ -72,6 +76,31 @@ def test_a_name_may_be_changed_and_the_number_stays() -> None:
     assert salon.appear(7, "Ada L.").you == 1
     salon.wait(2.0)
     assert names(salon.ears[7].events[-1]) == ["Ada L."]
+
+
+def test_the_tabs_of_one_player_are_one_visitor() -> None:
+    salon = Salon()
+    assert salon.appear(1, "Ada", who="a").you == 1
+    assert salon.appear(2, "Ada", who="a").you == 1
+    assert salon.appear(3, who="b").here == 2
+    salon.presence.leave("r", 1)
+    salon.wait(2.0)
+    assert salon.ears[3].events[-1]["here"] == 2
+    assert salon.presence.signed("r", 2, ACCEPTED).visitor == 1  # type: ignore[union-attr]
+    salon.presence.leave("r", 2)
+    salon.wait(2.0)
+    assert [visitor["visitor"] for visitor in salon.ears[3].events[-1]["visitors"]] == [2]
+
+
+def test_an_audience_sees_visitors_and_is_none() -> None:
+    salon = Salon()
+    screen = salon.appear(1, audience=True)
+    assert (screen.you, screen.here) == (msgspec.UNSET, 0)
+    salon.appear(2, "Ada")
+    salon.wait(0.0)
+    assert names(salon.ears[1].events[-1]) == ["Ada"]
+    assert salon.presence.signed("r", 1, ACCEPTED) == ACCEPTED
+    assert salon.appear(2, audience=True).here == 0, "a visitor may become audience"
 
 
 def test_however_often_something_changes_a_second_has_one_event() -> None:
