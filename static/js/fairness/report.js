@@ -8,6 +8,8 @@ import { checkSession } from "./check.js";
 /** @import { Step, Tools } from "./check.js" */
 /** @import { SessionExport } from "./export.js" */
 
+const MOST_ROWS = 50; // of drops that hold
+
 /** @typedef {{verdict: HTMLElement, list: HTMLElement}} Places elements for the verdict and the steps */
 
 /**
@@ -27,12 +29,29 @@ export async function report(session, tools, { verdict, list }) {
     groups.set(step.drop, [...(groups.get(step.drop) ?? []), step]);
     if (!step.ok) failed.push(step);
   }
-  list.append(...Array.from(groups, ([drop, steps]) => group(drop, steps)));
+  list.append(...rowsOf([...groups]));
   const names = [...new Set(failed.map(({ name, drop }) => (drop === null ? name : t("check.of-drop", { name, drop }))))];
   if (failed.length > 0) say(verdict, "bad", `${t("check.forged")} ${names.slice(0, 8).join(", ")}.`);
   // Without the statement that the player received first, the server could have chosen its seed late.
   else say(verdict, "good", session.heard_session ? t("check.proven") : t("check.proven-late"));
   return failed;
+}
+
+/**
+ * A row for the session and one for each drop. Of many drops, those that hold share a row, whose rows are made when
+ * the reader opens it.
+ * @param {[number | null, Step[]][]} groups
+ */
+function rowsOf(groups) {
+  const row = (/** @type {[number | null, Step[]]} */ [drop, steps]) => group(drop, steps);
+  const holds = groups.filter(([drop, steps]) => drop !== null && steps.every(({ ok }) => ok));
+  if (holds.length <= MOST_ROWS) return groups.map(row);
+  const summary = make("summary", {}, mark(true), " ", t("check.drops-hold", { n: holds.length }));
+  const details = make("details", { class: "fair-group", "data-ok": "true" }, summary);
+  details.addEventListener("toggle", () => {
+    if (details.open && details.children.length === 1) details.append(make("ol", { class: "fair-list" }, ...holds.map(row)));
+  });
+  return [...groups.filter((each) => !holds.includes(each)).map(row), make("li", {}, details)];
 }
 
 /** @param {number | null} drop @param {Step[]} steps */

@@ -115,7 +115,9 @@ class World {
     for (const { game } of this.tabs) {
       const { account } = game.wallet;
       let [staked, paid] = [account.before.staked, account.before.paid];
-      for (const [id, { drops }] of Object.entries(account.sessions)) {
+      for (const [id, { drops, folded }] of Object.entries(account.sessions)) {
+        staked += folded?.staked ?? 0;
+        paid += folded?.paid ?? 0;
         for (const [number, { stake, payout }] of Object.entries(drops)) {
           const fact = this.server.sessions.get(id)?.drops[number];
           assert.equal(stake, fact?.stake, `after ${after}: the stake of drop ${number} of ${id}`);

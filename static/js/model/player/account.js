@@ -16,7 +16,8 @@ import { Mean } from "../statistics.js";
  *
  * @typedef {object} Stay one fair session
  * @property {string} room
- * @property {Record<string, Staked>} drops by number
+ * @property {Record<string, Staked>} drops by number: the latest, and those that fall
+ * @property {{count: number, staked: number, paid: number}} [folded] its first drops, which have all landed
  * @property {number} [total] number of its drops, after it has ended
  *
  * @typedef {object} Tally since the player last reset the statistics
@@ -77,7 +78,8 @@ export const MINOR_UNITS = 100; // of a credit: the server counts stakes in hund
 export const GRANT = 1000 * MINOR_UNITS; // a new player's credits
 const LAST = 30; // drops in the history
 const CURVE = 240; // points of the profit curve
-const KEPT = 20; // ended sessions whose drops are kept one by one
+const KEPT = 5; // ended sessions that are kept apart
+const UNFOLDED = 50; // landed drops of a session that are kept one by one: the account is stored at each event
 const AWAY = 500; // ids kept of archived sessions, whose late events are ignored
 
 /** @returns {Account} */
@@ -110,6 +112,7 @@ export function applied(account, event) {
     if (!stay || stay.total !== undefined) return account;
     return withStay(account, event.session, { ...stay, total: event.total });
   }
+  if (event.drop < foldedOf(stay).count) return account;
   const known = stay?.drops[event.drop];
   if (event.type === "staked") {
     if (known) return account;
@@ -151,7 +154,19 @@ function counted(tally, { stake, payout }) {
  * @param {Staked} drop
  */
 function withDrop(account, { session, drop: number }, stay, drop) {
-  return withStay(account, session, { ...stay, drops: { ...stay.drops, [number]: drop } });
+  return withStay(account, session, fold({ ...stay, drops: { ...stay.drops, [number]: drop } }));
+}
+
+/** @param {Stay} [stay] */
+const foldedOf = (stay) => stay?.folded ?? { count: 0, staked: 0, paid: 0 };
+
+/** Replaces a session's oldest drop by its sums, if it has landed and many came after it. @param {Stay} stay @returns {Stay} */
+function fold(stay) {
+  const folded = foldedOf(stay);
+  const { [folded.count]: first, ...drops } = stay.drops;
+  if (!first || first.payout === null || Object.keys(drops).length < UNFOLDED) return stay;
+  const { count, staked, paid } = folded;
+  return fold({ ...stay, drops, folded: { count: count + 1, staked: staked + first.stake, paid: paid + first.payout } });
 }
 
 /** @param {Account} account @param {string} session @param {Stay} stay */
@@ -182,17 +197,20 @@ function putAway(account) {
 const isSettled = ({ payout }) => payout !== null;
 
 /** Whether every drop of an ended session is known and settled. @param {Stay} stay */
-function isDone({ drops, total }) {
-  const known = Object.values(drops);
-  return known.length === total && known.every(isSettled);
+function isDone(stay) {
+  return countOf(stay) === stay.total && Object.values(stay.drops).every(isSettled);
 }
+
+/** @param {Stay} stay @returns {number} how many of its drops are known */
+const countOf = (stay) => foldedOf(stay).count + Object.keys(stay.drops).length;
 
 /** @param {Stay[]} stays @returns {{staked: number, paid: number}} */
 function sums(stays) {
   const drops = stays.flatMap((stay) => Object.values(stay.drops));
+  const folded = stays.map(foldedOf);
   return {
-    staked: drops.reduce((sum, { stake }) => sum + stake, 0),
-    paid: drops.reduce((sum, { payout }) => sum + (payout ?? 0), 0),
+    staked: drops.reduce((sum, { stake }) => sum + stake, folded.reduce((sum, { staked }) => sum + staked, 0)),
+    paid: drops.reduce((sum, { payout }) => sum + (payout ?? 0), folded.reduce((sum, { paid }) => sum + paid, 0)),
   };
 }
 
@@ -244,7 +262,8 @@ export function openDrops(account) {
 
 /** @param {Account} account @param {string} session @returns {number} how many drops of the session are known */
 export function knownDrops(account, session) {
-  return Object.keys(account.sessions[session]?.drops ?? {}).length;
+  const stay = account.sessions[session];
+  return stay ? countOf(stay) : 0;
 }
 
 /** @param {Account} account @returns {string[]} ended sessions of which some drops are not known */
@@ -276,7 +295,8 @@ function isAccount({ grants, granted, sessions, before, away, tally, last }) {
 
 /** @param {unknown} stay */
 function isStay(stay) {
-  return isRecord(stay) && typeof stay.room === "string" && (stay.total === undefined || isCount(stay.total))
+  return isRecord(stay) && typeof stay.room === "string" && (stay.folded === undefined || (isRecord(stay.folded)
+    && [stay.folded.count, stay.folded.staked, stay.folded.paid].every(isCount))) && (stay.total === undefined || isCount(stay.total))
     && isRecord(stay.drops) && Object.values(stay.drops).every((drop) =>
       isRecord(drop) && isCount(drop.stake) && (drop.payout === null || isCount(drop.payout)));
 }

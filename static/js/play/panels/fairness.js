@@ -23,6 +23,7 @@ export function showFairness(game) {
   /** @type {Promise<Tools> | null} fetched by the first check */
   let tools = null;
   let saved = { name: "", text: "" };
+  let wanted = false; // whether the player has asked for the check: a full session ends by itself
 
   const show = () => {
     const { room, practice } = game;
@@ -47,7 +48,13 @@ export function showFairness(game) {
 
   /** @param {SessionEnded} ended @param {Heard} heard what this page received during the session */
   const check = async ({ session }, heard) => {
-    verdict.hidden = false;
+    byId("fair-verify", HTMLAnchorElement).href = `verify.html?session=${encodeURIComponent(session)}`;
+    byId("fair-links").hidden = false;
+    byId("fair-save").hidden = !wanted;
+    verdict.hidden = !wanted;
+    byId("fair-steps").replaceChildren();
+    if (!wanted) return;
+    wanted = false;
     say(verdict, "", t("page.computing"));
     try {
       const path = `sessions/${encodeURIComponent(session)}/export`;
@@ -59,11 +66,12 @@ export function showFairness(game) {
     } catch (error) {
       say(verdict, "bad", t("fair.failed", { why: messageOf(error) }));
     }
-    byId("fair-links").hidden = false;
-    byId("fair-verify", HTMLAnchorElement).href = `verify.html?session=${encodeURIComponent(session)}`;
   };
 
-  onClick("fair-check", () => game.room.fair.end());
+  onClick("fair-check", () => {
+    wanted = true;
+    game.room.fair.end();
+  });
   onClick("fair-save", () => saveFile(saved.name, saved.text, "application/json"));
   for (const kind of /** @type {const} */ (["room", "account", "choice"])) game.on(kind, show);
   game.on("ended", ({ ended, heard }) => check(ended, heard));

@@ -105,11 +105,27 @@ test("ended sessions become a sum, and late events are ignored", () => {
     ], account);
   }
   assert.equal(balanceOf(account), GRANT - 100 - 50 * 10);
-  assert.equal(Object.keys(account.sessions).length, 21);
+  assert.equal(Object.keys(account.sessions).length, 6);
   for (const again of [staked(0, 100, "s0"), settled(0, 90, "s0"), staked(1, 5, "s0")]) {
     assert.equal(applied(account, again), account);
   }
   assert.equal(knownDrops(account, "going on"), 1);
+});
+
+test("a long session takes little space, and its first drops count once", () => {
+  let account = newAccount();
+  for (let n = 0; n < 1000; n += 1) account = after([staked(n, 100), settled(n, n % 2 ? 0 : 150)], account);
+  assert.equal(balanceOf(account), GRANT - 25_000);
+  assert.ok(JSON.stringify(account.sessions).length < 3000);
+  assert.equal(knownDrops(account, "s1"), 1000);
+  for (const again of [staked(0, 100), settled(0, 150), staked(999, 100), settled(999, 150)]) {
+    assert.equal(applied(account, again), account);
+  }
+  account = after([staked(1000, 100), staked(1001, 100), settled(1001, 100)], account);
+  assert.deepEqual(openDrops(account).map(({ drop }) => drop), [1000], "a ball that falls is kept");
+  account = after([settled(1000, 0), { type: "over", session: "s1", total: 1002 }], account);
+  assert.equal(balanceOf(account), GRANT - 25_100);
+  assert.deepEqual(incompleteSessions(account), []);
 });
 
 test("an ended session is kept until all its drops have landed", () => {
