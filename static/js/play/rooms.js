@@ -29,7 +29,11 @@ export function putIntoAddress(room) {
   const { pathname, search } = window.location;
   const language = new URLSearchParams(search).get("language");
   const kept = new URLSearchParams({ ...(language && { language }), ...(room !== MAIN_ROOM && { room }) });
-  window.history.pushState(null, "", kept.size ? `?${kept}` : pathname);
+  const address = kept.size ? `?${kept}` : pathname;
+  const { state } = window.history; // that of an open drawer, which Back closes first
+  if (state) window.history.replaceState(null, "", address);
+  else window.history.pushState(null, "", address);
+  if (state) window.history.pushState(state, "", address);
 }
 
 /**

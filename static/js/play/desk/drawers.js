@@ -8,6 +8,7 @@ import { tab } from "../../util/storage.js";
 
 const KEYS = new Map([["g", "game"], ["t", "table"], ["f", "fair"], ["l", "lab"], ["s", "settings"]]);
 const KEPT = "plinko.drawer.1"; // the open drawer survives the reload that changes the language
+const ENTRY = "drawer"; // in the state of the history's entry
 const TYPED_INTO = "input:not([type=range], [type=radio], [type=checkbox]), select, textarea";
 
 /** Opens and closes drawers. @param {Game} game */
@@ -18,6 +19,8 @@ export function offerDrawers(game) {
   const wide = window.matchMedia("(min-aspect-ratio: 11/10) and (min-width: 40rem)");
   /** @type {string | null} */
   let open = null;
+  /** Whether the browser's Back closes the drawer: it has an entry of its own in the history. */
+  const hasEntry = () => window.history.state?.[ENTRY] === true;
 
   /** @param {string | null} name of the drawer to open; null closes the open one */
   const show = (name) => {
@@ -35,6 +38,9 @@ export function offerDrawers(game) {
       byId(drawer).hidden = drawer !== shown;
     }
     byId("sheet-body").scrollTop = 0;
+    // On a narrow screen a drawer covers the board, and Back leads to the board.
+    if (open && !wide.matches && !hasEntry()) window.history.pushState({ [ENTRY]: true }, "");
+    else if (!open && hasEntry()) window.history.back();
   };
   /** Opens a drawer, or closes it if it is open. @param {string} drawer */
   const turn = (drawer) => show(open === drawer ? null : drawer);
@@ -44,6 +50,7 @@ export function offerDrawers(game) {
   };
 
   wide.addEventListener("change", () => show(open));
+  window.addEventListener("popstate", () => { if (open && !hasEntry()) show(null); });
   for (const each of tabs) each.addEventListener("click", () => show(drawerOf(each)));
   onClick("more", () => show(open ? null : (wide.matches ? "table" : "game")));
   onClick("padlock", () => turn("fair"));

@@ -15,6 +15,7 @@ export const WIN = 5; // times the stake: celebrated with a banner and confetti
 export const JACKPOT = 100; // times the stake: celebrated with a full scene
 const COUNT_MS = 1800;
 const BANNER_MS = 1600;
+const CARD_MS = 6000;
 const GRAVITY = 900; // px/s²
 const DRAG = 1.1; // 1/s
 const LIFE_S = 2.2;
@@ -38,6 +39,7 @@ export class Moment {
   /** @type {Shell[]} */
   #shells = [];
   #last = 0;
+  #closing = 0; // the timer that closes the card
 
   /** @param {Theme} theme @param {BoardView} view */
   constructor(theme, view) {
@@ -45,14 +47,15 @@ export class Moment {
     this.view = view;
     this.canvas = byId("board-party", HTMLCanvasElement);
     onClick("card-close", () => this.hide());
-  }
-
-  /** Whether the card is still counting up. */
-  get counting() {
-    return this.#card !== null;
+    document.addEventListener("keydown", (event) => {
+      if (event.key !== "Escape" || byId("card").hidden) return;
+      event.stopImmediatePropagation(); // Escape closes one thing at a time
+      this.hide();
+    });
   }
 
   hide() {
+    window.clearTimeout(this.#closing);
     this.#card = null;
     byId("card").hidden = true;
     delete byId("card").dataset.scene;
@@ -112,13 +115,15 @@ export class Moment {
     byId("card").dataset.scene = String(!still);
     byId("card-score").textContent = multiplier(still ? score : 0);
     this.#card = still ? null : { score, since: null };
+    window.clearTimeout(this.#closing);
+    this.#closing = window.setTimeout(() => this.hide(), CARD_MS);
   }
 
   /** @param {number} nowMs @returns {boolean} whether it still moves */
   show(nowMs) {
     this.#count(nowMs);
     this.#fly(nowMs / 1000);
-    return this.counting || this.#shells.length > 0 || this.#pieces.length > 0;
+    return this.#card !== null || this.#shells.length > 0 || this.#pieces.length > 0;
   }
 
   /** @param {number} nowMs */

@@ -103,12 +103,11 @@ export class Picture {
     this.loop.wake();
   }
 
-  /** Our next ball falls: clears the last landing's light and banner, except while a win is shown. */
+  /** Our next ball falls: clears what is shown of the last landing. An auto-drop leaves a win's card its time. */
   #dropped() {
     this.offerSound();
-    if (this.#encore.looking || this.moment.counting) return;
-    this.#encore.clear();
-    this.moment.hide();
+    if (!this.game.auto) this.moment.hide();
+    if (!this.#encore.looking) this.#encore.clear();
   }
 
   /** Our drop's landing was shown. @param {Played} played */
