@@ -43,15 +43,14 @@ def test_a_seed_keeps_every_digit(opened: Open, quick: Quick) -> None:
     assert [message["seed"] for message in screen.drops_sent] == list(wanted.values())
 
 
-def test_a_seed_of_the_list_can_be_used_again(opened: Open, quick: Quick) -> None:
+def test_a_ball_of_the_list_falls_once_more_as_practice(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
     screen.drop.click()
     expect(screen.rows).to_have_count(1)
-    screen.rows.first.get_by_role("button", name="Practice with seed").click()
-    expect(screen.seed).not_to_have_value("")
-    screen.drop.click()
+    screen.rows.first.get_by_role("button", name="Practice: the ball of seed").click()
     expect(screen.rows).to_have_count(2)
+    expect(screen.result).to_contain_text("(practice)")
     links = [screen.rows.nth(row).locator("a").get_attribute("href") for row in (0, 1)]
     assert links[0] == links[1]
-    screen.page.get_by_role("button", name="Clear").click()
-    expect(screen.seed).to_have_value("")
+    expect(screen.drop).to_contain_text("Drop")  # practice has ended
+    expect(screen.page.locator("#staked")).to_have_text("1.00")

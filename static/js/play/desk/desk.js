@@ -30,7 +30,7 @@ const AUTO_FIELDS = [
 ];
 // Elements where Space has a use already, for a player who reached them by keyboard: it types a space, moves a slider or
 // presses the button.
-const OWN_SPACE = "button, a, select, summary, input:not([type=radio]:checked, [inputmode=decimal], [inputmode=numeric])";
+const OWN_SPACE = "button, a, select, summary, input:not([type=radio]:checked)";
 const TYPED_INTO = "input:not([type=range], [type=radio], [type=checkbox]), select, textarea";
 
 /** The form in which the player sets and makes drops. */
@@ -176,13 +176,14 @@ export class Desk {
     const shown = byId("fault");
     if (shown.textContent !== first) shown.textContent = first; // so that a screen reader reads it once
     shown.hidden = first === "";
-    if (first !== this.game.choice.fault) this.game.choose({ fault: first });
+    const seed = readSeed(this.seed.value); // its fault stands below its field
+    const fault = first || (seed.ok ? "" : seed.message);
+    if (fault !== this.game.choice.fault) this.game.choose({ fault });
   }
 
   /** Leads to the first invalid field, and says again what is wrong with it. */
   #point() {
-    const wrong = [this.stake, ...this.auto].find((field) => field.getAttribute("aria-invalid") === "true");
-    wrong?.focus();
+    [this.stake, ...this.auto, this.seed].find((field) => field.getAttribute("aria-invalid") === "true")?.focus();
     byId("fault").textContent = "";
     this.#mark();
   }
@@ -197,6 +198,7 @@ export class Desk {
     this.note.setAttribute("role", reading.ok ? "note" : "alert");
     this.seed.setAttribute("aria-invalid", String(!reading.ok));
     if (reading.ok && reading.seed !== this.game.choice.seed) this.game.choose({ seed: reading.seed });
+    else this.#mark();
     return reading.ok;
   }
 
@@ -244,9 +246,9 @@ export class Desk {
   #key(event) {
     if (event.ctrlKey || event.altKey || event.metaKey) return;
     if (event.key === " ") {
-      if (!this.#drops(event)) return;
-      event.preventDefault();
-      if (!event.repeat) this.#push();
+      const drops = this.#drops(event);
+      if (drops || isWithin(event, "[inputmode]")) event.preventDefault(); // a number has no space
+      if (drops && !event.repeat) this.#push();
       return;
     }
     this.#pointed = false;
