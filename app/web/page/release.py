@@ -8,6 +8,9 @@ HTML that all pages share is in parts/<name>.part. A page includes it with
 The bundle does not transpile or rename anything. Each module becomes a function that returns its
 exports, after the modules that it imports. Comments and blanks are removed, and the English texts
 are replaced by those of one language (languages.py).
+
+A module that a page fetches later, by `import(new URL("…", import.meta.url).href)`, is bundled in
+the same way if it has texts.
 """
 
 import json
@@ -30,6 +33,8 @@ _EXPORT = re.compile(r"^export (?=(?:async )?(?:function\*?|class|const) (\w+))"
 _DATA = re.compile(r'^import (?P<name>\w+) from "(?P<path>[^"]+)" with \{ type: "json" \};$', re.M)
 _LEFT = re.compile(r"^(?:import|export)\b.*$", re.M)
 _BESIDE = re.compile(r'new URL\("([^"]+)", import\.meta\.url\)')
+_LATER = re.compile(r'import\(new URL\("([^"]+)",\s*import\.meta\.url\)\.href\)')
+_RETURNED = re.compile(r"return\s*\{([^}]*)\};?\s*\}\)\(\);\s*$")
 _SHEET = re.compile(r'    <link rel="stylesheet" href="(css/[^"]+)">\n')
 # css/base.css hides the page until a script has set the colours. The bundled sheet has the colours,
 # so it shows the page at once.
@@ -154,20 +159,42 @@ def parts(
     pages = dict.fromkeys(languages, text)
     entry = _SCRIPT.search(text)
     modules = _modules(static, entry[1]) if entry else {}
-    english = path_of(ENGLISH)
-    used = used_in("".join(text for path, text in modules.items() if path != english))
+    home = posixpath.dirname(entry[1]) if entry else ""
+    later = _later(static, home, modules)
     for language, texts in languages.items():
         if entry:
-            path = f"{posixpath.dirname(entry[1])}/all.{language}.js"
-            made[path] = _with_texts(modules, {key: texts[key] for key in texts if key in used})
+            path = f"{home}/all.{language}.js"
+            code = _with_texts(modules, texts)
+            for source, its_modules in later.items():
+                bundle = f"{source.removesuffix('.js')}.{language}.js"
+                code = code.replace(posixpath.relpath(source, home), posixpath.relpath(bundle, home))
+                made[bundle] = _with_texts(its_modules, texts) + _exported(source, its_modules)
+            made[path] = code
             pages[language] = text.replace(entry[0], f'<script type="module" src="{path}">')
         pages[language] = filled(pages[language], texts)
     return pages, made
 
 
+def _later(static: Path, home: str, modules: dict[str, str]) -> dict[str, dict[str, str]]:
+    """The modules that these fetch later and that have texts, by path, each with its imports."""
+    named = [found for code in modules.values() for found in _LATER.findall(code)]
+    paths = {posixpath.normpath(posixpath.join(home, each)) for each in named}
+    bundled = {path: _modules(static, path) for path in sorted(paths)}
+    return {path: each for path, each in bundled.items() if path_of(ENGLISH) in each}
+
+
+def _exported(path: str, modules: dict[str, str]) -> str:
+    """The exports of a bundle for a module at `path`."""
+    names = _RETURNED.search(modules[path])
+    assert names, f"{path} exports nothing"
+    return f"export const {{{names[1]}}} = {_name(path)};\n"
+
+
 def _with_texts(modules: dict[str, str], texts: Texts) -> str:
-    """A page's modules as one script, with these texts instead of the English ones."""
+    """Modules as one script, with those of these texts that they use, not the English ones."""
     english = path_of(ENGLISH)
-    if english in modules:
-        modules = modules | {english: _constant(english, json.dumps(texts, ensure_ascii=False))}
-    return "".join(modules.values())
+    if english not in modules:
+        return "".join(modules.values())
+    used = used_in("".join(text for path, text in modules.items() if path != english))
+    kept = json.dumps({key: texts[key] for key in texts if key in used}, ensure_ascii=False)
+    return "".join((modules | {english: _constant(english, kept)}).values())

@@ -2,8 +2,8 @@
 
 import { t } from "../texts/text.js";
 import { make, say } from "../util/dom.js";
-import { canonical } from "./canonical.js";
 import { checkSession } from "./check.js";
+import { value } from "./value.js";
 
 /** @import { Step, Tools } from "./check.js" */
 /** @import { SessionExport } from "./export.js" */
@@ -80,14 +80,3 @@ function table(steps) {
 
 /** @param {boolean} ok */
 const mark = (ok) => make("span", { class: "fair-mark" }, ok ? "✓" : "✗");
-
-/** A value with a button that copies it. @param {string} name @param {unknown} content */
-export function value(name, content) {
-  const text = typeof content === "string" ? content : canonical(content);
-  const copy = make("button", { type: "button", class: "fair-copy", "aria-label": t("check.copy-what", { name }) }, t("check.copy"));
-  copy.addEventListener("click", async () => {
-    await navigator.clipboard.writeText(text);
-    copy.textContent = t("check.copied");
-  });
-  return make("p", { class: "fair-value" }, make("span", {}, name), make("code", {}, text), copy);
-}

@@ -1,8 +1,6 @@
 // The padlock and the drawer "Fairness": the commitments before a drop, and the check of the session after its end.
 
-import { readExport } from "../../fairness/export.js";
-import { report, value } from "../../fairness/report.js";
-import { openTools } from "../../fairness/tools.js";
+import { value } from "../../fairness/value.js";
 import { getText, messageOf } from "../../net/api.js";
 import { showingToken } from "../../net/session-token.js";
 import { canonical } from "../../solver/log/canonical.js";
@@ -11,6 +9,7 @@ import { byId, onClick, say } from "../../util/dom.js";
 import { saveFile } from "../../util/file.js";
 
 /** @import { Tools } from "../../fairness/check.js" */
+/** @import * as Check from "../../fairness/session-check.js" */
 /** @import { SessionEnded } from "../../model/messages.js" */
 /** @import { Heard } from "../fairness/fair-play.js" */
 /** @import { Game } from "../game.js" */
@@ -57,6 +56,8 @@ export function showFairness(game) {
     wanted = false;
     say(verdict, "", t("page.computing"));
     try {
+      /** @type {typeof Check} */
+      const { openTools, readExport, report } = await import(new URL("../../fairness/session-check.js", import.meta.url).href);
       const path = `sessions/${encodeURIComponent(session)}/export`;
       const exported = readExport(await getText(path, showingToken(game.storage, session)));
       const text = canonical({ ...exported, ...heard });

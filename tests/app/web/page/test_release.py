@@ -86,7 +86,23 @@ def test_every_page_has_one_script_and_one_sheet(page: str) -> None:
         named = re.findall(r'<(?:script|link rel="stylesheet")[^>]* (?:src|href)="([^"]+)"', text)
         assert len(named) == (1 if page == "404.html" else 2)  # 404.html has no script
         every |= set(named)
-    assert every == set(made)
+    later = set(made) - every  # scripts that the page's script fetches
+    assert every <= set(made)
+    assert all(any(Path(path).name in code for code in made.values()) for path in later)
+
+
+def test_a_module_that_is_fetched_later_has_its_language_and_its_exports(tmp_path: Path) -> None:
+    languages = languages_of(STATIC)
+    _, made = parts(STATIC, "index.html", (STATIC / "index.html").read_text(), languages)
+    for language in languages:
+        later = f"js/fairness/session-check.{language}.js"
+        assert f"../fairness/session-check.{language}.js" in made[f"js/play/all.{language}.js"]
+        assert "m_js_fairness_check_js" not in made[f"js/play/all.{language}.js"]
+        (tmp_path / "later.mjs").write_text(made[later])
+        asked = "import('./later.mjs').then((all) => console.log(Object.keys(all).sort().join()))"
+        told = subprocess.run(["node", "-e", asked], cwd=tmp_path, capture_output=True, check=True)
+        assert told.stdout == b"openTools,readExport,report\n"
+        assert languages[language]["check.forged"] in made[later]
 
 
 def test_a_script_has_its_language_s_texts_that_it_names_only(tmp_path: Path) -> None:
