@@ -167,7 +167,9 @@ def parts(
             code = _with_texts(modules, texts)
             for source, its_modules in later.items():
                 bundle = f"{source.removesuffix('.js')}.{language}.js"
-                code = code.replace(posixpath.relpath(source, home), posixpath.relpath(bundle, home))
+                code = code.replace(
+                    posixpath.relpath(source, home), posixpath.relpath(bundle, home)
+                )
                 made[bundle] = _with_texts(its_modules, texts) + _exported(source, its_modules)
             made[path] = code
             pages[language] = text.replace(entry[0], f'<script type="module" src="{path}">')

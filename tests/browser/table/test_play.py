@@ -252,7 +252,7 @@ def test_a_refused_drop_is_explained_and_paid_back(opened: Open, quick: Quick) -
     screen.drop.click()
     expect(screen.result).to_contain_text("Demasiado rápido")
     expect(screen.page.locator("#balance")).to_have_text("1000,00")
-    expect(screen.page.locator("#staked")).to_have_text("0.00")
+    expect(screen.page.locator("#staked")).to_have_text("0,00")
 
 
 def test_a_missing_room_is_reported_in_the_page_s_language(

@@ -164,7 +164,13 @@ def test_a_bad_stake_drops_nothing_is_marked_and_explained(opened: Open, quick: 
     field = screen.page.get_by_label("Stake", exact=True)
     fault = screen.page.locator("#fault")
     canvas = screen.page.get_by_role("img", name=re.compile("Plinko board"))
-    for stake, said in (("0", "“0”"), ("-5", "“-5”"), ("", "missing"), ("abc", "“abc”"), ("9e9", "“9e9”")):
+    for stake, said in (
+        ("0", "“0”"),
+        ("-5", "“-5”"),
+        ("", "missing"),
+        ("abc", "“abc”"),
+        ("9e9", "“9e9”"),
+    ):
         field.fill(stake)
         field.press("Enter")
         expect(fault).to_contain_text(said)
@@ -185,7 +191,8 @@ def test_a_bad_stake_drops_nothing_is_marked_and_explained(opened: Open, quick: 
 
 
 @pytest.mark.parametrize(
-    ("name", "value"), [("count", "0"), ("count", "-3"), ("count", "abc"), ("loss", "-1"), ("win", "x")]
+    ("name", "value"),
+    [("count", "0"), ("count", "-3"), ("count", "abc"), ("loss", "-1"), ("win", "x")],
 )
 def test_a_bad_field_of_auto_starts_nothing(
     opened: Open, quick: Quick, name: str, value: str
@@ -247,15 +254,13 @@ def test_arrow_keys_go_from_slot_to_slot(opened: Open) -> None:
 
 def test_the_table_is_locked_while_staked_balls_fall(opened: Open) -> None:
     screen = opened("/?room=triangle-16").ready()
-    screen.page.get_by_role("radio", name="5 balls").check()
-    screen.drop.click()
-    screen.state("live")
-    expect(screen.page.locator("#staked")).to_have_text("5.00")
+    screen.staked(5)
     rows = screen.page.get_by_label("Rows", exact=True)
     expect(rows).to_be_disabled()
     expect(rows).to_have_attribute("title", "Locked until your balls land.")
     expect(screen.page.get_by_label("Risk", exact=True)).to_be_disabled()
     expect(screen.page.locator("#worlds").get_by_role("radio").first).to_be_disabled()
+    expect(screen.page.locator("#staked")).to_have_text("0.00")  # nothing has landed
     expect(screen.rows).to_have_count(5)
     rows.select_option("8")
     expect(screen.page.locator("#board-moving")).to_have_attribute(
