@@ -51,7 +51,7 @@ class Company:
         return self.pause > _PAUSE
 
     def appear(self, client: Client, appearance: Appearance) -> int | msgspec.UnsetType:
-        """Add a visitor, or change its name and colour; returns its number, which audience lacks."""
+        """Add a visitor, or change its name and colour; returns its number, unset for audience."""
         self.clients[client.id] = client
         player = client.id if appearance.who is None else appearance.who
         if appearance.audience or self._players.get(client.id) != player:
