@@ -46,9 +46,9 @@ export function showHistory(game, theme) {
   const row = (drop) => {
     const { seed, name: board, practice, stake, paid } = drop;
     const where = practice || drop.x !== null
-      ? make("span", { class: "on" }, t("practice.word"))
-      : make("span", { class: "on" }, make("b", {}, signed(paid - stake)), ` ${board}`);
-    const line = make("li", {}, mark(drop), where);
+      ? [make("span", { class: "on" }, t("practice.word"))]
+      : [make("b", { class: "net" }, signed(paid - stake)), make("span", { class: "on of-board" }, board)];
+    const line = make("li", {}, mark(drop), ...where);
     if (drop.knocked) {
       // A ball that others knocked cannot be replayed from its seed.
       line.append(make("span", { class: "on" }, t("play.knocked")));
