@@ -102,7 +102,7 @@ def test_a_module_that_is_fetched_later_has_its_language_and_its_exports(tmp_pat
         asked = "import('./later.mjs').then((all) => console.log(Object.keys(all).sort().join()))"
         told = subprocess.run(["node", "-e", asked], cwd=tmp_path, capture_output=True, check=True)
         assert told.stdout == b"openTools,readExport,report\n"
-        assert languages[language]["check.forged"] in made[later]
+        assert str(languages[language]["check.forged"]) in made[later]
 
 
 def test_a_script_has_its_language_s_texts_that_it_names_only(tmp_path: Path) -> None:
