@@ -86,7 +86,7 @@ def test_the_tabs_of_one_player_are_one_visitor() -> None:
     salon.presence.leave("r", 1)
     salon.wait(2.0)
     assert salon.ears[3].events[-1]["here"] == 2
-    assert salon.presence.signed("r", 2, ACCEPTED).visitor == 1  # type: ignore[union-attr]
+    assert salon.presence.signed("r", 2, ACCEPTED).visitor == 1  # type: ignore[attr-defined]
     salon.presence.leave("r", 2)
     salon.wait(2.0)
     assert [visitor["visitor"] for visitor in salon.ears[3].events[-1]["visitors"]] == [2]
