@@ -168,9 +168,9 @@ export class Server {
 
   #greet(socket) {
     this.#post(socket, {
-      type: "hello", protocol: 1, room: ROOM, run: this.run, key: socket.key, board: BOARD, board_name: BOARD.name,
+      type: "hello", protocol: 2, room: ROOM, run: this.run, key: socket.key, board: BOARD, board_name: BOARD.name,
       board_digest: "b0", slots: [], mode: "independent", tick_rate: 60, tick: this.tick, seq: this.seq,
-      stream: "snapshots", extent: {}, velocity_scale: 1, spin_scale: 1, physics_version: 0,
+      stream: "snapshots", extent: {}, velocity_scale: 1, physics_version: 0,
       limits: { balls: 200, drops_per_second: 20 }, stats: { histogram: MULTIPLIERS.map(() => 0) },
       balls: this.flying.map(({ ball, seed, x, tick }) => ({ ball, seed, x, tick })),
     });
