@@ -206,7 +206,7 @@ def _services(settings: Settings) -> Services:
         rooms=registry,
         ledger=ledger,
         integrity=Integrity(ledger),
-        returns=Returns(ledger, known.presets),
+        returns=Returns(ledger),
         self_check=SelfCheck(functools.partial(inventory.digests, settings)),
         tokens=Tokens(secret),
         fair=_fair_sessions(persistence, SigningKey(database, settings.data_directory), registry),

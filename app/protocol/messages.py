@@ -117,6 +117,7 @@ class Hello(Event, frozen=True, tag="hello", kw_only=True):
     extent: Extent
     velocity_scale: float
     stream: str
+    stakes: bool
     limits: Limits
     balls: list[BallStart]
     stats: Stats

@@ -5,10 +5,7 @@ from typing import Final
 
 from app.errors import UnknownBoardError, shorten
 from engine import Board, preset_names
-from engine.board.proven import DIGESTS
-
-_NAMES: Final = {digest: name for name, digest in DIGESTS.items()}
-"""The name of each preset, by digest."""
+from engine.board.proven import NAMES
 
 MOST_SURFACES: Final = 50_000
 """Pegs and walls of all registered boards: some 6 MB."""
@@ -30,17 +27,13 @@ class Boards:
         self._registered: OrderedDict[str, Board] = OrderedDict()
         self._surfaces = 0
 
-    def presets(self) -> list[Board]:
-        """All presets. Each is built on first use, once in a process."""
-        return [Board.preset(name) for name in preset_names()]
-
     def registered(self) -> list[Board]:
         """The registered boards, the longest unused first."""
         return list(self._registered.values())
 
     def find(self, name: str) -> Board:
         """The board with this preset name or digest; raises UnknownBoardError."""
-        preset = name if name in preset_names() else _NAMES.get(name)
+        preset = name if name in preset_names() else NAMES.get(name)
         if preset is not None:
             return Board.preset(preset)
         if name in self._registered:
@@ -53,7 +46,7 @@ class Boards:
 
     def register(self, board: Board) -> bool:
         """Keep a board; returns False if it was known already."""
-        if board.digest in _NAMES:
+        if board.digest in NAMES:
             return False
         if board.digest in self._registered:
             self._registered.move_to_end(board.digest)

@@ -23,6 +23,7 @@ from engine import Board, World
 from engine.drops.flight import Flight, fly
 from engine.drops.start import aim_of, start_of
 from engine.json_text import JsonObject
+from engine.payouts.listing import takes_stakes
 from engine.world.events import Contact, Landing
 
 INDEPENDENT: Final = "independent"
@@ -97,6 +98,10 @@ class IndependentRoom(Room):
 
     # Drops.
 
+    @property
+    def takes_stakes(self) -> bool:
+        return takes_stakes(self.board)
+
     def check_place(self, coming: int) -> None:
         """Raise BallLimitError if the table is full; `coming` drops are on their way."""
         if self.world.count + coming >= self.max_balls:
@@ -109,10 +114,17 @@ class IndependentRoom(Room):
             )
 
     def check_start(self, command: DropCommand, *, fair: bool) -> None:
-        """Raise InvalidValueError for a stake that may pay too much, the engine's errors for a bad
-        start; a fair session has yet to draw the seed."""
+        """Raise InvalidValueError for a stake that may pay too much, or in a room for practice, and
+        the engine's errors for a bad start; a fair session has yet to draw the seed."""
         check_payout(command.stake, self.board.bins.multipliers)
         if fair:
+            if command.stake and not self.takes_stakes:
+                raise InvalidValueError(
+                    f"stake {command.stake}: room {self.id!r} is for practice, because the return "
+                    "of its drops has not been counted; leave the stake out, or play on a board "
+                    "whose `stakes` is true in GET boards",
+                    field="stake",
+                )
             aim_of(self.board, command.aim)
         else:
             start_of(self.board, command.seed, command.x, command.aim)
@@ -330,6 +342,11 @@ class DrawRoom(IndependentRoom):
     @property
     def draw(self) -> Draw:
         return self._draw
+
+    @property
+    def takes_stakes(self) -> bool:
+        """False: the draw decides the return, which its owner chose."""
+        return False
 
     @property
     def logged_mode(self) -> str:

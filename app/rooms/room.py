@@ -142,6 +142,11 @@ class Room(ABC):
         """
         return board or self.origin
 
+    @property
+    def takes_stakes(self) -> bool:
+        """Whether drops of fair sessions may have a stake here."""
+        return False
+
     # Inputs.
 
     def check_drop(self, command: DropCommand, *, fair: bool) -> None:
@@ -291,6 +296,7 @@ class Room(ABC):
             extent=self.extent,
             velocity_scale=self.velocity_scale,
             stream=self.stream_of(stream),
+            stakes=self.takes_stakes,
             limits=msgspec.structs.replace(limits, balls=self.max_balls),
             balls=self.balls,
             stats=self.stats(),

@@ -1,8 +1,7 @@
 """Metrics of payouts: what boards paid back of the stakes, and what they should have paid."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Final
 
 from app.errors import LedgerError
@@ -14,6 +13,7 @@ from app.persistence.statements import totals
 from app.persistence.statements.totals import Total
 from engine import Board
 from engine.board.presets import risk_of
+from engine.board.proven import NAMES
 from engine.payouts.record import odds_of_record
 
 OTHER: Final = "other"
@@ -22,13 +22,9 @@ OTHER: Final = "other"
 
 @dataclass
 class Returns:
-    """The totals of all drops with a stake since the ledger began.
-
-    `presets` returns the presets; it is called once, at the first reading.
-    """
+    """The totals of all drops with a stake since the ledger began."""
 
     ledger: Ledger | NullLedger
-    presets: Callable[[], Iterable[Board]]
     found: tuple[Total, ...] = ()
 
     async def refresh(self) -> None:
@@ -41,28 +37,24 @@ class Returns:
     def readings(self) -> Iterator[Reading]:
         """Sums and returns by board, risk, size of stake, and whether the players aimed."""
         for total in self._merged():
-            board = self._by_digest.get(total.board)
+            name = NAMES.get(total.board)
             labels = {
-                "board": board.name if board else OTHER,
-                "risk": risk_of(board.name) if board else OTHER,
+                "board": name or OTHER,
+                "risk": risk_of(name) if name else OTHER,
                 "stake": str(total.stake),
                 "aimed": "yes" if total.aimed else "no",
             }
             yield "plinko_plays_total", "Drops with a stake that ended.", total.plays, labels
             yield "plinko_staked_total", "Minor units staked on them.", total.staked, labels
             yield "plinko_paid_total", "Minor units paid for them.", total.paid, labels
-            if board is not None and not total.aimed:
-                yield from _judged(board, total, labels)
-
-    @cached_property
-    def _by_digest(self) -> dict[str, Board]:
-        return {board.digest: board for board in self.presets()}
+            if name is not None and not total.aimed:
+                yield from _judged(Board.preset(name), total, labels)
 
     def _merged(self) -> list[Total]:
         """The totals, with one for all boards that are not presets, so that labels stay few."""
         merged: dict[tuple[str, int, bool], Total] = {}
         for each in self.found:
-            board = each.board if each.board in self._by_digest else OTHER
+            board = each.board if each.board in NAMES else OTHER
             into = merged.setdefault(
                 (board, each.stake, each.aimed), Total(board, each.stake, each.aimed)
             )

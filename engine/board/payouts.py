@@ -1,4 +1,4 @@
-"""The payout tables of the triangular presets, solved by `plinko payouts` for a return of 99 %.
+"""The payout tables of the house table's triangles, solved by `plinko payouts` for a return of 99 %.
 
 Values run from the edge to the centre. A board with an odd number of rows has an even number of
 bins, so its two middle bins share the last value.
@@ -44,6 +44,8 @@ _HIGH: Final = {
     16: (990.0, 120.0, 25.0, 8.5, 3.5, 1.8, 0.2, 0.2, 0.2),
 }
 
+RISKS: Final[tuple[Risk, ...]] = ("medium", "low", "high")
+
 HALF_TABLES: Final[Mapping[Risk, Mapping[int, tuple[float, ...]]]] = MappingProxyType(
     {
         "low": MappingProxyType(_LOW),
@@ -59,6 +61,10 @@ ROWS: Final = tuple(_MEDIUM)
 
 def multipliers(rows: int, risk: Risk) -> tuple[float, ...]:
     """Multipliers of all `rows` + 1 bins, left to right; KeyError for rows without a table."""
-    half = HALF_TABLES[risk][rows]
+    return both_halves(HALF_TABLES[risk][rows], rows)
+
+
+def both_halves(half: tuple[float, ...], rows: int) -> tuple[float, ...]:
+    """Mirror a table from the edge to the centre of a triangle of `rows` rows."""
     centre_stands_once = rows % 2 == 0
     return half + half[-2::-1] if centre_stands_once else half + half[::-1]

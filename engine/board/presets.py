@@ -1,4 +1,4 @@
-"""The boards that come with the engine: triangles of 8 to 16 rows, the rectangular classic, Galton.
+"""The boards that come with the engine: triangles of 8 to 16 rows in each world, classic, Galton.
 
 Coordinates are computed with + - * / and sqrt only, so they have the same bits on every machine.
 Each left half mirrors the right half exactly, so a mirrored start lands in the mirrored bin.
@@ -13,6 +13,7 @@ from engine.board import payouts
 from engine.board.fields import BoardFields
 from engine.board.materials import REFERENCE_DENSITY, Material
 from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
+from engine.board.worlds import TABLE_GRAVITY, WORLDS, World, tables
 from engine.constants import EARTH_GRAVITY
 from engine.errors import BoardError
 
@@ -32,12 +33,6 @@ class Tuning(NamedTuple):
     start: float = 0.0
 
 
-TABLE_GRAVITY: Final = 24.79
-"""m/s^2. On the reference game's scale a triangle is 7.6 m wide. Under Earth's gravity a ball would
-need six seconds for 16 rows, which is slow to watch. This gravity gives the motion on a board 3 m
-wide under Earth's gravity, magnified to 7.6 m (Froude's law: for equal times, g scales as length).
-"""
-
 TUNING: Final = {
     "triangle-8": Tuning(3.732, 0.7, 0.402, 0.509, TABLE_GRAVITY),
     "triangle-9": Tuning(3.262, 0.632, 0.409, 0.73, TABLE_GRAVITY),
@@ -51,7 +46,7 @@ TUNING: Final = {
     "classic": Tuning(drag=1.5, restitution=0.6, friction=0.15, jitter=0.28),
     "galton": Tuning(drag=2.2, restitution=0.5, friction=0.1, jitter=0.4),
 }
-"""Physics of each preset and its payout variants; `calibrate` chose that of the triangles."""
+"""Physics of the house table's presets; `calibrate` chose that of the triangles."""
 
 AIM: Final[Mapping[str, float]] = MappingProxyType(
     {"triangle-9": 0.07, "triangle-16": 0.03, "classic": 4.0}
@@ -70,31 +65,72 @@ _FIRST_ROW_Y: Final = 0.36
 _LAST_ROW_Y: Final = 5.42
 _PEG_SPAN: Final = 6.56  # between the outermost pegs of the last row
 _REACH: Final = 0.8  # largest distance of a start from the middle, in spacings
+_JITTER: Final = 0.3  # of a start in a world, in spacings
 _WALL_GAP: Final = 0.25  # distance of a wall from the outermost pegs, in spacings
 
-_RISK_OF: Final[Mapping[str, payouts.Risk]] = {"": "medium", "-low": "low", "-high": "high"}
+HOUSE: Final = "house"
+"""The world of the presets `triangle-…`, the house table, and of `classic` and `galton`."""
 
 
-_TRIANGLES: Final[Mapping[str, tuple[int, payouts.Risk]]] = {
-    f"triangle-{rows}{suffix}": (rows, risk)
+class Variant(NamedTuple):
+    """What a triangle's name says: its world, rows, and the risk of its payout table."""
+
+    world: str
+    rows: int
+    risk: payouts.Risk
+
+    @property
+    def plain(self) -> str:
+        """The name of the variant of medium risk, which has no suffix."""
+        return f"{'triangle' if self.world == HOUSE else self.world}-{self.rows}"
+
+    @property
+    def name(self) -> str:
+        return self.plain if self.risk == "medium" else f"{self.plain}-{self.risk}"
+
+
+_VARIANTS: Final = tuple(
+    Variant(world, rows, risk)
+    for world in (HOUSE, *WORLDS)
     for rows in payouts.ROWS
-    for suffix, risk in _RISK_OF.items()
-}
+    for risk in payouts.RISKS
+)
+
+VARIANTS: Final[Mapping[str, Variant]] = MappingProxyType({each.name: each for each in _VARIANTS})
+"""Every triangle by its name."""
+
+
+_NAMES: Final = (
+    *(each.name for each in _VARIANTS if each.world == HOUSE),
+    "classic",
+    "galton",
+    *(each.name for each in _VARIANTS if each.world != HOUSE),
+)
 
 
 def plain_name(name: str) -> str:
     """The preset of which `name` is a payout variant; both boards move a ball in the same way."""
-    return f"triangle-{_TRIANGLES[name][0]}" if name in _TRIANGLES else name
+    return VARIANTS[name].plain if name in VARIANTS else name
 
 
 def risk_of(name: str) -> payouts.Risk:
     """The risk of a preset's payout table; medium for a preset without variants."""
-    return _TRIANGLES[name][1] if name in _TRIANGLES else "medium"
+    return VARIANTS[name].risk if name in VARIANTS else "medium"
 
 
 def preset_names() -> tuple[str, ...]:
     """Names of all presets; a triangle's name without a suffix means the medium payout table."""
-    return (*_TRIANGLES, "classic", "galton")
+    return _NAMES
+
+
+def payouts_of(name: str) -> tuple[float, ...]:
+    """The multipliers of a triangle's bins, left to right, without laying out the board."""
+    world, rows, risk = VARIANTS[name]
+    if world == HOUSE:
+        return payouts.multipliers(rows, risk)
+    # Until its table is solved, each bin returns the stake.
+    table = tables().get(name)
+    return payouts.both_halves(table.half, rows) if table else (1.0,) * (rows + 1)
 
 
 def preset_fields(name: str) -> BoardFields:
@@ -103,16 +139,23 @@ def preset_fields(name: str) -> BoardFields:
         return _classic()
     if name == "galton":
         return _galton()
-    if name in _TRIANGLES:
-        rows, risk = _TRIANGLES[name]
-        payout = payouts.multipliers(rows, risk)
-        plain = plain_name(name)
-        return triangle(name, rows, payout, TUNING[plain], _REACH, AIM.get(plain, 0.0))
+    if name in VARIANTS:
+        return _triangle_of(VARIANTS[name])
     shown = repr(name)[:60]
     raise BoardError(
         f"board is {shown}: there is no such preset; the presets are {', '.join(preset_names())}",
         field="board",
     )
+
+
+def _triangle_of(variant: Variant) -> BoardFields:
+    name, rows, plain = variant.name, variant.rows, variant.plain
+    payout = payouts_of(name)
+    if variant.world == HOUSE:
+        return triangle(name, rows, payout, TUNING[plain], _REACH, AIM.get(plain, 0.0))
+    world = WORLDS[variant.world]
+    tuning = Tuning(world.drag, world.restitution, world.friction, _JITTER, world.gravity)
+    return triangle(name, rows, payout, tuning, _REACH, world=world)
 
 
 def spacing_of(rows: int) -> float:
@@ -127,34 +170,39 @@ def triangle(
     tuning: Tuning,
     reach: float = 0.0,
     aim: float = 0.0,
+    world: World | None = None,
 ) -> BoardFields:
     """Lay out the triangular board of `rows` rows in the reference game's proportions.
 
     reach, aim: how far from the middle a ball may start and a player may aim, in peg spacings.
+    world: its sizes; default is the house table, whose pegs and balls are smaller on more rows.
     Row i, counted from 0, has i + 3 pegs; the rows + 2 pegs of the last row separate rows + 1 bins.
     """
-    spacing = spacing_of(rows)
-    pitch = (_LAST_ROW_Y - _FIRST_ROW_Y) / (rows - 1)
-    peg_radius = (24 - rows) / 200
-    ball_radius = 2.0 * peg_radius
-    walls = _slanted_walls(rows, spacing, pitch, peg_radius)
-    # The bins' line is one ball radius (2 peg radii) below the last row. A ball's centre stays at
-    # least 3 peg radii from a peg's, so on the line it is at least sqrt(3^2 - 2^2) = sqrt(5) peg
-    # radii to the side of one. A further impact on a peg only pushes it down. So the ball can no
-    # longer change its bin, and no rounding decides which one it is.
-    line = _LAST_ROW_Y + ball_radius
+    size = world.size if world else 1.0
+    spacing = size * spacing_of(rows)
+    first_row, last_row, height = (size * y for y in (_FIRST_ROW_Y, _LAST_ROW_Y, TRIANGLE_HEIGHT))
+    pitch = (last_row - first_row) / (rows - 1)
+    peg_radius = world.peg * spacing if world else (24 - rows) / 200
+    ball_radius = world.ball * spacing if world else 2.0 * peg_radius
+    radii = peg_radius, ball_radius
+    walls = _slanted_walls(rows, spacing, radii, (first_row, last_row, height))
+    # The bins' line is one ball radius b below the last row. A ball's centre stays at least a peg
+    # radius p more than b from a peg's, so on the line it is at least sqrt((b + p)^2 - b^2) to the
+    # side of one. A further impact on a peg only pushes it down. So the ball can no longer change
+    # its bin, and no rounding decides which one it is.
+    line = last_row + ball_radius
     outer = _x_on(walls[2], line)
     inner = tuple(spacing * (0.5 * (2 * j - rows - 1)) for j in range(1, rows + 1))
     material = Material(tuning.restitution, tuning.friction)
     return BoardFields(
         name=name,
-        width=TRIANGLE_WIDTH,
-        height=TRIANGLE_HEIGHT,
+        width=size * TRIANGLE_WIDTH,
+        height=height,
         gravity=tuning.gravity,
         drag=tuning.drag,
         ball=BallSpec(ball_radius, REFERENCE_DENSITY, tuning.restitution, tuning.friction),
         pegs=tuple(
-            Peg(spacing * (0.5 * (2 * j - i - 2)), _FIRST_ROW_Y + i * pitch, peg_radius)
+            Peg(spacing * (0.5 * (2 * j - i - 2)), first_row + i * pitch, peg_radius)
             for i in range(rows)
             for j in range(i + 3)
         ),
@@ -163,7 +211,7 @@ def triangle(
         wall_material=material,
         bins=Bins(line, (-outer, *inner, outer), multipliers),
         drop=DropZone(
-            y=tuning.start,
+            y=size * tuning.start,
             jitter=tuning.jitter * spacing,
             reach=reach * spacing,
             aim=aim * spacing,
@@ -172,7 +220,7 @@ def triangle(
 
 
 def _slanted_walls(
-    rows: int, spacing: float, pitch: float, peg_radius: float
+    rows: int, spacing: float, radii: tuple[float, float], heights: tuple[float, float, float]
 ) -> tuple[Wall, Wall, Wall, Wall]:
     """Return four walls: right mouth, left mouth, right side, left side.
 
@@ -180,21 +228,26 @@ def _slanted_walls(
     that a ball in the corner between wall and peg rolls back onto the board. The side ends at the
     height where a ball in the topmost corner touches the wall. Above it a mouth opens outward at
     45 degrees and makes room for the start.
+
+    radii: peg and ball. heights: y of the first row, of the last row, and where the walls end.
     """
-    slope = 0.5 * spacing / pitch
+    peg_radius, ball_radius = radii
+    first_row, last_row, height = heights
+    ball = ball_radius / peg_radius
+    slope = 0.5 * spacing / ((last_row - first_row) / (rows - 1))
     secant = math.sqrt(1.0 + slope * slope)
-    # The centre of a ball between side and topmost peg is 3 peg radii up the slope from the peg's.
-    # It touches the wall 2 peg radii from there, along the wall's normal.
-    neck_y = _FIRST_ROW_Y - peg_radius * (3.0 + 2.0 * slope) / secant
-    neck_x = spacing * (1.0 + _WALL_GAP) - slope * (_FIRST_ROW_Y - neck_y)
-    foot_x = spacing * (0.5 * (rows + 1) + _WALL_GAP) + slope * (TRIANGLE_HEIGHT - _LAST_ROW_Y)
-    top_y = -2.0 * peg_radius
+    # The centre of a ball between side and topmost peg is `ball` + 1 peg radii up the slope from
+    # the peg's. It touches the wall `ball` peg radii from there, along the wall's normal.
+    neck_y = first_row - peg_radius * (ball + 1.0 + ball * slope) / secant
+    neck_x = spacing * (1.0 + _WALL_GAP) - slope * (first_row - neck_y)
+    foot_x = spacing * (0.5 * (rows + 1) + _WALL_GAP) + slope * (height - last_row)
+    top_y = -ball_radius
     top_x = neck_x + (neck_y - top_y)
     return (
         Wall(top_x, top_y, neck_x, neck_y),
         Wall(-top_x, top_y, -neck_x, neck_y),
-        Wall(neck_x, neck_y, foot_x, TRIANGLE_HEIGHT),
-        Wall(-neck_x, neck_y, -foot_x, TRIANGLE_HEIGHT),
+        Wall(neck_x, neck_y, foot_x, height),
+        Wall(-neck_x, neck_y, -foot_x, height),
     )
 
 

@@ -2,14 +2,17 @@
 
 The check takes tens of milliseconds, and its result for a preset is always the same. A test checks
 every preset, and that this table has exactly their digests. After changing or adding a preset,
-copy the row that the failing test prints.
+copy the row that the failing test prints. Those of the worlds are next to their payouts.
 """
 
 from types import MappingProxyType
 from typing import Final
 
+from engine.board import worlds
+
 DIGESTS: Final = MappingProxyType(
     {
+        **{name: table.digest for name, table in worlds.tables().items()},
         "triangle-8": "01b3cd064f62e669bda026694b4120e8f03c69b797d60085ef1fb508eabdf817",
         "triangle-8-low": "ba9bd5387afc752d03e3cd61bb7c245702533a732a8f622e498d67c306131ac7",
         "triangle-8-high": "7193976bb580397df5923b073dd430bae1ca1894f9a785e0c9ddf2418dfa81e1",
@@ -42,3 +45,6 @@ DIGESTS: Final = MappingProxyType(
     }
 )
 """Name of each preset: SHA-256 of its content, 64 hex digits."""
+
+NAMES: Final = MappingProxyType({digest: name for name, digest in DIGESTS.items()})
+"""The name of each preset, by digest."""

@@ -23,7 +23,7 @@ from engine.errors import EngineError, RecordError
 from engine.payouts import landings
 from engine.payouts.landings import Landings
 from engine.payouts.odds import Odds, odds_of
-from engine.payouts.solve import FEWEST, Block, needed
+from engine.payouts.solve import FEWEST, PRECISE, PRECISE_AIM, PRECISE_WORLD, Block, needed
 
 NAME: Final = "record.json"
 """A file in this module's folder."""
@@ -115,13 +115,16 @@ def counted_on(record: Record, want: Wanted, drops: int, workers: Workers | None
 
 def _needs(counted: Counted, table: str) -> list[int]:
     """How many more drops each aim needs, estimated from the volatility measured until now."""
-    pays = Board.preset(table).bins.multipliers
+    variant = presets.VARIANTS.get(table)
+    pays = presets.payouts_of(table) if variant else Board.preset(table).bins.multipliers
+    house = variant is None or variant.world == presets.HOUSE
     pairs = zip(counted.all(), counted.fresh(table), strict=True)
     needs = []
     for k, (every, fresh) in enumerate(pairs):
         known = fresh if fresh.drops >= FEWEST else every
         least = LEAST if k == 0 else LEAST_AIMED
-        needs.append(max(needed(odds_of(known, pays), own=k == 0), least) - fresh.drops)
+        precise = PRECISE_AIM if k else PRECISE if house else PRECISE_WORLD
+        needs.append(max(needed(odds_of(known, pays), precise), least) - fresh.drops)
     return needs
 
 
@@ -159,7 +162,7 @@ def _counted_of(name: str, form: Any) -> Counted:
     try:
         blocks = tuple(_block_of(block) for block in listed(form, "blocks"))
         shapes = {tuple(len(each.histogram) for each in block) for block in blocks}
-        bins = Board.preset(name).bins.count
+        bins = _bin_count(name)
         if len(shapes) != 1 or {*chain(*shapes)} != {bins}:
             raise RecordError(
                 f"each block must have the same aims with {bins} bins each", field="blocks"
@@ -169,6 +172,12 @@ def _counted_of(name: str, form: Any) -> Counted:
     except EngineError as error:
         raise RecordError(f"{name}: {error}", field=name) from None
     return counted
+
+
+def _bin_count(name: str) -> int:
+    """Bins of a preset. A triangle is not laid out: there are dozens, and most are not needed."""
+    variant = presets.VARIANTS.get(name)
+    return variant.rows + 1 if variant else Board.preset(name).bins.count
 
 
 def _block_of(block: Any) -> Block:
@@ -210,6 +219,6 @@ def odds_of_record(board: Board) -> tuple[Odds, ...]:
     Empty for a board that is not a preset.
     """
     counted = shipped().get(presets.plain_name(board.name))
-    if counted is None or Board.preset(board.name).digest != board.digest:
+    if counted is None or board.preset_name is None:
         return ()
     return tuple(odds_of(each, board.bins.multipliers) for each in counted.fresh(board.name))

@@ -14,7 +14,7 @@ import numpy as np
 
 from engine.batches.workers import Here, Workers
 from engine.board.model import Board
-from engine.board.payouts import Risk
+from engine.board.payouts import RISKS, Risk
 from engine.errors import ParameterError
 from engine.parameters import number
 from engine.payouts import reference, table
@@ -26,6 +26,9 @@ PRECISE: Final = 1e-3
 
 PRECISE_AIM: Final = 2e-3
 """The same for any other aim, whose bounds are wider."""
+
+PRECISE_WORLD: Final = 3e-3
+"""The same for the presets of worlds: there are many, and each can be counted on."""
 
 FEWEST: Final = 100_000
 """Drops from each aim before a table is solved for the first time."""
@@ -192,6 +195,24 @@ def solve_payouts(
     return Payouts(paying, chosen, target, odds, judging, choosing)
 
 
+def tables_of(name: str, workers: Workers, progress: Progress) -> tuple[Block, dict[Risk, Pays]]:
+    """Solve all payout tables of a world's triangle for a return of 99 % from the same drops.
+
+    name: of the variant of medium risk. Returns the landings that chose the tables, and the tables.
+    """
+    board = Board.preset(name)
+
+    def riskiest(landings: Block) -> Pays:
+        return max(
+            (table_for(board, landings, 0.99, risk) for risk in RISKS),
+            key=lambda pays: odds_of(landings[0], pays).volatility,
+        )
+
+    counting = Counting(board, workers, progress, PRECISE_WORLD)
+    landings = _until_known(none_yet(board), riskiest, MOST, counting)
+    return landings, {risk: table_for(board, landings, 0.99, risk) for risk in RISKS}
+
+
 def risk_of(risk: object) -> Risk:
     """Return `risk` if it is valid; ParameterError otherwise."""
     for known in reference.HALF_TABLES:
@@ -206,21 +227,22 @@ def table_for(board: Board, landings: Block, target: float, risk: Risk) -> Pays:
     return table.solve(chances, risk, table.bounds_of(target), is_mirrored(board))
 
 
-def needed(odds: Odds, own: bool) -> int:
-    """Drops that make the return precise enough, estimated from the volatility in `odds`.
-
-    own: whether the odds are those of the board's own start.
-    """
-    return ceil((DEVIATIONS * odds.volatility / (PRECISE if own else PRECISE_AIM)) ** 2)
+def needed(odds: Odds, precise: float) -> int:
+    """Drops that make the return known to `precise` (95 %), estimated from `odds`' volatility."""
+    return ceil((DEVIATIONS * odds.volatility / precise) ** 2)
 
 
 @dataclass(frozen=True, slots=True)
 class Counting:
-    """The arguments of `_count` that stay the same during a solution."""
+    """The arguments of `_count` that stay the same during a solution.
+
+    precise: wanted half-width of the interval of the return from the board's own start.
+    """
 
     board: Board
     workers: Workers
     progress: Progress
+    precise: float = PRECISE
 
 
 def _until_known(
@@ -235,7 +257,10 @@ def _until_known(
     while any(each.drops < need for each, need in zip(landings, wanted, strict=True)):
         landings = _count(landings, wanted, counting)
         pays = pays_of(landings)
-        known = [needed(odds_of(each, pays), own=k == 0) for k, each in enumerate(landings)]
+        known = [
+            needed(odds_of(each, pays), PRECISE_AIM if k else counting.precise)
+            for k, each in enumerate(landings)
+        ]
         wanted = [min(drops, need) for need in known]
     return landings
 

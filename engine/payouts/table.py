@@ -101,7 +101,12 @@ def solve(chances: Floats, risk: Risk, bounds: Bounds, mirrored: bool) -> tuple[
 def _familiar(
     shared: Floats, void: float, bins: int, chances: Floats, risk: Risk, target: float
 ) -> Floats:
-    """The reference table by rank of the bins, scaled to the target if its return is far off."""
+    """The reference table by rank of the bins, flatter or steeper if its return is far off.
+
+    The lowest award stays, and the logarithm of every other's ratio to it is scaled to the target.
+    So where rare bins are hit more often than in the reference game, all of them pay less, and the
+    awards still rise from bin to bin.
+    """
     rows = min(max(bins - 1, reference.ROWS[0]), reference.ROWS[-1])
     table = np.sort(np.array(reference.reference(rows, risk)))[::-1]
     ranks = np.linspace(0.0, rows, len(shared) if len(shared) < len(chances) else bins)
@@ -109,8 +114,17 @@ def _familiar(
     returned = void + float(shared @ wanted)
     if _FAMILIAR[0] < returned < _FAMILIAR[1]:
         return wanted
-    scaled: Floats = wanted * (target - void) / max(returned - void, 1e-9)
-    return np.clip(scaled, LADDER[0], LADDER[-1])
+    lowest = wanted[-1]
+    steep = np.log(wanted / lowest)
+    low, high = 0.0, np.log(LADDER[-1] / lowest) / max(steep[0], 1e-9)
+    for _ in range(60):  # the return rises with the power
+        power = 0.5 * (low + high)
+        if void + float(shared @ np.exp(power * steep)) * lowest < target:
+            low = power
+        else:
+            high = power
+    found: Floats = lowest * np.exp(low * steep)
+    return np.clip(found, LADDER[0], LADDER[-1])
 
 
 def _violation(returns: Floats, bounds: Bounds) -> Floats:

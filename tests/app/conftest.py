@@ -7,6 +7,8 @@ from typing import Any, Final
 import httpx
 import pytest
 
+from engine import Board
+from engine.payouts.listing import takes_stakes
 from tests.kit.serving import Running, constants, serving, share_what_starts_read
 
 # Balls land within two thirds of a second: live tests wait for real falls.
@@ -27,6 +29,17 @@ TINY = {
 @pytest.fixture(scope="session", autouse=True)
 def what_starts_read() -> None:
     share_what_starts_read()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def stakes_on_tiny() -> Iterator[None]:
+    """Boards called `tiny` take stakes, too: on a preset, each drop would take seconds."""
+
+    def taken(board: Board) -> bool:
+        return board.name == "tiny" or takes_stakes(board)
+
+    with constants(**{"app.rooms.independent.takes_stakes": taken}):
+        yield
 
 
 # One address may open a tenth of the rooms.

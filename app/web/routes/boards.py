@@ -20,7 +20,8 @@ from app.web.routes.common import (
 from app.web.routes.table import operations
 from app.web.schemas.board_form import BoardForm
 from app.web.schemas.boards import BoardList, BoardOdds, BoardSummary, BoardView, Odds
-from engine import Board
+from engine import Board, preset_names
+from engine.payouts.listing import Listed, listed
 from engine.payouts.record import odds_of_record
 
 router = operations("boards", "/api/v1/boards")
@@ -42,11 +43,14 @@ _EXAMPLE = {
 
 @router.get("", summary="List the boards", responses=documented(BoardList))
 async def list_boards(server: Server, digest: Digest = None) -> Response:
-    """Every preset with its payout table, then the registered boards.
+    """Every preset with its payout table and return, then the registered boards.
+
+    Drops may have a stake only where `stakes` is true.
 
     With `digest` the list has only that board, or is empty if the server does not know it.
     """
-    boards = [*server.boards.presets(), *server.boards.registered()]
+    presets = [listed(name) for name in preset_names()]
+    boards: list[Listed | Board] = [*presets, *server.boards.registered()]
     if digest is not None:
         boards = [board for board in boards if board.digest == digest]
     return reply(BoardList([_summary(board) for board in boards]))
@@ -106,19 +110,36 @@ async def get_odds(board: str, server: Server) -> Response:
     return reply(BoardOdds(found.digest, aims))
 
 
-def _summary(board: Board) -> BoardSummary:
-    family, _, rest = (board.preset_name or "").partition("-")
-    rows, _, risk = rest.partition("-")
-    triangle = family == "triangle"
+def _summary(board: Listed | Board) -> BoardSummary:
+    if isinstance(board, Board):
+        pays = list(board.bins.multipliers)
+        return BoardSummary(
+            name=board.name,
+            digest=board.digest,
+            preset=False,
+            stakes=False,
+            world=None,
+            bins=board.bins.count,
+            pegs=len(board.pegs),
+            rows=None,
+            risk=None,
+            multipliers=pays,
+            returned=None,
+            top_multiplier=max(pays),
+        )
     return BoardSummary(
         name=board.name,
         digest=board.digest,
-        preset=board.preset_name is not None,
-        bins=board.bins.count,
-        pegs=len(board.pegs),
-        rows=int(rows) if triangle else None,
-        risk=(risk or "medium") if triangle else None,  # type: ignore[arg-type]
-        multipliers=list(board.bins.multipliers),
+        preset=True,
+        stakes=board.stakes,
+        world=board.world,
+        bins=board.bins,
+        pegs=board.pegs,
+        rows=board.rows,
+        risk=board.risk,
+        multipliers=list(board.multipliers),
+        returned=board.returned,
+        top_multiplier=max(board.multipliers),
     )
 
 

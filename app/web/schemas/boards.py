@@ -8,12 +8,19 @@ from msgspec import Meta
 from app.web.schemas.fields import Digest, WholeBoard
 
 
-class BoardSummary(msgspec.Struct, frozen=True):
+class BoardSummary(msgspec.Struct, frozen=True, rename={"returned": "return"}):
     """A board's entry in a list."""
 
     name: str
     digest: Digest
     preset: bool
+    stakes: Annotated[
+        bool,
+        Meta(description="Whether drops may have a stake. On all other boards they are practice."),
+    ]
+    world: Annotated[
+        str | None, Meta(description="Of a preset: `house`, `moon`, …; null for other boards.")
+    ]
     bins: int
     pegs: int
     rows: Annotated[int | None, Meta(description="Rows of pegs; only of a triangle preset.")]
@@ -22,6 +29,11 @@ class BoardSummary(msgspec.Struct, frozen=True):
         Meta(description="The payout table; only of a triangle preset."),
     ]
     multipliers: list[float]
+    returned: Annotated[
+        float | None,
+        Meta(description="Counted return from the board's own start; null if never counted."),
+    ]
+    top_multiplier: float
 
 
 class BoardList(msgspec.Struct, frozen=True):

@@ -23,7 +23,7 @@ def rare_readings() -> list[Reading]:
     )
     hooks = Webhooks([Target("http://example.org", "")], cast(Ledger, None), lambda: True)
     return [
-        *Returns(NullLedger(), lambda: [board], (play,)).readings(),
+        *Returns(NullLedger(), (play,)).readings(),
         *standing_readings(among),
         *hooks.readings(),
     ]

@@ -18,7 +18,7 @@ from engine import PHYSICS_VERSION, Board, find_draw
 from tests.app.conftest import TINY
 from tests.app.live.sessions.test_fair_sessions import begun, checked
 from tests.app.persistence.crash.life import living, look
-from tests.kit.serving import serving
+from tests.kit.serving import constants, serving
 
 BOARD = Board.from_json(TINY)
 PREPARED = find_draw(BOARD, [2, 1], per_bin=3)
@@ -36,12 +36,13 @@ def dropped(http: httpx.Client, room: str, session: str, shown: dict[str, str]) 
 
 def test_a_session_of_a_draw_goes_on_after_a_restart(url: str, tmp_path: Path) -> None:
     settings: dict[str, Any] = {"database_url": url, "data": str(tmp_path)}
-    with serving(**settings) as server, server.client() as http:
+    taken_by_1_0 = {"app.rooms.independent.DrawRoom.takes_stakes": True}
+    with constants(**taken_by_1_0), serving(**settings) as server, server.client() as http:
         body = {"board": TINY, "mode": "draw", "draw": PREPARED}
         room = http.post("/api/v1/rooms", json=body).json()
         session, shown = begun(http, room["id"])
         before = [dropped(http, room["id"], session["session"], shown) for _ in range(2)]
-    with serving(**settings) as server, server.client() as http:
+    with constants(**taken_by_1_0), serving(**settings) as server, server.client() as http:
         place = f"/api/v1/rooms/{room['id']}"
         assert http.get(place).json()["draw"] == room["draw"]
         assert http.get(f"{place}/draw").json() == OVER.to_dict()

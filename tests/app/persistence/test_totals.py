@@ -78,7 +78,7 @@ def test_the_tolerance_is_k_sigma_by_the_root_of_the_plays() -> None:
 
 def told(*found: Total) -> dict[tuple[str, str, str], float]:
     """The metrics of these totals, by name, board and size of stake."""
-    returns = Returns(NullLedger(), lambda: [BOARD], found)
+    returns = Returns(NullLedger(), found)
     return {
         (name, labels["board"], labels["stake"]): value
         for name, _, value, labels in returns.readings()

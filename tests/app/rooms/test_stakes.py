@@ -24,7 +24,8 @@ from app.rooms.stakes import (
     parse_who,
     payout_of,
 )
-from engine import Board, drop
+from engine import Board, drop, find_draw
+from engine.board.worlds import WORLDS
 from engine.drops.flight import fly
 from tests.app.conftest import TINY
 from tests.kit.player import Player, playing
@@ -183,3 +184,34 @@ async def test_a_ball_in_flight_at_a_reset_is_paid_before_the_restart(
         landed = await player.until("landed")
         assert (landed["ball"], landed["seed"]) == (0, "2")
     assert [each["seed"] for each in http.get(f"/api/v1/rooms/{room}/log").json()["drops"]] == ["2"]
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        {"board": {**TINY, "name": "unsolved"}},
+        {"board": {**TINY, "name": "moon-16"}},
+        {"board": {**Board.preset("triangle-16").to_dict(), "gravity": 1.62}},
+        {"board": "galton"},
+        {"board": TINY, "mode": "draw", "draw": find_draw(Board.from_json(TINY), [2, 1])},
+    ],
+    ids=["own", "own with a preset's name", "own gravity", "galton", "draw"],
+)
+async def test_only_boards_whose_return_is_counted_take_stakes(
+    server: Running, http: httpx.Client, form: dict[str, Any]
+) -> None:
+    room = http.post("/api/v1/rooms", json=form).json()["id"]
+    async with playing(server.socket(room)) as player:
+        assert player.hello["stakes"] is False
+        session, _ = await begun(player)
+        await player.send(type="drop", session=session, stake=100, ref=1)
+        refused = await player.until("error")
+        assert (refused["code"], refused["ref"]) == ("invalid-value", 1)
+        assert "stake 100: room" in refused["detail"]
+        await player.send(type="drop", session=session, ref=2)
+        assert "stake" not in await player.until("accepted", ref=2)
+
+
+def test_a_preset_of_each_world_takes_stakes() -> None:
+    for name in ("triangle-16", "classic", *(f"{world}-8-high" for world in WORLDS)):
+        assert IndependentRoom("1", Board.preset(name), tick_rate=60, max_balls=2).takes_stakes

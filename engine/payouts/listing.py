@@ -1,0 +1,97 @@
+"""Facts about every preset for lists, and which of them take stakes, without laying out boards."""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Final
+
+from engine.board import presets
+from engine.board.model import Board
+from engine.board.payouts import Risk
+from engine.board.presets import HOUSE, TRIANGLE_HEIGHT, TRIANGLE_WIDTH, VARIANTS
+from engine.board.proven import DIGESTS
+from engine.board.worlds import WORLDS
+from engine.payouts.odds import odds_of
+from engine.payouts.record import shipped
+
+LEAST_RETURN: Final = 0.985
+MOST_RETURN: Final = 0.995
+"""A preset takes stakes if the drops that judge its table return a share within these bounds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Listed:
+    """A preset's row in a list.
+
+    world: None for a board of no world. rows, risk: None for a preset that is no triangle.
+    size: width and height in m. returned: from the board's own start; None if it was never counted.
+    """
+
+    name: str
+    digest: str
+    world: str | None
+    rows: int | None
+    risk: Risk | None
+    bins: int
+    pegs: int
+    size: tuple[float, float]
+    multipliers: tuple[float, ...]
+    returned: float | None
+
+    @property
+    def stakes(self) -> bool:
+        """Whether the preset takes stakes."""
+        return self.returned is not None and LEAST_RETURN <= self.returned <= MOST_RETURN
+
+
+@cache
+def listed(name: str) -> Listed:
+    """The row of the preset `name`."""
+    variant = VARIANTS.get(name)
+    if variant is None:
+        return _other(name)
+    world, rows, risk = variant
+    size = WORLDS[world].size if world in WORLDS else 1.0
+    pays = presets.payouts_of(name)
+    return Listed(
+        name,
+        # A table that is not solved has no digest on record.
+        DIGESTS.get(name) or Board.preset(name).digest,
+        world,
+        rows,
+        risk,
+        bins=rows + 1,
+        pegs=rows * (rows + 5) // 2,
+        size=(size * TRIANGLE_WIDTH, size * TRIANGLE_HEIGHT),
+        multipliers=pays,
+        returned=_returned(name, pays),
+    )
+
+
+def takes_stakes(board: Board) -> bool:
+    """Whether drops on this board may have a stake: only on presets whose return is known."""
+    name = board.preset_name
+    return name is not None and listed(name).stakes
+
+
+def _other(name: str) -> Listed:
+    board = Board.preset(name)
+    pays = board.bins.multipliers
+    return Listed(
+        name,
+        board.digest,
+        HOUSE,
+        None,
+        None,
+        bins=board.bins.count,
+        pegs=len(board.pegs),
+        size=(board.width, board.height),
+        multipliers=pays,
+        returned=_returned(name, pays),
+    )
+
+
+def _returned(name: str, pays: tuple[float, ...]) -> float | None:
+    counted = shipped().get(presets.plain_name(name))
+    if counted is None or name not in counted.chosen:
+        return None
+    return odds_of(counted.fresh(name)[0], pays).returned
