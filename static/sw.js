@@ -33,14 +33,14 @@ async function keepPages() {
   }
 }
 
-/** Caches the list of boards and the presets. */
+/** Caches the list of boards and the house table's presets; those of other worlds once they were opened. */
 async function keepBoards() {
   const cache = await caches.open(CACHE);
   const list = await fetch(at(BOARDS));
   const { boards } = await list.clone().json();
   await cache.put(at(BOARDS), list);
-  for (const { preset, name } of boards) {
-    if (preset) await cache.add(at(`${BOARDS}/${name}`));
+  for (const { world, name } of boards) {
+    if (world === "house") await cache.add(at(`${BOARDS}/${name}`));
   }
 }
 

@@ -7,6 +7,7 @@ from typing import Final
 
 from app.errors import InvalidValueError
 from app.settings import static_directory
+from engine.board.presets import VARIANTS
 from engine.json_text import JsonObject
 
 SCHEMES: Final = ("light", "dark")
@@ -70,14 +71,14 @@ def _theme(data: JsonObject, name: str, place: JsonObject | None = None) -> Them
 def _load() -> dict[str, Theme]:
     data = json.loads((static_directory() / "theme.json").read_text(encoding="utf-8"))
     themes = {name: _theme(data, name) for name in SCHEMES}
-    for place in data["places"].values():
+    for world, place in data["places"].items():
         for name in SCHEMES:
-            themes[f"{name}{_PART}{place['named']}"] = _theme(data, name, place)
+            themes[f"{name}{_PART}{world}"] = _theme(data, name, place)
     return themes
 
 
 THEMES: Final = _load()
-"""The themes `light` and `dark`, and both for each place, such as `light · Moon`."""
+"""The themes `light` and `dark`, and both for each world, such as `light · moon`."""
 
 
 def named(name: str) -> Theme:
@@ -90,10 +91,14 @@ def named(name: str) -> Theme:
 def at_place(scheme: str, board_name: str) -> str:
     """The name of the theme in which the page shows a board with this name.
 
-    It is `scheme` itself unless the board's name contains a place, such as `triangle-16 · Moon`.
+    It is `scheme` itself unless the board is a world's, such as `moon-16`, or has the gravity or
+    material of one, such as `triangle-16 · Moon` or `triangle-16 · Glass on glass`.
     Raises InvalidValueError unless the scheme is light or dark.
     """
     if scheme not in SCHEMES:
         raise InvalidValueError(f"theme {scheme!r:.60} is not light or dark", field="theme")
-    themes = (f"{scheme}{_PART}{part}" for part in board_name.split(_PART)[1:])
+    preset, *changes = board_name.split(_PART)
+    variant = VARIANTS.get(preset)
+    worlds = [part.split()[0].lower() for part in changes if part.split()]
+    themes = (f"{scheme}{_PART}{world}" for world in (*worlds, variant and variant.world))
     return next((theme for theme in themes if theme in THEMES), scheme)

@@ -1,4 +1,4 @@
-"""The payout tables of the house table's triangles, solved by `plinko payouts` for a return of 99 %.
+"""The payout tables of the house table, solved by `plinko payouts` for a return of 99 %.
 
 Values run from the edge to the centre. A board with an odd number of rows has an even number of
 bins, so its two middle bins share the last value.

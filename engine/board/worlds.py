@@ -38,7 +38,7 @@ class World(NamedTuple):
 
 
 class Table(NamedTuple):
-    """A solved payout table: the digest of its board, and multipliers from the edge to the centre."""
+    """A solved payout table: its board's digest, and multipliers from the edge to the centre."""
 
     digest: str
     half: tuple[float, ...]

@@ -27,7 +27,7 @@ PRECISE: Final = 1e-3
 PRECISE_AIM: Final = 2e-3
 """The same for any other aim, whose bounds are wider."""
 
-PRECISE_WORLD: Final = 3e-3
+PRECISE_WORLD: Final = 4e-3
 """The same for the presets of worlds: there are many, and each can be counted on."""
 
 FEWEST: Final = 100_000

@@ -69,7 +69,7 @@ def command(
     if record is None:
         show(records.shipped())
         return
-    found = _read(record)
+    found = read_record(record)
     if solve:
         _solve(record, found, solve)
     elif count:
@@ -79,7 +79,7 @@ def command(
         show(found)
 
 
-def _read(path: Path) -> "Record":
+def read_record(path: Path) -> "Record":
     from engine.payouts.record import from_text
 
     try:
@@ -88,7 +88,7 @@ def _read(path: Path) -> "Record":
         raise RecordError(f"{path}: {error}", field=error.field) from None
 
 
-def _save(path: Path, record: "Record") -> None:
+def save_record(path: Path, record: "Record") -> None:
     from engine.payouts.record import to_text
 
     write_whole(path, to_text(record).encode())
@@ -121,7 +121,7 @@ def _count(path: Path, record: "Record", hours: float | None, workers: "Workers"
             some = min(STEP, needs[0].drops)
             record = counted_on(record, needs[0], some, workers)
             dropped += some
-            _save(path, record)
+            save_record(path, record)
             spent = time.monotonic() - began
             if stop or (hours is not None and spent >= 3600 * hours):
                 break
@@ -153,7 +153,7 @@ def _solve(path: Path, record: "Record", name: str) -> None:
         known = ", ".join(table for counted in record.values() for table in counted.chosen)
         raise click.UsageError(f"--solve {name!r} is not in the record, which has {known}")
     pays = table_for(Board.preset(name), record[board].all(), 0.99, presets.risk_of(name))
-    _save(path, {**record, board: record[board].solved_again(name)})
+    save_record(path, {**record, board: record[board].solved_again(name)})
     common.print_fields({name: ", ".join(f"{each:g}" for each in pays)})
 
 

@@ -10,10 +10,12 @@ import click
 
 from app.batches.files import write_whole
 from app.cli import common
+from app.cli.boards.odds import read_record, save_record
 
 if TYPE_CHECKING:
+    from engine.batches.workers import Workers
     from engine.payouts.odds import Odds
-    from engine.payouts.solve import Payouts
+    from engine.payouts.solve import Payouts, Progress
 
 
 @click.command(name="payouts", short_help="Solve the payout table of a board.")
@@ -44,6 +46,11 @@ if TYPE_CHECKING:
     type=click.Path(dir_okay=False, path_type=Path),
     help="Write the board with the new table as JSON.",
 )
+@click.option(
+    "--record",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="Solve all tables of a world's preset, such as moon-16, and note the drops in this file.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     board: str,
@@ -53,6 +60,7 @@ def command(
     threads: int | None,
     cluster: str | None,
     out: Path | None,
+    record: Path | None,
     as_json: bool,
 ) -> None:
     """Solve the payout table of BOARD for a return such as 0.99.
@@ -61,9 +69,18 @@ def command(
     interval); boards with rare bins that pay much need very many. It also counts each aim of a
     player. As many drops of later seeds then measure the return of the new table. Warnings name
     bins that too few drops have hit, and a table that is not monotone.
+
+    With --record, the same drops solve the tables of low, medium and high risk of a world's preset,
+    for a return of 0.99. The command prints their lines for engine/board/worlds.json. Afterwards
+    `plinko odds --record FILE --count` lets drops of later seeds judge them.
     """
     from engine.payouts.solve import MOST, solve_payouts
 
+    if record is not None and (drops or out or as_json or (returned, risk) != (0.99, "medium")):
+        raise click.UsageError(
+            "--record solves the tables of every risk for a return of 0.99: omit --return, --risk, "
+            "--drops, --out and --json"
+        )
     shown = click.progressbar(length=1, label="drops", file=sys.stderr)
     with (
         common.workers(cluster, threads) as workers,
@@ -77,6 +94,9 @@ def command(
             bar.label = f"{done:,} of {of:,} drops"
             bar.update(done - bar.pos)
 
+        if record is not None:
+            _solve_world(record, board, workers, progress)
+            return
         found = solve_payouts(
             common.load_board(board),
             returned=returned,
@@ -93,6 +113,26 @@ def command(
         _show(found)
     for warning in found.warnings:
         common.echo(f"warning: {warning}", err=True)
+
+
+def _solve_world(path: Path, name: str, workers: "Workers", progress: "Progress") -> None:
+    """Solve the tables of the preset `name` of a world, begin its record, and print the tables."""
+    from engine.board.model import Board
+    from engine.board.presets import HOUSE, VARIANTS
+    from engine.payouts.record import begun
+    from engine.payouts.solve import tables_of
+
+    variant = VARIANTS.get(name)
+    if variant is None or variant.world == HOUSE or variant.plain != name:
+        raise click.UsageError(f"--record needs a world's preset, such as moon-16, not {name!r}")
+    record = read_record(path)
+    landings, tables = tables_of(name, workers, progress)
+    save_record(path, {**record, name: begun(name, landings)})
+    for risk, pays in tables.items():
+        table = variant._replace(risk=risk).name
+        solved = Board.preset(table).replace(bins={"multipliers": pays})
+        half = list(pays[: variant.rows // 2 + 1])
+        common.echo(f" {json.dumps(table)}: {json.dumps([solved.digest, half])},")
 
 
 def _show(found: "Payouts") -> None:

@@ -12,6 +12,7 @@ import { byId, make, say } from "../util/dom.js";
 import { decimalOf, noNumber } from "../util/number-text.js";
 import { keepOffline } from "../util/offline.js";
 import { local } from "../util/storage.js";
+import { boardOptions } from "./board-options.js";
 
 /** @import { DropAddress } from "../net/drop-address.js" */
 /** @import { BoardList } from "../net/replies.js" */
@@ -63,9 +64,10 @@ export async function fillBoards(value, name) {
   const listed = boards.map((board) => ({
     value: board.preset ? board.name : board.digest,
     name: board.preset ? board.name : `${board.name} (${board.digest.slice(0, 8)})`,
+    world: board.world,
   }));
-  if (!listed.some((board) => board.value === value)) listed.unshift({ value, name });
-  select.replaceChildren(...listed.map((board) => make("option", { value: board.value }, board.name)));
+  if (!listed.some((board) => board.value === value)) listed.unshift({ value, name, world: null });
+  select.replaceChildren(...boardOptions(listed));
   select.value = value;
 }
 

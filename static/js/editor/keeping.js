@@ -1,5 +1,6 @@
 // The editor's panel "Share and keep": link, file, registration, a room to play in, a preset to start from.
 
+import { boardOptions } from "../board/board-options.js";
 import { ApiError, getJson, postJson } from "../net/api.js";
 import { packBoard } from "../net/board-link.js";
 import { JsonError, readJson, textOfFile } from "../solver/input/json-text.js";
@@ -39,11 +40,12 @@ export class Keeping {
   /** Fills the list of presets to start from. */
   async listPresets() {
     const { boards } = /** @type {BoardList} */ (await getJson("boards"));
-    const presets = boards.filter(({ preset }) => preset).map(({ name }) => name);
+    // The variants for low and high risk differ only in payouts.
+    const presets = boards.filter(({ preset, risk }) => preset && (risk ?? "medium") === "medium");
     this.presets.append(
       make("option", { value: "", disabled: "", selected: "" }, t("editor.choose-board")),
       make("option", { value: "" }, t("editor.small-board")),
-      ...presets.map((name) => make("option", { value: name }, name)),
+      ...boardOptions(presets.map(({ name, world }) => ({ value: name, name, world }))),
     );
   }
 

@@ -23,6 +23,7 @@
  * @property {Extent} extent
  * @property {number} velocity_scale
  * @property {string} stream
+ * @property {boolean} [stakes] whether drops may have a stake; missing without a server
  * @property {{balls: number, drops_per_second?: number}} limits
  * @property {BallStart[]} balls
  * @property {{histogram: number[]}} stats

@@ -2,13 +2,11 @@
 
 import { t } from "../texts/text.js";
 import { multiplier, percent } from "../util/format.js";
-import { Mean } from "./statistics.js";
 
 /**
  * @typedef {{multiplier: number, chance: number}} Award
- * @typedef {{aim: number | null, drops: number, return: number, doubt: number, chances: number[], awards: Award[],
- *   measured?: boolean}} Odds for one aim; doubt: half the width of the 95 % interval of
- *   the return; measured: whether this page counted them, instead of the published record
+ * @typedef {{aim: number | null, drops: number, return: number, doubt: number, chances: number[], awards: Award[]}}
+ *   Odds for one aim; doubt: half the width of the 95 % interval of the return
  */
 
 /**
@@ -27,26 +25,8 @@ export function oddsAt(counted, aim, middle) {
 }
 
 /** @param {Odds} odds @returns {string} a sentence for the player */
-export function oddsWords({ return: returned, awards, measured = false }) {
+export function oddsWords({ return: returned, awards }) {
   const [{ multiplier: top, chance }] = awards;
-  const told = { returned: percent(returned, measured ? 0 : 2), top: multiplier(top) };
+  const told = { returned: percent(returned, 2), top: multiplier(top) };
   return chance > 0 ? t("play.odds", { ...told, drops: Math.round(1 / chance) }) : t("play.odds-never", told);
-}
-
-/**
- * Odds from drops that this page computed.
- * @param {{drops: number, histogram: number[], unsettled: number}} tally
- * @param {number[]} multipliers
- * @returns {Odds}
- */
-export function measuredOdds({ drops, histogram, unsettled }, multipliers) {
-  const scores = new Mean();
-  histogram.forEach((count, bin) => scores.add(multipliers[bin], count));
-  scores.add(1, unsettled); // the stake of a void drop is returned
-  const top = Math.max(...multipliers);
-  const hits = histogram.reduce((sum, count, bin) => sum + (multipliers[bin] === top ? count : 0), 0);
-  return {
-    aim: null, drops, measured: true, return: scores.mean, doubt: scores.doubt(0.95),
-    chances: histogram.map((count) => count / drops), awards: [{ multiplier: top, chance: hits / drops }],
-  };
 }

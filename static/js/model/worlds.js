@@ -1,6 +1,7 @@
-// Preset boards with another gravity or another material. Pure.
+// The worlds' names and looks; and boards of the house table with another gravity or material, for practice. Pure.
 
 import { t } from "../texts/text.js";
+import { HOUSE, readBoardName, WORLDS } from "./presets.js";
 
 /** @import { Key } from "../texts/text.js" */
 /** @import { Board } from "./board.js" */
@@ -26,9 +27,10 @@ export const RESTITUTION = {
 
 /** @type {Record<string, Key>} names for players */
 const WORDS = {
+  house: "place.house", earth: "world.earth", moon: "world.moon", mars: "world.mars", jupiter: "world.jupiter",
+  glass: "place.glass", steel: "place.steel", rubber: "place.rubber",
   Earth: "world.earth", Moon: "world.moon", Mars: "world.mars", Jupiter: "world.jupiter",
   "Steel on steel": "world.steel", "Glass on glass": "world.glass", "Rubber on concrete": "world.rubber",
-  Glass: "place.glass", Steel: "place.steel", Rubber: "place.rubber",
   "Tennis ball on court": "world.tennis", "Clay (putty)": "world.clay", "Billiard balls": "world.billiards",
 };
 
@@ -37,41 +39,26 @@ export const OWN = "own";
 
 const BETWEEN = " · ";
 
-/** @typedef {{gravity: string, material: string}} World names of presets, or OWN */
+/** @typedef {{gravity: string, material: string}} Custom names of gravities and materials, or OWN */
 
-/** @param {string} name of a gravity, a material or a table @returns {string} in the page's language, if translated */
+/** @param {string} name of a world, a gravity or a material @returns {string} in the page's language, if translated */
 export function worldWords(name) {
   return name in WORDS ? t(WORDS[name]) : name;
 }
 
 /**
- * Tables with their own look and sound: one tap sets gravity and material. The first is the default.
- * @type {(World & {name: string})[]}
- */
-export const TABLES = [
-  { name: "Earth", gravity: OWN, material: OWN },
-  { name: "Moon", gravity: "Moon", material: OWN },
-  { name: "Mars", gravity: "Mars", material: OWN },
-  { name: "Jupiter", gravity: "Jupiter", material: OWN },
-  { name: "Glass", gravity: OWN, material: "Glass on glass" },
-  { name: "Steel", gravity: OWN, material: "Steel on steel" },
-  { name: "Rubber", gravity: OWN, material: "Rubber on concrete" },
-];
-
-/**
  * @param {string} boardName
- * @returns {string | null} the name in TABLES whose look and sound the board has, first by gravity, then by
- *   material; null for the default
+ * @returns {string | null} the world whose look and sound the board has: a preset's own; of a board with a custom
+ *   gravity or material, first by gravity; null for the house table's
  */
 export function placeOf(boardName) {
-  const { gravity, material } = readWorldName(boardName);
-  const [, ...away] = TABLES;
-  const own = away.find((table) => table.gravity === gravity && gravity !== OWN)
-    ?? away.find((table) => table.material === material && material !== OWN);
-  return own?.name ?? null;
+  const { preset, gravity, material } = readWorldName(boardName);
+  const custom = [gravity, material].map((part) => part.split(" ")[0].toLowerCase());
+  const world = custom.find((name) => WORLDS.includes(name)) ?? readBoardName(preset)?.world ?? HOUSE;
+  return world === HOUSE ? null : world;
 }
 
-/** @param {World} world */
+/** @param {Custom} custom */
 export function isOwn({ gravity, material }) {
   return gravity === OWN && material === OWN;
 }
@@ -85,7 +72,7 @@ export function restitutionOf(name) {
 /**
  * The board with that gravity and material, and a name that says so.
  * @param {Board} board a preset
- * @param {World} world
+ * @param {Custom} custom
  */
 export function transported(board, { gravity, material }) {
   const other = { ...board, name: worldName(board.name, { gravity, material }) };
@@ -100,12 +87,12 @@ export function transported(board, { gravity, material }) {
   return other;
 }
 
-/** @param {string} preset @param {World} world @returns {string} "triangle-16 · Moon · Clay (putty)" */
+/** @param {string} preset @param {Custom} custom @returns {string} "triangle-16 · Moon · Clay (putty)" */
 export function worldName(preset, { gravity, material }) {
   return [preset, gravity, material].filter((part) => part !== OWN).join(BETWEEN);
 }
 
-/** @param {string} name @returns {{preset: string} & World} the inverse of worldName */
+/** @param {string} name @returns {{preset: string} & Custom} the inverse of worldName */
 export function readWorldName(name) {
   const [preset, ...parts] = name.split(BETWEEN);
   return {

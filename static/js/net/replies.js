@@ -4,7 +4,7 @@
 /** @import { Board } from "../model/board.js" */
 
 /**
- * @typedef {{preset: boolean, name: string, digest: string}} BoardSummary
+ * @typedef {{preset: boolean, name: string, digest: string, world: string | null, risk: string | null}} BoardSummary
  * @typedef {{boards: BoardSummary[]}} BoardList of GET boards
  * @typedef {{board: Board, digest: string}} BoardReply of GET boards/…, POST boards and boards/check
  * @typedef {{id: string, token: string}} RoomReply of POST rooms

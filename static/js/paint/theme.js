@@ -45,8 +45,8 @@ import { local } from "../util/storage.js";
  *   around: {y: number, reach: number, high: number, bounces: number, nearer: number, lower: number, line: number,
  *   dash: number}}} court
  *
- * @typedef {{named: string, ground: string, palette: Palette, peg: Partial<PegShape>}} Place the changes that a
- *   place makes to the look; named: the part of a board's name that stands for the place; ground: its backdrop
+ * @typedef {{ground: string, palette: Palette, peg: Partial<PegShape>}} Place the changes that a world makes to the
+ *   look; ground: its backdrop
  * @typedef {{light: Palette, dark: Palette, payout: PayoutColour[], shapes: Shapes, places: Record<string, Place>,
  *   grounds: Grounds}}
  *   ThemeData theme.json

@@ -6,6 +6,7 @@ import { knownDrops, MINOR_UNITS, refillOf, viewOf } from "../model/player/accou
 import { MAIN_ROOM } from "../model/presets.js";
 import { seedAfter } from "../model/seed.js";
 import { PACES } from "../model/table/pace.js";
+import { OWN } from "../model/worlds.js";
 import { Visited } from "../model/player/visited.js";
 import { t } from "../texts/text.js";
 import { amount } from "../util/format.js";
@@ -23,7 +24,6 @@ import { Store } from "./store.js";
 /** @import { Odds } from "../model/odds.js" */
 /** @import { Played } from "../model/player/account.js" */
 /** @import { Pace } from "../model/table/pace.js" */
-/** @import { World } from "../model/worlds.js" */
 /** @import { Solver } from "../solver/solver.js" */
 /** @import { Reason } from "./room.js" */
 /** @import { TableChoice } from "./rooms.js" */
@@ -180,9 +180,10 @@ export class Game extends Store {
     return this.room.hello && choiceOf(this.room.hello);
   }
 
-  /** Moves to the same board in another world. @param {World} world */
-  travel({ gravity, material }) {
-    if (this.played) void this.move({ ...this.played, gravity, material });
+  /** Moves to the same triangle in another world. @param {string} world */
+  travel(world) {
+    const { played } = this;
+    if (played) void this.move({ ...played, kind: "triangle", world, gravity: OWN, material: OWN });
   }
 
   /** @param {Partial<Choice>} changed */

@@ -23,7 +23,7 @@ import { showOdds } from "./panels/odds.js";
 import { showPurse } from "./panels/purse.js";
 import { offerSettings } from "./panels/settings.js";
 import { showStatistics } from "./panels/statistics.js";
-import { offerMoon, offerWorlds } from "./panels/worlds.js";
+import { offerWorlds } from "./panels/worlds.js";
 import { leadBack, roomOfAddress } from "./rooms.js";
 import { Picture } from "./show/picture.js";
 
@@ -46,7 +46,7 @@ async function start() {
   new Desk(game);
   new Aim(game);
   for (const panel of [
-    offerTables, offerDrawers, showHistory, showStatistics, showFairness, showDraw, showCompany, offerLink, showOdds, offerMoon,
+    offerTables, offerDrawers, showHistory, showStatistics, showFairness, showDraw, showCompany, offerLink, showOdds,
     offerWorlds,
   ]) panel(game, theme);
   showPurse(game, theme, view);

@@ -27,7 +27,7 @@ import { fairPlaceOf, OwnDrops } from "./own-drops.js";
 /** @import { Store } from "./store.js" */
 
 /** @typedef {"connecting" | "live" | "asleep" | "reconnecting" | "full" | "closed"} LineState */
-/** @typedef {"seed" | "colliding" | "offline" | "unsealed"} Reason why a drop is practice */
+/** @typedef {"seed" | "colliding" | "unsolved" | "offline" | "unsealed"} Reason why a drop is practice */
 
 /**
  * The state that each hello replaces.
@@ -129,6 +129,7 @@ export class Room {
     if (!this.#visit) return null;
     if (this.hello?.mode === "interacting") return "colliding";
     if (this.#offline || LOST.includes(this.state)) return "offline";
+    if (this.hello?.stakes === false && !this.hello.draw) return "unsolved";
     return this.fair.failed ? "unsealed" : null;
   }
 
@@ -151,12 +152,13 @@ export class Room {
     const ref = `d${this.#drops}`;
     this.#drops += 1;
     const ours = { who: this.wallet.mark, ...(aim !== null && { aim }) };
+    const credits = this.hello?.stakes === false ? 0 : stake; // a draw's drops are fair, but take no stakes
     const practice = seed !== null || this.practice !== null;
     const plain = { type: "drop", ref, ...(seed !== null && { seed }), ...ours };
     if (practice && (this.#offline || !this.connection.send(plain))) return this.#practise(ref, { seed, aim });
-    if (!practice && !this.fair.drop(ref, { stake: Math.round(stake * MINOR_UNITS), ...ours })) return null;
+    if (!practice && !this.fair.drop(ref, { stake: Math.round(credits * MINOR_UNITS), ...ours })) return null;
     this.#sentMs = performance.now();
-    this.own.add(ref, practice ? 0 : stake, practice);
+    this.own.add(ref, practice ? 0 : credits, practice);
     this.connection.expectNews(true);
     this.news.tell("room", null);
     return ref;

@@ -1,4 +1,4 @@
-// Finds or opens the room for a chosen board and world, and keeps the page's address in step.
+// Finds or opens the room for a chosen board, and keeps the page's address in step.
 
 import { getJson, postJson } from "../net/api.js";
 import { boardName, MAIN_ROOM, readBoardName, roomOf } from "../model/presets.js";
@@ -7,16 +7,16 @@ import { isOwn, readWorldName, transported } from "../model/worlds.js";
 /** @import { Visited } from "../model/player/visited.js" */
 /** @import { Hello } from "../model/messages.js" */
 /** @import { Choice } from "../model/presets.js" */
-/** @import { World } from "../model/worlds.js" */
+/** @import { Custom } from "../model/worlds.js" */
 /** @import { BoardReply, RoomList, RoomReply } from "../net/replies.js" */
 
-/** @typedef {Choice & World & {knock: boolean}} TableChoice knock: whether balls knock each other */
+/** @typedef {Choice & Custom & {knock: boolean}} TableChoice knock: whether balls knock each other */
 
 /** @param {Hello} hello @returns {TableChoice | null} null for a board that the form does not offer */
 export function choiceOf({ board_name: name, mode }) {
-  const { preset, ...world } = readWorldName(name);
+  const { preset, ...custom } = readWorldName(name);
   const choice = readBoardName(preset);
-  return choice && { ...choice, ...world, knock: mode === "interacting" };
+  return choice && { ...choice, ...custom, knock: mode === "interacting" };
 }
 
 /** @returns {string} the room that the page's address names, or the public one */

@@ -4,7 +4,8 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { COLOURS } from "../../../static/js/model/player/colour.js";
-import { placeOf, TABLES, transported } from "../../../static/js/model/worlds.js";
+import { WORLDS } from "../../../static/js/model/presets.js";
+import { placeOf, transported } from "../../../static/js/model/worlds.js";
 import { GROUNDS as PRINTS, SURROUNDINGS } from "../../../static/js/paint/ground.js";
 import { lookOf, payoutColour } from "../../../static/js/paint/theme.js";
 import { json, triangle } from "../support.js";
@@ -57,13 +58,15 @@ for (const name of ["light", "dark"]) {
 }
 
 test("each place has its own backdrop and palette, by board name", () => {
-  const [home, ...away] = TABLES;
-  assert.equal(placeOf(transported(triangle(), home).name), null);
-  assert.deepEqual(away.map((table) => placeOf(transported(triangle(), table).name)), Object.keys(THEME.places));
+  const [, ...away] = WORLDS;
+  for (const home of ["triangle-16-high", "classic", "moon-7", "moonshine", "triangle-16 · Clay (putty)"]) {
+    assert.equal(placeOf(home), null, home);
+  }
+  assert.deepEqual(away.map((world) => placeOf(`${world}-8-low`)), Object.keys(THEME.places));
   const both = { gravity: "Moon", material: "Glass on glass" };
-  assert.equal(placeOf(transported(triangle(), both).name), "Moon");
-  for (const [name, { named, ground, palette }] of Object.entries(THEME.places)) {
-    assert.equal(placeOf(`triangle-16 · ${named}`), name, "the server's pictures use the same names");
+  assert.equal(placeOf(transported(triangle(), both).name), "moon");
+  assert.equal(placeOf("triangle-16 · Rubber on concrete"), "rubber");
+  for (const [name, { ground, palette }] of Object.entries(THEME.places)) {
     assert.ok(ground in PRINTS && ground in SURROUNDINGS, name);
     for (const colour of Object.keys(palette)) assert.ok(colour in THEME.light, `${name}: ${colour}`);
   }

@@ -19,7 +19,8 @@ import {
 /** @typedef {HTMLInputElement | HTMLSelectElement} Field */
 
 const PRACTICE = /** @type {const} */ ({
-  seed: "practice.seed", colliding: "practice.colliding", offline: "practice.offline", unsealed: "practice.unsealed",
+  seed: "practice.seed", colliding: "practice.colliding", unsolved: "practice.unsolved",
+  offline: "practice.offline", unsealed: "practice.unsealed",
 });
 const AUTO = "auto";
 const TIMES = "times"; // the reaction that has a factor

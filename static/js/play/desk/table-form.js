@@ -1,6 +1,7 @@
 // The choice of the board: rows, risk and worlds on the desk, everything else in the drawer "Table".
 
-import { GRAVITY, OWN, RESTITUTION, restitutionOf, worldWords } from "../../model/worlds.js";
+import { HOUSE } from "../../model/presets.js";
+import { GRAVITY, isOwn, OWN, RESTITUTION, restitutionOf, worldWords } from "../../model/worlds.js";
 import { t } from "../../texts/text.js";
 import { byId, check, make, onChoice, onSubmit, radiosOf, radioValue } from "../../util/dom.js";
 import { plain } from "../../util/format.js";
@@ -27,8 +28,11 @@ export function offerTables(game) {
 
   const move = () => {
     const count = Number(rows.value);
+    // A custom gravity or material replaces the house table's.
+    const own = count && isOwn({ gravity: gravity.value, material: material.value });
     return game.move({
-      kind: count ? "triangle" : /** @type {TableChoice["kind"]} */ (rows.value), rows: count,
+      kind: count ? "triangle" : /** @type {TableChoice["kind"]} */ (rows.value),
+      world: (own && game.played?.world) || HOUSE, rows: count,
       risk: /** @type {TableChoice["risk"]} */ (risk.value),
       gravity: gravity.value, material: material.value, knock: radioValue("contact") === "knock",
     });

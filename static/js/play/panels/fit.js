@@ -52,7 +52,7 @@ export class FitMeter {
 
   /** @param {Odds | null} odds for the chosen aim; null if unknown */
   #setRecord(odds) {
-    const label = t(odds?.measured ? "lab.label-measured" : "lab.label-counted", { n: odds?.drops ?? 0 });
+    const label = t("lab.label-counted", { n: odds?.drops ?? 0 });
     this.#record = odds && { label, chances: odds.chances };
     const [record, measured] = radiosOf("against");
     record.disabled = odds === null;

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { TABLES } from "../../../../static/js/model/worlds.js";
+import { WORLDS } from "../../../../static/js/model/presets.js";
 import { HOME, TIMBRES } from "../../../../static/js/play/sound/timbres.js";
 import { chimeOf, chosen, toneOf, withOvertones } from "../../../../static/js/play/sound/tones.js";
 
@@ -11,10 +11,10 @@ const SIDES = { left: -1, right: 1 };
 const hit = (timbre, x = 0) => toneOf({ kind: 0, speed: 2, x }, SIDES, timbre);
 
 test("each place has its own sound, as loud as the others", () => {
-  const [, ...away] = TABLES.map(({ name }) => name);
+  const [, ...away] = WORLDS;
   assert.deepEqual(Object.keys(TIMBRES), away);
   const tones = [HOME, ...Object.values(TIMBRES)].map((timbre) => hit(timbre));
-  assert.equal(new Set(tones.map(({ frequency, decay }) => `${frequency} ${decay}`)).size, TABLES.length);
+  assert.equal(new Set(tones.map(({ frequency, decay }) => `${frequency} ${decay}`)).size, WORLDS.length);
   assert.equal(new Set(tones.map(({ gain }) => gain)).size, 1);
   for (const timbre of Object.values(TIMBRES)) {
     assert.ok(hit(timbre, 0.9).frequency > hit(timbre, -0.9).frequency, "higher on the right");
@@ -22,7 +22,7 @@ test("each place has its own sound, as loud as the others", () => {
 });
 
 test("if voices are few, overtones are left out", () => {
-  const tones = [-0.5, 0.5].flatMap((x) => withOvertones(hit(TIMBRES.Steel, x), TIMBRES.Steel));
+  const tones = [-0.5, 0.5].flatMap((x) => withOvertones(hit(TIMBRES.steel, x), TIMBRES.steel));
   assert.equal(tones.length, 6);
   assert.deepEqual(chosen(tones, 2).map(({ frequency }) => frequency), [tones[0].frequency, tones[3].frequency]);
 });
