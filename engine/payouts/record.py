@@ -34,6 +34,9 @@ LEAST: Final = 1_000_000
 LEAST_AIMED: Final = 750_000
 """The same for any other aim."""
 
+LEAST_WORLD: Final = 500_000
+"""The same for a world's preset."""
+
 
 @dataclass(frozen=True, slots=True)
 class Counted:
@@ -129,8 +132,12 @@ def _needs(counted: Counted, table: str) -> list[int]:
     needs = []
     for k, (every, fresh) in enumerate(pairs):
         known = fresh if fresh.drops >= FEWEST else every
-        least = LEAST if k == 0 else LEAST_AIMED
-        precise = PRECISE_AIM if k else PRECISE if house else PRECISE_WORLD
+        if k:
+            precise, least = PRECISE_AIM, LEAST_AIMED
+        elif house:
+            precise, least = PRECISE, LEAST
+        else:
+            precise, least = PRECISE_WORLD, LEAST_WORLD
         needs.append(max(needed(odds_of(known, pays), precise), least) - fresh.drops)
     return needs
 

@@ -39,6 +39,7 @@ MOST_BINS: Final = 64
 _SCALES: Final = (1.0, 0.96, 1.04, 0.92, 1.08, 0.86, 1.15)  # of the wanted table, to begin with
 _STEPS: Final = (-4, -3, -2, -1, 1, 2, 3, 4)  # rungs that a multiplier moves in one step
 _STIFF: Final = 1e11  # cost of a squared violation; a squared log change of a multiplier costs 1
+_VIOLATED: Final = 1e3  # additional cost of any violation, however small
 _HEADLINE: Final = 10.0  # additional cost for the top award, by which players know the table
 _FAMILIAR: Final = (0.8, 1.25)  # range of its return in which the reference table is not scaled
 
@@ -172,7 +173,8 @@ def _climb(
         if ranked:
             tried = tried[(np.diff(tried, axis=1) <= 0).all(axis=1)]
         pays = LADDER[tried]
-        cost = _STIFF * _violation(void + pays @ shared.T, bounds)
+        violation = _violation(void + pays @ shared.T, bounds)
+        cost = _STIFF * violation + _VIOLATED * (violation > 0.0)
         changes = np.log(pays / wanted) ** 2
         cost += changes.sum(axis=1) + _HEADLINE * changes[:, 0]
         first = int(cost.argmin())

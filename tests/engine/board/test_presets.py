@@ -21,8 +21,11 @@ TRIANGLES = [f"triangle-{rows}" for rows in range(8, 17)]
 def test_presets_come_in_the_order_of_the_menu() -> None:
     names = preset_names()
     assert names[:4] == ("triangle-8", "triangle-8-low", "triangle-8-high", "triangle-9")
-    assert names[-3:] == ("triangle-16-high", "classic", "galton")
-    assert len(names) == len(set(names)) == 9 * 3 + 2
+    assert names[24:30] == (
+        "triangle-16", "triangle-16-low", "triangle-16-high", "classic", "galton", "earth-8"
+    )  # fmt: skip
+    assert names[-1] == "rubber-16-high"
+    assert len(names) == len(set(names)) == 8 * 9 * 3 + 2
 
 
 def test_no_two_presets_share_a_digest() -> None:

@@ -7,6 +7,8 @@ import pytest
 
 from engine import Board, ParameterError, drop_many, preset_names
 from engine.board import payouts
+from engine.board.presets import HOUSE, VARIANTS, payouts_of, plain_name
+from engine.board.worlds import WORLDS
 from engine.payouts import reference, table
 from engine.payouts.landings import (
     Landings,
@@ -17,13 +19,22 @@ from engine.payouts.landings import (
     none_after,
     none_yet,
 )
+from engine.payouts.listing import LEAST_RETURN, MOST_RETURN, listed, takes_stakes
 from engine.payouts.odds import odds_of
-from engine.payouts.record import LEAST, LEAST_AIMED, landings_of_record, odds_of_record
-from engine.payouts.solve import risk_of, solve_payouts
+from engine.payouts.record import (
+    LEAST,
+    LEAST_AIMED,
+    LEAST_WORLD,
+    landings_of_record,
+    odds_of_record,
+    shipped,
+)
+from engine.payouts.solve import risk_of, solve_payouts, table_for
 from tests.long import tries
 
 PLAYED = tuple(name for name in preset_names() if name != "galton")
 OWN = (0.988, 0.992)
+WORLD = (0.985, 0.995)
 AIMED = (0.95, 0.992)
 SURE = 5.0  # standard deviations; one sample in a million deviates more
 
@@ -32,9 +43,13 @@ SURE = 5.0  # standard deviations; one sample in a million deviates more
 def test_by_recorded_landings_a_preset_returns_what_it_states(name: str) -> None:
     """The recorded drops are not those for which the table was solved."""
     own, *others = odds_of_record(Board.preset(name))
-    for odds, (least, most) in ((own, OWN), *((each, AIMED) for each in others)):
+    house = listed(name).world == HOUSE
+    for odds, (least, most) in (
+        (own, OWN if house else WORLD),
+        *((each, AIMED) for each in others),
+    ):
         assert least <= odds.returned <= most, odds.aim
-    assert own.drops >= LEAST
+    assert own.drops >= (LEAST if house else LEAST_WORLD)
     assert all(each.drops >= LEAST_AIMED for each in others)
 
 
@@ -47,7 +62,7 @@ def test_the_record_has_landings_of_every_aim_of_each_board(name: str) -> None:
     assert sum(each.unsettled for each in found) == 0
 
 
-@pytest.mark.parametrize("name", [f"triangle-{rows}" for rows in payouts.ROWS] + ["classic"])
+@pytest.mark.parametrize("name", [name for name in PLAYED if plain_name(name) == name])
 def test_drops_of_other_seeds_land_as_those_of_record_did(name: str) -> None:
     """Pearson's chi-square test of two samples from the board's own start."""
     count = tries(2_000, 1_000_000)
@@ -62,6 +77,35 @@ def test_drops_of_other_seeds_land_as_those_of_record_did(name: str) -> None:
     chi_square = float(((pairs - expected) ** 2 / expected).sum())
     freedom = pairs.shape[1] - 1
     assert chi_square < freedom + SURE * np.sqrt(2.0 * freedom) + SURE**2
+
+
+@pytest.mark.parametrize("name", [f"{world}-{rows}" for world in WORLDS for rows in (8, 11, 16)])
+def test_a_world_s_tables_follow_from_the_drops_that_chose_them(name: str) -> None:
+    chose, *_ = shipped()[name].blocks
+    for risk in payouts.RISKS:
+        table_name = VARIANTS[name]._replace(risk=risk).name
+        assert table_for(Board.preset(name), chose, 0.99, risk) == payouts_of(table_name)
+
+
+def test_a_table_takes_stakes_if_its_counted_return_is_right() -> None:
+    assert {name for name in preset_names() if not listed(name).stakes} == {"galton"}
+    for name in PLAYED:
+        assert LEAST_RETURN <= odds_of_record(Board.preset(name))[0].returned <= MOST_RETURN
+    form = Board.preset("moon-16").to_dict()
+    assert takes_stakes(Board.from_json(form))
+    assert not takes_stakes(Board.from_json({**form, "gravity": 9.81}))
+    assert not takes_stakes(Board.from_json({**form, "bins": {**form["bins"], "y": 1.65}}))
+
+
+@pytest.mark.parametrize(
+    "name", ["triangle-9-low", "classic", "galton", "moon-8", "rubber-16-high"]
+)
+def test_a_preset_s_row_in_a_list_is_what_its_board_says(name: str) -> None:
+    row, board = listed(name), Board.preset(name)
+    assert (row.name, row.digest, row.bins) == (name, board.digest, board.bins.count)
+    assert (row.pegs, row.multipliers) == (len(board.pegs), board.bins.multipliers)
+    assert row.size == (board.width, board.height)
+    assert row.returned == next((each.returned for each in odds_of_record(board)), None)
 
 
 def test_galton_pays_the_same_whatever_happens() -> None:
