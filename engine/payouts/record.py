@@ -16,7 +16,7 @@ from engine import json_text
 from engine.batches.job import listed, whole
 from engine.batches.job import wanted as wanted_field
 from engine.batches.workers import Workers
-from engine.board import payouts, presets
+from engine.board import presets
 from engine.board.model import Board
 from engine.board.values import shown
 from engine.errors import EngineError, RecordError
@@ -69,13 +69,6 @@ class Counted:
         begun = tuple(landings.none_after(each) for each in self.blocks[-1])
         filled = self.blocks[:-1] if begun == self.blocks[-1] else self.blocks
         return Counted((*filled, begun), {**self.chosen, name: len(filled)})
-
-
-def begun(name: str, chose: Block) -> Counted:
-    """The record of a preset whose tables of all risks were just solved for these landings."""
-    variant = presets.VARIANTS[name]
-    tables = [variant._replace(risk=risk).name for risk in payouts.RISKS]
-    return Counted((chose, tuple(map(landings.none_after, chose))), dict.fromkeys(tables, 1))
 
 
 Record = dict[str, Counted]

@@ -14,7 +14,7 @@ import numpy as np
 
 from engine.batches.workers import Here, Workers
 from engine.board.model import Board
-from engine.board.payouts import RISKS, Risk
+from engine.board.payouts import Risk
 from engine.errors import ParameterError
 from engine.parameters import number
 from engine.payouts import reference, table
@@ -195,24 +195,6 @@ def solve_payouts(
     return Payouts(paying, chosen, target, odds, judging, choosing)
 
 
-def tables_of(name: str, workers: Workers, progress: Progress) -> tuple[Block, dict[Risk, Pays]]:
-    """Solve all payout tables of a world's triangle for a return of 99 % from the same drops.
-
-    name: of the variant of medium risk. Returns the landings that chose the tables, and the tables.
-    """
-    board = Board.preset(name)
-
-    def riskiest(landings: Block) -> Pays:
-        return max(
-            (table_for(board, landings, 0.99, risk) for risk in RISKS),
-            key=lambda pays: odds_of(landings[0], pays).volatility,
-        )
-
-    counting = Counting(board, workers, progress, PRECISE_WORLD)
-    landings = _until_known(none_yet(board), riskiest, MOST, counting)
-    return landings, {risk: table_for(board, landings, 0.99, risk) for risk in RISKS}
-
-
 def risk_of(risk: object) -> Risk:
     """Return `risk` if it is valid; ParameterError otherwise."""
     for known in reference.HALF_TABLES:
@@ -234,15 +216,11 @@ def needed(odds: Odds, precise: float) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Counting:
-    """The arguments of `_count` that stay the same during a solution.
-
-    precise: wanted half-width of the interval of the return from the board's own start.
-    """
+    """The arguments of `_count` that stay the same during a solution."""
 
     board: Board
     workers: Workers
     progress: Progress
-    precise: float = PRECISE
 
 
 def _until_known(
@@ -258,7 +236,7 @@ def _until_known(
         landings = _count(landings, wanted, counting)
         pays = pays_of(landings)
         known = [
-            needed(odds_of(each, pays), PRECISE_AIM if k else counting.precise)
+            needed(odds_of(each, pays), PRECISE_AIM if k else PRECISE)
             for k, each in enumerate(landings)
         ]
         wanted = [min(drops, need) for need in known]

@@ -15,7 +15,7 @@ from app.cli.boards.odds import read_record, save_record
 if TYPE_CHECKING:
     from engine.batches.workers import Workers
     from engine.payouts.odds import Odds
-    from engine.payouts.solve import Payouts, Progress
+    from engine.payouts.solve import Payouts
 
 
 @click.command(name="payouts", short_help="Solve the payout table of a board.")
@@ -51,6 +51,11 @@ if TYPE_CHECKING:
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
     help="Solve all tables of a world's preset, such as moon-16, and note the drops in this file.",
 )
+@click.option(
+    "--tables",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="The file of the worlds' tables; needs --record.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     board: str,
@@ -61,6 +66,7 @@ def command(
     cluster: str | None,
     out: Path | None,
     record: Path | None,
+    tables: Path | None,
     as_json: bool,
 ) -> None:
     """Solve the payout table of BOARD for a return such as 0.99.
@@ -70,12 +76,14 @@ def command(
     player. As many drops of later seeds then measure the return of the new table. Warnings name
     bins that too few drops have hit, and a table that is not monotone.
 
-    With --record, the same drops solve the tables of low, medium and high risk of a world's preset,
-    for a return of 0.99. The command prints their lines for engine/board/worlds.json. Afterwards
-    `plinko odds --record FILE --count` lets drops of later seeds judge them.
+    With --record and --tables, the same drops solve the tables of every risk of a world's preset,
+    for a return of 0.99. As many drops of later seeds judge them. Both files are rewritten:
+    engine/payouts/record.json and engine/board/worlds.json.
     """
     from engine.payouts.solve import MOST, solve_payouts
 
+    if (record is None) != (tables is None):
+        raise click.UsageError("--record and --tables belong together: name both files")
     if record is not None and (drops or out or as_json or (returned, risk) != (0.99, "medium")):
         raise click.UsageError(
             "--record solves the tables of every risk for a return of 0.99: omit --return, --risk, "
@@ -94,8 +102,8 @@ def command(
             bar.label = f"{done:,} of {of:,} drops"
             bar.update(done - bar.pos)
 
-        if record is not None:
-            _solve_world(record, board, workers, progress)
+        if record is not None and tables is not None:
+            _solve_world(record, tables, board, workers)
             return
         found = solve_payouts(
             common.load_board(board),
@@ -115,24 +123,25 @@ def command(
         common.echo(f"warning: {warning}", err=True)
 
 
-def _solve_world(path: Path, name: str, workers: "Workers", progress: "Progress") -> None:
-    """Solve the tables of the preset `name` of a world, begin its record, and print the tables."""
-    from engine.board.model import Board
+def _solve_world(record: Path, tables: Path, name: str, workers: "Workers") -> None:
+    """Solve and judge the tables of a world's preset; write the drops and the tables."""
+    from engine.board import worlds as shipped
+    from engine.board.payouts import both_halves
     from engine.board.presets import HOUSE, VARIANTS
-    from engine.payouts.record import begun
-    from engine.payouts.solve import tables_of
+    from engine.payouts import worlds
+    from engine.payouts.odds import odds_of
 
     variant = VARIANTS.get(name)
     if variant is None or variant.world == HOUSE or variant.plain != name:
         raise click.UsageError(f"--record needs a world's preset, such as moon-16, not {name!r}")
-    record = read_record(path)
-    landings, tables = tables_of(name, workers, progress)
-    save_record(path, {**record, name: begun(name, landings)})
-    for risk, pays in tables.items():
-        table = variant._replace(risk=risk).name
-        solved = Board.preset(table).replace(bins={"multipliers": pays})
-        half = list(pays[: variant.rows // 2 + 1])
-        common.echo(f" {json.dumps(table)}: {json.dumps([solved.digest, half])},")
+    known = read_record(record)
+    counted, solved = worlds.solve_world(name, workers)
+    write_whole(tables, worlds.to_text({**shipped.tables(), **solved}).encode())
+    save_record(record, {**known, name: counted})
+    for table, (_, half) in solved.items():
+        odds = odds_of(counted.fresh(table)[0], both_halves(half, variant.rows))
+        pays = ", ".join(f"{each:g}" for each in half)
+        common.echo(f"{table}: {pays}; return {_returned(odds)}")
 
 
 def _show(found: "Payouts") -> None:

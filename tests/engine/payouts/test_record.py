@@ -91,7 +91,7 @@ def test_fewer_than_one_in_a_million_aimed_drops_end_unsettled() -> None:
 
 
 def test_every_interval_of_record_is_as_narrow_as_it_should_be() -> None:
-    """0.1 % at 95 % for a board's own start, 0.4 % in a world; `plinko odds --record FILE --count` adds drops."""
+    """0.1 % at 95 % for a board's own start, 0.4 % in a world; `plinko odds --count` adds drops."""
     assert wanted(shipped()) == []
 
 
