@@ -7,9 +7,8 @@ from typing import Any, Final
 import httpx
 import pytest
 
-from engine import Board
-from engine.payouts.listing import takes_stakes
 from tests.kit.serving import Running, constants, serving, share_what_starts_read
+from tests.kit.stakes import taken
 
 # Balls land within two thirds of a second: live tests wait for real falls.
 TINY = {
@@ -33,11 +32,6 @@ def what_starts_read() -> None:
 
 @pytest.fixture(scope="session", autouse=True)
 def stakes_on_tiny() -> Iterator[None]:
-    """Boards called `tiny` take stakes, too: on a preset, each drop would take seconds."""
-
-    def taken(board: Board) -> bool:
-        return board.name == "tiny" or takes_stakes(board)
-
     with constants(**{"app.rooms.independent.takes_stakes": taken}):
         yield
 

@@ -24,7 +24,7 @@ from playwright.sync_api import (
 
 from engine import Board, find_draw
 from tests.browser.screen import Screen
-from tests.kit.process import ServerProcess
+from tests.kit.process import SERVE, ServerProcess
 from tests.kit.waiting import LIMIT
 
 ROOT = Path(__file__).parents[2]
@@ -57,7 +57,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 def browsed(folder: Path) -> ServerProcess:
     """A server with its ledger in this folder, so that the ledger survives restarts."""
-    return ServerProcess(f"sqlite:///{folder}/plinko.db", ("--creator-rooms", "500"))
+    program = (
+        "-c",
+        "from tests.kit import stakes; stakes.begin(); import app.cli.__main__",
+        *SERVE,
+    )
+    return ServerProcess(f"sqlite:///{folder}/plinko.db", ("--creator-rooms", "500"), program)
 
 
 # All tests of this folder share one server and one browser, and run in sequence. Both fixtures end

@@ -14,6 +14,7 @@ from tests.kit.address import Address
 from tests.kit.port import free_port
 from tests.kit.waiting import LIMIT, first_line, until
 
+SERVE: Final = ("serve", "--drop-rate", "1000")
 OPERATOR: Final = "an operator's token for the tests"
 
 
@@ -101,7 +102,7 @@ class ServerProcess(Program, Address):
 
     ledger: str = ""
     flags: tuple[str, ...] = ()
-    program: tuple[str, ...] = ("-m", "app.cli", "serve", "--drop-rate", "1000")
+    program: tuple[str, ...] = ("-m", "app.cli", *SERVE)
     name: str = ""
     port: int = field(default_factory=free_port)
     options: Mapping[str, Any] = field(

@@ -2,6 +2,7 @@
 
 import gc
 import json
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from app.cli import GROUPS, main
 from app.cli.common import garbage_waits
 from engine import Board, drop, drop_many, find_draw, preset_names
 from engine.board.presets import TUNING, Tuning
+from engine.board.worlds import WORLDS
 from engine.drops.calibrate import UNSEEN, fit_of
 
 BOARD = {
@@ -279,6 +281,14 @@ def test_boards_are_listed_as_json(plinko: Terminal) -> None:
     listed = json.loads(plinko.run("boards", "--json"))
     assert [each["name"] for each in listed] == list(preset_names())
     assert [each["digest"] for each in listed] == [Board.preset(n).digest for n in preset_names()]
+    for each in listed:
+        assert each["stakes"] == (each["name"] != "galton")
+        assert each["top_multiplier"] == max(each["multipliers"])
+        if each["stakes"]:
+            assert 0.985 <= each["return"] <= 0.995
+    assert Counter((each["world"], each["rows"]) for each in listed if each["rows"]) == {
+        (world, rows): 3 for world in ("house", *WORLDS) for rows in range(8, 17)
+    }
 
 
 def test_the_help_lists_every_command_once_in_its_group(plinko: Terminal) -> None:

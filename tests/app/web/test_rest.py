@@ -1,6 +1,7 @@
 """Boards, drops and rooms over HTTP: right answers, and clear errors."""
 
 from typing import Any
+from unittest import mock
 
 import httpx
 import msgspec
@@ -11,7 +12,9 @@ from app.errors import InvalidValueError
 from app.protocol.messages import Landed
 from app.web.schemas.problem import Problem
 from engine import Board, drop, drop_many, preset_names
+from engine.board import presets
 from engine.parameters import Exact
+from engine.payouts import listing
 from engine.payouts.landings import aims_of
 from engine.payouts.record import odds_of_record
 from tests.app.conftest import TINY
@@ -46,6 +49,21 @@ def test_every_preset_is_listed_with_its_digest_and_payouts(http: httpx.Client) 
     assert high["multipliers"] == list(Board.preset("triangle-12-high").bins.multipliers)
     assert boards["triangle-16"]["risk"] == "medium"
     assert (boards["classic"]["rows"], boards["classic"]["risk"]) == (None, None)
+    assert (high["stakes"], high["world"], high["top_multiplier"]) == (True, "house", 165.0)
+    assert high["return"] == odds_of_record(Board.preset("triangle-12-high"))[0].returned
+    moon = boards["moon-16-low"]
+    assert (moon["stakes"], moon["world"], moon["rows"], moon["risk"]) == (True, "moon", 16, "low")
+    assert [name for name, board in boards.items() if board["preset"] and not board["stakes"]] == [
+        "galton"
+    ]
+
+
+def test_the_list_of_boards_lays_out_no_board(http: httpx.Client) -> None:
+    """There are hundreds; each takes milliseconds."""
+    listing.listed.cache_clear()
+    with mock.patch.object(presets, "triangle") as layout:
+        assert len(http.get("/api/v1/boards").json()["boards"]) >= len(preset_names())
+    assert layout.call_count == 0
 
 
 def test_a_board_is_found_by_name_and_by_digest(http: httpx.Client) -> None:

@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from playwright.sync_api import Route, expect
+from playwright.sync_api import expect
 
 from engine import drop
 from engine.board.materials import GRAVITY
@@ -338,43 +338,39 @@ def test_a_win_of_five_stakes_has_a_moment_and_less_has_none(opened: Open, quick
         assert screen.page.evaluate("moment") == words
 
 
-def test_the_moon_is_offered_once_after_ten_balls_at_home(opened: Open) -> None:
-    screen = opened("/?room=triangle-8").ready()
-    offer = screen.page.get_by_role("button", name="Try the Moon")
-    screen.page.get_by_role("radio", name="Instant").check()
-    screen.page.get_by_role("radio", name="20 balls").check()
-    expect(offer).to_be_hidden()
+def test_a_world_is_a_table_of_its_own_with_its_payouts(opened: Open) -> None:
+    screen = opened("/?room=triangle-16-high").ready()
+    page = screen.page
+    house = page.locator("#worlds").get_by_role("radio", name="House")
+    expect(house).to_be_checked()
+    page.locator("#worlds").get_by_role("radio", name="Moon").check()
+    expect(page.locator("#board-moving")).to_have_attribute(
+        "aria-label", re.compile("moon-16-high")
+    )
+    assert page.url.endswith("?room=moon-16-high")
+    (odds,) = screen.api("boards/moon-16-high/odds")["aims"]
+    expect(page.locator("#odds-note")).to_contain_text(f"Average return {odds['return']:.2%}"[:-2])
+    expect(screen.root).to_have_attribute("data-ground", "craters")
+    expect(screen.root).not_to_have_attribute("data-practice", re.compile(""))
     screen.drop.click()
-    expect(screen.result).to_contain_text("20 balls: staked 20")
-    offer.click()
-    board = screen.page.locator("#board-moving")
-    expect(board).to_have_attribute("aria-label", re.compile("triangle-8 · Moon"))
-    expect(screen.page.locator("#odds-note")).to_contain_text("Average return")
-    screen.page.locator("#worlds").get_by_role("radio", name="Earth").check()
-    expect(board).not_to_have_attribute("aria-label", re.compile("Moon"))
-    expect(offer).to_be_hidden()
-
-
-def test_a_world_stays_chosen_if_odds_come_while_its_table_is_fetched(opened: Open) -> None:
-    odds: list[Route] = []
-    table: list[Route] = []
-
-    def hold(route: Route) -> None:
-        (odds if route.request.url.endswith("/odds") else table).append(route)
-
-    screen = opened("about:blank")
-    screen.page.route(re.compile("/boards/triangle-8(/odds)?$"), hold)
-    screen.page.goto(f"{screen.url}/?room=triangle-8")
+    expect(page.locator("#staked")).to_have_text("1.00")
+    # The risk and the rows stay in the world.
     screen.ready()
-    moon = screen.page.locator("#worlds").get_by_role("radio", name="Moon")
-    moon.check()
-    screen.until(lambda: table)
-    odds.pop().continue_()
-    expect(screen.page.locator("#odds-note")).to_contain_text("Average return")
-    expect(moon).to_be_checked()
-    table.pop().continue_()
-    board = screen.page.locator("#board-moving")
-    expect(board).to_have_attribute("aria-label", re.compile("triangle-8 · Moon"))
+    page.get_by_label("Risk", exact=True).select_option("low")
+    expect(page.locator("#board-moving")).to_have_attribute("aria-label", re.compile("moon-16-low"))
+    house.check()
+    expect(page.locator("#board-moving")).to_have_attribute(
+        "aria-label", re.compile("triangle-16-low")
+    )
+
+
+def test_what_is_not_solved_says_practice(opened: Open) -> None:
+    screen = opened("/?room=galton").ready()
+    expect(screen.root).to_have_attribute("data-practice", "unsolved")
+    expect(screen.page.locator("#practice-note")).to_have_text("Practice: no stakes on this board")
+    expect(screen.page.locator("#odds-note")).to_have_text("")
+    screen.drop.click()
+    expect(screen.page.locator("#balance")).to_have_text("1,000.00")
 
 
 def test_a_fortune_moves_nothing(opened: Open, quick: Quick) -> None:
@@ -400,16 +396,15 @@ def test_a_fortune_moves_nothing(opened: Open, quick: Quick) -> None:
 
 def test_another_gravity_and_material_make_a_table_of_their_own(opened: Open) -> None:
     screen = opened("/?room=triangle-8").ready()
-    # The odds renew the choice of worlds when they come.
-    expect(screen.page.locator("#odds-note")).to_contain_text("Average return")
-    screen.page.locator("#worlds").get_by_role("radio", name="Jupiter").check()
+    screen.drawer("Table")
+    screen.page.get_by_text("Custom gravity and material").click()
+    screen.page.get_by_label("Gravity").select_option("Jupiter")
     expect(screen.root).to_have_attribute("data-state", "asleep")
     expect(screen.page.locator("#board-moving")).to_have_attribute(
         "aria-label", re.compile("triangle-8 · Jupiter")
     )
     expect(screen.root).to_have_attribute("data-ground", "bands")
-    screen.drawer("Table")
-    screen.page.get_by_text("Custom gravity and material").click()
+    expect(screen.root).to_have_attribute("data-practice", "unsolved")
     screen.page.get_by_label("Material").select_option("Rubber on concrete")
     expect(screen.page.locator("#board-moving")).to_have_attribute(
         "aria-label", re.compile("triangle-8 · Jupiter · Rubber on concrete")

@@ -4,6 +4,8 @@ from typing import Any
 
 from engine import Board
 from engine.board.materials import GRAVITY, RESTITUTION
+from engine.board.presets import preset_names
+from engine.board.worlds import WORLDS
 from tests.js.conftest import Run
 
 DRAFT = "editor/draft/draft.js"
@@ -37,8 +39,26 @@ def test_a_moved_edge_stays_between_its_neighbours(run: Run) -> None:
         Board.from_json({**BOARD, "bins": {**BOARD["bins"], "edges": edges}})
 
 
-def test_gravities_and_materials_are_the_engines(run: Run) -> None:
+def test_worlds_gravities_and_materials_are_the_engines(run: Run) -> None:
     worlds = run("model/worlds.js", "({ GRAVITY, RESTITUTION }) => ({ GRAVITY, RESTITUTION })")
     assert worlds["GRAVITY"] == dict(GRAVITY)
+    assert run("model/presets.js", "({ WORLDS }) => WORLDS") == ["house", *WORLDS]
     ranges = {row.name: [row.low, row.high] for row in RESTITUTION[1:]}
     assert worlds["RESTITUTION"] == ranges
+
+
+def test_names_of_presets_are_read_and_written_alike(run: Run) -> None:
+    script = (
+        "({ readBoardName, boardName }, names) => names.map((n) => boardName(readBoardName(n)))"
+    )
+    assert run("model/presets.js", script, list(preset_names())) == list(preset_names())
+    none = [
+        "house-16",
+        "moon-7",
+        "moon-17",
+        "moon-16-medium",
+        "venus-16",
+        "moon16",
+        "triangle-16 · Moon",
+    ]
+    assert run("model/presets.js", "(m, names) => names.map(m.readBoardName)", none) == [None] * 7

@@ -1,6 +1,7 @@
 // The room's average return and the odds of its top award, from the server's record.
 
 import { oddsAt, oddsWords } from "../../model/odds.js";
+import { readBoardName } from "../../model/presets.js";
 import { getJson } from "../../net/api.js";
 import { t } from "../../texts/text.js";
 import { byId } from "../../util/dom.js";
@@ -40,8 +41,8 @@ export function showOdds(game) {
     digest = entered;
     odds = [];
     game.odds = null;
-    // Where balls knock each other, the odds of a single ball do not hold. A table without stakes has no record.
-    const counted = hello.stakes !== false && hello.mode === "independent" && !hello.draw;
+    // Where balls knock each other, the odds of a single ball do not hold. Only presets have a record.
+    const counted = readBoardName(hello.board_name) && hello.mode === "independent" && !hello.draw;
     const found = counted ? await oddsOf(hello).catch(() => []) : [];
     if (entered !== digest) return;
     odds = found;

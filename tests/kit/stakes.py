@@ -1,0 +1,17 @@
+"""Lets boards with short falls take stakes: on a preset, each drop takes seconds."""
+
+from app.rooms import independent
+from engine import Board
+from engine.payouts.listing import takes_stakes
+
+NAMES = ("tiny", "quick")
+
+
+def taken(board: Board) -> bool:
+    """Whether drops on this board may have a stake during tests."""
+    return board.name in NAMES or takes_stakes(board)
+
+
+def begin() -> None:
+    """Change it for this whole process."""
+    independent.takes_stakes = taken
