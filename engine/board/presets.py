@@ -100,12 +100,14 @@ VARIANTS: Final[Mapping[str, Variant]] = MappingProxyType({each.name: each for e
 """Every triangle by its name."""
 
 
-_NAMES: Final = (
+HOUSE_NAMES: Final = (
     *(each.name for each in _VARIANTS if each.world == HOUSE),
     "classic",
     "galton",
-    *(each.name for each in _VARIANTS if each.world != HOUSE),
 )
+"""Names of the house table's presets."""
+
+_NAMES: Final = (*HOUSE_NAMES, *(each.name for each in _VARIANTS if each.world != HOUSE))
 
 
 def plain_name(name: str) -> str:

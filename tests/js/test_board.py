@@ -3,9 +3,10 @@
 import pytest
 
 from app.render.parts.sides import sides_of
-from engine import Board, preset_names
+from engine import Board
 from tests.app.render.test_walls import HEXAGON, hexagon, walled
 from tests.js.conftest import Run
+from tests.kit.presets import SAMPLE
 
 RAMP = {"x1": -1.5, "y1": 0.5, "x2": -0.75, "y2": 0.875}
 LID = {"x1": -1.5, "y1": -1.0, "x2": 1.5, "y2": -1.0}
@@ -14,7 +15,7 @@ LID = {"x1": -1.5, "y1": -1.0, "x2": 1.5, "y2": -1.0}
 @pytest.mark.parametrize(
     "boards",
     [
-        [Board.preset(name) for name in preset_names()],
+        [Board.preset(name) for name in SAMPLE],
         [HEXAGON, walled(*hexagon(0.5)), walled(RAMP), walled(LID), walled()],
     ],
     ids=["presets", "own"],

@@ -16,9 +16,10 @@ from app.rooms.independent import IndependentRoom
 from app.rooms.pending import DropCommand
 from app.rooms.stakes import payout_of
 from benchmarks.scenes.contact_scenes import scene, scene_names
-from engine import Board, drop, drop_many, preset_names
+from engine import Board, drop, drop_many
 from tests.app.rooms.logs import LOGS, OWN
 from tests.golden.check import SEEDS, golden
+from tests.kit.presets import SAMPLE
 from tests.long import tries
 from tests.outsider import checker, decoder
 
@@ -132,7 +133,7 @@ def test_a_room_is_read_to_half_a_step_from_both_streams() -> None:
 
 
 def boards() -> dict[str, Board]:
-    found = {name: Board.preset(name) for name in preset_names()}
+    found = {name: Board.preset(name) for name in SAMPLE}
     return found | {f"scene:{name}": scene(name).board for name in scene_names()}
 
 

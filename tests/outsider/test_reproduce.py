@@ -9,10 +9,11 @@ import pytest
 
 from benchmarks.scenes.contact_scenes import scene, scene_names
 from benchmarks.scenes.random_boards import random_board
-from engine import Board, drop, drop_many, preset_names
+from engine import Board, drop, drop_many
 from tests.engine.batches.open_board import DROPS, OPEN
 from tests.engine.hard_boards import KINDS, hard_board
 from tests.engine.wall_boards import wall_board
+from tests.kit.presets import SAMPLE
 from tests.long import tries
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -55,7 +56,7 @@ def test_the_page_starts_drops_about_an_aim() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", ["triangle-8", "classic", "galton", *tries([], preset_names())])
+@pytest.mark.parametrize("name", ["triangle-8", "classic", "galton", *tries([], SAMPLE)])
 def test_the_page_gives_the_digests_of_presets(name: str) -> None:
     compare(Board.preset(name), tries(1, 20))
 

@@ -2,7 +2,7 @@
 // by its seed or by a small shift of its start. Pure.
 
 import { startSpan } from "../model/board.js";
-import { readBoardName } from "../model/presets.js";
+import { HOUSE, readBoardName } from "../model/presets.js";
 import { nextDown, nextUp } from "../util/doubles.js";
 
 /** @import { Board } from "../model/board.js" */
@@ -51,8 +51,8 @@ export function readShift(text) {
  * @property {string} shift of the second ball's start
  */
 
-// By the rows of a triangle (its pegs are the same at every risk) or the board's name. Each pair has the smallest
-// shift that leads to different bins within a thousand seeds, and few impacts.
+// By the rows of the house table's triangle (its pegs are the same at every risk) or the board's name. Each pair has
+// the smallest shift that leads to different bins within a thousand seeds, and few impacts.
 /** @type {Record<string, OpeningPair>} */
 const PAIRS = {
   8: { seed: "719", shift: "1e-12" },
@@ -68,9 +68,9 @@ const PAIRS = {
   galton: { seed: "0", shift: "bit" },
 };
 
-/** @param {string} board a preset's name or a digest @returns {OpeningPair | null} null for other boards */
+/** @param {string} board a preset's name or a digest @returns {OpeningPair | null} null unless of the house table */
 export function openingPair(board) {
   const known = readBoardName(board);
-  if (!known) return null;
+  if (!known || known.world !== HOUSE) return null;
   return PAIRS[known.kind === "triangle" ? known.rows : known.kind] ?? null;
 }

@@ -13,12 +13,12 @@ import pytest
 from websockets.asyncio.client import ClientConnection
 
 from app.cluster.membership import LEASE
-from engine import preset_names
 from tests.app.cluster.servers import Servers
 from tests.app.cluster.watchers import spread
 from tests.deploy.proxies import DEPLOY, before
 from tests.deploy.test_proxy import needs_haproxy
 from tests.kit.player import events_of, joining, playing, send
+from tests.kit.presets import SAMPLE
 from tests.kit.process import ServerProcess
 from tests.kit.siege import Broken
 from tests.kit.waiting import LIMIT, eventually
@@ -99,7 +99,7 @@ class Guest:
 @contextlib.asynccontextmanager
 async def guests(proxy: str) -> AsyncIterator[list[Guest]]:
     """One guest in each public room; between them the rooms are on all servers."""
-    staying = [Guest(room) for room in ("main", *preset_names())]
+    staying = [Guest(room) for room in ("main", *SAMPLE)]
     async with asyncio.TaskGroup() as tasks:
         running = [tasks.create_task(each.stay(proxy)) for each in staying]
         await eventually(lambda: all(each.answered for each in staying))

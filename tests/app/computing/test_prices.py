@@ -5,9 +5,10 @@ import pytest
 from app.computing import prices, tasks
 from app.errors import CostError, answer
 from app.web.routes.drops.pictures import pixels_of
-from engine import Board, preset_names
+from engine import Board
 from engine.parameters import Exact, make_solver
 from tests.app.conftest import TINY
+from tests.kit.presets import SAMPLE
 
 BOARD = Board.preset("triangle-16")
 WIDE = pixels_of(BOARD, 2048)  # pixels of the board's largest picture
@@ -52,7 +53,7 @@ def test_a_stepped_drop_of_gigabytes_is_refused_before_it_starts() -> None:
         ask.drop()
 
 
-@pytest.mark.parametrize("name", preset_names())
+@pytest.mark.parametrize("name", SAMPLE)
 def test_single_drops_of_every_preset_are_computed(name: str) -> None:
     board = Board.preset(name)
     for solver in (Exact(), make_solver("stepped", 1e-4, 1, 0.5)):

@@ -8,10 +8,11 @@ import pytest
 from app.computing.short import ShortDrops
 from app.computing.tasks import Ask, record
 from app.errors import InvalidValueError
-from engine import Board, drop, preset_names
+from engine import Board, drop
 from engine.drops import trajectory
 from engine.errors import EffortError, ParameterError
 from engine.parameters import Exact
+from tests.kit.presets import SAMPLE
 
 BOARD = Board.preset("triangle-12")
 
@@ -63,7 +64,7 @@ async def test_a_preset_is_made_ready_once_while_the_loop_goes_on(
 
 
 def test_what_all_presets_need_is_kept_together() -> None:
-    boards = [Board.preset(name) for name in preset_names()]
+    boards = [Board.preset(name) for name in SAMPLE]
     for board in boards:
         trajectory.prepare(board)
     kept = [trajectory._flights_of(board) for board in boards]

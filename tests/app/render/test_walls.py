@@ -11,8 +11,9 @@ from app.render.parts.board import board_pixels
 from app.render.parts.sides import sides_of
 from app.render.parts.view import lay_out
 from app.render.theme import named
-from engine import Board, preset_names
+from engine import Board
 from tests.app.conftest import TINY
+from tests.kit.presets import SAMPLE
 
 SIDES = [{"x1": side * 1.5, "y1": -1.0, "x2": side * 1.5, "y2": 2.0} for side in (-1.0, 1.0)]
 
@@ -36,7 +37,7 @@ def hexagon(x: float) -> list[dict[str, float]]:
 HEXAGON = walled(*hexagon(0.0))
 
 
-@pytest.mark.parametrize("name", preset_names())
+@pytest.mark.parametrize("name", SAMPLE)
 def test_all_walls_of_presets_are_at_the_side_where_they_are(name: str) -> None:
     board = Board.preset(name)
     assert sides_of(board) == tuple(1 if wall.x1 + wall.x2 > 0.0 else -1 for wall in board.walls)

@@ -12,8 +12,9 @@ from openapi_spec_validator import OpenAPIV31SpecValidator
 from app.main import create_app
 from app.web.routes.common import components
 from app.web.schemas.drops import DropRecord
-from engine import Board, BoardError, Label, drop, preset_names
+from engine import Board, BoardError, Label, drop
 from tests.app.conftest import TINY
+from tests.kit.presets import SAMPLE
 
 
 @pytest.fixture(scope="module")
@@ -117,7 +118,7 @@ def board_validator() -> OAS31Validator:
 
 def test_every_preset_is_what_the_boards_schema_describes() -> None:
     validator = board_validator()
-    for name in preset_names():
+    for name in SAMPLE:
         assert [str(error) for error in validator.iter_errors(Board.preset(name).to_dict())] == []
 
 

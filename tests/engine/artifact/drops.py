@@ -4,7 +4,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from benchmarks.scenes.random_boards import random_board
-from engine import Board, drop, preset_names
+from engine import Board, drop
+from tests.kit.presets import SAMPLE
 from tests.long import tries
 
 PRESET_SEEDS = tries(10, 500)
@@ -14,7 +15,7 @@ RANDOM_SEEDS = tries(5, 20)
 
 def played() -> Iterator[tuple[Board, int]]:
     """Each board, and the number of its seeds to compare."""
-    for name in preset_names():
+    for name in SAMPLE:
         yield Board.preset(name), PRESET_SEEDS
     for number in range(RANDOM_BOARDS):
         yield random_board(number), RANDOM_SEEDS

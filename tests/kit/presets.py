@@ -1,0 +1,8 @@
+"""Presets for tests that look at many: all of the house table, and one of each world."""
+
+from typing import Final
+
+from engine.board.presets import HOUSE_NAMES
+from engine.board.worlds import WORLDS
+
+SAMPLE: Final = (*HOUSE_NAMES, *(f"{world}-16" for world in WORLDS))
