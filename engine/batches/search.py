@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from engine.batches.workers import Here, Workers
 from engine.board import presets
-from engine.board.presets import TABLE_GRAVITY, Tuning
+from engine.board.presets import Tuning
+from engine.board.worlds import TABLE_GRAVITY
 from engine.drops.calibrate import Fit, fit
 
 ROUNDS = (0.15, 0.08, 0.04, 0.02)
