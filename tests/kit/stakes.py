@@ -1,6 +1,7 @@
 """Lets boards with short falls take stakes: on a preset, each drop takes seconds."""
 
-from app.rooms import independent
+import pytest
+
 from engine import Board
 from engine.payouts.listing import takes_stakes
 
@@ -14,4 +15,4 @@ def taken(board: Board) -> bool:
 
 def begin() -> None:
     """Change it for this whole process."""
-    independent.takes_stakes = taken
+    pytest.MonkeyPatch().setattr("app.rooms.independent.takes_stakes", taken)
