@@ -34,7 +34,7 @@ LEAST: Final = 1_000_000
 LEAST_AIMED: Final = 750_000
 """The same for any other aim."""
 
-LEAST_WORLD: Final = 500_000
+LEAST_WORLD: Final = 400_000
 """The same for a world's preset."""
 
 
