@@ -39,7 +39,6 @@ AppError
 │   └── RebuildingError    touching balls are being replayed from the ledger
 ├── EndedError            the worker process ended unexpectedly
 ├── GoneError             the client has left before the response
-├── MissingPartError      a part of the program that is not installed here
 ├── LedgerError           the ledger cannot be written or read now
 │   ├── DamagedRoomError   a room's record in the ledger contradicts itself
 │   └── LeaseLostError     another server has the room now
@@ -62,21 +61,22 @@ from engine.errors import (
     EngineError,
     JsonSyntaxError,
     JsonValueError,
+    MissingPartError,
     ParameterError,
+    PlinkoError,
     RecordError,
     SeedError,
 )
 
 
-class AppError(Exception):
+class AppError(PlinkoError):
     """Root of the server's errors. The message names the bad value and what would be right.
 
     `field` is the bad value's place; `retry_after` the seconds after which to try again.
     """
 
     def __init__(self, message: str, *, field: str = "", retry_after: float | None = None) -> None:
-        super().__init__(message)
-        self.field = field
+        super().__init__(message, field=field)
         self.retry_after = retry_after
 
 
@@ -100,7 +100,7 @@ class HeadError(MalformedError):
     """The received bytes are not an HTTP request."""
 
 
-class InvalidValueError(AppError):
+class InvalidValueError(AppError, ValueError):
     """A value out of its range or of the wrong type."""
 
 
@@ -234,10 +234,6 @@ class EndedError(AppError):
 
 class GoneError(AppError):
     """The client has left, so nobody reads the response."""
-
-
-class MissingPartError(AppError):
-    """A request needs a library that is not installed on this server."""
 
 
 class LedgerError(AppError):
@@ -406,7 +402,7 @@ def told(error: BaseException) -> str:
         return _MOVED
     if isinstance(error, LedgerError):
         return _LEDGER_SECRET
-    if isinstance(error, AppError | EngineError):
+    if isinstance(error, PlinkoError):
         return str(error)
     return "The server failed; its log has the reason."
 

@@ -10,19 +10,35 @@ from engine.board.model import Board
 from engine.board.parts import BallSpec, Bins, DropZone, Label, Peg, Wall
 from engine.board.presets import preset_names
 from engine.constants import PHYSICS_VERSION
-from engine.drops.batch import DropBatch, drop_many
+from engine.drops.batch import DropBatch, concat, drop_many
+from engine.drops.certainty import Certainty
 from engine.drops.draws import find_draw
 from engine.drops.drop import Drop, drop
 from engine.drops.occupancy import Occupancy, occupancy
 from engine.drops.seeds import seeds_landing_in
+from engine.drops.trajectory import Trajectory
 from engine.drops.verify import Verification, verify
-from engine.errors import BoardError, EngineError, Fault, ParameterError, RecordError, SeedError
+from engine.errors import (
+    BoardError,
+    ClusterError,
+    EffortError,
+    Fault,
+    JsonSyntaxError,
+    JsonValueError,
+    MissingPartError,
+    ParameterError,
+    PlinkoError,
+    RecordError,
+    SeedError,
+)
+from engine.parameters import Solver
 
 if TYPE_CHECKING:
     from engine.certified.certify import Certificate, certify
     from engine.multibody.arena import Arena
     from engine.multibody.settings import ArenaSettings
-    from engine.multibody.static_geometry import Place
+    from engine.multibody.static_geometry import Place as Place
+    from engine.multibody.static_geometry import StaticGeometry
     from engine.world.world import World
 
 __version__ = "1.0.0"
@@ -36,25 +52,34 @@ __all__ = [
     "Bins",
     "Board",
     "BoardError",
+    "Certainty",
     "Certificate",
+    "ClusterError",
     "Drop",
     "DropBatch",
     "DropZone",
-    "EngineError",
+    "EffortError",
     "Fault",
+    "JsonSyntaxError",
+    "JsonValueError",
     "Label",
     "Material",
+    "MissingPartError",
     "Occupancy",
     "ParameterError",
     "Peg",
-    "Place",
+    "PlinkoError",
     "RecordError",
     "SeedError",
+    "Solver",
+    "StaticGeometry",
+    "Trajectory",
     "Verification",
     "Wall",
     "World",
     "__version__",
     "certify",
+    "concat",
     "drop",
     "drop_many",
     "find_draw",
@@ -69,7 +94,8 @@ _WHEN_ASKED_FOR: Final = {
     "Arena": "engine.multibody.arena",
     "ArenaSettings": "engine.multibody.settings",
     "Certificate": "engine.certified.certify",
-    "Place": "engine.multibody.static_geometry",
+    "Place": "engine.multibody.static_geometry",  # for engine.artifact.plays
+    "StaticGeometry": "engine.multibody.static_geometry",
     "World": "engine.world.world",
     "certify": "engine.certified.certify",
 }
@@ -99,4 +125,4 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept every misspelt nam
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted(__all__)

@@ -1,25 +1,35 @@
-"""The engine's error tree. Every message names the bad value and says what would be right.
+"""The error tree of `plinko`. Every message names the bad value and says what would be right.
 
-EngineError (a ValueError)
-├── BoardError        a board that cannot be played; `field` says where
-├── SeedError         not an integer 0 <= seed < 2^64
-├── EffortError       a call that would compute longer than allowed
-├── ParameterError    an invalid parameter, such as a solver's or a drop's; `field` says which
-├── RecordError       a malformed record, snapshot or result; `field` says where
-├── JsonSyntaxError   text that is not JSON
-├── JsonValueError    JSON with a refused value; `field` says where
-└── ClusterError      a cluster that cannot compute
+PlinkoError
+├── EngineError           raised by the engine; `field` says where the bad value is
+│   ├── BoardError        a board that cannot be played
+│   ├── SeedError         not an integer 0 <= seed < 2^64
+│   ├── EffortError       a call that would compute longer than allowed
+│   ├── ParameterError    an invalid parameter, such as a solver's or a drop's
+│   ├── RecordError       a malformed record, snapshot or result
+│   ├── JsonSyntaxError   text that is not JSON
+│   ├── JsonValueError    JSON with a refused value
+│   ├── MissingPartError  an optional package that is not installed; an ImportError
+│   └── ClusterError      a cluster that cannot compute
+└── AppError              raised by pictures, by the command line and by the server (`app.errors`)
+    └── InvalidValueError an invalid argument of a picture
+
+All that are about values are ValueErrors too.
 """
 
 from typing import NamedTuple
 
 
-class EngineError(ValueError):
-    """Base of all errors that the engine raises about its input."""
+class PlinkoError(Exception):
+    """Base of all errors that this package raises."""
 
     def __init__(self, message: str, *, field: str = "") -> None:
         super().__init__(message)
         self.field = field
+
+
+class EngineError(PlinkoError):
+    """Base of all errors that the engine raises."""
 
 
 class Fault(NamedTuple):
@@ -29,7 +39,7 @@ class Fault(NamedTuple):
     message: str
 
 
-class BoardError(EngineError):
+class BoardError(EngineError, ValueError):
     """A board that cannot be played. `field` is a path in its JSON form, such as `pegs[3].radius`.
 
     `faults` lists all faults that were found together. Overlapping parts and traps are only found
@@ -41,31 +51,35 @@ class BoardError(EngineError):
         self.faults = faults or (Fault(field, message),)
 
 
-class EffortError(EngineError):
+class EffortError(EngineError, ValueError):
     """A call would compute longer than this process allows; see `limit_calls`."""
 
 
-class SeedError(EngineError):
+class SeedError(EngineError, ValueError):
     """A seed that is not an integer 0 <= seed < 2^64."""
 
 
-class ParameterError(EngineError):
+class ParameterError(EngineError, ValueError):
     """A parameter, such as a solver's, a drop's or an arena's, that is invalid."""
 
 
-class RecordError(EngineError):
+class RecordError(EngineError, ValueError):
     """A record, snapshot or result with a field that is missing or invalid."""
 
 
-class JsonSyntaxError(EngineError):
+class JsonSyntaxError(EngineError, ValueError):
     """Text that is not JSON, or is nested too deeply."""
 
 
-class JsonValueError(EngineError):
+class JsonValueError(EngineError, ValueError):
     """JSON with a duplicate key, or a value that readers could understand differently.
 
     `field` is its path.
     """
+
+
+class MissingPartError(EngineError, ImportError):
+    """A part of the program is not installed here, such as a package for videos or tables."""
 
 
 class ClusterError(EngineError):

@@ -2,6 +2,7 @@
 
 import struct
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any, ClassVar, Final, Literal
 
 from engine.errors import ParameterError
@@ -14,8 +15,11 @@ DEFAULT_CORRECTION: Final = 0.6
 
 
 def number(value: object, field: str, low: float, high: float) -> float:
-    """Return `value` as a float in [low, high]; ParameterError otherwise."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    """Return `value` as a float in [low, high]; ParameterError otherwise.
+
+    Numbers of numpy, such as a float32, are accepted too.
+    """
+    if isinstance(value, bool) or not isinstance(value, float | int | Real):
         raise ParameterError(f"{field} {value!r:.60} is not a number", field=field)
     if not low <= value <= high:  # a NaN fails this too
         raise ParameterError(f"{field} {value!r:.60} is not from {low:g} to {high:g}", field=field)

@@ -25,7 +25,7 @@ batch = plinko.drop_many(board, DROPS)
     plinko.drop_animation(plinko.drop(board, seed=1), "gif", width=400)
 )
 
-columns = batch.to_columns()
+columns = batch.columns()
 with open(FOLDER / "drops.csv", "w", newline="", encoding="utf-8") as file:
     table = csv.writer(file)
     table.writerow(columns)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import engine
 
 if TYPE_CHECKING:
+    from app.errors import InvalidValueError as InvalidValueError
     from app.render import (
         contact_sheet as contact_sheet,
     )
@@ -41,14 +42,16 @@ PICTURES = (
 )
 """Functions that return the bytes of a picture file. The first use of one imports Pillow."""
 
-__all__ = [*engine.__all__, *PICTURES]  # noqa: PLE0604
+__all__ = ["InvalidValueError", *engine.__all__, *PICTURES]  # noqa: PLE0604
 
 
 if not TYPE_CHECKING:  # otherwise type checkers would accept every misspelt name
 
     def __getattr__(name: str) -> Any:
-        return getattr(import_module("app.render") if name in PICTURES else engine, name)
+        if name in PICTURES:
+            return getattr(import_module("app.render"), name)
+        return getattr(import_module("app.errors") if name == "InvalidValueError" else engine, name)
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted(__all__)

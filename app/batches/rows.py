@@ -1,6 +1,6 @@
 """Write a row for each drop as Parquet or CSV, block by block, so that memory does not grow.
 
-The columns are those of `DropBatch.to_columns`.
+The columns are those of `DropBatch.columns`.
 """
 
 import csv
@@ -28,7 +28,7 @@ FORMATS: Final = (".parquet", ".csv")
 def rows_and_block(job: Job, number: int, threads: int) -> tuple[Rows, Block]:
     """Compute a block, and a row for each of its drops."""
     batch = batch_of(job, number, threads)
-    return batch.to_columns(), summed(number, [batch])
+    return batch.columns(), summed(number, [batch])
 
 
 class _Format(Protocol):

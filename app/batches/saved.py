@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from app.batches.files import write_whole
-from engine import EngineError, RecordError, json_text
+from engine import PlinkoError, RecordError, json_text
 from engine.batches.tally import Tally, tally_of
 from engine.parameters import number
 
@@ -24,7 +24,7 @@ def load(path: Path) -> tuple[Tally, float]:
         form = json_text.parse(json_text.read_text(path, LARGEST))
         tally = tally_of(form)
         seconds = number(form.get(SECONDS, 0.0), SECONDS, 0.0, MOST_SECONDS)
-    except EngineError as error:
+    except PlinkoError as error:
         raise RecordError(f"{path}: {error}", field=error.field) from None
     return tally, seconds
 

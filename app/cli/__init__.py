@@ -155,7 +155,6 @@ def _os_message(error: OSError) -> str:
 
 
 def _is_input_error(error: Exception) -> bool:
-    from app.errors import AppError
-    from engine.errors import EngineError
+    from engine.errors import PlinkoError
 
-    return isinstance(error, EngineError | AppError)
+    return isinstance(error, PlinkoError)

@@ -3,8 +3,8 @@
 from importlib import import_module
 from typing import Any
 
-from app.errors import MissingPartError
 from app.relay.bus import Carried
+from engine.errors import MissingPartError
 
 
 def redis_at(url: str) -> Carried:

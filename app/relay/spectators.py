@@ -20,7 +20,7 @@ from app.relay.feed_messages import REQUESTS, channel_of, encode_request
 from app.relay.replica import Replica
 from app.settings import Settings
 from app.web.limits import LINGER, READING_GRACE, UNREAD_BYTES, UNREAD_EVENTS, TokenBucket
-from engine.errors import EngineError
+from engine.errors import PlinkoError
 
 
 class Spectators:
@@ -189,7 +189,7 @@ def _only_watches(socket: WebSocket) -> bool:
 
 def _ping_of(said: str) -> client_messages.PingMessage | None:
     """The message as a ping; None if it is anything else."""
-    with contextlib.suppress(AppError, EngineError):
+    with contextlib.suppress(PlinkoError):
         asked = client_messages.decode_message(said)
         return asked if isinstance(asked, client_messages.PingMessage) else None
     return None

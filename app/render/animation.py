@@ -6,7 +6,7 @@ One frame is in memory at a time, however long the fall.
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -20,12 +20,13 @@ from app.render.raster import gif, png, webp
 from app.render.raster.mp4 import mp4
 from app.render.raster.palette import UNCHANGED, Palette
 from app.render.still import DEFAULT_WIDTH, drop_pixels
-from app.render.theme import at_place, named
+from app.render.theme import Scheme, at_place, named
 from engine import Drop
 
 Pixels = npt.NDArray[np.uint8]
 Floats = npt.NDArray[np.float64]
 Box = tuple[int, int, int, int]
+Animation = Literal["gif", "webp", "apng", "mp4"]
 Patch = tuple[int, int, Pixels]
 """Left, top and the pixels (h, w, 3) that replace the previous ones."""
 
@@ -40,7 +41,11 @@ _SAMPLES: Final = 8  # frames from which the palette learns the moving ball's co
 
 
 def drop_animation(
-    d: Drop, fmt: str, width: int = DEFAULT_WIDTH, fps: int = 30, theme: str = "light"
+    d: Drop,
+    fmt: Animation,
+    width: int = DEFAULT_WIDTH,
+    fps: int = 30,
+    theme: Scheme = "light",
 ) -> bytes:
     """Animate the drop in `fmt`, one of ANIMATIONS, at real speed and `fps` frames/s.
 

@@ -13,7 +13,7 @@ from app.render.room import Layer, Pixels
 from app.render.still import DEFAULT_WIDTH
 from app.render.theme import Theme, named
 from engine.multibody.bodies import ARENA_BODY
-from engine.multibody.static_geometry import Place
+from engine.multibody.static_geometry import StaticGeometry
 
 _SAMPLE: Final = 12  # balls side by side in the picture from which the palette is made
 
@@ -27,7 +27,7 @@ class BoxStage(Layer):
 
     def __init__(
         self,
-        place: Place,
+        place: StaticGeometry,
         width: int = DEFAULT_WIDTH,
         theme: str = "light",
         title: str = "",
@@ -51,7 +51,7 @@ class BoxStage(Layer):
 
 
 @functools.lru_cache(maxsize=3)  # in the largest size 12 MB each
-def place_pixels(place: Place, view: View, theme_name: str) -> npt.NDArray[np.uint8]:
+def place_pixels(place: StaticGeometry, view: View, theme_name: str) -> npt.NDArray[np.uint8]:
     """The fixed part of the picture, shape (h, w, 3); cached and shared, therefore read-only."""
     theme = named(theme_name)
     canvas = Canvas.blank(view.width, view.height, theme["board"])
@@ -65,7 +65,7 @@ def place_pixels(place: Place, view: View, theme_name: str) -> npt.NDArray[np.ui
     return pixels
 
 
-def _ground(canvas: Canvas, place: Place, view: View, theme: Theme) -> None:
+def _ground(canvas: Canvas, place: StaticGeometry, view: View, theme: Theme) -> None:
     """Enamel with a grid of metres, by which viewers can judge speeds and sizes."""
     top, bottom = (np.asarray(theme[name], dtype=np.float32) for name in ("board", "boardDeep"))
     fade = np.linspace(0.0, 1.0, view.height, dtype=np.float32)[:, None, None]
@@ -81,7 +81,7 @@ def _ground(canvas: Canvas, place: Place, view: View, theme: Theme) -> None:
         canvas.box((left, at - half, right, at + half), 0.0, theme["ray"])
 
 
-def _walls(canvas: Canvas, place: Place, view: View, theme: Theme) -> None:
+def _walls(canvas: Canvas, place: StaticGeometry, view: View, theme: Theme) -> None:
     """Paint walls, which have no thickness: on the rim outside, so that balls touch their edge."""
     shape = theme.shapes["box"]
     least, most = shape["least"] * view.unit, shape["most"] * view.unit
@@ -106,7 +106,7 @@ def _outwards(one: float, other: float, low: float, high: float) -> int:
     return (one == high) - (one == low)
 
 
-def _bins(canvas: Canvas, place: Place, view: View, theme: Theme) -> None:
+def _bins(canvas: Canvas, place: StaticGeometry, view: View, theme: Theme) -> None:
     if place.bins is None:
         return
     y, edges, unit = view.py(place.bins.y), place.bins.edges, view.unit

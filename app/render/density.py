@@ -13,7 +13,7 @@ from app.render.parts.view import View, lay_out
 from app.render.raster import encode
 from app.render.raster.canvas import Canvas, bands, text_width
 from app.render.still import DEFAULT_WIDTH
-from app.render.theme import Theme, at_place, named
+from app.render.theme import Scheme, Theme, at_place, named
 from engine import Board, Occupancy, occupancy
 from engine.batches.density import Grid, occupancy_by
 from engine.batches.workers import Workers
@@ -37,21 +37,23 @@ _LEVELS: Final = (np.arange(STEPS + 1) / STEPS).astype(np.float32)
 
 
 def density_picture(
-    board: Board,
+    board: Board | str,
     seeds: Seeds,
-    fmt: str = "png",
+    fmt: encode.Still = "png",
     width: int = DEFAULT_WIDTH,
-    theme: str = "light",
+    theme: Scheme = "light",
     threads: int | None = None,
     progress: Callable[[int], None] | None = None,
     workers: Workers | None = None,
 ) -> bytes:
     """Draw where the balls of `seeds` spend their time, in `fmt`: `png`, `jpg` or `webp`.
 
-    Each pixel is a cell of the grid; memory does not grow with the number of drops. `threads` and
-    `progress` as in `engine.occupancy`; `workers` compute consecutive seeds on other processes or
-    machines. Raises InvalidValueError and the engine's errors.
+    board: a Board, or a preset's name. Each pixel is a cell of the grid; memory does not grow with
+    the number of drops. `threads` and `progress` as in `engine.occupancy`; `workers` compute
+    consecutive seeds on other processes or machines. Raises InvalidValueError and the engine's
+    errors.
     """
+    board = Board.named(board)
     view = lay_out(board, width)
     placed = at_place(theme, board.name)
     top = view.drop_y - view.start / view.scale
@@ -117,7 +119,7 @@ def _facts(found: Occupancy) -> list[str]:
         f"mean drop {found.duration / max(found.drops, 1):.3f} s",
         f"sampled every {1e3 * found.step:g} ms",
     ]
-    return [*facts, f"unsettled {found.unsettled:,}"] if found.unsettled else facts
+    return [*facts, f"unsettled {found.unsettled_count:,}"] if found.unsettled_count else facts
 
 
 def _paint_scale(canvas: Canvas, view: View, theme: Theme, brightest: float) -> float:

@@ -12,7 +12,7 @@ from app.render.parts.view import HEADER, View, lay_out
 from app.render.raster import encode
 from app.render.raster.canvas import Canvas, text_width
 from app.render.still import DEFAULT_WIDTH
-from app.render.theme import Theme, at_place, named
+from app.render.theme import Scheme, Theme, at_place, named
 from engine import Board
 from engine.drops.calibrate import sampling_floor, total_variation
 from engine.payouts.record import odds_of_record
@@ -26,19 +26,20 @@ LEAST_TEXT: Final = 7.0  # px; a share whose letters would be smaller is not wri
 
 
 def histogram_picture(
-    board: Board,
+    board: Board | str,
     counts: npt.ArrayLike,
-    fmt: str = "png",
+    fmt: encode.Still = "png",
     width: int = DEFAULT_WIDTH,
-    theme: str = "light",
-    unsettled: int = 0,
+    theme: Scheme = "light",
+    unsettled_count: int = 0,
 ) -> bytes:
     """Draw `counts`, the balls in each bin, shape (bins,), as columns; `png`, `jpg` or `webp`.
 
-    `unsettled` balls did not land. If the board's odds are on record, each column has a mark at the
-    expected share with a band of two standard deviations. Raises InvalidValueError if an argument
-    is invalid.
+    board: a Board, or a preset's name. `unsettled_count` balls did not land. If the board's odds
+    are on record, each column has a mark at the expected share with a band of two standard
+    deviations. Raises InvalidValueError if an argument is invalid.
     """
+    board = Board.named(board)
     found = np.asarray(counts, np.int64)
     if found.shape != (board.bins.count,) or (found < 0).any():
         raise InvalidValueError(
@@ -46,7 +47,7 @@ def histogram_picture(
             field="counts",
         )
     view = lay_out(board, width)
-    return encode.still(_Chart(board, found, unsettled, view, theme).painted(), fmt)
+    return encode.still(_Chart(board, found, unsettled_count, view, theme).painted(), fmt)
 
 
 def expected_of(board: Board) -> Floats | None:
@@ -62,7 +63,7 @@ class _Chart:
         self,
         board: Board,
         counts: npt.NDArray[np.int64],
-        unsettled: int,
+        unsettled_count: int,
         view: View,
         theme: str,
     ) -> None:
@@ -70,7 +71,7 @@ class _Chart:
         self.view = view
         self.theme: Theme = named(at_place(theme, board.name))
         self.counts = counts
-        self.unsettled = unsettled
+        self.unsettled_count = unsettled_count
         self.expected = expected_of(board)
         self.height = round(ASPECT * view.width)
         self.floor = self.height - (FACE + 10.0) * view.unit
@@ -181,15 +182,16 @@ class _Chart:
         self.canvas.text(left + 32.0 * unit, level, words, size, theme["trayInk"], "lm")
 
     def _title(self) -> str:
-        return f"{self.board.name}   where {self.counts.sum() + self.unsettled:,} drops landed"
+        drops = self.counts.sum() + self.unsettled_count
+        return f"{self.board.name}   where {drops:,} drops landed"
 
     def _facts(self) -> list[str]:
         # An unsettled drop gives its stake back.
-        paid = float(self.counts @ np.array(self.board.bins.multipliers)) + self.unsettled
-        drops = max(int(self.counts.sum()) + self.unsettled, 1)
+        paid = float(self.counts @ np.array(self.board.bins.multipliers)) + self.unsettled_count
+        drops = max(int(self.counts.sum()) + self.unsettled_count, 1)
         facts = [f"return {100.0 * paid / drops:.2f} % of the stakes"]
         if self.expected is not None and self.counts.any():
             apart = total_variation(self.counts, self.expected)
             chance = sampling_floor(self.expected, self.total)
             facts.append(f"{apart:.4f} from the odds (chance alone: {chance:.4f})")
-        return [*facts, f"unsettled {self.unsettled:,}"] if self.unsettled else facts
+        return [*facts, f"unsettled {self.unsettled_count:,}"] if self.unsettled_count else facts

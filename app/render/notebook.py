@@ -16,4 +16,4 @@ def png(value: Board | Drop | DropBatch) -> bytes:
         return encode.still(board_pixels(value, view, theme), "png")
     if isinstance(value, Drop):
         return drop_picture(value)
-    return histogram_picture(value.board, value.histogram, unsettled=value.unsettled)
+    return histogram_picture(value.board, value.histogram, unsettled_count=value.unsettled_count)

@@ -13,7 +13,7 @@ from app.render.parts.view import MOST_WIDTH, View, fit
 from app.render.raster import encode
 from app.render.raster.canvas import Canvas, text_width
 from app.render.still import drop_pixels
-from app.render.theme import Theme, at_place, named
+from app.render.theme import Scheme, Theme, at_place, named
 from engine import Board, Drop, drop
 
 Pixels = npt.NDArray[np.uint8]
@@ -27,19 +27,21 @@ LABEL: Final = 20  # px, height of the strip with seed and result above a tile
 
 
 def contact_sheet(
-    board: Board,
+    board: Board | str,
     seeds: Sequence[int],
-    fmt: str = "png",
+    fmt: encode.Still = "png",
     width: int = DEFAULT_WIDTH,
-    theme: str = "light",
+    theme: Scheme = "light",
     columns: int | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> bytes:
     """Draw the drops of `seeds`, at most MOST_DROPS, in `fmt`: `png`, `jpg` or `webp`.
 
-    Without `columns` there are as many columns as rows, if they fit. `progress` is called with the
-    number of drops done. Raises InvalidValueError if the tiles do not fit, and the engine's errors.
+    board: a Board, or a preset's name. Without `columns` there are as many columns as rows, if they
+    fit. `progress` is called with the number of drops done. Raises InvalidValueError if the tiles
+    do not fit, and the engine's errors.
     """
+    board = Board.named(board)
     if not 1 <= len(seeds) <= MOST_DROPS:
         raise InvalidValueError(
             f"a sheet has 1 to {MOST_DROPS} drops, not {len(seeds)}", field="drops"

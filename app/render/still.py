@@ -14,7 +14,7 @@ from app.render.parts.path import paint_contacts, paint_ghosts, paint_path
 from app.render.parts.view import View, lay_out
 from app.render.raster import encode
 from app.render.raster.canvas import Canvas
-from app.render.theme import at_place, named
+from app.render.theme import Scheme, at_place, named
 from engine import Drop
 
 Pixels = npt.NDArray[np.uint8]
@@ -24,9 +24,9 @@ DEFAULT_WIDTH: Final = 760  # px, the reference game's canvas
 
 def drop_picture(
     d: Drop,
-    fmt: str = "png",
+    fmt: encode.Still = "png",
     width: int = DEFAULT_WIDTH,
-    theme: str = "light",
+    theme: Scheme = "light",
     at: float | None = None,
 ) -> bytes:
     """Draw the drop in `fmt`: `png`, `jpg` or `webp`.

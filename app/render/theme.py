@@ -3,14 +3,15 @@
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Literal
 
 from app.errors import InvalidValueError
 from app.settings import static_directory
 from engine.board.presets import VARIANTS
 from engine.json_text import JsonObject
 
-SCHEMES: Final = ("light", "dark")
+Scheme = Literal["light", "dark"]
+SCHEMES: Final[tuple[Scheme, ...]] = ("light", "dark")
 _PART: Final = " · "  # separates the parts of a board's name and of a theme's name
 
 Colour = tuple[int, int, int]

@@ -90,11 +90,11 @@ class IndependentRoom(Room):
 
     def log_world(self) -> str:
         if self._flying:
-            return self.world.digest()
+            return self.world.digest
         world = World(self.board, solver=self.solver, dt=1.0 / self.tick_rate)
         world.advance_to(self._rest_tick)
         world.skip_ids(self.drops)
-        return world.digest()
+        return world.digest
 
     # Drops.
 

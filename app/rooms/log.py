@@ -10,7 +10,6 @@ import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final
 
-from app.errors import AppError
 from app.protocol.messages import Landed
 from app.protocol.visitors import TAG_FIELDS
 from app.rooms.canonical import canonical
@@ -20,7 +19,7 @@ from app.rooms.room import Ground, Room
 from app.rooms.touching.scene import Scene
 from engine import PHYSICS_VERSION
 from engine.drops.verify import Verification, board_of
-from engine.errors import EngineError, RecordError
+from engine.errors import PlinkoError, RecordError
 from engine.json_text import JsonObject
 
 KIND: Final = "plinko-room"
@@ -132,7 +131,7 @@ def _room_of(log: JsonObject, independent: bool) -> Room:
 def _scene_of(values: object, tick_rate: int) -> Scene:
     try:
         return Scene.of(values, tick_rate=tick_rate, max_balls=_NO_LIMIT)
-    except (AppError, EngineError) as error:
+    except PlinkoError as error:
         raise RecordError(f"scene: {error}", field="scene") from error
 
 
@@ -166,7 +165,7 @@ def _replay(
         _advance(room, tick, landings, progress)
         try:
             room.replay(entry)
-        except (EngineError, AppError, TypeError) as error:
+        except (PlinkoError, TypeError) as error:
             where += room.format.replayed
             raise RecordError(f"{where}: {error}", field=where) from error
     _advance(room, last, landings, progress)
@@ -197,7 +196,7 @@ def _compare(
         difference = inputs.compare(where, entry, landings.get(number))
         if difference is not None:
             return difference
-    world = room.world.digest()
+    world = room.world.digest
     if log["world_digest"] != world:
         return Verification(False, "world_digest", log["world_digest"], world)
     digest = _digest(log, entries, inputs)

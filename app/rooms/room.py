@@ -48,6 +48,7 @@ class RoomWorld(Protocol):
     def bodies(self) -> npt.NDArray[np.void]:
         """The balls, by id."""
 
+    @property
     def digest(self) -> str:
         """SHA-256 of the world, 64 hex digits: equal worlds have equal digests."""
 
@@ -113,7 +114,7 @@ class Room(ABC):
 
     def log_world(self) -> str:
         """The digest of the world at that tick."""
-        return self.world.digest()
+        return self.world.digest
 
     @property
     def is_scene(self) -> bool:

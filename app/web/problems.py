@@ -11,7 +11,6 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 
 from app.errors import (
-    AppError,
     InvalidValueError,
     LeaseLostError,
     answer,
@@ -20,7 +19,7 @@ from app.errors import (
     told,
 )
 from app.web.schemas.problem import FaultOf, Problem
-from engine.errors import BoardError, EngineError
+from engine.errors import BoardError, PlinkoError
 from engine.json_text import JsonObject
 
 MEDIA_TYPE = "application/problem+json"
@@ -138,8 +137,7 @@ async def _http_error(request: Request, error: Exception) -> Response:
 
 def install(app: FastAPI) -> None:
     """Make every error of the application leave it as problem details."""
-    app.add_exception_handler(AppError, _known_error)
-    app.add_exception_handler(EngineError, _known_error)
+    app.add_exception_handler(PlinkoError, _known_error)
     app.add_exception_handler(RequestValidationError, _bad_parameter)
     app.add_exception_handler(ClientDisconnect, _gone)
     app.add_exception_handler(HTTPException, _http_error)

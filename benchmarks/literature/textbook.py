@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.billiards import Billiard, path
 from benchmarks.literature.finding import Finding, exact
-from engine import Arena, ArenaSettings, Place
+from engine import Arena, ArenaSettings, StaticGeometry
 from engine.board.materials import Material
 from engine.board.parts import BallSpec, Peg, Wall
 from engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END, KIND_WALL
@@ -136,7 +136,7 @@ def cradle(balls: int, speed: float) -> Finding:
     The engine has no special law for touching elastic balls; impacts one after another give this.
     """
     radius = 0.1
-    arena = Arena(Place(), ArenaSettings(gravity=0.0))
+    arena = Arena(StaticGeometry(), ArenaSettings(gravity=0.0))
     arena.add(-1.0, 0.0, vx=speed, radius=radius, restitution=1.0, friction=0.0)
     for i in range(balls):
         arena.add(2.0 * radius * i, 0.0, radius=radius, restitution=1.0, friction=0.0)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from engine import Arena, ArenaSettings, Board, Place
+from engine import Arena, ArenaSettings, Board, StaticGeometry
 from engine.board.materials import Material
 from engine.board.parts import Wall
 
@@ -21,7 +21,7 @@ class Heap:
     """Static geometry and n equal balls at rest, all of one material, with Earth's gravity."""
 
     name: str
-    place: Place
+    place: StaticGeometry
     x: Floats
     y: Floats
     radius: float
@@ -51,7 +51,9 @@ def _rows(n: int, left: float, right: float, top: float, radius: float, up: bool
 def box(n: int = 500, radius: float = 0.08) -> Heap:
     """n balls that fill about half of a closed box, whose area is proportional to n."""
     side = float(np.sqrt(n / 500.0)) * 5.0
-    geometry = Place.box(side, side, restitution=MATERIAL.restitution, friction=MATERIAL.friction)
+    geometry = StaticGeometry.box(
+        side, side, restitution=MATERIAL.restitution, friction=MATERIAL.friction
+    )
     x, y = _rows(n, -0.5 * side, 0.5 * side, 0.0, radius, up=False)
     return Heap(f"{n} in the box", geometry, x, y, radius)
 
@@ -69,7 +71,7 @@ def board(n: int = 500, radius: float = 0.06) -> Heap:
         Wall(-foot.x2, foot.y2, foot.x2, foot.y2),
     )
     geometry = replace(
-        Place.of_board(preset),
+        StaticGeometry.of_board(preset),
         walls=walls,
         bins=None,
         peg_material=MATERIAL,

@@ -300,9 +300,9 @@ def _elastic(section: Section, effort: Effort) -> None:
 
 
 def _free_momentum() -> float:
-    from engine import Arena, ArenaSettings, Place
+    from engine import Arena, ArenaSettings, StaticGeometry
 
-    arena = Arena(Place(), ArenaSettings(gravity=0.0))
+    arena = Arena(StaticGeometry(), ArenaSettings(gravity=0.0))
     rng = np.random.default_rng(2)
     i = np.arange(200)
     arena.add_many(

@@ -59,7 +59,7 @@ def _passing(ticks: int) -> Done:
         world.step()
         world.take_events()
         done += world.count
-    return done, world.digest()
+    return done, world.digest
 
 
 def _knocking(ticks: int) -> Done:
@@ -73,7 +73,7 @@ def _knocking(ticks: int) -> Done:
         arena.step()
         arena.take_events()
         done += arena.count
-    return done, arena.digest()
+    return done, arena.digest
 
 
 def _add(arena: Arena, board: Board, seed: int) -> None:
@@ -95,7 +95,7 @@ def _box(ticks: int, *, asked: bool = False) -> Done:
         arena.step()
         if asked:
             arena.diagnostics()
-    return BALLS * ticks, arena.digest()
+    return BALLS * ticks, arena.digest
 
 
 def _prices(times: dict[str, Sample], ticks: int) -> Table:

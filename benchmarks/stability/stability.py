@@ -16,6 +16,7 @@ from benchmarks.stability import torture, touching_torture
 from benchmarks.stability.invariants import FAULTS, Findings, examine
 from engine import Board, World
 from engine.batches.workers import workers_at
+from engine.parameters import SolverName
 
 STARTS = 100
 """Starts on each random board."""
@@ -64,7 +65,7 @@ def _save(kept: list[dict[str, Any]], folder: Path) -> None:
 COLUMNS = ["scene", "solver", "drops", *FAULTS, "unsettled"]
 
 
-def _row(name: str, solver: str, found: Findings) -> list[str]:
+def _row(name: str, solver: SolverName, found: Findings) -> list[str]:
     reasons = ", ".join(f"{count:,} {why}" for why, count in sorted(found.unsettled.items()))
     counts = [f"{found.faults[what]:,}" for what in FAULTS]
     return [name, solver, f"{found.drops:,}", *counts, reasons or "0"]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.stability.invariants import FAULTS, HANG
-from engine import Arena, ArenaSettings, Place
+from engine import Arena, ArenaSettings, StaticGeometry
 from engine.board.materials import Material
 from engine.board.parts import Wall
 from engine.multibody.scenes import sandbox
@@ -78,7 +78,7 @@ def catalogue(quick: bool) -> Iterator[Scene]:
 
 
 def _stacked(densities: tuple[float, float], e: float) -> Arena:
-    arena = Arena(Place.box(1.0, 2.0, restitution=e), ArenaSettings())
+    arena = Arena(StaticGeometry.box(1.0, 2.0, restitution=e), ArenaSettings())
     for k in range(5):
         x = -0.4 + 0.2 * k
         arena.add(x, 1.85, radius=0.09, density=densities[0], restitution=e)
@@ -87,7 +87,7 @@ def _stacked(densities: tuple[float, float], e: float) -> Arena:
 
 
 def _grains(n: int) -> Arena:
-    arena = Arena(Place.box(2.0, 2.0, restitution=0.5), ArenaSettings())
+    arena = Arena(StaticGeometry.box(2.0, 2.0, restitution=0.5), ArenaSettings())
     rng = np.random.default_rng(4)
     arena.add(0.0, 1.3, radius=0.5, density=50.0)
     arena.add_many(
@@ -98,7 +98,7 @@ def _grains(n: int) -> Arena:
 
 
 def _coincident(n: int) -> Arena:
-    arena = Arena(Place.box(3.0, 3.0), ArenaSettings())
+    arena = Arena(StaticGeometry.box(3.0, 3.0), ArenaSettings())
     arena.add_many([0.0] * n, [1.5] * n, radius=0.05)
     return arena
 
@@ -112,7 +112,7 @@ def funnel(n: int) -> Arena:
         Wall(-2.0, 3.2, -0.25, 3.2), Wall(2.0, 3.2, 0.25, 3.2),
         Wall(-2.0, 0.0, -2.0, -20.0), Wall(2.0, 0.0, 2.0, -20.0),
     )  # fmt: skip
-    arena = Arena(Place(walls=walls, wall_material=Material(0.4, 0.2)), ArenaSettings())
+    arena = Arena(StaticGeometry(walls=walls, wall_material=Material(0.4, 0.2)), ArenaSettings())
     k = np.arange(n)
     rng = np.random.default_rng(5)
     arena.add_many(

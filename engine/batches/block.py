@@ -15,14 +15,14 @@ from engine.drops.digest import block_hash
 class Block:
     """The outcomes of block `number` of a job, summed up.
 
-    histogram: drops in each bin. unsettled: drops in no bin. impacts: number over all drops.
+    histogram: drops in each bin. unsettled_count: drops in no bin. impacts: number over all drops.
     duration: correctly rounded sum over all drops, s. hash: of all outcomes, 32 bytes
     (`block_hash`).
     """
 
     number: int
     histogram: tuple[int, ...]
-    unsettled: int
+    unsettled_count: int
     impacts: int
     duration: float
     hash: bytes
@@ -30,7 +30,7 @@ class Block:
     @property
     def drops(self) -> int:
         """Number of drops in the block."""
-        return sum(self.histogram) + self.unsettled
+        return sum(self.histogram) + self.unsettled_count
 
 
 def batch_of(job: Job, number: int, threads: int) -> DropBatch:
@@ -52,7 +52,7 @@ def summed(number: int, parts: Sequence[DropBatch]) -> Block:
     return Block(
         number=number,
         histogram=tuple(np.sum([each.histogram for each in parts], axis=0).tolist()),
-        unsettled=sum(each.unsettled for each in parts),
+        unsettled_count=sum(each.unsettled_count for each in parts),
         impacts=int(impacts.sum(dtype=np.int64)),
         duration=math.fsum(durations.tolist()),
         hash=block_hash(board.digest, solver, bins, durations, impacts, x_ends),

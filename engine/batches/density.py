@@ -47,7 +47,7 @@ def occupancy_by(
             drops=total.drops + found.drops,
             counts=np.add(total.counts, found.counts),
             histogram=np.add(total.histogram, found.histogram),
-            unsettled=total.unsettled + found.unsettled,
+            unsettled_count=total.unsettled_count + found.unsettled_count,
         )
         if progress is not None:
             progress(total.drops)

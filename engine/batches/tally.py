@@ -45,7 +45,7 @@ class Tally:
         if block.number in self._hashes:
             raise _twice(block.number)
         self._histogram += np.array(block.histogram)
-        self._unsettled += block.unsettled
+        self._unsettled += block.unsettled_count
         self._impacts += block.impacts
         self._duration += Fraction(block.duration)
         self._hashes.add(block.number, block.hash)

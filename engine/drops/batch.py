@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from operator import index as as_index
-from typing import Any, Final, SupportsIndex, TypeVar, overload
+from typing import Any, Final, Never, SupportsIndex, TypeVar, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,7 @@ from engine.drops.digest import outcomes_digest
 from engine.drops.drawing import histogram_svg
 from engine.drops.drop import Drop, make_drop
 from engine.drops.start import aim_of, start_of
+from engine.drops.tables import arrow_stream, arrow_table
 from engine.drops.threads import share, thread_count
 from engine.errors import ParameterError, SeedError
 from engine.exact.board_arrays import BoardArrays, arrays_of
@@ -22,13 +23,9 @@ from engine.exact.event_log import new_log
 from engine.exact.initial_state import at_rest
 from engine.exact.lanes import trial
 from engine.exact.lanes.trace import Code, Drops, trace_drops
-from engine.exact.outcome import LANDED, MAX_EVENTS, Results
+from engine.exact.outcome import LANDED, MAX_EVENTS, REASONS, Results
 from engine.notebooks import figure, png
-from engine.parameters import (
-    Solver,
-    Stepped,
-    make_solver,
-)
+from engine.parameters import Solver, SolverName, Stepped, make_solver
 from engine.physics import body
 from engine.seeding import SEED_LIMIT, parse_seed, start_xs
 from engine.stepped.step import trace_stepped_many
@@ -64,13 +61,14 @@ class DropBatch:
 
     bin (-1 if the ball did not land), duration in s, impact_count, x_end in m, outcome
     (engine.exact.outcome), x_start in m. `batch[3]`, and each item of a loop over the batch, is a
-    whole `Drop`, recomputed from its start. `batch[3:7]` is a batch. Batches are equal if their
-    digests are.
+    whole `Drop`, recomputed from its start. `batch[3:7]`, `batch[batch.bin == 3]` and
+    `batch[[5, 2]]` are batches. Batches are equal if their digests are. polars, pyarrow and other
+    readers of Arrow take a batch itself as a table; pandas takes its `columns()`.
     """
 
     board: Board
     solver: Solver
-    seeds: npt.NDArray[np.uint64]
+    seed: npt.NDArray[np.uint64]
     explicit_x: bool
     x_start: npt.NDArray[np.float64]
     bin: npt.NDArray[np.int32]
@@ -87,20 +85,47 @@ class DropBatch:
     def __getitem__(self, which: SupportsIndex) -> Drop: ...
 
     @overload
-    def __getitem__(self, which: slice) -> "DropBatch": ...
+    def __getitem__(self, which: slice | npt.ArrayLike) -> "DropBatch": ...
 
-    def __getitem__(self, which: SupportsIndex | slice) -> "Drop | DropBatch":
+    def __getitem__(self, which: SupportsIndex | slice | npt.ArrayLike) -> "Drop | DropBatch":
         if isinstance(which, slice):
-            names = [field.name for field in fields(self) if field.name not in _OF_ALL]
-            return replace(self, **{name: getattr(self, name)[which] for name in names})
-        row = as_index(which)
+            return replace(self, **{name: array[which] for name, array in self._arrays().items()})
+        try:
+            row = as_index(which)  # type: ignore[arg-type]
+        except TypeError:  # an array, or a list
+            return self._rows(np.asarray(which))
         if not -len(self) <= row < len(self):
             raise IndexError(f"drop {row} is out of range: the batch has {len(self)} drops")
         x = float(self.x_start[row]) if self.explicit_x else None
-        return make_drop(self.board, int(self.seeds[row]), x, self.solver, self.aim)
+        return make_drop(self.board, int(self.seed[row]), x, self.solver, self.aim)
+
+    def _rows(self, which: npt.NDArray[Any]) -> "DropBatch":
+        """The drops of a boolean mask, or at integers, as a batch."""
+        rows = which if which.size else which.astype(np.intp)
+        if rows.ndim != 1 or rows.dtype.kind not in "biu":
+            raise IndexError(
+                f"a batch has no drops at {which!r:.60}: use an integer, a slice, a boolean mask "
+                "or an array of integers"
+            )
+        if rows.dtype.kind == "b" and len(rows) != len(self):
+            raise IndexError(f"the mask has {len(rows)} values: the batch has {len(self)} drops")
+        return replace(
+            self, **{name: _read_only(array[rows]) for name, array in self._arrays().items()}
+        )
+
+    def _arrays(self) -> dict[str, npt.NDArray[Any]]:
+        names = (field.name for field in fields(self) if field.name not in _OF_ALL)
+        return {name: getattr(self, name) for name in names}
 
     def __iter__(self) -> Iterator[Drop]:
         return (self[row] for row in range(len(self)))
+
+    def __array__(self, *_: object, **__: object) -> Never:
+        # pandas.DataFrame(batch) comes here too. It would otherwise recompute and copy every drop.
+        raise TypeError("a batch has several columns: use one, such as batch.score, or columns()")
+
+    def __arrow_c_stream__(self, requested_schema: object = None) -> object:
+        return arrow_stream(self.columns(), requested_schema)
 
     def __eq__(self, other: object) -> bool:
         return self.digest == other.digest if isinstance(other, DropBatch) else NotImplemented
@@ -109,10 +134,10 @@ class DropBatch:
         return hash(self.digest)
 
     def __repr__(self) -> str:
-        mean = f"{self.scores.mean():.4g}" if len(self) else "none"
+        mean = f"{self.score.mean():.4g}" if len(self) else "none"
         return (
             f"<DropBatch of {len(self):,} on {self.board.name!r}: mean score {mean}, "
-            f"{self.unsettled} unsettled, digest {self.digest[:12]}>"
+            f"{self.unsettled_count} unsettled, digest {self.digest[:12]}>"
         )
 
     def _repr_html_(self) -> str:
@@ -121,25 +146,36 @@ class DropBatch:
     def _repr_png_(self) -> bytes | None:
         return png(self)
 
-    def to_columns(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Columns by name, each of shape (n,), for a DataFrame of pandas or polars.
+    def columns(self) -> dict[str, npt.NDArray[np.generic]]:
+        """Columns by name, each of shape (n,): `pandas.DataFrame(batch.columns())`.
 
         seed, x_start (m), bin (-1 if the ball did not land), score, duration (s), impact_count,
         x_end (m), landed (bool).
         """
         return {
-            "seed": self.seeds,
+            "seed": self.seed,
             "x_start": self.x_start,
             "bin": self.bin,
-            "score": self.scores,
+            "score": self.score,
             "duration": self.duration,
             "impact_count": self.impact_count,
             "x_end": self.x_end,
             "landed": _read_only(self.outcome == LANDED),
         }
 
+    def to_arrow(self) -> Any:
+        """The columns as a `pyarrow.Table`; MissingPartError without pyarrow."""
+        return arrow_table(self.columns())
+
     @property
-    def unsettled(self) -> int:
+    def unsettled(self) -> npt.NDArray[np.object_]:
+        """Why each ball did not land, or None if it did, as in a `Drop`."""
+        reasons: list[str | None] = [*REASONS]
+        reasons[LANDED] = None
+        return _read_only(np.array(reasons, object)[self.outcome])
+
+    @property
+    def unsettled_count(self) -> int:
         """Number of balls that did not land."""
         return int(np.count_nonzero(self.outcome != LANDED))
 
@@ -151,7 +187,7 @@ class DropBatch:
         return _read_only(counts.astype(np.int64))
 
     @property
-    def scores(self) -> npt.NDArray[np.float64]:
+    def score(self) -> npt.NDArray[np.float64]:
         """Multiplier of each drop; 1, the stake back, if the ball did not land."""
         table = np.array([*self.board.bins.multipliers, 1.0])
         return _read_only(table[self.bin])
@@ -163,9 +199,10 @@ class DropBatch:
             self.board.digest, self.solver, self.bin, self.duration, self.impact_count, self.x_end
         )
 
-    def digests(self) -> list[str]:
+    @cached_property
+    def digests(self) -> tuple[str, ...]:
         """Digest of each drop, as `drop(board, seed).digest`; recomputes every drop."""
-        return [drop.digest for drop in self]
+        return tuple(drop.digest for drop in self)
 
 
 Array = TypeVar("Array", bound=npt.NDArray[Any])
@@ -178,11 +215,11 @@ def _read_only(array: Array) -> Array:
 
 def drop_many(
     board: Board | str,
-    seeds: Seeds,
+    seeds: Seeds | None = None,
     *,
     xs: npt.ArrayLike | None = None,
     aim: float | None = None,
-    solver: str = "exact",
+    solver: SolverName = "exact",
     dt: float | None = None,
     substeps: int | None = None,
     correction: float | None = None,
@@ -192,7 +229,8 @@ def drop_many(
     """Drop a ball for each of `seeds`, or from explicit starts `xs`, shape (n,), in m.
 
     board: a Board, or a preset's name.
-    seeds: a number of drops n, for the seeds 0 to n - 1, or an iterable of seeds, shape (n,).
+    seeds: a number of drops n, for the seeds 0 to n - 1, or an iterable of seeds, shape (n,). With
+    explicit starts they only number the drops, and may be left out.
     aim: the middle in m of the starts that the seeds draw (default: the board's own).
     threads: default is one per core that this process may use. The result does not depend on it.
     progress: called now and then with the number of drops done.
@@ -201,15 +239,23 @@ def drop_many(
     """
     board = Board.named(board)
     chosen = make_solver(solver, dt, substeps, correction)
-    numbers = seed_array(seeds)
-    count = len(numbers)
-    starts = np.empty(count) if xs is None else _explicit_starts(board, xs, count)
     if xs is not None and aim is not None:
         raise ParameterError(f"aim is {aim!r}, but xs are given too: use only one", field="aim")
+    starts = None if xs is None else _explicit_starts(board, xs)
+    if seeds is None and starts is not None:
+        seeds = len(starts)
+    numbers = seed_array(seeds)
+    count = len(numbers)
+    if starts is None:
+        starts = np.empty(count)
+    elif len(starts) != count:
+        raise ParameterError(
+            f"xs has shape {starts.shape} for {count} seeds: it must be ({count},)", field="xs"
+        )
     batch = DropBatch(
         board=board,
         solver=chosen,
-        seeds=numbers,
+        seed=numbers,
         explicit_x=xs is not None,
         x_start=starts,
         bin=np.empty(count, np.int32),
@@ -220,13 +266,36 @@ def drop_many(
         aim=None if aim is None else aim_of(board, aim),
     )
     _fill(batch, thread_count(threads), progress)
-    for field in fields(batch):
-        if field.name not in _OF_ALL:
-            getattr(batch, field.name).setflags(write=False)
+    for array in batch._arrays().values():
+        _read_only(array)
     return batch
 
 
-def seed_array(seeds: Seeds) -> npt.NDArray[np.uint64]:
+def concat(batches: Iterable[DropBatch]) -> DropBatch:
+    """Join batches on the same board, with the same solver and kind of start, in their order.
+
+    Raises ParameterError if they differ, or if there is none.
+    """
+    parts = list(batches)
+    if not parts:
+        raise ParameterError("batches is empty: there must be at least one", field="batches")
+    for number, part in enumerate(parts):
+        for name in _OF_ALL:
+            one, other = getattr(parts[0], name), getattr(part, name)
+            if one != other:
+                raise ParameterError(
+                    f"batches[{number}] has {name} {other!r:.80}: it must be that of batches[0], "
+                    f"{one!r:.80}",
+                    field=f"batches[{number}]",
+                )
+    columns = {
+        name: _read_only(np.concatenate([getattr(part, name) for part in parts]))
+        for name in parts[0]._arrays()
+    }
+    return replace(parts[0], **columns)
+
+
+def seed_array(seeds: Seeds | None) -> npt.NDArray[np.uint64]:
     """Return `seeds` as uint64, shape (n,); SeedError names the first invalid seed.
 
     A number n stands for the seeds 0 to n - 1.
@@ -260,13 +329,16 @@ def _are_seeds(first: int, last: int) -> bool:
     return min(first, last) >= 0 and max(first, last) < SEED_LIMIT
 
 
-def _explicit_starts(board: Board, xs: npt.ArrayLike, count: int) -> npt.NDArray[np.float64]:
-    starts = np.asarray(xs, np.float64) + 0.0  # a copy, in which a negative zero is zero
-    if starts.shape != (count,):
+def _explicit_starts(board: Board, xs: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    try:
+        starts = np.asarray(xs, np.float64) + 0.0  # a copy, in which a negative zero is zero
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"xs {xs!r:.60} are not numbers: {error}", field="xs") from None
+    if starts.ndim != 1:
         raise ParameterError(
-            f"xs has shape {starts.shape} for {count} seeds: it must be ({count},)", field="xs"
+            f"xs has {starts.ndim} dimensions: it must have one, as [0.1, 0.2] has", field="xs"
         )
-    for x in starts[[starts.argmin(), starts.argmax()]] if count else ():
+    for x in starts[[starts.argmin(), starts.argmax()]] if len(starts) else ():
         start_of(board, None, float(x))  # also finds a NaN, which argmin prefers to any number
     return starts
 
@@ -312,7 +384,7 @@ def _run_part(
     zone = batch.board.drop
     if not batch.explicit_x:
         middle = zone.x if batch.aim is None else batch.aim
-        batch.x_start[part] = start_xs(batch.seeds[part], middle, zone.jitter)
+        batch.x_start[part] = start_xs(batch.seed[part], middle, zone.jitter)
     xs = batch.x_start[part]
     y = zone.y
     some = results.at(part)

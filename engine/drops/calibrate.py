@@ -29,7 +29,7 @@ class Fit:
     """The measurement of a tuning by `drops` drops.
 
     distance: from the binomial. floor: the distance that as many fair draws would have on average.
-    duration: mean, in s. impacts: mean number. unsettled: balls that did not land.
+    duration: mean, in s. impacts: mean number. unsettled_count: balls that did not land.
     """
 
     tuning: Tuning
@@ -38,13 +38,13 @@ class Fit:
     floor: float
     duration: float
     impacts: float
-    unsettled: int
+    unsettled_count: int
 
     @property
     def cost(self) -> float:
         """Distance, plus the excess of the mean duration over its limits in s, plus `unsettled`."""
         outside = max(SHORTEST_FALL - self.duration, self.duration - LONGEST_FALL, 0.0)
-        return self.distance + outside + self.unsettled
+        return self.distance + outside + self.unsettled_count
 
 
 def binomial(rows: int) -> npt.NDArray[np.float64]:
@@ -90,5 +90,5 @@ def fit_of(batch: DropBatch, tuning: Tuning) -> Fit:
         floor=sampling_floor(expected, len(batch)),
         duration=float(batch.duration.mean()),
         impacts=float(batch.impact_count.mean()),
-        unsettled=batch.unsettled,
+        unsettled_count=batch.unsettled_count,
     )

@@ -58,7 +58,7 @@ def find_draw(
                 field="weights",
             )
         batch = drop_many(board, seeds, threads=threads)
-        for seed, bin_ in zip(batch.seeds.tolist(), batch.bin.tolist(), strict=True):
+        for seed, bin_ in zip(batch.seed.tolist(), batch.bin.tolist(), strict=True):
             if bin_ in lacking:
                 found[bin_].append(str(seed))
                 since = seed + 1

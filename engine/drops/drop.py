@@ -19,10 +19,7 @@ from engine.drops.trajectory import Trajectory, at_start, follow, start_row
 from engine.errors import ParameterError
 from engine.exact.outcome import LANDED, REASONS
 from engine.notebooks import figure, png
-from engine.parameters import (
-    Solver,
-    make_solver,
-)
+from engine.parameters import Solver, SolverName, make_solver
 from engine.seeding import parse_seed
 
 IMPACT = np.dtype(
@@ -243,7 +240,7 @@ def drop(
     *,
     x: float | None = None,
     aim: float | None = None,
-    solver: str = "exact",
+    solver: SolverName = "exact",
     dt: float | None = None,
     substeps: int | None = None,
     correction: float | None = None,

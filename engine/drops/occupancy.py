@@ -41,8 +41,8 @@ class Occupancy:
     """The number of samples in each cell of a grid.
 
     counts: shape (rows, columns), from the corner (left, top) in m to the right and down; each
-    sample stands for `step` s. histogram: balls in each bin. unsettled: balls that did not land.
-    Arrays are read-only.
+    sample stands for `step` s. histogram: balls in each bin. unsettled_count: balls that did not
+    land. Arrays are read-only.
     """
 
     board: Board
@@ -53,7 +53,7 @@ class Occupancy:
     cells_per_metre: float
     counts: npt.NDArray[np.int64]
     histogram: npt.NDArray[np.int64]
-    unsettled: int
+    unsettled_count: int
     duration: float
     """Sum of the durations of all drops, s."""
 
@@ -61,7 +61,7 @@ class Occupancy:
         rows, columns = self.counts.shape
         return (
             f"<Occupancy of {rows} x {columns} cells by {self.drops:,} drops on "
-            f"{self.board.name!r}, {self.unsettled} unsettled>"
+            f"{self.board.name!r}, {self.unsettled_count} unsettled>"
         )
 
     @property
@@ -116,7 +116,7 @@ def occupancy(
         cells_per_metre=cells,
         counts=counts,
         histogram=histogram,
-        unsettled=int(len(starts) - len(landed)),
+        unsettled_count=int(len(starts) - len(landed)),
         duration=float(work.durations.sum()),
     )
 

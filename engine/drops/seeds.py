@@ -74,7 +74,7 @@ class Search:
         seeds = range(self.next, min(self.next + most, SEED_LIMIT))
         batch = drop_many(self.board, seeds, aim=self._aim, threads=self._threads)
         self.next = seeds.stop
-        return [int(seed) for seed in batch.seeds[batch.bin == self.bin]]
+        return [int(seed) for seed in batch.seed[batch.bin == self.bin]]
 
 
 def _found(search: Search, count: int | None, patience: int) -> Iterator[int]:

@@ -377,6 +377,7 @@ class Arena:
         arena.restore(snapshot)
         return arena
 
+    @property
     def digest(self) -> str:
         """SHA-256 of the snapshot, 64 hex digits: equal arenas have equal digests."""
         return hashlib.sha256(self.snapshot()).hexdigest()

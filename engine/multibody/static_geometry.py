@@ -129,7 +129,7 @@ class StaticGeometry:
 
 
 Place = StaticGeometry
-"""The name in the Python API, `engine.Place`; `Arena.place` and snapshots use it too."""
+"""The name in `engine.artifact.plays`, whose text the stamps of the artifacts cover."""
 
 
 def _material_dict(material: Material) -> dict[str, float]:

@@ -34,13 +34,13 @@ class Landings:
 
     aim: float | None
     histogram: tuple[int, ...]
-    unsettled: int
+    unsettled_count: int
     first: int = 0
 
     @property
     def drops(self) -> int:
         """Number of drops."""
-        return sum(self.histogram) + self.unsettled
+        return sum(self.histogram) + self.unsettled_count
 
     @property
     def next_seed(self) -> int:
@@ -59,7 +59,7 @@ class Landings:
             "first": self.first,
             "drops": self.drops,
             "histogram": list(self.histogram),
-            "unsettled": self.unsettled,
+            "unsettled": self.unsettled_count,
         }
 
 
@@ -111,7 +111,7 @@ def more(
     histogram, unsettled, done = np.zeros(board.bins.count, np.int64), 0, 0
     for _, block in (workers or Here()).compute(partial(block_of, job), range(job.blocks)):
         histogram += np.array(block.histogram)
-        unsettled += block.unsettled
+        unsettled += block.unsettled_count
         done += block.drops
         if progress is not None:
             progress(done)
@@ -128,7 +128,7 @@ def joined(found: Landings, following: Landings) -> Landings:
             field="first",
         )
     histogram = np.add(found.histogram, following.histogram).tolist()
-    unsettled = found.unsettled + following.unsettled
+    unsettled = found.unsettled_count + following.unsettled_count
     return Landings(found.aim, tuple(histogram), unsettled, found.first)
 
 

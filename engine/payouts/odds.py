@@ -28,7 +28,7 @@ class Odds:
     doubt: float
     hit_rate: float
     volatility: float
-    unsettled: int
+    unsettled_count: int
     chances: tuple[float, ...]
     awards: tuple[tuple[float, float], ...]
 
@@ -41,7 +41,7 @@ class Odds:
             "doubt": self.doubt,
             "hit_rate": self.hit_rate,
             "volatility": self.volatility,
-            "unsettled": self.unsettled,
+            "unsettled": self.unsettled_count,
             "chances": list(self.chances),
             "awards": [{"multiplier": pays, "chance": chance} for pays, chance in self.awards],
         }
@@ -51,7 +51,7 @@ def odds_of(landings: Landings, multipliers: Sequence[float]) -> Odds:
     """Compute the odds of `multipliers`, one per bin, from counted landings."""
     pays = np.array([*multipliers, 1.0])
     chances = landings.chances
-    void = landings.unsettled / max(landings.drops, 1)
+    void = landings.unsettled_count / max(landings.drops, 1)
     share = np.array([*chances, void])
     returned = float(share @ pays)
     volatility = sqrt(max(float(share @ (pays - returned) ** 2), 0.0))
@@ -65,7 +65,7 @@ def odds_of(landings: Landings, multipliers: Sequence[float]) -> Odds:
         doubt=DEVIATIONS * volatility / sqrt(max(landings.drops, 1)),
         hit_rate=float(share[pays >= 1.0].sum()),
         volatility=volatility,
-        unsettled=landings.unsettled,
+        unsettled_count=landings.unsettled_count,
         chances=tuple(chances.tolist()),
         awards=tuple(sorted(awards.items(), reverse=True)),
     )

@@ -18,6 +18,7 @@ from engine.errors import ParameterError, RecordError
 from engine.exact.outcome import LANDED, REASONS
 from engine.parameters import (
     DEFAULT_DT,
+    SolverName,
     Stepped,
     make_solver,
     number,
@@ -69,7 +70,7 @@ class World:
         self,
         board: Board | str,
         *,
-        solver: str = "exact",
+        solver: SolverName = "exact",
         dt: float = DEFAULT_DT,
         substeps: int | None = None,
         correction: float | None = None,
@@ -371,6 +372,7 @@ class World:
                 )
         return saved
 
+    @property
     def digest(self) -> str:
         """SHA-256 of the snapshot, 64 hex digits: equal worlds have equal digests."""
         return hashlib.sha256(self.snapshot()).hexdigest()

@@ -375,7 +375,7 @@ def test_a_hundred_balls_are_dropped_at_once_and_counted(bench: Bench) -> None:
     told = ", ".join(f"bin {bin_}: {n}" for bin_, n in enumerate(first.histogram))
     expect(histogram).to_have_attribute("aria-label", re.compile(re.escape(told)))
     expect(bench.page.locator("#tray-numbers")).to_contain_text(
-        f"return {100 * first.scores.mean():.1f} %"
+        f"return {100 * first.score.mean():.1f} %"
     )
     test.click()
     expect(count).to_have_text("200 test drops")

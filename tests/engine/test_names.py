@@ -57,9 +57,10 @@ def test_without_python_flint_only_certified_names_are_missing(
 
 
 def test_plinko_is_the_engine_by_another_name() -> None:
-    assert plinko.__all__ == [*engine.__all__, *plinko.PICTURES]
+    assert plinko.__all__ == ["InvalidValueError", *engine.__all__, *plinko.PICTURES]
     assert all(getattr(plinko, name) is getattr(engine, name) for name in engine.__all__)
-    assert set(plinko.__all__) <= set(dir(plinko))
+    assert dir(plinko) == sorted(plinko.__all__)
+    assert dir(engine) == sorted(engine.__all__)
     with pytest.raises(AttributeError, match="module 'engine' has no attribute 'Pinball'"):
         _ = plinko.Pinball  # type: ignore[attr-defined]
 

@@ -13,7 +13,7 @@ from benchmarks.stability.touching_torture import funnel
 from engine.multibody.arena import Arena
 from engine.multibody.scenes import GRAVITY_PRESETS, sandbox
 from engine.multibody.settings import ArenaSettings
-from engine.multibody.static_geometry import Place
+from engine.multibody.static_geometry import StaticGeometry
 
 LONG = os.environ.get("LONG_TESTS") == "1"
 
@@ -66,7 +66,7 @@ def test_dead_and_elastic_balls(e: float, gravity: str) -> None:
 @pytest.mark.parametrize("e", [0.0, 0.8])
 @pytest.mark.parametrize("heavy_on_top", [True, False])
 def test_a_mass_ratio_of_a_million(e: float, heavy_on_top: bool) -> None:
-    arena = Arena(Place.box(1.0, 2.0, restitution=e), ArenaSettings())
+    arena = Arena(StaticGeometry.box(1.0, 2.0, restitution=e), ArenaSettings())
     densities = (1.0, 1e6) if heavy_on_top else (1e6, 1.0)
     for k in range(5):
         arena.add(-0.4 + 0.2 * k, 1.85, radius=0.09, density=densities[0], restitution=e)
@@ -75,7 +75,7 @@ def test_a_mass_ratio_of_a_million(e: float, heavy_on_top: bool) -> None:
 
 
 def test_a_size_ratio_of_a_thousand() -> None:
-    arena = Arena(Place.box(2.0, 2.0, restitution=0.5), ArenaSettings())
+    arena = Arena(StaticGeometry.box(2.0, 2.0, restitution=0.5), ArenaSettings())
     rng = np.random.default_rng(4)
     small = 300 if LONG else 100
     arena.add(0.0, 1.3, radius=0.5, density=50.0)
@@ -88,7 +88,7 @@ def test_a_size_ratio_of_a_thousand() -> None:
 
 def test_the_cost_of_a_size_ratio_of_a_thousand_is_not_quadratic() -> None:
     """The number of listed pairs, which decides the cost, grows like the number of balls."""
-    arena = Arena(Place.box(4.0, 4.0), ArenaSettings(gravity=0.0))
+    arena = Arena(StaticGeometry.box(4.0, 4.0), ArenaSettings(gravity=0.0))
     rng = np.random.default_rng(3)
     n = 3000
     arena.add(0.0, 3.0, radius=0.5)
@@ -123,7 +123,7 @@ def test_balls_dropped_into_a_funnel() -> None:
 
 @pytest.mark.parametrize("n", [2, 60])
 def test_balls_placed_exactly_on_each_other(n: int) -> None:
-    arena = Arena(Place.box(3.0, 3.0), ArenaSettings())
+    arena = Arena(StaticGeometry.box(3.0, 3.0), ArenaSettings())
     arena.add_many([0.0] * n, [1.5] * n, radius=0.05)
     for _ in range(240):
         arena.step()

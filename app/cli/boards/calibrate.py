@@ -81,5 +81,5 @@ def _fields(found: "Fit") -> dict[str, object]:
         "floor": found.floor,
         "mean_duration": found.duration,
         "mean_impacts": found.impacts,
-        "unsettled": found.unsettled,
+        "unsettled": found.unsettled_count,
     }

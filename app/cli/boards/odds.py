@@ -190,7 +190,7 @@ def _show(record: "Record") -> None:
     needs = wanted(record)
     intervals = sum(len(counted.blocks[-1]) * len(counted.chosen) for counted in record.values())
     drops = [sum(each.drops for each in counted.all()) for counted in record.values()]
-    unsettled = sum(each.unsettled for counted in record.values() for each in counted.all())
+    unsettled = sum(each.unsettled_count for counted in record.values() for each in counted.all())
     common.echo(
         f"{sum(drops):,} drops, {unsettled} of them unsettled. "
         f"{intervals - len(needs)} of {intervals} intervals are narrow enough; "

@@ -23,14 +23,14 @@ def command(files: tuple[Path, ...], out: Path | None, as_json: bool) -> None:
     """
     from app.batches.saved import form_of, load, save
     from app.cli.drops.simulate import print_tally
-    from engine import EngineError
+    from engine import PlinkoError
 
     tally, seconds = load(files[0])
     for path in files[1:]:
         other, more = load(path)
         try:
             tally.merge(other)
-        except EngineError as error:
+        except PlinkoError as error:
             raise click.UsageError(f"{files[0]} and {path}: {error}") from None
         seconds += more
     if out is not None:

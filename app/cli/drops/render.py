@@ -15,6 +15,8 @@ from engine.json_text import Json
 if TYPE_CHECKING:
     from click._termui_impl import ProgressBar
 
+    from app.render.raster.encode import Still
+    from app.render.theme import Scheme
     from engine import Board, Drop
 
 STILLS = (".png", ".jpg", ".webp")
@@ -59,7 +61,7 @@ def command(  # one parameter per option: click passes them by name
     cluster: str | None,
     width: int | None,
     fps: int,
-    theme: str,
+    theme: "Scheme",
     **many: int | None,
 ) -> None:
     """Draw drops on BOARD into the file OUT; its ending chooses the format.
@@ -73,7 +75,7 @@ def command(  # one parameter per option: click passes them by name
     if cluster is not None and set(asked) != {"density"}:
         raise click.UsageError(f"--cluster {cluster} works only with --density")
     path = _writable(out, STILLS if asked or at is not None else (*STILLS, *ANIMATIONS))
-    fmt = path.suffix.lower()[1:]
+    fmt: Json = path.suffix.lower()[1:]
     given = {"width": width, "columns": columns}
     sizes: dict[str, Json] = {name: v for name, v in given.items() if v is not None}
     if asked:
@@ -104,7 +106,7 @@ def _dropped(
 
 
 def _draw_one(
-    d: "Drop", fmt: str, at: float | None, fps: int, theme: str, sizes: dict[str, Json]
+    d: "Drop", fmt: Json, at: float | None, fps: int, theme: "Scheme", sizes: dict[str, Json]
 ) -> bytes:
     from app.render import drop_animation, drop_picture
 
@@ -117,8 +119,8 @@ def _draw_many(
     kind: str,
     board: "Board",
     seeds: range,
-    fmt: str,
-    theme: str,
+    fmt: "Still",
+    theme: "Scheme",
     how: common.Options,
     sizes: dict[str, Json],
 ) -> bytes:
@@ -133,12 +135,17 @@ def _draw_many(
             return density_picture(board, seeds, fmt, theme=theme, progress=progress, **sizes)
         batch = drop_many(board, seeds, progress=progress, **how)
         return histogram_picture(
-            board, batch.histogram, fmt, theme=theme, unsettled=batch.unsettled, **sizes
+            board, batch.histogram, fmt, theme=theme, unsettled_count=batch.unsettled_count, **sizes
         )
 
 
 def _draw_by(
-    cluster: str, board: "Board", seeds: range, fmt: str, theme: str, sizes: dict[str, Json]
+    cluster: str,
+    board: "Board",
+    seeds: range,
+    fmt: "Still",
+    theme: "Scheme",
+    sizes: dict[str, Json],
 ) -> bytes:
     """Draw where the drops spend their time, computed by a cluster."""
     from app.render import density_picture

@@ -152,7 +152,7 @@ class _RunCheck:
         again = self._replay(replace(self._row, checkpoint=None, checkpoint_drops=0), basis)
         # The replay from the first tick ends at the last input; the checkpoint may be later.
         again.room.advance(resumed.room.world.tick)
-        if again.room.world.digest() != resumed.room.world.digest():
+        if again.room.world.digest != resumed.room.world.digest:
             yield "its checkpoint differs from the replay of its inputs"
 
     def _check_sums(self) -> Iterator[str]:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from app.errors import InvalidValueError
 from app.render.theme import Theme
 from engine import Board
-from engine.multibody.static_geometry import Place
+from engine.multibody.static_geometry import StaticGeometry
 
 Number = TypeVar("Number", float, npt.NDArray[np.float64])
 
@@ -176,7 +176,7 @@ def _ends(board: Board) -> tuple[float, float]:
     return min(xs), max(xs)
 
 
-def lay_out_place(place: Place, width: int, theme: Theme) -> View:
+def lay_out_place(place: StaticGeometry, width: int, theme: Theme) -> View:
     """Lay out a place on a picture `width` px wide, with a strip for words above it."""
     x0, x1, y0, y1 = place.extent
     unit = max(width / (REFERENCE_WIDTH * PIXELS_PER_METRE), LEAST_UNIT)

@@ -2,7 +2,7 @@
 
 import io
 from collections.abc import Callable, Mapping
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,7 @@ from app.render.raster.palette import Palette
 from app.render.raster.png import FAST, SMALL, png
 
 Pixels = npt.NDArray[np.uint8]
+Still = Literal["png", "jpg", "webp"]
 
 QUALITY: Final = 90  # of 100, for JPEG and WebP
 LIVE_QUALITY: Final = 80  # of 100, for a JPEG that is visible for a thirtieth of a second

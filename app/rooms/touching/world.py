@@ -19,7 +19,7 @@ from engine import Board
 from engine.errors import RecordError
 from engine.multibody.arena import Arena
 from engine.multibody.scenes import on_board
-from engine.multibody.static_geometry import Place
+from engine.multibody.static_geometry import StaticGeometry
 
 HOLD_RATE: Final = 12.0
 """1/s; the rate at which a grabbed ball closes the gap to the hand: firm, yet no faster than a hand
@@ -34,7 +34,7 @@ HOLD_LAPSE: Final = 5.0  # s after its last message a hand releases its ball
 class Box:
     """A scene's pegs and walls, and its default radius of a ball, in m."""
 
-    place: Place
+    place: StaticGeometry
     radius: float
 
 
@@ -69,7 +69,7 @@ class TouchingWorld:
         return Extent(*self.place.extent)
 
     @property
-    def place(self) -> Place:
+    def place(self) -> StaticGeometry:
         return self.arena.place
 
     @property
@@ -128,8 +128,9 @@ class TouchingWorld:
         self.tick = saved.tick
         self.holds = {ball: (x, y, lapse) for ball, x, y, lapse in saved.holds}
 
+    @property
     def digest(self) -> str:
         """SHA-256 of the world, 64 hex digits: equal worlds have equal digests."""
         rest: list[object] = [self.tick, sorted(self.holds.items())]
         packed = msgspec.msgpack.encode(rest)
-        return hashlib.sha256(self.arena.digest().encode() + packed).hexdigest()
+        return hashlib.sha256(self.arena.digest.encode() + packed).hexdigest()

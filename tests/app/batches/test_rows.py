@@ -46,7 +46,7 @@ def test_rows_are_the_drops_to_the_last_bit(tmp_path: Path, ending: str) -> None
     if csv:
         seeds = polars.col("seed").str.strip_prefix("'").cast(polars.UInt64)
         read = read.with_columns(seeds)
-    known = expected.to_columns()
+    known = expected.columns()
     assert read.columns == list(known)
     for name, column in known.items():
         assert np.array_equal(read[name].to_numpy(), column), name

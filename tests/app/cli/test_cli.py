@@ -170,7 +170,7 @@ def test_a_draw_is_written_as_a_room_takes_it(plinko: Terminal, tmp_path: Path) 
 
 def test_seeds_that_run_out_are_printed_and_it_is_said(plinko: Terminal) -> None:
     found = drop_many(Board.preset("triangle-8"), range(2**64 - 15, 2**64))
-    wanted = found.seeds[found.bin == 4].tolist()
+    wanted = found.seed[found.bin == 4].tolist()
     asked = ("seeds", "triangle-8", "--bin", 4, "--after", 2**64 - 16, "--count")
     assert plinko.run(*asked, len(wanted)).split() == [str(seed) for seed in wanted]
     code, out, err = plinko.try_run(*asked, 16)
@@ -204,7 +204,7 @@ def test_simulate_counts_what_drop_many_computes(plinko: Terminal) -> None:
     assert report["board_digest"] == many.board.digest
     assert report["drops"] == 300
     assert report["histogram"] == many.histogram.tolist()
-    assert report["unsettled"] == many.unsettled
+    assert report["unsettled"] == many.unsettled_count
     assert report["mean_duration"] == pytest.approx(many.duration.mean(), rel=1e-14)
     assert report["mean_impacts"] == many.impact_count.mean()
     assert report["drops_per_second"] == pytest.approx(300 / report["seconds"])
@@ -232,7 +232,7 @@ def test_simulate_prints_a_table_with_the_return(plinko: Terminal) -> None:
     out = plinko.run("simulate", "triangle-8", "--drops", 200)
     rows = [line.split() for line in out.split("\n\n")[0].splitlines()[1:]]
     assert [int(row[2]) for row in rows] == many.histogram.tolist()
-    assert f"{many.scores.mean():.3%}" in out
+    assert f"{many.score.mean():.3%}" in out
     assert many.digest in out
 
 

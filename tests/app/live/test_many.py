@@ -198,8 +198,8 @@ def test_a_mark_lies_on_top_of_a_column_that_is_as_expected() -> None:
 
 def test_a_histogram_of_real_drops_and_of_none() -> None:
     many = drop_many(BOARD, range(500))
-    picture = histogram_picture(BOARD, many.histogram, unsettled=many.unsettled)
-    assert picture == histogram_picture(BOARD, many.histogram.tolist(), unsettled=0)
+    picture = histogram_picture(BOARD, many.histogram, unsettled_count=many.unsettled_count)
+    assert picture == histogram_picture(BOARD, many.histogram.tolist(), unsettled_count=0)
     assert decode(histogram_picture(BOARD, np.zeros(9, int))).shape[1] == 760
 
 

@@ -18,7 +18,7 @@ from app.rooms.touching.room import TouchingRoom
 from app.rooms.touching.scene import Scene
 from engine import Board
 from engine.multibody.scenes import sandbox
-from engine.multibody.static_geometry import Place
+from engine.multibody.static_geometry import StaticGeometry
 from tests.app.conftest import TINY
 from tests.app.pictures.test_film import (
     decode,
@@ -91,7 +91,7 @@ def test_sleeping_balls_are_grey() -> None:
 
 def test_a_box_has_rails_outside_and_pegs_and_bins_inside() -> None:
     rail = np.array(THEMES["light"]["rail"])
-    stage = BoxStage(Place.box(4.0, 3.0), WIDTH)
+    stage = BoxStage(StaticGeometry.box(4.0, 3.0), WIDTH)
     pixels = stage.frame(sandbox(0).bodies).astype(int)
     edge = 1.0 / stage.view.scale  # metres per pixel
     for x, y in ((-2.0 - edge, 1.5), (2.0 + edge, 1.5), (0.3, -edge), (0.3, 3.0 + edge)):
@@ -99,7 +99,7 @@ def test_a_box_has_rails_outside_and_pegs_and_bins_inside() -> None:
     for x, y in ((-2.0 + edge, 1.5), (2.0 - edge, 1.5), (0.3, 3.0 - edge)):
         assert abs(colour_at(stage, pixels, x, y) - rail).max() > 60
     board = Board.preset("triangle-8")
-    on_board = BoxStage(Place.of_board(board), WIDTH)
+    on_board = BoxStage(StaticGeometry.of_board(board), WIDTH)
     pixels = on_board.frame(sandbox(0).bodies).astype(int)
     for peg in board.pegs:
         assert (colour_at(on_board, pixels, peg.x, peg.y) == THEMES["light"]["peg"]).all()
@@ -109,11 +109,11 @@ def test_a_box_has_rails_outside_and_pegs_and_bins_inside() -> None:
 
 
 def test_a_tall_box_s_picture_is_bounded_and_a_bad_size_is_named() -> None:
-    stage = BoxStage(Place.box(0.5, 20.0), 240)
+    stage = BoxStage(StaticGeometry.box(0.5, 20.0), 240)
     assert stage.view.height <= 2.5 * 240 + 60
     assert 0 < stage.view.px(-0.25) < stage.view.px(0.25) < 240
     with pytest.raises(InvalidValueError, match="width 10"):
-        BoxStage(Place.box(1.0, 1.0), 10)
+        BoxStage(StaticGeometry.box(1.0, 1.0), 10)
 
 
 def test_a_png_of_a_box_shows_what_the_pixels_are() -> None:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 import pytest
 from PIL import Image
 
-from app.errors import InvalidValueError, MissingPartError
+from app.errors import InvalidValueError
 from app.render import drop_animation, drop_picture
 from app.render.animation import HOLD, LONGEST, Film
 from app.render.parts.balls import TRAIL_POINTS, TRAIL_STEP, look_of, paint_balls, paint_trail
@@ -28,6 +28,8 @@ from app.render.still import drop_pixels
 from app.render.theme import THEMES, parse
 from app.settings import static_directory
 from engine import Board, Drop, Peg, Wall, drop
+from engine.errors import MissingPartError
+from engine.parameters import SolverName
 
 Pixels = npt.NDArray[np.int64]
 
@@ -588,7 +590,7 @@ def test_a_board_of_any_size_fills_its_picture_as_a_preset_does(width: float) ->
 
 @pytest.mark.parametrize("preset", ["triangle-16", "classic", "galton"])
 @pytest.mark.parametrize("solver", ["exact", "stepped"])
-def test_presets_are_drawn_with_either_solver(preset: str, solver: str) -> None:
+def test_presets_are_drawn_with_either_solver(preset: str, solver: SolverName) -> None:
     board = Board.preset(preset)
     d = drop(board, 5, solver=solver)
     assert d.bin is not None

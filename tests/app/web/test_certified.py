@@ -11,11 +11,11 @@ from PIL import Image
 from app.cli import main
 from app.computing import proofs
 from app.computing.tasks import Ask
-from app.errors import MissingPartError
 from app.render.start_map import HEAD, LABELS, colour_of
 from app.web.routes.drops import certificates
 from app.web.schemas.drops import Proven
 from engine import Board, certify
+from engine.errors import MissingPartError
 from engine.parameters import Exact
 from tests.app.web.test_rest import problem
 

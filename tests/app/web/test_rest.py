@@ -449,7 +449,7 @@ def test_many_drops_are_counted_as_the_command_line_counts_them(http: httpx.Clie
         "board_digest": batch.board.digest,
         "drops": 250,
         "histogram": batch.histogram.tolist(),
-        "unsettled": batch.unsettled,
+        "unsettled": batch.unsettled_count,
         "mean_duration": pytest.approx(batch.duration.mean()),
         "mean_impacts": pytest.approx(batch.impact_count.mean()),
         "digest": batch.digest,

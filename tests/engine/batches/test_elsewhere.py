@@ -62,7 +62,11 @@ def test_a_density_has_the_same_counts(monkeypatch: Any) -> None:
     whole = occupancy(OPEN, range(5, 505), left=-1.0, top=0.0, cells_per_metre=20.0, shape=(20, 40))
     assert np.array_equal(found.counts, whole.counts)
     assert np.array_equal(found.histogram, whole.histogram)
-    assert (found.drops, found.step, found.unsettled) == (whole.drops, whole.step, whole.unsettled)
+    assert (found.drops, found.step, found.unsettled_count) == (
+        whole.drops,
+        whole.step,
+        whole.unsettled_count,
+    )
     assert abs(found.duration - whole.duration) < 1e-9
     assert told[-1] == 500
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from engine import EngineError, ParameterError, RecordError, drop_many, merkle
+from engine import ParameterError, PlinkoError, RecordError, drop_many, merkle
 from engine.batches.block import Block, block_of, summed
 from engine.batches.job import Job, job_of
 from engine.batches.tally import Tally, tally_of
@@ -157,7 +157,7 @@ def test_a_result_that_lacks_a_field_is_refused(blocks: list[Block]) -> None:
 @pytest.mark.parametrize("bad", [(0, 0, None), (-1, 5, None), (2**64 - 4, 5, None), (0, 1, 9.0)])
 def test_a_job_that_cannot_be_is_refused(bad: tuple[int, int, float | None]) -> None:
     first, drops, aim = bad
-    with pytest.raises(EngineError):
+    with pytest.raises(PlinkoError):
         Job(OPEN, Exact(), first, drops, aim)
 
 

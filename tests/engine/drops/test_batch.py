@@ -10,6 +10,7 @@ from benchmarks.scenes.contact_scenes import scene
 from engine import Board, ParameterError, SeedError, drop, drop_many
 from engine.drops.batch import CHUNK, LEAST_CHUNK, _parts
 from engine.drops.digest import outcomes_digest
+from engine.parameters import SolverName
 
 TRIANGLE = Board.preset("triangle-12")
 SOLVERS = ["exact", "stepped"]
@@ -24,23 +25,23 @@ def outcomes(board: Board, seeds: object, **options: object) -> bytes:
 
 @pytest.mark.parametrize("solver", SOLVERS)
 @pytest.mark.parametrize("name", ["triangle-8", "triangle-16-high", "classic", "galton"])
-def test_a_batch_holds_what_its_drops_give_one_by_one(solver: str, name: str) -> None:
+def test_a_batch_holds_what_its_drops_give_one_by_one(solver: SolverName, name: str) -> None:
     board = Board.preset(name)
     seeds = [*range(30), 2**63, 2**64 - 1]
     many = drop_many(board, seeds, solver=solver)
-    digests = many.digests()
+    digests = many.digests
     for i, seed in enumerate(seeds):
         one = drop(board, seed, solver=solver)
         assert many.bin[i] == (-1 if one.bin is None else one.bin)
         assert (many.duration[i], many.x_end[i]) == (one.duration, one.x_end)
         assert many.x_start[i] == one.x_start
-        assert many.scores[i] == one.score
+        assert many.score[i] == one.score
         assert many.impact_count[i] == one.impact_count
         assert digests[i] == one.digest
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_neither_threads_nor_chunks_change_a_bit(solver: str) -> None:
+def test_neither_threads_nor_chunks_change_a_bit(solver: SolverName) -> None:
     count = 3 * CHUNK + 17 if solver == "exact" else CHUNK + 17
     one = drop_many(TRIANGLE, range(count), solver=solver, threads=1)
     for threads in (2, 3, 8, None):
@@ -103,18 +104,18 @@ def test_seeds_may_come_in_any_form() -> None:
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_explicit_starts_are_those_of_single_drops(solver: str) -> None:
+def test_explicit_starts_are_those_of_single_drops(solver: SolverName) -> None:
     board = Board.preset("classic")
     many = drop_many(board, range(9), xs=board.slots, solver=solver)
     for i, slot in enumerate(board.slots):
-        assert many.digests()[i] == drop(board, i, x=slot, solver=solver).digest
+        assert many.digests[i] == drop(board, i, x=slot, solver=solver).digest
         assert many.x_end[i] == drop(board, x=slot, solver=solver).x_end
 
 
 def test_an_empty_batch_is_a_batch() -> None:
     none = drop_many(TRIANGLE, [])
     assert len(none) == 0
-    assert none.digests() == []
+    assert none.digests == ()
     assert none.histogram.tolist() == [0] * 13
     assert none.digest == drop_many(TRIANGLE, range(0)).digest
 
@@ -123,14 +124,14 @@ def test_what_did_not_land_is_in_no_bin_and_has_its_stake_back() -> None:
     board = scene("shelf").board
     many = drop_many(board, range(5))
     assert many.bin.tolist() == [-1] * 5
-    assert many.unsettled == 5
-    assert many.scores.tolist() == [1.0] * 5
+    assert many.unsettled_count == 5
+    assert many.score.tolist() == [1.0] * 5
     assert many.histogram.sum() == 0
 
 
 def test_the_histogram_counts_every_ball_that_landed() -> None:
     many = drop_many(TRIANGLE, range(3000))
-    assert many.histogram.sum() == 3000 - many.unsettled
+    assert many.histogram.sum() == 3000 - many.unsettled_count
     assert many.histogram.tolist() == [int((many.bin == i).sum()) for i in range(13)]
 
 
@@ -152,7 +153,7 @@ def test_an_error_in_progress_reaches_the_caller() -> None:
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_two_threads_at_once_do_not_disturb_each_other(solver: str) -> None:
+def test_two_threads_at_once_do_not_disturb_each_other(solver: SolverName) -> None:
     expected = [drop_many(TRIANGLE, range(a, a + 400), solver=solver).digest for a in (0, 400)]
     found = ["", ""]
 
@@ -204,9 +205,9 @@ def test_no_array_of_an_outcome_can_be_written_to() -> None:
     arrays = [
         one.impacts,
         many.histogram,
-        many.scores,
-        *many.to_columns().values(),
-        *many[1:3].to_columns().values(),
+        many.score,
+        *many.columns().values(),
+        *many[1:3].columns().values(),
     ]
     for array in arrays:
         with pytest.raises(ValueError, match="read-only"):

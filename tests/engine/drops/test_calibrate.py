@@ -41,7 +41,7 @@ def test_the_sampling_floor_is_what_fair_draws_show() -> None:
 def test_a_fit_of_a_preset_is_that_of_its_drops() -> None:
     found = fit(8, TUNING["triangle-8"], 64)
     assert found.drops == 64
-    assert found.unsettled == 0
+    assert found.unsettled_count == 0
     assert found.duration > 0.0
     assert 0.0 < found.distance < 1.0
 
@@ -76,4 +76,4 @@ def test_a_fall_out_of_limits_and_stuck_balls_count_against_it() -> None:
     assert good.cost == pytest.approx(0.1)
     assert replace(good, duration=LONGEST_FALL + 1.0).cost == pytest.approx(1.1)
     assert replace(good, duration=SHORTEST_FALL - 0.5).cost == pytest.approx(0.6)
-    assert replace(good, unsettled=2).cost == pytest.approx(2.1)
+    assert replace(good, unsettled_count=2).cost == pytest.approx(2.1)

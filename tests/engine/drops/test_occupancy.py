@@ -88,7 +88,7 @@ def test_the_outcomes_are_those_of_the_drops() -> None:
     many = drop_many(BOARD, range(300))
     found = occupancy(BOARD, range(300), **GRID)
     assert found.histogram.tolist() == many.histogram.tolist()
-    assert found.unsettled == many.unsettled
+    assert found.unsettled_count == many.unsettled_count
     assert found.duration == pytest.approx(many.duration.sum(), rel=1e-12)
     assert found.drops == 300
 
@@ -133,7 +133,7 @@ def test_a_drop_that_never_ends_is_looked_at_while_it_lasts() -> None:
         }
     )
     found = occupancy(board, range(3), **GRID)
-    assert (found.unsettled, found.histogram.sum()) == (3, 0)
+    assert (found.unsettled_count, found.histogram.sum()) == (3, 0)
     assert found.counts.sum() * found.step == pytest.approx(found.duration, rel=1e-2)
 
 

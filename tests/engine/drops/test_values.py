@@ -15,7 +15,7 @@ from engine import (
     Drop,
     DropBatch,
     ParameterError,
-    Place,
+    StaticGeometry,
     World,
     certify,
     drop,
@@ -24,6 +24,7 @@ from engine import (
     verify,
 )
 from engine.multibody.scenes import on_board
+from engine.parameters import SolverName
 
 BOARD = Board.preset("triangle-8")
 GRID: dict[str, Any] = {"left": -1.0, "top": 0.0, "cells_per_metre": 2.0, "shape": (4, 4)}
@@ -38,7 +39,7 @@ def values() -> dict[str, Any]:
         "trajectory": one.trajectory,
         "certainty": one.certainty,
         "occupancy": occupancy(BOARD, range(3), **GRID),
-        "geometry": Place.of_board(BOARD),
+        "geometry": StaticGeometry.of_board(BOARD),
     }
 
 
@@ -101,9 +102,9 @@ def test_the_arrays_of_a_value_cannot_be_written(name: str, count: int) -> None:
 
 @pytest.mark.parametrize("solver", ["exact", "stepped"])
 @pytest.mark.parametrize("start", [{}, {"xs": np.linspace(-0.1, 0.11, 5)}])
-def test_a_batch_gives_each_of_its_drops(solver: str, start: dict[str, Any]) -> None:
+def test_a_batch_gives_each_of_its_drops(solver: SolverName, start: dict[str, Any]) -> None:
     many = drop_many("triangle-8", [7, 2**63, 9, 2**64 - 1, 11], solver=solver, **start)
-    assert [one.digest for one in many] == many.digests()
+    assert tuple(one.digest for one in many) == many.digests
     assert (many[1].seed, many[np.int64(3)].seed, many[-1].seed) == (2**63, 2**64 - 1, 11)
     for row, one in enumerate(many):
         assert one.bin == many.bin[row]
@@ -115,7 +116,7 @@ def test_a_batch_gives_each_of_its_drops(solver: str, start: dict[str, Any]) -> 
 def test_a_part_of_a_batch_is_a_batch() -> None:
     many = drop_many(BOARD, range(100))
     assert many[40:60] == drop_many(BOARD, range(40, 60))
-    assert many[40:60].seeds.tolist() == list(range(40, 60))
+    assert many[40:60].seed.tolist() == list(range(40, 60))
     assert many[::-1][0] == many[-1]
     assert len(many[3:3]) == 0
     assert list(many[3:3]) == []
@@ -129,7 +130,7 @@ def test_a_drop_that_a_batch_has_not_is_named(row: int) -> None:
 
 def test_a_batch_has_columns_for_tables() -> None:
     many = drop_many(BOARD, [3, 4, 2**64 - 1])
-    columns = many.to_columns()
+    columns = many.columns()
     assert list(columns) == [
         *("seed", "x_start", "bin", "score", "duration", "impact_count", "x_end", "landed"),
     ]
@@ -148,10 +149,10 @@ def test_pandas_and_polars_take_the_columns_as_they_are() -> None:
     import polars
 
     many = drop_many(BOARD, [3, 4, 2**64 - 1])
-    for frame in (pandas.DataFrame(many.to_columns()), polars.DataFrame(many.to_columns())):
-        assert list(frame.columns) == list(many.to_columns())
+    for frame in (pandas.DataFrame(many.columns()), polars.DataFrame(many.columns())):
+        assert list(frame.columns) == list(many.columns())
         assert frame["seed"].to_list() == [3, 4, 2**64 - 1]
-        assert frame["score"].mean() == many.scores.mean()
+        assert frame["score"].mean() == many.score.mean()
 
 
 Takes = Callable[[Any], Any]
@@ -161,9 +162,9 @@ TAKES: dict[str, Takes] = {
     "drop_many": lambda board: drop_many(board, range(9)).digest,
     "occupancy": lambda board: occupancy(board, range(2), **GRID).counts.tolist(),
     "certify": lambda board: certify(board, 1).to_dict(),
-    "World": lambda board: World(board).digest(),
-    "Place.of_board": lambda board: Place.of_board(board).digest,
-    "on_board": lambda board: on_board(board).digest(),
+    "World": lambda board: World(board).digest,
+    "StaticGeometry.of_board": lambda board: StaticGeometry.of_board(board).digest,
+    "on_board": lambda board: on_board(board).digest,
 }
 
 
@@ -219,13 +220,13 @@ def test_an_exact_world_refuses_what_only_steps_need(field: str) -> None:
 
 
 @pytest.mark.parametrize("solver", ["exact", "stepped"])
-def test_zero_is_one_place_to_start_from(solver: str) -> None:
+def test_zero_is_one_place_to_start_from(solver: SolverName) -> None:
     plus, minus = drop(BOARD, x=0.0, solver=solver), drop(BOARD, x=-0.0, solver=solver)
     assert minus == plus
     assert str(minus.x_start) == "0.0"
     assert minus.to_dict() == plus.to_dict()
     many = drop_many(BOARD, [1, 2], xs=[-0.0, 0.0], solver=solver)
-    assert many.digests() == [plus.digest] * 2
+    assert many.digests == (plus.digest,) * 2
     assert str(many.x_start.tolist()) == "[0.0, 0.0]"
 
 
@@ -234,7 +235,7 @@ def test_zero_is_one_place_in_a_world_too() -> None:
     for world, x in zip(worlds, (0.0, -0.0), strict=True):
         world.add(x=x)
         world.step()
-    assert worlds[0].digest() == worlds[1].digest()
+    assert worlds[0].digest == worlds[1].digest
 
 
 def test_a_record_from_when_zero_had_a_sign_is_still_reproduced() -> None:
@@ -258,5 +259,5 @@ def test_writing_to_a_copy_of_xs_is_not_writing_to_the_callers() -> None:
 
 
 def test_an_arena_keeps_its_short_name() -> None:
-    assert len(repr(Arena(Place.of_board(BOARD)))) < 100
+    assert len(repr(Arena(StaticGeometry.of_board(BOARD)))) < 100
     assert isinstance(drop_many(BOARD, [1]), DropBatch)

@@ -10,6 +10,7 @@ import pytest
 from benchmarks.scenes.contact_scenes import scene, scene_names
 from engine import Board, RecordError, drop, verify
 from engine.constants import PHYSICS_VERSION
+from engine.parameters import SolverName
 
 TRIANGLE = Board.preset("triangle-16")
 
@@ -21,7 +22,7 @@ def record(**options: Any) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("solver", ["exact", "stepped"])
-def test_every_record_verifies_after_a_round_trip_through_json(solver: str) -> None:
+def test_every_record_verifies_after_a_round_trip_through_json(solver: SolverName) -> None:
     boards = [Board.preset("triangle-8-low"), Board.preset("classic"), Board.preset("galton")]
     boards += [scene(name).board for name in scene_names() if name != "shelf"]
     for board in boards:

@@ -14,7 +14,7 @@ from engine.exact.event_log import Log, new_log
 from engine.exact.initial_state import at_rest, in_flight
 from engine.exact.outcome import MAX_EVENTS
 from engine.exact.trace import trace_many
-from engine.parameters import Stepped
+from engine.parameters import SolverName, Stepped
 from engine.physics import body
 from engine.physics.contact import new_series
 from engine.stepped.step import step_many, trace_stepped_many
@@ -46,7 +46,7 @@ def results_of(n: int) -> tuple[Any, Any, Any]:
 
 
 @pytest.mark.parametrize(("solver", "trace"), [("exact", exact), ("stepped", stepped)])
-def test_balls_of_one_log_are_told_apart(solver: str, trace: Callable[..., None]) -> None:
+def test_balls_of_one_log_are_told_apart(solver: SolverName, trace: Callable[..., None]) -> None:
     states, results = started(), results_of(len(SEEDS))
     log = new_log(2000, 20_000, len(SEEDS))
     trace(states, log, results)

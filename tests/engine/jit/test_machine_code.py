@@ -167,7 +167,7 @@ def digests() -> list[str]:
     heap = sandbox(12, width=1.6, height=1.2, seed=3, radii=(0.05, 0.1), speed=3.0)
     for _ in range(40):
         heap.step()
-    return [*found, drop_many("galton", range(40)).digest, heap.digest()]
+    return [*found, drop_many("galton", range(40)).digest, heap.digest]
 
 
 @pytest.mark.long("numba compiles for a minute")

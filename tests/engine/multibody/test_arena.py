@@ -395,7 +395,7 @@ def test_coincident_balls_part_and_always_in_the_same_way() -> None:
         b = arena.bodies
         assert arena.diagnostics().penetration_radii < 0.01
         assert (np.abs(b["x"]) < 1.96).all()
-        results.append(arena.digest())
+        results.append(arena.digest)
     assert results[0] == results[1]
 
 
@@ -457,7 +457,7 @@ def test_a_setting_out_of_range_is_named(name: str, value: object) -> None:
 def test_bad_inputs_are_named_and_change_nothing() -> None:
     arena = free()
     arena.add(0.0, 0.0)
-    before = arena.digest()
+    before = arena.digest
     bad: list[tuple[dict[str, Any], str]] = [
         ({"op": "add", "x": math.nan, "y": 0.0}, "x"),
         ({"op": "add", "x": 0.0, "y": 0.0, "radius": -1.0}, "radius"),
@@ -480,7 +480,7 @@ def test_bad_inputs_are_named_and_change_nothing() -> None:
         with pytest.raises(ParameterError) as caught:
             arena.apply(entry)
         assert caught.value.field == field, entry
-    assert arena.digest() == before
+    assert arena.digest == before
     with pytest.raises(ParameterError, match="there is no setting 'levity'"):
         arena.configure(levity=1)
     with pytest.raises(RecordError):
@@ -551,7 +551,7 @@ def test_replayed_inputs_give_the_same_digest() -> None:
         steps(copy, entry["tick"] - copy.tick)
         copy.apply(entry)
     steps(copy, live.tick - copy.tick)
-    assert copy.digest() == live.digest()
+    assert copy.digest == live.digest
     assert len(live.record) == 9
 
 

@@ -27,7 +27,7 @@ for tick in range(40):
         arena.remove(5)
         arena.add(0.0, 0.3, vx=300.0, radius=0.04)
     arena.step()
-print(arena.digest())
+print(arena.digest)
 """
 
 
@@ -61,14 +61,14 @@ def test_a_restored_arena_goes_on_bit_for_bit(tick: int) -> None:
         arena.step()
     saved = arena.snapshot()
     copy = Arena.from_snapshot(saved)
-    assert copy.digest() == arena.digest()
+    assert copy.digest == arena.digest
     assert copy.snapshot() == saved
     for k in range(150):
         for one in (arena, copy):
             if k == 20:
                 one.add(0.0, 0.1, vy=5.0)
             one.step()
-    assert copy.digest() == arena.digest()
+    assert copy.digest == arena.digest
     assert copy.take_events() == [e for e in arena.take_events() if e.tick > tick]
 
 
@@ -83,7 +83,7 @@ def test_taking_snapshots_and_looking_change_nothing() -> None:
             seen.take_events()
             assert len(seen.bodies) == 40
             seen.interpolated(0.3)
-    assert seen.digest() == unseen.digest()
+    assert seen.digest == unseen.digest
 
 
 def test_the_order_in_which_balls_are_added_does_not_matter() -> None:
@@ -100,7 +100,7 @@ def test_the_order_in_which_balls_are_added_does_not_matter() -> None:
         assert arena.bodies["id"].tolist() == list(range(n))
         for _ in range(120):
             arena.step()
-        digests.add(arena.digest())
+        digests.add(arena.digest)
     assert len(digests) == 1
 
 
@@ -112,7 +112,7 @@ def test_the_frame_rate_does_not_matter() -> None:
             arena.advance(min(1.0 / rate, (100.25 - arena.tick) / 60.0))
         saved = Arena.from_snapshot(arena.snapshot())
         saved._accumulator = 0.0
-        digests.add(saved.digest())
+        digests.add(saved.digest)
     assert len(digests) == 1
 
 

@@ -59,7 +59,7 @@ def test_the_record_has_landings_of_every_aim_of_each_board(name: str) -> None:
     found = landings_of_record(name)
     assert tuple(each.aim for each in found) == aims_of(board)
     assert {len(each.histogram) for each in found} == {board.bins.count}
-    assert sum(each.unsettled for each in found) == 0
+    assert sum(each.unsettled_count for each in found) == 0
 
 
 @pytest.mark.parametrize("name", [name for name in PLAYED if plain_name(name) == name])

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from engine import Board, EngineError, drop_many
+from engine import Board, PlinkoError, drop_many
 from engine.board.presets import HOUSE
 from engine.payouts.landings import Landings, aims_of
 from engine.payouts.listing import listed
@@ -63,7 +63,7 @@ DAMAGED: list[tuple[Any, str]] = [
 
 @pytest.mark.parametrize(("form", "said"), DAMAGED)
 def test_a_damaged_record_is_refused_by_its_place(form: Any, said: str) -> None:
-    with pytest.raises(EngineError, match=said):
+    with pytest.raises(PlinkoError, match=said):
         from_text(json.dumps(form))
 
 
@@ -81,11 +81,11 @@ def test_a_board_s_blocks_are_consecutive_and_judges_come_last() -> None:
 def test_fewer_than_one_in_a_million_aimed_drops_end_unsettled() -> None:
     """If none of n drops is unsettled, the rate is at 95 % at most 1 - 0.05^(1/n), about 3 / n."""
     aimed = [each for counted in shipped().values() for each in counted.all()[1:]]
-    assert sum(each.unsettled for each in aimed) == 0
+    assert sum(each.unsettled_count for each in aimed) == 0
     assert 3.0 / sum(each.drops for each in aimed) < 1e-6
     for name, counted in shipped().items():
         own = counted.all()[0]
-        assert own.unsettled == 0
+        assert own.unsettled_count == 0
         rare = 1e-6 if listed(name).world == HOUSE else 4e-6
         assert 3.0 / own.drops < rare, "of a drop at the middle, as the board's own start is"
 

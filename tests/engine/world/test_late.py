@@ -28,7 +28,7 @@ def test_a_ball_that_enters_late_goes_on_as_if_it_had_not(late_at: int) -> None:
     expected, on_time = world_after(1100, late_at=7)
     found, events = world_after(1100, late_at=late_at)
     assert sorted(events, key=repr) == sorted(on_time, key=repr)
-    assert found.digest() == expected.digest()
+    assert found.digest == expected.digest
     assert len(events) == 2
 
 
@@ -37,7 +37,7 @@ def test_a_ball_that_enters_late_is_always_where_it_would_be(late_at: int) -> No
     for ticks in (late_at + 1, late_at + 30):
         expected, _ = world_after(ticks, late_at=7)
         found, _ = world_after(ticks, late_at=late_at)
-        assert found.digest() == expected.digest()
+        assert found.digest == expected.digest
         assert found.bodies["x"].tolist() == expected.bodies["x"].tolist()
 
 
@@ -54,7 +54,7 @@ def test_the_world_is_at_once_as_if_the_ball_had_been_on_time() -> None:
         late = World(BOARD)
         late.restore(lonely.snapshot())
         late.add_flight(fly(BOARD, start), SEEDS[1], 7)
-        assert late.digest() == expected.digest()
+        assert late.digest == expected.digest
         bounces += int(late.bodies["bounced"][1])
         for world in (expected, lonely):
             world.step()
@@ -70,7 +70,7 @@ def test_a_world_that_jumps_arrives_where_steps_would_bring_it(jumps: list[int])
         for _ in range(ticks):
             stepping.step(contacts=False)
         jumping.advance_to(jumping.tick + ticks, contacts=False)
-        assert jumping.digest() == stepping.digest()
+        assert jumping.digest == stepping.digest
         assert jumping.bodies.tobytes() == stepping.bodies.tobytes()
         assert jumping.take_events() == stepping.take_events()
     for world in (stepping, jumping):

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from benchmarks.scenes.contact_scenes import scene
 from engine import Board, ParameterError, RecordError, SeedError, World, drop
 from engine.constants import KIND_PEG, KIND_WALL
+from engine.parameters import SolverName
 from engine.world.events import Contact, Landing
 from tests.long import tries
 
@@ -36,7 +37,7 @@ def landings(events: list[Any]) -> dict[int, Landing]:
 
 @pytest.mark.parametrize("solver", SOLVERS)
 @pytest.mark.parametrize("name", ["triangle-8", "triangle-16", "classic", "galton"])
-def test_a_ball_in_a_world_is_the_drop_of_its_seed(solver: str, name: str) -> None:
+def test_a_ball_in_a_world_is_the_drop_of_its_seed(solver: SolverName, name: str) -> None:
     board = Board.preset(name)
     world = World(board, solver=solver)
     for seed in range(4):
@@ -51,7 +52,7 @@ def test_a_ball_in_a_world_is_the_drop_of_its_seed(solver: str, name: str) -> No
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_a_world_runs_the_same_with_and_without_contacts(solver: str) -> None:
+def test_a_world_runs_the_same_with_and_without_contacts(solver: SolverName) -> None:
     told, untold = (World(TRIANGLE, solver=solver) for _ in range(2))
     for seed in range(4):
         assert told.add(seed) == untold.add(seed)
@@ -60,12 +61,12 @@ def test_a_world_runs_the_same_with_and_without_contacts(solver: str) -> None:
         untold.step(contacts=False)
         landed = [event for event in told.take_events() if isinstance(event, Landing)]
         assert untold.take_events() == landed
-        assert untold.digest() == told.digest(), "which bounced in the last step is part of it"
+        assert untold.digest == told.digest, "which bounced in the last step is part of it"
     assert not untold.awake
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_the_contacts_of_a_world_are_the_impacts_of_its_drops(solver: str) -> None:
+def test_the_contacts_of_a_world_are_the_impacts_of_its_drops(solver: SolverName) -> None:
     world = World(TRIANGLE, solver=solver)
     world.add(5)
     told = [event for event in run(world) if isinstance(event, Contact)]
@@ -156,7 +157,7 @@ def test_what_is_seen_of_a_ball_does_not_depend_on_the_step() -> None:
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_adding_balls_changes_nothing_for_the_others(solver: str) -> None:
+def test_adding_balls_changes_nothing_for_the_others(solver: SolverName) -> None:
     alone = World(TRIANGLE, solver=solver)
     alone.add(42)
     shared = World(TRIANGLE, solver=solver)
@@ -178,7 +179,7 @@ def test_adding_balls_changes_nothing_for_the_others(solver: str) -> None:
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_a_ball_added_later_falls_as_if_it_had_been_first(solver: str) -> None:
+def test_a_ball_added_later_falls_as_if_it_had_been_first(solver: SolverName) -> None:
     world = World(TRIANGLE, solver=solver)
     world.add(1)
     for _ in range(37):
@@ -190,7 +191,7 @@ def test_a_ball_added_later_falls_as_if_it_had_been_first(solver: str) -> None:
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_bodies_are_the_states_of_the_drops(solver: str) -> None:
+def test_bodies_are_the_states_of_the_drops(solver: SolverName) -> None:
     """To the bit, except that the stepped solver's velocities are those of the next substep."""
     world = World(TRIANGLE, solver=solver)
     world.add(9)
@@ -210,7 +211,9 @@ def test_bodies_are_the_states_of_the_drops(solver: str) -> None:
 @given(ticks=st.lists(st.integers(0, 120), min_size=1, max_size=4), first=st.integers(0, 2**32))
 @pytest.mark.long
 @settings(max_examples=tries(15, 200))
-def test_a_restored_world_goes_on_to_the_bit(solver: str, ticks: list[int], first: int) -> None:
+def test_a_restored_world_goes_on_to_the_bit(
+    solver: SolverName, ticks: list[int], first: int
+) -> None:
     """Save and restore at random ticks, with balls of different ages and half a step left over."""
     world = World(TRIANGLE, solver=solver)
     events: list[Any] = []
@@ -226,11 +229,11 @@ def test_a_restored_world_goes_on_to_the_bit(solver: str, ticks: list[int], firs
         world = World(TRIANGLE, solver=solver)
         world.restore(saved)
         assert world.snapshot() == saved
-        assert world.digest() == twin.digest()
+        assert world.digest == twin.digest
         assert world.bodies.tobytes() == twin.bodies.tobytes()
         assert world.interpolated(0.5).tobytes() == twin.interpolated(0.5).tobytes()
     assert events + run(world) == twin_events + run(twin)
-    assert world.digest() == twin.digest()
+    assert world.digest == twin.digest
     assert world.add(1) == twin.add(1)
 
 
@@ -252,7 +255,7 @@ def test_a_snapshot_of_another_world_is_refused_by_what_differs() -> None:
 
 @pytest.mark.parametrize("solver", SOLVERS)
 @given(st.lists(st.floats(0.0, 0.3), min_size=1, max_size=20))
-def test_alpha_is_the_part_of_a_step_left_over(solver: str, times: list[float]) -> None:
+def test_alpha_is_the_part_of_a_step_left_over(solver: SolverName, times: list[float]) -> None:
     world = World(Board.preset("triangle-8"), solver=solver)
     world.add(0)
     total = 0.0
@@ -283,7 +286,7 @@ def test_interpolation_lies_between_two_ticks() -> None:
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_events_come_in_order_of_time_then_kind_then_ball(solver: str) -> None:
+def test_events_come_in_order_of_time_then_kind_then_ball(solver: SolverName) -> None:
     world = World(TRIANGLE, solver=solver)
     starts = {}
     for i in range(40):
@@ -303,7 +306,7 @@ def test_events_come_in_order_of_time_then_kind_then_ball(solver: str) -> None:
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_a_world_sleeps_when_nothing_moves(solver: str) -> None:
+def test_a_world_sleeps_when_nothing_moves(solver: SolverName) -> None:
     world = World(TRIANGLE, solver=solver)
     assert not world.awake
     assert (world.count, world.tick, len(world.bodies)) == (0, 0, 0)
@@ -318,7 +321,7 @@ def test_a_world_sleeps_when_nothing_moves(solver: str) -> None:
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_a_ball_that_cannot_land_leaves_the_world_with_a_reason(solver: str) -> None:
+def test_a_ball_that_cannot_land_leaves_the_world_with_a_reason(solver: SolverName) -> None:
     world = World(scene("apex").board, solver=solver)
     world.add(x=0.0)
     landing = landings(run(world))[0]
@@ -328,7 +331,7 @@ def test_a_ball_that_cannot_land_leaves_the_world_with_a_reason(solver: str) -> 
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_bounced_marks_the_steps_with_a_hit(solver: str) -> None:
+def test_bounced_marks_the_steps_with_a_hit(solver: SolverName) -> None:
     world = World(TRIANGLE, solver=solver)
     world.add(6)
     while world.awake:
@@ -373,18 +376,18 @@ def test_an_invalid_frame_time_is_refused_with_its_value(bad: float) -> None:
 def test_a_bad_ball_is_refused_and_leaves_the_world_as_it_was() -> None:
     world = World(TRIANGLE)
     world.add(1)
-    before = world.digest()
+    before = world.digest
     with pytest.raises(SeedError):
         world.add(-1)
     with pytest.raises(ParameterError):
         world.add(1, x=99.0)
     with pytest.raises(ParameterError):
         world.add()
-    assert world.digest() == before
+    assert world.digest == before
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_balls_keep_their_ids_when_others_land(solver: str) -> None:
+def test_balls_keep_their_ids_when_others_land(solver: SolverName) -> None:
     world = World(Board.preset("triangle-8"), solver=solver)
     for i in range(30):
         world.add(i)

@@ -9,6 +9,7 @@ import pytest
 
 from engine import Board, Drop, drop
 from engine.constants import KIND_CONTACT_BEGIN
+from engine.parameters import SolverName
 from tests.js.conftest import Run
 
 # Balls with little bounce on a slope and on pegs: they soon roll and slide.
@@ -99,7 +100,7 @@ def test_a_stepped_drop_is_shown_at_its_substeps(run: Run) -> None:
 
 @pytest.mark.parametrize(("solver", "fps"), [("exact", 1), ("stepped", 240)])
 def test_drops_are_sampled_only_where_the_page_cannot_compute(
-    run: Run, solver: str, fps: float
+    run: Run, solver: SolverName, fps: float
 ) -> None:
     drops = (drop(Board.preset("triangle-8"), seed, solver=solver) for seed in range(100))
     record = next(d for d in drops if KIND_CONTACT_BEGIN not in d.impacts["kind"]).to_dict()

@@ -4,7 +4,8 @@ from functools import cache
 from importlib.util import find_spec
 
 from app.computing.tasks import Ask
-from app.errors import InvalidValueError, MissingPartError
+from app.errors import InvalidValueError
+from engine.errors import MissingPartError
 from engine.parameters import Exact
 
 

@@ -2,12 +2,12 @@
 
 from fastapi import Request, Response
 
-from app.errors import MissingPartError
 from app.web.routes.common import Server, body_of, documented, read, reply
 from app.web.routes.rooms.halts import Token
 from app.web.routes.rooms.operator import check_operator
 from app.web.routes.table import operations
 from app.web.schemas.cluster import MoveRequest, MoveView
+from engine.errors import MissingPartError
 
 router = operations("health")
 

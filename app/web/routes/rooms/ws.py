@@ -53,7 +53,7 @@ from app.web.routes.queries import check_queries
 from app.web.routes.rooms.joined_sessions import JoinedSessions
 from app.web.routes.rooms.room_changes import Changes
 from app.web.services import Services
-from engine.errors import EngineError
+from engine.errors import PlinkoError
 
 router = APIRouter()
 
@@ -199,7 +199,7 @@ class RoomClient:
         except LeaseLostError as lost:
             self.client.fail(lost)  # close without an error event: the client reconnects
         except Exception as error:  # noqa: BLE001 - the client gets an error event for any fault
-            if not isinstance(error, AppError | EngineError):
+            if not isinstance(error, PlinkoError):
                 _log.exception("a message failed")
             innocent = isinstance(error, _INNOCENT) and not isinstance(error, MessageFloodError)
             if not innocent and not self._strikes.take(time.monotonic()):

@@ -93,7 +93,7 @@ async def test_others_tick_during_a_long_step_and_its_room_catches_up(
     assert heap.room.checkpoint(), "it is read while another thread computes"
     gate.open(4)  # the missed ticks, which follow without a pass of the ticker
     await eventually(lambda: heap.room.world.tick == 4)
-    assert heap.room.world.digest() == alone(4).world.digest()
+    assert heap.room.world.digest == alone(4).world.digest
 
 
 async def test_a_room_that_is_slow_for_long_gives_ticks_up(rooms: Rooms, gate: Gate) -> None:
@@ -119,9 +119,7 @@ async def test_an_input_enters_at_its_tick_during_the_next_step(rooms: Rooms, ga
     await eventually(lambda: run_pass(rooms.runner) and heap.room.world.tick >= tick + 8)
     assert placed.done()
     assert placed.result().tick == planned.tick
-    assert (
-        heap.room.world.digest() == alone(heap.room.world.tick, ball_at=planned.tick).world.digest()
-    )
+    assert heap.room.world.digest == alone(heap.room.world.tick, ball_at=planned.tick).world.digest
 
 
 async def test_a_room_is_closed_or_restarted_during_its_step(rooms: Rooms, gate: Gate) -> None:
@@ -133,7 +131,7 @@ async def test_a_room_is_closed_or_restarted_during_its_step(rooms: Rooms, gate:
     gate.open(100)
     await eventually(lambda: run_pass(rooms.runner) and anew.room.world.tick >= 3)
     assert (gone.room.world.tick, old.world.tick) == (0, 0), "nobody ticks what is gone"
-    assert anew.room.world.digest() == alone(anew.room.world.tick).world.digest()
+    assert anew.room.world.digest == alone(anew.room.world.tick).world.digest
 
 
 async def test_a_room_deleted_while_it_restarts_stays_deleted(rooms: Rooms) -> None:

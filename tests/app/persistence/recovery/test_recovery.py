@@ -64,12 +64,12 @@ async def test_an_empty_touching_room_comes_back_and_takes_a_ball(url: str, orde
         room = life.rooms.find(name)
         await life.drop(room, 1)
         await life.rest()
-        was = room.room.world.digest()
+        was = room.room.world.digest
         if orderly:
             await life.leave()
     async with living(url) as life:
         room = await life.rooms.seek(name)
-        assert (room.room.world.count, room.room.taken, room.room.world.digest()) == (0, 1, was)
+        assert (room.room.world.count, room.room.taken, room.room.world.digest) == (0, 1, was)
         await life.drop(room, 2)
         await life.rest()
         assert room.room.stats().drops == 2
