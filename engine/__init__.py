@@ -16,6 +16,7 @@ from engine.drops.draws import find_draw
 from engine.drops.drop import Drop, drop
 from engine.drops.occupancy import Occupancy, occupancy
 from engine.drops.seeds import seeds_landing_in
+from engine.drops.sweep import sweep
 from engine.drops.trajectory import Trajectory
 from engine.drops.verify import Verification, verify
 from engine.errors import (
@@ -87,6 +88,7 @@ __all__ = [
     "polygon",
     "preset_names",
     "seeds_landing_in",
+    "sweep",
     "verify",
 ]
 

@@ -19,7 +19,9 @@ def number(value: object, field: str, low: float, high: float) -> float:
 
     Numbers of numpy, such as a float32, are accepted too.
     """
-    if isinstance(value, bool) or not isinstance(value, float | int | Real):
+    if isinstance(value, Real) and not isinstance(value, int):
+        value = float(value)
+    if isinstance(value, bool) or not isinstance(value, int | float):
         raise ParameterError(f"{field} {value!r:.60} is not a number", field=field)
     if not low <= value <= high:  # a NaN fails this too
         raise ParameterError(f"{field} {value!r:.60} is not from {low:g} to {high:g}", field=field)

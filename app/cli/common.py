@@ -194,7 +194,7 @@ def load_board(name: str) -> "Board":
     if name in preset_names():
         return Board.preset(name)
     path = Path(name)
-    if path.is_file():
+    if path.exists() and not path.is_dir():  # a file, or a pipe such as /dev/stdin
         try:
             return Board.from_json(path)
         except BoardError as error:

@@ -6,7 +6,7 @@ block the event loop.
 
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import msgspec
 import numpy as np
@@ -23,15 +23,10 @@ from engine.drops.digest import BLOCK
 from engine.drops.drop import make_drop
 from engine.drops.seeds import Search
 from engine.drops.start import unsigned_zero
-from engine.json_text import JsonObject
+from engine.json_text import Json, JsonObject
 from engine.parameters import Exact, Solver, Stepped
 from engine.payouts.solve import solve_payouts
 from engine.seeding import SEED_LIMIT
-
-if TYPE_CHECKING:
-    from app.render.animation import Animation
-    from app.render.raster.encode import Still
-    from app.render.theme import Scheme
 
 MAX_SECONDS: Final = 9.0
 """CPU seconds for many drops. The error at this limit says how many were done; any other job runs
@@ -274,23 +269,21 @@ def payouts(board: Board, returned: float, risk: str, drops: int) -> JsonObject:
 # The first picture imports Pillow where the fork server has not done so.
 
 
-def still(ask: Ask, fmt: "Still", width: int, theme: "Scheme", at: float | None) -> bytes:
+def still(ask: Ask, fmt: Json, width: int, theme: Json, at: float | None) -> bytes:
     """Draw a drop: its path, or the moment `at` s after the start."""
     from app.render import drop_picture  # noqa: PLC0415
 
     return drop_picture(ask.drop(), fmt, width, theme, at)
 
 
-def animation(ask: Ask, fmt: "Animation", width: int, fps: int, theme: "Scheme") -> bytes:
+def animation(ask: Ask, fmt: Json, width: int, fps: int, theme: Json) -> bytes:
     """Draw a drop as an animation."""
     from app.render import drop_animation  # noqa: PLC0415
 
     return drop_animation(ask.drop(), fmt, width, fps, theme)
 
 
-def density(
-    many: Many, fmt: "Still", width: int, theme: "Scheme", seconds: float = MAX_SECONDS
-) -> bytes:
+def density(many: Many, fmt: Json, width: int, theme: Json, seconds: float = MAX_SECONDS) -> bytes:
     """Draw where the balls of many drops spend their time."""
     from app.render import density_picture  # noqa: PLC0415
 
@@ -298,7 +291,7 @@ def density(
     return density_picture(many.board, many.seeds, fmt, width, theme, 1, patience)
 
 
-def histogram(many: Many, fmt: "Still", width: int, theme: "Scheme") -> bytes:
+def histogram(many: Many, fmt: Json, width: int, theme: Json) -> bytes:
     """Draw how many balls land in each bin."""
     from app.render import histogram_picture  # noqa: PLC0415
 
@@ -309,9 +302,9 @@ def histogram(many: Many, fmt: "Still", width: int, theme: "Scheme") -> bytes:
 
 def sheet(
     many: Many,
-    fmt: "Still",
+    fmt: Json,
     width: int,
-    theme: "Scheme",
+    theme: Json,
     columns: int | None,
     seconds: float = MAX_SECONDS,
 ) -> bytes:

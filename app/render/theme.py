@@ -71,7 +71,7 @@ def _theme(data: JsonObject, name: str, place: JsonObject | None = None) -> Them
 
 def _load() -> dict[str, Theme]:
     data = json.loads((static_directory() / "theme.json").read_text(encoding="utf-8"))
-    themes = {name: _theme(data, name) for name in SCHEMES}
+    themes: dict[str, Theme] = {name: _theme(data, name) for name in SCHEMES}
     for world, place in data["places"].items():
         for name in SCHEMES:
             themes[f"{name}{_PART}{world}"] = _theme(data, name, place)

@@ -21,12 +21,12 @@ from engine.parameters import SolverName
 STARTS = 100
 """Starts on each random board."""
 
-SOLVERS: dict[str, dict[str, Any]] = {
+SOLVERS: dict[SolverName, dict[str, Any]] = {
     "exact": {"solver": "exact"},
     "stepped": {"solver": "stepped"},
 }
 
-Totals = defaultdict[tuple[str, str], Findings]
+Totals = defaultdict[tuple[str, SolverName], Findings]
 """Findings by part of the benchmark and solver."""
 
 TORTURE, RANDOM = "torture catalogue", "random boards"

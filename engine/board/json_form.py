@@ -40,6 +40,9 @@ _BINS: Final = ("y", "edges", "multipliers", "labels")
 _LABEL: Final = ("text", "colour")
 _DROP: Final = ("x", "y", "jitter", "slots", "reach", "aim")
 
+PARTS: Final = ("ball", "peg_material", "wall_material", "drop", "bins")
+"""Fields of a board that are objects in its JSON form."""
+
 _PARTS: Final[Mapping[str, tuple[type[Any], tuple[str, ...]]]] = {
     "ball": (BallSpec, _BALL),
     "peg_material": (Material, _MATERIAL),
@@ -111,6 +114,14 @@ def fields(form: Mapping[str, Any], faults: Faults) -> dict[str, Any]:
     return {key: form[key] for key in plain if key in form} | {
         key: value for key, value in result.items() if value is not None
     }
+
+
+def part(key: str, form: Mapping[str, Any], width: Any, height: Any) -> Any:
+    """Return the part `key` of a board from its JSON form, such as `bins` from a dict."""
+    if key == "bins":
+        return _bins({"bins": form, "width": width, "height": height})
+    kind, names = _PARTS[key]
+    return _part(kind, form, key, names)
 
 
 def _bins(form: Mapping[str, Any]) -> Bins:

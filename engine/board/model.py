@@ -12,6 +12,7 @@ from engine.board.checks import playable
 from engine.board.drawing import board_svg
 from engine.board.faults import Faults
 from engine.board.fields import BoardFields
+from engine.board.payouts import Risk
 from engine.notebooks import figure, png
 
 
@@ -19,7 +20,8 @@ from engine.notebooks import figure, png
 class Board(BoardFields):
     """A valid board. The constructor checks every field, then the board as a whole.
 
-    Boards are equal if their digests are. Raises BoardError, whose `faults` list every fault.
+    A part, such as `bins`, may also be a dict in the JSON form, with the same defaults. Boards are
+    equal if their digests are. Raises BoardError, whose `faults` list every fault.
     """
 
     digest: str = dataclasses.field(init=False)
@@ -34,6 +36,12 @@ class Board(BoardFields):
         that `is_kept`, which was checked when it was new.
         """
         faults = Faults()
+        for key in json_form.PARTS:
+            form = getattr(self, key)
+            if isinstance(form, Mapping):
+                part = faults.take(json_form.part, key, form, self.width, self.height)
+                object.__setattr__(self, key, part)
+        faults.end()
         for key, check in values.CHECKS.items():
             object.__setattr__(self, key, faults.take(check, getattr(self, key)))
         faults.end()
@@ -69,13 +77,16 @@ class Board(BoardFields):
         return _preset(name)
 
     @classmethod
-    def triangle(cls, rows: int, *, risk: str = "medium", **changes: Any) -> "Board":
+    def triangle(cls, rows: int, *, risk: Risk = "medium", **changes: Any) -> "Board":
         """Return the triangular board of `rows` rows, 4 to 20, with `changes` as for `replace`.
 
         From 8 to 16 rows it is the preset with the payout table of `risk`: low, medium or high.
         On other triangles every bin returns the stake, unless `bins={"multipliers": …}` is given.
+        With changes its name is `triangle of 8 rows`, because it is no longer the preset.
         """
         fields = making.triangle_fields(rows, risk)
+        if changes:
+            changes = {"name": f"triangle of {rows} rows"} | changes
         return cls(**making.replaced(fields, changes))
 
     def replace(self, **changes: Any) -> "Board":
@@ -85,6 +96,19 @@ class Board(BoardFields):
         `board.replace(gravity=1.62, ball={"radius": 0.1})`. Raises BoardError.
         """
         return type(self)(**making.replaced(self, changes))
+
+    def with_restitution(self, e: float) -> "Board":
+        """Return the board with restitution `e` in every contact: of ball, pegs and walls.
+
+        Of two surfaces the greater restitution counts, so a change of one may have no effect.
+        """
+        surface = {"restitution": e}
+        return self.replace(ball=surface, peg_material=surface, wall_material=surface)
+
+    def with_friction(self, mu: float) -> "Board":
+        """Return the board with friction `mu` in every contact: of ball, pegs and walls."""
+        surface = {"friction": mu}
+        return self.replace(ball=surface, peg_material=surface, wall_material=surface)
 
     @classmethod
     def named(cls, board: object) -> "Board":

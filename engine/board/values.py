@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
+from numbers import Real
 from types import MappingProxyType
 from typing import Any, Final, TypeVar
 
@@ -72,7 +73,7 @@ def number(
     wanted: str = "",
 ) -> float:
     """Return `value` as a float in [low, high], -0.0 as 0.0; otherwise raise BoardError."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    if isinstance(value, bool) or not isinstance(value, int | float | Real):
         raise fail(field, value, "it must be a number")
     try:
         result = float(value)

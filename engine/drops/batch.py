@@ -113,7 +113,7 @@ class DropBatch:
             self, **{name: _read_only(array[rows]) for name, array in self._arrays().items()}
         )
 
-    def _arrays(self) -> dict[str, npt.NDArray[Any]]:
+    def _arrays(self) -> dict[str, Any]:
         names = (field.name for field in fields(self) if field.name not in _OF_ALL)
         return {name: getattr(self, name) for name in names}
 
@@ -288,7 +288,7 @@ def concat(batches: Iterable[DropBatch]) -> DropBatch:
                     f"{one!r:.80}",
                     field=f"batches[{number}]",
                 )
-    columns = {
+    columns: dict[str, Any] = {
         name: _read_only(np.concatenate([getattr(part, name) for part in parts]))
         for name in parts[0]._arrays()
     }

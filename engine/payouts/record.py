@@ -220,11 +220,12 @@ def landings_of_record(name: str) -> Block:
     return counted.all() if counted else ()
 
 
-def odds_of_record(board: Board) -> tuple[Odds, ...]:
+def odds_of_record(board: Board | str) -> tuple[Odds, ...]:
     """The odds of a preset from the drops that judge its table, its own start first.
 
-    Empty for a board that is not a preset.
+    board: a Board, or a preset's name. Empty for a board that is not a preset.
     """
+    board = Board.named(board)
     counted = shipped().get(presets.plain_name(board.name))
     if counted is None or board.preset_name is None:
         return ()

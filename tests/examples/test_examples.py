@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -133,6 +134,30 @@ def test_a_worksheet_has_its_pictures_table_and_questions(tmp_path: Path) -> Non
         rows = list(csv.DictReader(file))
     assert len(rows) == 2000
     assert {"seed", "bin", "impact_count"} <= set(rows[0])
+
+
+def test_an_environment_rewards_starts_above_the_goal() -> None:
+    said = run(sys.executable, "vector_env.py").splitlines()
+    above, anywhere = (float(line.rpartition(" ")[2]) for line in said)
+    assert anywhere < above < 0.0
+
+
+def test_an_environment_has_the_form_of_gymnasium(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(EXAMPLES)
+    env = import_module("vector_env").PlinkoVectorEnv("classic", num_envs=5)
+    first, info = env.reset(seed=3)
+    assert (first.shape, first.dtype, info) == ((5, 1), np.float32, {})
+    assert np.array_equal(env.reset(seed=3)[0], first)
+    xs = np.array([[-1.0], [0.0], [0.5], [1.0], [99.0]], np.float32)
+    following, rewards, terminated, truncated, info = env.step(xs)
+    landed = [drop("classic", x=min(float(x), env.high)).bin for x in xs.ravel()]
+    assert info["bin"].tolist() == landed
+    assert rewards.tolist() == [
+        -abs(b - goal) for b, goal in zip(landed, first.ravel(), strict=True)
+    ]
+    assert (terminated.all(), truncated.any()) == (True, False)
+    assert np.array_equal(info["final_obs"], first)
+    assert following.shape == (5, 1)
 
 
 def names(server: Running) -> list[str]:

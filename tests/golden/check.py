@@ -14,13 +14,14 @@ from typing import Any
 
 from benchmarks.scenes.contact_scenes import scene, scene_names
 from engine import PHYSICS_VERSION, Board, drop, drop_many
+from engine.parameters import SolverName
 from tests.kit.presets import SAMPLE
 
 FILE = Path(__file__).parent / "digests.json"
 
-SOLVERS = ("exact", "stepped")
+SOLVERS: tuple[SolverName, ...] = ("exact", "stepped")
 SEEDS = (42, 0, 1, 4_294_967_296, 18_446_744_073_709_551_615)
-BATCH = {"exact": 1000, "stepped": 100}
+BATCH: dict[SolverName, int] = {"exact": 1000, "stepped": 100}
 """By solver, the number of drops (seeds 0, 1, …) in each batch digest."""
 
 Entry = dict[str, Any]

@@ -21,12 +21,14 @@ PAGE = DOCS / "python-reference.md"
 GROUPS = {
     "Boards": ["Board", "BallSpec", "Material", "Peg", "Wall", "Bins", "Label", "DropZone",
                "polygon", "preset_names"],
-    "Drops": ["drop", "Drop", "drop_many", "DropBatch", "occupancy", "Occupancy",
-              "seeds_landing_in", "find_draw"],
+    "Drops": ["drop", "Drop", "Trajectory", "Certainty", "Solver", "drop_many", "DropBatch", "concat",
+              "sweep", "occupancy", "Occupancy", "seeds_landing_in", "find_draw"],
     "Proofs and records": ["certify", "Certificate", "verify", "Verification"],
-    "Live worlds": ["World", "Arena", "ArenaSettings", "Place"],
+    "Live worlds": ["World", "Arena", "ArenaSettings", "StaticGeometry"],
     "Pictures": list(plinko.PICTURES),
-    "Errors": ["EngineError", "BoardError", "Fault", "SeedError", "ParameterError", "RecordError"],
+    "Errors": ["PlinkoError", "BoardError", "Fault", "SeedError", "ParameterError", "RecordError",
+               "EffortError", "JsonSyntaxError", "JsonValueError", "InvalidValueError",
+               "MissingPartError", "ClusterError"],
     "Versions": ["PHYSICS_VERSION", "__version__"],
 }  # fmt: skip
 """All names of `plinko`, in the order of the page."""
@@ -72,7 +74,7 @@ def _entry(name: str, value: Any) -> str:
 
 def _class(name: str, value: type) -> str:
     node = _node(value)
-    bases = f"({ast.unparse(node.bases[0])})" if node.bases and "Error" in name else ""
+    bases = f"({', '.join(map(ast.unparse, node.bases))})" if "Error" in name else ""
     lines = [f"class {name}{bases}"]
     lines += dict.fromkeys(f"    {line}" for kind in _ours(value) for line in _fields(_node(kind)))
     members: dict[str, ast.FunctionDef] = {}

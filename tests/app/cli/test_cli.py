@@ -2,6 +2,7 @@
 
 import gc
 import json
+import os
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -114,6 +115,15 @@ def test_an_explicit_start_and_a_solver_are_passed_on(plinko: Terminal) -> None:
 def test_a_board_may_be_a_file(plinko: Terminal, board_file: Path) -> None:
     record = plinko.json("drop", board_file, "--seed", 5)
     assert record["board"]["name"] == "my board"
+    assert record["digest"] == drop(Board.from_json(BOARD), 5).digest
+
+
+def test_a_board_may_come_through_a_pipe(plinko: Terminal) -> None:
+    reading, writing = os.pipe()
+    with open(reading, "rb"):
+        with open(writing, "wb") as pipe:
+            pipe.write(json.dumps(BOARD).encode())
+        record = plinko.json("drop", f"/dev/fd/{reading}", "--seed", 5)
     assert record["digest"] == drop(Board.from_json(BOARD), 5).digest
 
 

@@ -13,6 +13,7 @@ from app.render import contact_sheet, density_picture, histogram_picture
 from app.render.histogram import expected_of
 from app.render.parts.board import board_pixels
 from app.render.parts.view import fit, lay_out
+from app.render.raster.encode import Still
 from app.render.sheet import GAP, LABEL, MOST_DROPS
 from app.render.still import drop_pixels
 from app.render.theme import THEMES
@@ -126,7 +127,7 @@ def test_a_density_is_the_same_however_it_is_computed() -> None:
 
 
 @pytest.mark.parametrize("fmt", ["png", "jpg", "webp"])
-def test_a_density_comes_as_any_still(fmt: str) -> None:
+def test_a_density_comes_as_any_still(fmt: Still) -> None:
     with Image.open(io.BytesIO(density_picture(BOARD, range(50), fmt, width=300))) as image:
         assert image.width == 300
 

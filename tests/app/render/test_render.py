@@ -15,17 +15,18 @@ from PIL import Image
 
 from app.errors import InvalidValueError
 from app.render import drop_animation, drop_picture
-from app.render.animation import HOLD, LONGEST, Film
+from app.render.animation import HOLD, LONGEST, Animation, Film
 from app.render.parts.balls import TRAIL_POINTS, TRAIL_STEP, look_of, paint_balls, paint_trail
 from app.render.parts.board import board_pixels
 from app.render.parts.path import points_at, sample_times
 from app.render.parts.view import MAX_ASPECT, View, lay_out
 from app.render.raster import mp4
 from app.render.raster.canvas import Canvas
+from app.render.raster.encode import Still
 from app.render.raster.palette import Palette
 from app.render.raster.png import png
 from app.render.still import drop_pixels
-from app.render.theme import THEMES, parse
+from app.render.theme import THEMES, Scheme, parse
 from app.settings import static_directory
 from engine import Board, Drop, Peg, Wall, drop
 from engine.errors import MissingPartError
@@ -189,7 +190,7 @@ def test_a_drop_on_the_moon_looks_like_it(fall: Drop) -> None:
 
 def test_an_unknown_theme_is_refused(fall: Drop) -> None:
     with pytest.raises(InvalidValueError, match="'pink'"):
-        drop_picture(fall, theme="pink")
+        drop_picture(fall, theme="pink")  # type: ignore[arg-type]
 
 
 # a moment, and other formats
@@ -235,7 +236,7 @@ def test_a_moment_that_is_none_is_refused(fall: Drop, at: float) -> None:
 
 
 @pytest.mark.parametrize(("fmt", "name", "apart"), [("jpg", "JPEG", 3.0), ("webp", "WEBP", 4.0)])
-def test_other_formats_show_the_same(fall: Drop, fmt: str, name: str, apart: float) -> None:
+def test_other_formats_show_the_same(fall: Drop, fmt: Still, name: str, apart: float) -> None:
     encoded = drop_picture(fall, fmt)
     with Image.open(io.BytesIO(encoded)) as image:
         assert image.format == name
@@ -244,11 +245,13 @@ def test_other_formats_show_the_same(fall: Drop, fmt: str, name: str, apart: flo
 
 def test_a_format_that_is_none_is_refused(fall: Drop) -> None:
     with pytest.raises(InvalidValueError, match="'bmp'"):
-        drop_picture(fall, "bmp")
+        drop_picture(fall, "bmp")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_a_palette_leaves_smooth_plates_without_bands(fall: Drop, view: View, theme: str) -> None:
+def test_a_palette_leaves_smooth_plates_without_bands(
+    fall: Drop, view: View, theme: Scheme
+) -> None:
     """Averaged over small squares, the plate's brightness is off by less than one step."""
     exact = drop_pixels(fall, view, theme)
     shown = decode(drop_picture(fall, theme=theme))
@@ -370,7 +373,7 @@ def test_shapes_outside_of_the_picture_are_left_out() -> None:
 
 
 @pytest.mark.parametrize("fmt", ["gif", "webp", "apng"])
-def test_an_animation_runs_at_real_speed_and_has_every_frame(fall: Drop, fmt: str) -> None:
+def test_an_animation_runs_at_real_speed_and_has_every_frame(fall: Drop, fmt: Animation) -> None:
     stays = [stay for _, stay in frames(drop_animation(fall, fmt, width=240, fps=30))]
     assert len(stays) == math.ceil(fall.duration * 30) + 1
     assert sum(stays[:-1]) == pytest.approx(fall.duration, abs=1 / 30 + 0.011)
@@ -389,7 +392,7 @@ def test_no_frame_of_a_gif_is_so_short_that_browsers_stretch_it(fps: int) -> Non
 
 @pytest.mark.parametrize(("fmt", "tolerance"), [("gif", 0), ("apng", 0), ("webp", 20)])
 def test_a_frame_shows_the_ball_where_it_is_and_leaves_the_rest(
-    fall: Drop, fmt: str, tolerance: int
+    fall: Drop, fmt: Animation, tolerance: int
 ) -> None:
     view = lay_out(fall.board, 400)
     shown = [pixels for pixels, _ in frames(drop_animation(fall, fmt, width=400, fps=20))]
@@ -415,7 +418,7 @@ def bare_frame(shown: list[Pixels]) -> Pixels:
 
 
 @pytest.mark.parametrize(("fmt", "apart"), [("gif", 0.5), ("apng", 0.5), ("webp", 4.0)])
-def test_the_last_frame_is_the_still_picture(fall: Drop, fmt: str, apart: float) -> None:
+def test_the_last_frame_is_the_still_picture(fall: Drop, fmt: Animation, apart: float) -> None:
     last = [pixels for pixels, _ in frames(drop_animation(fall, fmt, width=400, fps=5))][-1]
     assert abs(last - decode(drop_picture(fall, width=400))).mean() < apart
 

@@ -2,17 +2,18 @@
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 from engine import BallSpec, Board, BoardError, Peg, drop, drop_many, polygon
 from engine.board.making import ROWS
-from engine.board.payouts import HALF_TABLES
+from engine.board.payouts import HALF_TABLES, Risk
 from engine.board.payouts import ROWS as PRESETS
 
 
 @pytest.mark.parametrize("rows", PRESETS)
 @pytest.mark.parametrize("risk", HALF_TABLES)
-def test_a_triangle_with_a_preset_s_rows_is_the_preset(rows: int, risk: str) -> None:
+def test_a_triangle_with_a_preset_s_rows_is_the_preset(rows: int, risk: Risk) -> None:
     suffix = "" if risk == "medium" else f"-{risk}"
     assert Board.triangle(rows, risk=risk) == Board.preset(f"triangle-{rows}{suffix}")
 
@@ -23,7 +24,7 @@ def test_a_triangle_of_any_rows_is_playable_and_pays_one_stake(rows: int) -> Non
     assert len(board.pegs) == sum(range(3, rows + 3))
     assert board.bins.multipliers == (1.0,) * (rows + 1)
     many = drop_many(board, 200)
-    assert many.unsettled == 0
+    assert many.unsettled_count == 0
     assert many.histogram.sum() == 200
     mirrored = drop_many(board, 200, xs=-many.x_start)
     assert (mirrored.bin == rows - many.bin).all()
@@ -36,6 +37,54 @@ def test_a_triangle_takes_changes() -> None:
     assert board.replace(name="triangle-4", gravity=24.79, bins={"multipliers": (1,) * 5}) == (
         Board.triangle(4)
     )
+
+
+def test_a_triangle_with_changes_is_not_called_like_the_preset() -> None:
+    heavy = Board.triangle(8, gravity=24.79)
+    assert heavy.name == "triangle of 8 rows"
+    assert heavy.preset_name is None
+    assert Board.triangle(8).name == "triangle-8"
+
+
+def test_a_part_may_be_given_in_the_json_form() -> None:
+    board = Board(bins={"multipliers": [1, 2, 1]}, ball={"radius": 0.1}, width=3.0)  # type: ignore[arg-type]
+    assert board.bins.edges == (-1.5, -0.5, 0.5, 1.5)
+    assert (board.ball.radius, board.ball.restitution) == (0.1, BallSpec().restitution)
+    assert board == Board.from_json(
+        {"bins": {"multipliers": [1, 2, 1]}, "ball": {"radius": 0.1}, "width": 3.0, "walls": []}
+    )
+    with pytest.raises(BoardError, match=r"bins\.edge is unknown") as it:
+        Board(bins={"edge": []})  # type: ignore[arg-type]
+    assert it.value.field == "bins.edge"
+    assert len(it.value.faults) == 1
+
+
+@pytest.mark.parametrize("name", ["triangle-8", "classic"])
+def test_one_call_sets_the_surface_of_every_contact(name: str) -> None:
+    board = Board.preset(name)
+    bouncy, rough = board.with_restitution(0.8), board.with_friction(0.3)
+    for part in ("ball", "peg_material", "wall_material"):
+        assert getattr(bouncy, part).restitution == 0.8
+        assert getattr(bouncy, part).friction == getattr(board, part).friction
+        assert getattr(rough, part).friction == 0.3
+        assert getattr(rough, part).restitution == getattr(board, part).restitution
+    with pytest.raises(BoardError, match="restitution is 1"):
+        board.with_restitution(1.5)
+
+
+def test_a_study_of_restitution_shows_no_plateau() -> None:
+    board = Board.preset("classic")
+    studied = [0.1, 0.2, 0.3, 0.4]
+    fall = [drop_many(board.with_restitution(e), 200).duration.mean() for e in studied]
+    assert len(set(fall)) == 4
+    one = [drop_many(board.replace(ball={"restitution": e}), 200).duration.mean() for e in studied]
+    assert len(set(one)) < 4, "the greater restitution counts, so the ball's alone may not show"
+
+
+@pytest.mark.parametrize("number", [np.float32(5.0), np.int64(5), 5])
+def test_numbers_of_numpy_are_numbers(number: Any) -> None:
+    board = Board.preset("triangle-8").replace(gravity=number)
+    assert (board.gravity, type(board.gravity)) == (5.0, float)
 
 
 def test_a_part_is_replaced_as_a_whole_or_by_field() -> None:
@@ -65,7 +114,7 @@ def _fields(ball: BallSpec) -> dict[str, Any]:
         (lambda board: Board.triangle(3), "rows"),
         (lambda board: Board.triangle(21), "rows"),
         (lambda board: Board.triangle(8.5), "rows"),  # type: ignore[arg-type]
-        (lambda board: Board.triangle(8, risk="huge"), "risk"),
+        (lambda board: Board.triangle(8, risk="huge"), "risk"),  # type: ignore[arg-type]
         (lambda board: polygon([(0, 0), (1, 1)]), "corners"),
     ],
 )

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import plinko
 from benchmarks.scenes.contact_scenes import scene
 from engine import Board, ParameterError, PlinkoError, SeedError, drop
 from engine.board.parts import DropZone
@@ -242,9 +243,15 @@ def test_any_seed_is_a_drop_that_lands_or_says_why_not(seed: int) -> None:
 
 
 def test_the_error_tree_has_one_root() -> None:
-    for error in (ParameterError, SeedError):
+    errors = [getattr(plinko, name) for name in plinko.__all__ if name.endswith("Error")]
+    assert {ParameterError, SeedError, plinko.InvalidValueError, plinko.ClusterError} <= set(errors)
+    for error in errors:
         assert issubclass(error, PlinkoError)
-        assert issubclass(error, ValueError)
+    not_about_values = {PlinkoError, plinko.ClusterError, plinko.MissingPartError}
+    assert {each for each in errors if not issubclass(each, ValueError)} == not_about_values
+    assert issubclass(plinko.MissingPartError, ImportError)
+    with pytest.raises(PlinkoError, match="pink"):
+        plinko.drop_picture(drop("triangle-8", 1), theme="pink")  # type: ignore[arg-type]
 
 
 def test_a_board_without_jitter_starts_at_its_point() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import plinko
 from engine import (
     Arena,
     Board,
@@ -25,6 +26,7 @@ from engine import (
 )
 from engine.multibody.scenes import on_board
 from engine.parameters import SolverName
+from engine.payouts.record import odds_of_record
 
 BOARD = Board.preset("triangle-8")
 GRID: dict[str, Any] = {"left": -1.0, "top": 0.0, "cells_per_metre": 2.0, "shape": (4, 4)}
@@ -165,6 +167,13 @@ TAKES: dict[str, Takes] = {
     "World": lambda board: World(board).digest,
     "StaticGeometry.of_board": lambda board: StaticGeometry.of_board(board).digest,
     "on_board": lambda board: on_board(board).digest,
+    "sweep": lambda board: plinko.sweep([board], 2)["x_end"].tolist(),
+    "seeds_landing_in": lambda board: list(plinko.seeds_landing_in(board, 3, count=2)),
+    "find_draw": lambda board: plinko.find_draw(board, [0, 0, 0, 1, 0, 0, 0, 0, 0]),
+    "odds_of_record": lambda board: [odds.to_dict() for odds in odds_of_record(board)],
+    "contact_sheet": lambda board: plinko.contact_sheet(board, [1], width=240),
+    "density_picture": lambda board: plinko.density_picture(board, 2, width=240),
+    "histogram_picture": lambda board: plinko.histogram_picture(board, range(9), width=240),
 }
 
 

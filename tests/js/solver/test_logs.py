@@ -10,6 +10,7 @@ from app.rooms.drop_format import ENTRY, ENTRY_OPTIONAL, RESULT, DropFormat
 from app.rooms.log import verify_log
 from app.rooms.stakes import most_stake, payout_of
 from engine import drop, verify
+from engine.parameters import SolverName
 from tests.app.rooms.logs import LOGS
 from tests.app.rooms.test_log import of_first_version
 from tests.js.conftest import MODULES, Run
@@ -34,7 +35,7 @@ def test_logs_that_javascript_has_rewritten_are_valid(run: Run) -> None:
 @pytest.mark.parametrize("options", [{"seed": 2**64 - 1}, {"x": 0.0625}])
 @pytest.mark.parametrize("solver", ["exact", "stepped"])
 def test_records_that_javascript_has_rewritten_are_valid(
-    run: Run, options: dict[str, Any], solver: str
+    run: Run, options: dict[str, Any], solver: SolverName
 ) -> None:
     record = drop("triangle-8", solver=solver, **options).to_dict()
     assert verify(rewritten(run, record)).ok
