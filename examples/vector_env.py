@@ -33,8 +33,8 @@ class PlinkoVectorEnv:
         rewards = -np.abs(batch.bin - self.goals).astype(np.float64)
         info = {"bin": batch.bin, "final_obs": self.goals.astype(np.float32)[:, None]}
         self.goals = self.random.integers(self.board.bins.count, size=self.num_envs)
-        ended = np.ones(self.num_envs, bool)
-        return self.goals.astype(np.float32)[:, None], rewards, ended, ~ended, info
+        landed = batch.bin >= 0  # a ball in perfect balance never lands
+        return self.goals.astype(np.float32)[:, None], rewards, landed, ~landed, info
 
 
 if __name__ == "__main__":

@@ -1,10 +1,10 @@
 """Many drops, computed on all cores. The outcome of each depends only on its own start."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from operator import index as as_index
-from typing import Any, Final, Never, SupportsIndex, TypeVar, overload
+from typing import Any, Final, Never, TypeVar, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -82,12 +82,14 @@ class DropBatch:
         return len(self.bin)
 
     @overload
-    def __getitem__(self, which: SupportsIndex) -> Drop: ...
+    def __getitem__(self, which: int | np.integer[Any]) -> Drop: ...
 
     @overload
-    def __getitem__(self, which: slice | npt.ArrayLike) -> "DropBatch": ...
+    def __getitem__(self, which: slice | Sequence[int] | npt.NDArray[Any]) -> "DropBatch": ...
 
-    def __getitem__(self, which: SupportsIndex | slice | npt.ArrayLike) -> "Drop | DropBatch":
+    def __getitem__(
+        self, which: int | np.integer[Any] | slice | Sequence[int] | npt.NDArray[Any]
+    ) -> "Drop | DropBatch":
         if isinstance(which, slice):
             return replace(self, **{name: array[which] for name, array in self._arrays().items()})
         try:

@@ -21,8 +21,8 @@ PAGE = DOCS / "python-reference.md"
 GROUPS = {
     "Boards": ["Board", "BallSpec", "Material", "Peg", "Wall", "Bins", "Label", "DropZone",
                "polygon", "preset_names"],
-    "Drops": ["drop", "Drop", "Trajectory", "Certainty", "Solver", "drop_many", "DropBatch", "concat",
-              "sweep", "occupancy", "Occupancy", "seeds_landing_in", "find_draw"],
+    "Drops": ["drop", "Drop", "Trajectory", "Certainty", "Solver", "drop_many", "DropBatch",
+              "concat", "sweep", "occupancy", "Occupancy", "seeds_landing_in", "find_draw"],
     "Proofs and records": ["certify", "Certificate", "verify", "Verification"],
     "Live worlds": ["World", "Arena", "ArenaSettings", "StaticGeometry"],
     "Pictures": list(plinko.PICTURES),

@@ -89,6 +89,8 @@ def test_a_mask_or_an_array_of_integers_selects_drops(many: DropBatch) -> None:
         assert chosen.seed.tolist() == [SEEDS[5], SEEDS[2], SEEDS[-1]]
         assert chosen == drop_many(BOARD, chosen.seed)
     assert len(many[np.array([])]) == 0
+    one = drop_many(BOARD, 1)
+    assert (one[np.array([True])], one[np.array([0])]) == (one, one)
     assert len(many[many.bin > 99]) == 0
     with pytest.raises(ValueError, match="read-only"):
         third.score[0] = 1.0
