@@ -74,7 +74,7 @@ def _entry(name: str, value: Any) -> str:
 
 def _class(name: str, value: type) -> str:
     node = _node(value)
-    bases = f"({', '.join(map(ast.unparse, node.bases))})" if "Error" in name else ""
+    bases = f"({', '.join(map(_public, value.__bases__))})" if "Error" in name else ""
     lines = [f"class {name}{bases}"]
     lines += dict.fromkeys(f"    {line}" for kind in _ours(value) for line in _fields(_node(kind)))
     members: dict[str, ast.FunctionDef] = {}
@@ -86,6 +86,13 @@ def _class(name: str, value: type) -> str:
             continue
         lines += [f"    {_signature(member)}", *(f"        {line}" for line in _first_line(member))]
     return _section(name, _summary(node), lines)
+
+
+def _public(kind: type) -> str:
+    """Name of the class, or of its first base that is public or Python's own."""
+    while kind.__name__ not in plinko.__all__ and kind.__module__ != "builtins":
+        kind = kind.__bases__[0]
+    return kind.__name__
 
 
 def _ours(value: type) -> Iterator[type]:
