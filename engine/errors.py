@@ -1,18 +1,19 @@
 """The error tree of `plinko`. Every message names the bad value and says what would be right.
 
 PlinkoError
-├── EngineError           raised by the engine; `field` says where the bad value is
-│   ├── BoardError        a board that cannot be played
-│   ├── SeedError         not an integer 0 <= seed < 2^64
-│   ├── EffortError       a call that would compute longer than allowed
-│   ├── ParameterError    an invalid parameter, such as a solver's or a drop's
-│   ├── RecordError       a malformed record, snapshot or result
-│   ├── JsonSyntaxError   text that is not JSON
-│   ├── JsonValueError    JSON with a refused value
-│   ├── MissingPartError  an optional package that is not installed; an ImportError
-│   └── ClusterError      a cluster that cannot compute
-└── AppError              raised by pictures, by the command line and by the server (`app.errors`)
-    └── InvalidValueError an invalid argument of a picture
+├── BoardError        a board that cannot be played; `field` says where
+├── SeedError         not an integer 0 <= seed < 2^64
+├── EffortError       a call that would compute longer than allowed
+├── ParameterError    an invalid parameter, such as a solver's or a drop's; `field` says which
+├── RecordError       a malformed record, snapshot or result; `field` says where
+├── JsonSyntaxError   text that is not JSON
+├── JsonValueError    JSON with a refused value; `field` says where
+├── InvalidValueError an invalid argument of a picture; `field` says which
+├── MissingPartError  an optional package that is not installed; an ImportError
+└── ClusterError      a cluster that cannot compute
+
+Between root and leaves, EngineError is the base of the engine's errors, and AppError (`app.errors`)
+the base of all others.
 
 All that are about values are ValueErrors too.
 """
