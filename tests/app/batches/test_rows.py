@@ -57,7 +57,7 @@ def test_rows_are_the_drops_to_the_last_bit(tmp_path: Path, ending: str) -> None
 
 def test_a_spreadsheet_reads_csv_as_text_and_rounds_no_seed(tmp_path: Path) -> None:
     with RowWriter(tmp_path / "drops.csv") as rows:
-        rows.write(drop_many(OPEN, [0, 2**64 - 1]).to_columns())
+        rows.write(drop_many(OPEN, [0, 2**64 - 1]).columns())
     mark, table = (tmp_path / "drops.csv").read_bytes().partition(b"seed,")[::2]
     assert mark == codecs.BOM_UTF8
     assert [line.partition(",")[0] for line in table.decode().splitlines()[1:]] == [
