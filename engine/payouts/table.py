@@ -5,8 +5,8 @@ then moves multipliers up and down a ladder of numbers that people read easily, 
 possible, until the return from every aim is within its bounds.
 """
 
-from dataclasses import dataclass
-from itertools import combinations
+from dataclasses import dataclass, replace
+from itertools import combinations, product
 from typing import Final
 
 import numpy as np
@@ -38,6 +38,9 @@ MOST_BINS: Final = 64
 
 _SCALES: Final = (1.0, 0.96, 1.04, 0.92, 1.08, 0.86, 1.15)  # of the wanted table, to begin with
 _STEPS: Final = (-4, -3, -2, -1, 1, 2, 3, 4)  # rungs that a multiplier moves in one step
+_SHIFTS: Final = (0.0, 1e-4, -1e-4, 2e-4, -2e-4)
+"""Of the wanted return, tried in turn: a local search may end just outside the bounds."""
+
 _STIFF: Final = 1e11  # cost of a squared violation; a squared log change of a multiplier costs 1
 _VIOLATED: Final = 1e3  # additional cost of any violation, however small
 _HEADLINE: Final = 10.0  # additional cost for the top award, by which players know the table
@@ -84,8 +87,9 @@ def solve(chances: Floats, risk: Risk, bounds: Bounds, mirrored: bool) -> tuple[
     order = np.argsort(folded[:, :groups].mean(axis=0), kind="stable")
     wanted = _familiar(shared[0, order], void[0], bins, folded[0], risk, bounds.target)
     found = np.empty(groups)
-    for ranked in (True, False):
-        found[order] = LADDER[_nearest(shared[:, order], void, wanted, bounds, ranked)]
+    for ranked, shift in product((True, False), _SHIFTS):
+        near = replace(bounds, target=bounds.target + shift)
+        found[order] = LADDER[_nearest(shared[:, order], void, wanted, near, ranked)]
         if _violation(void + shared @ found, bounds) == 0.0:
             break
     else:

@@ -20,7 +20,7 @@ from engine.payouts.solve import PRECISE_WORLD, needed, table_for
 
 TARGET: Final = 0.99
 
-MOST_OFF: Final = 0.0045
+MOST_OFF: Final = 0.003
 """Largest accepted difference between a judged return and the target."""
 
 
