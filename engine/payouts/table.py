@@ -44,7 +44,7 @@ _SHIFTS: Final = (0.0, 1e-4, -1e-4, 2e-4, -2e-4)
 _STIFF: Final = 1e11  # cost of a squared violation; a squared log change of a multiplier costs 1
 _VIOLATED: Final = 1e3  # additional cost of any violation, however small
 _HEADLINE: Final = 10.0  # additional cost for the top award, by which players know the table
-_FAMILIAR: Final = (0.8, 1.25)  # range of its return in which the reference table is not scaled
+_FAMILIAR: Final = (0.9, 1.1)  # range of its return in which the reference table is not scaled
 
 
 @dataclass(frozen=True, slots=True)

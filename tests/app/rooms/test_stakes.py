@@ -191,7 +191,13 @@ async def test_a_ball_in_flight_at_a_reset_is_paid_before_the_restart(
     [
         {"board": {**TINY, "name": "unsolved"}},
         {"board": {**TINY, "name": "moon-16"}},
-        {"board": {**Board.preset("triangle-16").to_dict(), "gravity": 1.62}},
+        {
+            "board": {
+                **Board.preset("triangle-16").to_dict(),
+                "name": "triangle-16 · Moon",
+                "gravity": 1.62,
+            }
+        },
         {"board": "galton"},
         {"board": TINY, "mode": "draw", "draw": find_draw(Board.from_json(TINY), [2, 1])},
     ],

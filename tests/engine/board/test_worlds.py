@@ -11,6 +11,7 @@ from engine.board import payouts
 from engine.board.materials import GRAVITY, RESTITUTION
 from engine.board.presets import TUNING, VARIANTS, Variant, preset_names
 from engine.board.worlds import TABLE_GRAVITY, WORLDS, tables
+from engine.payouts.record import odds_of_record
 from tests.long import tries
 
 WORLD_PRESETS = [Variant(world, rows, "medium").name for world in WORLDS for rows in payouts.ROWS]
@@ -64,7 +65,12 @@ def test_payouts_rise_to_the_sides_and_with_the_risk(name: str) -> None:
         assert all(outer >= inner for outer, inner in pairwise(half)), (risk, half)
         halves[risk] = half
     assert halves["low"][0] < halves["medium"][0] < halves["high"][0]
-    assert halves["low"][-1] > halves["medium"][-1] > halves["high"][-1]
+    assert halves["low"][-1] >= halves["medium"][-1] >= halves["high"][-1]
+    low, medium, high = (
+        odds_of_record(Board.preset(VARIANTS[name]._replace(risk=risk).name))[0].volatility
+        for risk in payouts.HALF_TABLES
+    )
+    assert low < medium < high
 
 
 def test_each_variant_of_a_world_has_a_table_and_no_other() -> None:
