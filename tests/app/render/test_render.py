@@ -182,7 +182,7 @@ def test_a_drop_on_the_moon_looks_like_it(fall: Drop) -> None:
     board = {**fall.board.to_dict(), "name": "triangle-8 · Moon · Clay (putty)"}
     there = drop(Board.from_json(board), seed=1)
     pixels = decode(drop_picture(there, width=300, theme="dark"))
-    here, moon = (np.array(THEMES[name]["shoulder"]) for name in ("dark", "dark · Moon"))
+    here, moon = (np.array(THEMES[name]["shoulder"]) for name in ("dark", "dark · moon"))
     assert (pixels == moon).all(axis=-1).sum() > 1000 > (pixels == here).all(axis=-1).sum()
     film = Film(there, 300, 10, "dark").first()
     assert (film == moon).all(axis=-1).sum() > 1000
