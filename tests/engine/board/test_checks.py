@@ -262,7 +262,11 @@ class TestShelves:
     def test_a_level_wall_above_the_start_or_below_bins_is_fine(self) -> None:
         assert verdict(box(walls=[(-1.0, -1.0, 1.0, -1.0), (-1.0, 6.1, 1.0, 6.1)])) == ""
 
-    @settings(max_examples=tries(50, 1000), suppress_health_check=[HealthCheck.too_slow])
+    # Most wild forms have another fault; which ones come depends on the modules that are loaded.
+    @settings(
+        max_examples=tries(50, 1000),
+        suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
+    )
     @given(wild_forms(), st.floats(0.5, 5.5), st.floats(-3.0, 3.0), st.floats(0.0, 2.0))
     def test_a_level_wall_is_refused_if_a_ball_hits_it_first(
         self, form: Form, y: float, x: float, jitter: float
