@@ -47,7 +47,7 @@ def test_pages_open_and_compute_with_the_network_cut(opened: Open, complaints: C
         page.locator("#check-file").set_input_files(file)
         expect(checked).to_contain_text(said)
     page.evaluate(LET_GO, json.dumps(LOGS["drops"]()))
-    expect(checked).to_contain_text("room.json ist in dieser Seite wiederholt: 4 Abwürfe")
+    expect(checked).to_contain_text("room.json ist in dieser Seite wiederholt: 4 Würfe")
 
     page.goto(f"{base}/compare.html?board=triangle-16&seed=42")
     expect(page.locator("html")).to_have_attribute("data-state", "replay")
