@@ -50,7 +50,9 @@ def test_german_once_chosen_is_used_everywhere_and_fits_a_phone(opened: Open, qu
         page.get_by_role("button", name=drawer, exact=True).click()
         assert page.evaluate(OVERFLOWING) == []
     drop.click()
-    expect(screen.result).to_have_text(re.compile(r"^[\d,]+x  [+−]?[\d,]+$"))
+    expect(screen.result).to_have_text(
+        re.compile(r"^[\d,]+x: [\d,]+ gesetzt, [\d,]+ gewonnen \([+−]?[\d,]+\)$")
+    )
     for path in PAGES:
         page.goto(f"{screen.url}/{path}")
         expect(german).to_be_attached()

@@ -55,7 +55,7 @@ def test_pages_open_and_compute_with_the_network_cut(opened: Open, complaints: C
     page.goto(f"{base}/editor.html?board=triangle-8")
     expect(page.locator("html")).to_have_attribute("data-state", "asleep")
     page.locator("#test").click()
-    expect(page.locator("#tray-count")).to_have_text("100 Testabwürfe")
+    expect(page.locator("#tray-count")).to_have_text("100 Testwürfe")
 
     page.goto(f"{base}/sandbox.html")
     box = page.locator("#board-moving")

@@ -155,17 +155,18 @@ export class Game extends Store {
       this.tell("choice", null); // panels show this room's values again
       return;
     }
-    this.stop("player");
     this.#setMoving(true);
+    this.stop("player");
     try {
       const room = await findTable(choice, this.#mainBoard, this.visited);
-      this.#setMoving(false);
-      if (room === this.room.id) return;
-      putIntoAddress(room);
-      this.enter(room);
+      if (room !== this.room.id) {
+        putIntoAddress(room);
+        this.enter(room);
+      }
     } catch {
-      this.#setMoving(false);
       this.say(t("play.table-fails"), { urgent: true });
+    } finally {
+      this.#setMoving(false);
     }
   }
 

@@ -353,7 +353,7 @@ def test_a_world_is_a_table_of_its_own_with_its_payouts(opened: Open) -> None:
     expect(screen.root).to_have_attribute("data-ground", "craters")
     expect(screen.root).not_to_have_attribute("data-practice", re.compile(""))
     screen.drop.click()
-    expect(page.locator("#staked")).to_have_text("1")
+    expect(page.locator("#staked")).to_have_text("1.00")
     # The risk and the rows stay in the world.
     screen.ready()
     page.get_by_label("Risk", exact=True).select_option("low")

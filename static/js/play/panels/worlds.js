@@ -32,7 +32,7 @@ function fill(box, game, theme) {
   const showChoice = () => {
     const choice = game.played;
     for (const { radio, world } of cards) {
-      radio.checked = choice?.world === world && isOwn(choice);
+      if (game.room.hello && !game.moving) radio.checked = choice?.world === world && isOwn(choice);
       radio.disabled = choice === null || game.locked;
     }
   };
