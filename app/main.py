@@ -33,7 +33,6 @@ from app.live.shared_rooms import SharedRooms
 from app.ops import logs
 from app.ops.metrics import Metrics
 from app.persistence.checks.integrity import Integrity
-from app.persistence.keys import SigningKey, orphans, secret_file
 from app.persistence.lease_book import LeaseBook, Unshared
 from app.persistence.leases import Leases
 from app.persistence.ledger.common_secrets import TOKENS, common_secret
@@ -41,6 +40,7 @@ from app.persistence.ledger.database import Database
 from app.persistence.ledger.writer import COMMIT_PATIENCE, Ledger
 from app.persistence.room_log import MOST_READERS, RoomLogs
 from app.persistence.service import PersistenceService
+from app.persistence.signing_key import SigningKey, orphans, secret_file
 from app.pictures.cache import PICTURE_BYTES, Pictures
 from app.pictures.film import MAX_CAMERAS, MAX_VIEWERS, Cameras
 from app.relay.feed import feed_relays

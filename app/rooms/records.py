@@ -332,9 +332,9 @@ LOG_LEAVES: Final = 1 << 40
 class LogLeaf:
     """A receipt to append to the log; the ledger sets `log`, `index`, `root` and `signature`.
 
-    Drop `number` of the session is ball `ball` of the room run `room`. `leaf` is the log's entry,
-    and `sign` signs it for an index, a root and the log's id, which is None for the first log; both
-    are derived from `receipt`, which is JSON.
+    Drop `number` of the session is ball `ball` of the room run `room`. `receipt` is JSON.
+    `leaf`, the log's entry, is made from it. `sign` signs it with an index, a root and the id of
+    the log, None for the first log.
     """
 
     session: str

@@ -1,7 +1,7 @@
 """Replays and `/healthz` over REST, each compared with a bare route of as many bytes.
 
 `python -m benchmarks.serving.replays BYTES …` serves the bare routes: FastAPI on uvicorn, with the
-server's parser and event loop. `/BYTES` answers with so many bytes and does nothing else.
+server's parser and event loop. The reply to `/BYTES` has that many bytes.
 """
 
 import asyncio

@@ -164,7 +164,7 @@ def restore(as_json: bool, **flags: object) -> None:
 def restore_ledger(settings: Settings) -> "Restored":
     """Restore the ledger of these settings; raises SettingError."""
     from app.persistence import restoring
-    from app.persistence.keys import SigningKey
+    from app.persistence.signing_key import SigningKey
 
     with _opened(settings, check=False) as database:
         key = SigningKey(database, settings.data_directory)
@@ -196,7 +196,7 @@ def rotate_key(lost: bool, **flags: object) -> None:
     The ledger keeps all public keys, and exports have those that they need, so all receipts stay
     provable. Each change of the key is signed by both keys.
     """
-    from app.persistence.keys import SigningKey
+    from app.persistence.signing_key import SigningKey
 
     settings = Settings.load(overrides=flags)
     with _opened(settings) as database:

@@ -33,8 +33,8 @@ from app.fairness.seeds import SECRET_BYTES, commitment, parse_hex
 from app.fairness.signing import Signer, is_signed
 from app.fairness.statements import Closing, SessionStatement, TreeHead, payouts_digest
 from app.live.sessions.fair_session import FairSession
-from app.persistence.keys import SigningKey
 from app.persistence.service import PersistenceService
+from app.persistence.signing_key import SigningKey
 from app.persistence.statements import fair_store, history
 from app.rooms.canonical import canonical
 from app.rooms.independent import INDEPENDENT

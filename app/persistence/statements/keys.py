@@ -47,8 +47,7 @@ def _since_restore(connection: Connection, key: IdempotencyKey) -> IdempotencyKe
 
     Its fact may be among the lost ones, and the caller may have the reply.
     """
-    log = history.log_id(connection)
-    if key.is_own or log == history.FIRST_LOG:
+    if key.is_own or (log := history.log_id(connection)) == history.FIRST_LOG:
         return key
     return replace(key, scope=hashlib.sha256(f"{log}{key.scope}".encode()).hexdigest())
 

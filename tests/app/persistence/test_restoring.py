@@ -1,7 +1,7 @@
 """A restored backup: a start refuses it, `plinko ledger restore` ends what is unfair, play goes on.
 
-The story is told on both databases. A player has seen drops that the backup lacks, and the secret
-of a session that is open in it.
+Each test runs on both databases. A player has seen drops that the backup lacks, and has seen the
+secret of a session that is still open in the backup.
 """
 
 import contextlib
@@ -189,8 +189,8 @@ def independently(export: dict[str, Any], key: str | None = None) -> list[str]:
 
 @dataclass
 class Story:
-    """A session that was over at the backup, and two that were open: one took drops since, and the
-    secret of the other was told. `known` is the log after the restore.
+    """A session that was over at the backup, and two that were open. Since then one took drops, and
+    the server revealed the secret of the other. `known` is the log after the restore.
     """
 
     house: House
@@ -485,7 +485,7 @@ def test_a_change_of_the_key_survives_its_end_at_any_step(
         keys = [visit.log()["key"]]
     for step, finished in (("_add", False), ("_File.prepare", False), ("_File.adopt", True)):
         with monkeypatch.context() as patch:
-            patch.setattr(f"app.persistence.keys.{step}", end)
+            patch.setattr(f"app.persistence.signing_key.{step}", end)
             with pytest.raises(EndError):
                 house.ledger("rotate-key")
         if finished:

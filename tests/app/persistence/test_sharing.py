@@ -28,8 +28,8 @@ from app.live.broadcast.hub import Client, Mailbox
 from app.live.open_rooms import UNUSED_SECONDS
 from app.live.sessions.fair_sessions import FairSessions
 from app.persistence.checks.audit import Audit
-from app.persistence.keys import SigningKey
 from app.persistence.ledger.database import Database
+from app.persistence.signing_key import SigningKey
 from app.persistence.statements import lease_store, store
 from app.protocol.wire import WireMessage
 from app.rooms.kinds import INTERACTING

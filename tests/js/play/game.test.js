@@ -303,7 +303,7 @@ test("an invalid field drops nothing", async () => {
   assert.deepEqual([faulty, game.busy, world.server.sums.count], [2, false, 0]);
 });
 
-test("balls in flight before a reload are told, and then reported", async () => {
+test("balls in flight before a reload are announced, and their results reported", async () => {
   const { world, game, flow } = await seated();
   game.drop();
   await flow();
@@ -335,7 +335,7 @@ test("a repeat is practice for one ball, and 'again' takes the same stake", asyn
   assert.match(world.said.at(-1), /staked 2\.50/);
 });
 
-test("a damaged account is told once", () => {
+test("the page reports a damaged account once", () => {
   const world = new World(3);
   world.disk.open().setItem("plinko.account.1", "{");
   for (const told of [1, 1]) {
