@@ -173,8 +173,8 @@ pictures: $(VENV)/.stamp-test
 # Writes engine/artifact/*.wasm and native/*, static/js/solver/kernels.wasm and
 # app/render/raster/pixels.wasm. A test fails when they are stale.
 kernels: $(VENV)/.stamp-kernels
-	$(BIN)/python -m engine.artifact.make
-	$(BIN)/python -m app.render.raster.make
+	$(BIN)/python -m plinko.engine.artifact.make
+	$(BIN)/python -m plinko.app.render.raster.make
 	$(BIN)/python -m benchmarks.billiards.make
 
 # Installs the newest versions that the ranges in pyproject.toml allow together, and pins them.

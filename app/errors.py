@@ -48,14 +48,15 @@ AppError
 ├── AbuseError            a client that keeps sending bad messages
 └── SlowClientError       a client that does not read what it is sent
 
-Errors of the engine (`engine.errors`) pass through unchanged; their answers are assigned here too.
+Errors of the engine (`plinko.engine.errors`) pass through unchanged; their answers are assigned
+here too.
 """
 
 from collections.abc import Awaitable
 from dataclasses import dataclass
 from typing import Any
 
-from engine.errors import (
+from plinko.engine.errors import (
     BoardError,
     EffortError,
     EngineError,

@@ -11,18 +11,18 @@ import uvicorn
 from fastapi import FastAPI
 from starlette.types import ASGIApp
 
-from app.errors import SettingError
-from app.live.broadcast.transport import DirectProtocol
-from app.protocol.messages import MESSAGE_BYTES
-from app.settings import Settings
-from app.web.edge.addresses import Connections, Proxies
-from app.web.edge.connection import Edge, connection
-from app.web.edge.ending import Ending
-from app.web.edge.guarded import guarded
-from app.web.edge.intake import Intake
-from app.web.edge.middleware import Forwarded, SecurityHeaders
-from app.web.edge.sockets import guarded_socket
-from app.web.services import Services
+from plinko.app.errors import SettingError
+from plinko.app.live.broadcast.transport import DirectProtocol
+from plinko.app.protocol.messages import MESSAGE_BYTES
+from plinko.app.settings import Settings
+from plinko.app.web.edge.addresses import Connections, Proxies
+from plinko.app.web.edge.connection import Edge, connection
+from plinko.app.web.edge.ending import Ending
+from plinko.app.web.edge.guarded import guarded
+from plinko.app.web.edge.intake import Intake
+from plinko.app.web.edge.middleware import Forwarded, SecurityHeaders
+from plinko.app.web.edge.sockets import guarded_socket
+from plinko.app.web.services import Services
 
 HEAD_BYTES = 1 << 14  # of a request's line and headers together
 HEAD_SECONDS = 10.0  # in which a head must arrive, also that of a WebSocket's handshake

@@ -18,49 +18,49 @@ from typing import TYPE_CHECKING
 from fastapi import FastAPI
 from starlette.middleware.cors import CORSMiddleware
 
-from app.computing.pool import MAX_JOBS, Workers
-from app.computing.short import ShortDrops
-from app.conformance import inventory
-from app.conformance.self_check import SelfCheck
-from app.errors import SettingError, shorten
-from app.fairness.check import kernel_digest_of
-from app.listening import listen, server_over
-from app.live.arriving import any_room
-from app.live.broadcast.hub import Hub
-from app.live.registry import Rooms
-from app.live.sessions.fair_sessions import FairSessions
-from app.live.shared_rooms import SharedRooms
-from app.ops import logs
-from app.ops.metrics import Metrics
-from app.persistence.checks.integrity import Integrity
-from app.persistence.lease_book import LeaseBook, Unshared
-from app.persistence.leases import Leases
-from app.persistence.ledger.common_secrets import TOKENS, common_secret
-from app.persistence.ledger.database import Database
-from app.persistence.ledger.writer import COMMIT_PATIENCE, Ledger
-from app.persistence.room_log import MOST_READERS, RoomLogs
-from app.persistence.service import PersistenceService
-from app.persistence.signing_key import SigningKey, orphans, secret_file
-from app.pictures.cache import PICTURE_BYTES, Pictures
-from app.pictures.film import MAX_CAMERAS, MAX_VIEWERS, Cameras
-from app.relay.feed import feed_relays
-from app.relay.redis_at import redis_at
-from app.rooms import kinds
-from app.rooms.boards import MAX_BOARDS, Boards
-from app.rooms.pending import DropCommand
-from app.rooms.touching.room import TouchingRoom
-from app.settings import Settings, not_settings, page_kernels, static_directory
-from app.web import openapi, problems
-from app.web.edge.answers import AnswerHeaders
-from app.web.edge.head import HeadAsGet
-from app.web.edge.hosts import Hosts
-from app.web.edge.middleware import MAX_BODY, Admission, BodyLimit, Compression
-from app.web.limits import COMPUTE_BURST, COMPUTE_RATE, Budgets, KeyedBuckets, Quota
-from app.web.readings import readings
-from app.web.returns import Returns
-from app.web.routes import api_docs, boards, health, page, payouts
-from app.web.routes.drops import drops, many, maps, pictures
-from app.web.routes.rooms import (
+from plinko.app.computing.pool import MAX_JOBS, Workers
+from plinko.app.computing.short import ShortDrops
+from plinko.app.conformance import inventory
+from plinko.app.conformance.self_check import SelfCheck
+from plinko.app.errors import SettingError, shorten
+from plinko.app.fairness.check import kernel_digest_of
+from plinko.app.listening import listen, server_over
+from plinko.app.live.arriving import any_room
+from plinko.app.live.broadcast.hub import Hub
+from plinko.app.live.registry import Rooms
+from plinko.app.live.sessions.fair_sessions import FairSessions
+from plinko.app.live.shared_rooms import SharedRooms
+from plinko.app.ops import logs
+from plinko.app.ops.metrics import Metrics
+from plinko.app.persistence.checks.integrity import Integrity
+from plinko.app.persistence.lease_book import LeaseBook, Unshared
+from plinko.app.persistence.leases import Leases
+from plinko.app.persistence.ledger.common_secrets import TOKENS, common_secret
+from plinko.app.persistence.ledger.database import Database
+from plinko.app.persistence.ledger.writer import COMMIT_PATIENCE, Ledger
+from plinko.app.persistence.room_log import MOST_READERS, RoomLogs
+from plinko.app.persistence.service import PersistenceService
+from plinko.app.persistence.signing_key import SigningKey, orphans, secret_file
+from plinko.app.pictures.cache import PICTURE_BYTES, Pictures
+from plinko.app.pictures.film import MAX_CAMERAS, MAX_VIEWERS, Cameras
+from plinko.app.relay.feed import feed_relays
+from plinko.app.relay.redis_at import redis_at
+from plinko.app.rooms import kinds
+from plinko.app.rooms.boards import MAX_BOARDS, Boards
+from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.touching.room import TouchingRoom
+from plinko.app.settings import Settings, not_settings, page_kernels, static_directory
+from plinko.app.web import openapi, problems
+from plinko.app.web.edge.answers import AnswerHeaders
+from plinko.app.web.edge.head import HeadAsGet
+from plinko.app.web.edge.hosts import Hosts
+from plinko.app.web.edge.middleware import MAX_BODY, Admission, BodyLimit, Compression
+from plinko.app.web.limits import COMPUTE_BURST, COMPUTE_RATE, Budgets, KeyedBuckets, Quota
+from plinko.app.web.readings import readings
+from plinko.app.web.returns import Returns
+from plinko.app.web.routes import api_docs, boards, health, page, payouts
+from plinko.app.web.routes.drops import drops, many, maps, pictures
+from plinko.app.web.routes.rooms import (
     halts,
     invitations,
     live,
@@ -72,18 +72,18 @@ from app.web.routes.rooms import (
     sessions,
     ws,
 )
-from app.web.routes.table import RouteTable
-from app.web.services import Services
-from app.web.shared import Others
-from app.web.tokens import SessionTokens, Tokens, secret_of
-from app.webhooks.targets import Target, read_targets
-from engine import Board, World, __version__, preset_names
-from engine.errors import BoardError
-from engine.jit import limits, native
+from plinko.app.web.routes.table import RouteTable
+from plinko.app.web.services import Services
+from plinko.app.web.shared import Others
+from plinko.app.web.tokens import SessionTokens, Tokens, secret_of
+from plinko.app.webhooks.targets import Target, read_targets
+from plinko.engine import Board, World, __version__, preset_names
+from plinko.engine.errors import BoardError
+from plinko.engine.jit import limits, native
 
 if TYPE_CHECKING:
-    from app.cluster.start import Cluster
-    from app.webhooks.webhooks import Webhooks
+    from plinko.app.cluster.start import Cluster
+    from plinko.app.webhooks.webhooks import Webhooks
 
 _log = logging.getLogger("plinko")
 
@@ -233,7 +233,7 @@ class _Shares:
     """The parts of a server that shares its ledger; a single server does not even import them."""
 
     def __init__(self, settings: Settings) -> None:
-        from app.cluster import start  # noqa: PLC0415 - only a cluster needs it
+        from plinko.app.cluster import start  # noqa: PLC0415 - only a cluster needs it
 
         self._settings = settings
         # A new name in the ledger at each start, so that leases of an earlier run are not ours.
@@ -243,7 +243,7 @@ class _Shares:
 
     def cluster(self, rooms: Rooms, ledger: Ledger) -> "Cluster":
         """The part that the application starts and stops, and that routes use as `Others`."""
-        from app.cluster.start import Cluster  # noqa: PLC0415 - as above
+        from plinko.app.cluster.start import Cluster  # noqa: PLC0415 - as above
 
         assert isinstance(rooms.shared, SharedRooms)
         return Cluster(self._settings, self.alive, rooms.shared, ledger)
@@ -251,7 +251,7 @@ class _Shares:
 
 def _webhooks(targets: Sequence[Target], ledger: Ledger, others: Others | None) -> "Webhooks":
     """The senders of webhooks; in a cluster only the first server sends."""
-    from app.webhooks.webhooks import Webhooks  # noqa: PLC0415 - only with targets
+    from plinko.app.webhooks.webhooks import Webhooks  # noqa: PLC0415 - only with targets
 
     return Webhooks(targets, ledger, lambda: others is None or others.first)
 

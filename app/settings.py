@@ -8,7 +8,7 @@ from dataclasses import Field, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from app.errors import SettingError
+from plinko.app.errors import SettingError
 
 ENV_PREFIX = "PLINKO_"
 
@@ -304,10 +304,8 @@ def table() -> str:
 
 
 def static_directory() -> Path:
-    """The directory of the pages' files: next to this module in a wheel, else the repository's."""
-    here = Path(__file__).resolve().parent
-    packaged = here / "static"
-    return packaged if packaged.is_dir() else here.parent / "static"
+    """The directory of the pages' files."""
+    return Path(__file__).resolve().parents[1] / "static"
 
 
 def page_kernels() -> Path:

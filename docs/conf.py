@@ -13,7 +13,7 @@ from sphinx.application import Sphinx
 from sphinx.util.typing import stringify_annotation
 from sphinx.writers.html5 import HTML5Translator
 
-import engine
+from plinko import engine
 
 project = "Plinko"
 author = "The Plinko server authors"

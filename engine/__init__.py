@@ -4,22 +4,22 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, Final
 
-from engine.board.making import polygon
-from engine.board.materials import Material
-from engine.board.model import Board
-from engine.board.parts import BallSpec, Bins, DropZone, Label, Peg, Wall
-from engine.board.presets import preset_names
-from engine.constants import PHYSICS_VERSION
-from engine.drops.batch import DropBatch, concat, drop_many
-from engine.drops.certainty import Certainty
-from engine.drops.draws import find_draw
-from engine.drops.drop import Drop, drop
-from engine.drops.occupancy import Occupancy, occupancy
-from engine.drops.seeds import seeds_landing_in
-from engine.drops.sweep import sweep
-from engine.drops.trajectory import Trajectory
-from engine.drops.verify import Verification, verify
-from engine.errors import (
+from plinko.engine.board.making import polygon
+from plinko.engine.board.materials import Material
+from plinko.engine.board.model import Board
+from plinko.engine.board.parts import BallSpec, Bins, DropZone, Label, Peg, Wall
+from plinko.engine.board.presets import preset_names
+from plinko.engine.constants import PHYSICS_VERSION
+from plinko.engine.drops.batch import DropBatch, concat, drop_many
+from plinko.engine.drops.certainty import Certainty
+from plinko.engine.drops.draws import find_draw
+from plinko.engine.drops.drop import Drop, drop
+from plinko.engine.drops.occupancy import Occupancy, occupancy
+from plinko.engine.drops.seeds import seeds_landing_in
+from plinko.engine.drops.sweep import sweep
+from plinko.engine.drops.trajectory import Trajectory
+from plinko.engine.drops.verify import Verification, verify
+from plinko.engine.errors import (
     BoardError,
     ClusterError,
     EffortError,
@@ -32,15 +32,14 @@ from engine.errors import (
     RecordError,
     SeedError,
 )
-from engine.parameters import Solver
+from plinko.engine.parameters import Solver
 
 if TYPE_CHECKING:
-    from engine.certified.certify import Certificate, certify
-    from engine.multibody.arena import Arena
-    from engine.multibody.settings import ArenaSettings
-    from engine.multibody.static_geometry import Place as Place
-    from engine.multibody.static_geometry import StaticGeometry
-    from engine.world.world import World
+    from plinko.engine.certified.certify import Certificate, certify
+    from plinko.engine.multibody.arena import Arena
+    from plinko.engine.multibody.settings import ArenaSettings
+    from plinko.engine.multibody.static_geometry import StaticGeometry
+    from plinko.engine.world.world import World
 
 __version__ = "1.0.0"
 """The release. PHYSICS_VERSION is the separate version of the drops' results."""
@@ -93,13 +92,12 @@ __all__ = [
 ]
 
 _WHEN_ASKED_FOR: Final = {
-    "Arena": "engine.multibody.arena",
-    "ArenaSettings": "engine.multibody.settings",
-    "Certificate": "engine.certified.certify",
-    "Place": "engine.multibody.static_geometry",  # for engine.artifact.plays
-    "StaticGeometry": "engine.multibody.static_geometry",
-    "World": "engine.world.world",
-    "certify": "engine.certified.certify",
+    "Arena": "plinko.engine.multibody.arena",
+    "ArenaSettings": "plinko.engine.multibody.settings",
+    "Certificate": "plinko.engine.certified.certify",
+    "StaticGeometry": "plinko.engine.multibody.static_geometry",
+    "World": "plinko.engine.world.world",
+    "certify": "plinko.engine.certified.certify",
 }
 """Names that are imported on first use. A drop does not need them, and loading their kernels would
 add a twentieth to the start of a program that only drops balls."""

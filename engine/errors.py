@@ -12,8 +12,8 @@ PlinkoError
 ├── MissingPartError  an optional package that is not installed; an ImportError
 └── ClusterError      a cluster that cannot compute
 
-Between root and leaves, EngineError is the base of the engine's errors, and AppError (`app.errors`)
-the base of all others.
+Between root and leaves, EngineError is the base of the engine's errors, and AppError
+(`plinko.app.errors`) the base of all others.
 
 All that are about values are ValueErrors too.
 """

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO, Final
 
-from engine.errors import JsonSyntaxError, JsonValueError
+from plinko.engine.errors import JsonSyntaxError, JsonValueError
 
 DEEPEST: Final = 64
 """Most levels of nested brackets."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import Any, ClassVar, Final, Literal
 
-from engine.errors import ParameterError
+from plinko.engine.errors import ParameterError
 
 SolverName = Literal["exact", "stepped"]
 

@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from engine.errors import SeedError
+from plinko.engine.errors import SeedError
 
 SEED_LIMIT = 1 << 64
 _MASK = SEED_LIMIT - 1

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any, cast
 import pytest
 from hypothesis import is_hypothesis_test, settings
 
-from engine.drops import trajectory
-from engine.exact.kept import Kept
-from engine.exact.trace import trace_many
-from engine.jit import limits, machine_code
-from engine.jit.decorator import EntryKernel
+from plinko.engine.drops import trajectory
+from plinko.engine.exact.kept import Kept
+from plinko.engine.exact.trace import trace_many
+from plinko.engine.jit import limits, machine_code
+from plinko.engine.jit.decorator import EntryKernel
 from tests.long import LONG, tries
 from tests.rows import in_rows
 

@@ -13,11 +13,11 @@ from typing import Any, Final, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from app.batches.files import Draft, naming
-from app.batches.stopping import undisturbed
-from app.errors import InvalidValueError
-from engine.batches.block import Block, batch_of, summed
-from engine.batches.job import Job
+from plinko.app.batches.files import Draft, naming
+from plinko.app.batches.stopping import undisturbed
+from plinko.app.errors import InvalidValueError
+from plinko.engine.batches.block import Block, batch_of, summed
+from plinko.engine.batches.job import Job
 
 Rows = dict[str, npt.NDArray[np.generic]]
 """Columns by name, each of shape (n,)."""

@@ -8,12 +8,12 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from app.batches.rows import Rows, RowWriter, rows_and_block
-from app.batches.saved import save
-from app.batches.stopping import Terminated, undisturbed
-from engine.batches.block import Block, block_of
-from engine.batches.tally import Tally
-from engine.batches.workers import Workers
+from plinko.app.batches.rows import Rows, RowWriter, rows_and_block
+from plinko.app.batches.saved import save
+from plinko.app.batches.stopping import Terminated, undisturbed
+from plinko.engine.batches.block import Block, block_of
+from plinko.engine.batches.tally import Tally
+from plinko.engine.batches.workers import Workers
 
 SHARE: Final = 50
 """Saving takes at most one part in SHARE of the time: after a save of 20 ms, none for a second."""

@@ -4,10 +4,10 @@ import json
 from pathlib import Path
 from typing import Final
 
-from app.batches.files import write_whole
-from engine import PlinkoError, RecordError, json_text
-from engine.batches.tally import Tally, tally_of
-from engine.parameters import number
+from plinko.app.batches.files import write_whole
+from plinko.engine import PlinkoError, RecordError, json_text
+from plinko.engine.batches.tally import Tally, tally_of
+from plinko.engine.parameters import number
 
 SECONDS = "seconds"
 """The field of a file for the computing time in s; all other fields are the tally's."""

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import click
 
-from app.cli import common
+from plinko.app.cli import common
 
 GROUPS = {
     "One drop": {
@@ -46,7 +46,9 @@ GROUPS = {
         "conformance": "server.conformance",
     },
 }
-"""Subcommands in the order of the help. Each module in `app.cli` defines one as `command`."""
+"""Subcommands in the order of the help. Each module in `plinko.app.cli` defines one as
+`command`.
+"""
 
 COMMANDS = {name: module for group in GROUPS.values() for name, module in group.items()}
 
@@ -65,7 +67,9 @@ class _LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        command: click.Command = importlib.import_module(f"app.cli.{COMMANDS[cmd_name]}").command
+        command: click.Command = importlib.import_module(
+            f"plinko.app.cli.{COMMANDS[cmd_name]}"
+        ).command
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -122,7 +126,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except click.ClickException as error:
         return _fail(_usage_message(error))
     except (click.Abort, KeyboardInterrupt) as stop:
-        from app.batches.stopping import Terminated
+        from plinko.app.batches.stopping import Terminated
 
         # click raises Abort from a KeyboardInterrupt.
         ended = isinstance(stop, Terminated) or isinstance(stop.__cause__, Terminated)
@@ -155,6 +159,6 @@ def _os_message(error: OSError) -> str:
 
 
 def _is_input_error(error: Exception) -> bool:
-    from engine.errors import PlinkoError
+    from plinko.engine.errors import PlinkoError
 
     return isinstance(error, PlinkoError)

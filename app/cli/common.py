@@ -16,15 +16,15 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import click
 
 if TYPE_CHECKING:
-    from engine import Board
-    from engine.batches.workers import Workers
-    from engine.parameters import Solver
+    from plinko.engine import Board
+    from plinko.engine.batches.workers import Workers
+    from plinko.engine.parameters import Solver
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 Options = dict[str, Any]
-"""The solver, as keyword arguments of `engine.drop` and `engine.drop_many`."""
+"""The solver, as keyword arguments of `plinko.engine.drop` and `plinko.engine.drop_many`."""
 
 
 @contextmanager
@@ -134,7 +134,7 @@ def workers_options(command: Command) -> Command:
 
 def workers(cluster: str | None, threads: int | None) -> "AbstractContextManager[Workers]":
     """Open the workers of --cluster and --threads; see `workers_at` for errors."""
-    from engine.batches.workers import workers_at
+    from plinko.engine.batches.workers import workers_at
 
     return workers_at(cluster, threads)
 
@@ -189,7 +189,7 @@ def load_board(name: str) -> "Board":
 
     Raises UsageError if it is neither, BoardError if the file is not a playable board.
     """
-    from engine import Board, BoardError, preset_names
+    from plinko.engine import Board, BoardError, preset_names
 
     if name in preset_names():
         return Board.preset(name)
@@ -225,7 +225,7 @@ def _need(module: str, message: str, extra: str) -> None:
 
 
 def read_seed(text: str) -> int:
-    from engine.seeding import parse_seed
+    from plinko.engine.seeding import parse_seed
 
     return parse_seed(text)
 

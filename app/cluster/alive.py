@@ -12,11 +12,11 @@ import time
 from collections.abc import AsyncIterator, Callable, Iterable
 from typing import Final
 
-from app.cluster.beats import FAILURES, Beats
-from app.cluster.membership import BEAT, LEASE, Member, Seen, View
-from app.concurrency.signal import Signal
-from app.persistence.lease_book import LeaseBook
-from app.rooms.records import LeaseRow
+from plinko.app.cluster.beats import FAILURES, Beats
+from plinko.app.cluster.membership import BEAT, LEASE, Member, Seen, View
+from plinko.app.concurrency.signal import Signal
+from plinko.app.persistence.lease_book import LeaseBook
+from plinko.app.rooms.records import LeaseRow
 
 _JOIN_SECONDS: Final = 5.0
 """How long start and shutdown wait for PostgreSQL. A server that starts without it is not ready."""

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 import psycopg
 
-from app.cluster.membership import BEAT, LEASE, Member, Seen
+from plinko.app.cluster.membership import BEAT, LEASE, Member, Seen
 
 _CONNECT: Final = 3  # s
 _FORGOTTEN: Final = "interval '1 minute'"

@@ -21,12 +21,12 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
-from app.cluster.alive import Alive
-from app.cluster.membership import Member
-from app.cluster.peers import Peers
-from app.errors import AppError, EndedError, LeaseLostError
-from app.relay.proxy import RESTART, both_ways, end_of
-from app.web.problems import HOPS, MOVED, problem_response
+from plinko.app.cluster.alive import Alive
+from plinko.app.cluster.membership import Member
+from plinko.app.cluster.peers import Peers
+from plinko.app.errors import AppError, EndedError, LeaseLostError
+from plinko.app.relay.proxy import RESTART, both_ways, end_of
+from plinko.app.web.problems import HOPS, MOVED, problem_response
 
 _SOCKETS: Final = "/ws/rooms/"
 

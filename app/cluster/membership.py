@@ -10,8 +10,8 @@ from typing import Final
 
 import msgspec
 
-from app.errors import LeaseLostError
-from app.rooms.records import LeaseRow
+from plinko.app.errors import LeaseLostError
+from plinko.app.rooms.records import LeaseRow
 
 LEASE: Final = 2.0
 """Seconds after its last heartbeat for which a server counts as alive. If this is too short, a

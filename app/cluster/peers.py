@@ -7,8 +7,8 @@ from urllib.parse import quote
 
 import httpx
 
-from app.cluster.membership import Member
-from app.web.problems import HOPS
+from plinko.app.cluster.membership import Member
+from plinko.app.web.problems import HOPS
 
 _CONNECT: Final = 1.0  # s
 _ANSWER: Final = 2.0

@@ -12,19 +12,19 @@ from typing import Final
 
 from starlette.applications import Starlette
 
-from app.cluster.alive import Alive
-from app.cluster.hand_on import HandOn
-from app.cluster.membership import Member, order
-from app.cluster.peers import Peers
-from app.cluster.take_over import TakeOver
-from app.errors import AppError, InvalidValueError, shorten
-from app.listening import address_of
-from app.live.shared_rooms import SharedRooms
-from app.persistence.lease_book import LeaseBook
-from app.persistence.ledger.database import address
-from app.persistence.ledger.writer import Ledger
-from app.settings import Settings
-from app.web.shared import Standing
+from plinko.app.cluster.alive import Alive
+from plinko.app.cluster.hand_on import HandOn
+from plinko.app.cluster.membership import Member, order
+from plinko.app.cluster.peers import Peers
+from plinko.app.cluster.take_over import TakeOver
+from plinko.app.errors import AppError, InvalidValueError, shorten
+from plinko.app.listening import address_of
+from plinko.app.live.shared_rooms import SharedRooms
+from plinko.app.persistence.lease_book import LeaseBook
+from plinko.app.persistence.ledger.database import address
+from plinko.app.persistence.ledger.writer import Ledger
+from plinko.app.settings import Settings
+from plinko.app.web.shared import Standing
 
 _AT_ONCE: Final = 4
 """Rooms that are handed over at the same time: as many as a server restores at the same time. Each
@@ -40,7 +40,7 @@ def member(settings: Settings, book: LeaseBook) -> Alive:
 
 
 class Cluster:
-    """The cluster as `app.main` starts and stops it, and as routes see it."""
+    """The cluster as `plinko.app.main` starts and stops it, and as routes see it."""
 
     def __init__(
         self, settings: Settings, alive: Alive, rooms: SharedRooms, ledger: Ledger

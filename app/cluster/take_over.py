@@ -6,14 +6,14 @@ import time
 from collections.abc import Callable, Collection, Sequence
 from typing import Final
 
-from app.cluster.alive import Alive
-from app.cluster.membership import order, orphans
-from app.errors import LedgerError
-from app.live.public_tables import MAIN
-from app.live.shared_rooms import SharedRooms
-from app.persistence.ledger.writer import Ledger
-from app.persistence.statements import store
-from app.rooms.records import Lease, LeaseRow
+from plinko.app.cluster.alive import Alive
+from plinko.app.cluster.membership import order, orphans
+from plinko.app.errors import LedgerError
+from plinko.app.live.public_tables import MAIN
+from plinko.app.live.shared_rooms import SharedRooms
+from plinko.app.persistence.ledger.writer import Ledger
+from plinko.app.persistence.statements import store
+from plinko.app.rooms.records import Lease, LeaseRow
 
 _SWEEP: Final = 2.0
 """Seconds between two searches for rooms in which something moves but that no server has."""

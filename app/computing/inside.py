@@ -11,8 +11,8 @@ import time
 from pathlib import Path
 from typing import Final
 
-from app.computing.packing import BEGUN, REPLY, REQUEST
-from app.errors import CostError
+from plinko.app.computing.packing import BEGUN, REPLY, REQUEST
+from plinko.app.errors import CostError
 
 MEMORY: Final = 256 << 20
 """Bytes that a worker may allocate beyond those it started with."""

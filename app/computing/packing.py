@@ -12,7 +12,7 @@ import struct
 from collections.abc import Callable
 from typing import Any, Final
 
-from engine import Board
+from plinko.engine import Board
 
 REQUEST: Final = struct.Struct("!Qd")
 """Number of bytes of the packed work; its limit in CPU seconds."""

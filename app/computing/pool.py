@@ -7,10 +7,10 @@ from collections.abc import AsyncIterator, Awaitable, Callable
 from dataclasses import dataclass, field
 from typing import Final, TypeVar, cast
 
-from app.computing.packing import packed
-from app.computing.process import Done, WorkerProcess, prepare, start
-from app.concurrency.single_flight import SingleFlight
-from app.errors import AppError, BusyError, EndedError
+from plinko.app.computing.packing import packed
+from plinko.app.computing.process import Done, WorkerProcess, prepare, start
+from plinko.app.concurrency.single_flight import SingleFlight
+from plinko.app.errors import AppError, BusyError, EndedError
 
 T = TypeVar("T")
 

@@ -7,8 +7,8 @@ one is replaced within milliseconds.
 import gc
 from typing import Final
 
-from app.computing import packing  # noqa: F401 - every worker unpacks its work with it
-from app.render import (  # noqa: F401 - loads their modules, Pillow and its fonts
+from plinko.app.computing import packing  # noqa: F401 - every worker unpacks its work with it
+from plinko.app.render import (  # noqa: F401 - loads their modules, Pillow and its fonts
     BoxStage,
     Stage,
     contact_sheet,
@@ -17,8 +17,8 @@ from app.render import (  # noqa: F401 - loads their modules, Pillow and its fon
     drop_picture,
     histogram_picture,
 )
-from engine import Board, drop, drop_many, occupancy
-from engine.jit import native
+from plinko.engine import Board, drop, drop_many, occupancy
+from plinko.engine.jit import native
 
 
 def warm_up() -> None:

@@ -9,9 +9,9 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from app.errors import CostError
-from engine import Board
-from engine.parameters import Solver, Stepped
+from plinko.app.errors import CostError
+from plinko.engine import Board
+from plinko.engine.parameters import Solver, Stepped
 
 PIXEL_FRAMES: Final = 3e8
 """Pixels times frames of an animation: about 8 s. A preset's drop, 760 pixels wide at 30 frames/s,

@@ -19,11 +19,11 @@ from multiprocessing import forkserver
 from pathlib import Path
 from typing import Any, Final
 
-from app.computing.inside import serve
-from app.computing.packing import BEGUN, REPLY, REQUEST
-from app.errors import DeadlineError, EndedError
+from plinko.app.computing.inside import serve
+from plinko.app.computing.packing import BEGUN, REPLY, REQUEST
+from plinko.app.errors import DeadlineError, EndedError
 
-PRELOADED: Final = ["app.computing.preloaded"]
+PRELOADED: Final = ["plinko.app.computing.preloaded"]
 
 _AT_ONCE: Final = 1 << 18  # bytes per read
 

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Final
 
 import msgspec
 
-from app.computing.tasks import Ask
-from engine import Board
+from plinko.app.computing.tasks import Ask
+from plinko.engine import Board
 
 if TYPE_CHECKING:
-    from engine.certified.certify import Effort
+    from plinko.engine.certified.certify import Effort
 
 MAX_SECONDS: Final = 8.0
 """CPU seconds for all proofs of a job; the rest stays undecided. Well below `pool.DEADLINE`."""
@@ -21,7 +21,7 @@ MAX_SECONDS: Final = 8.0
 
 def effort() -> "Effort":
     """The limit of one proof, common to server and command line, so that their answers agree."""
-    from engine.certified.certify import Effort  # noqa: PLC0415
+    from plinko.engine.certified.certify import Effort  # noqa: PLC0415
 
     return Effort(seconds=MAX_SECONDS, clock=time.process_time)
 
@@ -34,7 +34,7 @@ def record(ask: Ask, certainty: bool) -> tuple[str, bytes]:
 
 def certificate(ask: Ask) -> dict[str, object]:
     """Prove as much of a drop as possible; the certificate with enclosed events, as JSON values."""
-    from engine.certified.certify import certify  # noqa: PLC0415
+    from plinko.engine.certified.certify import certify  # noqa: PLC0415
 
     found = certify(ask.board, ask.seed, x=ask.x, aim=ask.aim, effort=effort())
     return found.to_dict() | {"events": found.event_rows()}
@@ -54,7 +54,7 @@ def tile(
     board: Board, x: Fraction, level: int, pixels: int, first: int, count: int
 ) -> tuple[bytes, bool]:
     """Pixels `first` to `first + count` of a strip as JSON, and whether the time sufficed."""
-    from engine.certified.start_map import strip_at  # noqa: PLC0415
+    from plinko.engine.certified.start_map import strip_at  # noqa: PLC0415
 
     patience = _Patience()
     strip = strip_at(board, x, level, pixels, first, count, patience=patience)
@@ -63,8 +63,8 @@ def tile(
 
 def picture(board: Board, x: Fraction, levels: int, pixels: int, fmt: str, theme: str) -> bytes:
     """Draw the strips of the map one below the other; pixels without time for a proof are grey."""
-    from app.render.start_map import map_picture  # noqa: PLC0415
-    from engine.certified.start_map import strip_at  # noqa: PLC0415
+    from plinko.app.render.start_map import map_picture  # noqa: PLC0415
+    from plinko.engine.certified.start_map import strip_at  # noqa: PLC0415
 
     patience = _Patience()
     strips = [strip_at(board, x, level, pixels, patience=patience) for level in range(levels)]

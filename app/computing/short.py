@@ -1,7 +1,7 @@
 """Compute cheap drops on the event loop: faster than handing them to a worker.
 
 The event loop, and with it every tick, waits for such a drop. Therefore its effort is limited, and
-`app.web.edge.intake` lets few requests begin in each iteration of the loop.
+`plinko.app.web.edge.intake` lets few requests begin in each iteration of the loop.
 """
 
 import asyncio
@@ -9,11 +9,11 @@ import time
 from collections.abc import Callable
 from typing import Final
 
-from app.computing.process import Done
-from engine import Board
-from engine.drops import trajectory
-from engine.errors import EngineError
-from engine.jit.limits import at_most
+from plinko.app.computing.process import Done
+from plinko.engine import Board
+from plinko.engine.drops import trajectory
+from plinko.engine.errors import EngineError
+from plinko.engine.jit.limits import at_most
 
 EFFORT: Final = 4_000_000
 """WebAssembly instructions that a drop may take here, about 0.6 ms: 40 times the usual number on a

@@ -12,21 +12,21 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from app.computing import prices
-from app.errors import InvalidValueError, shorten
-from app.rooms.log import verify_log
-from engine import PHYSICS_VERSION, Board, Drop, DropBatch, drop_many, json_text, verify
-from engine.batches.block import Block, summed
-from engine.batches.job import Job
-from engine.batches.tally import Tally
-from engine.drops.digest import BLOCK
-from engine.drops.drop import make_drop
-from engine.drops.seeds import Search
-from engine.drops.start import unsigned_zero
-from engine.json_text import Json, JsonObject
-from engine.parameters import Exact, Solver, Stepped
-from engine.payouts.solve import solve_payouts
-from engine.seeding import SEED_LIMIT
+from plinko.app.computing import prices
+from plinko.app.errors import InvalidValueError, shorten
+from plinko.app.rooms.log import verify_log
+from plinko.engine import PHYSICS_VERSION, Board, Drop, DropBatch, drop_many, json_text, verify
+from plinko.engine.batches.block import Block, summed
+from plinko.engine.batches.job import Job
+from plinko.engine.batches.tally import Tally
+from plinko.engine.drops.digest import BLOCK
+from plinko.engine.drops.drop import make_drop
+from plinko.engine.drops.seeds import Search
+from plinko.engine.drops.start import unsigned_zero
+from plinko.engine.json_text import Json, JsonObject
+from plinko.engine.parameters import Exact, Solver, Stepped
+from plinko.engine.payouts.solve import solve_payouts
+from plinko.engine.seeding import SEED_LIMIT
 
 MAX_SECONDS: Final = 9.0
 """CPU seconds for many drops. The error at this limit says how many were done; any other job runs
@@ -82,7 +82,7 @@ class Many:
 
 def frame_count(ask: Ask, fmt: str, fps: int) -> int:
     """The number of frames of a drop's animation."""
-    from app.render.animation import frame_count  # noqa: PLC0415
+    from plinko.app.render.animation import frame_count  # noqa: PLC0415
 
     return frame_count(ask.drop(), fmt, fps)
 
@@ -271,21 +271,21 @@ def payouts(board: Board, returned: float, risk: str, drops: int) -> JsonObject:
 
 def still(ask: Ask, fmt: Json, width: int, theme: Json, at: float | None) -> bytes:
     """Draw a drop: its path, or the moment `at` s after the start."""
-    from app.render import drop_picture  # noqa: PLC0415
+    from plinko.app.render import drop_picture  # noqa: PLC0415
 
     return drop_picture(ask.drop(), fmt, width, theme, at)
 
 
 def animation(ask: Ask, fmt: Json, width: int, fps: int, theme: Json) -> bytes:
     """Draw a drop as an animation."""
-    from app.render import drop_animation  # noqa: PLC0415
+    from plinko.app.render import drop_animation  # noqa: PLC0415
 
     return drop_animation(ask.drop(), fmt, width, fps, theme)
 
 
 def density(many: Many, fmt: Json, width: int, theme: Json, seconds: float = MAX_SECONDS) -> bytes:
     """Draw where the balls of many drops spend their time."""
-    from app.render import density_picture  # noqa: PLC0415
+    from plinko.app.render import density_picture  # noqa: PLC0415
 
     patience = Patience(many.drops, seconds)
     return density_picture(many.board, many.seeds, fmt, width, theme, 1, patience)
@@ -293,7 +293,7 @@ def density(many: Many, fmt: Json, width: int, theme: Json, seconds: float = MAX
 
 def histogram(many: Many, fmt: Json, width: int, theme: Json) -> bytes:
     """Draw how many balls land in each bin."""
-    from app.render import histogram_picture  # noqa: PLC0415
+    from plinko.app.render import histogram_picture  # noqa: PLC0415
 
     found = tally(many.board, many.first, many.drops, Exact())
     landed, unsettled = found["histogram"], found["unsettled"]
@@ -309,7 +309,7 @@ def sheet(
     seconds: float = MAX_SECONDS,
 ) -> bytes:
     """Draw the paths of many drops side by side."""
-    from app.render import contact_sheet  # noqa: PLC0415
+    from plinko.app.render import contact_sheet  # noqa: PLC0415
 
     patience = Patience(many.drops, seconds)
     return contact_sheet(many.board, many.seeds, fmt, width, theme, columns, patience)

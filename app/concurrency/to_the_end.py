@@ -5,7 +5,7 @@ import logging
 from collections.abc import Coroutine
 from typing import TypeVar
 
-from app.errors import LeaseLostError
+from plinko.app.errors import LeaseLostError
 
 T = TypeVar("T")
 

@@ -14,12 +14,12 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from app.conformance import chances
-from app.conformance.chances import Outcome
-from app.errors import InvalidValueError
-from app.fairness.seeds import drop_seed
-from engine import Board
-from engine.seeding import start_xs
+from plinko.app.conformance import chances
+from plinko.app.conformance.chances import Outcome
+from plinko.app.errors import InvalidValueError
+from plinko.app.fairness.seeds import drop_seed
+from plinko.engine import Board
+from plinko.engine.seeding import start_xs
 
 LEVEL: Final = 0.01
 """Probability that a good generator fails any of the tests: 99 % confidence for all together."""

@@ -12,11 +12,10 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Final
 
-import app
-import engine
-from app.errors import InvalidValueError, shorten
-from app.rooms.canonical import canonical
-from app.settings import Settings, static_directory
+from plinko import app, engine
+from plinko.app.errors import InvalidValueError, shorten
+from plinko.app.rooms.canonical import canonical
+from plinko.app.settings import Settings, static_directory
 
 KERNELS: Final = (".wasm", ".so")
 """Endings of the names of kernels, which are shipped as compiled files."""

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from app.errors import InvalidValueError
-from engine import Board, DropBatch, drop_many
-from engine.payouts.landings import is_mirrored
+from plinko.app.errors import InvalidValueError
+from plinko.engine import Board, DropBatch, drop_many
+from plinko.engine.payouts.landings import is_mirrored
 
 
 @dataclass(frozen=True, slots=True)

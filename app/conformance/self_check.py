@@ -7,8 +7,8 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from typing import Final
 
-from app.conformance.inventory import Digests
-from engine.json_text import Json
+from plinko.app.conformance.inventory import Digests
+from plinko.engine.json_text import Json
 
 DAY: Final = 86400.0  # s
 _FRESH: Final = 1.0  # s for which a finding is reused, because reading all files is expensive

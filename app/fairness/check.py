@@ -12,11 +12,11 @@ from typing import Final, TypeVar
 
 import msgspec
 
-from app.errors import InvalidValueError
-from app.fairness.export import ExportedDrop, KeyChange, SessionExport, Signed
-from app.fairness.seeds import commitment, draw_mac, drop_seed, parse_hex
-from app.fairness.signing import is_signed
-from app.fairness.statements import (
+from plinko.app.errors import InvalidValueError
+from plinko.app.fairness.export import ExportedDrop, KeyChange, SessionExport, Signed
+from plinko.app.fairness.seeds import commitment, draw_mac, drop_seed, parse_hex
+from plinko.app.fairness.signing import is_signed
+from plinko.app.fairness.statements import (
     VERSION,
     Closing,
     KeyStatement,
@@ -26,11 +26,11 @@ from app.fairness.statements import (
     TreeHead,
     payouts_digest,
 )
-from app.protocol.messages import SignedReceipt
-from app.rooms.draw import Draw
-from app.rooms.stakes import check_payout, payout_of
-from engine import PHYSICS_VERSION, Board, drop, merkle
-from engine.errors import EngineError, ParameterError, RecordError, SeedError
+from plinko.app.protocol.messages import SignedReceipt
+from plinko.app.rooms.draw import Draw
+from plinko.app.rooms.stakes import check_payout, payout_of
+from plinko.engine import PHYSICS_VERSION, Board, drop, merkle
+from plinko.engine.errors import EngineError, ParameterError, RecordError, SeedError
 
 Kind = TypeVar("Kind", SessionStatement, Receipt, TreeHead, Closing, KeyStatement)
 

@@ -9,11 +9,11 @@ from typing import Final
 
 import msgspec
 
-from app.fairness.statements import Count
-from app.protocol.messages import SignedReceipt
-from engine import merkle
-from engine.errors import RecordError
-from engine.json_text import JsonObject
+from plinko.app.fairness.statements import Count
+from plinko.app.protocol.messages import SignedReceipt
+from plinko.engine import merkle
+from plinko.engine.errors import RecordError
+from plinko.engine.json_text import JsonObject
 
 KIND: Final = "plinko-session"
 VERSION: Final = 1

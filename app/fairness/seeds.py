@@ -8,8 +8,8 @@ import hashlib
 import hmac
 from typing import Final
 
-from app.errors import InvalidValueError, shorten
-from engine.seeding import SEED_LIMIT
+from plinko.app.errors import InvalidValueError, shorten
+from plinko.engine.seeding import SEED_LIMIT
 
 SECRET_BYTES: Final = 32
 

@@ -10,10 +10,10 @@ from typing import Annotated, ClassVar, Final
 
 from msgspec import Meta
 
-from app.rooms.canonical import canonical
-from app.rooms.stakes import MAX_PAYOUT
-from engine import Board
-from engine.json_text import JsonObject
+from plinko.app.rooms.canonical import canonical
+from plinko.app.rooms.stakes import MAX_PAYOUT
+from plinko.engine import Board
+from plinko.engine.json_text import JsonObject
 
 VERSION: Final = 1
 

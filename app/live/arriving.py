@@ -9,17 +9,17 @@ import logging
 from collections.abc import Awaitable, Callable, Coroutine
 from typing import Final
 
-from app.concurrency.single_flight import SingleFlight
-from app.errors import LeaseLostError, LedgerError, RebuildingError
-from app.live.leaving import Leaving, Memory
-from app.live.live_room import LiveRoom
-from app.live.open_rooms import OpenRooms
-from app.live.public_tables import PublicTables
-from app.persistence.leases import Leases
-from app.persistence.service import PersistenceService
-from app.persistence.statements import lease_store
-from app.rooms.records import LeaseRow
-from app.rooms.room import Ground, Room
+from plinko.app.concurrency.single_flight import SingleFlight
+from plinko.app.errors import LeaseLostError, LedgerError, RebuildingError
+from plinko.app.live.leaving import Leaving, Memory
+from plinko.app.live.live_room import LiveRoom
+from plinko.app.live.open_rooms import OpenRooms
+from plinko.app.live.public_tables import PublicTables
+from plinko.app.persistence.leases import Leases
+from plinko.app.persistence.service import PersistenceService
+from plinko.app.persistence.statements import lease_store
+from plinko.app.rooms.records import LeaseRow
+from plinko.app.rooms.room import Ground, Room
 
 _ARRIVAL_SECONDS: Final = 10.0
 """s that a client waits for a room before it gets RebuildingError."""

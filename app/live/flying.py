@@ -3,10 +3,10 @@
 import asyncio
 from typing import Final
 
-from app.protocol.paths import LONG, Path, path_of
-from app.rooms.records import DropRow
-from engine import Board
-from engine.drops.flight import Flight, SlicedFlight
+from plinko.app.protocol.paths import LONG, Path, path_of
+from plinko.app.rooms.records import DropRow
+from plinko.engine import Board
+from plinko.engine.drops.flight import Flight, SlicedFlight
 
 _ASIDE: Final = 4096  # events of a slice on a thread
 _LARGE: Final = 500  # pegs and walls of a board whose arrays take more than 1 ms to make

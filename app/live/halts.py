@@ -8,11 +8,11 @@ import logging
 import time
 from collections.abc import Callable
 
-from app.errors import DamagedRoomError, HaltedError, LedgerError
-from app.persistence.ledger.null_ledger import NullLedger
-from app.persistence.ledger.writer import Ledger
-from app.persistence.statements import halt_store
-from app.rooms.records import EVERY_ROOM, Halt, Release
+from plinko.app.errors import DamagedRoomError, HaltedError, LedgerError
+from plinko.app.persistence.ledger.null_ledger import NullLedger
+from plinko.app.persistence.ledger.writer import Ledger
+from plinko.app.persistence.statements import halt_store
+from plinko.app.rooms.records import EVERY_ROOM, Halt, Release
 
 _log = logging.getLogger("plinko")
 

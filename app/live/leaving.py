@@ -9,13 +9,13 @@ import logging
 from collections.abc import Awaitable, Callable
 from typing import Final, Protocol
 
-from app.concurrency.to_the_end import to_the_end
-from app.errors import LeaseLostError, UnknownRoomError
-from app.live.live_room import LiveRoom
-from app.live.open_rooms import OpenRooms
-from app.persistence.leases import Leases
-from app.persistence.service import PersistenceService
-from app.rooms.room import Room
+from plinko.app.concurrency.to_the_end import to_the_end
+from plinko.app.errors import LeaseLostError, UnknownRoomError
+from plinko.app.live.live_room import LiveRoom
+from plinko.app.live.open_rooms import OpenRooms
+from plinko.app.persistence.leases import Leases
+from plinko.app.persistence.service import PersistenceService
+from plinko.app.rooms.room import Room
 
 _ENTRY_SECONDS: Final = 2.0
 """s that drops on their way may take to enter before a room is handed over."""

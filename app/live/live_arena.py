@@ -13,15 +13,15 @@ import asyncio
 from dataclasses import dataclass
 from typing import Final
 
-from app.errors import AppError
-from app.live.broadcast.audience import NOBODY, Player
-from app.live.live_room import LiveRoom, RoomContext
-from app.live.sessions.fair_session import FairSession
-from app.protocol import messages
-from app.protocol.touching_messages import Change
-from app.rooms.outcome import Outcome
-from app.rooms.pending import DropCommand, Entered, Pending
-from app.rooms.touching.room import TouchingRoom
+from plinko.app.errors import AppError
+from plinko.app.live.broadcast.audience import NOBODY, Player
+from plinko.app.live.live_room import LiveRoom, RoomContext
+from plinko.app.live.sessions.fair_session import FairSession
+from plinko.app.protocol import messages
+from plinko.app.protocol.touching_messages import Change
+from plinko.app.rooms.outcome import Outcome
+from plinko.app.rooms.pending import DropCommand, Entered, Pending
+from plinko.app.rooms.touching.room import TouchingRoom
 
 _UNWATCHED_SECONDS: Final = 10.0
 """s for which a scene moves on without spectators, so that reloading the page does not stop it."""

@@ -9,22 +9,22 @@ from abc import ABC, abstractmethod
 from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from app.errors import AppError, ClosedRoomError, ResetError, UndecidedError
-from app.live.broadcast.audience import NOBODY, Audience, AudienceContext, Player
-from app.live.broadcast.hub import Client
-from app.live.halts import Halts
-from app.live.queue import RoomQueue
-from app.live.sessions.fair_session import FairSession
-from app.live.ticking.landings import Landings
-from app.live.ticking.runner import Runner
-from app.persistence.service import PersistenceService
-from app.protocol import messages
-from app.protocol.touching_messages import Change
-from app.protocol.wire import WireMessage
-from app.rooms.outcome import Outcome
-from app.rooms.pending import DropCommand
-from app.rooms.room import Room
-from engine.exact.outcome import FALSE_PATH, REASONS
+from plinko.app.errors import AppError, ClosedRoomError, ResetError, UndecidedError
+from plinko.app.live.broadcast.audience import NOBODY, Audience, AudienceContext, Player
+from plinko.app.live.broadcast.hub import Client
+from plinko.app.live.halts import Halts
+from plinko.app.live.queue import RoomQueue
+from plinko.app.live.sessions.fair_session import FairSession
+from plinko.app.live.ticking.landings import Landings
+from plinko.app.live.ticking.runner import Runner
+from plinko.app.persistence.service import PersistenceService
+from plinko.app.protocol import messages
+from plinko.app.protocol.touching_messages import Change
+from plinko.app.protocol.wire import WireMessage
+from plinko.app.rooms.outcome import Outcome
+from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.room import Room
+from plinko.engine.exact.outcome import FALSE_PATH, REASONS
 
 
 @dataclass(frozen=True)

@@ -14,23 +14,23 @@ from collections import deque
 from dataclasses import dataclass, replace
 from typing import cast
 
-from app.errors import AppError, ResetError
-from app.live.broadcast.audience import Player
-from app.live.flying import cut, fly
-from app.live.live_room import LiveRoom, RoomContext
-from app.live.sessions.fair_session import FairSession
-from app.persistence.clock import RunClock
-from app.persistence.statements import store
-from app.protocol import messages
-from app.protocol.paths import Path
-from app.rooms.independent import IndependentRoom
-from app.rooms.keys import KeyUse
-from app.rooms.outcome import Outcome, outcome_of
-from app.rooms.pending import DropCommand
-from app.rooms.records import DropRow, NewDrop, ReceiptRow, ResultRow
-from app.rooms.room import Room
-from engine.drops.flight import Flight
-from engine.errors import EngineError
+from plinko.app.errors import AppError, ResetError
+from plinko.app.live.broadcast.audience import Player
+from plinko.app.live.flying import cut, fly
+from plinko.app.live.live_room import LiveRoom, RoomContext
+from plinko.app.live.sessions.fair_session import FairSession
+from plinko.app.persistence.clock import RunClock
+from plinko.app.persistence.statements import store
+from plinko.app.protocol import messages
+from plinko.app.protocol.paths import Path
+from plinko.app.rooms.independent import IndependentRoom
+from plinko.app.rooms.keys import KeyUse
+from plinko.app.rooms.outcome import Outcome, outcome_of
+from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.records import DropRow, NewDrop, ReceiptRow, ResultRow
+from plinko.app.rooms.room import Room
+from plinko.engine.drops.flight import Flight
+from plinko.engine.errors import EngineError
 
 
 @dataclass(eq=False)

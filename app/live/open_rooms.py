@@ -8,12 +8,12 @@ import logging
 from collections import OrderedDict
 from collections.abc import Callable
 
-from app.errors import ClosedRoomError, RoomLimitError
-from app.live.live_room import LiveRoom
-from app.live.public_tables import MAIN
-from app.persistence.service import PersistenceService
-from app.rooms.records import Parked
-from app.settings import Settings
+from plinko.app.errors import ClosedRoomError, RoomLimitError
+from plinko.app.live.live_room import LiveRoom
+from plinko.app.live.public_tables import MAIN
+from plinko.app.persistence.service import PersistenceService
+from plinko.app.rooms.records import Parked
+from plinko.app.settings import Settings
 
 UNUSED_SECONDS = 86_400.0  # without use after which a room with an owner is closed
 REST_SECONDS = 3600.0

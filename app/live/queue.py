@@ -13,18 +13,18 @@ from typing import Final
 
 import msgspec
 
-from app.errors import HaltedError, LedgerError, LimitError, ResetError, UndecidedError
-from app.live.broadcast.audience import Player
-from app.persistence.ledger.null_ledger import NullLedger
-from app.persistence.ledger.writer import Ledger
-from app.persistence.statements import queue_store
-from app.protocol import messages
-from app.protocol.visitors import Tag
-from app.rooms.keys import KeyUse, ball_key
-from app.rooms.outcome import Outcome
-from app.rooms.pending import DropCommand
-from app.rooms.queue import EMPTY, Item, Queue
-from app.rooms.records import QueueRow
+from plinko.app.errors import HaltedError, LedgerError, LimitError, ResetError, UndecidedError
+from plinko.app.live.broadcast.audience import Player
+from plinko.app.persistence.ledger.null_ledger import NullLedger
+from plinko.app.persistence.ledger.writer import Ledger
+from plinko.app.persistence.statements import queue_store
+from plinko.app.protocol import messages
+from plinko.app.protocol.visitors import Tag
+from plinko.app.rooms.keys import KeyUse, ball_key
+from plinko.app.rooms.outcome import Outcome
+from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.queue import EMPTY, Item, Queue
+from plinko.app.rooms.records import QueueRow
 
 MOST_FALLING: Final = 20  # balls of a queue in flight at a time
 _RETRY: Final = 1.0  # s until a ball that the room refused is tried again

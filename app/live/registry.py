@@ -8,8 +8,8 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
 
-from app.concurrency.single_flight import SingleFlight
-from app.errors import (
+from plinko.app.concurrency.single_flight import SingleFlight
+from plinko.app.errors import (
     AppError,
     ClosedRoomError,
     DamagedRoomError,
@@ -18,38 +18,38 @@ from app.errors import (
     ResetError,
     UnknownRoomError,
 )
-from app.live.arriving import Arriving, Claim, any_room, replaying
-from app.live.broadcast.audience import AudienceContext
-from app.live.broadcast.hub import Client, Hub
-from app.live.broadcast.presence import Presence
-from app.live.halts import Halts
-from app.live.leaving import Leaving
-from app.live.live_arena import LiveArena
-from app.live.live_room import LiveRoom, RoomContext
-from app.live.live_table import LiveTable
-from app.live.open_rooms import OpenRooms
-from app.live.public_tables import MAIN, PublicTables
-from app.live.shared_rooms import SharedRooms, UnsharedRooms
-from app.live.ticking.runner import Runner, Running
-from app.live.ticking.ticker import Watcher
-from app.persistence.clock import SteadyClock
-from app.persistence.leases import Leases
-from app.persistence.ledger.null_ledger import NullLedger
-from app.persistence.service import PersistenceService
-from app.persistence.statements import queue_store, store
-from app.rooms import kinds
-from app.rooms.boards import Boards
-from app.rooms.independent import IndependentRoom
-from app.rooms.keys import KeyUse
-from app.rooms.kinds import INDEPENDENT, BallLimits, make_room
-from app.rooms.records import Parked
-from app.rooms.room import Basis, Room
-from app.rooms.touching.room import TouchingRoom
-from app.rooms.touching.scene import Scene
-from app.rooms.touching.story import Retold
-from app.settings import Settings
-from engine import Board
-from engine.errors import EffortError
+from plinko.app.live.arriving import Arriving, Claim, any_room, replaying
+from plinko.app.live.broadcast.audience import AudienceContext
+from plinko.app.live.broadcast.hub import Client, Hub
+from plinko.app.live.broadcast.presence import Presence
+from plinko.app.live.halts import Halts
+from plinko.app.live.leaving import Leaving
+from plinko.app.live.live_arena import LiveArena
+from plinko.app.live.live_room import LiveRoom, RoomContext
+from plinko.app.live.live_table import LiveTable
+from plinko.app.live.open_rooms import OpenRooms
+from plinko.app.live.public_tables import MAIN, PublicTables
+from plinko.app.live.shared_rooms import SharedRooms, UnsharedRooms
+from plinko.app.live.ticking.runner import Runner, Running
+from plinko.app.live.ticking.ticker import Watcher
+from plinko.app.persistence.clock import SteadyClock
+from plinko.app.persistence.leases import Leases
+from plinko.app.persistence.ledger.null_ledger import NullLedger
+from plinko.app.persistence.service import PersistenceService
+from plinko.app.persistence.statements import queue_store, store
+from plinko.app.rooms import kinds
+from plinko.app.rooms.boards import Boards
+from plinko.app.rooms.independent import IndependentRoom
+from plinko.app.rooms.keys import KeyUse
+from plinko.app.rooms.kinds import INDEPENDENT, BallLimits, make_room
+from plinko.app.rooms.records import Parked
+from plinko.app.rooms.room import Basis, Room
+from plinko.app.rooms.touching.room import TouchingRoom
+from plinko.app.rooms.touching.scene import Scene
+from plinko.app.rooms.touching.story import Retold
+from plinko.app.settings import Settings
+from plinko.engine import Board
+from plinko.engine.errors import EffortError
 
 _FAILED = "its room failed"
 """Why the drops that were in flight have no bin, in their results."""

@@ -10,15 +10,15 @@ import math
 from collections.abc import AsyncIterator
 from typing import Final
 
-from app.errors import DamagedRoomError, LeaseLostError
-from app.live.arriving import Arriving
-from app.live.leaving import Leaving
-from app.live.open_rooms import REST_SECONDS, UNUSED_SECONDS, OpenRooms
-from app.live.public_tables import PublicTables
-from app.persistence.leases import Leases
-from app.persistence.service import PersistenceService
-from app.persistence.statements import store
-from app.rooms.records import Parked
+from plinko.app.errors import DamagedRoomError, LeaseLostError
+from plinko.app.live.arriving import Arriving
+from plinko.app.live.leaving import Leaving
+from plinko.app.live.open_rooms import REST_SECONDS, UNUSED_SECONDS, OpenRooms
+from plinko.app.live.public_tables import PublicTables
+from plinko.app.persistence.leases import Leases
+from plinko.app.persistence.service import PersistenceService
+from plinko.app.persistence.statements import store
+from plinko.app.rooms.records import Parked
 
 _SEARCH_SECONDS: Final = 60.0  # between two searches for unused rooms
 _UNUSED_AT_ONCE: Final = 20  # unused rooms closed in one search

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from app.rooms.records import FairEnd, FairOpening, FairSessionRow, Lease, RoomRow, Write
+from plinko.app.rooms.records import FairEnd, FairOpening, FairSessionRow, Lease, RoomRow, Write
 
 Part = tuple[Lease | None, Sequence[Write]]
 """Writes with the lease of their room; None for writes that belong to no room."""

@@ -5,13 +5,13 @@ import time
 from collections.abc import Callable
 from typing import Final
 
-from app.concurrency.single_flight import SingleFlight
-from app.concurrency.to_the_end import log_failure
-from app.errors import LeaseLostError, LedgerError
-from app.persistence.lease_book import LeaseBook
-from app.persistence.ledger.writer import Ledger
-from app.persistence.statements import lease_store
-from app.rooms.records import Lease, LeaseRow
+from plinko.app.concurrency.single_flight import SingleFlight
+from plinko.app.concurrency.to_the_end import log_failure
+from plinko.app.errors import LeaseLostError, LedgerError
+from plinko.app.persistence.lease_book import LeaseBook
+from plinko.app.persistence.ledger.writer import Ledger
+from plinko.app.persistence.statements import lease_store
+from plinko.app.rooms.records import Lease, LeaseRow
 
 _TAKE_SECONDS: Final = 10.0
 """How long to wait for a transaction of the former holder. The database ends it before that."""

@@ -12,11 +12,11 @@ import msgspec
 import sqlalchemy as sa
 from sqlalchemy import Connection, Engine
 
-from app.errors import LedgerError
-from app.persistence.ledger.database import reader, reason
-from app.persistence.statements import store
-from app.rooms import log
-from app.rooms.kinds import format_of
+from plinko.app.errors import LedgerError
+from plinko.app.persistence.ledger.database import reader, reason
+from plinko.app.persistence.statements import store
+from plinko.app.rooms import log
+from plinko.app.rooms.kinds import format_of
 
 _MARKS: Final = frozenset({"who"})  # an entry's fields with a player's mark
 

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 
 from sqlalchemy import Connection
 
-from app.fairness.signing import Signer
-from app.fairness.statements import Closing, RestoreStatement
-from app.persistence.ledger.database import Database
-from app.persistence.statements import fair_store, history
-from app.rooms.canonical import canonical
-from engine import merkle
+from plinko.app.fairness.signing import Signer
+from plinko.app.fairness.statements import Closing, RestoreStatement
+from plinko.app.persistence.ledger.database import Database
+from plinko.app.persistence.statements import fair_store, history
+from plinko.app.rooms.canonical import canonical
+from plinko.engine import merkle
 
 
 @dataclass(frozen=True, slots=True)

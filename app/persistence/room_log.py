@@ -15,13 +15,13 @@ from typing import Final
 
 import msgspec
 
-from app.concurrency.fair_queue import FairLock
-from app.errors import BusyError, ReadersError
-from app.persistence.ledger.null_ledger import NullLedger
-from app.persistence.log_page import NONE, Entries, LogPage
-from app.persistence.room_runs import RoomRuns
-from app.rooms import log
-from app.rooms.room import Room
+from plinko.app.concurrency.fair_queue import FairLock
+from plinko.app.errors import BusyError, ReadersError
+from plinko.app.persistence.ledger.null_ledger import NullLedger
+from plinko.app.persistence.log_page import NONE, Entries, LogPage
+from plinko.app.persistence.room_runs import RoomRuns
+from plinko.app.rooms import log
+from plinko.app.rooms.room import Room
 
 _PAGE: Final = 250  # inputs of one page: takes about 5 ms
 _REST: Final = 3.0  # the pause after a page, in multiples of the time that the page took

@@ -15,19 +15,19 @@ from typing import Final
 
 import msgspec
 
-from app.errors import LedgerError
-from app.persistence.clock import RunClock, SteadyClock
-from app.persistence.leases import Leases
-from app.persistence.ledger.commit_queue import Done
-from app.persistence.ledger.null_ledger import NullLedger
-from app.persistence.ledger.writer import Ledger
-from app.persistence.statements import lease_store
-from app.protocol import messages
-from app.rooms.pending import Pending
-from app.rooms.records import BoardRow, Close, DrawRow, Mark, ResultRow, RoomRow, Write
-from app.rooms.room import Ground, Room
-from app.rooms.touching.room import TouchingRoom
-from engine import PHYSICS_VERSION
+from plinko.app.errors import LedgerError
+from plinko.app.persistence.clock import RunClock, SteadyClock
+from plinko.app.persistence.leases import Leases
+from plinko.app.persistence.ledger.commit_queue import Done
+from plinko.app.persistence.ledger.null_ledger import NullLedger
+from plinko.app.persistence.ledger.writer import Ledger
+from plinko.app.persistence.statements import lease_store
+from plinko.app.protocol import messages
+from plinko.app.rooms.pending import Pending
+from plinko.app.rooms.records import BoardRow, Close, DrawRow, Mark, ResultRow, RoomRow, Write
+from plinko.app.rooms.room import Ground, Room
+from plinko.app.rooms.touching.room import TouchingRoom
+from plinko.engine import PHYSICS_VERSION
 
 _BLOCK: Final = 1024
 _LOW: Final = _BLOCK // 2  # with this many numbers left, the next block is reserved

@@ -4,20 +4,20 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import Final
 
-from app.errors import LedgerError
-from app.persistence.clock import RunClock, SteadyClock
-from app.persistence.leases import Leases
-from app.persistence.ledger.null_ledger import NullLedger
-from app.persistence.ledger.writer import Ledger
-from app.persistence.recovery.recovery import Recovery
-from app.persistence.room_runs import RoomRun, RoomRuns
-from app.protocol import messages
-from app.rooms.keys import IdempotencyKey, KeyUse
-from app.rooms.kinds import BallLimits
-from app.rooms.pending import Pending
-from app.rooms.records import Close, Lease, NewDrop, Parked, RoomRow, Void, Write
-from app.rooms.room import Room
-from app.rooms.touching.room import TouchingRoom
+from plinko.app.errors import LedgerError
+from plinko.app.persistence.clock import RunClock, SteadyClock
+from plinko.app.persistence.leases import Leases
+from plinko.app.persistence.ledger.null_ledger import NullLedger
+from plinko.app.persistence.ledger.writer import Ledger
+from plinko.app.persistence.recovery.recovery import Recovery
+from plinko.app.persistence.room_runs import RoomRun, RoomRuns
+from plinko.app.protocol import messages
+from plinko.app.rooms.keys import IdempotencyKey, KeyUse
+from plinko.app.rooms.kinds import BallLimits
+from plinko.app.rooms.pending import Pending
+from plinko.app.rooms.records import Close, Lease, NewDrop, Parked, RoomRow, Void, Write
+from plinko.app.rooms.room import Room
+from plinko.app.rooms.touching.room import TouchingRoom
 
 _CHECKPOINT: Final = 10.0  # s of ticks between two checkpoints: limits the replay after a crash
 _RESULTS_WAIT: Final = 0.25  # s

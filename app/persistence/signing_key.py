@@ -13,15 +13,15 @@ from typing import Final
 import msgspec
 from sqlalchemy import Connection
 
-from app.errors import SettingError
-from app.fairness.signing import Signer, is_signed
-from app.fairness.statements import KeyStatement
-from app.persistence.ledger import common_secrets
-from app.persistence.ledger.database import Database
-from app.persistence.ledger.epoch import sync_names
-from app.persistence.restoring import end_sessions
-from app.persistence.statements import fair_store, history, lease_store, store
-from app.rooms.canonical import canonical
+from plinko.app.errors import SettingError
+from plinko.app.fairness.signing import Signer, is_signed
+from plinko.app.fairness.statements import KeyStatement
+from plinko.app.persistence.ledger import common_secrets
+from plinko.app.persistence.ledger.database import Database
+from plinko.app.persistence.ledger.epoch import sync_names
+from plinko.app.persistence.restoring import end_sessions
+from plinko.app.persistence.statements import fair_store, history, lease_store, store
+from plinko.app.rooms.canonical import canonical
 
 _BYTES: Final = 32
 

@@ -6,8 +6,8 @@ from collections import OrderedDict
 from collections.abc import Callable, Coroutine
 from pathlib import Path
 
-from app.concurrency.single_flight import SingleFlight
-from app.settings import static_directory
+from plinko.app.concurrency.single_flight import SingleFlight
+from plinko.app.settings import static_directory
 
 PICTURE_BYTES = 1 << 25  # size of the cache
 

@@ -16,13 +16,13 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from app.computing.pool import Workers
-from app.concurrency.signal import Signal
-from app.errors import BusyError, RoomFullError
-from app.pictures.frame import Still, draw, moment_of, still_of
-from app.render.parts.view import check_size
-from app.render.theme import named
-from app.rooms.room import Room
+from plinko.app.computing.pool import Workers
+from plinko.app.concurrency.signal import Signal
+from plinko.app.errors import BusyError, RoomFullError
+from plinko.app.pictures.frame import Still, draw, moment_of, still_of
+from plinko.app.render.parts.view import check_size
+from plinko.app.render.theme import named
+from plinko.app.rooms.room import Room
 
 BOUNDARY = "plinko-frame"
 PART_HEAD = f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\n\r\n".encode()

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import numpy.typing as npt
 
-from app.render.parts.view import lay_out, lay_out_place
-from app.render.theme import named
-from app.rooms.room import Room
-from app.rooms.touching.world import Box
-from engine import Board
+from plinko.app.render.parts.view import lay_out, lay_out_place
+from plinko.app.render.theme import named
+from plinko.app.rooms.room import Room
+from plinko.app.rooms.touching.world import Box
+from plinko.engine import Board
 
 if TYPE_CHECKING:
-    from app.render import BoxStage, Stage
+    from plinko.app.render import BoxStage, Stage
 
 _STAGES: Final = 3  # cached by a worker; 12 MB each in the largest size
 
@@ -95,7 +95,7 @@ def draw(still: Still, fmt: str, width: int, theme: str) -> bytes:
 @functools.lru_cache(maxsize=_STAGES)
 def stage_of(scenery: Scenery, width: int, theme: str) -> "Stage | BoxStage":
     """The painted scenery on which frames are drawn; raises InvalidValueError."""
-    from app.render import BoxStage, Stage  # noqa: PLC0415
+    from plinko.app.render import BoxStage, Stage  # noqa: PLC0415
 
     place = scenery.unpack()
     if isinstance(place, Box):

@@ -5,9 +5,9 @@ from typing import Final
 
 import msgspec
 
-from app.protocol import messages
-from app.protocol.client_messages import Message
-from engine.json_text import JsonObject
+from plinko.app.protocol import messages
+from plinko.app.protocol.client_messages import Message
+from plinko.engine.json_text import JsonObject
 
 VERSION: Final = "3.0.0"
 

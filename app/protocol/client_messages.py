@@ -8,12 +8,12 @@ from typing import Final, get_args
 
 import msgspec
 
-from app.errors import InvalidValueError, MalformedError, UnknownMessageError, shorten
-from app.protocol.messages import PROTOCOL_VERSION, SNAPSHOTS, STREAMS
-from app.protocol.touching_messages import Change, ClaimMessage, WatchMessage
-from app.protocol.visitors import AppearMessage
-from engine import json_text
-from engine.json_text import Json
+from plinko.app.errors import InvalidValueError, MalformedError, UnknownMessageError, shorten
+from plinko.app.protocol.messages import PROTOCOL_VERSION, SNAPSHOTS, STREAMS
+from plinko.app.protocol.touching_messages import Change, ClaimMessage, WatchMessage
+from plinko.app.protocol.visitors import AppearMessage
+from plinko.engine import json_text
+from plinko.engine.json_text import Json
 
 
 class DropMessage(msgspec.Struct, frozen=True, tag="drop", forbid_unknown_fields=True):

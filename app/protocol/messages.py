@@ -10,8 +10,8 @@ from typing import Annotated, Final
 import msgspec
 from msgspec import Meta
 
-from app.protocol.visitors import Visitor
-from engine.json_text import Json, JsonObject
+from plinko.app.protocol.visitors import Visitor
+from plinko.engine.json_text import Json, JsonObject
 
 PROTOCOL_VERSION = 2
 

@@ -14,10 +14,10 @@ from typing import Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine.constants import KIND_PEG, KIND_WALL
-from engine.drops.trajectory import Trajectory
-from engine.exact import event_log
-from engine.physics import body
+from plinko.engine.constants import KIND_PEG, KIND_WALL
+from plinko.engine.drops.trajectory import Trajectory
+from plinko.engine.exact import event_log
+from plinko.engine.physics import body
 
 MAGIC: Final = 0x46
 VERSION: Final = 1

@@ -11,9 +11,9 @@ from typing import Final
 
 import msgspec
 
-from app.protocol import messages
-from engine.board.parts import DropZone
-from engine.seeding import start_x
+from plinko.app.protocol import messages
+from plinko.engine.board.parts import DropZone
+from plinko.engine.seeding import start_x
 
 DIGITS: Final = 12
 """Of a landing's digest, in hexadecimal: a wrong path passes for the right one once in 2^48."""

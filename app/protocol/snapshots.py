@@ -9,8 +9,8 @@ import struct
 import numpy as np
 import numpy.typing as npt
 
-from app.protocol.messages import Extent
-from engine import Board
+from plinko.app.protocol.messages import Extent
+from plinko.engine import Board
 
 MAGIC = 0x50
 VERSION = 1

@@ -1,11 +1,11 @@
 """The messages that a client may send in a room of touching balls.
 
-The values are any JSON here; `app.rooms.touching.values` checks their ranges later.
+The values are any JSON here; `plinko.app.rooms.touching.values` checks their ranges later.
 """
 
 import msgspec
 
-from engine.json_text import Json, JsonObject
+from plinko.engine.json_text import Json, JsonObject
 
 
 class _Message(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

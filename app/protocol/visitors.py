@@ -8,9 +8,9 @@ from typing import Final, TypedDict
 
 import msgspec
 
-from app.errors import InvalidValueError, shorten
-from engine import plain_text
-from engine.json_text import Json
+from plinko.app.errors import InvalidValueError, shorten
+from plinko.engine import plain_text
+from plinko.engine.json_text import Json
 
 MAX_NAME: Final = 25  # characters, after NFC, as on Twitch
 
@@ -85,7 +85,7 @@ def parse_tag(name: object, colour: object) -> Tag:
 def parse_name(value: object) -> str | None:
     """A name in Unicode's form NFC, or None; raises InvalidValueError for an invalid name.
 
-    A name is invalid if `engine.plain_text` refuses it, or if it could be taken for markup.
+    A name is invalid if `plinko.engine.plain_text` refuses it, or if it could be taken for markup.
     """
     if value is None:
         return None

@@ -13,14 +13,14 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Final
 
-from app.errors import AppError, LeaseLostError, MalformedError
-from app.live.broadcast.hub import Client, Mailbox
-from app.live.live_room import LiveRoom
-from app.live.registry import Rooms
-from app.protocol.messages import SEEDS
-from app.protocol.wire import WireMessage
-from app.relay.bus import Bus, Carried
-from app.relay.feed_messages import (
+from plinko.app.errors import AppError, LeaseLostError, MalformedError
+from plinko.app.live.broadcast.hub import Client, Mailbox
+from plinko.app.live.live_room import LiveRoom
+from plinko.app.live.registry import Rooms
+from plinko.app.protocol.messages import SEEDS
+from plinko.app.protocol.wire import WireMessage
+from plinko.app.relay.bus import Bus, Carried
+from plinko.app.relay.feed_messages import (
     END,
     REQUESTS,
     FeedMessage,

@@ -8,7 +8,7 @@ import struct
 from dataclasses import dataclass
 from typing import Final
 
-from app.errors import MalformedError
+from plinko.app.errors import MalformedError
 
 REQUESTS: Final = "plinko:requests"
 """The channel for relays' requests, to which every server listens."""

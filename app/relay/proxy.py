@@ -8,7 +8,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
-from app.errors import SettingError
+from plinko.app.errors import SettingError
 
 RESTART = 1012  # "service restart" (IANA's registry of close codes): reconnect later
 _NO_CODE = (None, 1005, 1006)  # a connection that ended without a close code; not to be sent

@@ -3,14 +3,14 @@
 from importlib import import_module
 from typing import Any
 
-from app.relay.bus import Carried
-from engine.errors import MissingPartError
+from plinko.app.relay.bus import Carried
+from plinko.engine.errors import MissingPartError
 
 
 def redis_at(url: str) -> Carried:
     """The bus at `url`; raises MissingPartError if the client is not installed, SettingError."""
     try:
-        module: Any = import_module("app.relay.redis_bus")
+        module: Any = import_module("plinko.app.relay.redis_bus")
     except ModuleNotFoundError as error:
         if error.name != "redis":
             raise

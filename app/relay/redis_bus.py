@@ -8,8 +8,8 @@ from typing import Any, Final
 from redis.asyncio import Redis
 from redis.exceptions import RedisError
 
-from app.errors import SettingError
-from app.relay.bus import Heard
+from plinko.app.errors import SettingError
+from plinko.app.relay.bus import Heard
 
 _ALWAYS: Final = "plinko:nothing"
 """A channel without messages: Redis's client can only read while it has a subscription."""

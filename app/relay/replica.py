@@ -13,11 +13,11 @@ from typing import Final
 
 import msgspec
 
-from app.errors import RoomFullError
-from app.live.broadcast.hub import Client, Hub
-from app.protocol.messages import SEEDS, Hello, Pong, encode_event
-from app.protocol.wire import WireMessage
-from app.relay.feed_messages import END, HELLO, FeedMessage, decode
+from plinko.app.errors import RoomFullError
+from plinko.app.live.broadcast.hub import Client, Hub
+from plinko.app.protocol.messages import SEEDS, Hello, Pong, encode_event
+from plinko.app.protocol.wire import WireMessage
+from plinko.app.relay.feed_messages import END, HELLO, FeedMessage, decode
 
 PATIENCE: Final = 3.0
 """Seconds that a spectator waits for a hello before it is connected with the room's server."""

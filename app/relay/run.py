@@ -7,12 +7,12 @@ import socket
 
 import uvicorn
 
-from app.listening import address_of, config_over, listen, raise_files
-from app.ops import logs
-from app.relay.redis_at import redis_at
-from app.relay.served import create_relay
-from app.settings import Settings, not_settings
-from app.web.edge.addresses import Connections, Proxies
+from plinko.app.listening import address_of, config_over, listen, raise_files
+from plinko.app.ops import logs
+from plinko.app.relay.redis_at import redis_at
+from plinko.app.relay.served import create_relay
+from plinko.app.settings import Settings, not_settings
+from plinko.app.web.edge.addresses import Connections, Proxies
 
 _log = logging.getLogger("plinko")
 

@@ -11,15 +11,15 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
-from app.errors import AppError
-from app.ops.metrics import Metrics, Reading
-from app.relay.bus import Carried
-from app.relay.spectators import Spectators
-from app.settings import Settings
-from app.web.edge.hosts import Hosts
-from app.web.edge.middleware import Admission
-from app.web.problems import problem_response
-from app.web.tokens import check_bearer
+from plinko.app.errors import AppError
+from plinko.app.ops.metrics import Metrics, Reading
+from plinko.app.relay.bus import Carried
+from plinko.app.relay.spectators import Spectators
+from plinko.app.settings import Settings
+from plinko.app.web.edge.hosts import Hosts
+from plinko.app.web.edge.middleware import Admission
+from plinko.app.web.problems import problem_response
+from plinko.app.web.tokens import check_bearer
 
 
 def create_relay(settings: Settings, bus: Carried, rooms: str) -> Starlette:

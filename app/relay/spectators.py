@@ -9,24 +9,31 @@ from itertools import count
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from app.errors import AppError, MalformedError, MessageFloodError, SlowClientError, answer, told
-from app.live.broadcast.hub import Client, Hub, Mailbox
-from app.live.broadcast.transport import connection_of, sever
-from app.protocol import client_messages, messages
-from app.protocol.wire import WireMessage
-from app.relay import proxy
-from app.relay.bus import Bus
-from app.relay.feed_messages import REQUESTS, channel_of, encode_request
-from app.relay.replica import Replica
-from app.settings import Settings
-from app.web.limits import LINGER, READING_GRACE, UNREAD_BYTES, UNREAD_EVENTS, TokenBucket
-from engine.errors import PlinkoError
+from plinko.app.errors import (
+    AppError,
+    MalformedError,
+    MessageFloodError,
+    SlowClientError,
+    answer,
+    told,
+)
+from plinko.app.live.broadcast.hub import Client, Hub, Mailbox
+from plinko.app.live.broadcast.transport import connection_of, sever
+from plinko.app.protocol import client_messages, messages
+from plinko.app.protocol.wire import WireMessage
+from plinko.app.relay import proxy
+from plinko.app.relay.bus import Bus
+from plinko.app.relay.feed_messages import REQUESTS, channel_of, encode_request
+from plinko.app.relay.replica import Replica
+from plinko.app.settings import Settings
+from plinko.app.web.limits import LINGER, READING_GRACE, UNREAD_BYTES, UNREAD_EVENTS, TokenBucket
+from plinko.engine.errors import PlinkoError
 
 
 class Spectators:
     """All clients of a relay, and its replicas. `rooms` is the address of the rooms' server.
 
-    `lines` counts the clients that are connected with that server (`app.relay.proxy`).
+    `lines` counts the clients that are connected with that server (`plinko.app.relay.proxy`).
     """
 
     def __init__(

@@ -8,14 +8,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from app.render.animation import ANIMATIONS, drop_animation
-    from app.render.box import BoxStage
-    from app.render.density import density_picture
-    from app.render.histogram import histogram_picture
-    from app.render.raster.encode import MEDIA_TYPES, STILLS
-    from app.render.room import Stage
-    from app.render.sheet import contact_sheet
-    from app.render.still import drop_picture
+    from plinko.app.render.animation import ANIMATIONS, drop_animation
+    from plinko.app.render.box import BoxStage
+    from plinko.app.render.density import density_picture
+    from plinko.app.render.histogram import histogram_picture
+    from plinko.app.render.raster.encode import MEDIA_TYPES, STILLS
+    from plinko.app.render.room import Stage
+    from plinko.app.render.sheet import contact_sheet
+    from plinko.app.render.still import drop_picture
 
 __all__ = [
     "ANIMATIONS",

@@ -11,17 +11,17 @@ from typing import Final, Literal
 import numpy as np
 import numpy.typing as npt
 
-from app.errors import InvalidValueError
-from app.render.parts import balls
-from app.render.parts.board import board_canvas
-from app.render.parts.caption import paint_caption
-from app.render.parts.view import View, lay_out
-from app.render.raster import gif, png, webp
-from app.render.raster.mp4 import mp4
-from app.render.raster.palette import UNCHANGED, Palette
-from app.render.still import DEFAULT_WIDTH, drop_pixels
-from app.render.theme import Scheme, at_place, named
-from engine import Drop
+from plinko.app.errors import InvalidValueError
+from plinko.app.render.parts import balls
+from plinko.app.render.parts.board import board_canvas
+from plinko.app.render.parts.caption import paint_caption
+from plinko.app.render.parts.view import View, lay_out
+from plinko.app.render.raster import gif, png, webp
+from plinko.app.render.raster.mp4 import mp4
+from plinko.app.render.raster.palette import UNCHANGED, Palette
+from plinko.app.render.still import DEFAULT_WIDTH, drop_pixels
+from plinko.app.render.theme import Scheme, at_place, named
+from plinko.engine import Drop
 
 Pixels = npt.NDArray[np.uint8]
 Floats = npt.NDArray[np.float64]

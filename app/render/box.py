@@ -7,13 +7,13 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from app.render.parts.view import View, check_size, lay_out_place
-from app.render.raster.canvas import Canvas
-from app.render.room import Layer, Pixels
-from app.render.still import DEFAULT_WIDTH
-from app.render.theme import Theme, named
-from engine.multibody.bodies import ARENA_BODY
-from engine.multibody.static_geometry import StaticGeometry
+from plinko.app.render.parts.view import View, check_size, lay_out_place
+from plinko.app.render.raster.canvas import Canvas
+from plinko.app.render.room import Layer, Pixels
+from plinko.app.render.still import DEFAULT_WIDTH
+from plinko.app.render.theme import Theme, named
+from plinko.engine.multibody.bodies import ARENA_BODY
+from plinko.engine.multibody.static_geometry import StaticGeometry
 
 _SAMPLE: Final = 12  # balls side by side in the picture from which the palette is made
 

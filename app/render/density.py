@@ -7,17 +7,17 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from app.render.parts.board import paint_furniture, plate_canvas
-from app.render.parts.caption import paint_strip, paint_words
-from app.render.parts.view import View, lay_out
-from app.render.raster import encode
-from app.render.raster.canvas import Canvas, bands, text_width
-from app.render.still import DEFAULT_WIDTH
-from app.render.theme import Scheme, Theme, at_place, named
-from engine import Board, Occupancy, occupancy
-from engine.batches.density import Grid, occupancy_by
-from engine.batches.workers import Workers
-from engine.drops.batch import Seeds
+from plinko.app.render.parts.board import paint_furniture, plate_canvas
+from plinko.app.render.parts.caption import paint_strip, paint_words
+from plinko.app.render.parts.view import View, lay_out
+from plinko.app.render.raster import encode
+from plinko.app.render.raster.canvas import Canvas, bands, text_width
+from plinko.app.render.still import DEFAULT_WIDTH
+from plinko.app.render.theme import Scheme, Theme, at_place, named
+from plinko.engine import Board, Occupancy, occupancy
+from plinko.engine.batches.density import Grid, occupancy_by
+from plinko.engine.batches.workers import Workers
+from plinko.engine.drops.batch import Seeds
 
 Floats = npt.NDArray[np.float32]
 Steps = npt.NDArray[np.uint8]
@@ -49,7 +49,7 @@ def density_picture(
     """Draw where the balls of `seeds` spend their time, in `fmt`: `png`, `jpg` or `webp`.
 
     board: a Board, or a preset's name. Each pixel is a cell of the grid; memory does not grow with
-    the number of drops. `threads` and `progress` as in `engine.occupancy`; `workers` compute
+    the number of drops. `threads` and `progress` as in `plinko.engine.occupancy`; `workers` compute
     consecutive seeds on other processes or machines. Raises InvalidValueError and the engine's
     errors.
     """

@@ -5,17 +5,17 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from app.errors import InvalidValueError
-from app.render.parts.caption import paint_strip, paint_words
-from app.render.parts.prizes import tight
-from app.render.parts.view import HEADER, View, lay_out
-from app.render.raster import encode
-from app.render.raster.canvas import Canvas, text_width
-from app.render.still import DEFAULT_WIDTH
-from app.render.theme import Scheme, Theme, at_place, named
-from engine import Board
-from engine.drops.calibrate import sampling_floor, total_variation
-from engine.payouts.record import odds_of_record
+from plinko.app.errors import InvalidValueError
+from plinko.app.render.parts.caption import paint_strip, paint_words
+from plinko.app.render.parts.prizes import tight
+from plinko.app.render.parts.view import HEADER, View, lay_out
+from plinko.app.render.raster import encode
+from plinko.app.render.raster.canvas import Canvas, text_width
+from plinko.app.render.still import DEFAULT_WIDTH
+from plinko.app.render.theme import Scheme, Theme, at_place, named
+from plinko.engine import Board
+from plinko.engine.drops.calibrate import sampling_floor, total_variation
+from plinko.engine.payouts.record import odds_of_record
 
 Floats = npt.NDArray[np.float64]
 

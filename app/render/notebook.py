@@ -1,12 +1,12 @@
 """Draw the engine's values as PNG for notebooks: an entry point in pyproject.toml."""
 
-from app.render.histogram import histogram_picture
-from app.render.parts.board import board_pixels
-from app.render.parts.view import lay_out
-from app.render.raster import encode
-from app.render.still import DEFAULT_WIDTH, drop_picture
-from app.render.theme import at_place
-from engine import Board, Drop, DropBatch
+from plinko.app.render.histogram import histogram_picture
+from plinko.app.render.parts.board import board_pixels
+from plinko.app.render.parts.view import lay_out
+from plinko.app.render.raster import encode
+from plinko.app.render.still import DEFAULT_WIDTH, drop_picture
+from plinko.app.render.theme import at_place
+from plinko.engine import Board, Drop, DropBatch
 
 
 def png(value: Board | Drop | DropBatch) -> bytes:

@@ -8,16 +8,16 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from app.render.parts import balls
-from app.render.parts.board import board_pixels, paint_bin
-from app.render.parts.caption import paint_strip, paint_words
-from app.render.parts.view import View, lay_out
-from app.render.raster import encode
-from app.render.raster.canvas import Canvas
-from app.render.raster.palette import Palette
-from app.render.still import DEFAULT_WIDTH
-from app.render.theme import at_place, named
-from engine import Board
+from plinko.app.render.parts import balls
+from plinko.app.render.parts.board import board_pixels, paint_bin
+from plinko.app.render.parts.caption import paint_strip, paint_words
+from plinko.app.render.parts.view import View, lay_out
+from plinko.app.render.raster import encode
+from plinko.app.render.raster.canvas import Canvas
+from plinko.app.render.raster.palette import Palette
+from plinko.app.render.still import DEFAULT_WIDTH
+from plinko.app.render.theme import at_place, named
+from plinko.engine import Board
 
 Pixels = npt.NDArray[np.uint8]
 Floats = npt.NDArray[np.float64]

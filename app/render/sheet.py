@@ -7,14 +7,14 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from app.errors import InvalidValueError
-from app.render.parts.prizes import result_of
-from app.render.parts.view import MOST_WIDTH, View, fit
-from app.render.raster import encode
-from app.render.raster.canvas import Canvas, text_width
-from app.render.still import drop_pixels
-from app.render.theme import Scheme, Theme, at_place, named
-from engine import Board, Drop, drop
+from plinko.app.errors import InvalidValueError
+from plinko.app.render.parts.prizes import result_of
+from plinko.app.render.parts.view import MOST_WIDTH, View, fit
+from plinko.app.render.raster import encode
+from plinko.app.render.raster.canvas import Canvas, text_width
+from plinko.app.render.still import drop_pixels
+from plinko.app.render.theme import Scheme, Theme, at_place, named
+from plinko.engine import Board, Drop, drop
 
 Pixels = npt.NDArray[np.uint8]
 

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.render.raster import encode
-from app.render.raster.canvas import Canvas
-from app.render.theme import Colour, at_place, named
-from engine import Board
+from plinko.app.render.raster import encode
+from plinko.app.render.raster.canvas import Canvas
+from plinko.app.render.theme import Colour, at_place, named
+from plinko.engine import Board
 
 if TYPE_CHECKING:
-    from engine.certified.start_map import Strip
+    from plinko.engine.certified.start_map import Strip
 
 LABELS: Final = 96  # px, width of the labels at the left
 STRIP: Final = 16  # px, height of a strip
@@ -47,7 +47,7 @@ def colour_of(number: int, bins: int, outside: Colour) -> Colour:
 
     White: the ball stays on the board. Grey: undecided. `outside`: not a start of the board.
     """
-    from engine.certified.start_map import OUTSIDE, UNDECIDED, UNSETTLED  # noqa: PLC0415
+    from plinko.engine.certified.start_map import OUTSIDE, UNDECIDED, UNSETTLED  # noqa: PLC0415
 
     plain = {UNSETTLED: (255, 255, 255), UNDECIDED: GREY, OUTSIDE: outside}
     if number in plain:

@@ -6,16 +6,16 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from app.errors import InvalidValueError
-from app.render.parts import balls
-from app.render.parts.board import board_pixels, paint_bin
-from app.render.parts.caption import paint_caption
-from app.render.parts.path import paint_contacts, paint_ghosts, paint_path
-from app.render.parts.view import View, lay_out
-from app.render.raster import encode
-from app.render.raster.canvas import Canvas
-from app.render.theme import Scheme, at_place, named
-from engine import Drop
+from plinko.app.errors import InvalidValueError
+from plinko.app.render.parts import balls
+from plinko.app.render.parts.board import board_pixels, paint_bin
+from plinko.app.render.parts.caption import paint_caption
+from plinko.app.render.parts.path import paint_contacts, paint_ghosts, paint_path
+from plinko.app.render.parts.view import View, lay_out
+from plinko.app.render.raster import encode
+from plinko.app.render.raster.canvas import Canvas
+from plinko.app.render.theme import Scheme, at_place, named
+from plinko.engine import Drop
 
 Pixels = npt.NDArray[np.uint8]
 

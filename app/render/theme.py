@@ -5,10 +5,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from app.errors import InvalidValueError
-from app.settings import static_directory
-from engine.board.presets import VARIANTS
-from engine.json_text import JsonObject
+from plinko.app.errors import InvalidValueError
+from plinko.app.settings import static_directory
+from plinko.engine.board.presets import VARIANTS
+from plinko.engine.json_text import JsonObject
 
 Scheme = Literal["light", "dark"]
 SCHEMES: Final[tuple[Scheme, ...]] = ("light", "dark")

@@ -3,9 +3,9 @@
 from collections import OrderedDict
 from typing import Final
 
-from app.errors import UnknownBoardError, shorten
-from engine import Board, preset_names
-from engine.board.proven import NAMES
+from plinko.app.errors import UnknownBoardError, shorten
+from plinko.engine import Board, preset_names
+from plinko.engine.board.proven import NAMES
 
 MOST_SURFACES: Final = 50_000
 """Pegs and walls of all registered boards: some 6 MB."""

@@ -10,7 +10,7 @@ from typing import Final
 
 import msgspec
 
-from engine.errors import RecordError
+from plinko.engine.errors import RecordError
 
 LARGEST: Final = 2.0**53
 """From here on JavaScript rounds whole numbers."""

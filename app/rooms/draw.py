@@ -12,13 +12,13 @@ from functools import cached_property
 from itertools import accumulate
 from typing import Any, Final
 
-from app.errors import InvalidValueError
-from app.protocol.messages import DrawOdds
-from app.rooms.canonical import canonical
-from engine import Board, drop_many
-from engine.drops.draws import check_weights
-from engine.errors import ParameterError, SeedError
-from engine.seeding import parse_seed
+from plinko.app.errors import InvalidValueError
+from plinko.app.protocol.messages import DrawOdds
+from plinko.app.rooms.canonical import canonical
+from plinko.engine import Board, drop_many
+from plinko.engine.drops.draws import check_weights
+from plinko.engine.errors import ParameterError, SeedError
+from plinko.engine.seeding import parse_seed
 
 KIND: Final = "plinko draw"
 VERSION: Final = 1

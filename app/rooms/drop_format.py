@@ -5,16 +5,16 @@ from typing import Any, Final
 
 import msgspec
 
-from app.protocol import messages
-from app.protocol.visitors import TAG_FIELDS, parse_tag
-from app.rooms.input_format import InputFormat, check_known
-from app.rooms.pending import DropCommand
-from app.rooms.records import DropRow, OpenDrop, ResultRow
-from app.rooms.stakes import parse_stake, parse_who
-from engine.drops.verify import Verification
-from engine.errors import RecordError
-from engine.json_text import JsonObject
-from engine.seeding import parse_seed
+from plinko.app.protocol import messages
+from plinko.app.protocol.visitors import TAG_FIELDS, parse_tag
+from plinko.app.rooms.input_format import InputFormat, check_known
+from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.records import DropRow, OpenDrop, ResultRow
+from plinko.app.rooms.stakes import parse_stake, parse_who
+from plinko.engine.drops.verify import Verification
+from plinko.engine.errors import RecordError
+from plinko.engine.json_text import JsonObject
+from plinko.engine.seeding import parse_seed
 
 ENTRY: Final = ("ball", "tick", "seed", "result")
 """The required fields of a log's drop."""

@@ -9,22 +9,22 @@ from typing import Final
 
 import msgspec
 
-from app.errors import BallLimitError, InvalidValueError
-from app.protocol import messages, snapshots
-from app.protocol.paths import LONG, Path, current_parts, due_parts, path_of
-from app.rooms.draw import Draw
-from app.rooms.drop_format import DropFormat
-from app.rooms.outcome import accepted_of, landed_of
-from app.rooms.pending import DropCommand
-from app.rooms.records import DropRow, ReceiptRow, TableState
-from app.rooms.room import QUIET, Room
-from app.rooms.stakes import check_payout
-from engine import Board, World
-from engine.drops.flight import Flight, fly
-from engine.drops.start import aim_of, start_of
-from engine.json_text import JsonObject
-from engine.payouts.listing import takes_stakes
-from engine.world.events import Contact, Landing
+from plinko.app.errors import BallLimitError, InvalidValueError
+from plinko.app.protocol import messages, snapshots
+from plinko.app.protocol.paths import LONG, Path, current_parts, due_parts, path_of
+from plinko.app.rooms.draw import Draw
+from plinko.app.rooms.drop_format import DropFormat
+from plinko.app.rooms.outcome import accepted_of, landed_of
+from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.records import DropRow, ReceiptRow, TableState
+from plinko.app.rooms.room import QUIET, Room
+from plinko.app.rooms.stakes import check_payout
+from plinko.engine import Board, World
+from plinko.engine.drops.flight import Flight, fly
+from plinko.engine.drops.start import aim_of, start_of
+from plinko.engine.json_text import JsonObject
+from plinko.engine.payouts.listing import takes_stakes
+from plinko.engine.world.events import Contact, Landing
 
 INDEPENDENT: Final = "independent"
 DRAW: Final = "draw"

@@ -4,11 +4,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Collection
 from typing import Any, ClassVar, Generic, TypeVar
 
-from app.protocol import messages
-from app.rooms.records import OpenDrop, ResultRow
-from engine.drops.verify import Verification
-from engine.errors import RecordError
-from engine.json_text import JsonObject
+from plinko.app.protocol import messages
+from plinko.app.rooms.records import OpenDrop, ResultRow
+from plinko.engine.drops.verify import Verification
+from plinko.engine.errors import RecordError
+from plinko.engine.json_text import JsonObject
 
 Row = TypeVar("Row")
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import msgspec
 
-from app.errors import KeyReusedError
+from plinko.app.errors import KeyReusedError
 
 _QUEUE = "queue of run "
 

@@ -6,14 +6,14 @@ from typing import Final
 
 import msgspec
 
-from app.rooms.draw import Draw
-from app.rooms.independent import DRAW, INDEPENDENT, DrawRoom, IndependentRoom
-from app.rooms.input_format import AnyFormat
-from app.rooms.room import Basis, Ground, Room
-from app.rooms.touching.room import INTERACTING, SCENE, TouchingRoom
-from app.rooms.touching.scene import Scene
-from engine import Board
-from engine.json_text import JsonObject
+from plinko.app.rooms.draw import Draw
+from plinko.app.rooms.independent import DRAW, INDEPENDENT, DrawRoom, IndependentRoom
+from plinko.app.rooms.input_format import AnyFormat
+from plinko.app.rooms.room import Basis, Ground, Room
+from plinko.app.rooms.touching.room import INTERACTING, SCENE, TouchingRoom
+from plinko.app.rooms.touching.scene import Scene
+from plinko.engine import Board
+from plinko.engine.json_text import JsonObject
 
 MODES: Final = (INDEPENDENT, INTERACTING)  # of rooms with a board and without a draw
 

@@ -10,17 +10,17 @@ import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final
 
-from app.protocol.messages import Landed
-from app.protocol.visitors import TAG_FIELDS
-from app.rooms.canonical import canonical
-from app.rooms.input_format import AnyFormat, check_known
-from app.rooms.kinds import INDEPENDENT, INTERACTING, SCENE, BallLimits, format_of, make_room
-from app.rooms.room import Ground, Room
-from app.rooms.touching.scene import Scene
-from engine import PHYSICS_VERSION
-from engine.drops.verify import Verification, board_of
-from engine.errors import PlinkoError, RecordError
-from engine.json_text import JsonObject
+from plinko.app.protocol.messages import Landed
+from plinko.app.protocol.visitors import TAG_FIELDS
+from plinko.app.rooms.canonical import canonical
+from plinko.app.rooms.input_format import AnyFormat, check_known
+from plinko.app.rooms.kinds import INDEPENDENT, INTERACTING, SCENE, BallLimits, format_of, make_room
+from plinko.app.rooms.room import Ground, Room
+from plinko.app.rooms.touching.scene import Scene
+from plinko.engine import PHYSICS_VERSION
+from plinko.engine.drops.verify import Verification, board_of
+from plinko.engine.errors import PlinkoError, RecordError
+from plinko.engine.json_text import JsonObject
 
 KIND: Final = "plinko-room"
 VERSION: Final = 2

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import msgspec
 
-from app.protocol import messages
-from app.rooms.records import DropRow, ReceiptRow, ResultRow
-from app.rooms.stakes import payout_of
-from engine import Board
-from engine.drops.flight import Flight
-from engine.drops.start import start_of
+from plinko.app.protocol import messages
+from plinko.app.rooms.records import DropRow, ReceiptRow, ResultRow
+from plinko.app.rooms.stakes import payout_of
+from plinko.engine import Board
+from plinko.engine.drops.flight import Flight
+from plinko.engine.drops.start import start_of
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from app.errors import MissingBallError
-from app.protocol import messages
-from app.protocol.visitors import NO_TAG, Tag
+from plinko.app.errors import MissingBallError
+from plinko.app.protocol import messages
+from plinko.app.protocol.visitors import NO_TAG, Tag
 
 Command = TypeVar("Command")
 

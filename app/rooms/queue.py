@@ -4,8 +4,8 @@ from typing import Final
 
 import msgspec
 
-from app.errors import BallLimitError
-from app.protocol.visitors import NO_TAG, Tag
+from plinko.app.errors import BallLimitError
+from plinko.app.protocol.visitors import NO_TAG, Tag
 
 MOST_ITEMS: Final = 100
 MOST_BALLS: Final = 1000  # of one item

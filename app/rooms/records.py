@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from app.protocol.visitors import NO_TAG, Tag
-from app.rooms.keys import IdempotencyKey
-from app.rooms.pending import DropCommand
+from plinko.app.protocol.visitors import NO_TAG, Tag
+from plinko.app.rooms.keys import IdempotencyKey
+from plinko.app.rooms.pending import DropCommand
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,15 +11,15 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from app.errors import InvalidValueError
-from app.protocol import messages, snapshots
-from app.rooms.draw import Draw
-from app.rooms.input_format import AnyFormat
-from app.rooms.pending import DropCommand
-from app.rooms.touching.scene import Scene
-from app.rooms.touching.world import Box
-from engine import PHYSICS_VERSION, Board
-from engine.json_text import JsonObject
+from plinko.app.errors import InvalidValueError
+from plinko.app.protocol import messages, snapshots
+from plinko.app.rooms.draw import Draw
+from plinko.app.rooms.input_format import AnyFormat
+from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.touching.scene import Scene
+from plinko.app.rooms.touching.world import Box
+from plinko.engine import PHYSICS_VERSION, Board
+from plinko.engine.json_text import JsonObject
 
 Ground = Board | Scene
 """The board or scene in which a room's balls move."""

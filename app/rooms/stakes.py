@@ -6,7 +6,7 @@ from fractions import Fraction
 from math import ceil
 from typing import Final
 
-from app.errors import InvalidValueError, shorten
+from plinko.app.errors import InvalidValueError, shorten
 
 MAX_STAKE: Final = 1_000_000_000
 """Minor units."""

@@ -5,13 +5,13 @@ from urllib.parse import quote
 
 import msgspec
 
-from app.errors import LedgerError
-from app.live.live_room import LiveRoom
-from app.rooms.records import Parked
-from app.rooms.room import Room
-from app.web.schemas.rooms import RoomSummary
-from app.web.services import Services
-from app.web.shared import Others
+from plinko.app.errors import LedgerError
+from plinko.app.live.live_room import LiveRoom
+from plinko.app.rooms.records import Parked
+from plinko.app.rooms.room import Room
+from plinko.app.web.schemas.rooms import RoomSummary
+from plinko.app.web.services import Services
+from plinko.app.web.shared import Others
 
 
 async def listed(

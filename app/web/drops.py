@@ -2,13 +2,13 @@
 
 from collections.abc import Callable
 
-from app.errors import InvalidValueError
-from app.protocol.client_messages import DropMessage, parse_aim, parse_x
-from app.protocol.visitors import parse_tag
-from app.rooms.pending import DropCommand
-from app.rooms.stakes import parse_stake, parse_who
-from app.web.schemas.rooms import RoomDropRequest
-from engine.seeding import parse_seed
+from plinko.app.errors import InvalidValueError
+from plinko.app.protocol.client_messages import DropMessage, parse_aim, parse_x
+from plinko.app.protocol.visitors import parse_tag
+from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.stakes import parse_stake, parse_who
+from plinko.app.web.schemas.rooms import RoomDropRequest
+from plinko.engine.seeding import parse_seed
 
 
 def drop_command(form: DropMessage | RoomDropRequest, draw: Callable[[], int]) -> DropCommand:

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from math import ceil
 from typing import NamedTuple
 
-from app.errors import BudgetError, QuotaError, RateLimitError
+from plinko.app.errors import BudgetError, QuotaError, RateLimitError
 
 
 class Allowance(NamedTuple):

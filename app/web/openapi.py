@@ -7,7 +7,7 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from starlette.routing import BaseRoute
 
-from app.web.routes.common import components, documented_failures
+from plinko.app.web.routes.common import components, documented_failures
 
 DESCRIPTION: Final = """\
 A Plinko board with exact physics. The same board and seed give the same path, to the last bit,

@@ -10,7 +10,7 @@ from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 
-from app.errors import (
+from plinko.app.errors import (
     InvalidValueError,
     LeaseLostError,
     answer,
@@ -18,9 +18,9 @@ from app.errors import (
     shorten,
     told,
 )
-from app.web.schemas.problem import FaultOf, Problem
-from engine.errors import BoardError, PlinkoError
-from engine.json_text import JsonObject
+from plinko.app.web.schemas.problem import FaultOf, Problem
+from plinko.engine.errors import BoardError, PlinkoError
+from plinko.engine.json_text import JsonObject
 
 MEDIA_TYPE = "application/problem+json"
 
@@ -78,7 +78,7 @@ def problem_response(error: Exception, path: str = "") -> Response:
 
 def _answer(request: Request, error: Exception) -> Response:
     if isinstance(error, LeaseLostError):
-        raise error  # `app.cluster.hand_on` catches it and forwards the request
+        raise error  # `plinko.app.cluster.hand_on` catches it and forwards the request
     request.app.state.services.metrics.errors.labels(answer(error).code).inc()
     return problem_response(error, request.url.path)
 

@@ -5,8 +5,8 @@ from typing import Final
 
 from fastapi import Request, Response
 
-from app.errors import RangeError, shorten
-from app.web.problems import problem_response
+from plinko.app.errors import RangeError, shorten
+from plinko.app.web.problems import problem_response
 
 _RANGE: Final = re.compile(r"bytes\s*=\s*(\d*)-(\d*)", re.ASCII | re.IGNORECASE)
 _DIGITS: Final = 18  # more than any size has

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 
-from app.ops.metrics import Reading
-from app.web.services import Services
-from app.web.shared import Standing
-from engine import PHYSICS_VERSION
+from plinko.app.ops.metrics import Reading
+from plinko.app.web.services import Services
+from plinko.app.web.shared import Standing
+from plinko.engine import PHYSICS_VERSION
 
 
 def readings(server: Services) -> Iterator[Reading]:

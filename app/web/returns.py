@@ -4,17 +4,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from app.errors import LedgerError
-from app.ops.metrics import Reading
-from app.ops.returns import return_of
-from app.persistence.ledger.null_ledger import NullLedger
-from app.persistence.ledger.writer import Ledger
-from app.persistence.statements import totals
-from app.persistence.statements.totals import Total
-from engine import Board
-from engine.board.presets import risk_of
-from engine.board.proven import NAMES
-from engine.payouts.record import odds_of_record
+from plinko.app.errors import LedgerError
+from plinko.app.ops.metrics import Reading
+from plinko.app.ops.returns import return_of
+from plinko.app.persistence.ledger.null_ledger import NullLedger
+from plinko.app.persistence.ledger.writer import Ledger
+from plinko.app.persistence.statements import totals
+from plinko.app.persistence.statements.totals import Total
+from plinko.engine import Board
+from plinko.engine.board.presets import risk_of
+from plinko.engine.board.proven import NAMES
+from plinko.engine.payouts.record import odds_of_record
 
 OTHER: Final = "other"
 """The label of all boards that are not presets: their expected return is not known."""

@@ -6,27 +6,27 @@ from dataclasses import dataclass, field
 from itertools import count
 from typing import TYPE_CHECKING
 
-from app.computing.pool import Workers
-from app.computing.short import ShortDrops
-from app.conformance.self_check import SelfCheck
-from app.live.broadcast.hub import Hub
-from app.live.registry import Rooms
-from app.live.sessions.fair_sessions import FairSessions
-from app.ops.metrics import Metrics
-from app.persistence.checks.integrity import Integrity
-from app.persistence.ledger.writer import Ledger
-from app.persistence.room_log import RoomLogs
-from app.pictures.cache import Pictures
-from app.pictures.film import Cameras
-from app.rooms.boards import Boards
-from app.settings import Settings
-from app.web.limits import Budgets, KeyedBuckets, Quota
-from app.web.returns import Returns
-from app.web.shared import Others
-from app.web.tokens import SessionTokens, Tokens
+from plinko.app.computing.pool import Workers
+from plinko.app.computing.short import ShortDrops
+from plinko.app.conformance.self_check import SelfCheck
+from plinko.app.live.broadcast.hub import Hub
+from plinko.app.live.registry import Rooms
+from plinko.app.live.sessions.fair_sessions import FairSessions
+from plinko.app.ops.metrics import Metrics
+from plinko.app.persistence.checks.integrity import Integrity
+from plinko.app.persistence.ledger.writer import Ledger
+from plinko.app.persistence.room_log import RoomLogs
+from plinko.app.pictures.cache import Pictures
+from plinko.app.pictures.film import Cameras
+from plinko.app.rooms.boards import Boards
+from plinko.app.settings import Settings
+from plinko.app.web.limits import Budgets, KeyedBuckets, Quota
+from plinko.app.web.returns import Returns
+from plinko.app.web.shared import Others
+from plinko.app.web.tokens import SessionTokens, Tokens
 
 if TYPE_CHECKING:
-    from app.webhooks.webhooks import Webhooks
+    from plinko.app.webhooks.webhooks import Webhooks
 
 
 @dataclass(slots=True)

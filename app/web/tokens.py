@@ -8,7 +8,7 @@ import secrets
 import tempfile
 from pathlib import Path
 
-from app.errors import NoTokenError, SettingError, TokenError
+from plinko.app.errors import NoTokenError, SettingError, TokenError
 
 _BYTES = 32
 

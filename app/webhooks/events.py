@@ -8,8 +8,8 @@ from typing import Final
 
 import msgspec
 
-from app.persistence.statements.webhook_store import LANDED, Labels
-from engine.json_text import Json, JsonObject
+from plinko.app.persistence.statements.webhook_store import LANDED, Labels
+from plinko.engine.json_text import Json, JsonObject
 
 _ALWAYS: Final = ("tick", "seed", "x", "stake")
 _OPTIONAL: Final = ("aim", "who", "name", "colour")

@@ -14,13 +14,13 @@ from typing import Final
 
 import httpx
 
-from app.errors import LedgerError
-from app.persistence.ledger.writer import Ledger
-from app.persistence.statements import webhook_store
-from app.rooms.records import Heard
-from app.webhooks.events import body_of, event_of, signed
-from app.webhooks.targets import Target
-from engine.json_text import JsonObject
+from plinko.app.errors import LedgerError
+from plinko.app.persistence.ledger.writer import Ledger
+from plinko.app.persistence.statements import webhook_store
+from plinko.app.rooms.records import Heard
+from plinko.app.webhooks.events import body_of, event_of, signed
+from plinko.app.webhooks.targets import Target
+from plinko.engine.json_text import JsonObject
 
 MOST_BOARDS: Final = 64  # boards whose labels are cached between requests
 MOST: Final = 100  # events in a request

@@ -9,8 +9,8 @@ from urllib.parse import urlsplit
 
 import msgspec
 
-from app.errors import SettingError
-from engine import json_text
+from plinko.app.errors import SettingError
+from plinko.engine import json_text
 
 _PREFIX: Final = "whsec_"
 _LEAST, _MOST = 24, 64  # bytes of a secret, by https://www.standardwebhooks.com

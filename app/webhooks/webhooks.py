@@ -5,11 +5,11 @@ from collections.abc import Callable, Iterator, Sequence
 
 import httpx
 
-from app.ops.metrics import Reading
-from app.persistence.ledger.writer import Ledger
-from app.webhooks.sender import PATIENCE, Sender
-from app.webhooks.targets import Target, names_of
-from app.webhooks.transport import Transport
+from plinko.app.ops.metrics import Reading
+from plinko.app.persistence.ledger.writer import Ledger
+from plinko.app.webhooks.sender import PATIENCE, Sender
+from plinko.app.webhooks.targets import Target, names_of
+from plinko.app.webhooks.transport import Transport
 
 
 class Webhooks:

@@ -23,7 +23,7 @@ from benchmarks.harness.clock import Job, Sample, in_turns
 from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table, length
 from benchmarks.scenes import boards as scenes
-from engine import Board
+from plinko.engine import Board
 
 RATES = (60, 240, 960)
 """Steps per second."""

@@ -9,8 +9,8 @@ import numpy as np
 from benchmarks.harness import plots
 from benchmarks.harness.effort import Effort, MissingError
 from benchmarks.harness.report import Section, Table
-from engine import Board
-from engine.constants import KIND_CONTACT_BEGIN
+from plinko.engine import Board
+from plinko.engine.constants import KIND_CONTACT_BEGIN
 
 BOARD = "triangle-16"
 PLOT = "bench-certified.png"
@@ -41,7 +41,7 @@ def run(effort: Effort) -> Section:
 
 def _right_bins(section: Section, effort: Effort) -> None:
     """Prove every bin of a sample, also the bins that the engine calls certain."""
-    from engine.certified.many import certify_many
+    from plinko.engine.certified.many import certify_many
 
     drops = effort.size(1000, 3)
     board = Board.preset(BOARD)
@@ -76,9 +76,9 @@ def _needs(section: Section, effort: Effort) -> None:
     """Find the least precision that decides a drop, against its number of impacts."""
     from fractions import Fraction
 
-    from engine.certified.certify import Effort as Bits
-    from engine.certified.certify import prove
-    from engine.drops.start import start_of
+    from plinko.engine.certified.certify import Effort as Bits
+    from plinko.engine.certified.certify import prove
+    from plinko.engine.drops.start import start_of
 
     found: dict[str, list[Need]] = defaultdict(list)
     for name in (BOARD, "triangle-8"):

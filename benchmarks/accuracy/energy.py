@@ -9,7 +9,7 @@ from benchmarks.contestants.ours import Exact
 from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table
 from benchmarks.scenes import boards
-from engine import Board, drop
+from plinko.engine import Board, drop
 
 SECONDS = 10.0
 HEIGHTS = tuple(0.5 + 0.137 * i for i in range(8))  # m; each meets the floor at another phase

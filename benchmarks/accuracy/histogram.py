@@ -8,7 +8,7 @@ import numpy as np
 from benchmarks.contestants.common import Contestant
 from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table
-from engine import Board, drop_many
+from plinko.engine import Board, drop_many
 
 SECONDS = 40.0  # longer than any drop on the board takes
 RATES = (60, 240)

@@ -12,8 +12,8 @@ import numpy.typing as npt
 
 from benchmarks.harness import machine
 from benchmarks.harness.effort import Effort, MissingError
-from engine import Board
-from engine.constants import KIND_PEG, KIND_WALL
+from plinko.engine import Board
+from plinko.engine.constants import KIND_PEG, KIND_WALL
 
 Floats = npt.NDArray[np.float64]
 

@@ -5,11 +5,11 @@ import math
 from functools import cached_property
 from typing import Any, Final
 
-from engine.board import values
-from engine.board.fields import BoardFields
-from engine.board.materials import Material
-from engine.board.parts import BallSpec, Bins, Peg, Wall
-from engine.errors import BoardError
+from plinko.engine.board import values
+from plinko.engine.board.fields import BoardFields
+from plinko.engine.board.materials import Material
+from plinko.engine.board.parts import BallSpec, Bins, Peg, Wall
+from plinko.engine.errors import BoardError
 
 Vector = tuple[float, float]
 

@@ -6,14 +6,14 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine.exact import event_log, free_flight, initial_state, next_impact
-from engine.exact.board_arrays import BoardArrays, friction_of, restitution_of
-from engine.exact.event_log import Log
-from engine.jit.decorator import inner_kernel, kernel
-from engine.physics import body, tangent
-from engine.physics.flight import advance_flight
-from engine.physics.surface import curvature, touch
-from engine.physics.tangent import (
+from plinko.engine.exact import event_log, free_flight, initial_state, next_impact
+from plinko.engine.exact.board_arrays import BoardArrays, friction_of, restitution_of
+from plinko.engine.exact.event_log import Log
+from plinko.engine.jit.decorator import inner_kernel, kernel
+from plinko.engine.physics import body, tangent
+from plinko.engine.physics.flight import advance_flight
+from plinko.engine.physics.surface import curvature, touch
+from plinko.engine.physics.tangent import (
     bounce_tangent,
     delay,
     flight_rates,

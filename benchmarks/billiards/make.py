@@ -6,13 +6,13 @@ from typing import Final
 from benchmarks.billiards import flow_many
 from benchmarks.billiards.billiard import Billiard
 from benchmarks.billiards.flow import launch
-from engine.artifact.make import made_by
+from plinko.engine.artifact.make import made_by
 
 KERNELS: Final = Path(flow_many.__file__)
 ARTIFACT: Final = KERNELS.with_suffix(".wasm")
 
 
-def play() -> None:
+def sample_calls() -> None:
     """Call once each kernel that Python calls, so that its argument types are known."""
     launch(Billiard(gravity=1.0), [(0.0, 0.5)], [(1.0, 0.0)], tangents=True).until(0.1)
 
@@ -20,9 +20,9 @@ def play() -> None:
 def made() -> bytes:
     """Compile the artifact and return its bytes."""
     return made_by(
-        "from benchmarks.billiards.make import KERNELS, play; "
-        "from engine.artifact.rehearsal import compiled_beside; "
-        "made = compiled_beside(KERNELS, play)"
+        "from benchmarks.billiards.make import KERNELS, sample_calls; "
+        "from plinko.engine.artifact.record_types import compiled_beside; "
+        "made = compiled_beside(KERNELS, sample_calls)"
     )
 
 

@@ -7,12 +7,12 @@ import numpy.typing as npt
 
 from benchmarks.billiards.billiard import Billiard
 from benchmarks.billiards.flow import MAX_SPEED, MAX_TIME
-from engine.board.values import MAX_COORDINATE
-from engine.drops.trajectory import Trajectory, follow
-from engine.errors import ParameterError
-from engine.exact.outcome import EVENT_LIMIT, MAX_EVENTS, TIME_LIMIT
-from engine.parameters import Exact, number
-from engine.physics import body
+from plinko.engine.board.values import MAX_COORDINATE
+from plinko.engine.drops.trajectory import Trajectory, follow
+from plinko.engine.errors import ParameterError
+from plinko.engine.exact.outcome import EVENT_LIMIT, MAX_EVENTS, TIME_LIMIT
+from plinko.engine.parameters import Exact, number
+from plinko.engine.physics import body
 
 _FIRST_EVENTS = 256
 

@@ -5,9 +5,9 @@ from math import ceil, hypot
 
 from benchmarks.billiards.billiard import Billiard
 from benchmarks.billiards.flow_many import Repeat
-from engine.board.parts import Peg
-from engine.errors import BoardError
-from engine.exact.board_arrays import BoardArrays, arrays_of
+from plinko.engine.board.parts import Peg
+from plinko.engine.errors import BoardError
+from plinko.engine.exact.board_arrays import BoardArrays, arrays_of
 
 HOP_OF_OPEN_BOARD = 100_000.0
 """Search windows without an impact after which a ball on an open board has escaped. A board with

@@ -12,7 +12,7 @@ from typing import Any
 
 from benchmarks.contestants.common import AbsentError, Floats, decay_of, pairs
 from benchmarks.contestants.python_engine import PythonEngine, Scene
-from engine import Board
+from plinko.engine import Board
 
 SCALE = 10.0  # Box2D metres per metre
 VELOCITY_ITERATIONS = 8  # the manual's advice

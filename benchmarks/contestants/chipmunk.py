@@ -12,7 +12,7 @@ import numpy as np
 
 from benchmarks.contestants.common import AbsentError, Floats, decay_of, pairs
 from benchmarks.contestants.python_engine import PythonEngine, Scene
-from engine import Board
+from plinko.engine import Board
 
 SLOP = 1e-4  # m
 

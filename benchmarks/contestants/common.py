@@ -7,8 +7,8 @@ from math import ceil, exp
 import numpy as np
 import numpy.typing as npt
 
-from engine import Board
-from engine.board.materials import Material, combine
+from plinko.engine import Board
+from plinko.engine.board.materials import Material, combine
 
 Floats = npt.NDArray[np.float64]
 

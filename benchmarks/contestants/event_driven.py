@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.contestants.common import AbsentError, Floats
 from benchmarks.scenes.touching import DT, Gas
-from engine import Arena, ArenaSettings
+from plinko.engine import Arena, ArenaSettings
 
 
 class Billiards:

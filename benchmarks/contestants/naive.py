@@ -21,7 +21,7 @@ from benchmarks.contestants.common import (
     steps_of,
 )
 from benchmarks.harness.clock import seconds_of
-from engine import Board
+from plinko.engine import Board
 
 CORRECTION = 0.6  # share of an overlap; the tutorials' values are 0.4 to 0.8
 Ints = npt.NDArray[np.int64]

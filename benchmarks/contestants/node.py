@@ -20,7 +20,7 @@ from benchmarks.contestants.common import (
     steps_of,
 )
 from benchmarks.contestants.python_engine import WORLD_BALLS
-from engine import Board
+from plinko.engine import Board
 
 FOLDER = Path(__file__).parents[1] / "node"
 ENGINES = {

@@ -5,7 +5,7 @@ import numpy.typing as npt
 
 from benchmarks.contestants.common import Contestant, Floats, Observation, Paths, steps_of
 from benchmarks.harness.clock import seconds_of
-from engine import Board, drop, drop_many
+from plinko.engine import Board, drop, drop_many
 
 
 class Exact(Contestant):

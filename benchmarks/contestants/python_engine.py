@@ -7,7 +7,7 @@ import numpy as np
 
 from benchmarks.contestants.common import LONGEST, Contestant, Floats, Paths, poll_steps, steps_of
 from benchmarks.harness.clock import seconds_of
-from engine import Board
+from plinko.engine import Board
 
 WORLD_BALLS = 10
 """Balls in a timed world. With fewer, the calls from Python cost more per ball; with more, the

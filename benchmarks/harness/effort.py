@@ -20,8 +20,8 @@ class Effort:
     quick: small sizes, only to see that everything works. rounds: runs of each timed job, at least
     1. long: 10^7 random drops in the stability benchmark, which take hours. node: also measure
     engines for Node.js. findings: the folder for faulty drops; None: they are not saved. cluster:
-    the workers that compute the random drops, see `engine.batches.workers`. step(label) is called
-    after each step of the work.
+    the workers that compute the random drops, see `plinko.engine.batches.workers`. step(label) is
+    called after each step of the work.
     """
 
     quick: bool = False

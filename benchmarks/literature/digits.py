@@ -18,13 +18,13 @@ from benchmarks.harness.clock import seconds_of
 from benchmarks.harness.effort import Effort
 from benchmarks.literature import photon, siam
 from benchmarks.scenes import boards
-from engine import Board, drop
-from engine.certified.balls import precision
-from engine.certified.certify import Effort as ProofEffort
-from engine.certified.certify import prove
-from engine.certified.flight import Flight, State
-from engine.certified.scene import scene_of
-from engine.constants import KIND_PEG, KIND_WALL
+from plinko.engine import Board, drop
+from plinko.engine.certified.balls import precision
+from plinko.engine.certified.certify import Effort as ProofEffort
+from plinko.engine.certified.certify import prove
+from plinko.engine.certified.flight import Flight, State
+from plinko.engine.certified.scene import scene_of
+from plinko.engine.constants import KIND_PEG, KIND_WALL
 
 BITS = (64, 80, 96, 128, 160, 192, 256)
 RATES = (60, 240, 960, 3840)

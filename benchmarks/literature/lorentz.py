@@ -13,7 +13,7 @@ import numpy.typing as npt
 from benchmarks.billiards import Billiard, Flow, launch
 from benchmarks.harness.effort import Effort
 from benchmarks.literature.finding import Estimate
-from engine.board.parts import BallSpec, Peg
+from plinko.engine.board.parts import BallSpec, Peg
 
 GAPS = (0.1, 0.2, sqrt(5.0) - 2.0, 0.3)
 """Values of w. The third is the golden mean's, with a spacing of sqrt(5)."""

@@ -11,13 +11,13 @@ from flint import arb
 
 from benchmarks.billiards import Billiard
 from benchmarks.literature.siam import MIRRORS, TIME
-from engine.certified.balls import ONE, ZERO, Proof, UndecidedError, precision
-from engine.certified.flight import Flight, State
-from engine.certified.impulse import bounce
-from engine.certified.next_impact import BOUNCED, Touch, Touched, next_impact
-from engine.certified.scene import Scene
-from engine.certified.surfaces import Circle, Pair
-from engine.constants import KIND_PEG
+from plinko.engine.certified.balls import ONE, ZERO, Proof, UndecidedError, precision
+from plinko.engine.certified.flight import Flight, State
+from plinko.engine.certified.impulse import bounce
+from plinko.engine.certified.next_impact import BOUNCED, Touch, Touched, next_impact
+from plinko.engine.certified.scene import Scene
+from plinko.engine.certified.surfaces import Circle, Pair
+from plinko.engine.constants import KIND_PEG
 
 ELASTIC = Pair(ONE, ZERO)
 NO_BOARD = Billiard().fields

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from math import hypot
 
 from benchmarks.billiards import Billiard, path
-from engine.board.parts import BallSpec, Peg
-from engine.drops.certainty import certainty_of
+from plinko.engine.board.parts import BallSpec, Peg
+from plinko.engine.drops.certainty import certainty_of
 
 TRUTH = "0.9952629194433541608903118094267216210294669227341543498032088580729861796228306"
 """Distance from the origin; Bornemann et al., The SIAM 100-Digit Challenge (2004), chapter 2."""

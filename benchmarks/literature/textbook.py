@@ -10,13 +10,13 @@ import numpy as np
 
 from benchmarks.billiards import Billiard, path
 from benchmarks.literature.finding import Finding, exact
-from engine import Arena, ArenaSettings, StaticGeometry
-from engine.board.materials import Material
-from engine.board.parts import BallSpec, Peg, Wall
-from engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END, KIND_WALL
-from engine.drops.certainty import certainty_of
-from engine.drops.trajectory import Trajectory
-from engine.physics import body
+from plinko.engine import Arena, ArenaSettings, StaticGeometry
+from plinko.engine.board.materials import Material
+from plinko.engine.board.parts import BallSpec, Peg, Wall
+from plinko.engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END, KIND_WALL
+from plinko.engine.drops.certainty import certainty_of
+from plinko.engine.drops.trajectory import Trajectory
+from plinko.engine.physics import body
 
 G = 9.81
 

@@ -19,8 +19,8 @@ from websockets.frames import CloseCode, Frame, Opcode
 from websockets.protocol import State
 from websockets.uri import WebSocketURI, parse_uri
 
-from app.errors import InvalidValueError
-from engine.json_text import JsonObject
+from plinko.app.errors import InvalidValueError
+from plinko.engine.json_text import JsonObject
 
 _LATEST = 0.25  # s; a tick that is later means that its room has slept
 

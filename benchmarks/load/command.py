@@ -4,9 +4,9 @@ import json
 
 import click
 
-from app.errors import InvalidValueError
 from benchmarks.load.client import RefusedError, room_url
 from benchmarks.load.generator import Load, Report, run
+from plinko.app.errors import InvalidValueError
 
 STREAMS = ("snapshots", "paths", "seeds")
 

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from app.protocol import messages
 from benchmarks.load.client import Clock, RefusedError, RoomClient, connect
-from engine.json_text import JsonObject
+from plinko.app.protocol import messages
+from plinko.engine.json_text import JsonObject
 
 _TOGETHER = 50  # handshakes at a time
 _PING = 0.2  # s between the first client's pings, which estimate the server's clock

@@ -4,16 +4,16 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from app.listening import MAX_CONNECTIONS
-from app.settings import Settings
 from benchmarks.harness.effort import MissingError
 from benchmarks.harness.recorded import Recorded
 from benchmarks.harness.report import Table
 from benchmarks.scale import units
 from benchmarks.serving import relays
 from benchmarks.serving.streams import CLIENTS, FALL, IN_FLIGHT
-from engine.batches.hashes import KEPT
-from engine.drops.digest import BLOCK
+from plinko.app.listening import MAX_CONNECTIONS
+from plinko.app.settings import Settings
+from plinko.engine.batches.hashes import KEPT
+from plinko.engine.drops.digest import BLOCK
 
 SPECTATORS: Final = 1_000_000
 ROOMS: Final = 100_000

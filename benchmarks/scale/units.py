@@ -13,7 +13,7 @@ from benchmarks.harness.clock import Job, in_turns, seconds_of
 from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table, spread
 from benchmarks.serving.process import processor_time
-from engine import Board
+from plinko.engine import Board
 
 BOARD: Final = "triangle-16"
 BALLS: Final = (1, 8, 50)
@@ -64,8 +64,8 @@ def _rooms(section: Section, effort: Effort) -> None:
 
 
 def _room(balls: int) -> Any:
-    from app.rooms.independent import IndependentRoom
-    from app.rooms.pending import DropCommand
+    from plinko.app.rooms.independent import IndependentRoom
+    from plinko.app.rooms.pending import DropCommand
 
     room = IndependentRoom("bench", Board.preset(BOARD), tick_rate=60, max_balls=max(BALLS))
     for seed in range(balls):
@@ -134,10 +134,10 @@ def _ledger(section: Section, effort: Effort) -> None:
 
 def _costs(url: str, drops: int, effort: Effort) -> dict[str, float]:
     """µs of a drop with its result, µs of a mark, and bytes of a drop."""
-    from app.persistence.ledger.database import Database
-    from app.persistence.statements import writing
-    from app.rooms.pending import DropCommand
-    from app.rooms.records import BoardRow, Mark, NewDrop, ResultRow, RoomRow, Write
+    from plinko.app.persistence.ledger.database import Database
+    from plinko.app.persistence.statements import writing
+    from plinko.app.rooms.pending import DropCommand
+    from plinko.app.rooms.records import BoardRow, Mark, NewDrop, ResultRow, RoomRow, Write
 
     board = BoardRow("b" * 64, "bench", "{}")
     rooms = [

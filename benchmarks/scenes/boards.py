@@ -5,11 +5,11 @@ from dataclasses import replace
 from typing import Any
 from unittest import mock
 
-from engine.board import payouts, presets
-from engine.board.checks import playable
-from engine.board.materials import REFERENCE_DENSITY, Material
-from engine.board.model import Board
-from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
+from plinko.engine.board import payouts, presets
+from plinko.engine.board.checks import playable
+from plinko.engine.board.materials import REFERENCE_DENSITY, Material
+from plinko.engine.board.model import Board
+from plinko.engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
 
 PLAIN = presets.Tuning(drag=0.0, restitution=0.6, friction=0.0, jitter=0.8)
 """No drag, no friction: every other engine can simulate this."""

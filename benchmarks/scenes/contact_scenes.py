@@ -11,11 +11,11 @@ from itertools import pairwise
 from typing import Final
 
 from benchmarks.scenes.boards import revised
-from engine.board import payouts, presets
-from engine.board.materials import Material
-from engine.board.model import Board
-from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
-from engine.errors import BoardError
+from plinko.engine.board import payouts, presets
+from plinko.engine.board.materials import Material
+from plinko.engine.board.model import Board
+from plinko.engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
+from plinko.engine.errors import BoardError
 
 
 @dataclass(frozen=True, slots=True)

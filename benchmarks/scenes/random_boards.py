@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from engine import Board
-from engine.board.materials import Material
-from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
-from engine.errors import BoardError
+from plinko.engine import Board
+from plinko.engine.board.materials import Material
+from plinko.engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
+from plinko.engine.errors import BoardError
 
 TRIES = 400
 """Most boards to try until one is valid. Most are refused for a gap in which a ball can wedge."""

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from engine import Arena, ArenaSettings, Board, StaticGeometry
-from engine.board.materials import Material
-from engine.board.parts import Wall
+from plinko.engine import Arena, ArenaSettings, Board, StaticGeometry
+from plinko.engine.board.materials import Material
+from plinko.engine.board.parts import Wall
 
 Floats = npt.NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from benchmarks.harness.clock import Job, in_turns, seconds_of
 from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table, spread
 from benchmarks.serving.process import can_watch, serving
-from engine import Board, World
+from plinko.engine import Board, World
 
 BALLS = 50
 TICKS = 60
@@ -57,9 +57,9 @@ def _engine_tick() -> float:
 
 
 def _room_tick(*, watched: bool, cameras_there: bool = False) -> float:
-    from app.pictures.film import Cameras
-    from app.rooms.independent import IndependentRoom
-    from app.rooms.pending import DropCommand
+    from plinko.app.pictures.film import Cameras
+    from plinko.app.rooms.independent import IndependentRoom
+    from plinko.app.rooms.pending import DropCommand
 
     room = IndependentRoom("bench", Board.preset("triangle-16"), tick_rate=60, max_balls=BALLS)
     for seed in range(BALLS):

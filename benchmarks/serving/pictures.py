@@ -14,7 +14,7 @@ from benchmarks.harness.clock import Job, in_turns, seconds_of
 from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table, spread
 from benchmarks.serving import drawing
-from engine import Board, Drop, World, drop, drop_many
+from plinko.engine import Board, Drop, World, drop, drop_many
 
 BOARD: Final = "triangle-16"
 SIZE: Final = (760, 570)  # px, the reference game's canvas
@@ -86,7 +86,7 @@ def _trails(world: World) -> dict[int, npt.NDArray[np.float64]]:
 
 def _frames(section: Section, effort: Effort) -> None:
     """A frame with the cached board layer, and the cost of encoding it."""
-    from app.render import Stage
+    from plinko.app.render import Stage
 
     world = _crowd()
     stage = Stage(world.board, *SIZE)
@@ -142,8 +142,8 @@ def _frames(section: Section, effort: Effort) -> None:
 
 def _anew(world: World) -> object:
     """A frame with nothing cached: the board is painted too."""
-    from app.render import Stage
-    from app.render.parts.board import forget
+    from plinko.app.render import Stage
+    from plinko.app.render.parts.board import forget
 
     forget()
     return Stage(world.board, *SIZE).frame(world.bodies)
@@ -169,7 +169,7 @@ def four_seconds() -> Drop:
 
 def _drops(section: Section, effort: Effort) -> None:
     """A drop of four seconds in every format."""
-    from app.render import drop_animation, drop_picture
+    from plinko.app.render import drop_animation, drop_picture
 
     d, fps = four_seconds(), effort.size(GIF_FPS, 5)
     drawings: dict[str, Callable[[], bytes]] = {
@@ -215,8 +215,8 @@ def _drops(section: Section, effort: Effort) -> None:
 
 def bands(d: Drop, animation: bytes, fps: int) -> float:
     """The 99th percentile of the error of the means of 8 x 8 pixels, in levels of 255."""
-    from app.render.animation import Film
-    from app.render.still import DEFAULT_WIDTH
+    from plinko.app.render.animation import Film
+    from plinko.app.render.still import DEFAULT_WIDTH
 
     meant = Film(d, DEFAULT_WIDTH, fps, "light")
     frame, off = meant.first(), []
@@ -241,7 +241,7 @@ def _squares(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.float64]:
 
 def _many(section: Section, effort: Effort) -> None:
     """Pictures of many drops."""
-    from app.render import contact_sheet, density_picture, histogram_picture
+    from plinko.app.render import contact_sheet, density_picture, histogram_picture
 
     board = Board.preset(BOARD)
     drops, tiles = effort.size(100_000, 200), effort.size(25, 4)
@@ -313,9 +313,9 @@ def _stream(section: Section, effort: Effort) -> None:
 
 async def _filmed(viewers: int, ticks: int) -> dict[str, Any]:
     """Processor time per tick, and the number of frames drawn."""
-    from app.pictures.film import Cameras, Shot
-    from app.rooms.independent import IndependentRoom
-    from app.rooms.pending import DropCommand
+    from plinko.app.pictures.film import Cameras, Shot
+    from plinko.app.rooms.independent import IndependentRoom
+    from plinko.app.rooms.pending import DropCommand
 
     room = IndependentRoom("bench", Board.preset(BOARD), tick_rate=60, max_balls=BALLS)
     for seed in range(BALLS):

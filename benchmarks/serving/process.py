@@ -119,7 +119,7 @@ def serving(arguments: Sequence[str] = (), log: IO[str] | None = None) -> Iterat
 def started(arguments: Sequence[str], answers: str, log: IO[str] | None = None) -> Iterator[Served]:
     """Run a serving command of `plinko`; the block begins when the path `answers` responds."""
     process = subprocess.Popen(
-        [sys.executable, "-m", "app.cli", *arguments],
+        [sys.executable, "-m", "plinko", *arguments],
         cwd=Path(__file__).parents[2],
         stdout=subprocess.PIPE,
         stderr=log or subprocess.DEVNULL,

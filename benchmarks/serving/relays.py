@@ -6,13 +6,13 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from app.protocol.messages import SEEDS
 from benchmarks.harness.effort import Effort, MissingError
 from benchmarks.harness.report import Section, Table
 from benchmarks.load.client import room_url
 from benchmarks.load.generator import Load
 from benchmarks.serving.process import OPTIONS, Served, can_watch, processor_time, serving, started
 from benchmarks.serving.streams import FALL, IN_FLIGHT
+from plinko.app.protocol.messages import SEEDS
 
 RELAYS: Final = 3
 CROWDS: Final = (1000, 5000)

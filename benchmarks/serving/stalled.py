@@ -11,7 +11,7 @@ from typing import Any
 from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table
 from benchmarks.serving.process import OPTIONS, Served, core_for_server, pinned, serving
-from engine import Board
+from plinko.engine import Board
 
 CLIENTS = 20
 GRAVITY = 0.2

@@ -1,9 +1,9 @@
 """The three streams of a room compared: bytes and processor time for each client."""
 
-from app.protocol import messages
 from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table
 from benchmarks.serving.process import OPTIONS, Served, core_for_server, pinned, serving
+from plinko.app.protocol import messages
 
 IN_FLIGHT = 50
 FALL = 4.6

@@ -2,14 +2,14 @@
 
 from collections.abc import Sequence
 
-from app.protocol import messages
-from app.protocol.seeds import SeedStream, SparseStream
-from app.protocol.wire import WireMessage
-from app.rooms.independent import IndependentRoom
-from app.rooms.pending import DropCommand
 from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table
-from engine import Board
+from plinko.app.protocol import messages
+from plinko.app.protocol.seeds import SeedStream, SparseStream
+from plinko.app.protocol.wire import WireMessage
+from plinko.app.rooms.independent import IndependentRoom
+from plinko.app.rooms.pending import DropCommand
+from plinko.engine import Board
 
 BOARDS = ("triangle-8", "triangle-12", "triangle-16", "classic", "galton")
 

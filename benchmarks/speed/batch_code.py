@@ -3,15 +3,15 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from engine import Board
-from engine.constants import MAX_TIME
-from engine.exact.board_arrays import arrays_of
-from engine.exact.event_log import new_log
-from engine.exact.initial_state import at_rest, in_flight
-from engine.exact.lanes.trace import Code, Drops, trace_drops
-from engine.exact.outcome import MAX_EVENTS, Results, new_results
-from engine.exact.trace import trace_many
-from engine.physics.contact import new_series
+from plinko.engine import Board
+from plinko.engine.constants import MAX_TIME
+from plinko.engine.exact.board_arrays import arrays_of
+from plinko.engine.exact.event_log import new_log
+from plinko.engine.exact.initial_state import at_rest, in_flight
+from plinko.engine.exact.lanes.trace import Code, Drops, trace_drops
+from plinko.engine.exact.outcome import MAX_EVENTS, Results, new_results
+from plinko.engine.exact.trace import trace_many
+from plinko.engine.physics.contact import new_series
 
 
 def alone(board: Board, xs: Any) -> Callable[[], Results]:

@@ -11,14 +11,14 @@ from typing import Any, Final
 from benchmarks.harness import machine
 from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table
-from engine import Board
-from engine.batches.block import block_of
-from engine.batches.cluster import together
-from engine.batches.job import Job
-from engine.batches.tally import Tally
-from engine.batches.workers import Here, Workers, workers_at
-from engine.drops.digest import BLOCK
-from engine.parameters import Exact
+from plinko.engine import Board
+from plinko.engine.batches.block import block_of
+from plinko.engine.batches.cluster import together
+from plinko.engine.batches.job import Job
+from plinko.engine.batches.tally import Tally
+from plinko.engine.batches.workers import Here, Workers, workers_at
+from plinko.engine.drops.digest import BLOCK
+from plinko.engine.parameters import Exact
 
 BOARD: Final = "triangle-16"
 

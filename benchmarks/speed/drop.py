@@ -12,7 +12,7 @@ from benchmarks.harness.clock import Job, Sample, in_turns, seconds_of, timed
 from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table, spread
 from benchmarks.serving.process import serving
-from engine import Board, drop
+from plinko.engine import Board, drop
 
 BOARD: Final = "triangle-16"
 
@@ -23,7 +23,7 @@ COLD_PROGRAM = """
 import time
 start = time.perf_counter()
 from dataclasses import replace
-from engine import Board, World, drop, drop_many, occupancy
+from plinko.engine import Board, World, drop, drop_many, occupancy
 board = Board.preset("triangle-16")
 plain = replace(board, drag=0.0, ball=replace(board.ball, friction=0.0))
 drop(board, 1).certain
@@ -89,7 +89,7 @@ def _starts(section: Section, effort: Effort) -> None:
     runs = effort.size(5, 1)
     cold = [Sample(tuple(s)) for s in zip(*_cold_starts(effort.size(3, 1)), strict=True)]
     effort.step("cold start")
-    command = [sys.executable, "-m", "app.cli", "drop", "triangle-16", "--seed", "42", "--json"]
+    command = [sys.executable, "-m", "plinko", "drop", "triangle-16", "--seed", "42", "--json"]
     warm = in_turns(
         {
             "plinko drop": timed(lambda: _run(command)),

@@ -11,8 +11,8 @@ from benchmarks.harness.report import Section, Table, spread
 from benchmarks.scenes import boards as scenes
 from benchmarks.serving import idle
 from benchmarks.speed import worlds
-from engine import Board, Drop, drop, drop_many
-from engine.board.materials import Material
+from plinko.engine import Board, Drop, drop, drop_many
+from plinko.engine.board.materials import Material
 
 
 def run(effort: Effort) -> Section:

@@ -6,7 +6,7 @@ from benchmarks.harness.clock import in_turns, timed
 from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table, spread
 from benchmarks.scenes import boards as scenes
-from engine import Board, drop_many
+from plinko.engine import Board, drop_many
 
 
 def run(effort: Effort) -> Section:

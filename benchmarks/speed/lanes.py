@@ -16,8 +16,8 @@ from benchmarks.harness.report import Section, Table, spread
 from benchmarks.scenes import boards as scenes
 from benchmarks.speed import arithmetic, operations, page_drops
 from benchmarks.speed.batch_code import alone, side_by_side
-from engine import Board, drop_many
-from engine.exact.lanes import trial
+from plinko.engine import Board, drop_many
+from plinko.engine.exact.lanes import trial
 
 DROPS = 16_384
 """Drops per round; pymunk plays a hundredth of them."""

@@ -96,19 +96,19 @@ def count(board_json: str, drops: int) -> dict[str, float]:
     """Operations of each kind per impact, over some drops one by one; needs the JIT off."""
     import numpy as np
 
-    from engine import Board
-    from engine.constants import MAX_TIME
-    from engine.exact import event_log, initial_state, outcome, trace
-    from engine.exact.board_arrays import arrays_of
-    from engine.physics import contact
-    from engine.seeding import start_xs
+    from plinko.engine import Board
+    from plinko.engine.constants import MAX_TIME
+    from plinko.engine.exact import event_log, initial_state, outcome, trace
+    from plinko.engine.exact.board_arrays import arrays_of
+    from plinko.engine.physics import contact
+    from plinko.engine.seeding import start_xs
 
     board = Board.from_json(board_json)
     arrays = counting(arrays_of(board))
     seeds = np.arange(drops, dtype=np.uint64)
     states = initial_state.at_rest(start_xs(seeds, board.drop.x, board.drop.jitter), board.drop.y)
     for name, module in list(sys.modules.items()):
-        if name.startswith(("engine.physics", "engine.exact")):
+        if name.startswith(("plinko.engine.physics", "plinko.engine.exact")):
             for attribute, replacement in (("sqrt", counting_root), ("np", _CountingNumpy(np))):
                 if hasattr(module, attribute):
                     setattr(module, attribute, replacement)

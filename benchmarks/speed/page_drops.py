@@ -12,11 +12,11 @@ from benchmarks.harness.clock import Job, Sample, in_turns, seconds_of
 from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table, spread
 from benchmarks.speed.batch_code import side_by_side
-from engine import Board, drop_many
-from engine.drops.batch import DropBatch
-from engine.exact.lanes import trial
-from engine.exact.lanes.trace import Code
-from engine.exact.outcome import Results
+from plinko.engine import Board, drop_many
+from plinko.engine.drops.batch import DropBatch
+from plinko.engine.exact.lanes import trial
+from plinko.engine.exact.lanes.trace import Code
+from plinko.engine.exact.outcome import Results
 
 BOARDS = ("triangle-8", "triangle-16", "classic")
 DROPS = 32_768

@@ -17,10 +17,10 @@ from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table, length, spread
 from benchmarks.scenes import touching as scenes
 from benchmarks.scenes.contact_scenes import scene
-from engine.drops.trajectory import at_start, follow
-from engine.multibody.scenes import GRAVITY_PRESETS, sandbox
-from engine.parameters import Exact, Stepped
-from engine.seeding import start_x
+from plinko.engine.drops.trajectory import at_start, follow
+from plinko.engine.multibody.scenes import GRAVITY_PRESETS, sandbox
+from plinko.engine.parameters import Exact, Stepped
+from plinko.engine.seeding import start_x
 
 Maker = Callable[[], Any]
 """Makes a contestant's world of a heap, one for each run."""
@@ -300,7 +300,7 @@ def _elastic(section: Section, effort: Effort) -> None:
 
 
 def _free_momentum() -> float:
-    from engine import Arena, ArenaSettings, StaticGeometry
+    from plinko.engine import Arena, ArenaSettings, StaticGeometry
 
     arena = Arena(StaticGeometry(), ArenaSettings(gravity=0.0))
     rng = np.random.default_rng(2)

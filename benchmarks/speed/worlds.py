@@ -8,9 +8,9 @@ from benchmarks.harness.clock import Job, Sample, in_turns
 from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table, spread
 from benchmarks.scenes import boards
-from engine import Arena, Board, World
-from engine.multibody.scenes import on_board, sandbox
-from engine.seeding import start_x
+from plinko.engine import Arena, Board, World
+from plinko.engine.multibody.scenes import on_board, sandbox
+from plinko.engine.seeding import start_x
 
 EVERY = 6  # ticks from one ball to the next: balls start apart and may meet later
 BALLS = 200  # in the box

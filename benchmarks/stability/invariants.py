@@ -14,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from engine import Board, Drop, drop
-from engine.constants import KIND_PEG, KIND_WALL
-from engine.parameters import Stepped
+from plinko.engine import Board, Drop, drop
+from plinko.engine.constants import KIND_PEG, KIND_WALL
+from plinko.engine.parameters import Stepped
 
 Floats = npt.NDArray[np.float64]
 

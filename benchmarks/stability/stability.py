@@ -14,9 +14,9 @@ from benchmarks.harness.report import Section, Table
 from benchmarks.scenes import random_boards
 from benchmarks.stability import torture, touching_torture
 from benchmarks.stability.invariants import FAULTS, Findings, examine
-from engine import Board, World
-from engine.batches.workers import workers_at
-from engine.parameters import SolverName
+from plinko.engine import Board, World
+from plinko.engine.batches.workers import workers_at
+from plinko.engine.parameters import SolverName
 
 STARTS = 100
 """Starts on each random board."""

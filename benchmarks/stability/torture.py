@@ -8,10 +8,10 @@ from unittest import mock
 import numpy as np
 
 from benchmarks.scenes import boards
-from engine import Board
-from engine.board.checks import playable
-from engine.board.materials import Material
-from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
+from plinko.engine import Board
+from plinko.engine.board.checks import playable
+from plinko.engine.board.materials import Material
+from plinko.engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
 
 PHYSICS = Material(0.6, 0.2)
 REACH = 0.15  # m: the ball's 0.1 and a peg's 0.05

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from benchmarks.stability.invariants import FAULTS, HANG
-from engine import Arena, ArenaSettings, StaticGeometry
-from engine.board.materials import Material
-from engine.board.parts import Wall
-from engine.multibody.scenes import sandbox
+from plinko.engine import Arena, ArenaSettings, StaticGeometry
+from plinko.engine.board.materials import Material
+from plinko.engine.board.parts import Wall
+from plinko.engine.multibody.scenes import sandbox
 
 JUPITER = 24.79
 

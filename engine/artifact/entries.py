@@ -12,14 +12,14 @@ from typing import Any, Final
 import numba
 import numpy as np
 
-from engine.constants import MAX_TIME
-from engine.exact import event_log, initial_state, sampling, sensitivity, surfaces
-from engine.exact.board_arrays import BoardArrays
-from engine.exact.event_log import Log
-from engine.exact.outcome import MAX_EVENTS
-from engine.exact.sensitivity import Space
-from engine.exact.trace import trace_many
-from engine.jit.webassembly import (
+from plinko.engine.constants import MAX_TIME
+from plinko.engine.exact import event_log, initial_state, sampling, sensitivity, surfaces
+from plinko.engine.exact.board_arrays import BoardArrays
+from plinko.engine.exact.event_log import Log
+from plinko.engine.exact.outcome import MAX_EVENTS
+from plinko.engine.exact.sensitivity import Space
+from plinko.engine.exact.trace import trace_many
+from plinko.engine.jit.webassembly import (
     BYTES,
     FLOAT,
     FLOATS,
@@ -31,14 +31,14 @@ from engine.jit.webassembly import (
     further,
     part,
 )  # fmt: skip
-from engine.physics import body, contact, surface, tangent
+from plinko.engine.physics import body, contact, surface, tangent
 
 _numba: Any = numba  # its annotations do not cover addresses
 carray = _numba.carray
 long: Any = np.int64
 
 Address = Any
-"""Address of values of one type: FLOATS, WORDS and so on in `engine.jit.webassembly`."""
+"""Address of values of one type: FLOATS, WORDS and so on in `plinko.engine.jit.webassembly`."""
 
 NUMBERS: Final = 13
 """Floats in front of a board's surfaces: the fields of BoardArrays that are floats, in order."""

@@ -1,4 +1,4 @@
-"""Writes the lanes as native libraries: python -m engine.artifact.libraries, called by make.py.
+"""Writes the lanes as native libraries; called by make.py.
 
 LLVM makes an object file for each kind of processor; zig's linker turns it into a library.
 """
@@ -13,11 +13,11 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
-from engine.artifact import rehearsal
-from engine.artifact.plays import PLAYS
-from engine.exact.lanes.trace import trace_lanes, trace_plain_lanes
-from engine.jit import elf, native, stamp
-from engine.jit.native_code import NativeEntry, Processor, compile_object
+from plinko.engine.artifact import record_types
+from plinko.engine.artifact.sample_calls import SAMPLE_CALLS
+from plinko.engine.exact.lanes.trace import trace_lanes, trace_plain_lanes
+from plinko.engine.jit import elf, native, source_hash
+from plinko.engine.jit.native_code import NativeEntry, Processor, compile_object
 
 MOST: Final = 150_000
 """Bytes of a library, at most."""
@@ -45,13 +45,13 @@ def made() -> dict[str, bytes]:
     kernels' arguments, and each library's hash. Raises ValueError if a library is too large or
     needs anything from outside.
     """
-    parts = rehearsal.rehearse(PLAYS["many"])
+    parts = record_types.recorded(SAMPLE_CALLS["many"])
     names = [f"{each.__module__}.{each.__name__}" for each in (trace_lanes, trace_plain_lanes)]
     kernels = {name: parts[name] for name in names}
     exports = {name: NativeEntry(p.kernel.function, p.takes) for name, p in kernels.items()}
     libraries = {name: _library(exports, each) for name, each in PROCESSORS.items()}
     index = {
-        **stamp.current(),
+        **source_hash.current(),
         "calls": {name: part.call.to_dict() for name, part in kernels.items()},
         "libraries": {name: sha256(code).hexdigest() for name, code in libraries.items()},
     }

@@ -1,4 +1,4 @@
-"""Writes the artifacts and the pages' modules: python -m engine.artifact.make
+"""Writes the artifacts and the pages' modules: python -m plinko.engine.artifact.make
 
 Each is compiled in a separate process, without any cache, so that the same sources give the same
 bytes.
@@ -13,13 +13,13 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Final
 
-from engine.artifact.plays import PLAYS
-from engine.jit import stamp
+from plinko.engine.artifact.sample_calls import SAMPLE_CALLS
+from plinko.engine.jit import source_hash
 
 MOST_GZIPPED: Final = 40_000
 """Bytes of a page's module after gzip, at most."""
 
-# numba leaves its LLVM code unoptimized, as `engine.jit.llvm_module.optimized` requires.
+# numba leaves its LLVM code unoptimized, as `plinko.engine.jit.llvm_module.optimized` requires.
 _UNCHANGED: Final = {**os.environ, "NUMBA_OPT": "0"}
 
 FOLDER: Final = Path(__file__).parent
@@ -32,16 +32,18 @@ TOUCHING_PAGE: Final = PAGE.parent / "touching" / "touching.wasm"
 def for_pages() -> bytes:
     """Compile the page's artifact."""
     code = (
-        "from engine.artifact.entries import EXPORTS; "
-        "from engine.jit.webassembly import compile_module; "
+        "from plinko.engine.artifact.entries import EXPORTS; "
+        "from plinko.engine.jit.webassembly import compile_module; "
         "made = compile_module(EXPORTS)"
     )
-    return stamp.stamped(made_by(code), stamp.current())
+    return source_hash.stamped(made_by(code), source_hash.current())
 
 
 def made(name: str) -> bytes:
-    """Compile an artifact of PLAYS."""
-    return made_by(f"from engine.artifact import rehearsal; made = rehearsal.compiled({name!r})")
+    """Compile an artifact of SAMPLE_CALLS."""
+    return made_by(
+        f"from plinko.engine.artifact import record_types; made = record_types.compiled({name!r})"
+    )
 
 
 def made_by(code: str) -> bytes:
@@ -54,7 +56,7 @@ def everything() -> Iterator[tuple[Path, bytes]]:
     """Compile all artifacts; each with the path of its file."""
     with ThreadPoolExecutor(os.cpu_count()) as processes:
         page = processes.submit(for_pages)
-        ours = list(zip(PLAYS, processes.map(made, PLAYS), strict=True))
+        ours = list(zip(SAMPLE_CALLS, processes.map(made, SAMPLE_CALLS), strict=True))
         yield PAGE, page.result()
     for name, module in ours:
         yield FOLDER / f"{name}.wasm", module
@@ -72,7 +74,7 @@ def main() -> int:
             return 1
         path.write_bytes(module)
         print(f"{path.name}: {len(module)} bytes, {packed} gzipped")  # noqa: T201
-    libraries = [sys.executable, "-m", "engine.artifact.libraries"]
+    libraries = [sys.executable, "-m", "plinko.engine.artifact.libraries"]
     return subprocess.run(libraries, env=_UNCHANGED, check=False).returncode
 
 

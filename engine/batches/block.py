@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from engine.batches.job import Job
-from engine.drops.batch import DropBatch, drop_many
-from engine.drops.digest import block_hash
+from plinko.engine.batches.job import Job
+from plinko.engine.drops.batch import DropBatch, drop_many
+from plinko.engine.drops.digest import block_hash
 
 
 @dataclass(frozen=True, slots=True)

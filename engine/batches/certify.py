@@ -5,9 +5,9 @@ from dataclasses import fields
 from functools import partial
 from typing import Final
 
-from engine.batches.job import Job
-from engine.batches.workers import Workers
-from engine.certified.many import Share, certify_many
+from plinko.engine.batches.job import Job
+from plinko.engine.batches.workers import Workers
+from plinko.engine.certified.many import Share, certify_many
 
 PART: Final = 256
 """Drops in a part: 0.1 s if none needs a proof, a few seconds if all do."""

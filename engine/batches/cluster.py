@@ -14,10 +14,10 @@ from importlib.util import find_spec
 from itertools import chain, islice
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from engine.batches import local_worker
-from engine.drops.threads import thread_count
-from engine.errors import ClusterError, ParameterError
-from engine.jit import stamp
+from plinko.engine.batches import local_worker
+from plinko.engine.drops.threads import thread_count
+from plinko.engine.errors import ClusterError, ParameterError
+from plinko.engine.jit import source_hash
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -115,7 +115,7 @@ def _remote(address: str) -> "Client":
 
 def who() -> dict[str, Any]:
     """What a worker must share with this process: the physics version and the kernels' sources."""
-    return stamp.current()
+    return source_hash.current()
 
 
 def check(address: str, answers: dict[str, Any]) -> None:

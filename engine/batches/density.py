@@ -1,4 +1,6 @@
-"""The occupancy of many drops (`engine.drops.occupancy`), computed part by part by workers."""
+"""The occupancy of many drops (`plinko.engine.drops.occupancy`), computed part by part by
+workers.
+"""
 
 import math
 from collections.abc import Callable
@@ -8,9 +10,9 @@ from typing import Final
 
 import numpy as np
 
-from engine.batches.workers import Workers
-from engine.board.model import Board
-from engine.drops.occupancy import Occupancy, default_step, occupancy
+from plinko.engine.batches.workers import Workers
+from plinko.engine.board.model import Board
+from plinko.engine.drops.occupancy import Occupancy, default_step, occupancy
 
 PART: Final = 1 << 14
 """Drops in a part: about 2 s on one core, for a result of a few megabytes."""
@@ -33,7 +35,8 @@ def occupancy_by(
     grid: Grid,
     progress: Callable[[int], None] | None = None,
 ) -> Occupancy:
-    """Like `engine.occupancy`, for consecutive seeds and by `workers`; the counts are the same.
+    """Like `plinko.engine.occupancy`, for consecutive seeds and by `workers`; the counts are the
+    same.
 
     progress: called now and then with the number of drops done.
     """

@@ -1,7 +1,7 @@
 """The hashes of a job's computed blocks, in bounded memory.
 
-They are leaves of a Merkle tree (`engine.merkle`). In a large job, two siblings are replaced by
-their parent, up to a level that depends on the number of blocks. The root stays the same, and at
+They are leaves of a Merkle tree (`plinko.engine.merkle`). In a large job, two siblings are replaced
+by their parent, up to a level that depends on the number of blocks. The root stays the same, and at
 most about `KEPT` hashes remain.
 """
 
@@ -10,7 +10,7 @@ from functools import reduce
 from itertools import pairwise
 from typing import Final
 
-from engine.merkle import Node, node_hash, root_of
+from plinko.engine.merkle import Node, node_hash, root_of
 
 KEPT: Final = 1 << 18
 """Most hashes of a complete job, 17 MB as JSON. Up to 1.7e10 drops every block keeps its own."""

@@ -4,15 +4,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from engine.board.model import Board
-from engine.board.values import shown
-from engine.constants import PHYSICS_VERSION
-from engine.drops.digest import BLOCK
-from engine.drops.start import aim_of
-from engine.drops.verify import board_of
-from engine.errors import EngineError, ParameterError, RecordError
-from engine.parameters import Solver, Stepped, make_solver
-from engine.seeding import SEED_LIMIT, parse_seed
+from plinko.engine.board.model import Board
+from plinko.engine.board.values import shown
+from plinko.engine.constants import PHYSICS_VERSION
+from plinko.engine.drops.digest import BLOCK
+from plinko.engine.drops.start import aim_of
+from plinko.engine.drops.verify import board_of
+from plinko.engine.errors import EngineError, ParameterError, RecordError
+from plinko.engine.parameters import Solver, Stepped, make_solver
+from plinko.engine.seeding import SEED_LIMIT, parse_seed
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,11 @@ from math import sqrt
 import numpy as np
 import numpy.typing as npt
 
-from engine.batches.workers import Here, Workers
-from engine.board import presets
-from engine.board.presets import Tuning
-from engine.board.worlds import TABLE_GRAVITY
-from engine.drops.calibrate import Fit, fit
+from plinko.engine.batches.workers import Here, Workers
+from plinko.engine.board import presets
+from plinko.engine.board.presets import Tuning
+from plinko.engine.board.worlds import TABLE_GRAVITY
+from plinko.engine.drops.calibrate import Fit, fit
 
 ROUNDS = (0.15, 0.08, 0.04, 0.02)
 """How far each local round searches around the best fit, as a fraction of the whole range."""

@@ -7,15 +7,15 @@ from typing import Any, Final
 
 import numpy as np
 
-from engine.batches.block import Block
-from engine.batches.hashes import BlockHashes, Runs, first_in_both
-from engine.batches.job import Job, job_of, listed, wanted, whole
-from engine.board.values import shown
-from engine.constants import MAX_TIME
-from engine.drops.digest import BLOCK
-from engine.errors import ParameterError, RecordError
-from engine.exact.outcome import MAX_EVENTS
-from engine.seeding import SEED_LIMIT
+from plinko.engine.batches.block import Block
+from plinko.engine.batches.hashes import BlockHashes, Runs, first_in_both
+from plinko.engine.batches.job import Job, job_of, listed, wanted, whole
+from plinko.engine.board.values import shown
+from plinko.engine.constants import MAX_TIME
+from plinko.engine.drops.digest import BLOCK
+from plinko.engine.errors import ParameterError, RecordError
+from plinko.engine.exact.outcome import MAX_EVENTS
+from plinko.engine.seeding import SEED_LIMIT
 
 KIND: Final = "plinko-batch"
 
@@ -29,7 +29,7 @@ _LONGEST: Final = MAX_TIME + 1.0  # s; a drop that does not land ends with the s
 class Tally:
     """Sums over blocks of a job; they do not depend on the order in which blocks are added.
 
-    Memory grows by one hash per block, up to a limit (`engine.batches.hashes`).
+    Memory grows by one hash per block, up to a limit (`plinko.engine.batches.hashes`).
     """
 
     def __init__(self, job: Job) -> None:

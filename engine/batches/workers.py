@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, Protocol, TypeVar
 
-from engine.drops.threads import thread_count
-from engine.errors import ParameterError
+from plinko.engine.drops.threads import thread_count
+from plinko.engine.errors import ParameterError
 
 A = TypeVar("A")
 R = TypeVar("R")
@@ -68,6 +68,6 @@ def workers_at(cluster: str | None, threads: int | None = None) -> AbstractConte
             field="threads",
         )
     # Dask is imported only when it is used, because that takes a second and it may be missing.
-    opened: Any = import_module("engine.batches.cluster").opened
+    opened: Any = import_module("plinko.engine.batches.cluster").opened
     workers: AbstractContextManager[Workers] = opened(cluster)
     return workers

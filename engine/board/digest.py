@@ -32,8 +32,8 @@ from collections.abc import Iterable
 from sys import byteorder
 from typing import Final
 
-from engine.board.fields import BoardFields
-from engine.board.parts import Label
+from plinko.engine.board.fields import BoardFields
+from plinko.engine.board.parts import Label
 
 MAGIC: Final = b"plinko-board/1\n"
 

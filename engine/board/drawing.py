@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import Final
 
-from engine.board.fields import BoardFields
+from plinko.engine.board.fields import BoardFields
 
 WIDTH: Final = 380
 """Displayed width in px."""

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any, Final
 
-from engine.errors import BoardError, Fault
+from plinko.engine.errors import BoardError, Fault
 
 MOST: Final = 20
 """Most faults that one error names. More than that usually have one cause."""

@@ -6,9 +6,9 @@ Nothing is checked here. `Board` in model.py is the subclass that checks them.
 from dataclasses import dataclass, field
 from typing import Final
 
-from engine.board.materials import Material
-from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
-from engine.constants import EARTH_GRAVITY
+from plinko.engine.board.materials import Material
+from plinko.engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
+from plinko.engine.constants import EARTH_GRAVITY
 
 DEFAULT_WIDTH: Final = 8.0
 DEFAULT_HEIGHT: Final = 6.0

@@ -14,13 +14,13 @@ import os
 from collections.abc import Mapping
 from typing import Any, Final, TypeVar
 
-from engine import json_text
-from engine.board import values
-from engine.board.faults import Faults
-from engine.board.fields import DEFAULT_HEIGHT, DEFAULT_WIDTH, BoardFields
-from engine.board.materials import Material
-from engine.board.parts import BallSpec, Bins, DropZone, Label, Peg, Wall
-from engine.errors import BoardError, JsonSyntaxError, JsonValueError
+from plinko.engine import json_text
+from plinko.engine.board import values
+from plinko.engine.board.faults import Faults
+from plinko.engine.board.fields import DEFAULT_HEIGHT, DEFAULT_WIDTH, BoardFields
+from plinko.engine.board.materials import Material
+from plinko.engine.board.parts import BallSpec, Bins, DropZone, Label, Peg, Wall
+from plinko.engine.errors import BoardError, JsonSyntaxError, JsonValueError
 
 MAX_TEXT: Final = 16_000_000
 """Characters; three times as many as the largest valid board needs."""

@@ -5,10 +5,10 @@ from dataclasses import fields, is_dataclass, replace
 from itertools import pairwise
 from typing import Any, Final
 
-from engine.board import payouts, presets, values
-from engine.board.fields import BoardFields
-from engine.board.parts import Wall
-from engine.errors import BoardError
+from plinko.engine.board import payouts, presets, values
+from plinko.engine.board.fields import BoardFields
+from plinko.engine.board.parts import Wall
+from plinko.engine.errors import BoardError
 
 ROWS: Final = range(4, 21)
 """Allowed rows of a triangle. With fewer a ball wedges at a wall; with more pegs are too small."""
@@ -18,7 +18,7 @@ def triangle_fields(rows: int, risk: str) -> BoardFields:
     """Return the fields of a triangle: of the preset for 8 to 16 rows, otherwise of one like it.
 
     Other triangles have the physics of the nearest preset, and each bin returns the stake, because
-    no payout table was solved for them. `engine.payouts` can solve one.
+    no payout table was solved for them. `plinko.engine.payouts` can solve one.
     """
     if rows not in ROWS:
         raise values.fail("rows", rows, f"it must be an integer from {ROWS[0]} to {ROWS[-1]}")

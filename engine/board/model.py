@@ -6,14 +6,14 @@ import os
 from collections.abc import Mapping
 from typing import Any
 
-from engine.board import digest as content
-from engine.board import json_form, making, presets, proven, values
-from engine.board.checks import playable
-from engine.board.drawing import board_svg
-from engine.board.faults import Faults
-from engine.board.fields import BoardFields
-from engine.board.payouts import Risk
-from engine.notebooks import figure, png
+from plinko.engine.board import digest as content
+from plinko.engine.board import json_form, making, presets, proven, values
+from plinko.engine.board.checks import playable
+from plinko.engine.board.drawing import board_svg
+from plinko.engine.board.faults import Faults
+from plinko.engine.board.fields import BoardFields
+from plinko.engine.board.payouts import Risk
+from plinko.engine.notebooks import figure, png
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
@@ -25,7 +25,9 @@ class Board(BoardFields):
     """
 
     digest: str = dataclasses.field(init=False)
-    """SHA-256 of the content, 64 hex digits; the bytes are laid out in `engine.board.digest`."""
+    """SHA-256 of the content, 64 hex digits; the bytes are laid out in
+    `plinko.engine.board.digest`.
+    """
 
     is_kept: dataclasses.InitVar[bool] = False
 

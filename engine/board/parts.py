@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import msgspec
 
-from engine.board.materials import Material
+from plinko.engine.board.materials import Material
 
 
 @dataclass(frozen=True, slots=True)

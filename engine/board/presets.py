@@ -9,13 +9,13 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final, NamedTuple
 
-from engine.board import payouts
-from engine.board.fields import BoardFields
-from engine.board.materials import REFERENCE_DENSITY, Material
-from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
-from engine.board.worlds import TABLE_GRAVITY, WORLDS, World, tables
-from engine.constants import EARTH_GRAVITY
-from engine.errors import BoardError
+from plinko.engine.board import payouts
+from plinko.engine.board.fields import BoardFields
+from plinko.engine.board.materials import REFERENCE_DENSITY, Material
+from plinko.engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
+from plinko.engine.board.worlds import TABLE_GRAVITY, WORLDS, World, tables
+from plinko.engine.constants import EARTH_GRAVITY
+from plinko.engine.errors import BoardError
 
 
 class Tuning(NamedTuple):
@@ -54,9 +54,9 @@ AIM: Final[Mapping[str, float]] = MappingProxyType(
 """How far from the middle a player may aim on a preset and its payout variants, in peg spacings.
 
 Within this distance all their payout tables return 95 % to 99.2 % from each aim. On every other
-triangle, `engine.payouts.table` found no such table of the familiar shape for at least one risk:
-the bins that decide the return are hit at different rates as soon as the start moves. A table of
-another shape, or for a narrower aim, may exist."""
+triangle, `plinko.engine.payouts.table` found no such table of the familiar shape for at least one
+risk: the bins that decide the return are hit at different rates as soon as the start moves. A table
+of another shape, or for a narrower aim, may exist."""
 
 # The reference game's canvas, 760 x 570 pixels, at 100 pixels a metre.
 TRIANGLE_WIDTH: Final = 7.6
@@ -318,7 +318,8 @@ def _classic() -> BoardFields:
 
     A slot is straight above the middle of a bin. The seed draws the start around it; the jitter is
     as large as the walls next to the outermost slots permit. The payouts were chosen by hand
-    within the bounds of `engine.payouts`: the prize is in the middle, its neighbours pay little.
+    within the bounds of `plinko.engine.payouts`: the prize is in the middle, its neighbours pay
+    little.
     """
     spacing = 0.7
     half = (1.1, 0.8, 1.0, 0.1, 2.7)

@@ -8,7 +8,7 @@ copy the row that the failing test prints. Those of the worlds are next to their
 from types import MappingProxyType
 from typing import Final
 
-from engine.board import worlds
+from plinko.engine.board import worlds
 
 DIGESTS: Final = MappingProxyType(
     {

@@ -1,6 +1,6 @@
 """Checks each value of a board by itself: type, range, count, order. Errors name path and value.
 
-`engine.board.checks` checks the board's geometry.
+`plinko.engine.board.checks` checks the board's geometry.
 """
 
 import math
@@ -11,11 +11,11 @@ from numbers import Real
 from types import MappingProxyType
 from typing import Any, Final, TypeVar
 
-from engine import plain_text
-from engine.board.faults import Faults
-from engine.board.materials import Material
-from engine.board.parts import BallSpec, Bins, DropZone, Label, Peg, Wall
-from engine.errors import BoardError
+from plinko.engine import plain_text
+from plinko.engine.board.faults import Faults
+from plinko.engine.board.materials import Material
+from plinko.engine.board.parts import BallSpec, Bins, DropZone, Label, Peg, Wall
+from plinko.engine.errors import BoardError
 
 T = TypeVar("T")
 

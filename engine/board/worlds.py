@@ -15,7 +15,7 @@ from importlib.resources import files
 from types import MappingProxyType
 from typing import Final, NamedTuple
 
-from engine.board.materials import GRAVITY
+from plinko.engine.board.materials import GRAVITY
 
 TABLE_GRAVITY: Final = 24.79
 """m/s^2. On the reference game's scale a triangle is 7.6 m wide. Under Earth's gravity a ball would
@@ -61,5 +61,5 @@ WORLDS: Final = MappingProxyType(
 @cache
 def tables() -> Mapping[str, Table]:
     """The payout tables of `worlds.json` by the name of their preset."""
-    text = files("engine.board").joinpath("worlds.json").read_text(encoding="utf-8")
+    text = files("plinko.engine.board").joinpath("worlds.json").read_text(encoding="utf-8")
     return {name: Table(digest, tuple(half)) for name, (digest, half) in json.loads(text).items()}

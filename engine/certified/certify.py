@@ -10,16 +10,16 @@ from typing import Any, NamedTuple
 
 from flint import arb, fmpq
 
-from engine.board.model import Board
-from engine.certified.balls import Proof, UndecidedError, precision
-from engine.certified.spread import trace_all
-from engine.certified.trace import MAX_EVENTS, Path, trace
-from engine.drops.drop import make_drop
-from engine.drops.start import start_of
-from engine.errors import ParameterError
-from engine.exact.outcome import EVENT_LIMIT, LANDED, REASONS
-from engine.parameters import Exact
-from engine.seeding import parse_seed
+from plinko.engine.board.model import Board
+from plinko.engine.certified.balls import Proof, UndecidedError, precision
+from plinko.engine.certified.spread import trace_all
+from plinko.engine.certified.trace import MAX_EVENTS, Path, trace
+from plinko.engine.drops.drop import make_drop
+from plinko.engine.drops.start import start_of
+from plinko.engine.errors import ParameterError
+from plinko.engine.exact.outcome import EVENT_LIMIT, LANDED, REASONS
+from plinko.engine.parameters import Exact
+from plinko.engine.seeding import parse_seed
 
 FIRST_BITS = 160
 """Precision of the first attempt: enough for most drops of the presets."""

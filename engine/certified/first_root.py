@@ -10,7 +10,7 @@ from typing import Protocol
 
 from flint import arb, ctx
 
-from engine.certified.balls import Proof, UndecidedError
+from plinko.engine.certified.balls import Proof, UndecidedError
 
 _MAX_STEPS = 400
 _MAX_POLISH = 40

@@ -15,10 +15,10 @@ from typing import NamedTuple
 
 from flint import arb, ctx
 
-from engine.certified.balls import ONE, ZERO, UndecidedError
-from engine.certified.scene import Scene
-from engine.certified.screen import Course
-from engine.certified.surfaces import Circle, Face
+from plinko.engine.certified.balls import ONE, ZERO, UndecidedError
+from plinko.engine.certified.scene import Scene
+from plinko.engine.certified.screen import Course
+from plinko.engine.certified.surfaces import Circle, Face
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 from flint import arb
 
-from engine.certified.balls import Proof
-from engine.certified.surfaces import Pair
+from plinko.engine.certified.balls import Proof
+from plinko.engine.certified.surfaces import Pair
 
 
 class Rebound(NamedTuple):

@@ -4,11 +4,11 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from engine.board.model import Board
-from engine.certified.certify import FULL, Effort, certify_start, exact_start
-from engine.drops.drop import make_drop
-from engine.parameters import Exact
-from engine.seeding import parse_seed
+from plinko.engine.board.model import Board
+from plinko.engine.certified.certify import FULL, Effort, certify_start, exact_start
+from plinko.engine.drops.drop import make_drop
+from plinko.engine.parameters import Exact
+from plinko.engine.seeding import parse_seed
 
 
 @dataclass(slots=True)

@@ -4,18 +4,18 @@ from typing import NamedTuple
 
 from flint import arb
 
-from engine.certified.balls import ZERO, Proof, UndecidedError, upper
-from engine.certified.first_root import first_root
-from engine.certified.flight import (
+from plinko.engine.certified.balls import ZERO, Proof, UndecidedError, upper
+from plinko.engine.certified.first_root import first_root
+from plinko.engine.certified.flight import (
     CircleDistance,
     Flight,
     LineDistance,
     LineRebound,
     ReboundDistance,
 )
-from engine.certified.reach import NEVER, rebound_reach
-from engine.certified.scene import Scene
-from engine.certified.surfaces import Circle, Face, Surface
+from plinko.engine.certified.reach import NEVER, rebound_reach
+from plinko.engine.certified.scene import Scene
+from plinko.engine.certified.surfaces import Circle, Face, Surface
 
 # How the ball left a surface that it touches at the start of a flight: the order of the root that
 # the distance to the surface has there.

@@ -14,8 +14,8 @@ from math import sqrt
 import numpy as np
 import numpy.typing as npt
 
-from engine.jit.decorator import inner_kernel, kernel
-from engine.physics.flight import SERIES_LIMIT, basis, short_basis
+from plinko.engine.jit.decorator import inner_kernel, kernel
+from plinko.engine.physics.flight import SERIES_LIMIT, basis, short_basis
 
 Array = npt.NDArray[np.float64]
 Numbers = npt.NDArray[np.int64]

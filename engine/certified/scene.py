@@ -3,10 +3,10 @@
 The ball's centre moves among them as a point. A peg of radius r is a circle of radius r + R. A wall
 is a stadium: two faces at distance R from its segment and a circle of radius R about each end.
 
-`engine.exact.surfaces` decides which surface owns each point of the boundary, for both solvers.
-The float64 values of what owns a point are taken as exact, but for what that layout has found equal
-within rounding: a wall begins and ends exactly at the circles of its ends, which it may share with
-other walls, and a wall that is flush with a peg at its end is exactly tangent to it.
+`plinko.engine.exact.surfaces` decides which surface owns each point of the boundary, for both
+solvers. The float64 values of what owns a point are taken as exact, but for what that layout has
+found equal within rounding: a wall begins and ends exactly at the circles of its ends, which it may
+share with other walls, and a wall that is flush with a peg at its end is exactly tangent to it.
 """
 
 from collections.abc import Sequence
@@ -15,15 +15,15 @@ from typing import NamedTuple
 
 from flint import arb
 
-from engine.board.fields import BoardFields
-from engine.board.materials import Material
-from engine.certified.balls import ZERO
-from engine.certified.screen import Screen
-from engine.certified.surfaces import Circle, Face, Pair, Piece
-from engine.constants import KIND_PEG, KIND_WALL
-from engine.exact.board_arrays import arrays_of
-from engine.physics import surface
-from engine.physics.surface import is_flush
+from plinko.engine.board.fields import BoardFields
+from plinko.engine.board.materials import Material
+from plinko.engine.certified.balls import ZERO
+from plinko.engine.certified.screen import Screen
+from plinko.engine.certified.surfaces import Circle, Face, Pair, Piece
+from plinko.engine.constants import KIND_PEG, KIND_WALL
+from plinko.engine.exact.board_arrays import arrays_of
+from plinko.engine.physics import surface
+from plinko.engine.physics.surface import is_flush
 
 SIDES = (1, -1)
 

@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 from flint import arb
 
-from engine.board.fields import BoardFields
-from engine.certified.balls import UndecidedError
-from engine.certified.reach import MARGIN, NEVER, first_reaches
-from engine.certified.surfaces import Circle, Face, Surface
+from plinko.engine.board.fields import BoardFields
+from plinko.engine.certified.balls import UndecidedError
+from plinko.engine.certified.reach import MARGIN, NEVER, first_reaches
+from plinko.engine.certified.surfaces import Circle, Face, Surface
 
 Array = npt.NDArray[np.float64]
 

@@ -12,17 +12,17 @@ from typing import NamedTuple
 
 from flint import arb
 
-from engine.board.model import Board
-from engine.certified.balls import ONE, ZERO, Proof
-from engine.certified.contact.derivative import Parting
-from engine.certified.contact.phase import After, free, settled
-from engine.certified.contact.spread import SpreadPhase
-from engine.certified.flight import Flight, State, wide_basis
-from engine.certified.impulse import Rebound
-from engine.certified.next_impact import BOUNCED, Hit, Touch, Touched, next_impact
-from engine.certified.scene import Scene, scene_of
-from engine.certified.surfaces import Surface
-from engine.certified.trace import Path, Tracer
+from plinko.engine.board.model import Board
+from plinko.engine.certified.balls import ONE, ZERO, Proof
+from plinko.engine.certified.contact.derivative import Parting
+from plinko.engine.certified.contact.phase import After, free, settled
+from plinko.engine.certified.contact.spread import SpreadPhase
+from plinko.engine.certified.flight import Flight, State, wide_basis
+from plinko.engine.certified.impulse import Rebound
+from plinko.engine.certified.next_impact import BOUNCED, Hit, Touch, Touched, next_impact
+from plinko.engine.certified.scene import Scene, scene_of
+from plinko.engine.certified.surfaces import Surface
+from plinko.engine.certified.trace import Path, Tracer
 
 Vector = tuple[arb, arb]
 

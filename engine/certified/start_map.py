@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.model import Board
-from engine.board.values import shown
-from engine.certified.certify import Effort, exact_start, prove
-from engine.errors import ParameterError
-from engine.exact.outcome import LANDED
+from plinko.engine.board.model import Board
+from plinko.engine.board.values import shown
+from plinko.engine.certified.certify import Effort, exact_start, prove
+from plinko.engine.errors import ParameterError
+from plinko.engine.exact.outcome import LANDED
 
 UNSETTLED = -1
 UNDECIDED = -2

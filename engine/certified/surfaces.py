@@ -5,9 +5,9 @@ from typing import NamedTuple, TypeAlias
 
 from flint import arb
 
-from engine.certified.balls import ZERO
-from engine.constants import KIND_PEG
-from engine.physics.surface import ROUNDING
+from plinko.engine.certified.balls import ZERO
+from plinko.engine.constants import KIND_PEG
+from plinko.engine.physics.surface import ROUNDING
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,12 +4,12 @@ from dataclasses import dataclass, field, replace
 
 from flint import arb
 
-from engine.board.model import Board
-from engine.certified.balls import ZERO, Proof, UndecidedError
-from engine.certified.contact.phase import After, Phase, contact_index
-from engine.certified.flight import Flight, State
-from engine.certified.impulse import Rebound, bounce
-from engine.certified.next_impact import (
+from plinko.engine.board.model import Board
+from plinko.engine.certified.balls import ZERO, Proof, UndecidedError
+from plinko.engine.certified.contact.phase import After, Phase, contact_index
+from plinko.engine.certified.flight import Flight, State
+from plinko.engine.certified.impulse import Rebound, bounce
+from plinko.engine.certified.next_impact import (
     BOUNCED,
     LIFTED,
     Touch,
@@ -17,11 +17,11 @@ from engine.certified.next_impact import (
     next_impact,
     slid_along,
 )
-from engine.certified.scene import Scene, scene_of
-from engine.certified.surfaces import Face, Surface
-from engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END, KIND_LANDING
-from engine.exact.free_flight import DYING_BOUNCE
-from engine.exact.outcome import (
+from plinko.engine.certified.scene import Scene, scene_of
+from plinko.engine.certified.surfaces import Face, Surface
+from plinko.engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END, KIND_LANDING
+from plinko.engine.exact.free_flight import DYING_BOUNCE
+from plinko.engine.exact.outcome import (
     BALANCED,
     ESCAPED,
     EVENT_LIMIT,
@@ -30,9 +30,9 @@ from engine.exact.outcome import (
     RUNNING,
     WEDGED,
 )
-from engine.exact.two_contacts import MOST_IMPULSES, STOPPED
-from engine.physics.surface import ROUNDING
-from engine.physics.two_contacts import FALLS, GOES_ON_A, GOES_ON_B, JAMS, RESTS, SPINS
+from plinko.engine.exact.two_contacts import MOST_IMPULSES, STOPPED
+from plinko.engine.physics.surface import ROUNDING
+from plinko.engine.physics.two_contacts import FALLS, GOES_ON_A, GOES_ON_B, JAMS, RESTS, SPINS
 
 DEAD = arb(DYING_BOUNCE)
 
@@ -51,7 +51,9 @@ class Event:
 
 @dataclass(slots=True)
 class Path:
-    """A ball's events, its outcome (a code of `engine.exact.outcome`) and its bin, -1 if none."""
+    """A ball's events, its outcome (a code of `plinko.engine.exact.outcome`) and its bin, -1 if
+    none.
+    """
 
     outcome: int = RUNNING
     bin: int = -1
@@ -218,7 +220,7 @@ class Tracer:
     def note_contact(self, state: State, kind: int, surface: Surface) -> None:
         self.path.events.append(Event(state, kind, contact_index(surface, state)))
 
-    # Two surfaces at once: the laws of `engine.exact.two_contacts`.
+    # Two surfaces at once: the laws of `plinko.engine.exact.two_contacts`.
 
     def _meet(self, a: Surface, b: Surface) -> Touched:
         """A ball that touches a meets b: impulses in turn, until it approaches neither.
@@ -279,8 +281,8 @@ class Tracer:
     def _is_slow(self) -> bool:
         """Whether the ball is too slow to leave the notch between two surfaces.
 
-        As in `engine.exact.two_contacts`: slower than STOPPED, or than a fall through the rounding
-        of its position would make it.
+        As in `plinko.engine.exact.two_contacts`: slower than STOPPED, or than a fall through the
+        rounding of its position would make it.
         """
         now = self.state
         height = arb(ROUNDING) * (abs(now.x) + abs(now.y))
@@ -319,7 +321,7 @@ class Tracer:
         return self._stay(stays, (opened,), sticks=False, begins=not spun)
 
     def _rest_in_notch(self, a: Surface, b: Surface) -> tuple[int, arb]:
-        """`engine.physics.two_contacts.rest_in_notch` with every comparison proven.
+        """`plinko.engine.physics.two_contacts.rest_in_notch` with every comparison proven.
 
         Returns a code of that module, and while the ball spins the friction that brakes it, m/s^2.
         """

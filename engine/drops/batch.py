@@ -9,26 +9,26 @@ from typing import Any, Final, Never, TypeVar, overload
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.model import Board
-from engine.constants import MAX_TIME
-from engine.drops.digest import outcomes_digest
-from engine.drops.drawing import histogram_svg
-from engine.drops.drop import Drop, make_drop
-from engine.drops.start import aim_of, start_of
-from engine.drops.tables import arrow_stream, arrow_table
-from engine.drops.threads import share, thread_count
-from engine.errors import ParameterError, SeedError
-from engine.exact.board_arrays import BoardArrays, arrays_of
-from engine.exact.event_log import new_log
-from engine.exact.initial_state import at_rest
-from engine.exact.lanes import trial
-from engine.exact.lanes.trace import Code, Drops, trace_drops
-from engine.exact.outcome import LANDED, MAX_EVENTS, REASONS, Results
-from engine.notebooks import figure, png
-from engine.parameters import Solver, SolverName, Stepped, make_solver
-from engine.physics import body
-from engine.seeding import SEED_LIMIT, parse_seed, start_xs
-from engine.stepped.step import trace_stepped_many
+from plinko.engine.board.model import Board
+from plinko.engine.constants import MAX_TIME
+from plinko.engine.drops.digest import outcomes_digest
+from plinko.engine.drops.drawing import histogram_svg
+from plinko.engine.drops.drop import Drop, make_drop
+from plinko.engine.drops.start import aim_of, start_of
+from plinko.engine.drops.tables import arrow_stream, arrow_table
+from plinko.engine.drops.threads import share, thread_count
+from plinko.engine.errors import ParameterError, SeedError
+from plinko.engine.exact.board_arrays import BoardArrays, arrays_of
+from plinko.engine.exact.event_log import new_log
+from plinko.engine.exact.initial_state import at_rest
+from plinko.engine.exact.lanes import trial
+from plinko.engine.exact.lanes.trace import Code, Drops, trace_drops
+from plinko.engine.exact.outcome import LANDED, MAX_EVENTS, REASONS, Results
+from plinko.engine.notebooks import figure, png
+from plinko.engine.parameters import Solver, SolverName, Stepped, make_solver
+from plinko.engine.physics import body
+from plinko.engine.seeding import SEED_LIMIT, parse_seed, start_xs
+from plinko.engine.stepped.step import trace_stepped_many
 
 Floats = npt.NDArray[np.float64]
 
@@ -196,7 +196,9 @@ class DropBatch:
 
     @cached_property
     def digest(self) -> str:
-        """Merkle root over blocks of all outcomes, 64 hex digits; see `engine.drops.digest`."""
+        """Merkle root over blocks of all outcomes, 64 hex digits; see
+        `plinko.engine.drops.digest`.
+        """
         return outcomes_digest(
             self.board.digest, self.solver, self.bin, self.duration, self.impact_count, self.x_end
         )

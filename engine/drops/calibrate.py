@@ -11,10 +11,10 @@ from math import comb, sqrt
 import numpy as np
 import numpy.typing as npt
 
-from engine.board import payouts, presets
-from engine.board.model import Board
-from engine.board.presets import Tuning
-from engine.drops.batch import DropBatch, drop_many
+from plinko.engine.board import payouts, presets
+from plinko.engine.board.model import Board
+from plinko.engine.board.presets import Tuning
+from plinko.engine.drops.batch import DropBatch, drop_many
 
 SHORTEST_FALL = 2.0
 LONGEST_FALL = 5.0

@@ -6,12 +6,12 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from engine.drops.trajectory import Trajectory, at_start, follow
-from engine.errors import ParameterError
-from engine.exact import sensitivity
-from engine.exact.board_arrays import arrays_of
-from engine.exact.outcome import LANDED
-from engine.parameters import Exact
+from plinko.engine.drops.trajectory import Trajectory, at_start, follow
+from plinko.engine.errors import ParameterError
+from plinko.engine.exact import sensitivity
+from plinko.engine.exact.board_arrays import arrays_of
+from plinko.engine.exact.outcome import LANDED
+from plinko.engine.parameters import Exact
 
 MARGIN = 16.0
 """A bin is certain if its edges are more than this many estimated errors away from the landing."""

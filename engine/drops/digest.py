@@ -19,10 +19,10 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from engine import merkle
-from engine.canonical import float_bits
-from engine.constants import PHYSICS_VERSION
-from engine.parameters import Solver
+from plinko.engine import merkle
+from plinko.engine.canonical import float_bits
+from plinko.engine.constants import PHYSICS_VERSION
+from plinko.engine.parameters import Solver
 
 _EVENT = np.dtype([("floats", "<f8", (6,)), ("marks", "<i4", (2,))])
 
@@ -87,9 +87,9 @@ def block_hash(
 ) -> bytes:
     """Hash of at most BLOCK drops in the order of their seeds, 32 bytes; all arrays of shape (n,).
 
-    It is the hash of a Merkle leaf (`engine.merkle`), whose bytes are: "plinko drops", the board's
-    digest, PHYSICS_VERSION and the solver as in a drop's digest, then a row for each drop: int32
-    bin (-1 if it did not land), float64 duration, int32 impacts, float64 x_end.
+    It is the hash of a Merkle leaf (`plinko.engine.merkle`), whose bytes are: "plinko drops", the
+    board's digest, PHYSICS_VERSION and the solver as in a drop's digest, then a row for each drop:
+    int32 bin (-1 if it did not land), float64 duration, int32 impacts, float64 x_end.
     """
     rows = np.zeros(len(bins), _OUTCOME)
     rows["bin"] = bins

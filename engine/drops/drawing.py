@@ -6,8 +6,8 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.drawing import ACCENT, WIDTH, Pen, board_svg
-from engine.board.fields import BoardFields
+from plinko.engine.board.drawing import ACCENT, WIDTH, Pen, board_svg
+from plinko.engine.board.fields import BoardFields
 
 Floats = npt.NDArray[np.float64]
 

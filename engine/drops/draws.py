@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from typing import Any, Final
 
-from engine.board import values
-from engine.board.model import Board
-from engine.drops.batch import drop_many
-from engine.drops.seeds import FIRST_BATCH, LARGEST_BATCH, PATIENCE
-from engine.errors import ParameterError
-from engine.seeding import SEED_LIMIT, parse_seed
+from plinko.engine.board import values
+from plinko.engine.board.model import Board
+from plinko.engine.drops.batch import drop_many
+from plinko.engine.drops.seeds import FIRST_BATCH, LARGEST_BATCH, PATIENCE
+from plinko.engine.errors import ParameterError
+from plinko.engine.seeding import SEED_LIMIT, parse_seed
 
 MAX_WEIGHT: Final = (1 << 53) - 1
 """Largest integer that JavaScript represents exactly."""

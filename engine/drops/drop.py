@@ -9,18 +9,18 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.model import Board
-from engine.constants import KIND_WALL, PHYSICS_VERSION
-from engine.drops.certainty import Certainty, certainty_of
-from engine.drops.digest import drop_digest
-from engine.drops.drawing import MOMENTS, path_svg
-from engine.drops.start import aim_of, start_of, unsigned_zero
-from engine.drops.trajectory import Trajectory, at_start, follow, start_row
-from engine.errors import ParameterError
-from engine.exact.outcome import LANDED, REASONS
-from engine.notebooks import figure, png
-from engine.parameters import Solver, SolverName, make_solver
-from engine.seeding import parse_seed
+from plinko.engine.board.model import Board
+from plinko.engine.constants import KIND_WALL, PHYSICS_VERSION
+from plinko.engine.drops.certainty import Certainty, certainty_of
+from plinko.engine.drops.digest import drop_digest
+from plinko.engine.drops.drawing import MOMENTS, path_svg
+from plinko.engine.drops.start import aim_of, start_of, unsigned_zero
+from plinko.engine.drops.trajectory import Trajectory, at_start, follow, start_row
+from plinko.engine.errors import ParameterError
+from plinko.engine.exact.outcome import LANDED, REASONS
+from plinko.engine.notebooks import figure, png
+from plinko.engine.parameters import Solver, SolverName, make_solver
+from plinko.engine.seeding import parse_seed
 
 IMPACT = np.dtype(
     [(name, "<f8") for name in ("t", "x", "y", "vx", "vy", "omega")]
@@ -117,7 +117,9 @@ class Drop:
 
     @cached_property
     def impacts(self) -> npt.NDArray[np.void]:
-        """All events in order, shape (n,), dtype IMPACT, read-only; kinds: `engine.constants`."""
+        """All events in order, shape (n,), dtype IMPACT, read-only; kinds:
+        `plinko.engine.constants`.
+        """
         rows = np.zeros(len(self.trajectory.events), IMPACT)
         for column, name in enumerate(("t", "x", "y", "vx", "vy", "omega")):
             rows[name] = self.trajectory.events[:, column]
@@ -133,7 +135,7 @@ class Drop:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of the drop, 64 hex digits; `engine.drops.digest` lists its bytes."""
+        """SHA-256 of the drop, 64 hex digits; `plinko.engine.drops.digest` lists its bytes."""
         path = self.trajectory
         return drop_digest(
             self.board.digest, self.solver, start_row(path), path.outcome, path.events, path.marks

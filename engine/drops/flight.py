@@ -8,13 +8,13 @@ from math import ceil
 
 import numpy as np
 
-from engine.board.model import Board
-from engine.drops.digest import drop_digest
-from engine.drops.sliced import Slice, SlicedPath
-from engine.drops.trajectory import Trajectory, at_start, follow, start_row
-from engine.exact.outcome import LANDED, REASONS
-from engine.parameters import Exact
-from engine.physics import body
+from plinko.engine.board.model import Board
+from plinko.engine.drops.digest import drop_digest
+from plinko.engine.drops.sliced import Slice, SlicedPath
+from plinko.engine.drops.trajectory import Trajectory, at_start, follow, start_row
+from plinko.engine.exact.outcome import LANDED, REASONS
+from plinko.engine.parameters import Exact
+from plinko.engine.physics import body
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,22 +7,22 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.model import Board
-from engine.constants import MAX_TIME
-from engine.drops.batch import Seeds, seed_array
-from engine.drops.threads import share, thread_count
-from engine.errors import ParameterError
-from engine.exact import event_log
-from engine.exact.board_arrays import arrays_of
-from engine.exact.event_log import Log, new_log
-from engine.exact.initial_state import at_rest, in_flight
-from engine.exact.occupancy import occupy
-from engine.exact.outcome import MAX_EVENTS
-from engine.exact.trace import trace_many
-from engine.parameters import number
-from engine.physics import body
-from engine.physics.contact import new_series
-from engine.seeding import start_xs
+from plinko.engine.board.model import Board
+from plinko.engine.constants import MAX_TIME
+from plinko.engine.drops.batch import Seeds, seed_array
+from plinko.engine.drops.threads import share, thread_count
+from plinko.engine.errors import ParameterError
+from plinko.engine.exact import event_log
+from plinko.engine.exact.board_arrays import arrays_of
+from plinko.engine.exact.event_log import Log, new_log
+from plinko.engine.exact.initial_state import at_rest, in_flight
+from plinko.engine.exact.occupancy import occupy
+from plinko.engine.exact.outcome import MAX_EVENTS
+from plinko.engine.exact.trace import trace_many
+from plinko.engine.parameters import number
+from plinko.engine.physics import body
+from plinko.engine.physics.contact import new_series
+from plinko.engine.seeding import start_xs
 
 MOST_CELLS: Final = 1 << 24
 SHORTEST_STEP, LONGEST_STEP = 1e-3, 1.6e-2

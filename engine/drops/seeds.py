@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from typing import Final
 
-from engine.board import values
-from engine.board.model import Board
-from engine.drops.batch import drop_many
-from engine.errors import ParameterError
-from engine.seeding import SEED_LIMIT, parse_seed
+from plinko.engine.board import values
+from plinko.engine.board.model import Board
+from plinko.engine.drops.batch import drop_many
+from plinko.engine.errors import ParameterError
+from plinko.engine.seeding import SEED_LIMIT, parse_seed
 
 FIRST_BATCH: Final = 256
 LARGEST_BATCH: Final = 65_536

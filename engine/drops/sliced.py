@@ -9,19 +9,19 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.model import Board
-from engine.constants import MAX_TIME
-from engine.drops.trajectory import at_start
-from engine.errors import EffortError
-from engine.exact import event_log
-from engine.exact.board_arrays import BoardArrays, arrays_of
-from engine.exact.event_log import Log, new_log
-from engine.exact.initial_state import Ints, in_flight
-from engine.exact.outcome import EVENT_LIMIT, MAX_EVENTS, RUNNING
-from engine.exact.trace import trace_many
-from engine.jit.limits import at_most
-from engine.physics import body
-from engine.physics.contact import new_series
+from plinko.engine.board.model import Board
+from plinko.engine.constants import MAX_TIME
+from plinko.engine.drops.trajectory import at_start
+from plinko.engine.errors import EffortError
+from plinko.engine.exact import event_log
+from plinko.engine.exact.board_arrays import BoardArrays, arrays_of
+from plinko.engine.exact.event_log import Log, new_log
+from plinko.engine.exact.initial_state import Ints, in_flight
+from plinko.engine.exact.outcome import EVENT_LIMIT, MAX_EVENTS, RUNNING
+from plinko.engine.exact.trace import trace_many
+from plinko.engine.jit.limits import at_most
+from plinko.engine.physics import body
+from plinko.engine.physics.contact import new_series
 
 Floats = npt.NDArray[np.float64]
 

@@ -2,10 +2,10 @@
 
 from math import isfinite
 
-from engine.board.model import Board
-from engine.errors import ParameterError
-from engine.parameters import number
-from engine.seeding import start_x
+from plinko.engine.board.model import Board
+from plinko.engine.errors import ParameterError
+from plinko.engine.parameters import number
+from plinko.engine.seeding import start_x
 
 
 def unsigned_zero(x: object) -> object:

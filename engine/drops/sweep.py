@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.model import Board
-from engine.drops.batch import Seeds, drop_many, seed_array
-from engine.errors import ParameterError
-from engine.parameters import SolverName
+from plinko.engine.board.model import Board
+from plinko.engine.drops.batch import Seeds, drop_many, seed_array
+from plinko.engine.errors import ParameterError
+from plinko.engine.parameters import SolverName
 
 
 def sweep(

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from engine.errors import MissingPartError
+from plinko.engine.errors import MissingPartError
 
 
 def arrow_table(columns: Mapping[str, npt.NDArray[np.generic]]) -> Any:

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
-from engine.errors import ParameterError
+from plinko.engine.errors import ParameterError
 
 P = TypeVar("P")
 

@@ -6,20 +6,20 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.fields import BoardFields
-from engine.constants import MAX_TIME
-from engine.exact.board_arrays import BoardArrays, arrays_of
-from engine.exact.event_log import new_log
-from engine.exact.initial_state import in_flight
-from engine.exact.kept import Kept
-from engine.exact.outcome import MAX_EVENTS
-from engine.exact.sampling import sample
-from engine.exact.trace import trace_many
-from engine.jit.in_place import in_place
-from engine.parameters import Exact, Solver, Stepped
-from engine.physics import body
-from engine.physics.contact import new_series
-from engine.stepped.step import trace_stepped_many
+from plinko.engine.board.fields import BoardFields
+from plinko.engine.constants import MAX_TIME
+from plinko.engine.exact.board_arrays import BoardArrays, arrays_of
+from plinko.engine.exact.event_log import new_log
+from plinko.engine.exact.initial_state import in_flight
+from plinko.engine.exact.kept import Kept
+from plinko.engine.exact.outcome import MAX_EVENTS
+from plinko.engine.exact.sampling import sample
+from plinko.engine.exact.trace import trace_many
+from plinko.engine.jit.in_place import in_place
+from plinko.engine.parameters import Exact, Solver, Stepped
+from plinko.engine.physics import body
+from plinko.engine.physics.contact import new_series
+from plinko.engine.stepped.step import trace_stepped_many
 
 Floats = npt.NDArray[np.float64]
 

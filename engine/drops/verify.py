@@ -4,12 +4,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from engine.board.model import Board
-from engine.constants import PHYSICS_VERSION
-from engine.drops.drop import Drop, make_drop
-from engine.errors import EngineError, RecordError
-from engine.parameters import Exact, Stepped, make_solver
-from engine.seeding import parse_seed
+from plinko.engine.board.model import Board
+from plinko.engine.constants import PHYSICS_VERSION
+from plinko.engine.drops.drop import Drop, make_drop
+from plinko.engine.errors import EngineError, RecordError
+from plinko.engine.parameters import Exact, Stepped, make_solver
+from plinko.engine.seeding import parse_seed
 
 FIELDS = (
     "board_digest",

@@ -10,20 +10,22 @@ from typing import Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.fields import BoardFields
-from engine.board.materials import combine
-from engine.exact.grid import cell_at, cells_of
-from engine.exact.kept import Kept
-from engine.exact.surfaces import lay_out
-from engine.jit.decorator import inner_kernel, lean_kernel
-from engine.physics import surface
-from engine.physics.flight import HALF_WAY
+from plinko.engine.board.fields import BoardFields
+from plinko.engine.board.materials import combine
+from plinko.engine.exact.grid import cell_at, cells_of
+from plinko.engine.exact.kept import Kept
+from plinko.engine.exact.surfaces import lay_out
+from plinko.engine.jit.decorator import inner_kernel, lean_kernel
+from plinko.engine.physics import surface
+from plinko.engine.physics.flight import HALF_WAY
 
 
 class BoardArrays(NamedTuple):
-    """A board with n surfaces, in SI units; `engine.exact.grid` explains the grid's fields."""
+    """A board with n surfaces, in SI units; `plinko.engine.exact.grid` explains the grid's
+    fields.
+    """
 
-    items: npt.NDArray[np.float64]  # (n, 16): rows of `engine.physics.surface`
+    items: npt.NDArray[np.float64]  # (n, 16): rows of `plinko.engine.physics.surface`
     left: float  # m, of the grid's upper left corner
     top: float
     cells_per_metre: float

@@ -3,13 +3,13 @@
 All times are in s from the start of the stretch; NO_HIT means not within the horizon.
 """
 
-from engine.exact.board_arrays import BoardArrays
-from engine.exact.free_flight import is_near
-from engine.jit.decorator import inner_kernel
-from engine.physics import contact, surface
-from engine.physics.series import Series, first_zero, value
-from engine.physics.surface import ends_in, is_flush, rounding
-from engine.physics.time_of_impact import NO_HIT
+from plinko.engine.exact.board_arrays import BoardArrays
+from plinko.engine.exact.free_flight import is_near
+from plinko.engine.jit.decorator import inner_kernel
+from plinko.engine.physics import contact, surface
+from plinko.engine.physics.series import Series, first_zero, value
+from plinko.engine.physics.surface import ends_in, is_flush, rounding
+from plinko.engine.physics.time_of_impact import NO_HIT
 
 
 @inner_kernel

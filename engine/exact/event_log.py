@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine.constants import KIND_LANDING, KIND_PEG, KIND_WALL
-from engine.exact.board_arrays import BoardArrays, bin_of, surface_index, wall_at
-from engine.jit.decorator import inner_kernel, lean_kernel
-from engine.physics import body
+from plinko.engine.constants import KIND_LANDING, KIND_PEG, KIND_WALL
+from plinko.engine.exact.board_arrays import BoardArrays, bin_of, surface_index, wall_at
+from plinko.engine.jit.decorator import inner_kernel, lean_kernel
+from plinko.engine.physics import body
 
 # A segment's row: the state at its start, then the law of its motion.
 ITEM = 7  # the surface that the ball rolls or slides on, or IN_FLIGHT

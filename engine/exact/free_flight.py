@@ -7,11 +7,11 @@ surface. If a flight takes no time, the ball touches two surfaces, and two_conta
 import numpy as np
 import numpy.typing as npt
 
-from engine.constants import KIND_PEG, KIND_WALL
-from engine.exact import event_log, initial_state
-from engine.exact.board_arrays import BoardArrays, friction_of, restitution_of, wall_at
-from engine.exact.event_log import Log, write_event, write_segment
-from engine.exact.next_impact import (
+from plinko.engine.constants import KIND_PEG, KIND_WALL
+from plinko.engine.exact import event_log, initial_state
+from plinko.engine.exact.board_arrays import BoardArrays, friction_of, restitution_of, wall_at
+from plinko.engine.exact.event_log import Log, write_event, write_segment
+from plinko.engine.exact.next_impact import (
     BINS,
     BOUNCED,
     FREE,
@@ -20,11 +20,11 @@ from engine.exact.next_impact import (
     OUT_OF_WINDOWS,
     next_impact,
 )
-from engine.jit.decorator import inner_kernel, lean_kernel
-from engine.physics import body, surface
-from engine.physics.flight import basis
-from engine.physics.impulse import bounce
-from engine.physics.surface import rounding
+from plinko.engine.jit.decorator import inner_kernel, lean_kernel
+from plinko.engine.physics import body, surface
+from plinko.engine.physics.flight import basis
+from plinko.engine.physics.impulse import bounce
+from plinko.engine.physics.surface import rounding
 
 Array = npt.NDArray[np.float64]
 

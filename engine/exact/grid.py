@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine.jit.decorator import lean_kernel
-from engine.physics import surface
+from plinko.engine.jit.decorator import lean_kernel
+from plinko.engine.physics import surface
 
 MAX_CELLS = 1 << 17
 """Cells of one grid, about a megabyte. On a larger board the cells are larger instead."""

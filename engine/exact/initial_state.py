@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from engine.physics import body
+from plinko.engine.physics import body
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from threading import Lock
 from typing import Generic, TypeVar
 
-from engine.board.fields import BoardFields
+from plinko.engine.board.fields import BoardFields
 
 Made = TypeVar("Made")
 

@@ -3,10 +3,10 @@
 import numpy as np
 import numpy.typing as npt
 
-from engine.exact.board_arrays import BoardArrays, cell_of
-from engine.jit.decorator import inner_kernel, lean_kernel
-from engine.physics import surface
-from engine.physics.circle_impact import (
+from plinko.engine.exact.board_arrays import BoardArrays, cell_of
+from plinko.engine.jit.decorator import inner_kernel, lean_kernel
+from plinko.engine.physics import surface
+from plinko.engine.physics.circle_impact import (
     Motion,
     circle_hit_after_leaving,
     circle_hit_after_lifting,
@@ -14,10 +14,10 @@ from engine.physics.circle_impact import (
     circle_search,
     third_derivative_bound,
 )
-from engine.physics.flight import SERIES_LIMIT, basis, half_chord, short_basis
-from engine.physics.line_impact import line_hit, line_hit_again
-from engine.physics.surface import side_of
-from engine.physics.time_of_impact import NEGLIGIBLE, NO_HIT, SIXTH, stays_positive
+from plinko.engine.physics.flight import SERIES_LIMIT, basis, half_chord, short_basis
+from plinko.engine.physics.line_impact import line_hit, line_hit_again
+from plinko.engine.physics.surface import side_of
+from plinko.engine.physics.time_of_impact import NEGLIGIBLE, NO_HIT, SIXTH, stays_positive
 
 Array = npt.NDArray[np.float64]
 

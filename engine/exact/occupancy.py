@@ -5,14 +5,14 @@ from math import ceil
 import numpy as np
 import numpy.typing as npt
 
-from engine.exact import event_log
-from engine.exact.board_arrays import BoardArrays
-from engine.exact.event_log import Log
-from engine.exact.sampling import sample_segment
-from engine.jit.decorator import inner_kernel, kernel
-from engine.physics import body
-from engine.physics.flight import basis
-from engine.physics.series import Series
+from plinko.engine.exact import event_log
+from plinko.engine.exact.board_arrays import BoardArrays
+from plinko.engine.exact.event_log import Log
+from plinko.engine.exact.sampling import sample_segment
+from plinko.engine.jit.decorator import inner_kernel, kernel
+from plinko.engine.physics import body
+from plinko.engine.physics.flight import basis
+from plinko.engine.physics.series import Series
 
 Array = npt.NDArray[np.float64]
 Counts = npt.NDArray[np.uint32]

@@ -3,13 +3,13 @@
 import numpy as np
 import numpy.typing as npt
 
-from engine.exact import event_log
-from engine.exact.board_arrays import BoardArrays
-from engine.exact.sustained_contact import advance_contact, start_series
-from engine.jit.decorator import inner_kernel, kernel
-from engine.physics import body
-from engine.physics.flight import advance_flight
-from engine.physics.series import Series
+from plinko.engine.exact import event_log
+from plinko.engine.exact.board_arrays import BoardArrays
+from plinko.engine.exact.sustained_contact import advance_contact, start_series
+from plinko.engine.jit.decorator import inner_kernel, kernel
+from plinko.engine.physics import body
+from plinko.engine.physics.flight import advance_flight
+from plinko.engine.physics.series import Series
 
 Array = npt.NDArray[np.float64]
 

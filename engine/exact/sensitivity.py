@@ -13,23 +13,23 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine.constants import (
+from plinko.engine.constants import (
     KIND_CONTACT_BEGIN,
     KIND_CONTACT_CHANGE,
     KIND_CONTACT_END,
     KIND_LANDING,
     KIND_WALL,
 )
-from engine.exact import event_log
-from engine.exact.board_arrays import BoardArrays, friction_of, restitution_of
-from engine.exact.sampling import sample_segment
-from engine.exact.sustained_contact import start_series
-from engine.jit.decorator import inner_kernel, kernel
-from engine.physics import body, contact, surface, tangent
-from engine.physics.contact import new_series
-from engine.physics.series import Series
-from engine.physics.surface import curvature, side_of, touch
-from engine.physics.tangent import (
+from plinko.engine.exact import event_log
+from plinko.engine.exact.board_arrays import BoardArrays, friction_of, restitution_of
+from plinko.engine.exact.sampling import sample_segment
+from plinko.engine.exact.sustained_contact import start_series
+from plinko.engine.jit.decorator import inner_kernel, kernel
+from plinko.engine.physics import body, contact, surface, tangent
+from plinko.engine.physics.contact import new_series
+from plinko.engine.physics.series import Series
+from plinko.engine.physics.surface import curvature, side_of, touch
+from plinko.engine.physics.tangent import (
     bounce_tangent,
     contact_rates,
     delay,

@@ -25,9 +25,9 @@ from math import sqrt
 import numpy as np
 import numpy.typing as npt
 
-from engine.jit.decorator import inner_kernel, kernel
-from engine.physics import surface
-from engine.physics.surface import Surfaces, rounding
+from plinko.engine.jit.decorator import inner_kernel, kernel
+from plinko.engine.physics import surface
+from plinko.engine.physics.surface import Surfaces, rounding
 
 Floats = npt.NDArray[np.float64]
 

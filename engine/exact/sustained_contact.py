@@ -3,10 +3,10 @@
 import numpy as np
 import numpy.typing as npt
 
-from engine.constants import KIND_CONTACT_CHANGE
-from engine.exact import event_log, initial_state
-from engine.exact.board_arrays import BoardArrays, cell_of, friction_of
-from engine.exact.contact_end import (
+from plinko.engine.constants import KIND_CONTACT_CHANGE
+from plinko.engine.exact import event_log, initial_state
+from plinko.engine.exact.board_arrays import BoardArrays, cell_of, friction_of
+from plinko.engine.exact.contact_end import (
     landing_time,
     leaving_time,
     line_end_time,
@@ -16,15 +16,15 @@ from engine.exact.contact_end import (
     slip_end_time,
     touch_time,
 )
-from engine.exact.event_log import Log, note_contact, note_segment
-from engine.exact.free_flight import is_near
-from engine.jit.decorator import inner_kernel
-from engine.physics import body, contact, surface
-from engine.physics.contact import choose_mode, expand, hold, step_length
-from engine.physics.flight import HALF_WAY
-from engine.physics.series import Series, value
-from engine.physics.surface import curvature, ends_in, is_flush, side_of, touch
-from engine.physics.time_of_impact import NO_HIT
+from plinko.engine.exact.event_log import Log, note_contact, note_segment
+from plinko.engine.exact.free_flight import is_near
+from plinko.engine.jit.decorator import inner_kernel
+from plinko.engine.physics import body, contact, surface
+from plinko.engine.physics.contact import choose_mode, expand, hold, step_length
+from plinko.engine.physics.flight import HALF_WAY
+from plinko.engine.physics.series import Series, value
+from plinko.engine.physics.surface import curvature, ends_in, is_flush, side_of, touch
+from plinko.engine.physics.time_of_impact import NO_HIT
 
 # Why a contact ended.
 LEFT = 0  # the normal force became zero

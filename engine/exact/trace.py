@@ -8,8 +8,8 @@ cause of its end, which decides the next phase.
 import numpy as np
 import numpy.typing as npt
 
-from engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END
-from engine.exact import (
+from plinko.engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END
+from plinko.engine.exact import (
     event_log,
     free_flight,
     initial_state,
@@ -17,10 +17,10 @@ from engine.exact import (
     sustained_contact,
     two_contacts,
 )
-from engine.exact.board_arrays import BoardArrays
-from engine.exact.event_log import Log, end_ball, land, note_contact
-from engine.exact.initial_state import Ints
-from engine.exact.outcome import (
+from plinko.engine.exact.board_arrays import BoardArrays
+from plinko.engine.exact.event_log import Log, end_ball, land, note_contact
+from plinko.engine.exact.initial_state import Ints
+from plinko.engine.exact.outcome import (
     BALANCED,
     ESCAPED,
     EVENT_LIMIT,
@@ -32,8 +32,8 @@ from engine.exact.outcome import (
     TIME_LIMIT,
     WEDGED,
 )
-from engine.jit.decorator import inner_kernel, kernel
-from engine.physics.series import Series
+from plinko.engine.jit.decorator import inner_kernel, kernel
+from plinko.engine.physics.series import Series
 
 State = npt.NDArray[np.float64]
 

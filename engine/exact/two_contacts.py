@@ -15,15 +15,15 @@ MOST_IMPULSES the drop ends without a result: this is a limit of the computation
 import numpy as np
 import numpy.typing as npt
 
-from engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END
-from engine.exact import initial_state
-from engine.exact.board_arrays import BoardArrays, friction_of, restitution_of
-from engine.exact.event_log import Log, note_contact, note_impact, note_segment
-from engine.exact.free_flight import DYING_BOUNCE, is_pressed_on, rebound
-from engine.jit.decorator import inner_kernel
-from engine.physics import body, contact
-from engine.physics.surface import rounding, touch
-from engine.physics.two_contacts import (
+from plinko.engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END
+from plinko.engine.exact import initial_state
+from plinko.engine.exact.board_arrays import BoardArrays, friction_of, restitution_of
+from plinko.engine.exact.event_log import Log, note_contact, note_impact, note_segment
+from plinko.engine.exact.free_flight import DYING_BOUNCE, is_pressed_on, rebound
+from plinko.engine.jit.decorator import inner_kernel
+from plinko.engine.physics import body, contact
+from plinko.engine.physics.surface import rounding, touch
+from plinko.engine.physics.two_contacts import (
     FALLS,
     GOES_ON_A,
     JAMS,

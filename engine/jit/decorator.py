@@ -48,7 +48,7 @@ class Kernel(Generic[P, T]):
 
     @property
     def name(self) -> str:
-        """The full name, such as `engine.exact.trace.trace_many`."""
+        """The full name, such as `plinko.engine.exact.trace.trace_many`."""
         return f"{self.__module__}.{self.__name__}"
 
 
@@ -60,9 +60,9 @@ class EntryKernel(Kernel[P, T]):
         """The artifact's code. If the artifact is stale, numba compiles the kernel; without numba,
         Python runs the function: slowly, with the same bits.
         """
-        found = import_module("engine.jit.machine_code").entry(self)
+        found = import_module("plinko.engine.jit.machine_code").entry(self)
         if found is None and find_spec("numba") is not None:
-            found = import_module("engine.jit.kernel_compiler").compiled(self)
+            found = import_module("plinko.engine.jit.kernel_compiler").compiled(self)
         return self.function if found is None else cast("Callable[..., T]", found)
 
     def __call__(self, *args: P.args, **given: P.kwargs) -> T:

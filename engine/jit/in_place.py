@@ -4,7 +4,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any, ParamSpec, Protocol, cast
 
-from engine.jit.decorator import EntryKernel
+from plinko.engine.jit.decorator import EntryKernel
 
 P = ParamSpec("P")
 
@@ -41,7 +41,7 @@ def in_place(function: Callable[P, None], *args: P.args, **given: P.kwargs) -> C
     code: Callable[..., Any] = function
     if isinstance(function, EntryKernel):
         code = function.machine_code
-        machine_code = import_module("engine.jit.machine_code")
+        machine_code = import_module("plinko.engine.jit.machine_code")
         if isinstance(code, machine_code.Entry):
             return cast("Call", code.in_place(args))
     return _PlainCall(code, args)

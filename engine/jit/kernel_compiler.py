@@ -9,7 +9,7 @@ from typing import Any
 from numba import njit, types
 from numba.extending import typeof_impl
 
-from engine.jit.decorator import EntryKernel, Kernel
+from plinko.engine.jit.decorator import EntryKernel, Kernel
 
 _types: Any = types  # numba's annotations lack the names used below
 _njit: Any = njit

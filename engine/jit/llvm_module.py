@@ -16,7 +16,7 @@ from typing import Any
 import llvmlite.binding
 from numba import config, njit
 
-from engine.jit.kernel_compiler import RULES
+from plinko.engine.jit.kernel_compiler import RULES
 
 _llvm: Any = llvmlite.binding  # not annotated
 _njit: Any = njit

@@ -21,10 +21,20 @@ from weakref import WeakSet
 import numpy as np
 import wasmtime
 
-from engine.errors import EffortError
-from engine.jit import code_cache, limits, native, stamp
-from engine.jit.calls import BLOCK, HEAP, STATUS, Call, Kind, Kinds, block_format, flat, leaves
-from engine.jit.decorator import EntryKernel
+from plinko.engine.errors import EffortError
+from plinko.engine.jit import code_cache, limits, native, source_hash
+from plinko.engine.jit.calls import (
+    BLOCK,
+    HEAP,
+    STATUS,
+    Call,
+    Kind,
+    Kinds,
+    block_format,
+    flat,
+    leaves,
+)
+from plinko.engine.jit.decorator import EntryKernel
 
 ENGINE: Final = Path(__file__).parents[1]
 FOLDER: Final = ENGINE / "artifact"
@@ -64,7 +74,7 @@ def modules() -> dict[str, "Module"]:
     """
     found: dict[str, Module] = {}
     for path in sorted(FOLDER.glob("*.wasm")):
-        found = _read(path, stamp.current()) | found
+        found = _read(path, source_hash.current()) | found
     return found
 
 
@@ -72,13 +82,13 @@ def modules() -> dict[str, "Module"]:
 def modules_beside(file: Path) -> dict[str, "Module"]:
     """`modules` of the artifact next to a Python file, which has the same name."""
     path = file.with_suffix(".wasm")
-    return _read(path, stamp.current_beside(file)) if path.exists() else {}
+    return _read(path, source_hash.current_beside(file)) if path.exists() else {}
 
 
 def _read(path: Path, made_from: dict[str, Any]) -> dict[str, "Module"]:
     code = path.read_bytes()
-    said = stamp.read(code)
-    if not stamp.is_of(made_from, said):
+    said = source_hash.read(code)
+    if not source_hash.is_of(made_from, said):
         return {}
     module = Module(code, said["calls"])
     _modules.append(module)

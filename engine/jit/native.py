@@ -18,10 +18,10 @@ from pathlib import Path
 from threading import Event
 from typing import Any, Final
 
-from engine.jit import limits, stamp
-from engine.jit.calls import Call, Kind, block_format, flat, leaves
-from engine.jit.decorator import IS_OFF
-from engine.jit.decorator import SWITCH as JIT_SWITCH
+from plinko.engine.jit import limits, source_hash
+from plinko.engine.jit.calls import Call, Kind, block_format, flat, leaves
+from plinko.engine.jit.decorator import IS_OFF
+from plinko.engine.jit.decorator import SWITCH as JIT_SWITCH
 
 FOLDER: Final = Path(__file__).parents[1] / "artifact" / "native"
 INDEX: Final = FOLDER / "index.json"
@@ -113,7 +113,7 @@ def load() -> dict[str, Callable[..., None]]:
     path = FOLDER / f"{name}.so"
     try:
         said = json.loads(INDEX.read_bytes())
-        if not stamp.is_of(stamp.current(), said):
+        if not source_hash.is_of(source_hash.current(), said):
             raise NoNativeCodeError("native code is out of date; run `make kernels`")
         if sha256(path.read_bytes()).hexdigest() != said["libraries"][name]:
             raise NoNativeCodeError(f"{path.name} is not the one that was made")

@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from engine.jit.llvm_module import Export, loads, optimized, target_machine
+from plinko.engine.jit.llvm_module import Export, loads, optimized, target_machine
 
 FUSED = re.compile(r"^\s*(vfn?m(?:add|sub)\w*|fn?m(?:add|sub)\w*|fml[as]\w*)\s", re.MULTILINE)
 """Fused multiply-add instructions of x86-64 and of aarch64."""

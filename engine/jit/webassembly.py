@@ -9,11 +9,11 @@ from typing import Any
 from numba import njit, types
 from numba.extending import intrinsic
 
-from engine.jit import llvm_module
-from engine.jit.calls import BLOCK, HEAP, STATUS
-from engine.jit.kernel_compiler import RULES
-from engine.jit.llvm_module import loads, optimized, target_machine
-from engine.jit.wasm_sections import with_exports
+from plinko.engine.jit import llvm_module
+from plinko.engine.jit.calls import BLOCK, HEAP, STATUS
+from plinko.engine.jit.kernel_compiler import RULES
+from plinko.engine.jit.llvm_module import loads, optimized, target_machine
+from plinko.engine.jit.wasm_sections import with_exports
 
 _njit: Any = njit
 _types: Any = types

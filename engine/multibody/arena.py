@@ -15,17 +15,17 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from engine.constants import PHYSICS_VERSION
-from engine.errors import ParameterError, RecordError
-from engine.multibody import inputs
-from engine.multibody.bodies import DEFAULTS, RANGES, BallTable, check_names, checked
-from engine.multibody.diagnostics import Diagnostics, diagnose
-from engine.multibody.events import ArenaEvent, EventQueue, Landed, Left, new_log
-from engine.multibody.settings import ArenaSettings
-from engine.multibody.solver.layout import body, step_log
-from engine.multibody.solver.step import step_balls
-from engine.multibody.static_geometry import StaticGeometry, static_shapes
-from engine.parameters import number
+from plinko.engine.constants import PHYSICS_VERSION
+from plinko.engine.errors import ParameterError, RecordError
+from plinko.engine.multibody import inputs
+from plinko.engine.multibody.bodies import DEFAULTS, RANGES, BallTable, check_names, checked
+from plinko.engine.multibody.diagnostics import Diagnostics, diagnose
+from plinko.engine.multibody.events import ArenaEvent, EventQueue, Landed, Left, new_log
+from plinko.engine.multibody.settings import ArenaSettings
+from plinko.engine.multibody.solver.layout import body, step_log
+from plinko.engine.multibody.solver.step import step_balls
+from plinko.engine.multibody.static_geometry import StaticGeometry, static_shapes
+from plinko.engine.parameters import number
 
 
 class Arena:

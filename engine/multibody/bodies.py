@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from engine.errors import ParameterError
-from engine.multibody.solver.layout import body
-from engine.multibody.solver.layout.array_types import Floats, Ints
-from engine.multibody.solver.layout.body import Bodies
-from engine.multibody.solver.layout.pair import NeighbourList
+from plinko.engine.errors import ParameterError
+from plinko.engine.multibody.solver.layout import body
+from plinko.engine.multibody.solver.layout.array_types import Floats, Ints
+from plinko.engine.multibody.solver.layout.body import Bodies
+from plinko.engine.multibody.solver.layout.pair import NeighbourList
 
 MAX_BALLS = 1_000_000
 _FIRST_ROOM = 16

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from engine.multibody.bodies import BallTable, no_pairs
-from engine.multibody.solver.layout import body
-from engine.multibody.solver.layout.body import Bodies
-from engine.multibody.solver.layout.shape import StaticShapes
-from engine.multibody.solver.neighbour_list import rebuild
-from engine.multibody.solver.position_projection import deepest_overlap
+from plinko.engine.multibody.bodies import BallTable, no_pairs
+from plinko.engine.multibody.solver.layout import body
+from plinko.engine.multibody.solver.layout.body import Bodies
+from plinko.engine.multibody.solver.layout.shape import StaticShapes
+from plinko.engine.multibody.solver.neighbour_list import rebuild
+from plinko.engine.multibody.solver.position_projection import deepest_overlap
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,9 +5,9 @@ from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
-from engine.multibody.solver.layout import step_log
-from engine.multibody.solver.layout.array_types import Floats, Ints
-from engine.multibody.solver.layout.step_log import StepLog
+from plinko.engine.multibody.solver.layout import step_log
+from plinko.engine.multibody.solver.layout.array_types import Floats, Ints
+from plinko.engine.multibody.solver.layout.step_log import StepLog
 
 ROOM_PER_BALL: Final = 4
 """Impacts per ball for which a step's log has room; a collapsing heap may have a few more."""

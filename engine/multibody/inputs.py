@@ -8,7 +8,7 @@ from typing import Any, NotRequired, TypedDict, get_type_hints
 
 import msgspec
 
-from engine.errors import ParameterError
+from plinko.engine.errors import ParameterError
 
 _HEAD = frozenset({"op", "tick"})
 

@@ -11,15 +11,15 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.materials import GRAVITY, REFERENCE_DENSITY, RESTITUTION
-from engine.board.model import Board
-from engine.board.parts import Wall
-from engine.errors import ParameterError
-from engine.multibody.arena import Arena
-from engine.multibody.settings import ArenaSettings
-from engine.multibody.static_geometry import StaticGeometry
-from engine.parameters import number
-from engine.seeding import splitmix64
+from plinko.engine.board.materials import GRAVITY, REFERENCE_DENSITY, RESTITUTION
+from plinko.engine.board.model import Board
+from plinko.engine.board.parts import Wall
+from plinko.engine.errors import ParameterError
+from plinko.engine.multibody.arena import Arena
+from plinko.engine.multibody.settings import ArenaSettings
+from plinko.engine.multibody.static_geometry import StaticGeometry
+from plinko.engine.parameters import number
+from plinko.engine.seeding import splitmix64
 
 GRAVITY_PRESETS: Final[Mapping[str, float]] = MappingProxyType({**GRAVITY, "none": 0.0})
 """Gravity in m/s^2."""

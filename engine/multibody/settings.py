@@ -5,9 +5,15 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
 
-from engine.errors import ParameterError
-from engine.multibody.solver.layout.solver_settings import SolverSettings
-from engine.parameters import DEFAULT_CORRECTION, DEFAULT_DT, DEFAULT_SUBSTEPS, Stepped, number
+from plinko.engine.errors import ParameterError
+from plinko.engine.multibody.solver.layout.solver_settings import SolverSettings
+from plinko.engine.parameters import (
+    DEFAULT_CORRECTION,
+    DEFAULT_DT,
+    DEFAULT_SUBSTEPS,
+    Stepped,
+    number,
+)
 
 SLEEP_SECONDS = 0.5
 """How long an island must be still before it falls asleep."""

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from engine.board import values as validation
-from engine.board.materials import Material
-from engine.board.model import Board
-from engine.board.parts import Bins, Peg, Wall
-from engine.canonical import float_bits
-from engine.errors import BoardError
-from engine.multibody.solver.layout import shape
-from engine.multibody.solver.layout.shape import StaticShapes
+from plinko.engine.board import values as validation
+from plinko.engine.board.materials import Material
+from plinko.engine.board.model import Board
+from plinko.engine.board.parts import Bins, Peg, Wall
+from plinko.engine.canonical import float_bits
+from plinko.engine.errors import BoardError
+from plinko.engine.multibody.solver.layout import shape
+from plinko.engine.multibody.solver.layout.shape import StaticShapes
 
 _CELLS = 64
 """Most cells along the grid's longer side. With finer cells a long wall is listed in more of them;
@@ -126,10 +126,6 @@ class StaticGeometry:
             wall_material=Material(**values["wall_material"]),
             bins=bins and Bins(bins["y"], tuple(bins["edges"]), tuple(bins["multipliers"])),
         )
-
-
-Place = StaticGeometry
-"""The name in `engine.artifact.plays`, whose text the stamps of the artifacts cover."""
 
 
 def _material_dict(material: Material) -> dict[str, float]:

@@ -8,13 +8,13 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from engine.batches.block import block_of
-from engine.batches.job import Job, listed, wanted, whole
-from engine.batches.workers import Here, Workers
-from engine.board.model import Board
-from engine.board.values import shown
-from engine.errors import ParameterError, RecordError
-from engine.parameters import Exact
+from plinko.engine.batches.block import block_of
+from plinko.engine.batches.job import Job, listed, wanted, whole
+from plinko.engine.batches.workers import Here, Workers
+from plinko.engine.board.model import Board
+from plinko.engine.board.values import shown
+from plinko.engine.errors import ParameterError, RecordError
+from plinko.engine.parameters import Exact
 
 Floats = npt.NDArray[np.float64]
 

@@ -4,14 +4,14 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Final
 
-from engine.board import presets
-from engine.board.model import Board
-from engine.board.payouts import Risk
-from engine.board.presets import HOUSE, TRIANGLE_HEIGHT, TRIANGLE_WIDTH, VARIANTS
-from engine.board.proven import DIGESTS
-from engine.board.worlds import WORLDS
-from engine.payouts.odds import odds_of
-from engine.payouts.record import shipped
+from plinko.engine.board import presets
+from plinko.engine.board.model import Board
+from plinko.engine.board.payouts import Risk
+from plinko.engine.board.presets import HOUSE, TRIANGLE_HEIGHT, TRIANGLE_WIDTH, VARIANTS
+from plinko.engine.board.proven import DIGESTS
+from plinko.engine.board.worlds import WORLDS
+from plinko.engine.payouts.odds import odds_of
+from plinko.engine.payouts.record import shipped
 
 LEAST_RETURN: Final = 0.985
 MOST_RETURN: Final = 0.995

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from engine.payouts.landings import Landings
+from plinko.engine.payouts.landings import Landings
 
 DEVIATIONS: Final = 1.959964
 """Half-width of the 95 % interval of a normal distribution, in standard deviations."""

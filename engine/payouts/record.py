@@ -12,18 +12,18 @@ from importlib.resources import files
 from itertools import chain
 from typing import Any, Final
 
-from engine import json_text
-from engine.batches.job import listed, whole
-from engine.batches.job import wanted as wanted_field
-from engine.batches.workers import Workers
-from engine.board import presets
-from engine.board.model import Board
-from engine.board.values import shown
-from engine.errors import EngineError, RecordError
-from engine.payouts import landings
-from engine.payouts.landings import Landings
-from engine.payouts.odds import Odds, odds_of
-from engine.payouts.solve import FEWEST, PRECISE, PRECISE_AIM, PRECISE_WORLD, Block, needed
+from plinko.engine import json_text
+from plinko.engine.batches.job import listed, whole
+from plinko.engine.batches.job import wanted as wanted_field
+from plinko.engine.batches.workers import Workers
+from plinko.engine.board import presets
+from plinko.engine.board.model import Board
+from plinko.engine.board.values import shown
+from plinko.engine.errors import EngineError, RecordError
+from plinko.engine.payouts import landings
+from plinko.engine.payouts.landings import Landings
+from plinko.engine.payouts.odds import Odds, odds_of
+from plinko.engine.payouts.solve import FEWEST, PRECISE, PRECISE_AIM, PRECISE_WORLD, Block, needed
 
 NAME: Final = "record.json"
 """A file in this module's folder."""
@@ -208,7 +208,7 @@ def _chosen_of(name: str, chosen: Any, blocks: int) -> Mapping[str, int]:
 @cache
 def shipped() -> Record:
     """The record that this release ships."""
-    return from_text(files("engine.payouts").joinpath(NAME).read_text(encoding="utf-8"))
+    return from_text(files("plinko.engine.payouts").joinpath(NAME).read_text(encoding="utf-8"))
 
 
 def landings_of_record(name: str) -> Block:

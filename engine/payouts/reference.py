@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final
 
-from engine.board.payouts import Risk
+from plinko.engine.board.payouts import Risk
 
 _LOW: Final = {
     8: (5.6, 2.1, 1.1, 1.0, 0.5),

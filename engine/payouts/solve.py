@@ -12,14 +12,14 @@ from typing import Any, Final
 
 import numpy as np
 
-from engine.batches.workers import Here, Workers
-from engine.board.model import Board
-from engine.board.payouts import Risk
-from engine.errors import ParameterError
-from engine.parameters import number
-from engine.payouts import reference, table
-from engine.payouts.landings import Landings, is_mirrored, more, none_after, none_yet
-from engine.payouts.odds import DEVIATIONS, Odds, odds_of
+from plinko.engine.batches.workers import Here, Workers
+from plinko.engine.board.model import Board
+from plinko.engine.board.payouts import Risk
+from plinko.engine.errors import ParameterError
+from plinko.engine.parameters import number
+from plinko.engine.payouts import reference, table
+from plinko.engine.payouts.landings import Landings, is_mirrored, more, none_after, none_yet
+from plinko.engine.payouts.odds import DEVIATIONS, Odds, odds_of
 
 PRECISE: Final = 1e-3
 """Wanted half-width of the 95 % interval of the return from the board's own start."""
@@ -159,7 +159,7 @@ def solve_payouts(
     has, until the returns are known precisely enough, or `drops` balls from each aim. Then as many
     balls with later seeds measure the table's return.
 
-    threads: as for `drop_many`. workers: compute elsewhere (`engine.batches.workers`).
+    threads: as for `drop_many`. workers: compute elsewhere (`plinko.engine.batches.workers`).
     progress: called now and then.
 
     Raises ParameterError for an invalid return or risk, and if no table is within the bounds.

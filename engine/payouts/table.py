@@ -12,9 +12,9 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.payouts import Risk
-from engine.errors import ParameterError
-from engine.payouts import reference
+from plinko.engine.board.payouts import Risk
+from plinko.engine.errors import ParameterError
+from plinko.engine.payouts import reference
 
 Floats = npt.NDArray[np.float64]
 Rungs = npt.NDArray[np.intp]

@@ -8,15 +8,15 @@ import json
 from collections.abc import Mapping
 from typing import Final
 
-from engine.batches.workers import Workers
-from engine.board import presets
-from engine.board.model import Board
-from engine.board.payouts import RISKS
-from engine.board.worlds import Table
-from engine.payouts.landings import joined, more, none_after, none_yet
-from engine.payouts.odds import odds_of
-from engine.payouts.record import LEAST_WORLD, Counted
-from engine.payouts.solve import PRECISE_WORLD, needed, table_for
+from plinko.engine.batches.workers import Workers
+from plinko.engine.board import presets
+from plinko.engine.board.model import Board
+from plinko.engine.board.payouts import RISKS
+from plinko.engine.board.worlds import Table
+from plinko.engine.payouts.landings import joined, more, none_after, none_yet
+from plinko.engine.payouts.odds import odds_of
+from plinko.engine.payouts.record import LEAST_WORLD, Counted
+from plinko.engine.payouts.solve import PRECISE_WORLD, needed, table_for
 
 TARGET: Final = 0.99
 

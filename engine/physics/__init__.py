@@ -1,4 +1,4 @@
 """The laws of motion as kernels: flight, impact, contact, and the times at which they change.
 
-Imports only `engine.jit` and constants. Start with flight.py, then time_of_impact.py.
+Imports only `plinko.engine.jit` and constants. Start with flight.py, then time_of_impact.py.
 """

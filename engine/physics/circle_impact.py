@@ -11,9 +11,9 @@ Every search here steps by the minorant of time_of_impact.py, which needs a lowe
 from math import sqrt
 from typing import NamedTuple
 
-from engine.jit.decorator import inner_kernel, lean_kernel
-from engine.physics.flight import phi2, short_basis
-from engine.physics.time_of_impact import (
+from plinko.engine.jit.decorator import inner_kernel, lean_kernel
+from plinko.engine.physics.flight import phi2, short_basis
+from plinko.engine.physics.time_of_impact import (
     LEAST_X,
     MAX_STEPS,
     NEGLIGIBLE,

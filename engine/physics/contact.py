@@ -18,8 +18,8 @@ these series.
 
 import numpy as np
 
-from engine.jit.decorator import inner_kernel
-from engine.physics.series import Series, sum_of_magnitudes
+from plinko.engine.jit.decorator import inner_kernel
+from plinko.engine.physics.series import Series, sum_of_magnitudes
 
 ORDER = 20
 """Degree of the series. With 20, a ball rolls off a circle in about ten steps."""

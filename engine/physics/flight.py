@@ -14,8 +14,8 @@ differ between machines.
 import numpy as np
 import numpy.typing as npt
 
-from engine.jit.decorator import inner_kernel, lean_kernel
-from engine.physics import body
+from plinko.engine.jit.decorator import inner_kernel, lean_kernel
+from plinko.engine.physics import body
 
 # psi(s) = s^2 phi2(k s), phi2(z) = sum over n of (-z)^n / (n + 2)!. The first omitted term is
 # z^11 / 13!. Up to z = 0.2427 it is below half a unit in the last place of phi2 > 0.46, which is

@@ -5,7 +5,7 @@ radius R slips on a fixed surface at u - omega R, where u = v.t. Friction change
 omega by -R j_t m / I = -2 j_t / R (solid disc, I = m R^2 / 2).
 """
 
-from engine.jit.decorator import inner_kernel
+from plinko.engine.jit.decorator import inner_kernel
 
 
 @inner_kernel

@@ -4,9 +4,9 @@ The distance is h(s) = h + hd s + hdd psi(s), in m, with psi of flight.py, hd in
 m/s^2. Its second derivative hdd e^(-ks) keeps its sign.
 """
 
-from engine.jit.decorator import inner_kernel, lean_kernel
-from engine.physics.flight import SERIES_LIMIT, phi2, short_basis
-from engine.physics.time_of_impact import MAX_STEPS, NO_HIT, minorant_root, stays_positive
+from plinko.engine.jit.decorator import inner_kernel, lean_kernel
+from plinko.engine.physics.flight import SERIES_LIMIT, phi2, short_basis
+from plinko.engine.physics.time_of_impact import MAX_STEPS, NO_HIT, minorant_root, stays_positive
 
 
 @inner_kernel

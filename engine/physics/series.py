@@ -3,8 +3,8 @@
 import numpy as np
 import numpy.typing as npt
 
-from engine.jit.decorator import inner_kernel
-from engine.physics.time_of_impact import MAX_STEPS, NO_HIT, minorant_root
+from plinko.engine.jit.decorator import inner_kernel
+from plinko.engine.physics.time_of_impact import MAX_STEPS, NO_HIT, minorant_root
 
 Series = npt.NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from math import sqrt
 import numpy as np
 import numpy.typing as npt
 
-from engine.jit.decorator import inner_kernel, lean_kernel
+from plinko.engine.jit.decorator import inner_kernel, lean_kernel
 
 Surfaces = npt.NDArray[np.float64]
 

@@ -13,10 +13,10 @@ of the state before and after the event, and J the derivative of its law,
 import numpy as np
 import numpy.typing as npt
 
-from engine.jit.decorator import inner_kernel
-from engine.physics import contact
-from engine.physics.flight import basis
-from engine.physics.series import Series, value
+from plinko.engine.jit.decorator import inner_kernel
+from plinko.engine.physics import contact
+from plinko.engine.physics.flight import basis
+from plinko.engine.physics.series import Series, value
 
 Tangent = npt.NDArray[np.float64]
 

@@ -35,7 +35,7 @@ constant m = min(f''') / 3, for any h. From here on, f stands for either functio
 
 from math import sqrt
 
-from engine.jit.decorator import inner_kernel, lean_kernel
+from plinko.engine.jit.decorator import inner_kernel, lean_kernel
 
 NO_HIT = -1.0
 

@@ -18,7 +18,7 @@ Otherwise a contact may open: the ball continues along one surface if the forces
 away from the other, and falls if both surfaces overhang. `docs/physics.md` derives this.
 """
 
-from engine.jit.decorator import inner_kernel
+from plinko.engine.jit.decorator import inner_kernel
 
 # What the ball does.
 FALLS = 0  # off both surfaces

@@ -10,11 +10,11 @@ from math import sqrt
 import numpy as np
 import numpy.typing as npt
 
-from engine.constants import MAX_TIME
-from engine.exact import event_log
-from engine.exact.board_arrays import BoardArrays, cell_of, friction_of, restitution_of
-from engine.exact.event_log import Log, end_ball, land, note_impact, note_segment
-from engine.exact.outcome import (
+from plinko.engine.constants import MAX_TIME
+from plinko.engine.exact import event_log
+from plinko.engine.exact.board_arrays import BoardArrays, cell_of, friction_of, restitution_of
+from plinko.engine.exact.event_log import Log, end_ball, land, note_impact, note_segment
+from plinko.engine.exact.outcome import (
     BALANCED,
     ESCAPED,
     EVENT_LIMIT,
@@ -22,12 +22,12 @@ from engine.exact.outcome import (
     RUNNING,
     TIME_LIMIT,
 )
-from engine.jit.decorator import kernel, lean_kernel
-from engine.physics import body, surface
-from engine.physics.flight import basis
-from engine.physics.impulse import bounce
-from engine.physics.surface import touch
-from engine.stepped.sweep import sweep
+from plinko.engine.jit.decorator import kernel, lean_kernel
+from plinko.engine.physics import body, surface
+from plinko.engine.physics.flight import basis
+from plinko.engine.physics.impulse import bounce
+from plinko.engine.physics.surface import touch
+from plinko.engine.stepped.sweep import sweep
 
 State = npt.NDArray[np.float64]
 

@@ -2,10 +2,10 @@
 
 from math import sqrt
 
-from engine.exact.board_arrays import BoardArrays
-from engine.jit.decorator import lean_kernel
-from engine.physics import surface
-from engine.physics.time_of_impact import NO_HIT
+from plinko.engine.exact.board_arrays import BoardArrays
+from plinko.engine.jit.decorator import lean_kernel
+from plinko.engine.physics import surface
+from plinko.engine.physics.time_of_impact import NO_HIT
 
 
 @lean_kernel

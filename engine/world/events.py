@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from math import sqrt
 
-from engine.board.model import Board
-from engine.constants import KIND_PEG
+from plinko.engine.board.model import Board
+from plinko.engine.constants import KIND_PEG
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,15 +4,15 @@ from typing import Any
 
 import numpy as np
 
-from engine.board.model import Board
-from engine.drops.flight import Flight, fly
-from engine.drops.trajectory import Trajectory, at_start
-from engine.exact import event_log
-from engine.exact.board_arrays import BoardArrays, arrays_of
-from engine.exact.sampling import sample
-from engine.physics import body
-from engine.physics.contact import new_series
-from engine.world.ball_set import End, Floats, Progress
+from plinko.engine.board.model import Board
+from plinko.engine.drops.flight import Flight, fly
+from plinko.engine.drops.trajectory import Trajectory, at_start
+from plinko.engine.exact import event_log
+from plinko.engine.exact.board_arrays import BoardArrays, arrays_of
+from plinko.engine.exact.sampling import sample
+from plinko.engine.physics import body
+from plinko.engine.physics.contact import new_series
+from plinko.engine.world.ball_set import End, Floats, Progress
 
 _PER_BALL = ("_ticks", "_first", "_last", "_event", "_next_time", "states")
 

@@ -5,17 +5,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.model import Board
-from engine.drops.digest import drop_digest
-from engine.drops.trajectory import at_start
-from engine.exact import event_log
-from engine.exact.board_arrays import arrays_of
-from engine.exact.event_log import new_log
-from engine.exact.outcome import RUNNING
-from engine.parameters import Stepped
-from engine.physics import body
-from engine.stepped.step import ENDLESS, MAX_HITS, step_many
-from engine.world.ball_set import End, Progress
+from plinko.engine.board.model import Board
+from plinko.engine.drops.digest import drop_digest
+from plinko.engine.drops.trajectory import at_start
+from plinko.engine.exact import event_log
+from plinko.engine.exact.board_arrays import arrays_of
+from plinko.engine.exact.event_log import new_log
+from plinko.engine.exact.outcome import RUNNING
+from plinko.engine.parameters import Stepped
+from plinko.engine.physics import body
+from plinko.engine.stepped.step import ENDLESS, MAX_HITS, step_many
+from plinko.engine.world.ball_set import End, Progress
 
 Floats = npt.NDArray[np.float64]
 

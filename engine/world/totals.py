@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.fields import BoardFields
-from engine.board.parts import BallSpec
-from engine.physics import body
+from plinko.engine.board.fields import BoardFields
+from plinko.engine.board.parts import BallSpec
+from plinko.engine.physics import body
 
 Floats = npt.NDArray[np.float64]
 

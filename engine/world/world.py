@@ -9,27 +9,27 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.model import Board
-from engine.constants import KIND_WALL, PHYSICS_VERSION
-from engine.drops.flight import Flight
-from engine.drops.start import start_of, unsigned_zero
-from engine.drops.trajectory import Trajectory
-from engine.errors import ParameterError, RecordError
-from engine.exact.outcome import LANDED, REASONS
-from engine.parameters import (
+from plinko.engine.board.model import Board
+from plinko.engine.constants import KIND_WALL, PHYSICS_VERSION
+from plinko.engine.drops.flight import Flight
+from plinko.engine.drops.start import start_of, unsigned_zero
+from plinko.engine.drops.trajectory import Trajectory
+from plinko.engine.errors import ParameterError, RecordError
+from plinko.engine.exact.outcome import LANDED, REASONS
+from plinko.engine.parameters import (
     DEFAULT_DT,
     SolverName,
     Stepped,
     make_solver,
     number,
 )
-from engine.physics import body
-from engine.seeding import parse_seed
-from engine.world.ball_set import BallSet, End, Progress
-from engine.world.events import Contact, Event, Landing, approach_speed
-from engine.world.exact_balls import ExactBalls
-from engine.world.stepped_balls import SteppedBalls
-from engine.world.totals import Energy, Momentum, energy_of, momentum_of
+from plinko.engine.physics import body
+from plinko.engine.seeding import parse_seed
+from plinko.engine.world.ball_set import BallSet, End, Progress
+from plinko.engine.world.events import Contact, Event, Landing, approach_speed
+from plinko.engine.world.exact_balls import ExactBalls
+from plinko.engine.world.stepped_balls import SteppedBalls
+from plinko.engine.world.totals import Energy, Momentum, energy_of, momentum_of
 
 BODY = np.dtype(
     [("id", "<i4")]

@@ -3,12 +3,12 @@
 import asyncio
 from typing import Any
 
-from app.live.broadcast.audience import Player
-from app.live.live_room import LiveRoom
-from app.live.sessions.fair_session import FairSession
-from app.protocol import messages
-from app.protocol.touching_messages import Change
-from app.rooms.pending import DropCommand
+from plinko.app.live.broadcast.audience import Player
+from plinko.app.live.live_room import LiveRoom
+from plinko.app.live.sessions.fair_session import FairSession
+from plinko.app.protocol import messages
+from plinko.app.protocol.touching_messages import Change
+from plinko.app.rooms.pending import DropCommand
 
 
 def ask(

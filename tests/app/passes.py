@@ -2,15 +2,15 @@
 
 from typing import Any
 
-from app.live.broadcast.hub import Hub
-from app.live.registry import Rooms
-from app.live.ticking.runner import Runner
-from app.persistence.ledger.null_ledger import NullLedger
-from app.persistence.service import PersistenceService
-from app.rooms.boards import Boards
-from app.rooms.kinds import MAX_TOUCHING, BallLimits
-from app.settings import Settings
-from engine import Board
+from plinko.app.live.broadcast.hub import Hub
+from plinko.app.live.registry import Rooms
+from plinko.app.live.ticking.runner import Runner
+from plinko.app.persistence.ledger.null_ledger import NullLedger
+from plinko.app.persistence.service import PersistenceService
+from plinko.app.rooms.boards import Boards
+from plinko.app.rooms.kinds import MAX_TOUCHING, BallLimits
+from plinko.app.settings import Settings
+from plinko.engine import Board
 from tests.kit.hand import HandClock
 
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-import engine.errors
-from app import errors
-from app.web import problems
+from plinko.app import errors
+from plinko.app.web import problems
+from plinko.engine import errors as engine_errors
 
 
 def tree(root: type[Exception]) -> set[type[Exception]]:
@@ -12,18 +12,18 @@ def tree(root: type[Exception]) -> set[type[Exception]]:
 
 
 def test_every_error_a_client_can_meet_has_its_own_answer() -> None:
-    known = tree(errors.AppError) | tree(engine.errors.EngineError)
+    known = tree(errors.AppError) | tree(engine_errors.EngineError)
     # A SettingError prevents the start, and servers run no batch on a cluster: no client sees them.
-    untold = {errors.SettingError, engine.errors.ClusterError}
+    untold = {errors.SettingError, engine_errors.ClusterError}
     assert set(errors.ANSWERS) == known - untold
 
 
 def test_each_error_has_its_own_code() -> None:
     # The engine's errors about a text or a value share the code of the server's.
     same: dict[type[Exception], type[Exception]] = {
-        engine.errors.EngineError: errors.InvalidValueError,
-        engine.errors.JsonValueError: errors.InvalidValueError,
-        engine.errors.JsonSyntaxError: errors.MalformedError,
+        engine_errors.EngineError: errors.InvalidValueError,
+        engine_errors.JsonValueError: errors.InvalidValueError,
+        engine_errors.JsonSyntaxError: errors.MalformedError,
     }
     for kind, other in same.items():
         assert errors.ANSWERS[kind] == errors.ANSWERS[other]
@@ -49,7 +49,7 @@ def test_a_stranger_is_a_500_whose_message_stays_inside() -> None:
         (errors.RateLimitError("x", retry_after=0.05), 1),
         (errors.RateLimitError("x", retry_after=2.1), 3),
         (errors.UnknownRoomError("x"), None),
-        (engine.errors.SeedError("x"), None),
+        (engine_errors.SeedError("x"), None),
     ],
 )
 def test_waiting_is_suggested_where_it_helps(error: Exception, seconds: int | None) -> None:

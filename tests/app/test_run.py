@@ -13,14 +13,17 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from app.errors import SettingError
-from app.listening import listen
-from app.main import create_app
-from app.settings import Settings
+from plinko.app.errors import SettingError
+from plinko.app.listening import listen
+from plinko.app.main import create_app
+from plinko.app.settings import Settings
 from tests.engine.test_determinism import run_python
 from tests.kit.process import ServerProcess
 
-PROGRAM = "from app.main import run; from app.settings import Settings; run(Settings.load())"
+PROGRAM = (
+    "from plinko.app.main import run; from plinko.app.settings import Settings; "
+    "run(Settings.load())"
+)
 
 
 def process(**environ: str) -> ServerProcess:
@@ -75,9 +78,9 @@ def test_a_server_without_temporary_files_says_so_at_start() -> None:
     # In a process of its own, because `run` limits calls and forbids native code for good.
     program = (
         "import tempfile\n"
-        "from app.errors import SettingError\n"
-        "from app.main import run\n"
-        "from app.settings import Settings\n"
+        "from plinko.app.errors import SettingError\n"
+        "from plinko.app.main import run\n"
+        "from plinko.app.settings import Settings\n"
         "def refuse(): raise FileNotFoundError\n"
         "tempfile.gettempdir = refuse\n"
         "try: run(Settings(port=0))\n"
@@ -141,5 +144,5 @@ async def test_documents_are_made_once_for_all_requests(
             raise AssertionError("it was made already")
 
         monkeypatch.setattr(app, "openapi", again)
-        monkeypatch.setattr("app.protocol.asyncapi.document", again)
+        monkeypatch.setattr("plinko.app.protocol.asyncapi.document", again)
         assert [(await client.get(path)).content for path in paths] == first

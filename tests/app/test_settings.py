@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from app.errors import SettingError
-from app.settings import Settings, not_settings, options, static_directory, table
-from engine import Board, drop
+from plinko.app.errors import SettingError
+from plinko.app.settings import Settings, not_settings, options, static_directory, table
+from plinko.engine import Board, drop
 
 DOCS = Path(__file__).parents[2] / "docs" / "api.md"
 

@@ -29,7 +29,7 @@ from benchmarks.serving import process as serving
 from benchmarks.serving.attack.player import lateness
 from benchmarks.speed import arithmetic, operations, worlds
 from benchmarks.stability import invariants, torture
-from engine import drop, drop_many
+from plinko.engine import drop, drop_many
 
 QUICK = Effort(quick=True, rounds=1, node=False)
 
@@ -245,7 +245,7 @@ def test_pictures_are_measured_and_their_aims_are_told() -> None:
 def test_bands_are_seen() -> None:
     """An animation with six colours has visible bands."""
     d = pictures.four_seconds()
-    from app.render import drop_animation
+    from plinko.app.render import drop_animation
 
     good = drop_animation(d, "gif", fps=5)
     with Image.open(io.BytesIO(good)) as frames:

@@ -6,7 +6,7 @@ from PIL import Image
 
 from benchmarks.accuracy import certified
 from benchmarks.harness.effort import Effort
-from engine import Board, certify
+from plinko.engine import Board, certify
 
 
 def test_shares_and_precisions_are_those_of_the_proofs(tmp_path: Path) -> None:

@@ -12,10 +12,10 @@ from websockets.http11 import Request
 from websockets.protocol import State
 from websockets.server import ServerProtocol
 
-from app.errors import InvalidValueError
 from benchmarks.load.client import Clock, RefusedError, RoomClient, connect, room_url
 from benchmarks.load.command import load as command
 from benchmarks.load.generator import Load
+from plinko.app.errors import InvalidValueError
 from tests.kit.serving import Running, serving
 from tests.kit.waiting import eventually, turns
 

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import pytest
 
-from app.listening import MAX_CONNECTIONS
 from benchmarks.harness.effort import Effort, MissingError
 from benchmarks.harness.recorded import Recorded
 from benchmarks.harness.report import Table
@@ -13,8 +12,9 @@ from benchmarks.scale import estimates, units
 from benchmarks.scale.estimates import Units, processes_for, tables
 from benchmarks.serving import relays
 from benchmarks.serving.streams import FALL
-from engine.batches.hashes import BlockHashes
-from engine.drops.digest import BLOCK
+from plinko.app.listening import MAX_CONNECTIONS
+from plinko.engine.batches.hashes import BlockHashes
+from plinko.engine.drops.digest import BLOCK
 
 COST = Units(
     streams={"seeds": (10_000.0, 1_000.0, 10.0)},

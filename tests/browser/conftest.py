@@ -22,7 +22,7 @@ from playwright.sync_api import (
     sync_playwright,
 )
 
-from engine import Board, find_draw
+from plinko.engine import Board, find_draw
 from tests.browser.screen import Screen
 from tests.kit.process import SERVE, ServerProcess
 from tests.kit.waiting import LIMIT
@@ -59,7 +59,7 @@ def browsed(folder: Path) -> ServerProcess:
     """A server with its ledger in this folder, so that the ledger survives restarts."""
     program = (
         "-c",
-        "from tests.kit import stakes; stakes.begin(); import app.cli.__main__",
+        "from tests.kit import stakes; stakes.begin(); import plinko.app.cli.__main__",
         *SERVE,
     )
     return ServerProcess(f"sqlite:///{folder}/plinko.db", ("--creator-rooms", "500"), program)

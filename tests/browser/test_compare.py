@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from engine import Board, Drop, drop
+from plinko.engine import Board, Drop, drop
 from tests.browser.access.axe import check_axe_on
 from tests.browser.conftest import Complaints, Open
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted

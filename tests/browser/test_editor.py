@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Route, expect
 
-from engine import Board, drop_many
+from plinko.engine import Board, drop_many
 from tests.browser.access.axe import check_axe, check_axe_on
 from tests.browser.conftest import Complaints, Open
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen

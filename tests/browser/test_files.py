@@ -5,7 +5,7 @@ import json
 import pytest
 from playwright.sync_api import FilePayload, expect
 
-from engine import Board, drop
+from plinko.engine import Board, drop
 from tests.browser.conftest import Open
 from tests.golden import session
 

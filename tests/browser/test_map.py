@@ -5,7 +5,7 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from engine import Board, certify
+from plinko.engine import Board, certify
 from tests.browser.access.axe import check_axe_on
 from tests.browser.conftest import Open
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen

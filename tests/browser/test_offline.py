@@ -8,7 +8,7 @@ import re
 
 from playwright.sync_api import FilePayload, expect
 
-from engine import Board, drop
+from plinko.engine import Board, drop
 from tests.app.rooms.logs import LOGS
 from tests.browser.conftest import Complaints, Open
 from tests.golden import session

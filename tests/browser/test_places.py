@@ -7,12 +7,12 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from app.render.parts import ground
-from app.render.parts.ground import Place
-from app.render.parts.pegs import light_of, paint_peg
-from app.render.raster.canvas import Canvas
-from app.render.theme import THEMES, at_place
-from app.settings import static_directory
+from plinko.app.render.parts import ground
+from plinko.app.render.parts.ground import Place
+from plinko.app.render.parts.pegs import light_of, paint_peg
+from plinko.app.render.raster.canvas import Canvas
+from plinko.app.render.theme import THEMES, at_place
+from plinko.app.settings import static_directory
 from tests.browser.conftest import Run
 
 DATA = json.loads((static_directory() / "theme.json").read_text(encoding="utf-8"))

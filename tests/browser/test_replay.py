@@ -8,7 +8,7 @@ import httpx
 import pytest
 from playwright.sync_api import Route, expect
 
-from engine import Board, drop
+from plinko.engine import Board, drop
 from tests.browser.access.axe import check_axe_on
 from tests.browser.conftest import ARTIFACTS, Complaints, Open, Profiles, Quick, Run
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted

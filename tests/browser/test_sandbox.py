@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import expect
 
-from app.cli import main
+from plinko.app.cli import main
 from tests.browser.access.axe import check_axe_on
 from tests.browser.conftest import Open, holding, quick_table
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted

@@ -10,7 +10,7 @@ import httpx
 import pytest
 from playwright.sync_api import ViewportSize, expect
 
-from engine import Board
+from plinko.engine import Board
 from tests.app.web.test_invitations import read
 from tests.browser.access.axe import check_axe
 from tests.browser.conftest import Complaints, Open, browsed, quick_table

@@ -9,9 +9,9 @@ import pytest
 import yaml
 from click.testing import CliRunner
 
-from app.cli import plinko
-from app.settings import ENV_PREFIX, Settings
-from app.web.edge.hosts import Hosts
+from plinko.app.cli import plinko
+from plinko.app.settings import ENV_PREFIX, Settings
+from plinko.app.web.edge.hosts import Hosts
 
 DEPLOY = Path(__file__).parents[2] / "deploy"
 COMPOSE: dict[str, Any] = yaml.safe_load((DEPLOY / "compose.yaml").read_text())

@@ -14,8 +14,8 @@ from pathlib import Path
 import httpx
 import pytest
 
-from app.settings import Settings, not_settings
-from engine import Board, drop_many
+from plinko.app.settings import Settings, not_settings
+from plinko.engine import Board, drop_many
 from tests.deploy.proxies import DEPLOY
 from tests.kit.port import free_port
 from tests.kit.postgres import PostgreSQL

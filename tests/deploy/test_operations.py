@@ -12,9 +12,9 @@ import httpx
 import yaml
 from click.testing import CliRunner
 
-from app.cli import main, plinko
-from app.listening import SHUTDOWN_SECONDS
-from app.settings import Settings, not_settings
+from plinko.app.cli import main, plinko
+from plinko.app.listening import SHUTDOWN_SECONDS
+from plinko.app.settings import Settings, not_settings
 from tests.app.conftest import TINY
 from tests.deploy.proxies import DEPLOY
 from tests.kit.serving import Running, serving

@@ -23,13 +23,13 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.model import Board
-from engine.constants import KIND_LANDING, KIND_PEG, KIND_WALL
-from engine.drops.batch import drop_many
-from engine.drops.certainty import certainty_of
-from engine.drops.trajectory import Trajectory, at_start, follow
-from engine.exact import event_log
-from engine.exact.outcome import (
+from plinko.engine.board.model import Board
+from plinko.engine.constants import KIND_LANDING, KIND_PEG, KIND_WALL
+from plinko.engine.drops.batch import drop_many
+from plinko.engine.drops.certainty import certainty_of
+from plinko.engine.drops.trajectory import Trajectory, at_start, follow
+from plinko.engine.exact import event_log
+from plinko.engine.exact.outcome import (
     BALANCED,
     EVENT_LIMIT,
     LANDED,
@@ -37,9 +37,9 @@ from engine.exact.outcome import (
     TIME_LIMIT,
     WEDGED,
 )
-from engine.parameters import Exact
-from engine.physics import body
-from engine.seeding import start_xs
+from plinko.engine.parameters import Exact
+from plinko.engine.physics import body
+from plinko.engine.seeding import start_xs
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.intp]

@@ -16,9 +16,9 @@ from typing import Any, Final
 
 from hypothesis import strategies as st
 
-from engine.board.model import Board
-from engine.board.values import MAX_DRAG
-from engine.errors import BoardError
+from plinko.engine.board.model import Board
+from plinko.engine.board.values import MAX_DRAG
+from plinko.engine.errors import BoardError
 
 SIDE: Final = 1.0
 """m; the upright side walls are at -SIDE and SIDE."""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from engine import PHYSICS_VERSION
+from plinko.engine import PHYSICS_VERSION
 from tests.golden import check, make
 
 ROOT = Path(__file__).parents[2]

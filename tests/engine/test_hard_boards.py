@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
 
-from engine import Board, certify, drop, drop_many
-from engine.drops.batch import DropBatch
-from engine.exact.outcome import BALANCED, LANDED, REASONS, WEDGED
+from plinko.engine import Board, certify, drop, drop_many
+from plinko.engine.drops.batch import DropBatch
+from plinko.engine.exact.outcome import BALANCED, LANDED, REASONS, WEDGED
 from tests.engine.hard_boards import KINDS, HardBoard, hard_board, hard_boards, numbered
 from tests.long import tries
 

@@ -2,14 +2,14 @@
 
 import pytest
 
-import engine
 import plinko
+from plinko import engine
 from tests.engine.test_determinism import run_python
 
 
 def test_every_public_name_exists_and_is_listed_before_its_use() -> None:
     code = (
-        "import engine\n"
+        "from plinko import engine\n"
         "listed = dir(engine)\n"
         "print(*(name for name in engine.__all__ if name not in listed))\n"
         "for name in engine.__all__: getattr(engine, name)\n"
@@ -19,7 +19,7 @@ def test_every_public_name_exists_and_is_listed_before_its_use() -> None:
 
 
 def test_an_unknown_name_is_reported_as_unknown() -> None:
-    with pytest.raises(AttributeError, match="module 'engine' has no attribute 'Pinball'"):
+    with pytest.raises(AttributeError, match=r"module 'plinko\.engine' has no attribute 'Pinball'"):
         _ = engine.Pinball  # type: ignore[attr-defined]
 
 
@@ -27,7 +27,7 @@ def test_an_unknown_name_is_reported_as_unknown() -> None:
 def test_a_drop_and_a_world_load_nothing_of_balls_that_touch(use: str) -> None:
     code = (
         "import sys\n"
-        "from engine import Board, World, drop\n"
+        "from plinko.engine import Board, World, drop\n"
         "board = Board.preset('triangle-8')\n"
         f"{use}\n"
         "print(*sorted(name for name in sys.modules if 'multibody' in name))\n"
@@ -35,7 +35,7 @@ def test_a_drop_and_a_world_load_nothing_of_balls_that_touch(use: str) -> None:
     assert run_python(code).split() == []
 
 
-@pytest.mark.parametrize("package", ["engine", "plinko"])
+@pytest.mark.parametrize("package", ["plinko.engine", "plinko"])
 def test_without_python_flint_only_certified_names_are_missing(
     package: str,
 ) -> None:
@@ -61,13 +61,15 @@ def test_plinko_is_the_engine_by_another_name() -> None:
     assert all(getattr(plinko, name) is getattr(engine, name) for name in engine.__all__)
     assert dir(plinko) == sorted(plinko.__all__)
     assert dir(engine) == sorted(engine.__all__)
-    with pytest.raises(AttributeError, match="module 'engine' has no attribute 'Pinball'"):
+    with pytest.raises(AttributeError, match=r"module 'plinko\.engine' has no attribute 'Pinball'"):
         _ = plinko.Pinball  # type: ignore[attr-defined]
 
 
 def test_plinko_loads_no_more_than_the_engine_does() -> None:
-    code = "import sys, {}; print(*sorted(n for n in sys.modules if n.split('.')[0] == 'engine'))"
-    assert run_python(code.format("plinko")) == run_python(code.format("engine"))
+    code = "import sys, plinko{}; print(*sorted(n for n in sys.modules if n[:6] == 'plinko'))"
+    assert run_python(code.format("")) == "plinko\n"
+    used = run_python(code.format("; plinko.Board"))
+    assert used == run_python(code.format("; from plinko import engine"))
 
 
 def test_plinko_loads_the_code_for_pictures_when_it_draws_one() -> None:

@@ -8,9 +8,9 @@ from xml.etree import ElementTree
 
 import pytest
 
-from app.render.notebook import png
-from engine import Board, drop, drop_many, notebooks
-from engine.board.parts import Bins
+from plinko.app.render.notebook import png
+from plinko.engine import Board, drop, drop_many, notebooks
+from plinko.engine.board.parts import Bins
 from tests.engine.multibody.static_scenes import place
 from tests.repository.test_repository import PROJECT
 

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.errors import EngineError, SeedError
-from engine.seeding import parse_seed, splitmix64, start_x, start_xs
+from plinko.engine.errors import EngineError, SeedError
+from plinko.engine.seeding import parse_seed, splitmix64, start_x, start_xs
 
 SEEDS = st.integers(0, 2**64 - 1)
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from benchmarks.stability.touching_torture import funnel
-from engine.multibody.arena import Arena
-from engine.multibody.scenes import GRAVITY_PRESETS, sandbox
-from engine.multibody.settings import ArenaSettings
-from engine.multibody.static_geometry import StaticGeometry
+from plinko.engine.multibody.arena import Arena
+from plinko.engine.multibody.scenes import GRAVITY_PRESETS, sandbox
+from plinko.engine.multibody.settings import ArenaSettings
+from plinko.engine.multibody.static_geometry import StaticGeometry
 
 LONG = os.environ.get("LONG_TESTS") == "1"
 

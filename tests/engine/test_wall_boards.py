@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import pytest
 
-from engine.board.model import Board
-from engine.board.parts import Wall
-from engine.drops.trajectory import Trajectory, at_start, follow
-from engine.parameters import Exact
-from engine.physics import body
+from plinko.engine.board.model import Board
+from plinko.engine.board.parts import Wall
+from plinko.engine.drops.trajectory import Trajectory, at_start, follow
+from plinko.engine.parameters import Exact
+from plinko.engine.physics import body
 from tests.engine.checked_drops import check_drops, check_paths, compare_drops, is_sure
 from tests.engine.wall_boards import seeds_of, wall_board, wall_pair
 from tests.long import tries

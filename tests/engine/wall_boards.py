@@ -18,8 +18,8 @@ from typing import Any, Final
 
 from hypothesis import strategies as st
 
-from engine.board.model import Board
-from engine.errors import BoardError
+from plinko.engine.board.model import Board
+from plinko.engine.errors import BoardError
 from tests.engine.checked_drops import Failure, check_drops, compare_drops
 from tests.engine.hard_boards import (
     BOTTOM,

@@ -19,8 +19,8 @@ import pytest
 from PIL import Image
 from websockets.asyncio.server import ServerConnection, serve
 
-from app.fairness.signing import Signer
-from engine import Board, drop, find_draw
+from plinko.app.fairness.signing import Signer
+from plinko.engine import Board, drop, find_draw
 from tests.app.conftest import TINY
 from tests.app.fairness.sessions import SIGNER
 from tests.kit.serving import Running, serving
@@ -227,14 +227,14 @@ def test_a_draw_is_held_as_the_page_about_the_stage_says(server: Running, tmp_pa
     def words(line: str) -> list[str]:
         return [places.get(word, word) for word in line.split()[1:]]
 
-    assert "200 seeds, ready for POST rooms" in run(sys.executable, "-m", "app.cli", *words(find))
+    assert "200 seeds, ready for POST rooms" in run(sys.executable, "-m", "plinko", *words(find))
     # On a fast board: the drops that the command has written for the preset take seconds.
     draw = {"board": TINY, "mode": "draw", "draw": find_draw(Board.from_json(TINY), [1, 9999])}
     Path(places["draw.json"]).write_text(json.dumps(draw))
     told = run(sys.executable, *words(hold), "--server", server.url, given="\n")
     assert re.search(r"room \w+, draw [0-9a-f]{64}\nthe server has committed to [0-9a-f]{64}", told)
     assert re.search(r"Ada: bin [12]\nBob: bin [12]\n", told)
-    said = run(sys.executable, "-m", "app.cli", *words(verify))
+    said = run(sys.executable, "-m", "plinko", *words(verify))
     assert "proven: 2 drops" in said
     assert "proven: the server had committed before" in said
     export = json.loads(Path(places["session.json"]).read_text())

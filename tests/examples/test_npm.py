@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-import engine
-from engine import Board, drop, drop_many
+from plinko import engine
+from plinko.engine import Board, drop, drop_many
 from tests.repository.test_repository import ROOT
 
 BOARD = Board.preset("triangle-8")

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.scenes.contact_scenes import scene, scene_names
-from engine import PHYSICS_VERSION, Board, drop, drop_many
-from engine.parameters import SolverName
+from plinko.engine import PHYSICS_VERSION, Board, drop, drop_many
+from plinko.engine.parameters import SolverName
 from tests.kit.presets import SAMPLE
 
 FILE = Path(__file__).parent / "digests.json"

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from engine import Board, drop_many
+from plinko.engine import Board, drop_many
 from tests.kit.presets import SAMPLE
 from tests.long import tries
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from app.render.parts.sides import sides_of
-from engine import Board
+from plinko.app.render.parts.sides import sides_of
+from plinko.engine import Board
 from tests.app.render.test_walls import HEXAGON, hexagon, walled
 from tests.js.conftest import Run
 from tests.kit.presets import SAMPLE

@@ -1,7 +1,7 @@
 """Drops as a test writes them to a ledger."""
 
-from app.rooms.pending import DropCommand
-from app.rooms.records import DropRow, NewDrop
+from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.records import DropRow, NewDrop
 
 
 def new(row: DropRow) -> NewDrop:

@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 from websockets.asyncio.client import ClientConnection, connect
 
-from app.protocol.messages import Extent
+from plinko.app.protocol.messages import Extent
 from tests.app.protocol.decoders import Snapshot, decode_snapshot
 from tests.kit.waiting import LIMIT
 

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from engine.board.presets import HOUSE_NAMES
-from engine.board.worlds import WORLDS
+from plinko.engine.board.presets import HOUSE_NAMES
+from plinko.engine.board.worlds import WORLDS
 
 SAMPLE: Final = (*HOUSE_NAMES, *(f"{world}-16" for world in WORLDS))

@@ -102,7 +102,7 @@ class ServerProcess(Program, Address):
 
     ledger: str = ""
     flags: tuple[str, ...] = ()
-    program: tuple[str, ...] = ("-m", "app.cli", *SERVE)
+    program: tuple[str, ...] = ("-m", "plinko", *SERVE)
     name: str = ""
     port: int = field(default_factory=free_port)
     options: Mapping[str, Any] = field(

@@ -12,13 +12,13 @@ import pytest
 import uvicorn
 from sqlalchemy import Connection
 
-from app.conformance import inventory
-from app.listening import Server, listen, server_over
-from app.main import create_app
-from app.persistence.ledger import database
-from app.settings import Settings
-from app.web.routes.page import Release
-from app.web.services import Services
+from plinko.app.conformance import inventory
+from plinko.app.listening import Server, listen, server_over
+from plinko.app.main import create_app
+from plinko.app.persistence.ledger import database
+from plinko.app.settings import Settings
+from plinko.app.web.routes.page import Release
+from plinko.app.web.services import Services
 from tests.kit.address import Address
 from tests.kit.waiting import LIMIT, until
 
@@ -114,7 +114,7 @@ def serving(**settings: Any) -> Iterator[Running]:
 
 @contextlib.contextmanager
 def constants(**values: Any) -> Iterator[None]:
-    """Set modules' constants during the block: `{"app.listening.HEAD_SECONDS": 0.2}`."""
+    """Set modules' constants during the block: `{"plinko.app.listening.HEAD_SECONDS": 0.2}`."""
     with pytest.MonkeyPatch.context() as patch:
         for name, value in values.items():
             patch.setattr(name, value)

@@ -12,10 +12,10 @@ from typing import Any, ClassVar
 import httpx
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
-from app.fairness.check import check_session, kernel_digest_of
-from app.fairness.export import read_export
-from app.settings import page_kernels
-from engine import Board
+from plinko.app.fairness.check import check_session, kernel_digest_of
+from plinko.app.fairness.export import read_export
+from plinko.app.settings import page_kernels
+from plinko.engine import Board
 from tests.kit.address import Address
 from tests.kit.player import events_of, joining, send, tick_of
 from tests.kit.told import Told, hold

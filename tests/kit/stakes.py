@@ -2,8 +2,8 @@
 
 import pytest
 
-from engine import Board
-from engine.payouts.listing import takes_stakes
+from plinko.engine import Board
+from plinko.engine.payouts.listing import takes_stakes
 
 NAMES = ("tiny", "quick")
 
@@ -15,4 +15,4 @@ def taken(board: Board) -> bool:
 
 def begin() -> None:
     """Change it for this whole process."""
-    pytest.MonkeyPatch().setattr("app.rooms.independent.takes_stakes", taken)
+    pytest.MonkeyPatch().setattr("plinko.app.rooms.independent.takes_stakes", taken)

@@ -3,10 +3,10 @@
 from dataclasses import dataclass, field
 from typing import Any
 
-from app.persistence.ledger.database import Database
-from app.persistence.statements import store
-from app.rooms.stakes import payout_of
-from engine import Board, drop
+from plinko.app.persistence.ledger.database import Database
+from plinko.app.persistence.statements import store
+from plinko.app.rooms.stakes import payout_of
+from plinko.engine import Board, drop
 
 _START = ("ball", "seed", "x", "tick")
 

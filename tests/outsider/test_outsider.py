@@ -11,12 +11,12 @@ from typing import Any
 import msgspec
 import pytest
 
-from app.protocol.messages import Limits
-from app.rooms.independent import IndependentRoom
-from app.rooms.pending import DropCommand
-from app.rooms.stakes import payout_of
 from benchmarks.scenes.contact_scenes import scene, scene_names
-from engine import Board, drop, drop_many
+from plinko.app.protocol.messages import Limits
+from plinko.app.rooms.independent import IndependentRoom
+from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.stakes import payout_of
+from plinko.engine import Board, drop, drop_many
 from tests.app.rooms.logs import LOGS, OWN
 from tests.golden.check import SEEDS, golden
 from tests.kit.presets import SAMPLE
@@ -170,7 +170,7 @@ def test_defaults_are_what_the_page_says(form: dict[str, Any]) -> None:
 
 
 def test_starts_and_batches_are_what_the_page_says(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("engine.drops.digest.BLOCK", 8)  # 65,536 records would take minutes
+    monkeypatch.setattr("plinko.engine.drops.digest.BLOCK", 8)  # 65,536 records would take minutes
     form = Board.preset("triangle-9").to_dict()
     for options in ({"solver": "exact"}, {"solver": "stepped", "dt": 0.01, "substeps": 2}):
         many = drop_many("triangle-9", [*range(20), 2**64 - 1], **options)

@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.scenes.contact_scenes import scene, scene_names
 from benchmarks.scenes.random_boards import random_board
-from engine import Board, drop, drop_many
+from plinko.engine import Board, drop, drop_many
 from tests.engine.batches.open_board import DROPS, OPEN
 from tests.engine.hard_boards import KINDS, hard_board
 from tests.engine.wall_boards import wall_board

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from engine.multibody.arena import Arena
-from engine.multibody.settings import ArenaSettings
-from engine.multibody.static_geometry import StaticGeometry
+from plinko.engine.multibody.arena import Arena
+from plinko.engine.multibody.settings import ArenaSettings
+from plinko.engine.multibody.static_geometry import StaticGeometry
 
 STATES = sorted((Path(__file__).parent / "arena").glob("*.json"))
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from engine import Board, drop
+from plinko.engine import Board, drop
 
 FILES = sorted((Path(__file__).parent / "contacts").glob("*.json"))
 

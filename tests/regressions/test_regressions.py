@@ -7,7 +7,7 @@ from unittest import mock
 import numpy as np
 import pytest
 
-from engine import Board, drop
+from plinko.engine import Board, drop
 from tests.engine.exact.test_exact import NEAR, overlap
 
 STATES = sorted(Path(__file__).parent.glob("*.json"))
@@ -17,7 +17,7 @@ STATES = sorted(Path(__file__).parent.glob("*.json"))
 def test_a_ball_ends_as_it_should(path: Path) -> None:
     saved = json.loads(path.read_text(encoding="utf-8"))
     with mock.patch(
-        "engine.board.checks.playable.check"
+        "plinko.engine.board.checks.playable.check"
     ):  # some are traps, which the validator refuses
         board = Board.from_json(saved["board"])
     found = drop(board, x=saved["x"], solver=saved["solver"])

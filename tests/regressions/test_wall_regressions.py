@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from engine import Board, drop
+from plinko.engine import Board, drop
 from tests.engine.checked_drops import check_starts
 
 CASES = json.loads((Path(__file__).parent / "walls" / "seams.json").read_text("utf-8"))

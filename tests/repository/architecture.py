@@ -39,8 +39,8 @@ def stacks() -> list[Stack]:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     found = {}
     for contract in project["tool"]["importlinter"]["contracts"]:
-        if contract["type"] == "layers" and "." not in contract["containers"][0]:
-            (package,) = contract["containers"]
+        if contract["type"] == "layers" and contract["containers"][0].count(".") == 1:
+            package = contract["containers"][0].removeprefix("plinko.")
             rows = (tuple(part.strip() for part in row.split("|")) for row in contract["layers"])
             found[package] = Stack(package, tuple(rows))
     return [found["app"], found["engine"]]

@@ -97,7 +97,7 @@ def _public(kind: type) -> str:
 
 def _ours(value: type) -> Iterator[type]:
     """The class and then its bases that belong to the engine."""
-    return (kind for kind in value.__mro__ if kind.__module__.startswith("engine."))
+    return (kind for kind in value.__mro__ if kind.__module__.startswith("plinko.engine."))
 
 
 def _fields(node: ast.ClassDef) -> Iterator[str]:

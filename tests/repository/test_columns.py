@@ -11,24 +11,24 @@ ROOT = Path(__file__).parents[2]
 FOLDERS = ("app", "benchmarks", "engine", "tests")
 
 COLUMN_MODULES = (
-    "engine.exact.event_log",
-    "engine.exact.initial_state",
-    "engine.exact.lanes.flight",
-    "engine.exact.lanes.impact",
-    "engine.exact.lanes.lane",
-    "engine.exact.lanes.search",
-    "engine.exact.sensitivity",
-    "engine.multibody.solver.layout.body",
-    "engine.multibody.solver.layout.contact",
-    "engine.multibody.solver.layout.hash_grid",
-    "engine.multibody.solver.layout.pair",
-    "engine.multibody.solver.layout.shape",
-    "engine.multibody.solver.layout.step_log",
-    "engine.multibody.solver.layout.sweep",
-    "engine.physics.body",
-    "engine.physics.contact",
-    "engine.physics.surface",
-    "engine.physics.tangent",
+    "plinko.engine.exact.event_log",
+    "plinko.engine.exact.initial_state",
+    "plinko.engine.exact.lanes.flight",
+    "plinko.engine.exact.lanes.impact",
+    "plinko.engine.exact.lanes.lane",
+    "plinko.engine.exact.lanes.search",
+    "plinko.engine.exact.sensitivity",
+    "plinko.engine.multibody.solver.layout.body",
+    "plinko.engine.multibody.solver.layout.contact",
+    "plinko.engine.multibody.solver.layout.hash_grid",
+    "plinko.engine.multibody.solver.layout.pair",
+    "plinko.engine.multibody.solver.layout.shape",
+    "plinko.engine.multibody.solver.layout.step_log",
+    "plinko.engine.multibody.solver.layout.sweep",
+    "plinko.engine.physics.body",
+    "plinko.engine.physics.contact",
+    "plinko.engine.physics.surface",
+    "plinko.engine.physics.tangent",
 )
 """Modules whose int constants are columns. Two modules may use one name for different columns, and
 with a wrong column a kernel computes wrong numbers without an error."""
@@ -75,7 +75,8 @@ def test_no_column_is_imported_without_its_module(module: str) -> None:
 def test_a_bare_column_is_seen_and_what_is_no_column_is_not(tmp_path: Path) -> None:
     file = tmp_path / "kernel.py"
     file.write_text(
-        "from engine.physics.surface import LENGTH, touch\nfrom engine.physics import surface"
+        "from plinko.engine.physics.surface import LENGTH, touch\n"
+        "from plinko.engine.physics import surface"
     )
-    assert bare_columns(file, "engine.physics.surface") == ["LENGTH"]
-    assert bare_columns(file, "engine.physics.body") == []
+    assert bare_columns(file, "plinko.engine.physics.surface") == ["LENGTH"]
+    assert bare_columns(file, "plinko.engine.physics.body") == []

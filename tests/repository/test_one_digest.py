@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
-from app.cli import main
-from engine import drop
+from plinko.app.cli import main
+from plinko.engine import drop
 from tests.kit.player import playing
 from tests.kit.serving import Running, serving
 

@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from app.rooms.touching.scene import BALLS, DEFAULTS, SIDE, SPEED
-from app.rooms.touching.values import BALL, SETTINGS
-from engine import Board, BoardError
-from engine.board import json_form
+from plinko.app.rooms.touching.scene import BALLS, DEFAULTS, SIDE, SPEED
+from plinko.app.rooms.touching.values import BALL, SETTINGS
+from plinko.engine import Board, BoardError
+from plinko.engine.board import json_form
 
 DOCS = Path(__file__).parents[2] / "docs"
 

@@ -10,8 +10,8 @@ import pytest
 import yaml
 from nbclient import NotebookClient
 
-import engine
-from engine import Board, drop, drop_many
+from plinko import engine
+from plinko.engine import Board, drop, drop_many
 from tests.repository.test_repository import PROJECT, ROOT
 
 WORKFLOWS = {path.name: path for path in (ROOT / ".github" / "workflows").glob("*.yml")}

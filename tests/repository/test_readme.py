@@ -13,9 +13,9 @@ import pytest
 from PIL import Image
 
 import plinko
-from app.fairness.seeds import draw_mac, drop_mac
-from app.rooms.canonical import canonical
-from engine import drop_many
+from plinko.app.fairness.seeds import draw_mac, drop_mac
+from plinko.app.rooms.canonical import canonical
+from plinko.engine import drop_many
 from tests.long import tries
 from tests.repository import reference
 from tests.repository.readme import (

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-import engine
+from plinko import engine
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -74,10 +74,10 @@ def test_the_changelog_knows_this_version_or_what_is_to_come() -> None:
 
 
 def test_the_image_copies_what_the_wheel_is_made_of() -> None:
-    wheel = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]
+    targets = PROJECT["tool"]["hatch"]["build"]["targets"]
     docker = (ROOT / "Dockerfile").read_text(encoding="utf-8")
     ignored = (ROOT / ".dockerignore").read_text(encoding="utf-8").splitlines()
-    for name in (*wheel["packages"], *wheel["force-include"]):
+    for name in (*targets["wheel"]["packages"], *targets["sdist"]["force-include"]):
         assert f"COPY {name} {name}\n" in docker
         assert f"!{name}" in ignored
 

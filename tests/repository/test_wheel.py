@@ -13,9 +13,9 @@ from pathlib import Path
 
 import pytest
 
-import engine
-from app.conformance import inventory
-from engine.jit import native
+from plinko import engine
+from plinko.app.conformance import inventory
+from plinko.engine.jit import native
 from tests.golden.check import golden
 from tests.repository.test_repository import PROJECT, ROOT
 
@@ -72,14 +72,12 @@ def test_the_wheel_has_engine_server_and_page_and_nothing_else(
         names = set(archive.namelist())
         (metadata,) = (name for name in names if name.endswith(".dist-info/METADATA"))
         told = email.message_from_bytes(archive.read(metadata))
-    assert {name.split("/")[0] for name in names if ".dist-info" not in name} == {
-        "engine",
-        "app",
-        "plinko",
-    }
+    assert {name.split("/")[0] for name in names if ".dist-info" not in name} == {"plinko"}
     assert not [name for name in names if re.search("bench|billiards|app/load", name)]
-    assert {"engine/py.typed", "plinko/py.typed", "app/py.typed", "app/static/index.html"} <= names
-    assert {f"engine/artifact/native/{path.name}" for path in native.FOLDER.iterdir()} <= names
+    assert {"plinko/py.typed", "plinko/static/index.html"} <= names
+    assert {
+        f"plinko/engine/artifact/native/{each.name}" for each in native.FOLDER.iterdir()
+    } <= names
     assert (told["Name"], told["Version"]) == ("plinko-server", engine.__version__)
     assert told["License-Expression"] == "MIT"
 
@@ -100,8 +98,9 @@ def test_an_installed_package_is_found_there_and_paints(
     installed: Installed,
 ) -> None:
     code = (
-        "import engine, plinko, importlib.metadata as m\n"
-        "from app.settings import static_directory\n"
+        "import plinko, importlib.metadata as m\n"
+        "from plinko import engine\n"
+        "from plinko.app.settings import static_directory\n"
         "print(engine.__file__)\n"
         "print(static_directory())\n"
         "print(engine.__version__ == m.version('plinko-server'))\n"
@@ -128,7 +127,7 @@ WITHOUT_SERVER = """
 import sys
 for name in {modules!r}:
     sys.modules[name] = None
-from app.cli import main
+from plinko.app.cli import main
 sys.exit(main({arguments!r}))
 """
 

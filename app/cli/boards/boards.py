@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from app.cli import common
+from plinko.app.cli import common
 
 if TYPE_CHECKING:
-    from engine.payouts.listing import Listed
+    from plinko.engine.payouts.listing import Listed
 
 
 @click.command(name="boards", short_help="List the preset boards, or print one as JSON.")
@@ -24,8 +24,8 @@ def command(board: str | None, as_json: bool) -> None:
         common.echo(common.load_board(board).to_json())
         return
 
-    from engine import preset_names
-    from engine.payouts.listing import listed
+    from plinko.engine import preset_names
+    from plinko.engine.payouts.listing import listed
 
     boards = [listed(name) for name in preset_names()]
     if as_json:

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from app.cli import common
+from plinko.app.cli import common
 
 if TYPE_CHECKING:
-    from engine.drops.calibrate import Fit
+    from plinko.engine.drops.calibrate import Fit
 
 
 @click.command(name="calibrate", short_help="Search for a triangle's physics.")
@@ -50,9 +50,9 @@ def command(
     binomial; `floor` is the distance that as many fair draws would have. --check measures the last
     point (with --preset the preset) by seeds that the search has not used.
     """
-    from engine.batches.search import search
-    from engine.board import presets
-    from engine.drops import calibrate
+    from plinko.engine.batches.search import search
+    from plinko.engine.board import presets
+    from plinko.engine.drops import calibrate
 
     tuning = presets.TUNING[f"triangle-{rows}"]
     if not preset:

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from app.batches.files import write_whole
-from app.cli import common
-from engine import json_text
-from engine.errors import EngineError, RecordError
+from plinko.app.batches.files import write_whole
+from plinko.app.cli import common
+from plinko.engine import json_text
+from plinko.engine.errors import EngineError, RecordError
 
 if TYPE_CHECKING:
-    from engine.batches.workers import Workers
-    from engine.payouts.odds import Odds
-    from engine.payouts.record import Record, Wanted
+    from plinko.engine.batches.workers import Workers
+    from plinko.engine.payouts.odds import Odds
+    from plinko.engine.payouts.record import Record, Wanted
 
 STEP: Final = 500_000
 """Drops between two saves: about ten seconds of one core."""
@@ -59,7 +59,7 @@ def command(
     new multipliers for engine/board/payouts.py and notes in the record that all its drops chose
     them: only later drops count for the new table.
     """
-    from engine.payouts import record as records
+    from plinko.engine.payouts import record as records
 
     if record is None and (count or solve):
         raise click.UsageError("--count and --solve change a record: name it with --record")
@@ -80,7 +80,7 @@ def command(
 
 
 def read_record(path: Path) -> "Record":
-    from engine.payouts.record import from_text
+    from plinko.engine.payouts.record import from_text
 
     try:
         return from_text(json_text.read_text(path, LARGEST))
@@ -89,7 +89,7 @@ def read_record(path: Path) -> "Record":
 
 
 def save_record(path: Path, record: "Record") -> None:
-    from engine.payouts.record import to_text
+    from plinko.engine.payouts.record import to_text
 
     write_whole(path, to_text(record).encode())
 
@@ -112,7 +112,7 @@ def _asked_to_stop() -> Iterator[list[int]]:
 
 
 def _count(path: Path, record: "Record", hours: float | None, workers: "Workers") -> None:
-    from engine.payouts.record import counted_on, still_to_drop, wanted
+    from plinko.engine.payouts.record import counted_on, still_to_drop, wanted
 
     began = time.monotonic()
     dropped = 0
@@ -144,9 +144,9 @@ def _tell(needs: "list[Wanted]", drops: int, rate: float) -> None:
 
 
 def _solve(path: Path, record: "Record", name: str) -> None:
-    from engine.board import presets
-    from engine.board.model import Board
-    from engine.payouts.solve import table_for
+    from plinko.engine.board import presets
+    from plinko.engine.board.model import Board
+    from plinko.engine.payouts.solve import table_for
 
     board = presets.plain_name(name)
     if board not in record or name not in record[board].chosen:
@@ -159,8 +159,8 @@ def _solve(path: Path, record: "Record", name: str) -> None:
 
 def _print_json(record: "Record") -> None:
     """Print a list of odds per table: from the board's own start, then from each aim."""
-    from engine.board.model import Board
-    from engine.payouts.odds import odds_of
+    from plinko.engine.board.model import Board
+    from plinko.engine.payouts.odds import odds_of
 
     common.print_json(
         {
@@ -176,9 +176,9 @@ def _print_json(record: "Record") -> None:
 
 def _show(record: "Record") -> None:
     """Print the Markdown table that docs/payouts.md contains."""
-    from engine.board.model import Board
-    from engine.payouts.odds import odds_of
-    from engine.payouts.record import still_to_drop, wanted
+    from plinko.engine.board.model import Board
+    from plinko.engine.payouts.odds import odds_of
+    from plinko.engine.payouts.record import still_to_drop, wanted
 
     common.echo(_row(_HEADS))
     common.echo(_row(["---"] * len(_HEADS)))

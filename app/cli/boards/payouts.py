@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from app.batches.files import write_whole
-from app.cli import common
-from app.cli.boards.odds import read_record, save_record
+from plinko.app.batches.files import write_whole
+from plinko.app.cli import common
+from plinko.app.cli.boards.odds import read_record, save_record
 
 if TYPE_CHECKING:
-    from engine.batches.workers import Workers
-    from engine.payouts.odds import Odds
-    from engine.payouts.solve import Payouts
+    from plinko.engine.batches.workers import Workers
+    from plinko.engine.payouts.odds import Odds
+    from plinko.engine.payouts.solve import Payouts
 
 
 @click.command(name="payouts", short_help="Solve the payout table of a board.")
@@ -80,7 +80,7 @@ def command(
     for a return of 0.99. As many drops of later seeds judge them. Both files are rewritten:
     engine/payouts/record.json and engine/board/worlds.json.
     """
-    from engine.payouts.solve import MOST, solve_payouts
+    from plinko.engine.payouts.solve import MOST, solve_payouts
 
     if (record is None) != (tables is None):
         raise click.UsageError("--record and --tables belong together: name both files")
@@ -125,11 +125,11 @@ def command(
 
 def _solve_world(record: Path, tables: Path, name: str, workers: "Workers") -> None:
     """Solve and judge the tables of a world's preset; write the drops and the tables."""
-    from engine.board import worlds as shipped
-    from engine.board.payouts import both_halves
-    from engine.board.presets import HOUSE, VARIANTS
-    from engine.payouts import worlds
-    from engine.payouts.odds import odds_of
+    from plinko.engine.board import worlds as shipped
+    from plinko.engine.board.payouts import both_halves
+    from plinko.engine.board.presets import HOUSE, VARIANTS
+    from plinko.engine.payouts import worlds
+    from plinko.engine.payouts.odds import odds_of
 
     variant = VARIANTS.get(name)
     if variant is None or variant.world == HOUSE or variant.plain != name:

@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from app.cli import common
+from plinko.app.cli import common
 
 if TYPE_CHECKING:
-    from engine import Certificate
+    from plinko.engine import Certificate
 
 
 @click.command(name="certify", short_help="Prove where one ball lands.")
@@ -26,8 +26,8 @@ def command(board: str, seed: str | None, x: str | None, aim: float | None, as_j
     if (seed is None) == (x is None):
         raise click.UsageError("give a start: either --seed N or --x X")
     common.need_certifier()
-    from app.computing.proofs import effort
-    from engine import certify
+    from plinko.app.computing.proofs import effort
+    from plinko.engine import certify
 
     found = certify(common.load_board(board), seed, x=x, aim=aim, effort=effort())
     if as_json:

@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from app.cli import common
+from plinko.app.cli import common
 
 if TYPE_CHECKING:
-    from engine import Drop
+    from plinko.engine import Drop
 
 
 @click.command(name="drop", short_help="Drop one ball and say where it lands.")
@@ -36,7 +36,7 @@ def command(
     """
     how = common.read_solver(solver, dt, substeps, correction)
     number = common.read_start(seed, x)
-    from engine import drop
+    from plinko.engine import drop
 
     d = drop(common.load_board(board), number, x=x, aim=aim, **how)
     if as_json:
@@ -80,7 +80,7 @@ def _impacts(d: "Drop") -> str:
     """Number of impacts, in all and of each kind: `61 (60 peg, 1 landing)`."""
     import numpy as np
 
-    from engine.constants import KIND_NAMES
+    from plinko.engine.constants import KIND_NAMES
 
     counts = np.bincount(d.impacts["kind"], minlength=len(KIND_NAMES))
     kinds = ", ".join(f"{n} {name}" for n, name in zip(counts, KIND_NAMES, strict=True) if n)

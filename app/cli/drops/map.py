@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from app.batches.files import write_whole
-from app.cli import common
+from plinko.app.batches.files import write_whole
+from plinko.app.cli import common
 
 
 @click.command(name="map", short_help="Draw the bin as a function of the start, proven.")
@@ -40,8 +40,8 @@ def command(board: str, out: str, x: str, levels: int, pixels: int, theme: str) 
     if path.suffix not in (".png", ".jpg", ".webp"):
         raise click.UsageError(f"OUT {out!r} ends in {path.suffix!r}, not in .png, .jpg or .webp")
     common.need_certifier()
-    from app.render.start_map import map_picture
-    from engine.certified.start_map import strip_at
+    from plinko.app.render.start_map import map_picture
+    from plinko.engine.certified.start_map import strip_at
 
     chosen = common.load_board(board)
     shown = sys.stderr.isatty()

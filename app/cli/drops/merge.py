@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from app.cli import common
+from plinko.app.cli import common
 
 
 @click.command(name="merge", short_help="Combine results of parts of a batch.")
@@ -21,9 +21,9 @@ def command(files: tuple[Path, ...], out: Path | None, as_json: bool) -> None:
     All must have the same board, solver, seeds and aim, and no block may be in two files. If all
     blocks of the batch are there, the result has its digest.
     """
-    from app.batches.saved import form_of, load, save
-    from app.cli.drops.simulate import print_tally
-    from engine import PlinkoError
+    from plinko.app.batches.saved import form_of, load, save
+    from plinko.app.cli.drops.simulate import print_tally
+    from plinko.engine import PlinkoError
 
     tally, seconds = load(files[0])
     for path in files[1:]:

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 
 import click
 
-from app.batches.files import write_whole
-from app.cli import common
-from engine.json_text import Json
+from plinko.app.batches.files import write_whole
+from plinko.app.cli import common
+from plinko.engine.json_text import Json
 
 if TYPE_CHECKING:
     from click._termui_impl import ProgressBar
 
-    from app.render.raster.encode import Still
-    from app.render.theme import Scheme
-    from engine import Board, Drop
+    from plinko.app.render.raster.encode import Still
+    from plinko.app.render.theme import Scheme
+    from plinko.engine import Board, Drop
 
 STILLS = (".png", ".jpg", ".webp")
 ANIMATIONS = (".gif", ".webp", ".apng", ".mp4")
@@ -99,7 +99,7 @@ def command(  # one parameter per option: click passes them by name
 def _dropped(
     board: str, seed: str | None, x: float | None, aim: float | None, how: common.Options
 ) -> "Drop":
-    from engine import drop
+    from plinko.engine import drop
 
     number = common.read_start(seed, x)
     return drop(common.load_board(board), number, x=x, aim=aim, **how)
@@ -108,7 +108,7 @@ def _dropped(
 def _draw_one(
     d: "Drop", fmt: Json, at: float | None, fps: int, theme: "Scheme", sizes: dict[str, Json]
 ) -> bytes:
-    from app.render import drop_animation, drop_picture
+    from plinko.app.render import drop_animation, drop_picture
 
     if at is None and f".{fmt}" in ANIMATIONS:
         return drop_animation(d, fmt, fps=fps, theme=theme, **sizes)
@@ -124,8 +124,8 @@ def _draw_many(
     how: common.Options,
     sizes: dict[str, Json],
 ) -> bytes:
-    from app.render import contact_sheet, density_picture, histogram_picture
-    from engine import drop_many
+    from plinko.app.render import contact_sheet, density_picture, histogram_picture
+    from plinko.engine import drop_many
 
     with _progress(len(seeds)) as bar:
         progress = _shown_on(bar)
@@ -148,7 +148,7 @@ def _draw_by(
     sizes: dict[str, Json],
 ) -> bytes:
     """Draw where the drops spend their time, computed by a cluster."""
-    from app.render import density_picture
+    from plinko.app.render import density_picture
 
     with (
         common.workers(cluster, None) as workers,

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from app.batches.files import write_whole
-from app.cli import common
-from engine import json_text
+from plinko.app.batches.files import write_whole
+from plinko.app.cli import common
+from plinko.engine import json_text
 
 if TYPE_CHECKING:
-    from engine import Board
+    from plinko.engine import Board
 
 
 @click.command(name="seeds", short_help="Find seeds that land in a bin.")
@@ -70,7 +70,7 @@ def command(
     With --draw it writes the body of a `POST rooms` request, for a room in which each bin has
     exactly the odds of its weight: the server draws a bin, then one of that bin's seeds.
     """
-    from engine.drops.seeds import PATIENCE, seeds_landing_in
+    from plinko.engine.drops.seeds import PATIENCE, seeds_landing_in
 
     if (number is None) == (draw is None):
         raise click.UsageError("give either --bin or --draw")
@@ -122,7 +122,7 @@ def _write_draw(
     threads: int | None,
     output: Path | None,
 ) -> None:
-    from engine import find_draw
+    from plinko.engine import find_draw
 
     draw = find_draw(
         board, weights, per_bin=per_bin, after=after, patience=patience, threads=threads

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from app.cli import common
+from plinko.app.cli import common
 
 if TYPE_CHECKING:
-    from app.batches.running import Run
-    from engine.batches.job import Job
-    from engine.batches.tally import Tally
-    from engine.batches.workers import Workers
-    from engine.certified.many import Share
+    from plinko.app.batches.running import Run
+    from plinko.engine.batches.job import Job
+    from plinko.engine.batches.tally import Tally
+    from plinko.engine.batches.workers import Workers
+    from plinko.engine.certified.many import Share
 
 BAR_WIDTH = 40  # characters of the longest bar of the printed histogram
 
@@ -115,11 +115,11 @@ def command(
     how = common.read_solver(solver, dt, substeps, correction)
     if certify:
         _check_certify(solver, aim, {"--blocks": blocks, "--resume": resume, "--out": out})
-    from app.batches.running import Run
-    from app.batches.stopping import terminable
-    from engine.batches.job import Job
-    from engine.batches.tally import Tally
-    from engine.parameters import make_solver
+    from plinko.app.batches.running import Run
+    from plinko.app.batches.stopping import terminable
+    from plinko.engine.batches.job import Job
+    from plinko.engine.batches.tally import Tally
+    from plinko.engine.parameters import make_solver
 
     found = common.load_board(board)
     job = Job(found, make_solver(how.pop("solver"), **how), common.read_seed(seed), drops, aim)
@@ -139,7 +139,7 @@ def command(
     if not run.tally.drops:
         return code
     if as_json:
-        from app.batches.saved import form_of
+        from plinko.app.batches.saved import form_of
 
         certified = {"certified": share.to_dict()} if share else {}
         common.print_json(form_of(run.tally, run.seconds) | certified)
@@ -161,7 +161,7 @@ def _check_certify(solver: str, aim: float | None, others: dict[str, object]) ->
 
 def _go_on(run: "Run", path: Path, out: Path | None) -> None:
     """Continue the run whose result is in `path`."""
-    from app.batches.saved import load
+    from plinko.app.batches.saved import load
 
     if out is not None:
         raise click.UsageError(
@@ -174,9 +174,9 @@ def _go_on(run: "Run", path: Path, out: Path | None) -> None:
 
 def _compute(run: "Run", workers: "Workers", blocks: tuple[int, int], out: Path | None) -> None:
     """Compute the blocks of the range `blocks` that `run` does not have yet."""
-    from app.batches.rows import RowWriter
-    from engine import drop_many
-    from engine.batches.workers import Here
+    from plinko.app.batches.rows import RowWriter
+    from plinko.engine import drop_many
+    from plinko.engine.batches.workers import Here
 
     job = run.tally.job
     if isinstance(workers, Here):
@@ -191,7 +191,7 @@ def _compute(run: "Run", workers: "Workers", blocks: tuple[int, int], out: Path 
 
 def _certified(job: "Job", workers: "Workers") -> "Share":
     """Prove the bins that rounding may decide, and count the right ones."""
-    from engine.batches.certify import certify_all
+    from plinko.engine.batches.certify import certify_all
 
     with common.progress(job.drops, "proofs") as progress:
         return certify_all(job, workers, progress)

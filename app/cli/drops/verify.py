@@ -6,8 +6,8 @@ import sys
 
 import click
 
-from app.cli import common
-from engine.json_text import JsonObject
+from plinko.app.cli import common
+from plinko.engine.json_text import JsonObject
 
 EXIT_DIFFERS = 1
 
@@ -34,8 +34,8 @@ def command(record: str, key: str | None, heard: tuple[str, ...]) -> int:
     fields = _read(record)
     replies = [_read(reply) for reply in heard]
 
-    from app.fairness.export import is_export, with_heard
-    from app.rooms import log
+    from plinko.app.fairness.export import is_export, with_heard
+    from plinko.app.rooms import log
 
     if is_export(fields):
         return _session(functools.reduce(with_heard, replies, fields), key)
@@ -46,7 +46,7 @@ def command(record: str, key: str | None, heard: tuple[str, ...]) -> int:
         name = "drop" if "drops" in fields else "input"
         what, maker, done = "log", "replay", f"{common.counted(len(fields[f'{name}s']), name)}, "
     else:
-        from engine import verify
+        from plinko.engine import verify
 
         result = verify(fields)
         what, maker, done = "record", "drop", ""
@@ -62,9 +62,9 @@ def command(record: str, key: str | None, heard: tuple[str, ...]) -> int:
 
 def _session(fields: JsonObject, key: str | None) -> int:
     """Check a fair session's export and print each step that fails."""
-    from app.fairness.check import check_session, kernel_digest_of
-    from app.fairness.export import read_export
-    from app.settings import page_kernels
+    from plinko.app.fairness.check import check_session, kernel_digest_of
+    from plinko.app.fairness.export import read_export
+    from plinko.app.settings import page_kernels
 
     kernel = kernel_digest_of(page_kernels().read_bytes())
     export = read_export(fields)
@@ -95,8 +95,8 @@ def _session(fields: JsonObject, key: str | None) -> int:
 
 def _read(name: str) -> JsonObject:
     """The JSON object in the file `name`, or on standard input for `-`."""
-    from engine import json_text
-    from engine.errors import JsonSyntaxError, JsonValueError, RecordError
+    from plinko.engine import json_text
+    from plinko.engine.errors import JsonSyntaxError, JsonValueError, RecordError
 
     try:
         fields = json_text.parse(json_text.read_text(sys.stdin.buffer if name == "-" else name))

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from app.cli import common
+from plinko.app.cli import common
 
 if TYPE_CHECKING:
-    from app.conformance.generator import Report
-    from app.conformance.mirror import Mirror
+    from plinko.app.conformance.generator import Report
+    from plinko.app.conformance.mirror import Mirror
 
 
 @click.command(name="conformance", short_help="Test the random starts of staked drops.")
@@ -38,8 +38,8 @@ def command(board: str, drops: int, pairs: int, as_json: bool) -> int:
     with 99 % probability. Then PAIRS balls fall from x and from -x, and must end alike, bit for
     bit. Exit code 1 if anything fails.
     """
-    from app.conformance.generator import check_generator
-    from app.conformance.mirror import check_mirror
+    from plinko.app.conformance.generator import check_generator
+    from plinko.app.conformance.mirror import check_mirror
 
     chosen = common.load_board(board)
     mirror = check_mirror(chosen, pairs)

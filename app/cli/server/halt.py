@@ -8,9 +8,9 @@ import urllib.request
 
 import click
 
-from app.cli import common
-from app.errors import SettingError
-from engine.json_text import JsonObject
+from plinko.app.cli import common
+from plinko.app.errors import SettingError
+from plinko.engine.json_text import JsonObject
 
 TOKEN = "PLINKO_OPERATOR_TOKEN"
 

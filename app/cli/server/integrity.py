@@ -4,9 +4,9 @@ from pathlib import Path
 
 import click
 
-from app.cli import common
-from app.cli.server.serve import settings_from, settings_options
-from engine import json_text
+from plinko.app.cli import common
+from plinko.app.cli.server.serve import settings_from, settings_options
+from plinko.engine import json_text
 
 
 @click.command(
@@ -32,7 +32,7 @@ def command(with_files: bool, as_json: bool, other: Path | None, **flags: object
     lines like `sha256sum`. --compare names the first file that differs from such a LIST; the exit
     code is then 1.
     """
-    from app.conformance import inventory
+    from plinko.app.conformance import inventory
 
     files = inventory.files_of(inventory.installed())
     if other is not None:
@@ -49,7 +49,7 @@ def command(with_files: bool, as_json: bool, other: Path | None, **flags: object
 
 
 def _compare(files: dict[str, str], other: Path) -> int:
-    from app.conformance import inventory
+    from plinko.app.conformance import inventory
 
     differs = inventory.first_difference(files, inventory.from_list(json_text.read_text(other)))
     common.echo(f"all {len(files)} files agree with {other}" if differs is None else differs)

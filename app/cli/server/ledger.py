@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, TypeVar
 
 import click
 
-from app.cli.common import echo, need_server, print_json
-from app.errors import SettingError, UnknownRoomError, shorten
-from app.settings import Settings
+from plinko.app.cli.common import echo, need_server, print_json
+from plinko.app.errors import SettingError, UnknownRoomError, shorten
+from plinko.app.settings import Settings
 
 if TYPE_CHECKING:
-    from app.persistence.ledger.database import Database
-    from app.persistence.restoring import Restored
+    from plinko.app.persistence.ledger.database import Database
+    from plinko.app.persistence.restoring import Restored
 
 Command = TypeVar("Command", bound=Callable[..., object])
 
@@ -42,7 +42,7 @@ def _opened(settings: Settings, *, check: bool = True) -> Iterator["Database"]:
 
     check: refuse a ledger that is not as its server left it, such as a restored backup.
     """
-    from app.persistence.ledger.database import Database
+    from plinko.app.persistence.ledger.database import Database
 
     database = Database(settings.ledger_url, beside=settings.epoch_file)
     if database.in_memory or (database.file is not None and not database.file.exists()):
@@ -67,7 +67,7 @@ def prune(keep_days: float, dry_run: bool, **flags: object) -> None:
 
     Open rooms stay, however old, so that they can be replayed. Boards stay too.
     """
-    from app.persistence.statements import store
+    from plinko.app.persistence.statements import store
 
     with _opened(Settings.load(overrides=flags)) as database:
         with database.transaction() as connection:
@@ -90,9 +90,9 @@ def check(rooms: tuple[str, ...], replay: bool, as_json: bool, **flags: object) 
     result and payout, and rebuilds each open room. Exit code 0: all is sound; 1: something is
     damaged, which the output names; 2: the ledger is missing or cannot be opened.
     """
-    from app.persistence.checks.audit import Audit
-    from app.persistence.checks.integrity import check_database
-    from app.persistence.statements import store
+    from plinko.app.persistence.checks.audit import Audit
+    from plinko.app.persistence.checks.integrity import check_database
+    from plinko.app.persistence.statements import store
 
     audit = Audit()
     with _opened(Settings.load(overrides=flags), check=False) as database:
@@ -131,7 +131,7 @@ def retire(room: str, **flags: object) -> None:
     Its rows and results stay; drops without a result get their stake back. A preset's room or
     `main` starts again at the next request for it; a created room is closed.
     """
-    from app.persistence.recovery import ending
+    from plinko.app.persistence.recovery import ending
 
     with _opened(Settings.load(overrides=flags)) as database, database.transaction() as connection:
         ended = ending.retire(connection, room, time.time())
@@ -163,8 +163,8 @@ def restore(as_json: bool, **flags: object) -> None:
 
 def restore_ledger(settings: Settings) -> "Restored":
     """Restore the ledger of these settings; raises SettingError."""
-    from app.persistence import restoring
-    from app.persistence.signing_key import SigningKey
+    from plinko.app.persistence import restoring
+    from plinko.app.persistence.signing_key import SigningKey
 
     with _opened(settings, check=False) as database:
         key = SigningKey(database, settings.data_directory)
@@ -196,7 +196,7 @@ def rotate_key(lost: bool, **flags: object) -> None:
     The ledger keeps all public keys, and exports have those that they need, so all receipts stay
     provable. Each change of the key is signed by both keys.
     """
-    from app.persistence.signing_key import SigningKey
+    from plinko.app.persistence.signing_key import SigningKey
 
     settings = Settings.load(overrides=flags)
     with _opened(settings) as database:

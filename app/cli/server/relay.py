@@ -4,8 +4,8 @@ from typing import Final
 
 import click
 
-from app.cli import common
-from app.cli.server.serve import settings_from, settings_options
+from plinko.app.cli import common
+from plinko.app.cli.server.serve import settings_from, settings_options
 
 SETTINGS: Final = (
     "host",
@@ -40,5 +40,5 @@ def command(redis: str, rooms: str, **flags: object) -> None:
     common.need_server()
     settings = settings_from(flags)
     with common.garbage_waits():
-        from app.relay.run import run
+        from plinko.app.relay.run import run
     run(settings, redis, rooms)

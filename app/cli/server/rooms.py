@@ -4,8 +4,8 @@ import urllib.parse
 
 import click
 
-from app.cli import common
-from app.cli.server.halt import ask
+from plinko.app.cli import common
+from plinko.app.cli.server.halt import ask
 
 
 @click.group(name="rooms", short_help="Move rooms between the servers of a cluster.")

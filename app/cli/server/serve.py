@@ -5,8 +5,8 @@ from collections.abc import Mapping
 
 import click
 
-from app.cli import common
-from app.settings import Option, Settings, options
+from plinko.app.cli import common
+from plinko.app.settings import Option, Settings, options
 
 
 def _flag(row: Option) -> click.Option:
@@ -36,8 +36,8 @@ def settings_from(flags: Mapping[str, object]) -> Settings:
 
 def restore_if_refused(settings: Settings) -> None:
     """Restore a ledger that the server would refuse; raises SettingError."""
-    from app.cli.server.ledger import lines_of, restore_ledger
-    from app.persistence.ledger.database import Database
+    from plinko.app.cli.server.ledger import lines_of, restore_ledger
+    from plinko.app.persistence.ledger.database import Database
 
     database = Database(settings.ledger_url, beside=settings.epoch_file)
     if database.in_memory or (database.file is not None and not database.file.exists()):
@@ -65,7 +65,7 @@ def command(restore: bool, **flags: object) -> None:
         restore_if_refused(settings)
 
     with common.garbage_waits():
-        from app.main import run
+        from plinko.app.main import run
     gc.freeze()  # imported objects never become garbage: the collector need not visit them
 
     run(settings)

@@ -6,17 +6,17 @@ from typing import Final, cast
 
 import msgspec
 
-from app.live.broadcast.hub import Client, Hub
-from app.live.broadcast.presence import Presence
-from app.live.broadcast.replay_buffer import Recent
-from app.protocol import messages
-from app.protocol.seeds import SeedStream, SparseStream
-from app.protocol.visitors import Appearance
-from app.protocol.wire import WireMessage
-from app.rooms.keys import IdempotencyKey
-from app.rooms.room import Room
-from app.settings import Settings
-from engine import Board
+from plinko.app.live.broadcast.hub import Client, Hub
+from plinko.app.live.broadcast.presence import Presence
+from plinko.app.live.broadcast.replay_buffer import Recent
+from plinko.app.protocol import messages
+from plinko.app.protocol.seeds import SeedStream, SparseStream
+from plinko.app.protocol.visitors import Appearance
+from plinko.app.protocol.wire import WireMessage
+from plinko.app.rooms.keys import IdempotencyKey
+from plinko.app.rooms.room import Room
+from plinko.app.settings import Settings
+from plinko.engine import Board
 
 _DIAGNOSED: Final = 5  # diagnostics a second, for clients that asked for them
 

@@ -15,8 +15,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
-from app.errors import AppError, RoomFullError, SlowClientError
-from app.protocol.wire import WireMessage
+from plinko.app.errors import AppError, RoomFullError, SlowClientError
+from plinko.app.protocol.wire import WireMessage
 
 
 class Connection(Protocol):

@@ -14,10 +14,10 @@ from typing import Final
 
 import msgspec
 
-from app.live.broadcast.hub import Client
-from app.protocol import messages
-from app.protocol.visitors import Appearance, Visitor
-from app.protocol.wire import WireMessage
+from plinko.app.live.broadcast.hub import Client
+from plinko.app.protocol import messages
+from plinko.app.protocol.visitors import Appearance, Visitor
+from plinko.app.protocol.wire import WireMessage
 
 MOST_NAMED: Final = 24
 """Visitors listed in one event: the last that came, changed their name or dropped a ball."""

@@ -5,7 +5,7 @@ from typing import Final
 
 import msgspec
 
-from app.protocol import messages
+from plinko.app.protocol import messages
 
 KEPT: Final = 256  # events, without contacts: a late bounce interests no client
 

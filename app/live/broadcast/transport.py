@@ -13,8 +13,8 @@ from starlette.types import Scope
 from starlette.websockets import WebSocket, WebSocketDisconnect
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
-from app.live.broadcast.hub import Connection
-from app.protocol.wire import WireMessage
+from plinko.app.live.broadcast.hub import Connection
+from plinko.app.protocol.wire import WireMessage
 
 EXTENSION = "plinko.connection"
 

@@ -9,14 +9,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from app.errors import InvalidValueError, LimitError, SessionStateError
-from app.fairness.seeds import draw_mac, drop_seed
-from app.fairness.signing import Signer
-from app.fairness.statements import LogEntry, Receipt
-from app.protocol import messages
-from app.rooms.draw import Draw
-from app.rooms.records import DropRow, Lease, LogLeaf, NewDrop, SessionTurn
-from app.rooms.room import Room
+from plinko.app.errors import InvalidValueError, LimitError, SessionStateError
+from plinko.app.fairness.seeds import draw_mac, drop_seed
+from plinko.app.fairness.signing import Signer
+from plinko.app.fairness.statements import LogEntry, Receipt
+from plinko.app.protocol import messages
+from plinko.app.rooms.draw import Draw
+from plinko.app.rooms.records import DropRow, Lease, LogLeaf, NewDrop, SessionTurn
+from plinko.app.rooms.room import Room
 
 MOST_DROPS: Final = 1000
 """In one session: an export is read from the ledger in one go, while commits wait."""

@@ -13,14 +13,14 @@ from typing import Final
 
 import msgspec
 
-from app.errors import (
+from plinko.app.errors import (
     InvalidValueError,
     LedgerError,
     SessionStateError,
     UnknownSessionError,
     shorten,
 )
-from app.fairness.export import (
+from plinko.app.fairness.export import (
     KIND,
     VERSION,
     DropResult,
@@ -29,20 +29,20 @@ from app.fairness.export import (
     Signed,
     make_export,
 )
-from app.fairness.seeds import SECRET_BYTES, commitment, parse_hex
-from app.fairness.signing import Signer, is_signed
-from app.fairness.statements import Closing, SessionStatement, TreeHead, payouts_digest
-from app.live.sessions.fair_session import FairSession
-from app.persistence.service import PersistenceService
-from app.persistence.signing_key import SigningKey
-from app.persistence.statements import fair_store, history
-from app.rooms.canonical import canonical
-from app.rooms.independent import INDEPENDENT
-from app.rooms.keys import KeyUse
-from app.rooms.outcome import signed
-from app.rooms.records import FairEnd, FairOpening, FairSessionRow, ResultRow
-from app.rooms.room import Room
-from engine import PHYSICS_VERSION, Board, merkle
+from plinko.app.fairness.seeds import SECRET_BYTES, commitment, parse_hex
+from plinko.app.fairness.signing import Signer, is_signed
+from plinko.app.fairness.statements import Closing, SessionStatement, TreeHead, payouts_digest
+from plinko.app.live.sessions.fair_session import FairSession
+from plinko.app.persistence.service import PersistenceService
+from plinko.app.persistence.signing_key import SigningKey
+from plinko.app.persistence.statements import fair_store, history
+from plinko.app.rooms.canonical import canonical
+from plinko.app.rooms.independent import INDEPENDENT
+from plinko.app.rooms.keys import KeyUse
+from plinko.app.rooms.outcome import signed
+from plinko.app.rooms.records import FairEnd, FairOpening, FairSessionRow, ResultRow
+from plinko.app.rooms.room import Room
+from plinko.engine import PHYSICS_VERSION, Board, merkle
 
 REST_SECONDS: Final = 86_400.0
 """s without a drop after which a session ends and its seed is revealed: a day, so that a player who

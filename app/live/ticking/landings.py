@@ -2,9 +2,9 @@
 
 import asyncio
 
-from app.concurrency.signal import Signal
-from app.errors import AppError
-from app.protocol import messages
+from plinko.app.concurrency.signal import Signal
+from plinko.app.errors import AppError
+from plinko.app.protocol import messages
 
 
 class Landings:

@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final, Protocol
 
-from app.errors import BusyError
-from app.live.public_tables import MAIN
-from app.live.ticking.passes import Pass
-from app.live.ticking.step_threads import StepThreads
-from app.live.ticking.ticker import Schedule, Ticker, Watcher
-from app.rooms.room import Room
-from app.settings import Settings
+from plinko.app.errors import BusyError
+from plinko.app.live.public_tables import MAIN
+from plinko.app.live.ticking.passes import Pass
+from plinko.app.live.ticking.step_threads import StepThreads
+from plinko.app.live.ticking.ticker import Schedule, Ticker, Watcher
+from plinko.app.rooms.room import Room
+from plinko.app.settings import Settings
 
 CATCH_UP: Final = 5  # due ticks run at once after a pause; the others are skipped
 

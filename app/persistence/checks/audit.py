@@ -11,16 +11,16 @@ from typing import Final
 import sqlalchemy as sa
 from sqlalchemy import Connection
 
-from app.persistence.ledger.database import Database, reason
-from app.persistence.recovery.rebuild import Replay, basis_of
-from app.persistence.statements import store, tables
-from app.rooms.draw import Draw
-from app.rooms.kinds import BallLimits, format_of
-from app.rooms.records import DropRow, ResultRow, RoomRow, TakenRow
-from app.rooms.room import Basis
-from app.rooms.stakes import payout_of
-from engine import PHYSICS_VERSION, Board, drop
-from engine.drops.flight import ticks_of
+from plinko.app.persistence.ledger.database import Database, reason
+from plinko.app.persistence.recovery.rebuild import Replay, basis_of
+from plinko.app.persistence.statements import store, tables
+from plinko.app.rooms.draw import Draw
+from plinko.app.rooms.kinds import BallLimits, format_of
+from plinko.app.rooms.records import DropRow, ResultRow, RoomRow, TakenRow
+from plinko.app.rooms.room import Basis
+from plinko.app.rooms.stakes import payout_of
+from plinko.engine import PHYSICS_VERSION, Board, drop
+from plinko.engine.drops.flight import ticks_of
 
 _PAGE: Final = 1000  # rows read at once
 _NO_LIMIT: Final = BallLimits(1 << 62, 1 << 62)  # the limits may be lower now than during the run

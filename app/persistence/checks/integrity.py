@@ -10,9 +10,9 @@ from typing import Final, Literal
 import sqlalchemy as sa
 from sqlalchemy import Connection
 
-from app.errors import LedgerError
-from app.persistence.ledger.database import Database, reason
-from app.persistence.ledger.writer import Ledger
+from plinko.app.errors import LedgerError
+from plinko.app.persistence.ledger.database import Database, reason
+from plinko.app.persistence.ledger.writer import Ledger
 
 Finding = Literal["checking", "sound", "damaged", "unknown"]
 

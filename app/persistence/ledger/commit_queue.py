@@ -27,9 +27,9 @@ from typing import Any
 
 from sqlalchemy import Connection
 
-from app.errors import LedgerError
-from app.rooms.keys import KeyUse
-from app.rooms.records import Lease, Write
+from plinko.app.errors import LedgerError
+from plinko.app.rooms.keys import KeyUse
+from plinko.app.rooms.records import Lease, Write
 
 Done = Callable[[LedgerError | None], None]
 

@@ -13,11 +13,17 @@ from typing import Final
 
 import sqlalchemy as sa
 
-from app.errors import DamagedRoomError, LeaseLostError, LedgerError
-from app.persistence.ledger.commit_queue import CommitQueue, Fate, Job, LostError, RevokedError
-from app.persistence.ledger.database import Database, InDoubtError, reason
-from app.persistence.statements import keys, lease_store, writing
-from app.rooms.records import Lease, NewDrop, Write
+from plinko.app.errors import DamagedRoomError, LeaseLostError, LedgerError
+from plinko.app.persistence.ledger.commit_queue import (
+    CommitQueue,
+    Fate,
+    Job,
+    LostError,
+    RevokedError,
+)
+from plinko.app.persistence.ledger.database import Database, InDoubtError, reason
+from plinko.app.persistence.statements import keys, lease_store, writing
+from plinko.app.rooms.records import Lease, NewDrop, Write
 
 _RETRY: Final = (0.25, 2.0)  # s between attempts while the database fails: at first, and at most
 

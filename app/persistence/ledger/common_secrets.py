@@ -5,9 +5,9 @@ from typing import Final
 
 from sqlalchemy import Connection, delete, insert, select
 
-from app.errors import SettingError
-from app.persistence.ledger.database import Database
-from app.persistence.statements import tables
+from plinko.app.errors import SettingError
+from plinko.app.persistence.ledger.database import Database
+from plinko.app.persistence.statements import tables
 
 _BYTES: Final = 32
 

@@ -16,9 +16,9 @@ from sqlalchemy.engine import URL, make_url
 from sqlalchemy.exc import ArgumentError, NoSuchModuleError
 from sqlalchemy.pool import NullPool, StaticPool
 
-from app.errors import LedgerError, SettingError
-from app.persistence.ledger.epoch import EpochFile, Place
-from app.persistence.statements import history, writer_store
+from plinko.app.errors import LedgerError, SettingError
+from plinko.app.persistence.ledger.epoch import EpochFile, Place
+from plinko.app.persistence.statements import history, writer_store
 
 HEAD = "0006"  # the last step of `migrations`
 
@@ -363,7 +363,7 @@ def _upgrade(connection: Connection) -> None:
     from alembic.util import CommandError  # noqa: PLC0415
 
     config = Config()
-    config.set_main_option("script_location", "app.persistence.ledger:migrations")
+    config.set_main_option("script_location", "plinko.app.persistence.ledger:migrations")
     config.attributes["connection"] = connection
     try:
         with connection.begin():

@@ -27,7 +27,7 @@ import os
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from app.errors import LedgerError
+from plinko.app.errors import LedgerError
 
 _DIGITS: Final = 20
 

@@ -7,10 +7,10 @@ import asyncio
 from collections.abc import Callable, Coroutine, Sequence
 from typing import NoReturn, TypeVar
 
-from app.errors import LedgerError
-from app.persistence.ledger.commit_queue import Done
-from app.rooms.keys import KeyUse, UsedKey
-from app.rooms.records import DropRow, NewDrop, NewInput, Write
+from plinko.app.errors import LedgerError
+from plinko.app.persistence.ledger.commit_queue import Done
+from plinko.app.rooms.keys import KeyUse, UsedKey
+from plinko.app.rooms.records import DropRow, NewDrop, NewInput, Write
 
 T = TypeVar("T")
 

@@ -18,15 +18,15 @@ from typing import Any, Concatenate, Final, ParamSpec, Protocol, TypeVar
 
 from sqlalchemy import Connection
 
-from app.concurrency.to_the_end import log_failure
-from app.errors import LeaseLostError, LedgerError, UndecidedError
-from app.persistence.lease_book import LeaseBook, Unshared
-from app.persistence.ledger.commit_queue import CommitQueue, Done, Job
-from app.persistence.ledger.committer import Answers, Committer
-from app.persistence.ledger.database import Database
-from app.persistence.statements import keys
-from app.rooms.keys import KeyUse, UsedKey
-from app.rooms.records import Lease, NewDrop, Write
+from plinko.app.concurrency.to_the_end import log_failure
+from plinko.app.errors import LeaseLostError, LedgerError, UndecidedError
+from plinko.app.persistence.lease_book import LeaseBook, Unshared
+from plinko.app.persistence.ledger.commit_queue import CommitQueue, Done, Job
+from plinko.app.persistence.ledger.committer import Answers, Committer
+from plinko.app.persistence.ledger.database import Database
+from plinko.app.persistence.statements import keys
+from plinko.app.rooms.keys import KeyUse, UsedKey
+from plinko.app.rooms.records import Lease, NewDrop, Write
 
 T = TypeVar("T")
 P = ParamSpec("P")

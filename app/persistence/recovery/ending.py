@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 from sqlalchemy import Connection
 
-from app.persistence.statements import store, writing
-from app.rooms.kinds import format_of
-from app.rooms.records import Close, ResultRow, RoomRow
+from plinko.app.persistence.statements import store, writing
+from plinko.app.rooms.kinds import format_of
+from plinko.app.rooms.records import Close, ResultRow, RoomRow
 
 DROPPED = "its room was taken off the ledger"
 """The reason in the results of balls whose room the operator gave up."""

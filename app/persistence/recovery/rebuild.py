@@ -3,11 +3,11 @@
 from collections import deque
 from collections.abc import Sequence
 
-from app.errors import DamagedRoomError, InvalidValueError
-from app.rooms.kinds import BallLimits, draw_of, ground_of, make_room
-from app.rooms.records import InputRow, KeptBasis, RoomRow
-from app.rooms.room import Basis
-from app.rooms.touching.room import TouchingRoom
+from plinko.app.errors import DamagedRoomError, InvalidValueError
+from plinko.app.rooms.kinds import BallLimits, draw_of, ground_of, make_room
+from plinko.app.rooms.records import InputRow, KeptBasis, RoomRow
+from plinko.app.rooms.room import Basis
+from plinko.app.rooms.touching.room import TouchingRoom
 
 
 class Replay:

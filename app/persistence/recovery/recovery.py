@@ -17,15 +17,15 @@ from typing import Final, TypeVar
 import sqlalchemy as sa
 from sqlalchemy import Connection
 
-from app.errors import DamagedRoomError, LedgerError
-from app.persistence.recovery.ending import voided
-from app.persistence.recovery.rebuild import Replay, basis_of
-from app.persistence.room_runs import RoomRun, RoomRuns
-from app.persistence.statements import facts, store
-from app.protocol import messages
-from app.rooms.independent import IndependentRoom
-from app.rooms.kinds import DRAW, BallLimits, format_of, make_room
-from app.rooms.records import (
+from plinko.app.errors import DamagedRoomError, LedgerError
+from plinko.app.persistence.recovery.ending import voided
+from plinko.app.persistence.recovery.rebuild import Replay, basis_of
+from plinko.app.persistence.room_runs import RoomRun, RoomRuns
+from plinko.app.persistence.statements import facts, store
+from plinko.app.protocol import messages
+from plinko.app.rooms.independent import IndependentRoom
+from plinko.app.rooms.kinds import DRAW, BallLimits, format_of, make_room
+from plinko.app.rooms.records import (
     RULES,
     Close,
     InputRow,
@@ -36,9 +36,9 @@ from app.rooms.records import (
     TableState,
     Write,
 )
-from app.rooms.room import Ground, Room
-from engine import PHYSICS_VERSION, Board
-from engine.drops.flight import fly
+from plinko.app.rooms.room import Ground, Room
+from plinko.engine import PHYSICS_VERSION, Board
+from plinko.engine.drops.flight import fly
 
 T = TypeVar("T")
 

@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass, replace
 import sqlalchemy as sa
 from sqlalchemy import Connection, func, select
 
-from app.errors import (
+from plinko.app.errors import (
     AppError,
     DamagedRoomError,
     KeyReusedError,
@@ -19,9 +19,9 @@ from app.errors import (
     RepeatedError,
     SessionStateError,
 )
-from app.persistence.statements import fair_store, keys, store, tables
-from app.rooms.keys import UsedKey
-from app.rooms.records import (
+from plinko.app.persistence.statements import fair_store, keys, store, tables
+from plinko.app.rooms.keys import UsedKey
+from plinko.app.rooms.records import (
     DropRow,
     FairEnd,
     InputRow,

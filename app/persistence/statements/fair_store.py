@@ -11,10 +11,10 @@ from typing import Any, Final
 import msgspec
 from sqlalchemy import Connection, func, insert, select, tuple_, update
 
-from app.persistence.statements import history, tables
-from app.persistence.statements.store import basis, result_of
-from app.rooms.canonical import canonical
-from app.rooms.records import (
+from plinko.app.persistence.statements import history, tables
+from plinko.app.persistence.statements.store import basis, result_of
+from plinko.app.rooms.canonical import canonical
+from plinko.app.rooms.records import (
     LOG_LEAVES,
     FairOpening,
     FairSessionRow,
@@ -22,7 +22,7 @@ from app.rooms.records import (
     ReceiptRow,
     ResultRow,
 )
-from engine import merkle
+from plinko.engine import merkle
 
 _AT_ONCE: Final = 400  # nodes in one SELECT: SQLite limits the number of parameters
 

@@ -4,8 +4,8 @@ from dataclasses import asdict
 
 from sqlalchemy import Connection, delete, insert, select
 
-from app.persistence.statements import tables
-from app.rooms.records import Halt, Release
+from plinko.app.persistence.statements import tables
+from plinko.app.rooms.records import Halt, Release
 
 
 def halts(connection: Connection) -> dict[str, float]:

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 
 from sqlalchemy import Connection, delete, func, insert, select
 
-from app.persistence.statements import tables
+from plinko.app.persistence.statements import tables
 
 FIRST_LOG = "0" * 32
 """Stands for the id of the first log, which has none."""

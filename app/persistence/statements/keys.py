@@ -10,9 +10,9 @@ from dataclasses import asdict, replace
 
 from sqlalchemy import ColumnElement, Connection, delete, select
 
-from app.errors import KeyReusedError
-from app.persistence.statements import history, tables
-from app.rooms.keys import IdempotencyKey, KeyUse, UsedKey
+from plinko.app.errors import KeyReusedError
+from plinko.app.persistence.statements import history, tables
+from plinko.app.rooms.keys import IdempotencyKey, KeyUse, UsedKey
 
 
 def use(connection: Connection, key: IdempotencyKey, run: int, fact: str) -> UsedKey | None:

@@ -11,8 +11,8 @@ from typing import Final
 import sqlalchemy as sa
 from sqlalchemy import Connection, func, select, update
 
-from app.persistence.statements import tables
-from app.rooms.records import Lease, LeaseRow
+from plinko.app.persistence.statements import tables
+from plinko.app.rooms.records import Lease, LeaseRow
 
 _AT_ONCE: Final = 400  # rooms in one SELECT: SQLite limits the number of parameters
 _LOCK_MS: Final = 100  # how long taking a room waits for the former holder's transaction

@@ -6,7 +6,7 @@ from typing import Any
 import msgspec
 from sqlalchemy import Connection, and_, or_, select
 
-from app.persistence.statements import tables
+from plinko.app.persistence.statements import tables
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,9 +5,9 @@ from dataclasses import asdict
 import msgspec
 from sqlalchemy import Connection, select
 
-from app.persistence.statements import tables
-from app.rooms.queue import EMPTY, Queue
-from app.rooms.records import QueueRow
+from plinko.app.persistence.statements import tables
+from plinko.app.rooms.queue import EMPTY, Queue
+from plinko.app.rooms.records import QueueRow
 
 
 def queue(connection: Connection, room: int) -> Queue:

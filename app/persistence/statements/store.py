@@ -5,9 +5,9 @@ from typing import Any, Final
 
 from sqlalchemy import Connection, Select, delete, func, select
 
-from app.errors import DamagedRoomError, shorten
-from app.persistence.statements import tables
-from app.rooms.records import (
+from plinko.app.errors import DamagedRoomError, shorten
+from plinko.app.persistence.statements import tables
+from plinko.app.rooms.records import (
     DropRow,
     InputRow,
     KeptBasis,

@@ -11,7 +11,7 @@ from typing import Any, Final
 import sqlalchemy as sa
 from sqlalchemy import Connection, select, tuple_
 
-from app.persistence.statements import tables
+from plinko.app.persistence.statements import tables
 
 _AT_ONCE: Final = 400  # results in one SELECT: SQLite limits the number of parameters
 

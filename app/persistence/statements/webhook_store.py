@@ -10,9 +10,9 @@ from typing import Final
 import msgspec
 from sqlalchemy import Connection, delete, insert, select
 
-from app.persistence.statements import tables
-from app.rooms.records import Heard
-from engine.json_text import JsonObject
+from plinko.app.persistence.statements import tables
+from plinko.app.rooms.records import Heard
+from plinko.engine.json_text import JsonObject
 
 ACCEPTED: Final = "accepted"
 LANDED: Final = "landed"

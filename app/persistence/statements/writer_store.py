@@ -13,8 +13,8 @@ from typing import Final
 import sqlalchemy as sa
 from sqlalchemy import Connection, bindparam, delete, func, insert, select, update
 
-from app.errors import LedgerError
-from app.persistence.statements import tables
+from plinko.app.errors import LedgerError
+from plinko.app.persistence.statements import tables
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ from typing import Any, Final
 import sqlalchemy as sa
 from sqlalchemy import Connection, Row, bindparam, delete, insert, update
 
-from app.persistence.statements import (
+from plinko.app.persistence.statements import (
     facts,
     fair_store,
     halt_store,
@@ -25,9 +25,9 @@ from app.persistence.statements import (
     totals,
     webhook_store,
 )
-from app.persistence.statements.store import unended_drops
-from app.rooms.drop_format import DropFormat
-from app.rooms.records import (
+from plinko.app.persistence.statements.store import unended_drops
+from plinko.app.rooms.drop_format import DropFormat
+from plinko.app.rooms.records import (
     BoardRow,
     Close,
     DrawRow,

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from app.render.raster import pixels as compiled
-from app.render.raster.canvas import Gradient
-from app.render.theme import Theme, named
+from plinko.app.render.raster import pixels as compiled
+from plinko.app.render.raster.canvas import Gradient
+from plinko.app.render.theme import Theme, named
 
 Floats = npt.NDArray[np.float64]
 Pixels = npt.NDArray[np.uint8]

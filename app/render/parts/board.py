@@ -7,15 +7,15 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from app.render.parts import ground
-from app.render.parts.pegs import paint_pegs
-from app.render.parts.prizes import LINE_HEIGHT, Lettering, lettering, look_of, tight
-from app.render.parts.sides import sides_of
-from app.render.parts.view import View
-from app.render.raster.canvas import Canvas, polygon_coverage, text_width
-from app.render.theme import Colour, Theme, named
-from engine import Board
-from engine.board.parts import Wall
+from plinko.app.render.parts import ground
+from plinko.app.render.parts.pegs import paint_pegs
+from plinko.app.render.parts.prizes import LINE_HEIGHT, Lettering, lettering, look_of, tight
+from plinko.app.render.parts.sides import sides_of
+from plinko.app.render.parts.view import View
+from plinko.app.render.raster.canvas import Canvas, polygon_coverage, text_width
+from plinko.app.render.theme import Colour, Theme, named
+from plinko.engine import Board
+from plinko.engine.board.parts import Wall
 
 Point = tuple[float, float]
 

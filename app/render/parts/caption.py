@@ -2,11 +2,11 @@
 
 from typing import Final
 
-from app.render.parts.prizes import result_of
-from app.render.parts.view import View
-from app.render.raster.canvas import Canvas, text_width
-from app.render.theme import Theme
-from engine import Drop
+from plinko.app.render.parts.prizes import result_of
+from plinko.app.render.parts.view import View
+from plinko.app.render.raster.canvas import Canvas, text_width
+from plinko.app.render.theme import Theme
+from plinko.engine import Drop
 
 SMALLEST: Final = 9.0  # px, of legible letters
 

@@ -12,9 +12,9 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from app.render.raster.canvas import Array, Canvas, Gradient, covered
-from app.render.theme import Theme, parse
-from engine.json_text import Json, JsonObject
+from plinko.app.render.raster.canvas import Array, Canvas, Gradient, covered
+from plinko.app.render.theme import Theme, parse
+from plinko.engine.json_text import Json, JsonObject
 
 TURN: Final = 2.0 * math.pi
 

@@ -6,12 +6,12 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from app.render.parts.balls import LEAST_RADIUS
-from app.render.parts.view import View
-from app.render.raster import pixels as compiled
-from app.render.theme import Colour, Theme
-from engine import Board, Drop
-from engine.constants import KIND_LANDING, KIND_PEG, KIND_WALL
+from plinko.app.render.parts.balls import LEAST_RADIUS
+from plinko.app.render.parts.view import View
+from plinko.app.render.raster import pixels as compiled
+from plinko.app.render.theme import Colour, Theme
+from plinko.engine import Board, Drop
+from plinko.engine.constants import KIND_LANDING, KIND_PEG, KIND_WALL
 
 Floats = npt.NDArray[np.float64]
 Pixels = npt.NDArray[np.uint8]

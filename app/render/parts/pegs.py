@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from app.render.parts.view import View
-from app.render.raster.canvas import Array, Canvas, Gradient, covered
-from app.render.theme import Theme
-from engine import Board
-from engine.json_text import JsonObject
+from plinko.app.render.parts.view import View
+from plinko.app.render.raster.canvas import Array, Canvas, Gradient, covered
+from plinko.app.render.theme import Theme
+from plinko.engine import Board
+from plinko.engine.json_text import JsonObject
 
 Peg = tuple[float, float, float]
 """x, y and radius, px."""

@@ -10,10 +10,10 @@ import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from app.render.parts.view import View
-from app.render.raster.canvas import can_write, text_width
-from app.render.theme import Colour, Payout, Theme
-from engine import Board, Drop, Label
+from plinko.app.render.parts.view import View
+from plinko.app.render.raster.canvas import can_write, text_width
+from plinko.app.render.theme import Colour, Payout, Theme
+from plinko.engine import Board, Drop, Label
 
 LEAST, MOST = 9.0, 22.0
 """Sizes of letters in px, at full size of the picture."""

@@ -7,7 +7,7 @@ An inner wall has balls on both sides, and its rail is centred on it.
 import functools
 from collections.abc import Iterator
 
-from engine import Board
+from plinko.engine import Board
 
 Point = tuple[float, float]
 

@@ -6,10 +6,10 @@ from typing import Final, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from app.errors import InvalidValueError
-from app.render.theme import Theme
-from engine import Board
-from engine.multibody.static_geometry import StaticGeometry
+from plinko.app.errors import InvalidValueError
+from plinko.app.render.theme import Theme
+from plinko.engine import Board
+from plinko.engine.multibody.static_geometry import StaticGeometry
 
 Number = TypeVar("Number", float, npt.NDArray[np.float64])
 

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw, ImageFont
 
-from app.render.theme import Colour
+from plinko.app.render.theme import Colour
 
 Array = npt.NDArray[np.float32]
 

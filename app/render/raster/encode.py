@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from app.errors import InvalidValueError
-from app.render.raster.palette import Palette
-from app.render.raster.png import FAST, SMALL, png
+from plinko.app.errors import InvalidValueError
+from plinko.app.render.raster.palette import Palette
+from plinko.app.render.raster.png import FAST, SMALL, png
 
 Pixels = npt.NDArray[np.uint8]
 Still = Literal["png", "jpg", "webp"]

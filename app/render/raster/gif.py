@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import GifImagePlugin, Image
 
-from app.render.raster.palette import UNCHANGED
+from plinko.app.render.raster.palette import UNCHANGED
 
 Pixels = npt.NDArray[np.uint8]
 

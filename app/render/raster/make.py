@@ -1,18 +1,18 @@
-"""Write pixels.wasm, the machine code of pixels.py: python -m app.render.raster.make"""
+"""Write pixels.wasm, the machine code of pixels.py: python -m plinko.app.render.raster.make"""
 
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from app.render.raster import pixels
-from engine.artifact.make import made_by
+from plinko.app.render.raster import pixels
+from plinko.engine.artifact.make import made_by
 
 KERNELS: Final = Path(pixels.__file__)
 ARTIFACT: Final = KERNELS.with_suffix(".wasm")
 
 
-def play() -> None:
+def sample_calls() -> None:
     """Call each kernel that Python calls once, so that it is compiled."""
     picture, colours = np.zeros((2, 2, 3), np.uint8), np.zeros((1, 3), np.uint8)
     colour, gloss = np.zeros(3), np.zeros((2, 2, 4))
@@ -29,9 +29,9 @@ def play() -> None:
 def made() -> bytes:
     """Compile the artifact and return its bytes."""
     return made_by(
-        "from app.render.raster.make import KERNELS, play; "
-        "from engine.artifact.rehearsal import compiled_beside; "
-        "made = compiled_beside(KERNELS, play)"
+        "from plinko.app.render.raster.make import KERNELS, sample_calls; "
+        "from plinko.engine.artifact.record_types import compiled_beside; "
+        "made = compiled_beside(KERNELS, sample_calls)"
     )
 
 

@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from engine.errors import MissingPartError
+from plinko.engine.errors import MissingPartError
 
 Pixels = npt.NDArray[np.uint8]
 

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from app.render.raster import pixels as compiled
+from plinko.app.render.raster import pixels as compiled
 
 Pixels = npt.NDArray[np.uint8]
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine.jit.decorator import inner_kernel, kernel, lean_kernel
+from plinko.engine.jit.decorator import inner_kernel, kernel, lean_kernel
 
 Floats = npt.NDArray[np.float64]
 Pixels = npt.NDArray[np.uint8]

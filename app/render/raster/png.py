@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from app.render.raster.palette import UNCHANGED
+from plinko.app.render.raster.palette import UNCHANGED
 
 Pixels = npt.NDArray[np.uint8]
 

@@ -9,16 +9,16 @@ from typing import Any, Final
 
 import msgspec
 
-from app.errors import BallLimitError, InvalidValueError, MissingBallError, shorten
-from app.protocol import touching_messages as wire
-from app.protocol.visitors import NO_TAG
-from app.rooms.pending import DropCommand
-from app.rooms.touching import inputs, values
-from app.rooms.touching.crowd import Spot, check_room
-from app.rooms.touching.scene import Scene
-from app.rooms.touching.world import TouchingWorld
-from engine import Board
-from engine.drops.start import start_of
+from plinko.app.errors import BallLimitError, InvalidValueError, MissingBallError, shorten
+from plinko.app.protocol import touching_messages as wire
+from plinko.app.protocol.visitors import NO_TAG
+from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.touching import inputs, values
+from plinko.app.rooms.touching.crowd import Spot, check_room
+from plinko.app.rooms.touching.scene import Scene
+from plinko.app.rooms.touching.world import TouchingWorld
+from plinko.engine import Board
+from plinko.engine.drops.start import start_of
 
 BALL_NAMES: Final = ("density", "restitution", "friction")
 

@@ -3,11 +3,11 @@
 from collections.abc import Iterable, Mapping
 from typing import Final
 
-from app.protocol import messages
-from app.rooms.room import QUIET
-from app.rooms.touching.table import Fall
-from engine.constants import KIND_BALL, KIND_PEG, KIND_WALL
-from engine.multibody.events import Touch
+from plinko.app.protocol import messages
+from plinko.app.rooms.room import QUIET
+from plinko.app.rooms.touching.table import Fall
+from plinko.engine.constants import KIND_BALL, KIND_PEG, KIND_WALL
+from plinko.engine.multibody.events import Touch
 
 _MOST: Final = 24
 """Contacts sent per tick, the hardest ones: more would only be noise, at a cost to each client."""

@@ -11,10 +11,10 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from app.errors import BallLimitError
-from app.rooms.touching import inputs
-from app.rooms.touching.scene import Scene
-from engine import Board
+from plinko.app.errors import BallLimitError
+from plinko.app.rooms.touching import inputs
+from plinko.app.rooms.touching.scene import Scene
+from plinko.engine import Board
 
 MOST_OVERLAPS: Final = 32
 """Balls that an added ball may overlap."""

@@ -1,7 +1,7 @@
 """The validated inputs of a room of touching balls, as the ledger and the log write them.
 
 The fields are in the order of the ledger's JSON. UNSET stands for a field that the client did not
-give. Units are those of `app.rooms.touching.values`.
+give. Units are those of `plinko.app.rooms.touching.values`.
 """
 
 from collections.abc import Mapping
@@ -10,18 +10,18 @@ from typing import ClassVar
 
 import msgspec
 
-from app.errors import InvalidValueError
-from app.rooms.input_format import InputFormat, check_known
-from app.rooms.keys import IdempotencyKey
-from app.rooms.pending import PendingInput
-from app.rooms.records import InputRow, NewInput, ResultRow
-from app.rooms.stakes import parse_who
-from app.rooms.touching.scene import as_kept
-from engine import Board
-from engine.drops.start import start_of
-from engine.errors import RecordError
-from engine.json_text import JsonObject
-from engine.seeding import parse_seed
+from plinko.app.errors import InvalidValueError
+from plinko.app.rooms.input_format import InputFormat, check_known
+from plinko.app.rooms.keys import IdempotencyKey
+from plinko.app.rooms.pending import PendingInput
+from plinko.app.rooms.records import InputRow, NewInput, ResultRow
+from plinko.app.rooms.stakes import parse_who
+from plinko.app.rooms.touching.scene import as_kept
+from plinko.engine import Board
+from plinko.engine.drops.start import start_of
+from plinko.engine.errors import RecordError
+from plinko.engine.json_text import JsonObject
+from plinko.engine.seeding import parse_seed
 
 _Number = float | msgspec.UnsetType
 

@@ -7,7 +7,7 @@ therefore has the same bits on whichever thread it ran, and no code waits for a 
 half computed.
 """
 
-from app.rooms.touching.world import TouchingWorld
+from plinko.app.rooms.touching.world import TouchingWorld
 
 
 class NextTick:

@@ -16,24 +16,24 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from app.errors import InvalidValueError
-from app.protocol import messages
-from app.protocol.touching_messages import Change
-from app.rooms.pending import DropCommand, Entered, PendingInput
-from app.rooms.room import Basis, Ground, Room
-from app.rooms.touching import inputs, values
-from app.rooms.touching.checks import BALL_NAMES, InputCheck, no_such_ball
-from app.rooms.touching.contacts import contacts
-from app.rooms.touching.crowd import spot_of
-from app.rooms.touching.inputs import ChangeFormat, TouchingCommand
-from app.rooms.touching.next_tick import NextTick
-from app.rooms.touching.scene import Scene
-from app.rooms.touching.table import Fall, Table
-from app.rooms.touching.world import Box, TouchingWorld
-from engine import Board
-from engine.errors import RecordError
-from engine.json_text import JsonObject
-from engine.multibody.events import ArenaEvent, Landed, Left, Touch
+from plinko.app.errors import InvalidValueError
+from plinko.app.protocol import messages
+from plinko.app.protocol.touching_messages import Change
+from plinko.app.rooms.pending import DropCommand, Entered, PendingInput
+from plinko.app.rooms.room import Basis, Ground, Room
+from plinko.app.rooms.touching import inputs, values
+from plinko.app.rooms.touching.checks import BALL_NAMES, InputCheck, no_such_ball
+from plinko.app.rooms.touching.contacts import contacts
+from plinko.app.rooms.touching.crowd import spot_of
+from plinko.app.rooms.touching.inputs import ChangeFormat, TouchingCommand
+from plinko.app.rooms.touching.next_tick import NextTick
+from plinko.app.rooms.touching.scene import Scene
+from plinko.app.rooms.touching.table import Fall, Table
+from plinko.app.rooms.touching.world import Box, TouchingWorld
+from plinko.engine import Board
+from plinko.engine.errors import RecordError
+from plinko.engine.json_text import JsonObject
+from plinko.engine.multibody.events import ArenaEvent, Landed, Left, Touch
 
 INTERACTING: Final = "interacting"
 SCENE: Final = "scene"  # the ledger's mode of a room without a board

@@ -7,14 +7,14 @@ from typing import Any, Final
 
 import msgspec
 
-from app.errors import InvalidValueError, shorten
-from app.rooms.touching.values import BALL, SETTINGS, Range, check_work, checked
-from engine import Board
-from engine.errors import RecordError
-from engine.json_text import JsonObject
-from engine.multibody.arena import Arena
-from engine.multibody.scenes import galton, sandbox
-from engine.seeding import parse_seed
+from plinko.app.errors import InvalidValueError, shorten
+from plinko.app.rooms.touching.values import BALL, SETTINGS, Range, check_work, checked
+from plinko.engine import Board
+from plinko.engine.errors import RecordError
+from plinko.engine.json_text import JsonObject
+from plinko.engine.multibody.arena import Arena
+from plinko.engine.multibody.scenes import galton, sandbox
+from plinko.engine.seeding import parse_seed
 
 SANDBOX: Final = "sandbox"
 GALTON: Final = "galton"

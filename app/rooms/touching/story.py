@@ -11,14 +11,14 @@ from typing import Annotated, Final
 import msgspec
 from msgspec import Meta
 
-from app.errors import AppError, InvalidValueError, shorten
-from app.protocol import touching_messages as wire
-from app.rooms.pending import PendingInput
-from app.rooms.touching.inputs import TouchingCommand
-from app.rooms.touching.room import TouchingRoom
-from app.rooms.touching.scene import Scene
-from engine.constants import PHYSICS_VERSION
-from engine.json_text import Json, JsonObject
+from plinko.app.errors import AppError, InvalidValueError, shorten
+from plinko.app.protocol import touching_messages as wire
+from plinko.app.rooms.pending import PendingInput
+from plinko.app.rooms.touching.inputs import TouchingCommand
+from plinko.app.rooms.touching.room import TouchingRoom
+from plinko.app.rooms.touching.scene import Scene
+from plinko.engine.constants import PHYSICS_VERSION
+from plinko.engine.json_text import Json, JsonObject
 
 MOST_INPUTS: Final = 10_000
 

@@ -4,13 +4,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from app.protocol import messages
-from app.rooms.touching import inputs, values
-from app.rooms.touching.checks import BALL_NAMES
-from app.rooms.touching.inputs import given
-from app.rooms.touching.scene import Scene
-from app.rooms.touching.world import TouchingWorld
-from engine import Board
+from plinko.app.protocol import messages
+from plinko.app.rooms.touching import inputs, values
+from plinko.app.rooms.touching.checks import BALL_NAMES
+from plinko.app.rooms.touching.inputs import given
+from plinko.app.rooms.touching.scene import Scene
+from plinko.app.rooms.touching.world import TouchingWorld
+from plinko.engine import Board
 
 
 @dataclass(slots=True)

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from app.errors import InvalidValueError, shorten
-from engine.multibody.scenes import GRAVITY_PRESETS, RESTITUTION_PRESETS
+from plinko.app.errors import InvalidValueError, shorten
+from plinko.engine.multibody.scenes import GRAVITY_PRESETS, RESTITUTION_PRESETS
 
 
 @dataclass(frozen=True, slots=True)

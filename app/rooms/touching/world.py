@@ -13,13 +13,13 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from app.protocol.messages import Extent
-from app.rooms.touching.scene import Scene
-from engine import Board
-from engine.errors import RecordError
-from engine.multibody.arena import Arena
-from engine.multibody.scenes import on_board
-from engine.multibody.static_geometry import StaticGeometry
+from plinko.app.protocol.messages import Extent
+from plinko.app.rooms.touching.scene import Scene
+from plinko.engine import Board
+from plinko.engine.errors import RecordError
+from plinko.engine.multibody.arena import Arena
+from plinko.engine.multibody.scenes import on_board
+from plinko.engine.multibody.static_geometry import StaticGeometry
 
 HOLD_RATE: Final = 12.0
 """1/s; the rate at which a grabbed ball closes the gap to the hand: firm, yet no faster than a hand

@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable
 
-from app.errors import AppError, BusyError, ConnectionLimitError, SettingError, shorten
+from plinko.app.errors import AppError, BusyError, ConnectionLimitError, SettingError, shorten
 
 _ALWAYS = 3  # connections that each client may have even when few are left
 _FORWARDED = re.compile(r"\[([^\]]*)\](?::[0-9]+)?|([0-9.]+):[0-9]+")

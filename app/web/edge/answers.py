@@ -6,8 +6,8 @@ import secrets
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from app.web.limits import Allowance
-from app.web.problems import HOPS
+from plinko.app.web.limits import Allowance
+from plinko.app.web.problems import HOPS
 
 REQUEST_ID = "x-request-id"
 

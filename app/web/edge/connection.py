@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from http import HTTPStatus
 from typing import Any
 
-from app.errors import AppError, answer
-from app.live.broadcast.transport import PAST, Past
-from app.web.edge.addresses import Connections, one_client
-from app.web.edge.intake import Intake
-from app.web.edge.middleware import SECURITY_HEADERS
-from app.web.problems import problem_response
+from plinko.app.errors import AppError, answer
+from plinko.app.live.broadcast.transport import PAST, Past
+from plinko.app.web.edge.addresses import Connections, one_client
+from plinko.app.web.edge.intake import Intake
+from plinko.app.web.edge.middleware import SECURITY_HEADERS
+from plinko.app.web.problems import problem_response
 
 _HEAD_END = b"\r\n\r\n"
 

@@ -5,8 +5,8 @@ import logging
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from app.errors import BusyError
-from app.web.problems import problem_response
+from plinko.app.errors import BusyError
+from plinko.app.web.problems import problem_response
 
 _log = logging.getLogger("plinko")
 

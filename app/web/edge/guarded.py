@@ -10,8 +10,8 @@ from typing import ClassVar
 
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol, RequestResponseCycle
 
-from app.errors import AppError, HeadError, HeadTooLargeError, TooLateError, answer
-from app.web.edge.connection import Edge, refusal
+from plinko.app.errors import AppError, HeadError, HeadTooLargeError, TooLateError, answer
+from plinko.app.web.edge.connection import Edge, refusal
 
 _MOST_FIELDS = 100  # headers of one request; browsers send some twenty
 

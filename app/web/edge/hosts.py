@@ -10,7 +10,7 @@ import ipaddress
 import re
 from collections.abc import Iterable
 
-from app.errors import HostError, shorten
+from plinko.app.errors import HostError, shorten
 
 _LOCAL = "localhost"
 _NAME = re.compile(r"[a-z0-9_]([a-z0-9_.-]*[a-z0-9_])?")

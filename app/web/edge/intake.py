@@ -11,7 +11,7 @@ import asyncio
 from collections.abc import Callable
 from typing import Final, Protocol
 
-from app.concurrency.fair_queue import FairQueue
+from plinko.app.concurrency.fair_queue import FairQueue
 
 _PIECE: Final = 1024
 """Bytes that are read from a connection at a time."""

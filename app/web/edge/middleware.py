@@ -10,11 +10,11 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.middleware.gzip import GZipResponder, IdentityResponder
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from app.errors import AppError, HeadError, OriginError, TooLargeError, shorten
-from app.web.edge.accepted import accepts_gzip, whole
-from app.web.edge.addresses import Proxies
-from app.web.edge.hosts import Hosts
-from app.web.problems import problem_response
+from plinko.app.errors import AppError, HeadError, OriginError, TooLargeError, shorten
+from plinko.app.web.edge.accepted import accepts_gzip, whole
+from plinko.app.web.edge.addresses import Proxies
+from plinko.app.web.edge.hosts import Hosts
+from plinko.app.web.problems import problem_response
 
 # Only the server's own files, and no inline scripts: a board's name or a room's id that is written
 # into a page cannot become code.

@@ -13,9 +13,9 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from websockets.exceptions import HeaderLineTooLong, RequestLineTooLong
 from websockets.frames import Frame, Opcode
 
-from app.errors import BusyError, HeadError, HeadTooLargeError, MessageFloodError, answer
-from app.web.edge.connection import Edge, refusal
-from app.web.limits import TokenBucket
+from plinko.app.errors import BusyError, HeadError, HeadTooLargeError, MessageFloodError, answer
+from plinko.app.web.edge.connection import Edge, refusal
+from plinko.app.web.limits import TokenBucket
 
 _MOST_FRAGMENTS = 64  # of one message; browsers send messages of this size in one frame
 

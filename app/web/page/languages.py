@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from app.web.edge.accepted import weights
+from plinko.app.web.edge.accepted import weights
 
 ENGLISH = "en"  # the source of all translations, and the default
 

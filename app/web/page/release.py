@@ -22,7 +22,7 @@ from pathlib import Path
 from rcssmin import cssmin
 from rjsmin import jsmin
 
-from app.web.page.languages import ENGLISH, Texts, filled, path_of, used_in
+from plinko.app.web.page.languages import ENGLISH, Texts, filled, path_of, used_in
 
 _IMPORT = re.compile(
     r'^import\s+(?:\{(?P<names>[^}]*)\}|\*\s+as\s+(?P<space>\w+))\s+from\s+"(?P<path>[^"]+)";$',

@@ -7,8 +7,8 @@ from typing import Final
 import msgspec
 from fastapi import Request, Response
 
-from app.errors import NotFoundError
-from app.web.routes.table import unlisted
+from plinko.app.errors import NotFoundError
+from plinko.app.web.routes.table import unlisted
 
 router = unlisted(include_in_schema=False)
 

@@ -5,8 +5,8 @@ from typing import Annotated
 import msgspec
 from fastapi import Query, Request, Response
 
-from app.computing import tasks
-from app.web.routes.common import (
+from plinko.app.computing import tasks
+from plinko.app.web.routes.common import (
     Server,
     board_task,
     body_of,
@@ -17,12 +17,12 @@ from app.web.routes.common import (
     not_modified,
     reply,
 )
-from app.web.routes.table import operations
-from app.web.schemas.board_form import BoardForm
-from app.web.schemas.boards import BoardList, BoardOdds, BoardSummary, BoardView, Odds
-from engine import Board, preset_names
-from engine.payouts.listing import Listed, listed
-from engine.payouts.record import odds_of_record
+from plinko.app.web.routes.table import operations
+from plinko.app.web.schemas.board_form import BoardForm
+from plinko.app.web.schemas.boards import BoardList, BoardOdds, BoardSummary, BoardView, Odds
+from plinko.engine import Board, preset_names
+from plinko.engine.payouts.listing import Listed, listed
+from plinko.engine.payouts.record import odds_of_record
 
 router = operations("boards", "/api/v1/boards")
 

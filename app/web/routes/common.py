@@ -12,9 +12,9 @@ from fastapi import Depends, Request, Response
 from starlette.requests import HTTPConnection
 from starlette.types import Receive
 
-from app.computing import prices, tasks
-from app.computing.prices import Price
-from app.errors import (
+from plinko.app.computing import prices, tasks
+from plinko.app.computing.prices import Price
+from plinko.app.errors import (
     EndedError,
     GoneError,
     InvalidValueError,
@@ -22,16 +22,16 @@ from app.errors import (
     TooLargeError,
     shorten,
 )
-from app.web.edge.addresses import one_client
-from app.web.edge.answers import note
-from app.web.schemas.body import decode, shaped
-from app.web.schemas.problem import Problem
-from app.web.services import Services
-from engine import Board
-from engine.errors import BoardError, EffortError
-from engine.json_text import JsonObject
-from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS, Solver, make_solver
-from engine.seeding import parse_seed
+from plinko.app.web.edge.addresses import one_client
+from plinko.app.web.edge.answers import note
+from plinko.app.web.schemas.body import decode, shaped
+from plinko.app.web.schemas.problem import Problem
+from plinko.app.web.services import Services
+from plinko.engine import Board
+from plinko.engine.errors import BoardError, EffortError
+from plinko.engine.json_text import JsonObject
+from plinko.engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS, Solver, make_solver
+from plinko.engine.seeding import parse_seed
 
 T = TypeVar("T")
 Ts = TypeVarTuple("Ts")

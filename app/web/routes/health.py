@@ -8,15 +8,15 @@ from fastapi import Depends, Request, Response
 from fastapi.responses import PlainTextResponse
 from msgspec import Meta
 
-from app.errors import LedgerError
-from app.protocol import asyncapi
-from app.web.routes.common import Server, documented, reply
-from app.web.routes.table import unlisted
-from app.web.schemas.cluster import ClusterView
-from app.web.schemas.fields import PhysicsVersion
-from app.web.services import Services
-from app.web.tokens import check_bearer
-from engine import PHYSICS_VERSION
+from plinko.app.errors import LedgerError
+from plinko.app.protocol import asyncapi
+from plinko.app.web.routes.common import Server, documented, reply
+from plinko.app.web.routes.table import unlisted
+from plinko.app.web.schemas.cluster import ClusterView
+from plinko.app.web.schemas.fields import PhysicsVersion
+from plinko.app.web.services import Services
+from plinko.app.web.tokens import check_bearer
+from plinko.engine import PHYSICS_VERSION
 
 
 class TickerHealth(msgspec.Struct, frozen=True):

@@ -17,11 +17,11 @@ from starlette.routing import Match, Mount
 from starlette.staticfiles import NotModifiedResponse, StaticFiles
 from starlette.types import Scope
 
-from app.web.edge.accepted import asks_for, whole
-from app.web.edge.middleware import EMBEDDED
-from app.web.page.languages import chosen, languages_of
-from app.web.page.release import parts
-from app.web.page.unfurl import card
+from plinko.app.web.edge.accepted import asks_for, whole
+from plinko.app.web.edge.middleware import EMBEDDED
+from plinko.app.web.page.languages import chosen, languages_of
+from plinko.app.web.page.release import parts
+from plinko.app.web.page.unfurl import card
 
 PROOFS = find_spec("flint") is not None  # whether drops can be proven in this process
 _READING = frozenset({"GET", "HEAD"})

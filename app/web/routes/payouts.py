@@ -6,8 +6,8 @@ import msgspec
 from fastapi import Request, Response
 from msgspec import Meta
 
-from app.computing import prices, tasks
-from app.web.routes.common import (
+from plinko.app.computing import prices, tasks
+from plinko.app.web.routes.common import (
     Server,
     body_of,
     check_count,
@@ -17,11 +17,11 @@ from app.web.routes.common import (
     reply,
     resolve_board,
 )
-from app.web.routes.table import operations
-from app.web.schemas.boards import Odds
-from app.web.schemas.fields import BoardIn, Digest
-from engine.parameters import Exact
-from engine.payouts.landings import aims_of
+from plinko.app.web.routes.table import operations
+from plinko.app.web.schemas.boards import Odds
+from plinko.app.web.schemas.fields import BoardIn, Digest
+from plinko.engine.parameters import Exact
+from plinko.engine.payouts.landings import aims_of
 
 
 class PayoutsRequest(

@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 from starlette.datastructures import QueryParams
 
-from app.errors import InvalidValueError, shorten
+from plinko.app.errors import InvalidValueError, shorten
 
 
 def _spelt(pattern: str, wanted: str) -> Callable[[object], object]:

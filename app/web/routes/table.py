@@ -17,7 +17,7 @@ from fastapi.routing import APIRoute
 from starlette.routing import BaseRoute, Match, Route, WebSocketRoute
 from starlette.types import Receive, Scope, Send
 
-from app.web.routes.queries import listed_queries
+from plinko.app.web.routes.queries import listed_queries
 
 _WEBSOCKET: Final = "websocket"  # in place of a method
 

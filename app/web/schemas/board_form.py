@@ -1,7 +1,7 @@
 """The JSON form of a board for OpenAPI: each field with its unit, range and default.
 
-These types only describe it: `engine.board.json_form` reads boards and names what is wrong. A test
-checks every preset, default and range against this description.
+These types only describe it: `plinko.engine.board.json_form` reads boards and names what is wrong.
+A test checks every preset, default and range against this description.
 """
 
 from typing import Annotated
@@ -9,11 +9,11 @@ from typing import Annotated
 import msgspec
 from msgspec import UNSET, Meta, UnsetType
 
-from engine.board import values
-from engine.board.fields import DEFAULT_HEIGHT, DEFAULT_WIDTH
-from engine.board.materials import Material
-from engine.board.parts import BallSpec, DropZone
-from engine.constants import EARTH_GRAVITY
+from plinko.engine.board import values
+from plinko.engine.board.fields import DEFAULT_HEIGHT, DEFAULT_WIDTH
+from plinko.engine.board.materials import Material
+from plinko.engine.board.parts import BallSpec, DropZone
+from plinko.engine.constants import EARTH_GRAVITY
 
 _BALL, _SURFACE, _ZONE = BallSpec(), Material(), DropZone()
 _MOST = values.MAX_COORDINATE

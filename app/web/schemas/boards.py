@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 
-from app.web.schemas.fields import Digest, WholeBoard
+from plinko.app.web.schemas.fields import Digest, WholeBoard
 
 
 class BoardSummary(msgspec.Struct, frozen=True, rename={"returned": "return"}):

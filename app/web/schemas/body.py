@@ -5,8 +5,8 @@ from typing import TypeVar
 
 import msgspec
 
-from app.errors import InvalidValueError, MalformedError
-from engine import json_text
+from plinko.app.errors import InvalidValueError, MalformedError
+from plinko.engine import json_text
 
 T = TypeVar("T")
 

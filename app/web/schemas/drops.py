@@ -5,7 +5,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from app.web.schemas.fields import (
+from plinko.app.web.schemas.fields import (
     AimIn,
     BoardIn,
     BoardRef,
@@ -15,7 +15,7 @@ from app.web.schemas.fields import (
     Solver,
     StartIn,
 )
-from engine.json_text import Json
+from plinko.engine.json_text import Json
 
 Dt = Annotated[
     float | None, Meta(description="Step in seconds; only for the stepped solver. Default: 1/60.")

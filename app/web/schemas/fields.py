@@ -9,8 +9,8 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 
-from app.protocol.visitors import MAX_NAME
-from engine.json_text import Json
+from plinko.app.protocol.visitors import MAX_NAME
+from plinko.engine.json_text import Json
 
 _BOARD_FORM = {"$ref": "#/components/schemas/BoardForm"}
 _NAMED_BOARD = "A preset's name, the digest of a registered board, or a whole board."

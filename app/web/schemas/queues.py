@@ -5,8 +5,8 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from app.rooms.queue import MOST_BALLS
-from app.web.schemas.fields import ColourIn, NameIn
+from plinko.app.rooms.queue import MOST_BALLS
+from plinko.app.web.schemas.fields import ColourIn, NameIn
 
 
 class QueueRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -6,11 +6,11 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 
-from app.protocol.messages import BallStart, DrawOdds, Extent, SignedReceipt, Stats
-from app.rooms.draw import MAX_SEEDS
-from app.rooms.stakes import MAX_STAKE, MAX_WHO
-from app.rooms.touching.story import StoryForm
-from app.web.schemas.fields import (
+from plinko.app.protocol.messages import BallStart, DrawOdds, Extent, SignedReceipt, Stats
+from plinko.app.rooms.draw import MAX_SEEDS
+from plinko.app.rooms.stakes import MAX_STAKE, MAX_WHO
+from plinko.app.rooms.touching.story import StoryForm
+from plinko.app.web.schemas.fields import (
     AimIn,
     BoardIn,
     BoardRef,
@@ -24,8 +24,8 @@ from app.web.schemas.fields import (
     Solver,
     StartIn,
 )
-from engine.drops.draws import MAX_WEIGHT
-from engine.json_text import Json, JsonObject
+from plinko.engine.drops.draws import MAX_WEIGHT
+from plinko.engine.json_text import Json, JsonObject
 
 
 class DrawForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

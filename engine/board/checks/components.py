@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.checks.obstacles import Floats, Ints
+from plinko.engine.board.checks.obstacles import Floats, Ints
 
 Bools = npt.NDArray[np.bool_]
 

@@ -3,9 +3,9 @@
 import math
 from typing import Final
 
-from engine.board.fields import BoardFields
-from engine.constants import MAX_TIME
-from engine.errors import BoardError
+from plinko.engine.board.fields import BoardFields
+from plinko.engine.constants import MAX_TIME
+from plinko.engine.errors import BoardError
 
 SLIGHT_DRAG: Final = 1e-4
 """Limit of drag times the fall's duration. Below it the equation for the root loses digits by

@@ -12,8 +12,8 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.fields import BoardFields
-from engine.errors import BoardError
+from plinko.engine.board.fields import BoardFields
+from plinko.engine.errors import BoardError
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.intp]

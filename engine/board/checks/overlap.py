@@ -4,10 +4,10 @@ from typing import Final
 
 import numpy as np
 
-from engine.board.checks.obstacles import Floats, Ints, Obstacles, distance
-from engine.board.faults import MOST, Faults
-from engine.board.fields import BoardFields
-from engine.errors import BoardError
+from plinko.engine.board.checks.obstacles import Floats, Ints, Obstacles, distance
+from plinko.engine.board.faults import MOST, Faults
+from plinko.engine.board.fields import BoardFields
+from plinko.engine.errors import BoardError
 
 TOUCH: Final = 1e-9
 """Relative gap below which a start counts as touching. It is larger than rounding, so that a drop

@@ -5,15 +5,15 @@ these is checked further: whether a ball can land in time, what it can reach, an
 get stuck.
 """
 
-from engine.board.checks.fall_time import check_fall_time
-from engine.board.checks.obstacles import close_discs, obstacles
-from engine.board.checks.overlap import check_overlaps, check_start_above_bins, check_starts
-from engine.board.checks.reach import check_hits_bins, check_passes, find_reach
-from engine.board.checks.separators import separators
-from engine.board.checks.shelves import check_shelves
-from engine.board.checks.traps import check_traps
-from engine.board.faults import Faults
-from engine.board.fields import BoardFields
+from plinko.engine.board.checks.fall_time import check_fall_time
+from plinko.engine.board.checks.obstacles import close_discs, obstacles
+from plinko.engine.board.checks.overlap import check_overlaps, check_start_above_bins, check_starts
+from plinko.engine.board.checks.reach import check_hits_bins, check_passes, find_reach
+from plinko.engine.board.checks.separators import separators
+from plinko.engine.board.checks.shelves import check_shelves
+from plinko.engine.board.checks.traps import check_traps
+from plinko.engine.board.faults import Faults
+from plinko.engine.board.fields import BoardFields
 
 
 def check(board: BoardFields) -> None:

@@ -12,12 +12,12 @@ from typing import Final
 
 import numpy as np
 
-from engine.board.checks.components import Bools, Components, connected_components
-from engine.board.checks.obstacles import Floats, Ints, Obstacles
-from engine.board.checks.side_bounds import side_limits
-from engine.board.faults import MOST, Faults
-from engine.board.fields import BoardFields
-from engine.errors import BoardError
+from plinko.engine.board.checks.components import Bools, Components, connected_components
+from plinko.engine.board.checks.obstacles import Floats, Ints, Obstacles
+from plinko.engine.board.checks.side_bounds import side_limits
+from plinko.engine.board.faults import MOST, Faults
+from plinko.engine.board.fields import BoardFields
+from plinko.engine.errors import BoardError
 
 CELL: Final = 1.0 / 3.0
 """Grid spacing in ball radii. A gap between separators is at least sqrt(3) radii wide."""

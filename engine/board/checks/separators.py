@@ -15,7 +15,7 @@ an obstacle is at least sqrt(3) R from any line of other obstacles, if the ball 
 
 import numpy as np
 
-from engine.board.checks.obstacles import Floats, Ints, Obstacles, near_walls
+from plinko.engine.board.checks.obstacles import Floats, Ints, Obstacles, near_walls
 
 
 def separators(

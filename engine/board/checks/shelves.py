@@ -10,10 +10,10 @@ from typing import Final
 
 import numpy as np
 
-from engine.board.checks.obstacles import Floats, Obstacles
-from engine.board.checks.traps import LEAN
-from engine.board.faults import Faults
-from engine.board.fields import BoardFields
+from plinko.engine.board.checks.obstacles import Floats, Obstacles
+from plinko.engine.board.checks.traps import LEAN
+from plinko.engine.board.faults import Faults
+from plinko.engine.board.fields import BoardFields
 
 SLACK: Final = 1e-9
 """Lengths below this fraction of the ball's radius are rounding."""

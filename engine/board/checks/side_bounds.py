@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.checks.obstacles import Floats, Obstacles
+from plinko.engine.board.checks.obstacles import Floats, Obstacles
 
 SAMPLES: Final = 1025
 """Depths at which the bound is exact; between them it is a chord of a convex curve, hence safe."""

@@ -18,11 +18,11 @@ from typing import Final
 
 import numpy as np
 
-from engine.board.checks.components import Bools
-from engine.board.checks.obstacles import Floats, Ints, Obstacles, distance, near_walls
-from engine.board.checks.reach import Reach
-from engine.board.faults import Faults
-from engine.board.fields import BoardFields
+from plinko.engine.board.checks.components import Bools
+from plinko.engine.board.checks.obstacles import Floats, Ints, Obstacles, distance, near_walls
+from plinko.engine.board.checks.reach import Reach
+from plinko.engine.board.faults import Faults
+from plinko.engine.board.fields import BoardFields
 
 LEAN: Final = 1e-9
 """Least angle in radians by which each normal must lean from 'up' to its side. A ball in the corner

@@ -9,11 +9,11 @@ from dataclasses import replace
 
 from flint import arb, ctx
 
-from engine.certified.balls import ONE, ZERO, Proof
-from engine.certified.contact.derivative import Parting, carried
-from engine.certified.contact.series import ROLLING, Contact, Stretch
-from engine.certified.scene import Scene
-from engine.certified.surfaces import Surface, unit_vector
+from plinko.engine.certified.balls import ONE, ZERO, Proof
+from plinko.engine.certified.contact.derivative import Parting, carried
+from plinko.engine.certified.contact.series import ROLLING, Contact, Stretch
+from plinko.engine.certified.scene import Scene
+from plinko.engine.certified.surfaces import Surface, unit_vector
 
 STRONG = 0.5
 """1/s. Drag from which on the mean value form pays."""

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 from flint import arb
 
-from engine.certified.balls import ONE, ZERO
-from engine.certified.contact.series import ROLLING, SLIDING, Stretch
+from plinko.engine.certified.balls import ONE, ZERO
+from plinko.engine.certified.contact.series import ROLLING, SLIDING, Stretch
 
 _PIECES = 4
 """Pieces of a stretch, at least. Each encloses A separately, which is sharper."""

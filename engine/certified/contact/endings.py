@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 from flint import arb
 
-from engine.certified.balls import ONE, ZERO, Proof
-from engine.certified.contact.series import (
+from plinko.engine.certified.balls import ONE, ZERO, Proof
+from plinko.engine.certified.contact.series import (
     ROLLING,
     SLIDING,
     Contact,
@@ -15,8 +15,8 @@ from engine.certified.contact.series import (
     linear,
     square,
 )
-from engine.certified.contact.series_root import first_fall
-from engine.certified.surfaces import Circle, Face, Surface
+from plinko.engine.certified.contact.series_root import first_fall
+from plinko.engine.certified.surfaces import Circle, Face, Surface
 
 
 class Cause(Enum):

@@ -6,21 +6,21 @@ from typing import NamedTuple
 
 from flint import arb
 
-from engine.certified.balls import ZERO, Proof, UndecidedError
-from engine.certified.contact.damped import stretch_of
-from engine.certified.contact.endings import Cause, Ending, Known, first_ending
-from engine.certified.contact.series import (
+from plinko.engine.certified.balls import ZERO, Proof, UndecidedError
+from plinko.engine.certified.contact.damped import stretch_of
+from plinko.engine.certified.contact.endings import Cause, Ending, Known, first_ending
+from plinko.engine.certified.contact.series import (
     FRICTIONLESS,
     ROLLING,
     SLIDING,
     Contact,
     Stretch,
 )
-from engine.certified.flight import State
-from engine.certified.next_impact import LIFTED, PAST, ROLLED_OFF, Touch, Touched
-from engine.certified.scene import Scene
-from engine.certified.surfaces import Face, Surface
-from engine.constants import KIND_CONTACT_CHANGE, KIND_CONTACT_END, KIND_PEG
+from plinko.engine.certified.flight import State
+from plinko.engine.certified.next_impact import LIFTED, PAST, ROLLED_OFF, Touch, Touched
+from plinko.engine.certified.scene import Scene
+from plinko.engine.certified.surfaces import Face, Surface
+from plinko.engine.constants import KIND_CONTACT_CHANGE, KIND_CONTACT_END, KIND_PEG
 
 _MAX_STRETCHES = 1000
 """Stretches of one phase. A ball that drag brings to rest on a level wall never quite stops."""

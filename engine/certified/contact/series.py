@@ -20,9 +20,9 @@ from typing import NamedTuple
 
 from flint import arb, arb_poly, ctx
 
-from engine.certified.balls import ONE, ZERO, Proof
-from engine.certified.scene import Scene
-from engine.certified.surfaces import Surface, unit_vector
+from plinko.engine.certified.balls import ONE, ZERO, Proof
+from plinko.engine.certified.scene import Scene
+from plinko.engine.certified.surfaces import Surface, unit_vector
 
 ROLLING = 0
 SLIDING = 1

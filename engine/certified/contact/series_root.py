@@ -2,8 +2,8 @@
 
 from flint import arb, arb_poly, ctx
 
-from engine.certified.balls import Proof, UndecidedError
-from engine.certified.contact.series import Series
+from plinko.engine.certified.balls import Proof, UndecidedError
+from plinko.engine.certified.contact.series import Series
 
 _MAX_DEPTH = 200
 _MAX_POLISH = 40

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 from flint import arb
 
-from engine.certified.balls import ZERO, Proof, UndecidedError
-from engine.certified.contact.derivative import Law, Parting, carried
-from engine.certified.contact.endings import Cause, Ending, Known, first_ending
-from engine.certified.contact.phase import Note, Phase, normal_force
-from engine.certified.contact.series import ROLLING, Contact, Stretch
-from engine.certified.scene import Scene
-from engine.certified.surfaces import Surface
+from plinko.engine.certified.balls import ZERO, Proof, UndecidedError
+from plinko.engine.certified.contact.derivative import Law, Parting, carried
+from plinko.engine.certified.contact.endings import Cause, Ending, Known, first_ending
+from plinko.engine.certified.contact.phase import Note, Phase, normal_force
+from plinko.engine.certified.contact.series import ROLLING, Contact, Stretch
+from plinko.engine.certified.scene import Scene
+from plinko.engine.certified.surfaces import Surface
 
 
 class SpreadPhase(Phase):

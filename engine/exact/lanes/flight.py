@@ -5,14 +5,14 @@
 
 import numpy as np
 
-from engine.exact.board_arrays import BoardArrays
-from engine.exact.grid import HEAD_BITS
-from engine.exact.lanes import lane
-from engine.exact.lanes.lane import Floats, Ints, Space
-from engine.exact.next_impact import NOWHERE, length_bound
-from engine.jit.decorator import lean_kernel
-from engine.physics.flight import SERIES_LIMIT, phi2
-from engine.physics.time_of_impact import NEGLIGIBLE
+from plinko.engine.exact.board_arrays import BoardArrays
+from plinko.engine.exact.grid import HEAD_BITS
+from plinko.engine.exact.lanes import lane
+from plinko.engine.exact.lanes.lane import Floats, Ints, Space
+from plinko.engine.exact.next_impact import NOWHERE, length_bound
+from plinko.engine.jit.decorator import lean_kernel
+from plinko.engine.physics.flight import SERIES_LIMIT, phi2
+from plinko.engine.physics.time_of_impact import NEGLIGIBLE
 
 PATIENCE = 10_000
 """Windows in one flight, at most. A ball that needs more has missed the board, and goes to the

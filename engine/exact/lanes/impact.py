@@ -1,12 +1,12 @@
 """The ends of flights and the impacts there, side by side: `rebound` and `bounce` of all balls."""
 
-from engine.exact.board_arrays import BoardArrays
-from engine.exact.free_flight import DYING_BOUNCE, TRUE_WITHIN
-from engine.exact.lanes import flight, lane
-from engine.exact.lanes.flight import bases
-from engine.exact.lanes.lane import Floats, Space
-from engine.jit.decorator import lean_kernel
-from engine.physics import body, surface
+from plinko.engine.exact.board_arrays import BoardArrays
+from plinko.engine.exact.free_flight import DYING_BOUNCE, TRUE_WITHIN
+from plinko.engine.exact.lanes import flight, lane
+from plinko.engine.exact.lanes.flight import bases
+from plinko.engine.exact.lanes.lane import Floats, Space
+from plinko.engine.jit.decorator import lean_kernel
+from plinko.engine.physics import body, surface
 
 CAREFUL = 0.5 * TRUE_WITHIN
 """A ball that comes this near to failing the check of `rebound` goes to the solver for one ball."""

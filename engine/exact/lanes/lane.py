@@ -17,14 +17,14 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine.exact import initial_state
-from engine.exact.board_arrays import BoardArrays
-from engine.exact.event_log import Log, new_log
-from engine.jit.decorator import lean_kernel
-from engine.physics import body
-from engine.physics.circle_impact import Motion
-from engine.physics.contact import new_series
-from engine.physics.series import Series
+from plinko.engine.exact import initial_state
+from plinko.engine.exact.board_arrays import BoardArrays
+from plinko.engine.exact.event_log import Log, new_log
+from plinko.engine.jit.decorator import lean_kernel
+from plinko.engine.physics import body
+from plinko.engine.physics.circle_impact import Motion
+from plinko.engine.physics.contact import new_series
+from plinko.engine.physics.series import Series
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

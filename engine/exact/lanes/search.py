@@ -8,16 +8,16 @@ without branches. Searches that have ended are computed further, and their resul
 
 import numpy as np
 
-from engine.exact.board_arrays import BoardArrays
-from engine.exact.lanes import lane
-from engine.exact.lanes.flight import dot, look_at
-from engine.exact.lanes.lane import Floats, Indices, Ints, Space
-from engine.exact.next_impact import BINS, BOUNCED, FREE, NOWHERE, origin_line_hit, wall_hit
-from engine.jit.decorator import lean_kernel
-from engine.physics import surface
-from engine.physics.flight import phi2
-from engine.physics.line_impact import line_hit
-from engine.physics.time_of_impact import (
+from plinko.engine.exact.board_arrays import BoardArrays
+from plinko.engine.exact.lanes import lane
+from plinko.engine.exact.lanes.flight import dot, look_at
+from plinko.engine.exact.lanes.lane import Floats, Indices, Ints, Space
+from plinko.engine.exact.next_impact import BINS, BOUNCED, FREE, NOWHERE, origin_line_hit, wall_hit
+from plinko.engine.jit.decorator import lean_kernel
+from plinko.engine.physics import surface
+from plinko.engine.physics.flight import phi2
+from plinko.engine.physics.line_impact import line_hit
+from plinko.engine.physics.time_of_impact import (
     LEAST_X,
     NEGLIGIBLE,
     NO_HIT,

@@ -10,18 +10,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine.exact import event_log, initial_state
-from engine.exact.board_arrays import BoardArrays, bin_of
-from engine.exact.lanes import impact, lane
-from engine.exact.lanes.flight import begin_flight, close_windows, find_cells, open_windows
-from engine.exact.lanes.impact import arrive, rebound_all
-from engine.exact.lanes.lane import Floats, Ints, Space, move_lane, new_space
-from engine.exact.lanes.search import mark, reach_bins, search_again, search_marked
-from engine.exact.next_impact import BINS, BOUNCED, FREE
-from engine.exact.outcome import EVENT_LIMIT, LANDED, RUNNING, Results
-from engine.exact.trace import follow
-from engine.jit.decorator import inner_kernel, kernel, lean_kernel
-from engine.physics import body
+from plinko.engine.exact import event_log, initial_state
+from plinko.engine.exact.board_arrays import BoardArrays, bin_of
+from plinko.engine.exact.lanes import impact, lane
+from plinko.engine.exact.lanes.flight import begin_flight, close_windows, find_cells, open_windows
+from plinko.engine.exact.lanes.impact import arrive, rebound_all
+from plinko.engine.exact.lanes.lane import Floats, Ints, Space, move_lane, new_space
+from plinko.engine.exact.lanes.search import mark, reach_bins, search_again, search_marked
+from plinko.engine.exact.next_impact import BINS, BOUNCED, FREE
+from plinko.engine.exact.outcome import EVENT_LIMIT, LANDED, RUNNING, Results
+from plinko.engine.exact.trace import follow
+from plinko.engine.jit.decorator import inner_kernel, kernel, lean_kernel
+from plinko.engine.physics import body
 
 
 class Drops(NamedTuple):

@@ -10,13 +10,13 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.model import Board
-from engine.constants import MAX_TIME
-from engine.exact.board_arrays import arrays_of
-from engine.exact.lanes.trace import Code, Drops, trace_drops
-from engine.exact.outcome import MAX_EVENTS, new_results
-from engine.jit import native
-from engine.seeding import start_xs
+from plinko.engine.board.model import Board
+from plinko.engine.constants import MAX_TIME
+from plinko.engine.exact.board_arrays import arrays_of
+from plinko.engine.exact.lanes.trace import Code, Drops, trace_drops
+from plinko.engine.exact.outcome import MAX_EVENTS, new_results
+from plinko.engine.jit import native
+from plinko.engine.seeding import start_xs
 
 DROPS: Final = 2000
 """Drops on each board: some 30,000 impacts, a tenth of a second in all."""

@@ -16,11 +16,11 @@ from math import sqrt
 
 import numpy as np
 
-from engine.jit.decorator import inner_kernel, lean_kernel
-from engine.multibody.solver.layout import body, hash_grid
-from engine.multibody.solver.layout.array_types import Counts, Floats
-from engine.multibody.solver.layout.body import Bodies
-from engine.multibody.solver.layout.hash_grid import HashGrid
+from plinko.engine.jit.decorator import inner_kernel, lean_kernel
+from plinko.engine.multibody.solver.layout import body, hash_grid
+from plinko.engine.multibody.solver.layout.array_types import Counts, Floats
+from plinko.engine.multibody.solver.layout.body import Bodies
+from plinko.engine.multibody.solver.layout.hash_grid import HashGrid
 
 # Multipliers of the prime hash of Teschner et al., VMV 2003.
 PRIME_Y = 19349663

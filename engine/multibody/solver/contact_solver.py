@@ -10,16 +10,16 @@ from math import sqrt
 
 import numpy as np
 
-from engine.jit.decorator import inner_kernel, lean_kernel
-from engine.multibody.solver.layout import body, contact, pair, shape
-from engine.multibody.solver.layout.array_types import Floats
-from engine.multibody.solver.layout.body import Bodies
-from engine.multibody.solver.layout.contact import Contacts
-from engine.multibody.solver.layout.pair import NeighbourList
-from engine.multibody.solver.layout.shape import StaticShapes
-from engine.multibody.solver.layout.solver_settings import SolverSettings
-from engine.multibody.solver.narrow_phase import SPECULATIVE_GAP, fallback_normal, separation
-from engine.multibody.solver.position_projection import limit_pushes, push_apart
+from plinko.engine.jit.decorator import inner_kernel, lean_kernel
+from plinko.engine.multibody.solver.layout import body, contact, pair, shape
+from plinko.engine.multibody.solver.layout.array_types import Floats
+from plinko.engine.multibody.solver.layout.body import Bodies
+from plinko.engine.multibody.solver.layout.contact import Contacts
+from plinko.engine.multibody.solver.layout.pair import NeighbourList
+from plinko.engine.multibody.solver.layout.shape import StaticShapes
+from plinko.engine.multibody.solver.layout.solver_settings import SolverSettings
+from plinko.engine.multibody.solver.narrow_phase import SPECULATIVE_GAP, fallback_normal, separation
+from plinko.engine.multibody.solver.position_projection import limit_pushes, push_apart
 
 SLOP = 0.001
 """Overlap, in radii of the smaller ball, that is not corrected, so that resting contacts last."""

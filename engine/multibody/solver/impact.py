@@ -2,14 +2,14 @@
 
 from math import sqrt
 
-from engine.jit.decorator import lean_kernel
-from engine.multibody.solver.contact_solver import mix_materials, restitution_threshold
-from engine.multibody.solver.layout import body, step_log, sweep
-from engine.multibody.solver.layout.array_types import Floats, Ints
-from engine.multibody.solver.layout.body import Bodies
-from engine.multibody.solver.layout.solver_settings import SolverSettings
-from engine.multibody.solver.layout.step_log import StepLog
-from engine.multibody.solver.narrow_phase import SLACK, fallback_normal, separation
+from plinko.engine.jit.decorator import lean_kernel
+from plinko.engine.multibody.solver.contact_solver import mix_materials, restitution_threshold
+from plinko.engine.multibody.solver.layout import body, step_log, sweep
+from plinko.engine.multibody.solver.layout.array_types import Floats, Ints
+from plinko.engine.multibody.solver.layout.body import Bodies
+from plinko.engine.multibody.solver.layout.solver_settings import SolverSettings
+from plinko.engine.multibody.solver.layout.step_log import StepLog
+from plinko.engine.multibody.solver.narrow_phase import SLACK, fallback_normal, separation
 
 MAX_IMPACTS = 16
 """Most impacts of one ball in one substep. A ball with more is caught between others. It is frozen

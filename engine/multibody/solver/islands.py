@@ -8,14 +8,14 @@ from math import sqrt
 
 import numpy as np
 
-from engine.jit.decorator import inner_kernel, lean_kernel
-from engine.multibody.solver.layout import body
-from engine.multibody.solver.layout.array_types import Ints
-from engine.multibody.solver.layout.body import Bodies
-from engine.multibody.solver.layout.pair import NeighbourList
-from engine.multibody.solver.layout.shape import StaticShapes
-from engine.multibody.solver.layout.solver_settings import SolverSettings
-from engine.multibody.solver.narrow_phase import SPECULATIVE_GAP, separation
+from plinko.engine.jit.decorator import inner_kernel, lean_kernel
+from plinko.engine.multibody.solver.layout import body
+from plinko.engine.multibody.solver.layout.array_types import Ints
+from plinko.engine.multibody.solver.layout.body import Bodies
+from plinko.engine.multibody.solver.layout.pair import NeighbourList
+from plinko.engine.multibody.solver.layout.shape import StaticShapes
+from plinko.engine.multibody.solver.layout.solver_settings import SolverSettings
+from plinko.engine.multibody.solver.narrow_phase import SPECULATIVE_GAP, separation
 
 STILLNESS = 0.01
 """Speed below which a ball counts as still, in units of sqrt(g R), the speed after a fall of half a

@@ -8,9 +8,9 @@ from math import sqrt
 
 import numpy as np
 
-from engine.jit.decorator import lean_kernel
-from engine.multibody.solver.layout import body, shape
-from engine.multibody.solver.layout.array_types import Floats
+from plinko.engine.jit.decorator import lean_kernel
+from plinko.engine.multibody.solver.layout import body, shape
+from plinko.engine.multibody.solver.layout.array_types import Floats
 
 SLACK = 0.005
 """Overlap, in radii of the smaller disc, up to which a slow approach is left to the contact solver.

@@ -7,14 +7,14 @@ for the warm start.
 
 import numpy as np
 
-from engine.jit.decorator import inner_kernel, kernel, lean_kernel
-from engine.multibody.solver.broad_phase import ROWS, find_pairs
-from engine.multibody.solver.layout import body, pair, shape
-from engine.multibody.solver.layout.array_types import Counts, Floats, Ints
-from engine.multibody.solver.layout.body import Bodies
-from engine.multibody.solver.layout.pair import NeighbourList
-from engine.multibody.solver.layout.shape import StaticShapes
-from engine.multibody.solver.narrow_phase import from_closest_point
+from plinko.engine.jit.decorator import inner_kernel, kernel, lean_kernel
+from plinko.engine.multibody.solver.broad_phase import ROWS, find_pairs
+from plinko.engine.multibody.solver.layout import body, pair, shape
+from plinko.engine.multibody.solver.layout.array_types import Counts, Floats, Ints
+from plinko.engine.multibody.solver.layout.body import Bodies
+from plinko.engine.multibody.solver.layout.pair import NeighbourList
+from plinko.engine.multibody.solver.layout.shape import StaticShapes
+from plinko.engine.multibody.solver.narrow_phase import from_closest_point
 
 
 @lean_kernel

@@ -6,13 +6,13 @@ current places (non-linear Gauss-Seidel, as in Box2D 2's position solver).
 
 from math import sqrt
 
-from engine.jit.decorator import kernel, lean_kernel
-from engine.multibody.solver.layout import body
-from engine.multibody.solver.layout.array_types import Floats
-from engine.multibody.solver.layout.body import Bodies
-from engine.multibody.solver.layout.pair import NeighbourList
-from engine.multibody.solver.layout.shape import StaticShapes
-from engine.multibody.solver.narrow_phase import SPECULATIVE_GAP, separation
+from plinko.engine.jit.decorator import kernel, lean_kernel
+from plinko.engine.multibody.solver.layout import body
+from plinko.engine.multibody.solver.layout.array_types import Floats
+from plinko.engine.multibody.solver.layout.body import Bodies
+from plinko.engine.multibody.solver.layout.pair import NeighbourList
+from plinko.engine.multibody.solver.layout.shape import StaticShapes
+from plinko.engine.multibody.solver.narrow_phase import SPECULATIVE_GAP, separation
 
 DEEP = 0.008
 """Overlap, in radii of the smaller ball, above which a pair is pushed apart at the end of a step.

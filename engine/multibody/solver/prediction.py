@@ -2,14 +2,14 @@
 
 from math import inf, sqrt
 
-from engine.jit.decorator import lean_kernel
-from engine.multibody.solver.contact_solver import restitution_threshold
-from engine.multibody.solver.layout import body, shape, sweep
-from engine.multibody.solver.layout.array_types import Floats, Ints
-from engine.multibody.solver.layout.pair import NeighbourList
-from engine.multibody.solver.layout.solver_settings import SolverSettings
-from engine.multibody.solver.layout.sweep import Sweeps
-from engine.multibody.solver.narrow_phase import SLACK, time_of_impact, time_of_impact_wall
+from plinko.engine.jit.decorator import lean_kernel
+from plinko.engine.multibody.solver.contact_solver import restitution_threshold
+from plinko.engine.multibody.solver.layout import body, shape, sweep
+from plinko.engine.multibody.solver.layout.array_types import Floats, Ints
+from plinko.engine.multibody.solver.layout.pair import NeighbourList
+from plinko.engine.multibody.solver.layout.solver_settings import SolverSettings
+from plinko.engine.multibody.solver.layout.sweep import Sweeps
+from plinko.engine.multibody.solver.narrow_phase import SLACK, time_of_impact, time_of_impact_wall
 
 
 @lean_kernel

@@ -23,28 +23,32 @@ from math import inf, sqrt
 
 import numpy as np
 
-from engine.jit.decorator import kernel, lean_kernel
-from engine.multibody.solver.contact_solver import (
+from plinko.engine.jit.decorator import kernel, lean_kernel
+from plinko.engine.multibody.solver.contact_solver import (
     new_contacts,
     prepare_contacts,
     solve_contacts,
     store_impulses,
     warm_start,
 )
-from engine.multibody.solver.islands import count_still_steps, put_islands_to_sleep, wake_touched
-from engine.multibody.solver.layout import body, shape, step_log
-from engine.multibody.solver.layout.array_types import Floats
-from engine.multibody.solver.layout.body import Bodies
-from engine.multibody.solver.layout.contact import Contacts
-from engine.multibody.solver.layout.pair import NeighbourList
-from engine.multibody.solver.layout.shape import StaticShapes
-from engine.multibody.solver.layout.solver_settings import SolverSettings
-from engine.multibody.solver.layout.step_log import StepLog
-from engine.multibody.solver.neighbour_list import owners, rebuild
-from engine.multibody.solver.position_projection import project_positions
-from engine.multibody.solver.sweeps import new_sweeps
-from engine.multibody.solver.time_of_impact_loop import take_impacts
-from engine.physics.flight import basis
+from plinko.engine.multibody.solver.islands import (
+    count_still_steps,
+    put_islands_to_sleep,
+    wake_touched,
+)
+from plinko.engine.multibody.solver.layout import body, shape, step_log
+from plinko.engine.multibody.solver.layout.array_types import Floats
+from plinko.engine.multibody.solver.layout.body import Bodies
+from plinko.engine.multibody.solver.layout.contact import Contacts
+from plinko.engine.multibody.solver.layout.pair import NeighbourList
+from plinko.engine.multibody.solver.layout.shape import StaticShapes
+from plinko.engine.multibody.solver.layout.solver_settings import SolverSettings
+from plinko.engine.multibody.solver.layout.step_log import StepLog
+from plinko.engine.multibody.solver.neighbour_list import owners, rebuild
+from plinko.engine.multibody.solver.position_projection import project_positions
+from plinko.engine.multibody.solver.sweeps import new_sweeps
+from plinko.engine.multibody.solver.time_of_impact_loop import take_impacts
+from plinko.engine.physics.flight import basis
 
 CONTACT_PASSES = 4
 """Most passes over the contacts in a substep. Thanks to the warm start, a pile at rest needs one.

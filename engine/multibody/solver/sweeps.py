@@ -8,12 +8,12 @@ from math import inf
 
 import numpy as np
 
-from engine.jit.decorator import inner_kernel, lean_kernel
-from engine.multibody.solver.layout import body, step_log, sweep
-from engine.multibody.solver.layout.body import Bodies
-from engine.multibody.solver.layout.step_log import StepLog
-from engine.multibody.solver.layout.sweep import Sweeps
-from engine.multibody.solver.position_projection import PUSH_LIMIT
+from plinko.engine.jit.decorator import inner_kernel, lean_kernel
+from plinko.engine.multibody.solver.layout import body, step_log, sweep
+from plinko.engine.multibody.solver.layout.body import Bodies
+from plinko.engine.multibody.solver.layout.step_log import StepLog
+from plinko.engine.multibody.solver.layout.sweep import Sweeps
+from plinko.engine.multibody.solver.position_projection import PUSH_LIMIT
 
 FARTHEST = 1.0e9
 """Distance from the origin in m beyond which a ball has left. Within it, the numbers of its cell

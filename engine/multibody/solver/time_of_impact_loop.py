@@ -13,21 +13,21 @@ from math import inf
 
 import numpy as np
 
-from engine.jit.decorator import inner_kernel, lean_kernel
-from engine.multibody.solver.broad_phase import beyond_margin
-from engine.multibody.solver.impact import freeze, impact
-from engine.multibody.solver.islands import wake_island
-from engine.multibody.solver.layout import body, pair, sweep
-from engine.multibody.solver.layout.array_types import Floats, Ints
-from engine.multibody.solver.layout.body import Bodies
-from engine.multibody.solver.layout.pair import NeighbourList
-from engine.multibody.solver.layout.shape import StaticShapes
-from engine.multibody.solver.layout.solver_settings import SolverSettings
-from engine.multibody.solver.layout.step_log import StepLog
-from engine.multibody.solver.layout.sweep import Sweeps
-from engine.multibody.solver.neighbour_list import rebuild
-from engine.multibody.solver.prediction import predict, predict_all
-from engine.multibody.solver.sweeps import advance, advance_all, restart_sweep, start_sweeps
+from plinko.engine.jit.decorator import inner_kernel, lean_kernel
+from plinko.engine.multibody.solver.broad_phase import beyond_margin
+from plinko.engine.multibody.solver.impact import freeze, impact
+from plinko.engine.multibody.solver.islands import wake_island
+from plinko.engine.multibody.solver.layout import body, pair, sweep
+from plinko.engine.multibody.solver.layout.array_types import Floats, Ints
+from plinko.engine.multibody.solver.layout.body import Bodies
+from plinko.engine.multibody.solver.layout.pair import NeighbourList
+from plinko.engine.multibody.solver.layout.shape import StaticShapes
+from plinko.engine.multibody.solver.layout.solver_settings import SolverSettings
+from plinko.engine.multibody.solver.layout.step_log import StepLog
+from plinko.engine.multibody.solver.layout.sweep import Sweeps
+from plinko.engine.multibody.solver.neighbour_list import rebuild
+from plinko.engine.multibody.solver.prediction import predict, predict_all
+from plinko.engine.multibody.solver.sweeps import advance, advance_all, restart_sweep, start_sweeps
 
 MAX_REBUILDS = 32
 """Most rebuilds of the neighbour list in a substep; then leaving its margin freezes a ball."""

@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.batches import rows as rows_module
-from app.batches.files import Draft
-from app.batches.rows import FORMATS, RowWriter, rows_and_block
-from app.batches.running import Run
-from app.batches.stopping import Terminated, terminable
-from app.errors import InvalidValueError
-from engine import drop_many
-from engine.batches.job import Job
-from engine.batches.tally import Tally
-from engine.batches.workers import Here
-from engine.parameters import Exact
+from plinko.app.batches import rows as rows_module
+from plinko.app.batches.files import Draft
+from plinko.app.batches.rows import FORMATS, RowWriter, rows_and_block
+from plinko.app.batches.running import Run
+from plinko.app.batches.stopping import Terminated, terminable
+from plinko.app.errors import InvalidValueError
+from plinko.engine import drop_many
+from plinko.engine.batches.job import Job
+from plinko.engine.batches.tally import Tally
+from plinko.engine.batches.workers import Here
+from plinko.engine.parameters import Exact
 from tests.app.batches.test_running import Stopping
 from tests.engine.batches.open_board import DROPS, OPEN
 

@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from app.batches import saved
-from app.batches.running import SHARE, Run
-from engine import RecordError, drop_many
-from engine.batches.job import Job
-from engine.batches.tally import Tally
-from engine.batches.workers import Here
-from engine.parameters import Exact
+from plinko.app.batches import saved
+from plinko.app.batches.running import SHARE, Run
+from plinko.engine import RecordError, drop_many
+from plinko.engine.batches.job import Job
+from plinko.engine.batches.tally import Tally
+from plinko.engine.batches.workers import Here
+from plinko.engine.parameters import Exact
 from tests.engine.batches.open_board import DROPS, OPEN
 
 JOB = Job(OPEN, Exact(), 0, DROPS)
@@ -81,7 +81,7 @@ def test_a_killed_run_has_saved_what_was_done(
 
 def test_saving_takes_little_of_the_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     written: list[int] = []
-    monkeypatch.setattr("app.batches.running.save", lambda *what: written.append(1))
+    monkeypatch.setattr("plinko.app.batches.running.save", lambda *what: written.append(1))
     run = Run(Tally(JOB), path=tmp_path / "result.json", clock=ticking())
     for _ in range(10 * SHARE):
         run._save_if_due()

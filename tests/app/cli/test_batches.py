@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from app.cli import main
-from engine import drop_many
+from plinko.app.cli import main
+from plinko.engine import drop_many
 from tests.app.batches.test_running import Stopping
 from tests.engine.batches.open_board import DROPS, FORM, OPEN
 
@@ -79,7 +79,7 @@ def test_an_interrupt_leaves_a_result_that_says_what_it_covers(
     kept = shell.folder / "kept.json"
     with monkeypatch.context() as interrupted:
         interrupted.setattr(
-            "app.cli.common.workers", lambda *_: _Given(Stopping(2, KeyboardInterrupt))
+            "plinko.app.cli.common.workers", lambda *_: _Given(Stopping(2, KeyboardInterrupt))
         )
         code, out, _ = shell.run("simulate", shell.board, "--drops", DROPS, "--resume", kept)
     assert code == 130

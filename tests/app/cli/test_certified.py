@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from app.cli import common, main
-from engine import Board, certify
+from plinko.app.cli import common, main
+from plinko.engine import Board, certify
 
 Run = Callable[..., str]
 

@@ -10,12 +10,12 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from app.cli import GROUPS, main
-from app.cli.common import garbage_waits
-from engine import Board, drop, drop_many, find_draw, preset_names
-from engine.board.presets import TUNING, Tuning
-from engine.board.worlds import WORLDS
-from engine.drops.calibrate import UNSEEN, fit_of
+from plinko.app.cli import GROUPS, main
+from plinko.app.cli.common import garbage_waits
+from plinko.engine import Board, drop, drop_many, find_draw, preset_names
+from plinko.engine.board.presets import TUNING, Tuning
+from plinko.engine.board.worlds import WORLDS
+from plinko.engine.drops.calibrate import UNSEEN, fit_of
 
 BOARD = {
     "name": "my board",
@@ -366,7 +366,7 @@ def test_render_writes_a_moment_as_a_still(plinko: Terminal, tmp_path: Path) -> 
 
 
 def test_render_draws_many_drops(plinko: Terminal, tmp_path: Path, board_file: Path) -> None:
-    from app.render import contact_sheet, density_picture, histogram_picture
+    from plinko.app.render import contact_sheet, density_picture, histogram_picture
 
     board = Board.preset("triangle-8")
     path = tmp_path / "many.png"
@@ -511,7 +511,7 @@ def test_bad_input_is_one_line_that_names_it(
 
 
 def test_help_names_every_command(plinko: Terminal) -> None:
-    from app.cli import COMMANDS
+    from plinko.app.cli import COMMANDS
 
     for arguments in ((), ("--help",), ("-h",)):
         out = plinko.run(*arguments)
@@ -521,7 +521,7 @@ def test_help_names_every_command(plinko: Terminal) -> None:
 
 
 def test_every_setting_is_a_flag_of_serve(plinko: Terminal) -> None:
-    from app.settings import options
+    from plinko.app.settings import options
 
     out = plinko.run("serve", "--help")
     assert all(f"  {row.flag} " in out for row in options())

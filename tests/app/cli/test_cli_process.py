@@ -18,12 +18,12 @@ from tests.kit.process import ServerProcess
 from tests.kit.serving import serving
 from tests.kit.waiting import LIMIT
 
-MODULE = [sys.executable, "-m", "app.cli"]
+MODULE = [sys.executable, "-m", "plinko"]
 HEEDING = """
 import signal, sys
 # What a shell started in the background ignores interrupts, and so does what that starts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
-from app.cli import main
+from plinko.app.cli import main
 sys.exit(main())
 """
 ENDLESS = ("simulate", "triangle-8", "--drops", str(10**12))
@@ -56,7 +56,7 @@ def test_a_process_ends_without_a_garbage_collection() -> None:
     code = (
         "import atexit, gc\n"
         "atexit.register(lambda: print(gc.get_freeze_count(), len(gc.get_objects())))\n"
-        "from app.cli import main\n"
+        "from plinko.app.cli import main\n"
         "main(['drop', 'triangle-8', '--seed', '1'])\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
@@ -179,7 +179,7 @@ def test_a_ledger_in_use_is_one_line(tmp_path: Path) -> None:
 
 def test_a_drop_imports_no_server_no_pictures_and_no_compiler() -> None:
     program = (
-        "import sys; from app.cli import main;"
+        "import sys; from plinko.app.cli import main;"
         "main(['drop', 'triangle-8', '--seed', '1', '--certainty']);"
         "heavy = ('fastapi', 'uvicorn', 'pydantic', 'PIL', 'asyncio', 'numba');"
         "print([name for name in heavy if name in sys.modules])"
@@ -190,9 +190,10 @@ def test_a_drop_imports_no_server_no_pictures_and_no_compiler() -> None:
 
 def test_a_server_that_draws_nothing_has_no_pictures_loaded() -> None:
     program = (
-        "import sys; from app.main import create_app; from app.settings import Settings;"
+        "import sys; from plinko.app.main import create_app;"
+        "from plinko.app.settings import Settings;"
         "create_app(Settings(database_url='sqlite://'));"
-        "print([name for name in ('PIL', 'app.render.still') if name in sys.modules])"
+        "print([name for name in ('PIL', 'plinko.app.render.still') if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
     assert done.stdout.splitlines()[-1] == b"[]"

@@ -13,10 +13,10 @@ from typing import Any
 
 import pytest
 
-from app.cli import main
-from app.webhooks.targets import read_targets
-from engine import Board, drop
-from engine.payouts.record import shipped, to_text
+from plinko.app.cli import main
+from plinko.app.webhooks.targets import read_targets
+from plinko.engine import Board, drop
+from plinko.engine.payouts.record import shipped, to_text
 
 NAME = "Łódź 😀 é"
 BOARD = Board.triangle(4).replace(name=NAME)
@@ -206,7 +206,7 @@ def test_a_process_escapes_what_its_terminal_lacks(board: Path, encoding: str) -
         (("drop", NAME, "--seed", "1"), 2),
     ):
         done = subprocess.run(
-            [sys.executable, "-m", "app.cli", *arguments],
+            [sys.executable, "-m", "plinko", *arguments],
             env={**os.environ, "PYTHONIOENCODING": encoding},
             capture_output=True,
             check=False,

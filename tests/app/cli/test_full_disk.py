@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from app.cli import main
-from engine.payouts.record import shipped, to_text
+from plinko.app.cli import main
+from plinko.engine.payouts.record import shipped, to_text
 
 ROOM: int = 300  # bytes that a file may have here
 

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from app.cli import main
-from app.cli.boards import odds
-from engine import Board, drop_many
-from engine.board import payouts
-from engine.payouts.landings import Landings
-from engine.payouts.odds import odds_of
-from engine.payouts.record import Counted, from_text, shipped, to_text
+from plinko.app.cli import main
+from plinko.app.cli.boards import odds
+from plinko.engine import Board, drop_many
+from plinko.engine.board import payouts
+from plinko.engine.payouts.landings import Landings
+from plinko.engine.payouts.odds import odds_of
+from plinko.engine.payouts.record import Counted, from_text, shipped, to_text
 
 NAME = "triangle-8"
 CHOSE = Landings(None, tuple(drop_many(NAME, range(3000)).histogram.tolist()), 0)

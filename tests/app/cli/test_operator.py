@@ -7,7 +7,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
 
-from app.cli import main
+from plinko.app.cli import main
 from tests.kit.port import free_port
 
 

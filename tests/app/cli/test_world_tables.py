@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from app.cli import main
-from engine.board import worlds as shipped
-from engine.payouts import worlds
-from engine.payouts.record import from_text
+from plinko.app.cli import main
+from plinko.engine.board import worlds as shipped
+from plinko.engine.payouts import worlds
+from plinko.engine.payouts.record import from_text
 
 NAMES = ["rubber-8", "rubber-8-low", "rubber-8-high"]
 

@@ -11,7 +11,7 @@ from collections.abc import AsyncIterator
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Final
 
-from engine import Board
+from plinko.engine import Board
 from tests.app.cluster.servers import Servers
 from tests.app.cluster.watchers import Break, Pulse, Watcher, taken_over
 from tests.kit import siege

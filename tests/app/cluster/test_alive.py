@@ -7,10 +7,10 @@ from collections.abc import Iterable
 
 import pytest
 
-from app.cluster.alive import Alive
-from app.cluster.beats import Beats
-from app.cluster.membership import BEAT, LEASE, Member, Seen
-from app.persistence.lease_book import LeaseBook
+from plinko.app.cluster.alive import Alive
+from plinko.app.cluster.beats import Beats
+from plinko.app.cluster.membership import BEAT, LEASE, Member, Seen
+from plinko.app.persistence.lease_book import LeaseBook
 from tests.kit.waiting import LIMIT, turns
 
 A, B = Member("a.1", "a", ""), Member("b.1", "b", "http://b")
@@ -95,7 +95,9 @@ def test_a_heartbeat_after_the_end_calls_no_closed_loop(monkeypatch: pytest.Monk
             """The end is near."""
 
     monkeypatch.setattr(Beats, "connected", lambda _: contextlib.nullcontext(Slow()))
-    monkeypatch.setattr("app.cluster.alive.LEASE", 0.0)  # how long the end waits for the thread
+    monkeypatch.setattr(
+        "plinko.app.cluster.alive.LEASE", 0.0
+    )  # how long the end waits for the thread
     monkeypatch.setattr(threading, "excepthook", errors.append)
 
     async def serve() -> None:

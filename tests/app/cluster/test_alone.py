@@ -8,20 +8,20 @@ import httpx
 import pytest
 from click.testing import CliRunner
 
-from app.cli import plinko
-from app.errors import SettingError
-from app.main import create_app
-from app.settings import Settings
+from plinko.app.cli import plinko
+from plinko.app.errors import SettingError
+from plinko.app.main import create_app
+from plinko.app.settings import Settings
 from tests.kit.serving import Running
 
 _IMPORTED = """
 import sys
-from app.main import create_app
-from app.settings import Settings
+from plinko.app.main import create_app
+from plinko.app.settings import Settings
 app = create_app(Settings(database_url="sqlite://"))
 names = {name.partition(".")[0] for name in sys.modules}
 needed = sorted(names & {"psycopg", "redis", "httpx"})
-print(needed, "app.cluster" in sys.modules, app.state.cluster)
+print(needed, "plinko.app.cluster" in sys.modules, app.state.cluster)
 """
 
 

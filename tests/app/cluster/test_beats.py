@@ -10,10 +10,10 @@ from typing import LiteralString
 import psycopg
 import pytest
 
-from app.cluster.alive import Alive
-from app.cluster.beats import FAILURES, Beats
-from app.cluster.membership import BEAT, LEASE, Member, Seen
-from app.persistence.lease_book import LeaseBook
+from plinko.app.cluster.alive import Alive
+from plinko.app.cluster.beats import FAILURES, Beats
+from plinko.app.cluster.membership import BEAT, LEASE, Member, Seen
+from plinko.app.persistence.lease_book import LeaseBook
 from tests.kit.postgres import PostgreSQL
 from tests.kit.waiting import LIMIT, eventually, until
 
@@ -67,7 +67,7 @@ def test_waiting_servers_learn_at_once_that_one_leaves(
     database: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with both(database) as (first, second):
-        monkeypatch.setattr("app.cluster.beats.BEAT", LIMIT)
+        monkeypatch.setattr("plinko.app.cluster.beats.BEAT", LIMIT)
         waiting = threading.Thread(target=second.pause)
         waiting.start()
         leaving = Member(A.holder, A.name, A.address, leaving=True)
@@ -143,6 +143,6 @@ async def test_a_server_is_alive_while_its_loop_has_much_to_do(database: str) ->
 async def test_a_server_whose_loop_does_not_come_round_is_not_alive(
     database: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("app.cluster.alive._STALLED_SECONDS", 2 * BEAT)
+    monkeypatch.setattr("plinko.app.cluster.alive._STALLED_SECONDS", 2 * BEAT)
     async with alive(database):
         until(lambda: age(database) > LEASE)

@@ -12,7 +12,7 @@ import httpx
 import pytest
 from websockets.asyncio.client import ClientConnection
 
-from app.cluster.membership import LEASE
+from plinko.app.cluster.membership import LEASE
 from tests.app.cluster.servers import Servers
 from tests.app.cluster.watchers import spread
 from tests.deploy.proxies import DEPLOY, before

@@ -15,14 +15,14 @@ from starlette.types import Message, Receive, Scope, Send
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.http11 import Request as WebSocketRequest
 
-from app.cluster.alive import Alive
-from app.cluster.hand_on import HandOn
-from app.cluster.membership import Member, Seen
-from app.cluster.peers import Peers
-from app.errors import LeaseLostError
-from app.persistence.lease_book import LeaseBook
-from app.web.edge.answers import AnswerHeaders
-from app.web.problems import problem_response
+from plinko.app.cluster.alive import Alive
+from plinko.app.cluster.hand_on import HandOn
+from plinko.app.cluster.membership import Member, Seen
+from plinko.app.cluster.peers import Peers
+from plinko.app.errors import LeaseLostError
+from plinko.app.persistence.lease_book import LeaseBook
+from plinko.app.web.edge.answers import AnswerHeaders
+from plinko.app.web.problems import problem_response
 from tests.kit.waiting import LIMIT, eventually, turns
 
 THERE = Member("b.1", "b", "http://there:8001")

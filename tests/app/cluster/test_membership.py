@@ -6,9 +6,9 @@ from collections.abc import Sequence
 import msgspec
 import pytest
 
-from app.cluster.membership import BEAT, LATE, LEASE, Member, Seen, View, order, orphans
-from app.errors import LeaseLostError
-from app.rooms.records import LeaseRow
+from plinko.app.cluster.membership import BEAT, LATE, LEASE, Member, Seen, View, order, orphans
+from plinko.app.errors import LeaseLostError
+from plinko.app.rooms.records import LeaseRow
 
 A, B, C = (Member(f"{name}.1", name, f"http://{name}") for name in "abc")
 ROOMS = [f"{number:016x}" for number in range(300)]

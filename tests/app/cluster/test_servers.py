@@ -14,8 +14,8 @@ from click.testing import CliRunner
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
-from app.cli import plinko
-from engine import Board, drop
+from plinko.app.cli import plinko
+from plinko.engine import Board, drop
 from tests.app.cluster.servers import Servers
 from tests.kit.player import Player, playing
 from tests.kit.postgres import PostgreSQL

@@ -6,10 +6,10 @@ import itertools
 
 import pytest
 
-from app.cluster.alive import Alive
-from app.cluster.membership import LEASE, Member, Seen, order
-from app.cluster.take_over import TakeOver
-from app.errors import LeaseLostError, LedgerError
+from plinko.app.cluster.alive import Alive
+from plinko.app.cluster.membership import LEASE, Member, Seen, order
+from plinko.app.cluster.take_over import TakeOver
+from plinko.app.errors import LeaseLostError, LedgerError
 from tests.app.persistence.crash.life import BOARD, Life, living
 from tests.app.persistence.test_sharing import Watcher
 from tests.kit.postgres import PostgreSQL

@@ -4,9 +4,9 @@ import asyncio
 
 import pytest
 
-from app.computing.pool import Workers
-from app.computing.process import Done, WorkerProcess
-from app.errors import BusyError, EndedError, answer
+from plinko.app.computing.pool import Workers
+from plinko.app.computing.process import Done, WorkerProcess
+from plinko.app.errors import BusyError, EndedError, answer
 from tests.kit.waiting import turns
 
 

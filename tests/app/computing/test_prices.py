@@ -2,11 +2,11 @@
 
 import pytest
 
-from app.computing import prices, tasks
-from app.errors import CostError, answer
-from app.web.routes.drops.pictures import pixels_of
-from engine import Board
-from engine.parameters import Exact, make_solver
+from plinko.app.computing import prices, tasks
+from plinko.app.errors import CostError, answer
+from plinko.app.web.routes.drops.pictures import pixels_of
+from plinko.engine import Board
+from plinko.engine.parameters import Exact, make_solver
 from tests.app.conftest import TINY
 from tests.kit.presets import SAMPLE
 

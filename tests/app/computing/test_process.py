@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.computing import process
-from app.computing.inside import KEPT
-from app.computing.pool import Workers
-from app.computing.process import WorkerProcess
-from app.errors import CostError, DeadlineError, EndedError, InvalidValueError, answer
 from benchmarks.scenes.expensive_boards import hall
-from engine import Board, drop, drop_many
-from engine.drops.batch import LEAST_CHUNK
+from plinko.app.computing import process
+from plinko.app.computing.inside import KEPT
+from plinko.app.computing.pool import Workers
+from plinko.app.computing.process import WorkerProcess
+from plinko.app.errors import CostError, DeadlineError, EndedError, InvalidValueError, answer
+from plinko.engine import Board, drop, drop_many
+from plinko.engine.drops.batch import LEAST_CHUNK
 from tests.kit.waiting import eventually, lives
 
 FOR_EVER = functools.partial(time.sleep, 3600.0)

@@ -5,13 +5,13 @@ import functools
 
 import pytest
 
-from app.computing.short import ShortDrops
-from app.computing.tasks import Ask, record
-from app.errors import InvalidValueError
-from engine import Board, drop
-from engine.drops import trajectory
-from engine.errors import EffortError, ParameterError
-from engine.parameters import Exact
+from plinko.app.computing.short import ShortDrops
+from plinko.app.computing.tasks import Ask, record
+from plinko.app.errors import InvalidValueError
+from plinko.engine import Board, drop
+from plinko.engine.drops import trajectory
+from plinko.engine.errors import EffortError, ParameterError
+from plinko.engine.parameters import Exact
 from tests.kit.presets import SAMPLE
 
 BOARD = Board.preset("triangle-12")

@@ -5,9 +5,9 @@ import time
 
 import pytest
 
-from app.computing import tasks
-from app.errors import InvalidValueError
-from engine import Board
+from plinko.app.computing import tasks
+from plinko.app.errors import InvalidValueError
+from plinko.engine import Board
 
 BOARD = Board.preset("triangle-8")
 

@@ -6,7 +6,7 @@ from collections.abc import Awaitable, Callable
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.concurrency.fair_queue import FairLock, FairQueue
+from plinko.app.concurrency.fair_queue import FairLock, FairQueue
 from tests.kit.waiting import turns
 
 

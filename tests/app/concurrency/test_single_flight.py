@@ -4,8 +4,8 @@ import asyncio
 
 import pytest
 
-from app.concurrency.single_flight import SingleFlight
-from app.errors import LedgerError
+from plinko.app.concurrency.single_flight import SingleFlight
+from plinko.app.errors import LedgerError
 from tests.kit.waiting import turns
 
 

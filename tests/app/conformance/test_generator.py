@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from app.cli import main
-from app.conformance import chances, mirror
-from app.conformance.chances import Outcome
-from app.conformance.generator import (
+from plinko.app.cli import main
+from plinko.app.conformance import chances, mirror
+from plinko.app.conformance.chances import Outcome
+from plinko.app.conformance.generator import (
     DROPS_PER_SESSION,
     LEAST_DROPS,
     LEVEL,
@@ -20,10 +20,10 @@ from app.conformance.generator import (
     check_generator,
     session_seeds,
 )
-from app.conformance.mirror import check_mirror
-from app.errors import InvalidValueError
-from app.fairness.seeds import drop_seed
-from engine import Board
+from plinko.app.conformance.mirror import check_mirror
+from plinko.app.errors import InvalidValueError
+from plinko.app.fairness.seeds import drop_seed
+from plinko.engine import Board
 from tests.app.conftest import TINY
 from tests.long import tries
 
@@ -93,7 +93,7 @@ def test_starts_that_scaling_crowds_are_named(monkeypatch: pytest.MonkeyPatch) -
     def crowded(seeds: Words, x: float, jitter: float) -> npt.NDArray[np.float64]:
         return x + jitter * (np.floor(seeds / 2.0**64 * 256.0) / 128.0 - 1.0)
 
-    monkeypatch.setattr("app.conformance.generator.start_xs", crowded)
+    monkeypatch.setattr("plinko.app.conformance.generator.start_xs", crowded)
     failed = [each.name for each in check_generator(BOARD, LEAST_DROPS).failed]
     assert {"starts are uniform", "starts scaled to the board are uniform"} <= set(failed)
 
@@ -103,7 +103,7 @@ def test_a_start_out_of_range_is_counted(monkeypatch: pytest.MonkeyPatch) -> Non
         unit = seeds / 2.0**64 * 2.0 - 1.0
         return x + unit * (jitter if jitter == 1.0 else 1.5 * jitter)
 
-    monkeypatch.setattr("app.conformance.generator.start_xs", wide)
+    monkeypatch.setattr("plinko.app.conformance.generator.start_xs", wide)
     report = check_generator(BOARD, LEAST_DROPS)
     assert report.outside == pytest.approx(LEAST_DROPS / 3, rel=0.05)
     assert not report.good

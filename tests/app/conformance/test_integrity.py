@@ -12,11 +12,11 @@ from pathlib import Path
 import httpx
 import pytest
 
-from app.cli import main
-from app.conformance import inventory
-from app.conformance.inventory import Digests
-from app.conformance.self_check import DAY, SelfCheck
-from app.settings import Settings
+from plinko.app.cli import main
+from plinko.app.conformance import inventory
+from plinko.app.conformance.inventory import Digests
+from plinko.app.conformance.self_check import DAY, SelfCheck
+from plinko.app.settings import Settings
 from tests.app.conftest import PLENTY
 from tests.kit.serving import Running
 from tests.kit.waiting import eventually

@@ -7,14 +7,14 @@ from typing import Any, Final
 import msgspec
 import pytest
 
-from app.fairness.signing import Signer
-from app.live.sessions.fair_session import FairSession
-from app.protocol.messages import Landed
-from app.rooms.independent import IndependentRoom
-from app.rooms.pending import DropCommand
-from app.rooms.records import DropRow
-from app.rooms.stakes import payout_of
-from engine import Board, drop
+from plinko.app.fairness.signing import Signer
+from plinko.app.live.sessions.fair_session import FairSession
+from plinko.app.protocol.messages import Landed
+from plinko.app.rooms.independent import IndependentRoom
+from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.records import DropRow
+from plinko.app.rooms.stakes import payout_of
+from plinko.engine import Board, drop
 
 NAMES: Final = ("triangle-8-high", "classic")
 SEEDS: Final = (3, 2**64 - 1)

@@ -4,11 +4,11 @@ from typing import Any
 
 import msgspec
 
-from app.fairness.check import kernel_digest_of
-from app.fairness.export import KIND, VERSION, DropResult, SessionExport, Signed, make_export
-from app.fairness.seeds import commitment, draw_mac, drop_seed
-from app.fairness.signing import Signer
-from app.fairness.statements import (
+from plinko.app.fairness.check import kernel_digest_of
+from plinko.app.fairness.export import KIND, VERSION, DropResult, SessionExport, Signed, make_export
+from plinko.app.fairness.seeds import commitment, draw_mac, drop_seed
+from plinko.app.fairness.signing import Signer
+from plinko.app.fairness.statements import (
     Closing,
     KeyStatement,
     LogEntry,
@@ -17,10 +17,10 @@ from app.fairness.statements import (
     TreeHead,
     payouts_digest,
 )
-from app.protocol.messages import SignedReceipt
-from app.rooms.draw import Draw
-from app.rooms.stakes import payout_of
-from engine import PHYSICS_VERSION, Board, drop, find_draw, merkle
+from plinko.app.protocol.messages import SignedReceipt
+from plinko.app.rooms.draw import Draw
+from plinko.app.rooms.stakes import payout_of
+from plinko.engine import PHYSICS_VERSION, Board, drop, find_draw, merkle
 
 KERNEL = kernel_digest_of(b"kernels")
 BOARD = Board.preset("triangle-9")

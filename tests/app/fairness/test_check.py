@@ -10,13 +10,13 @@ from typing import Any
 
 import pytest
 
-from app.cli import main
-from app.fairness.check import Verdict, check_session, kernel_digest_of
-from app.fairness.export import read_export
-from app.fairness.signing import Signer
-from app.protocol.messages import SignedReceipt
-from app.settings import page_kernels
-from engine.errors import RecordError
+from plinko.app.cli import main
+from plinko.app.fairness.check import Verdict, check_session, kernel_digest_of
+from plinko.app.fairness.export import read_export
+from plinko.app.fairness.signing import Signer
+from plinko.app.protocol.messages import SignedReceipt
+from plinko.app.settings import page_kernels
+from plinko.engine.errors import RecordError
 from tests.app.fairness.sessions import FORMER, KERNEL, SIGNER, draw, honest, restored
 from tests.golden import session as golden
 

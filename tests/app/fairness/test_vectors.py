@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.fairness.seeds import drop_mac, drop_seed
-from app.fairness.signing import Signer
-from engine import merkle
+from plinko.app.fairness.seeds import drop_mac, drop_seed
+from plinko.app.fairness.signing import Signer
+from plinko.engine import merkle
 from tests.app.fairness.sessions import Log
 
 RFC_4231 = [  # key, data, HMAC-SHA256: test cases 1, 2 and 6

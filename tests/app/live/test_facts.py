@@ -12,17 +12,17 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from app.errors import KeyReusedError, LedgerError
-from app.live.broadcast.audience import Player
-from app.live.live_table import LiveTable
-from app.persistence.ledger.commit_queue import Done
-from app.persistence.ledger.null_ledger import NullLedger
-from app.persistence.recovery.recovery import load_table
-from app.persistence.statements import store
-from app.protocol import messages
-from app.rooms.keys import IdempotencyKey, KeyUse, UsedKey
-from app.rooms.pending import DropCommand
-from app.rooms.records import (
+from plinko.app.errors import KeyReusedError, LedgerError
+from plinko.app.live.broadcast.audience import Player
+from plinko.app.live.live_table import LiveTable
+from plinko.app.persistence.ledger.commit_queue import Done
+from plinko.app.persistence.ledger.null_ledger import NullLedger
+from plinko.app.persistence.recovery.recovery import load_table
+from plinko.app.persistence.statements import store
+from plinko.app.protocol import messages
+from plinko.app.rooms.keys import IdempotencyKey, KeyUse, UsedKey
+from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.records import (
     Close,
     DropRow,
     NewDrop,
@@ -31,7 +31,7 @@ from app.rooms.records import (
     TableState,
     Write,
 )
-from engine import Board, drop
+from plinko.engine import Board, drop
 from tests.app.passes import rooms_by_hand, run_pass
 from tests.kit.hand import HandClock
 from tests.kit.waiting import turns

@@ -8,14 +8,14 @@ from typing import Any
 import httpx
 import pytest
 
-from app.cli import main
-from app.errors import HaltedError, LedgerError
-from app.live.registry import Rooms
-from app.persistence.ledger.null_ledger import NullLedger
-from app.rooms.keys import KeyUse
-from app.rooms.records import EVERY_ROOM, Write
-from app.settings import Settings
-from engine import Board
+from plinko.app.cli import main
+from plinko.app.errors import HaltedError, LedgerError
+from plinko.app.live.registry import Rooms
+from plinko.app.persistence.ledger.null_ledger import NullLedger
+from plinko.app.rooms.keys import KeyUse
+from plinko.app.rooms.records import EVERY_ROOM, Write
+from plinko.app.settings import Settings
+from plinko.engine import Board
 from tests.app.asking import ask
 from tests.app.conftest import TINY
 from tests.app.live.sessions.test_fair_sessions import bearer, begun

@@ -14,7 +14,7 @@ import pytest
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from engine import Board, drop
+from plinko.engine import Board, drop
 from tests.app.conftest import TINY
 from tests.kit.player import Player, playing
 from tests.kit.serving import Running, constants, serving
@@ -270,7 +270,7 @@ async def test_a_flood_of_bad_messages_is_closed_with_the_reason(server: Running
 
 
 async def test_a_flood_of_good_messages_is_closed_eager_play_is_not() -> None:
-    few = {"app.settings.OTHER_MESSAGES": 0.9}
+    few = {"plinko.app.settings.OTHER_MESSAGES": 0.9}
     with constants(**few), serving(drop_rate=0.1) as server:
         room = await new_room(server)
         # 60 frames are within the burst of 64 frames, but too many messages. Of 1,000, the server
@@ -283,7 +283,7 @@ async def test_a_flood_of_good_messages_is_closed_eager_play_is_not() -> None:
                 assert closed.rcvd is not None
                 assert closed.rcvd.code == 1008
                 assert re.search(rf"more than \d {limits} a second", closed.rcvd.reason)
-    many = {"app.settings.OTHER_MESSAGES": 1000.0}
+    many = {"plinko.app.settings.OTHER_MESSAGES": 1000.0}
     with constants(**many), serving(drop_rate=0.1) as server:
         room = await new_room(server)
         async with playing(server.socket(room)) as player:
@@ -313,7 +313,7 @@ async def test_text_that_is_not_utf8_closes_with_1007(server: Running) -> None:
 
 
 async def test_too_many_drops_a_second_are_refused_one_by_one() -> None:
-    many = {"app.settings.OTHER_MESSAGES": 1000.0}
+    many = {"plinko.app.settings.OTHER_MESSAGES": 1000.0}
     with constants(**many), serving(drop_rate=2.0) as server:
         async with playing(server.socket("triangle-8")) as player:
             began = time.monotonic()
@@ -397,9 +397,9 @@ def deaf_socket(server: Running) -> socket.socket:
 def slow_reading(grace: float, linger: float) -> Iterator[Running]:
     """A server with a small send buffer, which soon disconnects clients that do not read."""
     changed = {
-        "app.listening.SEND_BUFFER": 4096,
-        "app.web.routes.rooms.ws.READING_GRACE": grace,
-        "app.web.routes.rooms.ws.LINGER": linger,
+        "plinko.app.listening.SEND_BUFFER": 4096,
+        "plinko.app.web.routes.rooms.ws.READING_GRACE": grace,
+        "plinko.app.web.routes.rooms.ws.LINGER": linger,
     }
     with constants(**changed), serving(drop_rate=1e4) as server:
         yield server

@@ -6,8 +6,8 @@ from typing import Any
 import httpx
 import pytest
 
-from app.rooms import log as roomlog
-from app.rooms.touching.room import TouchingRoom
+from plinko.app.rooms import log as roomlog
+from plinko.app.rooms.touching.room import TouchingRoom
 from tests.kit.player import Player, playing, tick_of
 from tests.kit.serving import Running, constants, serving
 from tests.kit.waiting import eventually
@@ -241,8 +241,8 @@ async def test_the_log_of_a_played_room_verifies(server: Running) -> None:
 
 async def test_changes_too_fast_and_balls_too_many_are_refused() -> None:
     changed = {
-        "app.web.routes.rooms.room_changes.CHANGE_RATE": 5.0,
-        "app.rooms.kinds.MAX_TOUCHING": 3,
+        "plinko.app.web.routes.rooms.room_changes.CHANGE_RATE": 5.0,
+        "plinko.app.rooms.kinds.MAX_TOUCHING": 3,
     }
     with constants(**changed), serving(drop_rate=1000.0) as server:
         async with playing(server.socket("interacting-triangle-8")) as player:

@@ -8,17 +8,17 @@ import numpy.typing as npt
 import pytest
 from PIL import Image
 
-from app.errors import InvalidValueError
-from app.render import contact_sheet, density_picture, histogram_picture
-from app.render.histogram import expected_of
-from app.render.parts.board import board_pixels
-from app.render.parts.view import fit, lay_out
-from app.render.raster.encode import Still
-from app.render.sheet import GAP, LABEL, MOST_DROPS
-from app.render.still import drop_pixels
-from app.render.theme import THEMES
-from engine import Board, drop, drop_many
-from engine.payouts.record import odds_of_record
+from plinko.app.errors import InvalidValueError
+from plinko.app.render import contact_sheet, density_picture, histogram_picture
+from plinko.app.render.histogram import expected_of
+from plinko.app.render.parts.board import board_pixels
+from plinko.app.render.parts.view import fit, lay_out
+from plinko.app.render.raster.encode import Still
+from plinko.app.render.sheet import GAP, LABEL, MOST_DROPS
+from plinko.app.render.still import drop_pixels
+from plinko.app.render.theme import THEMES
+from plinko.engine import Board, drop, drop_many
+from plinko.engine.payouts.record import odds_of_record
 
 Pixels = npt.NDArray[np.int64]
 

@@ -2,15 +2,15 @@
 
 import pytest
 
-from app.errors import RoomLimitError
-from app.live.broadcast.hub import Hub
-from app.live.registry import Rooms
-from app.persistence.ledger.null_ledger import NullLedger
-from app.persistence.service import PersistenceService
-from app.rooms.boards import Boards
-from app.rooms.kinds import BallLimits
-from app.settings import Settings
-from engine import Board
+from plinko.app.errors import RoomLimitError
+from plinko.app.live.broadcast.hub import Hub
+from plinko.app.live.registry import Rooms
+from plinko.app.persistence.ledger.null_ledger import NullLedger
+from plinko.app.persistence.service import PersistenceService
+from plinko.app.rooms.boards import Boards
+from plinko.app.rooms.kinds import BallLimits
+from plinko.app.settings import Settings
+from plinko.engine import Board
 from tests.app.live.test_registry import Watcher
 
 BOARD = Board.preset("triangle-8")
@@ -105,7 +105,7 @@ async def test_a_room_used_in_the_last_minute_stays_in_memory(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Its creator's first drop may be under way when others fill the memory."""
-    monkeypatch.setattr("app.live.open_rooms._IN_MEMORY", 2)
+    monkeypatch.setattr("plinko.app.live.open_rooms._IN_MEMORY", 2)
     clock = Clock()
     service = PersistenceService(Keeping(), tick_rate=60, limits=BallLimits(8, 8), now=clock)
     held = Rooms(Settings(), Boards(8), Hub(8), BOARD, persistence=service)

@@ -8,15 +8,15 @@ from typing import Any
 import httpx
 import pytest
 
-from app.errors import BallLimitError
-from app.live.broadcast.audience import Player
-from app.live.queue import MOST_FALLING, RoomQueue
-from app.persistence.ledger.null_ledger import NullLedger
-from app.protocol import messages
-from app.protocol.visitors import NO_TAG
-from app.rooms.outcome import Outcome
-from app.rooms.pending import DropCommand
-from app.rooms.queue import EMPTY, MOST_BALLS, MOST_ITEMS, MOST_WAITING
+from plinko.app.errors import BallLimitError
+from plinko.app.live.broadcast.audience import Player
+from plinko.app.live.queue import MOST_FALLING, RoomQueue
+from plinko.app.persistence.ledger.null_ledger import NullLedger
+from plinko.app.protocol import messages
+from plinko.app.protocol.visitors import NO_TAG
+from plinko.app.rooms.outcome import Outcome
+from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.queue import EMPTY, MOST_BALLS, MOST_ITEMS, MOST_WAITING
 from tests.app.conftest import TINY
 from tests.app.live.test_tags import TAG, opened
 from tests.kit.player import playing
@@ -226,7 +226,7 @@ async def test_an_item_whose_last_ball_was_dropped_waits_no_more() -> None:
 async def test_a_queue_that_fails_says_so_and_tries_the_ball_again(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("app.live.queue._FAILED", 0.0)
+    monkeypatch.setattr("plinko.app.live.queue._FAILED", 0.0)
     play = Play()
     play.faults = [ZeroDivisionError("a fault of the program")]
     await play.queue.add(2, 0.0, NO_TAG)

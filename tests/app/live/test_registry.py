@@ -7,17 +7,17 @@ from typing import Any
 import msgspec
 import pytest
 
-from app.errors import AppError, MissingBallError
-from app.live.broadcast.hub import Client, Mailbox
-from app.live.registry import Rooms
-from app.protocol.client_messages import DropMessage
-from app.protocol.touching_messages import Change
-from app.protocol.wire import WireMessage
-from app.rooms.independent import IndependentRoom
-from app.rooms.kinds import SCENE
-from app.settings import Settings
-from app.web.drops import drop_command
-from engine import Board, World, drop
+from plinko.app.errors import AppError, MissingBallError
+from plinko.app.live.broadcast.hub import Client, Mailbox
+from plinko.app.live.registry import Rooms
+from plinko.app.protocol.client_messages import DropMessage
+from plinko.app.protocol.touching_messages import Change
+from plinko.app.protocol.wire import WireMessage
+from plinko.app.rooms.independent import IndependentRoom
+from plinko.app.rooms.kinds import SCENE
+from plinko.app.settings import Settings
+from plinko.app.web.drops import drop_command
+from plinko.engine import Board, World, drop
 from tests.app.asking import ask, change
 from tests.app.passes import rooms_by_hand, run_pass
 from tests.kit.waiting import turns
@@ -110,9 +110,9 @@ async def test_nothing_is_encoded_without_clients(monkeypatch: pytest.MonkeyPatc
     def forbidden(*_: object) -> bytes:
         raise AssertionError("a frame was encoded for nobody")
 
-    monkeypatch.setattr("app.protocol.snapshots.encode_snapshot", forbidden)
-    monkeypatch.setattr("app.protocol.messages.encode_events", forbidden)
-    monkeypatch.setattr("app.protocol.messages.encode_event", forbidden)
+    monkeypatch.setattr("plinko.app.protocol.snapshots.encode_snapshot", forbidden)
+    monkeypatch.setattr("plinko.app.protocol.messages.encode_events", forbidden)
+    monkeypatch.setattr("plinko.app.protocol.messages.encode_event", forbidden)
     await ask(held.find("main"), 1)
     await finish(held)
     assert held.find("main").room.stats().drops == 1

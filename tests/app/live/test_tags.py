@@ -8,8 +8,8 @@ from typing import Any
 import httpx
 import pytest
 
-from app.rooms.log import verify_log
-from engine import Board, drop
+from plinko.app.rooms.log import verify_log
+from plinko.engine import Board, drop
 from tests.app.conftest import TINY
 from tests.kit.player import Player, playing
 from tests.kit.serving import Running, serving

@@ -2,16 +2,16 @@
 
 from typing import cast
 
-from app.ops.metrics import Reading
-from app.persistence.ledger.null_ledger import NullLedger
-from app.persistence.ledger.writer import Ledger
-from app.persistence.statements.totals import Total
-from app.web.readings import standing_readings
-from app.web.returns import Returns
-from app.web.shared import Standing
-from app.webhooks.targets import Target
-from app.webhooks.webhooks import Webhooks
-from engine import Board
+from plinko.app.ops.metrics import Reading
+from plinko.app.persistence.ledger.null_ledger import NullLedger
+from plinko.app.persistence.ledger.writer import Ledger
+from plinko.app.persistence.statements.totals import Total
+from plinko.app.web.readings import standing_readings
+from plinko.app.web.returns import Returns
+from plinko.app.web.shared import Standing
+from plinko.app.webhooks.targets import Target
+from plinko.app.webhooks.webhooks import Webhooks
+from plinko.engine import Board
 
 
 def rare_readings() -> list[Reading]:

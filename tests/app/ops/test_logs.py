@@ -8,7 +8,7 @@ from typing import Any
 import httpx
 import pytest
 
-from app.ops.logs import JsonFormatter, TextFormatter, configure
+from plinko.app.ops.logs import JsonFormatter, TextFormatter, configure
 from tests.kit.serving import serving
 from tests.kit.waiting import LIMIT
 
@@ -49,7 +49,7 @@ def test_a_failing_request_is_logged_without_its_query(
     def fail(*_: object) -> None:
         raise ZeroDivisionError("a bug")
 
-    monkeypatch.setattr("app.rooms.boards.Boards.find", fail)
+    monkeypatch.setattr("plinko.app.rooms.boards.Boards.find", fail)
     with serving() as server, caplog.at_level(logging.INFO):
         answer = httpx.get(f"{server.url}/api/v1/drops/triangle-8/1?x=0.0625", timeout=LIMIT)
     assert answer.status_code == 500

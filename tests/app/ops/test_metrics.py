@@ -6,7 +6,7 @@ from pathlib import Path
 import httpx
 from prometheus_client.parser import text_string_to_metric_families
 
-from app.ops.metrics import Metrics
+from plinko.app.ops.metrics import Metrics
 from tests.app.ops.rare import rare_readings
 from tests.kit.player import playing
 from tests.kit.serving import Running, serving

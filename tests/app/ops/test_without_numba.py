@@ -15,26 +15,25 @@ PathFinder.find_spec = lambda name, path=None, target=None: (
 """As `sitecustomize` in Python's path, it hides numba from every process."""
 
 MAKERS = (
-    "engine.artifact.",
-    "engine.jit.webassembly",
-    "engine.jit.native_code",
-    "engine.jit.llvm_module",
-    "engine.jit.kernel_compiler",
-    "app.cli.__main",
+    "plinko.engine.artifact.",
+    "plinko.engine.jit.webassembly",
+    "plinko.engine.jit.native_code",
+    "plinko.engine.jit.llvm_module",
+    "plinko.engine.jit.kernel_compiler",
 )
-"""Modules that compile kernels, which need numba, and one that runs when it is imported."""
+"""Modules that compile kernels, which need numba."""
 
 PROGRAM = f"""
 import importlib, json, pkgutil, sys, warnings
-import app, engine
+from plinko import app, engine
 for package in (engine, app):
     for each in pkgutil.walk_packages(package.__path__, package.__name__ + "."):
         if not each.name.startswith({MAKERS!r}) and ".migrations." not in each.name:
             importlib.import_module(each.name)
-from engine import Board, World, drop, drop_many
-from app.main import create_app
-from app.render import drop_picture
-from app.settings import Settings
+from plinko.engine import Board, World, drop, drop_many
+from plinko.app.main import create_app
+from plinko.app.render import drop_picture
+from plinko.app.settings import Settings
 warnings.simplefilter("ignore")
 from starlette.testclient import TestClient
 
@@ -59,7 +58,7 @@ print(json.dumps({{
 
 
 def test_all_is_imported_and_drops_and_draws_without_numba(tmp_path: Path) -> None:
-    from engine import drop, drop_many
+    from plinko.engine import drop, drop_many
 
     (tmp_path / "sitecustomize.py").write_text(HIDE, encoding="utf-8")
     path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", os.getcwd())])

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from app.persistence.ledger.database import Database
+from plinko.app.persistence.ledger.database import Database
 from tests.kit.postgres import PostgreSQL
 from tests.long import tries
 

@@ -6,15 +6,15 @@ from typing import Any
 import httpx
 import pytest
 
-from app.errors import DamagedRoomError
-from app.persistence import room_runs
-from app.persistence.ledger.database import Database
-from app.persistence.recovery.rebuild import basis_of
-from app.persistence.statements import store, totals
-from app.rooms.draw import Draw
-from app.rooms.kinds import DRAW
-from app.rooms.records import KeptBasis
-from engine import PHYSICS_VERSION, Board, find_draw
+from plinko.app.errors import DamagedRoomError
+from plinko.app.persistence import room_runs
+from plinko.app.persistence.ledger.database import Database
+from plinko.app.persistence.recovery.rebuild import basis_of
+from plinko.app.persistence.statements import store, totals
+from plinko.app.rooms.draw import Draw
+from plinko.app.rooms.kinds import DRAW
+from plinko.app.rooms.records import KeptBasis
+from plinko.engine import PHYSICS_VERSION, Board, find_draw
 from tests.app.conftest import TINY
 from tests.app.live.sessions.test_fair_sessions import begun, checked
 from tests.app.persistence.crash.life import living, look
@@ -36,7 +36,7 @@ def dropped(http: httpx.Client, room: str, session: str, shown: dict[str, str]) 
 
 def test_a_session_of_a_draw_goes_on_after_a_restart(url: str, tmp_path: Path) -> None:
     settings: dict[str, Any] = {"database_url": url, "data": str(tmp_path)}
-    taken_by_1_0 = {"app.rooms.independent.DrawRoom.takes_stakes": True}
+    taken_by_1_0 = {"plinko.app.rooms.independent.DrawRoom.takes_stakes": True}
     with constants(**taken_by_1_0), serving(**settings) as server, server.client() as http:
         body = {"board": TINY, "mode": "draw", "draw": PREPARED}
         room = http.post("/api/v1/rooms", json=body).json()

@@ -5,12 +5,12 @@ from collections.abc import Callable, Sequence
 
 import pytest
 
-from app.errors import LedgerError
-from app.persistence.ledger.commit_queue import Done
-from app.persistence.ledger.null_ledger import NullLedger
-from app.protocol.messages import Accepted
-from app.rooms.records import Mark, NewDrop, ResultRow, Write
-from engine import Board, drop
+from plinko.app.errors import LedgerError
+from plinko.app.persistence.ledger.commit_queue import Done
+from plinko.app.persistence.ledger.null_ledger import NullLedger
+from plinko.app.protocol.messages import Accepted
+from plinko.app.rooms.records import Mark, NewDrop, ResultRow, Write
+from plinko.engine import Board, drop
 from tests.app.asking import ask
 from tests.app.passes import rooms_by_hand, run_pass
 from tests.kit.waiting import turns

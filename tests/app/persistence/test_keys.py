@@ -12,10 +12,10 @@ from typing import Any
 import httpx
 import pytest
 
-from app.errors import AppError, LeaseLostError
-from app.persistence.statements import store
-from app.rooms.keys import Caller as KeyCaller
-from app.rooms.keys import KeyUse, key_of
+from plinko.app.errors import AppError, LeaseLostError
+from plinko.app.persistence.statements import store
+from plinko.app.rooms.keys import Caller as KeyCaller
+from plinko.app.rooms.keys import KeyUse, key_of
 from tests.app.conftest import TINY
 from tests.app.persistence.conftest import POSTGRESQL, SQLITE, new_database
 from tests.app.persistence.crash.life import BOARD, living, look

@@ -10,14 +10,14 @@ from typing import Any
 import pytest
 import sqlalchemy as sa
 
-from app.errors import LeaseLostError, SettingError
-from app.persistence.lease_book import LeaseBook
-from app.persistence.leases import Leases
-from app.persistence.ledger.common_secrets import TOKENS, common_secret
-from app.persistence.ledger.database import Database
-from app.persistence.ledger.writer import Ledger
-from app.persistence.statements import fair_store, lease_store, store, tables, writing
-from app.rooms.records import (
+from plinko.app.errors import LeaseLostError, SettingError
+from plinko.app.persistence.lease_book import LeaseBook
+from plinko.app.persistence.leases import Leases
+from plinko.app.persistence.ledger.common_secrets import TOKENS, common_secret
+from plinko.app.persistence.ledger.database import Database
+from plinko.app.persistence.ledger.writer import Ledger
+from plinko.app.persistence.statements import fair_store, lease_store, store, tables, writing
+from plinko.app.rooms.records import (
     BoardRow,
     Close,
     DropRow,

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 import sqlalchemy as sa
 
-from app.errors import LedgerError
-from app.persistence.ledger.database import Database, reader
-from app.persistence.log_page import LogPage
-from app.rooms.log import verify_log
+from plinko.app.errors import LedgerError
+from plinko.app.persistence.ledger.database import Database, reader
+from plinko.app.persistence.log_page import LogPage
+from plinko.app.rooms.log import verify_log
 from tests.kit.serving import serving
 from tests.kit.waiting import lives, until
 

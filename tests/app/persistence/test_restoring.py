@@ -20,15 +20,15 @@ from typing import Any
 import httpx
 import pytest
 
-from app.cli import main
-from app.cli.server.serve import restore_if_refused
-from app.errors import SettingError
-from app.fairness.check import Verdict, check_session, kernel_digest_of
-from app.fairness.export import read_export
-from app.fairness.signing import is_signed
-from app.main import create_app, open_ledger
-from app.settings import Settings, page_kernels
-from engine import merkle
+from plinko.app.cli import main
+from plinko.app.cli.server.serve import restore_if_refused
+from plinko.app.errors import SettingError
+from plinko.app.fairness.check import Verdict, check_session, kernel_digest_of
+from plinko.app.fairness.export import read_export
+from plinko.app.fairness.signing import is_signed
+from plinko.app.main import create_app, open_ledger
+from plinko.app.settings import Settings, page_kernels
+from plinko.engine import merkle
 from tests.app.conftest import TINY
 from tests.kit.player import playing
 from tests.kit.serving import Running, serving
@@ -138,7 +138,7 @@ class House:
 
     def printed_refusal(self) -> str:
         """What a start prints that is refused."""
-        command = [sys.executable, "-m", "app.cli", "serve", "--port", "0", *self.options]
+        command = [sys.executable, "-m", "plinko", "serve", "--port", "0", *self.options]
         finished = run(*command)
         assert finished.returncode == 2, finished.stderr
         assert len(finished.stderr.strip().splitlines()) == 1
@@ -485,7 +485,7 @@ def test_a_change_of_the_key_survives_its_end_at_any_step(
         keys = [visit.log()["key"]]
     for step, finished in (("_add", False), ("_File.prepare", False), ("_File.adopt", True)):
         with monkeypatch.context() as patch:
-            patch.setattr(f"app.persistence.signing_key.{step}", end)
+            patch.setattr(f"plinko.app.persistence.signing_key.{step}", end)
             with pytest.raises(EndError):
                 house.ledger("rotate-key")
         if finished:

@@ -11,14 +11,14 @@ from typing import Any
 import msgspec
 import pytest
 
-from app.errors import BusyError, LedgerError, ReadersError
-from app.persistence.log_page import Entries, LogPage
-from app.persistence.room_log import MOST_OF_ONE, MOST_READERS, RoomLogs
-from app.persistence.room_runs import RoomRuns
-from app.rooms.independent import IndependentRoom
-from app.rooms.log import lines
-from app.web.routes.rooms.rooms import StreamedAnswer
-from engine import Board
+from plinko.app.errors import BusyError, LedgerError, ReadersError
+from plinko.app.persistence.log_page import Entries, LogPage
+from plinko.app.persistence.room_log import MOST_OF_ONE, MOST_READERS, RoomLogs
+from plinko.app.persistence.room_runs import RoomRuns
+from plinko.app.rooms.independent import IndependentRoom
+from plinko.app.rooms.log import lines
+from plinko.app.web.routes.rooms.rooms import StreamedAnswer
+from plinko.engine import Board
 
 ENTRY = {"ball": 0, "who": "x", "result": None}
 

@@ -14,13 +14,13 @@ import httpx
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-from app.cli import main
-from app.errors import SettingError
-from app.live.open_rooms import UNUSED_SECONDS
-from app.rooms.log import verify_log
-from app.rooms.stakes import payout_of
-from app.web.tokens import secret_of
-from engine import Board, drop
+from plinko.app.cli import main
+from plinko.app.errors import SettingError
+from plinko.app.live.open_rooms import UNUSED_SECONDS
+from plinko.app.rooms.log import verify_log
+from plinko.app.rooms.stakes import payout_of
+from plinko.app.web.tokens import secret_of
+from plinko.engine import Board, drop
 from tests.app.conftest import TINY
 from tests.app.persistence.conftest import POSTGRESQL, SQLITE, new_database
 from tests.kit.player import Player, playing
@@ -285,8 +285,8 @@ def test_a_rooms_log_replays_to_the_last_bit(
 def test_a_log_that_was_touched_is_found_out(
     http: httpx.Client, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from app.rooms.log import verify_log
-    from engine import RecordError
+    from plinko.app.rooms.log import verify_log
+    from plinko.engine import RecordError
 
     room, _ = opened(http)
     land(http, room, 1, 2)
@@ -427,8 +427,8 @@ async def test_a_reconnected_client_receives_what_it_missed(
 
 
 def test_kept_events_are_bounded_and_losses_are_reported() -> None:
-    from app.live.broadcast.replay_buffer import KEPT, Recent
-    from app.protocol import messages
+    from plinko.app.live.broadcast.replay_buffer import KEPT, Recent
+    from plinko.app.protocol import messages
 
     def accepted(ball: int) -> messages.Accepted:
         return messages.Accepted(ball=ball, seed="1", x=0.0, explicit_x=False, tick=0)

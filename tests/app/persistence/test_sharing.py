@@ -12,7 +12,7 @@ import sqlalchemy as sa
 from alembic import command
 from alembic.config import Config
 
-from app.errors import (
+from plinko.app.errors import (
     AppError,
     HaltedError,
     LeaseLostError,
@@ -20,20 +20,20 @@ from app.errors import (
     RoomLimitError,
     UnknownRoomError,
 )
-from app.fairness.check import check_session, kernel_digest_of
-from app.fairness.export import read_export
-from app.fairness.signing import Signer
-from app.live.arriving import Claim, any_room
-from app.live.broadcast.hub import Client, Mailbox
-from app.live.open_rooms import UNUSED_SECONDS
-from app.live.sessions.fair_sessions import FairSessions
-from app.persistence.checks.audit import Audit
-from app.persistence.ledger.database import Database
-from app.persistence.signing_key import SigningKey
-from app.persistence.statements import lease_store, store
-from app.protocol.wire import WireMessage
-from app.rooms.kinds import INTERACTING
-from app.rooms.records import EVERY_ROOM, LeaseRow
+from plinko.app.fairness.check import check_session, kernel_digest_of
+from plinko.app.fairness.export import read_export
+from plinko.app.fairness.signing import Signer
+from plinko.app.live.arriving import Claim, any_room
+from plinko.app.live.broadcast.hub import Client, Mailbox
+from plinko.app.live.open_rooms import UNUSED_SECONDS
+from plinko.app.live.sessions.fair_sessions import FairSessions
+from plinko.app.persistence.checks.audit import Audit
+from plinko.app.persistence.ledger.database import Database
+from plinko.app.persistence.signing_key import SigningKey
+from plinko.app.persistence.statements import lease_store, store
+from plinko.app.protocol.wire import WireMessage
+from plinko.app.rooms.kinds import INTERACTING
+from plinko.app.rooms.records import EVERY_ROOM, LeaseRow
 from tests.app.asking import ask
 from tests.app.persistence.crash.life import BOARD, CLOCK, Life, living
 from tests.kit.postgres import PostgreSQL

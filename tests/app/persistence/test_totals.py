@@ -4,15 +4,15 @@ from math import sqrt
 
 import pytest
 
-from app.ops.returns import DEVIATIONS, return_of
-from app.persistence.ledger.database import Database
-from app.persistence.ledger.null_ledger import NullLedger
-from app.persistence.statements import totals, writing
-from app.persistence.statements.totals import Total, band
-from app.rooms.records import BoardRow, DropRow, ResultRow, RoomRow, Write
-from app.web.returns import Returns
-from engine import Board
-from engine.payouts.record import odds_of_record
+from plinko.app.ops.returns import DEVIATIONS, return_of
+from plinko.app.persistence.ledger.database import Database
+from plinko.app.persistence.ledger.null_ledger import NullLedger
+from plinko.app.persistence.statements import totals, writing
+from plinko.app.persistence.statements.totals import Total, band
+from plinko.app.rooms.records import BoardRow, DropRow, ResultRow, RoomRow, Write
+from plinko.app.web.returns import Returns
+from plinko.engine import Board
+from plinko.engine.payouts.record import odds_of_record
 from tests.kit.facts import new
 
 BOARD = Board.preset("triangle-16-high")

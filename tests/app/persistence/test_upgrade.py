@@ -11,14 +11,14 @@ from typing import Any
 
 import pytest
 
-from app.errors import SettingError
-from app.fairness.check import check_session, kernel_digest_of
-from app.fairness.export import read_export
-from app.persistence.ledger.database import Database
-from app.persistence.statements import store
-from app.rooms.log import verify_log
-from app.settings import page_kernels
-from engine import Board, drop
+from plinko.app.errors import SettingError
+from plinko.app.fairness.check import check_session, kernel_digest_of
+from plinko.app.fairness.export import read_export
+from plinko.app.persistence.ledger.database import Database
+from plinko.app.persistence.statements import store
+from plinko.app.rooms.log import verify_log
+from plinko.app.settings import page_kernels
+from plinko.engine import Board, drop
 from tests.app.persistence.crash.life import change, look
 from tests.kit.serving import serving
 

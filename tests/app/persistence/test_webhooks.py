@@ -12,12 +12,12 @@ import httpx
 import msgspec
 import pytest
 
-from app.errors import LedgerError
-from app.persistence.ledger.database import Database
-from app.persistence.ledger.writer import Ledger
-from app.persistence.statements import store, webhook_store
-from app.rooms.keys import KeyUse
-from app.rooms.records import (
+from plinko.app.errors import LedgerError
+from plinko.app.persistence.ledger.database import Database
+from plinko.app.persistence.ledger.writer import Ledger
+from plinko.app.persistence.statements import store, webhook_store
+from plinko.app.rooms.keys import KeyUse
+from plinko.app.rooms.records import (
     BoardRow,
     Close,
     DropRow,
@@ -28,9 +28,9 @@ from app.rooms.records import (
     Void,
     Write,
 )
-from app.webhooks.sender import FIRST, LONGEST, LOOK, MOST, Sender
-from app.webhooks.targets import Target
-from engine import Board
+from plinko.app.webhooks.sender import FIRST, LONGEST, LOOK, MOST, Sender
+from plinko.app.webhooks.targets import Target
+from plinko.engine import Board
 from tests.app.persistence.conftest import SQLITE
 from tests.app.webhooks.target import SECRET, URL, FakeTarget, FlakyTarget
 from tests.kit.facts import new
@@ -133,7 +133,7 @@ def test_pruning_a_room_deletes_its_waiting_webhooks(url: str) -> None:
 def test_more_boards_are_sent_than_are_cached(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("app.webhooks.sender.MOST_BOARDS", 1)
+    monkeypatch.setattr("plinko.app.webhooks.sender.MOST_BOARDS", 1)
     target = FakeTarget()
     board, room = begun()
     assert isinstance(board, BoardRow)

@@ -10,11 +10,11 @@ import httpx
 import pytest
 from PIL import Image
 
-from app.computing import tasks
-from app.errors import BusyError, InvalidValueError
-from app.pictures.cache import Pictures, look
-from app.render import drop_animation, drop_picture
-from engine import Board, drop, drop_many
+from plinko.app.computing import tasks
+from plinko.app.errors import BusyError, InvalidValueError
+from plinko.app.pictures.cache import Pictures, look
+from plinko.app.render import drop_animation, drop_picture
+from plinko.engine import Board, drop, drop_many
 from tests.app.conftest import TINY
 from tests.kit.serving import Running
 
@@ -168,7 +168,7 @@ def test_many_drops_come_in_every_still_format(http: httpx.Client, kind: str, su
 
 
 def test_many_drops_are_those_of_the_seeds(http: httpx.Client) -> None:
-    from app.render import contact_sheet, density_picture, histogram_picture
+    from plinko.app.render import contact_sheet, density_picture, histogram_picture
 
     seeds, query = range(5, 105), "drops=100&seed=5&width=300&theme=dark"
     path = "/api/v1/boards/triangle-12"

@@ -12,16 +12,16 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from app.errors import BusyError, InvalidValueError, RoomFullError
-from app.pictures.film import BOUNDARY, LIT_SECONDS, PART_HEAD, Cameras, Shot
-from app.pictures.frame import still_of
-from app.render import Stage
-from app.render.raster.palette import Palette
-from app.render.theme import THEMES
-from app.rooms.independent import IndependentRoom
-from app.rooms.pending import DropCommand
-from app.web.limits import Budgets
-from engine import Board, World
+from plinko.app.errors import BusyError, InvalidValueError, RoomFullError
+from plinko.app.pictures.film import BOUNDARY, LIT_SECONDS, PART_HEAD, Cameras, Shot
+from plinko.app.pictures.frame import still_of
+from plinko.app.render import Stage
+from plinko.app.render.raster.palette import Palette
+from plinko.app.render.theme import THEMES
+from plinko.app.rooms.independent import IndependentRoom
+from plinko.app.rooms.pending import DropCommand
+from plinko.app.web.limits import Budgets
+from plinko.engine import Board, World
 from tests.app.conftest import TINY
 from tests.kit.serving import Running, constants, serving
 from tests.kit.waiting import eventually, turns
@@ -241,7 +241,7 @@ async def test_a_camera_keeps_to_its_rate(monkeypatch: pytest.MonkeyPatch) -> No
         cameras._clock = lambda: now[0]
         room = room_of()
         room.drop(DropCommand(1))
-        monkeypatch.setattr("app.pictures.film.asyncio.sleep", sleep)
+        monkeypatch.setattr("plinko.app.pictures.film.asyncio.sleep", sleep)
         camera, seen, _ = await cameras.open(room, Shot("r", 240, "light", 10))
         came = []
         for _ in range(5):
@@ -314,7 +314,7 @@ def test_an_impossible_shot_is_refused_before_it_is_filmed() -> None:
 async def test_a_failed_camera_raises_at_its_viewer_and_is_removed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("app.pictures.film.draw", len)  # fails, as len takes one argument
+    monkeypatch.setattr("plinko.app.pictures.film.draw", len)  # fails, as len takes one argument
     async with filming() as cameras:
         with pytest.raises(TypeError):
             await cameras.open(room_of(), SHOT)
@@ -407,7 +407,7 @@ async def test_a_stream_shows_a_fall_to_all_and_ends_with_them(
 
 
 def test_a_server_that_stops_ends_its_streams() -> None:
-    forever = {"app.listening.SHUTDOWN_SECONDS": 3600}
+    forever = {"plinko.app.listening.SHUTDOWN_SECONDS": 3600}
     with constants(**forever), serving(database_url="sqlite://") as running:
         url = f"{running.url}/api/v1/rooms/main/stream.mjpg?width=240"
         with httpx.Client(timeout=60) as client, client.stream("GET", url) as response:

@@ -7,18 +7,18 @@ import httpx
 import numpy as np
 import pytest
 
-from app.errors import InvalidValueError
-from app.pictures.film import Shot
-from app.pictures.frame import stage_of, still_of
-from app.protocol.touching_messages import AddMessage, Change, ResetMessage
-from app.render import BoxStage
-from app.render.theme import THEMES
-from app.rooms.pending import DropCommand
-from app.rooms.touching.room import TouchingRoom
-from app.rooms.touching.scene import Scene
-from engine import Board
-from engine.multibody.scenes import sandbox
-from engine.multibody.static_geometry import StaticGeometry
+from plinko.app.errors import InvalidValueError
+from plinko.app.pictures.film import Shot
+from plinko.app.pictures.frame import stage_of, still_of
+from plinko.app.protocol.touching_messages import AddMessage, Change, ResetMessage
+from plinko.app.render import BoxStage
+from plinko.app.render.theme import THEMES
+from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.touching.room import TouchingRoom
+from plinko.app.rooms.touching.scene import Scene
+from plinko.engine import Board
+from plinko.engine.multibody.scenes import sandbox
+from plinko.engine.multibody.static_geometry import StaticGeometry
 from tests.app.conftest import TINY
 from tests.app.pictures.test_film import (
     decode,

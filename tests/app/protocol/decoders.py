@@ -6,9 +6,9 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from app.errors import MalformedError
-from app.protocol.messages import Extent
-from app.protocol.snapshots import BALL, FLAG_ASLEEP, FLAG_BOUNCED, HEADER, MAGIC, VERSION
+from plinko.app.errors import MalformedError
+from plinko.app.protocol.messages import Extent
+from plinko.app.protocol.snapshots import BALL, FLAG_ASLEEP, FLAG_BOUNCED, HEADER, MAGIC, VERSION
 
 GRID = 65535  # steps of a coordinate over the extent
 TURN = 256  # steps of an angle in a full turn

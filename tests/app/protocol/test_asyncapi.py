@@ -8,9 +8,9 @@ import httpx
 import jsonschema
 import pytest
 
-from app.protocol import messages
-from app.protocol.asyncapi import document, schemas
-from app.protocol.client_messages import Message
+from plinko.app.protocol import messages
+from plinko.app.protocol.asyncapi import document, schemas
+from plinko.app.protocol.client_messages import Message
 
 REPOSITORY = Path(__file__).parents[3]
 EVENTS = json.loads((REPOSITORY / "tests/golden/events.json").read_text())["events"]

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.errors import InvalidValueError, MalformedError, UnknownMessageError
-from app.protocol import client_messages
-from engine.errors import EngineError, JsonSyntaxError
+from plinko.app.errors import InvalidValueError, MalformedError, UnknownMessageError
+from plinko.app.protocol import client_messages
+from plinko.engine.errors import EngineError, JsonSyntaxError
 
 
 def test_a_drop_message_keeps_its_values_as_they_came() -> None:

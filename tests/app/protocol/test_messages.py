@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from app.protocol import messages
-from app.protocol.visitors import Visitor
+from plinko.app.protocol import messages
+from plinko.app.protocol.visitors import Visitor
 
 GOLDEN = Path(__file__).parents[2] / "golden"
 EVENTS = json.loads((GOLDEN / "events.json").read_text())["events"]

@@ -6,15 +6,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.errors import InvalidValueError
-from app.protocol import client_messages, paths
-from app.protocol.paths import LEAD, MOST_KNOTS, current_parts, due_parts, path_of
-from app.rooms.independent import IndependentRoom
-from app.rooms.pending import DropCommand
-from engine import Board, ParameterError, World, drop
-from engine.constants import KIND_PEG, KIND_WALL
-from engine.drops.flight import Flight, fly
-from engine.drops.start import start_of
+from plinko.app.errors import InvalidValueError
+from plinko.app.protocol import client_messages, paths
+from plinko.app.protocol.paths import LEAD, MOST_KNOTS, current_parts, due_parts, path_of
+from plinko.app.rooms.independent import IndependentRoom
+from plinko.app.rooms.pending import DropCommand
+from plinko.engine import Board, ParameterError, World, drop
+from plinko.engine.constants import KIND_PEG, KIND_WALL
+from plinko.engine.drops.flight import Flight, fly
+from plinko.engine.drops.start import start_of
 from tests.kit.player import playing
 from tests.kit.serving import Running
 from tests.long import tries

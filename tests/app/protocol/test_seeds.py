@@ -3,15 +3,15 @@
 import json
 from typing import Any
 
-from app.live.broadcast.audience import Audience, AudienceContext, Player
-from app.live.broadcast.hub import Client, Hub, Mailbox
-from app.live.broadcast.presence import Presence
-from app.protocol import messages
-from app.protocol.seeds import DIGITS
-from app.rooms.independent import IndependentRoom
-from app.rooms.pending import DropCommand
-from app.settings import Settings
-from engine import Board, drop
+from plinko.app.live.broadcast.audience import Audience, AudienceContext, Player
+from plinko.app.live.broadcast.hub import Client, Hub, Mailbox
+from plinko.app.live.broadcast.presence import Presence
+from plinko.app.protocol import messages
+from plinko.app.protocol.seeds import DIGITS
+from plinko.app.rooms.independent import IndependentRoom
+from plinko.app.rooms.pending import DropCommand
+from plinko.app.settings import Settings
+from plinko.engine import Board, drop
 from tests.app.conftest import TINY
 
 BOARD = Board.from_json(TINY)

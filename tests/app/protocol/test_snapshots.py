@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.errors import MalformedError
-from app.protocol import messages, snapshots
-from engine import Board
+from plinko.app.errors import MalformedError
+from plinko.app.protocol import messages, snapshots
+from plinko.engine import Board
 from tests.app.protocol.decoders import decode_snapshot
 
 GOLDEN = Path(__file__).parents[2] / "golden"

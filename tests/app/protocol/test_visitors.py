@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from app.errors import InvalidValueError
-from app.protocol.visitors import MAX_NAME, parse_colour, parse_name
-from engine.plain_text import VIRAMAS
+from plinko.app.errors import InvalidValueError
+from plinko.app.protocol.visitors import MAX_NAME, parse_colour, parse_name
+from plinko.engine.plain_text import VIRAMAS
 
 GOLDEN = json.loads((Path(__file__).parents[2] / "golden" / "names.json").read_text("utf-8"))
 VALID, INVALID = (

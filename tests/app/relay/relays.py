@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import uvicorn
 
-from app.listening import config_over, listen
-from app.relay.redis_at import redis_at
-from app.relay.served import create_relay
-from app.relay.spectators import Spectators
-from app.settings import Settings
-from app.web.edge.addresses import Connections, Proxies
+from plinko.app.listening import config_over, listen
+from plinko.app.relay.redis_at import redis_at
+from plinko.app.relay.served import create_relay
+from plinko.app.relay.spectators import Spectators
+from plinko.app.settings import Settings
+from plinko.app.web.edge.addresses import Connections, Proxies
 from tests.kit.address import Address
 from tests.kit.redis import Redis
 from tests.kit.serving import constants, in_thread
@@ -34,6 +34,6 @@ def relaying(redis: Redis, rooms: str) -> Iterator[Relayed]:
     app = create_relay(settings, redis_at(redis.url), rooms)
     config = config_over(app, settings, Connections(500, Proxies(())), app.state.refused)
     # A busy server answers late: the relay must not give its clients away for that.
-    patient = {"app.relay.replica.PATIENCE": LIMIT, "app.relay.replica.GONE": LIMIT}
+    patient = {"plinko.app.relay.replica.PATIENCE": LIMIT, "plinko.app.relay.replica.GONE": LIMIT}
     with constants(**patient), in_thread(uvicorn.Server(config), listen(settings)) as url:
         yield Relayed(url, app.state.spectators)

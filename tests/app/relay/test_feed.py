@@ -9,15 +9,15 @@ from typing import Any
 
 import msgspec
 
-from app.errors import ClosedRoomError, LeaseLostError
-from app.live.broadcast.hub import Client, Hub, Mailbox
-from app.protocol.visitors import NO_TAG
-from app.protocol.wire import WireMessage
-from app.relay.bus import MemoryBus
-from app.relay.feed import KEPT, Feeds
-from app.relay.feed_messages import REQUESTS, channel_of, encode_request, payload_of
-from app.relay.replica import Replica
-from engine import Board
+from plinko.app.errors import ClosedRoomError, LeaseLostError
+from plinko.app.live.broadcast.hub import Client, Hub, Mailbox
+from plinko.app.protocol.visitors import NO_TAG
+from plinko.app.protocol.wire import WireMessage
+from plinko.app.relay.bus import MemoryBus
+from plinko.app.relay.feed import KEPT, Feeds
+from plinko.app.relay.feed_messages import REQUESTS, channel_of, encode_request, payload_of
+from plinko.app.relay.replica import Replica
+from plinko.engine import Board
 from tests.app.asking import ask
 from tests.app.live.test_registry import finish
 from tests.app.passes import rooms_by_hand, run_pass

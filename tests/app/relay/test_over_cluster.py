@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from engine import Board, drop
+from plinko.engine import Board, drop
 from tests.app.cluster.servers import Servers, member
 from tests.app.cluster.test_servers import BOARD, drop_at, move, new_room
 from tests.app.relay.relays import relaying

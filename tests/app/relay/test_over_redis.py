@@ -9,12 +9,12 @@ import httpx
 import pytest
 from click.testing import CliRunner
 
-from app.cli import plinko
-from app.errors import SettingError
-from app.relay.redis_at import redis_at
-from app.relay.served import create_relay
-from app.settings import Settings
 from benchmarks.load.generator import Load
+from plinko.app.cli import plinko
+from plinko.app.errors import SettingError
+from plinko.app.relay.redis_at import redis_at
+from plinko.app.relay.served import create_relay
+from plinko.app.settings import Settings
 from tests.app.relay.relays import Relayed, relaying
 from tests.kit.player import Player, playing
 from tests.kit.redis import MISSING, PROGRAM, Redis

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from redis.asyncio.client import PubSub
 
-from app.relay.redis_bus import RedisBus
+from plinko.app.relay.redis_bus import RedisBus
 from tests.kit.redis import MISSING, PROGRAM, Redis
 from tests.kit.waiting import eventually
 

@@ -6,13 +6,13 @@ from typing import Any
 import msgspec
 import pytest
 
-from app.errors import MalformedError, RoomFullError
-from app.live.broadcast.hub import Client, Hub, Mailbox
-from app.protocol.messages import Limits
-from app.protocol.wire import WireMessage
-from app.relay import replica as rules
-from app.relay.feed import KEPT, TOGETHER
-from app.relay.feed_messages import (
+from plinko.app.errors import MalformedError, RoomFullError
+from plinko.app.live.broadcast.hub import Client, Hub, Mailbox
+from plinko.app.protocol.messages import Limits
+from plinko.app.protocol.wire import WireMessage
+from plinko.app.relay import replica as rules
+from plinko.app.relay.feed import KEPT, TOGETHER
+from plinko.app.relay.feed_messages import (
     END,
     EVENTS,
     HELLO,
@@ -23,9 +23,9 @@ from app.relay.feed_messages import (
     kind_of,
     payload_of,
 )
-from app.relay.replica import Replica
-from app.rooms.independent import IndependentRoom
-from engine import Board
+from plinko.app.relay.replica import Replica
+from plinko.app.rooms.independent import IndependentRoom
+from plinko.engine import Board
 
 ROOM = IndependentRoom("main", Board.preset("triangle-8"), tick_rate=60, max_balls=8)
 

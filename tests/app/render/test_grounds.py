@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pytest
 from PIL import Image
 
-from app.render import (
+from plinko.app.render import (
     Stage,
     contact_sheet,
     density_picture,
@@ -19,16 +19,16 @@ from app.render import (
     drop_picture,
     histogram_picture,
 )
-from app.render.notebook import png
-from app.render.parts import ground
-from app.render.parts.board import board_pixels
-from app.render.parts.ground import Place
-from app.render.parts.view import lay_out
-from app.render.raster.canvas import Canvas
-from app.render.start_map import map_picture
-from app.render.theme import THEMES
-from engine import Board, drop
-from engine.certified.start_map import strip_at
+from plinko.app.render.notebook import png
+from plinko.app.render.parts import ground
+from plinko.app.render.parts.board import board_pixels
+from plinko.app.render.parts.ground import Place
+from plinko.app.render.parts.view import lay_out
+from plinko.app.render.raster.canvas import Canvas
+from plinko.app.render.start_map import map_picture
+from plinko.app.render.theme import THEMES
+from plinko.engine import Board, drop
+from plinko.engine.certified.start_map import strip_at
 
 PLACES = [name for name, theme in THEMES.items() if theme.ground != "rays"]
 

@@ -7,18 +7,18 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from app.render.parts.balls import look_of, paint_balls, paint_trail
-from app.render.raster import make, pixels
-from engine.jit import machine_code, stamp
-from engine.jit.decorator import EntryKernel
+from plinko.app.render.parts.balls import look_of, paint_balls, paint_trail
+from plinko.app.render.raster import make, pixels
+from plinko.engine.jit import machine_code, source_hash
+from plinko.engine.jit.decorator import EntryKernel
 
 Pixels = npt.NDArray[np.uint8]
 
 
 def test_the_artifact_was_made_from_the_kernels_that_are_there() -> None:
-    made_from = stamp.read(make.ARTIFACT.read_bytes())
-    fresh = stamp.current_beside(make.KERNELS)
-    assert stamp.is_of(fresh, made_from), "kernels have changed since: `make kernels`"
+    made_from = source_hash.read(make.ARTIFACT.read_bytes())
+    fresh = source_hash.current_beside(make.KERNELS)
+    assert source_hash.is_of(fresh, made_from), "kernels have changed since: `make kernels`"
 
 
 @pytest.mark.long("numba compiles for a while")

@@ -2,11 +2,11 @@
 
 import pytest
 
-from app.render.parts.board import board_pixels
-from app.render.parts.prizes import lettering, writable
-from app.render.parts.view import lay_out
-from app.render.still import drop_pixels
-from engine import Board, Label, drop
+from plinko.app.render.parts.board import board_pixels
+from plinko.app.render.parts.prizes import lettering, writable
+from plinko.app.render.parts.view import lay_out
+from plinko.app.render.still import drop_pixels
+from plinko.engine import Board, Label, drop
 
 PLAIN = Board.preset("triangle-8")
 

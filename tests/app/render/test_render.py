@@ -13,24 +13,30 @@ import numpy.typing as npt
 import pytest
 from PIL import Image
 
-from app.errors import InvalidValueError
-from app.render import drop_animation, drop_picture
-from app.render.animation import HOLD, LONGEST, Animation, Film
-from app.render.parts.balls import TRAIL_POINTS, TRAIL_STEP, look_of, paint_balls, paint_trail
-from app.render.parts.board import board_pixels
-from app.render.parts.path import points_at, sample_times
-from app.render.parts.view import MAX_ASPECT, View, lay_out
-from app.render.raster import mp4
-from app.render.raster.canvas import Canvas
-from app.render.raster.encode import Still
-from app.render.raster.palette import Palette
-from app.render.raster.png import png
-from app.render.still import drop_pixels
-from app.render.theme import THEMES, Scheme, parse
-from app.settings import static_directory
-from engine import Board, Drop, Peg, Wall, drop
-from engine.errors import MissingPartError
-from engine.parameters import SolverName
+from plinko.app.errors import InvalidValueError
+from plinko.app.render import drop_animation, drop_picture
+from plinko.app.render.animation import HOLD, LONGEST, Animation, Film
+from plinko.app.render.parts.balls import (
+    TRAIL_POINTS,
+    TRAIL_STEP,
+    look_of,
+    paint_balls,
+    paint_trail,
+)
+from plinko.app.render.parts.board import board_pixels
+from plinko.app.render.parts.path import points_at, sample_times
+from plinko.app.render.parts.view import MAX_ASPECT, View, lay_out
+from plinko.app.render.raster import mp4
+from plinko.app.render.raster.canvas import Canvas
+from plinko.app.render.raster.encode import Still
+from plinko.app.render.raster.palette import Palette
+from plinko.app.render.raster.png import png
+from plinko.app.render.still import drop_pixels
+from plinko.app.render.theme import THEMES, Scheme, parse
+from plinko.app.settings import static_directory
+from plinko.engine import Board, Drop, Peg, Wall, drop
+from plinko.engine.errors import MissingPartError
+from plinko.engine.parameters import SolverName
 
 Pixels = npt.NDArray[np.int64]
 

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.render.parts.board import board_pixels
-from app.render.parts.sides import sides_of
-from app.render.parts.view import lay_out
-from app.render.theme import named
-from engine import Board
+from plinko.app.render.parts.board import board_pixels
+from plinko.app.render.parts.sides import sides_of
+from plinko.app.render.parts.view import lay_out
+from plinko.app.render.theme import named
+from plinko.engine import Board
 from tests.app.conftest import TINY
 from tests.kit.presets import SAMPLE
 

@@ -5,17 +5,17 @@ from typing import Any
 
 import msgspec
 
-from app.protocol import messages
-from app.protocol.touching_messages import Change
-from app.protocol.visitors import Tag
-from app.rooms import log as roomlog
-from app.rooms.independent import IndependentRoom
-from app.rooms.pending import DropCommand
-from app.rooms.records import InputRow
-from app.rooms.room import Room
-from app.rooms.touching.room import TouchingRoom
-from app.rooms.touching.scene import Scene
-from engine import Board
+from plinko.app.protocol import messages
+from plinko.app.protocol.touching_messages import Change
+from plinko.app.protocol.visitors import Tag
+from plinko.app.rooms import log as roomlog
+from plinko.app.rooms.independent import IndependentRoom
+from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.records import InputRow
+from plinko.app.rooms.room import Room
+from plinko.app.rooms.touching.room import TouchingRoom
+from plinko.app.rooms.touching.scene import Scene
+from plinko.engine import Board
 
 Log = dict[str, Any]
 

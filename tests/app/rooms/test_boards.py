@@ -2,10 +2,10 @@
 
 import pytest
 
-from app.errors import UnknownBoardError
-from app.rooms import boards
-from app.rooms.boards import Boards
-from engine import Board
+from plinko.app.errors import UnknownBoardError
+from plinko.app.rooms import boards
+from plinko.app.rooms.boards import Boards
+from plinko.engine import Board
 
 FORM = Board.preset("triangle-8").to_dict()
 SURFACES = len(FORM["pegs"]) + len(FORM["walls"])

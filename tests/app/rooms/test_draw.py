@@ -5,10 +5,10 @@ from typing import Any
 
 import pytest
 
-from app.errors import InvalidValueError
-from app.fairness.seeds import draw_mac, drop_mac
-from app.rooms.draw import MAX_SEEDS, Draw
-from engine import Board, find_draw
+from plinko.app.errors import InvalidValueError
+from plinko.app.fairness.seeds import draw_mac, drop_mac
+from plinko.app.rooms.draw import MAX_SEEDS, Draw
+from plinko.engine import Board, find_draw
 
 BOARD = Board.preset("triangle-8")
 BINS = BOARD.bins.count

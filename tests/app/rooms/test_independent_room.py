@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.errors import BallLimitError
-from app.protocol import messages
-from app.rooms.independent import IndependentRoom
-from app.rooms.pending import DropCommand
-from app.rooms.records import DropRow, TableState
-from engine import Board, Label, ParameterError, drop
-from engine.drops.flight import fly
+from plinko.app.errors import BallLimitError
+from plinko.app.protocol import messages
+from plinko.app.rooms.independent import IndependentRoom
+from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.records import DropRow, TableState
+from plinko.engine import Board, Label, ParameterError, drop
+from plinko.engine.drops.flight import fly
 from tests.app.protocol.decoders import decode_snapshot
 
 BOARD = Board.preset("triangle-8")

@@ -12,11 +12,11 @@ import rfc8785
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from app.protocol.visitors import TAG_FIELDS
-from app.rooms.canonical import LARGEST, canonical
-from app.rooms.log import FIRST_VERSION, verify_log
-from engine import Drop, RecordError, drop, verify
-from engine.drops.verify import Verification
+from plinko.app.protocol.visitors import TAG_FIELDS
+from plinko.app.rooms.canonical import LARGEST, canonical
+from plinko.app.rooms.log import FIRST_VERSION, verify_log
+from plinko.engine import Drop, RecordError, drop, verify
+from plinko.engine.drops.verify import Verification
 from tests.app.rooms.logs import LOGS, Log, of_drops, of_scene
 
 Path = tuple[str | int, ...]

@@ -2,17 +2,17 @@
 
 import pytest
 
-from app.live.broadcast.hub import Mailbox
-from app.protocol import messages
-from app.protocol.client_messages import parse_x
-from app.protocol.wire import WireMessage
-from app.rooms.independent import IndependentRoom
-from app.rooms.pending import DropCommand
-from app.rooms.room import QUIET, Room
-from app.rooms.touching.room import TouchingRoom
-from app.rooms.touching.values import MOTION
-from engine import Board, drop
-from engine.constants import KIND_LANDING
+from plinko.app.live.broadcast.hub import Mailbox
+from plinko.app.protocol import messages
+from plinko.app.protocol.client_messages import parse_x
+from plinko.app.protocol.wire import WireMessage
+from plinko.app.rooms.independent import IndependentRoom
+from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.room import QUIET, Room
+from plinko.app.rooms.touching.room import TouchingRoom
+from plinko.app.rooms.touching.values import MOTION
+from plinko.engine import Board, drop
+from plinko.engine.constants import KIND_LANDING
 from tests.outsider import decoder
 
 BOARD = Board.preset("triangle-8")

@@ -10,12 +10,12 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from app.errors import InvalidValueError
-from app.rooms.independent import IndependentRoom
-from app.rooms.log import verify_log
-from app.rooms.pending import DropCommand
-from app.rooms.records import TableState
-from app.rooms.stakes import (
+from plinko.app.errors import InvalidValueError
+from plinko.app.rooms.independent import IndependentRoom
+from plinko.app.rooms.log import verify_log
+from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.records import TableState
+from plinko.app.rooms.stakes import (
     MAX_PAYOUT,
     MAX_STAKE,
     check_payout,
@@ -24,9 +24,9 @@ from app.rooms.stakes import (
     parse_who,
     payout_of,
 )
-from engine import Board, drop, find_draw
-from engine.board.worlds import WORLDS
-from engine.drops.flight import fly
+from plinko.engine import Board, drop, find_draw
+from plinko.engine.board.worlds import WORLDS
+from plinko.engine.drops.flight import fly
 from tests.app.conftest import TINY
 from tests.kit.player import Player, playing
 from tests.kit.serving import Running

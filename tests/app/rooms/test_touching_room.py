@@ -7,18 +7,18 @@ from typing import Any
 import msgspec
 import pytest
 
-from app.errors import BallLimitError, InvalidValueError, MissingBallError
-from app.protocol import client_messages, messages
-from app.protocol.touching_messages import AddMessage, Change
-from app.rooms import log as roomlog
-from app.rooms.pending import DropCommand, PendingInput
-from app.rooms.records import InputRow
-from app.rooms.touching.crowd import MOST_OVERLAPS
-from app.rooms.touching.room import TouchingRoom
-from app.rooms.touching.scene import Scene
-from app.rooms.touching.values import BALL, MOST_WORK, SETTINGS
-from engine import Board, RecordError
-from engine.errors import PlinkoError
+from plinko.app.errors import BallLimitError, InvalidValueError, MissingBallError
+from plinko.app.protocol import client_messages, messages
+from plinko.app.protocol.touching_messages import AddMessage, Change
+from plinko.app.rooms import log as roomlog
+from plinko.app.rooms.pending import DropCommand, PendingInput
+from plinko.app.rooms.records import InputRow
+from plinko.app.rooms.touching.crowd import MOST_OVERLAPS
+from plinko.app.rooms.touching.room import TouchingRoom
+from plinko.app.rooms.touching.scene import Scene
+from plinko.app.rooms.touching.values import BALL, MOST_WORK, SETTINGS
+from plinko.engine import Board, RecordError
+from plinko.engine.errors import PlinkoError
 from tests.app.protocol.decoders import decode_snapshot
 
 TICKS = 60

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import jsonschema
 
-from app.protocol.asyncapi import VERSION, document
+from plinko.app.protocol.asyncapi import VERSION, document
 
 SPECIFICATIONS = Path(__file__).parents[3] / "node_modules/@asyncapi/specs/schemas"
 

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 from starlette.requests import Request
 
-from app.errors import GoneError, answer
-from app.web.routes.common import attended
+from plinko.app.errors import GoneError, answer
+from plinko.app.web.routes.common import attended
 
 
 class Client:

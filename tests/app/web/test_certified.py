@@ -8,15 +8,15 @@ import httpx
 import pytest
 from PIL import Image
 
-from app.cli import main
-from app.computing import proofs
-from app.computing.tasks import Ask
-from app.render.start_map import HEAD, LABELS, colour_of
-from app.web.routes.drops import certificates
-from app.web.schemas.drops import Proven
-from engine import Board, certify
-from engine.errors import MissingPartError
-from engine.parameters import Exact
+from plinko.app.cli import main
+from plinko.app.computing import proofs
+from plinko.app.computing.tasks import Ask
+from plinko.app.render.start_map import HEAD, LABELS, colour_of
+from plinko.app.web.routes.drops import certificates
+from plinko.app.web.schemas.drops import Proven
+from plinko.engine import Board, certify
+from plinko.engine.errors import MissingPartError
+from plinko.engine.parameters import Exact
 from tests.app.web.test_rest import problem
 
 DROP = "/api/v1/drops/triangle-8/42"
@@ -51,7 +51,7 @@ def test_a_server_without_the_library_says_what_to_install(
 
 
 def test_a_proof_that_costs_too_much_is_given_up() -> None:
-    from engine.certified.certify import Effort
+    from plinko.engine.certified.certify import Effort
 
     effort = Effort(first_bits=64, most_bits=128, most_comparisons=20)
     found = certify(Board.preset("triangle-8"), 42, effort=effort)
@@ -64,7 +64,7 @@ def test_a_proof_that_costs_too_much_is_given_up() -> None:
 def test_the_command_line_and_the_server_go_equally_far(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from engine.certified.certify import Effort
+    from plinko.engine.certified.certify import Effort
 
     few = Effort(most_bits=160, most_comparisons=30)
     monkeypatch.setattr(proofs, "effort", lambda: few)

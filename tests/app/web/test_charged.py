@@ -13,12 +13,12 @@ import httpx
 import pytest
 from PIL import Image
 
-from app.computing import prices
-from app.computing.prices import Price
-from app.computing.process import Done
-from app.errors import BusyError, DeadlineError, EndedError
-from app.web.limits import Budgets
-from app.web.routes.common import charged
+from plinko.app.computing import prices
+from plinko.app.computing.prices import Price
+from plinko.app.computing.process import Done
+from plinko.app.errors import BusyError, DeadlineError, EndedError
+from plinko.app.web.limits import Budgets
+from plinko.app.web.routes.common import charged
 
 PRICE = Price("pixels", 1.0, 1.0, 3.0)
 

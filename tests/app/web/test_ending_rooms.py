@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from app.rooms.log import verify_log
 from benchmarks.scenes.expensive_boards import hall
-from engine import Board, drop
+from plinko.app.rooms.log import verify_log
+from plinko.engine import Board, drop
 from tests.kit.serving import serving
 
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.errors import BudgetError, QuotaError, RateLimitError, retry_after
-from app.web.limits import Budgets, KeyedBuckets, Quota, TokenBucket, spend
+from plinko.app.errors import BudgetError, QuotaError, RateLimitError, retry_after
+from plinko.app.web.limits import Budgets, KeyedBuckets, Quota, TokenBucket, spend
 
 
 @given(st.lists(st.floats(0.0, 2.0), max_size=200), st.floats(0.1, 100.0), st.integers(1, 50))

@@ -9,10 +9,10 @@ import pytest
 from openapi_schema_validator import OAS31Validator
 from openapi_spec_validator import OpenAPIV31SpecValidator
 
-from app.main import create_app
-from app.web.routes.common import components
-from app.web.schemas.drops import DropRecord
-from engine import Board, BoardError, Label, drop
+from plinko.app.main import create_app
+from plinko.app.web.routes.common import components
+from plinko.app.web.schemas.drops import DropRecord
+from plinko.engine import Board, BoardError, Label, drop
 from tests.app.conftest import TINY
 from tests.kit.presets import SAMPLE
 

@@ -5,7 +5,7 @@ from typing import Any
 import httpx
 import pytest
 
-from engine import Board
+from plinko.engine import Board
 from tests.kit.serving import Running
 
 DROP = "/api/v1/drops/triangle-12/42"

@@ -7,16 +7,16 @@ import httpx
 import msgspec
 import pytest
 
-from app.computing import tasks
-from app.errors import InvalidValueError
-from app.protocol.messages import Landed
-from app.web.schemas.problem import Problem
-from engine import Board, drop, drop_many, preset_names
-from engine.board import presets
-from engine.parameters import Exact
-from engine.payouts import listing
-from engine.payouts.landings import aims_of
-from engine.payouts.record import odds_of_record
+from plinko.app.computing import tasks
+from plinko.app.errors import InvalidValueError
+from plinko.app.protocol.messages import Landed
+from plinko.app.web.schemas.problem import Problem
+from plinko.engine import Board, drop, drop_many, preset_names
+from plinko.engine.board import presets
+from plinko.engine.parameters import Exact
+from plinko.engine.payouts import listing
+from plinko.engine.payouts.landings import aims_of
+from plinko.engine.payouts.record import odds_of_record
 from tests.app.conftest import TINY
 from tests.kit.serving import Running, constants, serving
 
@@ -136,7 +136,7 @@ def test_registering_a_preset_adds_nothing(http: httpx.Client) -> None:
 
 def test_too_many_boards_push_out_the_longest_unused() -> None:
     with (
-        constants(**{"app.main.MAX_BOARDS": 2}),
+        constants(**{"plinko.app.main.MAX_BOARDS": 2}),
         serving() as server,
         server.client() as http,
     ):
@@ -672,7 +672,7 @@ def test_limits_answer_429_with_when_to_come_back() -> None:
 def test_an_idle_room_makes_way_when_all_are_taken_a_busy_not() -> None:
     slow = {"board": TINY | {"gravity": 1e-3}}  # no ball lands during the test
     with (
-        constants(**{"app.live.open_rooms.REST_SECONDS": 0.0}),
+        constants(**{"plinko.app.live.open_rooms.REST_SECONDS": 0.0}),
         serving(max_rooms=1) as server,
         server.client() as http,
     ):
@@ -810,7 +810,7 @@ def test_an_address_s_rooms_are_limited() -> None:
 def test_a_board_of_too_many_parts_is_refused_unread() -> None:
     board: dict[str, Any] = {"pegs": [{}] * 7, "walls": [{}] * 4}
     with (
-        constants(**{"app.web.routes.common.MAX_SURFACES": 10}),
+        constants(**{"plinko.app.web.routes.common.MAX_SURFACES": 10}),
         serving() as server,
         server.client() as http,
     ):

@@ -8,13 +8,13 @@ from typing import Any
 import httpx
 import pytest
 
-from app.computing import tasks
-from app.errors import InvalidValueError
-from app.rooms.log import verify_log
-from app.web.schemas.body import decode
-from app.web.schemas.drops import DropRequest, SimulationRequest
-from app.web.schemas.rooms import RoomRequest
-from engine import Board
+from plinko.app.computing import tasks
+from plinko.app.errors import InvalidValueError
+from plinko.app.rooms.log import verify_log
+from plinko.app.web.schemas.body import decode
+from plinko.app.web.schemas.drops import DropRequest, SimulationRequest
+from plinko.app.web.schemas.rooms import RoomRequest
+from plinko.engine import Board
 from tests.app.conftest import TINY
 from tests.kit.serving import Running
 

@@ -7,9 +7,9 @@ from typing import Any
 import httpx
 import pytest
 
-from app.rooms.log import verify_log
-from app.rooms.touching.story import MOST_INPUTS
-from engine.constants import PHYSICS_VERSION
+from plinko.app.rooms.log import verify_log
+from plinko.app.rooms.touching.story import MOST_INPUTS
+from plinko.engine.constants import PHYSICS_VERSION
 from tests.js.solver.test_touching import SCENES, told_by_room
 from tests.kit.serving import Running, serving
 

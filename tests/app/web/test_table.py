@@ -9,9 +9,9 @@ from fastapi.routing import APIRoute
 from starlette.routing import Match, Route
 from starlette.types import Scope
 
-from app.main import create_app
-from app.settings import Settings
-from app.web.routes.table import RouteTable, operations
+from plinko.app.main import create_app
+from plinko.app.settings import Settings
+from plinko.app.web.routes.table import RouteTable, operations
 
 METHODS = ("GET", "POST", "PATCH", "DELETE", "PUT")
 TABLE = next(

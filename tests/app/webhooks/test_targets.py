@@ -7,10 +7,10 @@ from typing import cast
 import msgspec
 import pytest
 
-from app.errors import SettingError
-from app.persistence.ledger.writer import Ledger
-from app.webhooks.targets import Target, names_of, read_targets
-from app.webhooks.webhooks import Webhooks
+from plinko.app.errors import SettingError
+from plinko.app.persistence.ledger.writer import Ledger
+from plinko.app.webhooks.targets import Target, names_of, read_targets
+from plinko.app.webhooks.webhooks import Webhooks
 
 SECRET = "whsec_" + base64.b64encode(b"s" * 32).decode()
 

@@ -7,10 +7,10 @@ from typing import cast
 
 import pytest
 
-from app.persistence.ledger.writer import Ledger
-from app.webhooks.targets import Target
-from app.webhooks.transport import MOST_READ
-from app.webhooks.webhooks import Webhooks
+from plinko.app.persistence.ledger.writer import Ledger
+from plinko.app.webhooks.targets import Target
+from plinko.app.webhooks.transport import MOST_READ
+from plinko.app.webhooks.webhooks import Webhooks
 from tests.app.webhooks.target import SECRET
 
 CONTINUE = b"HTTP/1.1 100 Continue\r\n\r\n"

@@ -1,7 +1,7 @@
 """Billiards shared by the tests: a lattice, an open patch of it, a box."""
 
 from benchmarks.billiards import Billiard
-from engine.board.parts import BallSpec, Peg, Wall
+from plinko.engine.board.parts import BallSpec, Peg, Wall
 
 BALL = BallSpec(radius=0.5, restitution=1.0)
 SIDE = 2.3

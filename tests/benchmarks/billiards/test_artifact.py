@@ -3,20 +3,23 @@
 import pytest
 
 from benchmarks.billiards import make
-from engine.jit import machine_code, stamp
+from plinko.engine.jit import machine_code, source_hash
 
 
 def test_the_artifact_was_made_from_the_present_kernels() -> None:
-    made_from = stamp.read(make.ARTIFACT.read_bytes())
-    fresh = stamp.current_beside(make.KERNELS)
-    assert stamp.is_of(fresh, made_from), "kernels have changed since: `make kernels`"
-    name, arrays = "benchmarks.billiards.flow_many.flow_many", "engine.exact.surfaces.lay_out"
+    made_from = source_hash.read(make.ARTIFACT.read_bytes())
+    fresh = source_hash.current_beside(make.KERNELS)
+    assert source_hash.is_of(fresh, made_from), "kernels have changed since: `make kernels`"
+    name, arrays = (
+        "benchmarks.billiards.flow_many.flow_many",
+        "plinko.engine.exact.surfaces.lay_out",
+    )
     assert set(machine_code.modules_beside(make.KERNELS)) == {name, arrays}
 
 
 def test_a_change_of_an_engine_kernel_makes_it_stale() -> None:
-    files = [make.KERNELS, *stamp.sources()]
-    assert stamp.stamp_of_files(files) == stamp.current_beside(make.KERNELS)
+    files = [make.KERNELS, *source_hash.sources()]
+    assert source_hash.hash_of_files(files) == source_hash.current_beside(make.KERNELS)
     assert any(path.name == "circle_impact.py" for path in files)
 
 

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from benchmarks.billiards import Billiard, launch
-from engine.board.parts import Peg, Wall
-from engine.errors import BoardError
+from plinko.engine.board.parts import Peg, Wall
+from plinko.engine.errors import BoardError
 
 PEG = Peg(0.0, 0.0, 0.5)
 SQUARE = ((2.0, 0.0), (0.0, 2.0))

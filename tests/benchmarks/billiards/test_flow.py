@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from benchmarks.billiards import Billiard, launch, path
-from engine.board.materials import Material
-from engine.board.parts import BallSpec, Peg, Wall
-from engine.errors import ParameterError
-from engine.physics import body
+from plinko.engine.board.materials import Material
+from plinko.engine.board.parts import BallSpec, Peg, Wall
+from plinko.engine.errors import ParameterError
+from plinko.engine.physics import body
 from tests.benchmarks.billiards.scenes import BALL, CELL, box, lattice, patch
 
 PLACES = np.array([(1.15, 0.0), (1.15, 0.1), (0.0, 1.2), (-3.45, 0.4)])

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from benchmarks.billiards import Billiard, path
-from engine import Board, drop
-from engine.board.fields import BoardFields
-from engine.board.materials import Material
-from engine.board.parts import BallSpec, Peg, Wall
-from engine.constants import KIND_CONTACT_BEGIN, KIND_PEG
-from engine.errors import ParameterError
-from engine.exact.outcome import BALANCED, EVENT_LIMIT, TIME_LIMIT
-from engine.physics import body
+from plinko.engine import Board, drop
+from plinko.engine.board.fields import BoardFields
+from plinko.engine.board.materials import Material
+from plinko.engine.board.parts import BallSpec, Peg, Wall
+from plinko.engine.constants import KIND_CONTACT_BEGIN, KIND_PEG
+from plinko.engine.errors import ParameterError
+from plinko.engine.exact.outcome import BALANCED, EVENT_LIMIT, TIME_LIMIT
+from plinko.engine.physics import body
 from tests.benchmarks.billiards.scenes import box, lattice, patch
 
 ROUGH = Material(0.1, 0.3)

@@ -4,7 +4,7 @@ import httpx
 import pytest
 from playwright.sync_api import expect
 
-from app.cli import main
+from plinko.app.cli import main
 from tests.browser.conftest import Complaints, Open
 from tests.browser.screen import STATES
 from tests.kit.process import OPERATOR, ServerProcess

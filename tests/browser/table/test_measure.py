@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from engine import Board
-from engine.payouts.record import odds_of_record
+from plinko.engine import Board
+from plinko.engine.payouts.record import odds_of_record
 from tests.browser.conftest import Open, Quick, Run
 from tests.browser.screen import COUNT_FRAMES
 

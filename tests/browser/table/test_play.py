@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import expect
 
-from engine import drop
+from plinko.engine import drop
 from tests.browser.conftest import Open, Quick, quick_table
 from tests.browser.screen import COUNT_FRAMES, HEAR
 from tests.kit.process import ServerProcess

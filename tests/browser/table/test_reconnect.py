@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import expect
 
-from engine import drop
+from plinko.engine import drop
 from tests.browser.conftest import Complaints, Open, browsed, quick_table
 from tests.kit.process import ServerProcess
 

@@ -5,8 +5,8 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from engine import drop
-from engine.board.materials import GRAVITY
+from plinko.engine import drop
+from plinko.engine.board.materials import GRAVITY
 from tests.browser.conftest import Open, Quick, Run, quick_table
 from tests.browser.looks import painted
 from tests.browser.screen import COUNT_FRAMES, Screen

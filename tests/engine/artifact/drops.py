@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from benchmarks.scenes.random_boards import random_board
-from engine import Board, drop
+from plinko.engine import Board, drop
 from tests.kit.presets import SAMPLE
 from tests.long import tries
 

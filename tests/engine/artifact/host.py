@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 import wasmtime
 
-from engine.artifact import make
-from engine.exact import event_log, initial_state
-from engine.exact.board_arrays import BoardArrays
-from engine.physics import body, contact
+from plinko.engine.artifact import make
+from plinko.engine.exact import event_log, initial_state
+from plinko.engine.exact.board_arrays import BoardArrays
+from plinko.engine.physics import body, contact
 
 PAGE: Final = 65_536
 """Bytes of a page, by which a module's memory grows."""

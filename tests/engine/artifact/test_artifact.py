@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from engine import Board, drop
-from engine.artifact import make
-from engine.artifact.plays import PLAYS
-from engine.drops.digest import drop_digest
-from engine.drops.trajectory import start_row
-from engine.exact import event_log, initial_state
-from engine.exact.board_arrays import arrays_of
-from engine.jit import stamp, wasm_sections
-from engine.physics import body, contact
+from plinko.engine import Board, drop
+from plinko.engine.artifact import make
+from plinko.engine.artifact.sample_calls import SAMPLE_CALLS
+from plinko.engine.drops.digest import drop_digest
+from plinko.engine.drops.trajectory import start_row
+from plinko.engine.exact import event_log, initial_state
+from plinko.engine.exact.board_arrays import arrays_of
+from plinko.engine.jit import source_hash, wasm_sections
+from plinko.engine.physics import body, contact
 from tests.engine.artifact.drops import played
 from tests.engine.artifact.host import Host
 
@@ -62,44 +62,52 @@ def test_rebuilt_artifacts_are_the_committed_ones() -> None:
         assert path.read_bytes() == module, path.name
 
 
-@pytest.mark.parametrize("path", [make.PAGE, *(make.FOLDER / f"{n}.wasm" for n in PLAYS)])
+@pytest.mark.parametrize("path", [make.PAGE, *(make.FOLDER / f"{n}.wasm" for n in SAMPLE_CALLS)])
 def test_an_artifact_was_made_from_the_present_kernels(path: Path) -> None:
-    made_from = stamp.read(path.read_bytes())
-    assert stamp.is_of(stamp.current(), made_from), "kernels have changed since: `make kernels`"
+    made_from = source_hash.read(path.read_bytes())
+    assert source_hash.is_of(source_hash.current(), made_from), (
+        "kernels have changed since: `make kernels`"
+    )
 
 
 def test_an_artifact_has_every_kernel_that_its_play_calls() -> None:
     """This includes kernels that are called in place, repeatedly on the same arrays."""
     called = make.made_by(
-        "from engine.artifact.plays import PLAYS; "
-        "from engine.artifact.rehearsal import rehearse; "
-        "made = ' '.join(rehearse(PLAYS['exact'])).encode()"
+        "from plinko.engine.artifact.sample_calls import SAMPLE_CALLS; "
+        "from plinko.engine.artifact.record_types import recorded; "
+        "made = ' '.join(recorded(SAMPLE_CALLS['exact'])).encode()"
     )
-    said = stamp.read((make.FOLDER / "exact.wasm").read_bytes())
+    said = source_hash.read((make.FOLDER / "exact.wasm").read_bytes())
     assert set(called.decode().split()) == said["calls"].keys()
 
 
 def test_there_is_no_other_artifact() -> None:
-    assert {path.stem for path in make.FOLDER.glob("*.wasm")} == set(PLAYS)
+    assert {path.stem for path in make.FOLDER.glob("*.wasm")} == set(SAMPLE_CALLS)
 
 
 def test_a_change_of_any_kernel_is_noticed(tmp_path: Path) -> None:
-    sources = stamp.sources()
+    sources = source_hash.sources()
     names = {path.name for path in sources}
     assert {"trace.py", "sampling.py", "circle_impact.py", "contact.py", "entries.py"} <= names
     changed = tmp_path / "trace.py"
     trace = next(path for path in sources if path.name == "trace.py")
     changed.write_bytes(trace.read_bytes() + b"\n")
     others = [changed if path == trace else path for path in sources]
-    assert stamp.stamp_of_files(others) != stamp.current() == stamp.stamp_of_files(sources)
+    assert (
+        source_hash.hash_of_files(others)
+        != source_hash.current()
+        == source_hash.hash_of_files(sources)
+    )
 
 
 def test_all_kernels_are_in_the_stamp() -> None:
     uses = re.compile(r"^@(inner_|lean_)?kernel", re.MULTILINE)
-    files = {p for p in stamp.ENGINE.rglob("*.py") if uses.search(p.read_text(encoding="utf-8"))}
+    files = {
+        p for p in source_hash.ENGINE.rglob("*.py") if uses.search(p.read_text(encoding="utf-8"))
+    }
     kernels = {path for path in files if path.parts[-2] not in ("jit", "artifact")}
     assert kernels
-    assert kernels <= set(stamp.sources())
+    assert kernels <= set(source_hash.sources())
 
 
 def test_the_artifact_is_small_and_imports_only_memory() -> None:
@@ -107,7 +115,7 @@ def test_the_artifact_is_small_and_imports_only_memory() -> None:
     assert len(gzip.compress(module)) <= make.MOST_GZIPPED
     assert wasm_sections.imports(module) == ["env.__linear_memory", "env.__stack_pointer"]
     with pytest.raises(ValueError, match="section 'plinko'"):
-        stamp.read(module[: module.index(b"\x06plinko") - 3])
+        source_hash.read(module[: module.index(b"\x06plinko") - 3])
 
 
 def test_many_balls_go_as_each_alone() -> None:

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from engine import Board
+from plinko.engine import Board
 
 FORM: Final = {
     "name": "open",

@@ -11,17 +11,17 @@ from typing import Any
 
 import pytest
 
-from app.batches.saved import load
-from app.cli import main
-from engine import ParameterError, drop_many
-from engine.batches import cluster
-from engine.batches.block import block_of
-from engine.batches.job import Job
-from engine.batches.tally import Tally
-from engine.batches.workers import Workers, workers_at
-from engine.drops.digest import BLOCK
-from engine.errors import ClusterError
-from engine.parameters import Exact
+from plinko.app.batches.saved import load
+from plinko.app.cli import main
+from plinko.engine import ParameterError, drop_many
+from plinko.engine.batches import cluster
+from plinko.engine.batches.block import block_of
+from plinko.engine.batches.job import Job
+from plinko.engine.batches.tally import Tally
+from plinko.engine.batches.workers import Workers, workers_at
+from plinko.engine.drops.digest import BLOCK
+from plinko.engine.errors import ClusterError
+from plinko.engine.parameters import Exact
 from tests.engine.batches.open_board import DROPS, OPEN
 
 
@@ -286,7 +286,7 @@ def client(machines: Machines, folder: Path) -> "tuple[subprocess.Popen[bytes], 
     board.write_text(OPEN.to_json())
     process = subprocess.Popen(
         [
-            sys.executable, "-m", "app.cli", "simulate", str(board), "--drops", str(MANY.drops),
+            sys.executable, "-m", "plinko", "simulate", str(board), "--drops", str(MANY.drops),
             "--cluster", machines.address, "--resume", str(kept),
         ],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE,

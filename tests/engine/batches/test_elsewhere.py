@@ -7,17 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from engine import occupancy
-from engine.batches import density
-from engine.batches.certify import certify_all
-from engine.batches.density import Grid, occupancy_by
-from engine.batches.job import Job
-from engine.batches.search import search
-from engine.certified.many import certify_many
-from engine.drops.digest import BLOCK
-from engine.parameters import Exact
-from engine.payouts.landings import more, none_yet
-from engine.payouts.solve import solve_payouts
+from plinko.engine import occupancy
+from plinko.engine.batches import density
+from plinko.engine.batches.certify import certify_all
+from plinko.engine.batches.density import Grid, occupancy_by
+from plinko.engine.batches.job import Job
+from plinko.engine.batches.search import search
+from plinko.engine.certified.many import certify_many
+from plinko.engine.drops.digest import BLOCK
+from plinko.engine.parameters import Exact
+from plinko.engine.payouts.landings import more, none_yet
+from plinko.engine.payouts.solve import solve_payouts
 from tests.engine.batches.open_board import OPEN
 
 

@@ -4,8 +4,8 @@ import random
 
 import pytest
 
-from engine import merkle
-from engine.batches.hashes import KEPT, BlockHashes, first_in_both
+from plinko.engine import merkle
+from plinko.engine.batches.hashes import KEPT, BlockHashes, first_in_both
 
 
 def leaves(count: int) -> list[bytes]:

@@ -6,12 +6,12 @@ from typing import Any
 
 import pytest
 
-from engine import ParameterError, PlinkoError, RecordError, drop_many, merkle
-from engine.batches.block import Block, block_of, summed
-from engine.batches.job import Job, job_of
-from engine.batches.tally import Tally, tally_of
-from engine.batches.workers import Here
-from engine.parameters import Exact, Stepped
+from plinko.engine import ParameterError, PlinkoError, RecordError, drop_many, merkle
+from plinko.engine.batches.block import Block, block_of, summed
+from plinko.engine.batches.job import Job, job_of
+from plinko.engine.batches.tally import Tally, tally_of
+from plinko.engine.batches.workers import Here
+from plinko.engine.parameters import Exact, Stepped
 from tests.engine.batches.open_board import DROPS, FORM, OPEN
 
 JOB = Job(OPEN, Exact(), 7, DROPS)

@@ -13,10 +13,10 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 
-from engine.board.materials import Material
-from engine.board.model import Board
-from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
-from engine.errors import BoardError
+from plinko.engine.board.materials import Material
+from plinko.engine.board.model import Board
+from plinko.engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
+from plinko.engine.errors import BoardError
 from tests.engine.board.forms import EXAMPLE, Form, at, box, changed, leaves, valid_forms
 from tests.long import tries
 

@@ -12,17 +12,17 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from engine import drop
-from engine.board.checks import playable
-from engine.board.checks.fall_time import fall_time
-from engine.board.checks.obstacles import Obstacles, close_discs, obstacles
-from engine.board.checks.reach import free_intervals
-from engine.board.checks.separators import separators
-from engine.board.model import Board
-from engine.constants import KIND_WALL
-from engine.drops.trajectory import at_start, follow
-from engine.errors import BoardError
-from engine.parameters import Exact
+from plinko.engine import drop
+from plinko.engine.board.checks import playable
+from plinko.engine.board.checks.fall_time import fall_time
+from plinko.engine.board.checks.obstacles import Obstacles, close_discs, obstacles
+from plinko.engine.board.checks.reach import free_intervals
+from plinko.engine.board.checks.separators import separators
+from plinko.engine.board.model import Board
+from plinko.engine.constants import KIND_WALL
+from plinko.engine.drops.trajectory import at_start, follow
+from plinko.engine.errors import BoardError
+from plinko.engine.parameters import Exact
 from tests.engine.board.forms import EXAMPLE, Form, box, changed, mirrored, wild_forms
 from tests.long import tries
 

@@ -4,8 +4,8 @@ import pickle
 
 import pytest
 
-from engine import Board, BoardError, Peg
-from engine.board.faults import MOST
+from plinko.engine import Board, BoardError, Peg
+from plinko.engine.board.faults import MOST
 
 GOOD = {
     "pegs": [{"x": 0.0, "y": 1.0, "radius": 0.05}],

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from engine import Board, Label, drop, verify
-from engine.board.digest import encode
-from engine.errors import BoardError
+from plinko.engine import Board, Label, drop, verify
+from plinko.engine.board.digest import encode
+from plinko.engine.errors import BoardError
 from tests.engine.board.forms import EXAMPLE, Form, changed
 
 LABELLED = changed(EXAMPLE, ("bins", "labels"), [{"text": "T-shirt", "colour": "#ff0088"}, None])

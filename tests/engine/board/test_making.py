@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine import BallSpec, Board, BoardError, Peg, drop, drop_many, polygon
-from engine.board.making import ROWS
-from engine.board.payouts import HALF_TABLES, Risk
-from engine.board.payouts import ROWS as PRESETS
+from plinko.engine import BallSpec, Board, BoardError, Peg, drop, drop_many, polygon
+from plinko.engine.board.making import ROWS
+from plinko.engine.board.payouts import HALF_TABLES, Risk
+from plinko.engine.board.payouts import ROWS as PRESETS
 
 
 @pytest.mark.parametrize("rows", PRESETS)

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.board.materials import GRAVITY, REFERENCE_DENSITY, RESTITUTION, Material, combine
-from engine.constants import EARTH_GRAVITY
+from plinko.engine.board.materials import GRAVITY, REFERENCE_DENSITY, RESTITUTION, Material, combine
+from plinko.engine.constants import EARTH_GRAVITY
 
 SURFACES = st.builds(Material, st.floats(0.0, 1.0), st.floats(0.0, 10.0))
 

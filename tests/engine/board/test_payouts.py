@@ -2,7 +2,7 @@
 
 import pytest
 
-from engine.board import payouts
+from plinko.engine.board import payouts
 
 
 @pytest.mark.parametrize("risk", payouts.HALF_TABLES)

@@ -6,14 +6,14 @@ from unittest import mock
 
 import pytest
 
-from engine.board import payouts
-from engine.board.checks import playable
-from engine.board.checks.obstacles import obstacles
-from engine.board.checks.reach import free_intervals
-from engine.board.model import Board
-from engine.board.presets import TUNING, preset_names
-from engine.board.proven import DIGESTS
-from engine.errors import BoardError
+from plinko.engine.board import payouts
+from plinko.engine.board.checks import playable
+from plinko.engine.board.checks.obstacles import obstacles
+from plinko.engine.board.checks.reach import free_intervals
+from plinko.engine.board.model import Board
+from plinko.engine.board.presets import TUNING, preset_names
+from plinko.engine.board.proven import DIGESTS
+from plinko.engine.errors import BoardError
 
 TRIANGLES = [f"triangle-{rows}" for rows in range(8, 17)]
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from engine.board import values
-from engine.board.model import Board
-from engine.board.parts import BallSpec, Bins, Peg
-from engine.errors import BoardError
+from plinko.engine.board import values
+from plinko.engine.board.model import Board
+from plinko.engine.board.parts import BallSpec, Bins, Peg
+from plinko.engine.errors import BoardError
 from tests.engine.board.forms import EXAMPLE, at, box, changed, dotted, leaves
 
 Path_ = tuple[str | int, ...]

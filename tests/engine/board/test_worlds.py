@@ -6,12 +6,12 @@ from itertools import pairwise
 
 import pytest
 
-from engine import Board, drop_many
-from engine.board import payouts
-from engine.board.materials import GRAVITY, RESTITUTION
-from engine.board.presets import TUNING, VARIANTS, Variant, preset_names
-from engine.board.worlds import TABLE_GRAVITY, WORLDS, tables
-from engine.payouts.record import odds_of_record
+from plinko.engine import Board, drop_many
+from plinko.engine.board import payouts
+from plinko.engine.board.materials import GRAVITY, RESTITUTION
+from plinko.engine.board.presets import TUNING, VARIANTS, Variant, preset_names
+from plinko.engine.board.worlds import TABLE_GRAVITY, WORLDS, tables
+from plinko.engine.payouts.record import odds_of_record
 from tests.long import tries
 
 WORLD_PRESETS = [Variant(world, rows, "medium").name for world in WORLDS for rows in payouts.ROWS]
@@ -74,7 +74,7 @@ def test_payouts_rise_to_the_sides_and_with_the_risk(name: str) -> None:
 
 
 def test_each_variant_of_a_world_has_a_table_and_no_other() -> None:
-    text = files("engine.board").joinpath("worlds.json").read_text(encoding="utf-8")
+    text = files("plinko.engine.board").joinpath("worlds.json").read_text(encoding="utf-8")
     assert list(json.loads(text)) == [name for name in VARIANTS if not name.startswith("triangle")]
     assert set(tables()) < set(preset_names())
 

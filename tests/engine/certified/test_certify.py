@@ -7,16 +7,16 @@ from typing import Any
 import pytest
 from flint import arb
 
-from engine import Board, ParameterError, SeedError, certify, drop
-from engine.board.parts import Bins, Peg, Wall
-from engine.certified import flight, impulse, spread, trace
-from engine.certified.balls import ZERO, Proof, UndecidedError, precision
-from engine.certified.certify import Effort, prove
-from engine.certified.contact import series as contact_series
-from engine.certified.contact import spread as contact_spread
-from engine.certified.many import certify_many
-from engine.certified.surfaces import Pair
-from engine.drops.start import start_of
+from plinko.engine import Board, ParameterError, SeedError, certify, drop
+from plinko.engine.board.parts import Bins, Peg, Wall
+from plinko.engine.certified import flight, impulse, spread, trace
+from plinko.engine.certified.balls import ZERO, Proof, UndecidedError, precision
+from plinko.engine.certified.certify import Effort, prove
+from plinko.engine.certified.contact import series as contact_series
+from plinko.engine.certified.contact import spread as contact_spread
+from plinko.engine.certified.many import certify_many
+from plinko.engine.certified.surfaces import Pair
+from plinko.engine.drops.start import start_of
 from tests.engine.oracle import golden
 from tests.engine.oracle.random_scenes import random_scene
 from tests.engine.oracle.scenes import scene

@@ -3,10 +3,10 @@
 import pytest
 from flint import arb
 
-from engine import Board
-from engine.certified.balls import UndecidedError, precision
-from engine.certified.flight import Flight, State
-from engine.certified.scene import scene_of
+from plinko.engine import Board
+from plinko.engine.certified.balls import UndecidedError, precision
+from plinko.engine.certified.flight import Flight, State
+from plinko.engine.certified.scene import scene_of
 
 
 def test_the_state_at_a_wide_time_encloses_its_ends_or_is_undecided() -> None:

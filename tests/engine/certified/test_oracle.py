@@ -3,9 +3,9 @@
 import pytest
 from flint import arb
 
-from engine.board.model import Board
-from engine.certified.balls import precision
-from engine.certified.certify import Certificate, certify
+from plinko.engine.board.model import Board
+from plinko.engine.certified.balls import precision
+from plinko.engine.certified.certify import Certificate, certify
 from tests.engine.oracle import golden
 from tests.engine.oracle.golden import GoldenDrop
 from tests.long import tries

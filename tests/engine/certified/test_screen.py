@@ -5,12 +5,12 @@ from fractions import Fraction
 import numpy as np
 from flint import arb
 
-from engine.certified.balls import Proof, UndecidedError, precision
-from engine.certified.flight import Flight
-from engine.certified.reach import NEVER, rebound_reach
-from engine.certified.scene import scene_of
-from engine.certified.trace import trace
-from engine.physics.flight import basis
+from plinko.engine.certified.balls import Proof, UndecidedError, precision
+from plinko.engine.certified.flight import Flight
+from plinko.engine.certified.reach import NEVER, rebound_reach
+from plinko.engine.certified.scene import scene_of
+from plinko.engine.certified.trace import trace
+from plinko.engine.physics.flight import basis
 from tests.engine.oracle.random_scenes import random_scene
 from tests.long import tries
 

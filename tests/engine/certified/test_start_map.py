@@ -4,9 +4,9 @@ from fractions import Fraction
 
 import pytest
 
-from engine import ParameterError, certify
-from engine.board.parts import Bins, Peg
-from engine.certified.start_map import DEEPEST, OUTSIDE, UNDECIDED, strip_at, widest
+from plinko.engine import ParameterError, certify
+from plinko.engine.board.parts import Bins, Peg
+from plinko.engine.certified.start_map import DEEPEST, OUTSIDE, UNDECIDED, strip_at, widest
 from tests.engine.oracle.scenes import scene
 
 BOARD = scene(

@@ -5,9 +5,9 @@ from itertools import pairwise
 
 import pytest
 
-from engine import Board, ParameterError, certify, drop
-from engine.board.parts import Bins, Peg, Wall
-from engine.certified.certify import Certificate, Effort
+from plinko.engine import Board, ParameterError, certify, drop
+from plinko.engine.board.parts import Bins, Peg, Wall
+from plinko.engine.certified.certify import Certificate, Effort
 from tests.engine.oracle.scenes import scene
 from tests.engine.wall_boards import seeds_of, wall_board, wall_pair
 from tests.long import tries

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from benchmarks.scenes.contact_scenes import scene
-from engine import Board, ParameterError, SeedError, drop, drop_many
-from engine.drops.batch import CHUNK, LEAST_CHUNK, _parts
-from engine.drops.digest import outcomes_digest
-from engine.parameters import SolverName
+from plinko.engine import Board, ParameterError, SeedError, drop, drop_many
+from plinko.engine.drops.batch import CHUNK, LEAST_CHUNK, _parts
+from plinko.engine.drops.digest import outcomes_digest
+from plinko.engine.parameters import SolverName
 
 TRIANGLE = Board.preset("triangle-12")
 SOLVERS = ["exact", "stepped"]

@@ -6,10 +6,10 @@ from itertools import groupby, pairwise
 import numpy as np
 import pytest
 
-from engine.batches.search import ROUNDS, limits, search
-from engine.board.presets import TUNING
-from engine.drops.batch import drop_many
-from engine.drops.calibrate import (
+from plinko.engine.batches.search import ROUNDS, limits, search
+from plinko.engine.board.presets import TUNING
+from plinko.engine.drops.batch import drop_many
+from plinko.engine.drops.calibrate import (
     LONGEST_FALL,
     SHORTEST_FALL,
     Fit,

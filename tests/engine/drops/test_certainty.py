@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from benchmarks.scenes.contact_scenes import scene, scene_names
-from engine import Board, Drop, ParameterError, drop
-from engine.constants import KIND_CONTACT_CHANGE, KIND_NAMES
-from engine.drops.certainty import certainty_of
-from engine.drops.start import start_of
-from engine.drops.trajectory import at_start, follow
-from engine.parameters import Exact
+from plinko.engine import Board, Drop, ParameterError, drop
+from plinko.engine.constants import KIND_CONTACT_CHANGE, KIND_NAMES
+from plinko.engine.drops.certainty import certainty_of
+from plinko.engine.drops.start import start_of
+from plinko.engine.drops.trajectory import at_start, follow
+from plinko.engine.parameters import Exact
 from tests.engine.oracle import golden, oracle_drop
 from tests.engine.oracle.scenes import accuracy_boards
 

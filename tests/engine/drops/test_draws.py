@@ -2,7 +2,7 @@
 
 import pytest
 
-from engine import Board, ParameterError, drop, find_draw, seeds_landing_in
+from plinko.engine import Board, ParameterError, drop, find_draw, seeds_landing_in
 
 BOARD = Board.preset("triangle-8")
 

@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 
 import plinko
 from benchmarks.scenes.contact_scenes import scene
-from engine import Board, ParameterError, PlinkoError, SeedError, drop
-from engine.board.parts import DropZone
-from engine.canonical import float_bits
-from engine.constants import KIND_LANDING, PHYSICS_VERSION
-from engine.drops.digest import drop_digest
-from engine.parameters import Exact, SolverName, Stepped
-from engine.seeding import start_x
+from plinko.engine import Board, ParameterError, PlinkoError, SeedError, drop
+from plinko.engine.board.parts import DropZone
+from plinko.engine.canonical import float_bits
+from plinko.engine.constants import KIND_LANDING, PHYSICS_VERSION
+from plinko.engine.drops.digest import drop_digest
+from plinko.engine.parameters import Exact, SolverName, Stepped
+from plinko.engine.seeding import start_x
 from tests.engine.multibody.static_scenes import place
 
 TRIANGLE = Board.preset("triangle-16")

@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine import Board, ParameterError, SeedError, drop, drop_many, occupancy
-from engine.drops.occupancy import LONGEST_STEP, SHORTEST_STEP
-from engine.physics import body
+from plinko.engine import Board, ParameterError, SeedError, drop, drop_many, occupancy
+from plinko.engine.drops.occupancy import LONGEST_STEP, SHORTEST_STEP
+from plinko.engine.physics import body
 
 BOARD = Board.preset("triangle-8")
 GRID: dict[str, Any] = {"left": -4.0, "top": -0.5, "cells_per_metre": 20.0, "shape": (140, 160)}
 MODULE = importlib.import_module(
-    "engine.drops.occupancy"
-)  # the module; `engine.occupancy` is the function
+    "plinko.engine.drops.occupancy"
+)  # the module; `plinko.engine.occupancy` is the function
 WEYL = 0x9E3779B97F4A7C15
 
 

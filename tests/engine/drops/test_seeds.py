@@ -4,8 +4,8 @@ from itertools import islice
 
 import pytest
 
-from engine import Board, ParameterError, SeedError, drop, drop_many, seeds_landing_in
-from engine.drops import seeds as module
+from plinko.engine import Board, ParameterError, SeedError, drop, drop_many, seeds_landing_in
+from plinko.engine.drops import seeds as module
 
 BOARD = Board.preset("triangle-8")
 

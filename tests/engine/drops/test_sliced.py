@@ -5,15 +5,15 @@ import pytest
 
 from benchmarks.scenes.contact_scenes import scene, scene_names
 from benchmarks.scenes.random_boards import random_board
-from engine import Board, World, drop
-from engine.drops import sliced
-from engine.drops.flight import SlicedFlight, fly
-from engine.drops.sliced import Slice, SlicedPath
-from engine.drops.start import start_of
-from engine.drops.trajectory import at_start, follow
-from engine.errors import EffortError
-from engine.exact.outcome import EVENT_LIMIT
-from engine.parameters import Exact
+from plinko.engine import Board, World, drop
+from plinko.engine.drops import sliced
+from plinko.engine.drops.flight import SlicedFlight, fly
+from plinko.engine.drops.sliced import Slice, SlicedPath
+from plinko.engine.drops.start import start_of
+from plinko.engine.drops.trajectory import at_start, follow
+from plinko.engine.errors import EffortError
+from plinko.engine.exact.outcome import EVENT_LIMIT
+from plinko.engine.parameters import Exact
 from tests.long import tries
 
 

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine import Board, ParameterError, World, drop, drop_many, verify
-from engine.seeding import start_x
+from plinko.engine import Board, ParameterError, World, drop, drop_many, verify
+from plinko.engine.seeding import start_x
 
 BOARD = Board.preset("triangle-16")
 ZONE = BOARD.drop

@@ -11,7 +11,7 @@ import pyarrow
 import pytest
 
 from benchmarks.scenes.contact_scenes import scene
-from engine import (
+from plinko.engine import (
     Board,
     DropBatch,
     MissingPartError,
@@ -44,7 +44,7 @@ def no_drop_is_recomputed(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> None:
         raise AssertionError("a drop is computed again")
 
-    monkeypatch.setattr("engine.drops.batch.make_drop", refuse)
+    monkeypatch.setattr("plinko.engine.drops.batch.make_drop", refuse)
 
 
 @pytest.mark.usefixtures("no_drop_is_recomputed")

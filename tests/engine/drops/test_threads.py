@@ -6,12 +6,12 @@ from threading import Barrier, Event, get_ident
 
 import pytest
 
-from engine.drops.threads import share
+from plinko.engine.drops.threads import share
 from tests.kit.waiting import LIMIT
 
 INTERRUPTED = """
 import signal
-from engine.drops.threads import share
+from plinko.engine.drops.threads import share
 
 sharing = False
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import plinko
-from engine import (
+from plinko.engine import (
     Arena,
     Board,
     BoardError,
@@ -24,9 +24,9 @@ from engine import (
     occupancy,
     verify,
 )
-from engine.multibody.scenes import on_board
-from engine.parameters import SolverName
-from engine.payouts.record import odds_of_record
+from plinko.engine.multibody.scenes import on_board
+from plinko.engine.parameters import SolverName
+from plinko.engine.payouts.record import odds_of_record
 
 BOARD = Board.preset("triangle-8")
 GRID: dict[str, Any] = {"left": -1.0, "top": 0.0, "cells_per_metre": 2.0, "shape": (4, 4)}

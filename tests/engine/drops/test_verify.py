@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from benchmarks.scenes.contact_scenes import scene, scene_names
-from engine import Board, RecordError, drop, verify
-from engine.constants import PHYSICS_VERSION
-from engine.parameters import SolverName
+from plinko.engine import Board, RecordError, drop, verify
+from plinko.engine.constants import PHYSICS_VERSION
+from plinko.engine.parameters import SolverName
 
 TRIANGLE = Board.preset("triangle-16")
 

@@ -16,22 +16,22 @@ from unittest import mock
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.materials import Material
-from engine.board.model import Board
-from engine.board.parts import Peg, Wall
-from engine.constants import KIND_PEG, KIND_WALL, MAX_TIME
-from engine.drops.trajectory import Trajectory
-from engine.exact import event_log, initial_state
-from engine.exact.board_arrays import arrays_of
-from engine.exact.event_log import new_log
-from engine.exact.next_impact import BOUNCED, LIFTED
-from engine.exact.outcome import IMPULSE_LIMIT, WEDGED
-from engine.exact.trace import trace_many
-from engine.exact.two_contacts import BOUNCES_ON, FLIES, LIES_STILL, LIFTS, meet
-from engine.parameters import Exact
-from engine.physics import body
-from engine.physics.contact import new_series
-from engine.physics.surface import side_of
+from plinko.engine.board.materials import Material
+from plinko.engine.board.model import Board
+from plinko.engine.board.parts import Peg, Wall
+from plinko.engine.constants import KIND_PEG, KIND_WALL, MAX_TIME
+from plinko.engine.drops.trajectory import Trajectory
+from plinko.engine.exact import event_log, initial_state
+from plinko.engine.exact.board_arrays import arrays_of
+from plinko.engine.exact.event_log import new_log
+from plinko.engine.exact.next_impact import BOUNCED, LIFTED
+from plinko.engine.exact.outcome import IMPULSE_LIMIT, WEDGED
+from plinko.engine.exact.trace import trace_many
+from plinko.engine.exact.two_contacts import BOUNCES_ON, FLIES, LIES_STILL, LIFTS, meet
+from plinko.engine.parameters import Exact
+from plinko.engine.physics import body
+from plinko.engine.physics.contact import new_series
+from plinko.engine.physics.surface import side_of
 from tests.engine.multibody.static_scenes import place
 from tests.engine.oracle.time_stepping import (
     OPEN,
@@ -112,7 +112,7 @@ class Corner:
             pegs=tuple(pegs), walls=tuple(walls), restitution=self.restitution, friction=1.0,
             drag=self.drag, gravity=self.gravity, radius=R,
         )  # fmt: skip
-        with mock.patch("engine.board.checks.playable.check"):
+        with mock.patch("plinko.engine.board.checks.playable.check"):
             for radius, friction in zip(self.pegs, self.friction, strict=True):
                 material = Material(self.restitution, friction * friction)
                 if radius > 0.0:

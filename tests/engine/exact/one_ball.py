@@ -3,11 +3,11 @@
 import numpy as np
 import numpy.typing as npt
 
-from engine.exact.board_arrays import BoardArrays
-from engine.exact.event_log import Log
-from engine.exact.initial_state import in_flight
-from engine.exact.trace import trace_many
-from engine.physics.contact import new_series
+from plinko.engine.exact.board_arrays import BoardArrays
+from plinko.engine.exact.event_log import Log
+from plinko.engine.exact.initial_state import in_flight
+from plinko.engine.exact.trace import trace_many
+from plinko.engine.physics.contact import new_series
 
 
 def trace(

@@ -12,18 +12,18 @@ from hypothesis import strategies as st
 
 from benchmarks.scenes.contact_scenes import scene, scene_names
 from benchmarks.scenes.expensive_boards import crowded, large
-from engine import Board
-from engine.constants import MAX_TIME
-from engine.drops.trajectory import at_start
-from engine.exact import event_log
-from engine.exact.board_arrays import BoardArrays, arrays_of, bin_of, cell_of, make_arrays
-from engine.exact.event_log import new_log
-from engine.exact.grid import MAX_CELLS, MAX_LISTED, Cells, cells_of, heads_of
-from engine.exact.outcome import MAX_EVENTS
-from engine.physics import surface
-from engine.seeding import start_x
-from engine.stepped.step import trace_stepped_many
-from engine.stepped.sweep import sweep
+from plinko.engine import Board
+from plinko.engine.constants import MAX_TIME
+from plinko.engine.drops.trajectory import at_start
+from plinko.engine.exact import event_log
+from plinko.engine.exact.board_arrays import BoardArrays, arrays_of, bin_of, cell_of, make_arrays
+from plinko.engine.exact.event_log import new_log
+from plinko.engine.exact.grid import MAX_CELLS, MAX_LISTED, Cells, cells_of, heads_of
+from plinko.engine.exact.outcome import MAX_EVENTS
+from plinko.engine.physics import surface
+from plinko.engine.seeding import start_x
+from plinko.engine.stepped.step import trace_stepped_many
+from plinko.engine.stepped.sweep import sweep
 from tests.engine.exact.one_ball import trace
 from tests.engine.multibody.static_scenes import any_board
 from tests.engine.wall_boards import wall_board, wall_boards
@@ -46,7 +46,7 @@ def gridless(board: Board) -> BoardArrays:
         starts = np.array([0, len(members)], np.uint32)
         return Cells(0.0, 0.0, 1.0, 0, 0, starts, members, heads_of(starts, members))
 
-    with mock.patch("engine.exact.board_arrays.cells_of", one_cell):
+    with mock.patch("plinko.engine.exact.board_arrays.cells_of", one_cell):
         return make_arrays(board)
 
 

@@ -2,13 +2,13 @@
 
 import pytest
 
-from engine.exact.outcome import FALSE_PATH, REASONS
+from plinko.engine.exact.outcome import FALSE_PATH, REASONS
 from tests.engine.test_determinism import run_python
 
 DROP = """
-from engine import drop
-from engine.drops.certainty import certainty_of
-from engine.exact import free_flight, two_contacts
+from plinko.engine import drop
+from plinko.engine.drops.certainty import certainty_of
+from plinko.engine.exact import free_flight, two_contacts
 
 {fault}
 d = drop("triangle-8", 42)

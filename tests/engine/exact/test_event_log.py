@@ -6,18 +6,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine import Board, drop
-from engine.constants import MAX_TIME
-from engine.exact import event_log
-from engine.exact.board_arrays import arrays_of
-from engine.exact.event_log import Log, new_log
-from engine.exact.initial_state import at_rest, in_flight
-from engine.exact.outcome import MAX_EVENTS
-from engine.exact.trace import trace_many
-from engine.parameters import SolverName, Stepped
-from engine.physics import body
-from engine.physics.contact import new_series
-from engine.stepped.step import step_many, trace_stepped_many
+from plinko.engine import Board, drop
+from plinko.engine.constants import MAX_TIME
+from plinko.engine.exact import event_log
+from plinko.engine.exact.board_arrays import arrays_of
+from plinko.engine.exact.event_log import Log, new_log
+from plinko.engine.exact.initial_state import at_rest, in_flight
+from plinko.engine.exact.outcome import MAX_EVENTS
+from plinko.engine.exact.trace import trace_many
+from plinko.engine.parameters import SolverName, Stepped
+from plinko.engine.physics import body
+from plinko.engine.physics.contact import new_series
+from plinko.engine.stepped.step import step_many, trace_stepped_many
 
 BOARD = Board.preset("triangle-8")
 SEEDS = (3, 1, 4, 1, 5)

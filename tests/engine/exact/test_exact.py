@@ -9,20 +9,20 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from benchmarks.scenes.contact_scenes import scene, scene_names
-from engine import Board, drop
-from engine.board.parts import Bins, DropZone, Peg, Wall
-from engine.constants import (
+from plinko.engine import Board, drop
+from plinko.engine.board.parts import Bins, DropZone, Peg, Wall
+from plinko.engine.constants import (
     KIND_CONTACT_BEGIN,
     KIND_CONTACT_CHANGE,
     KIND_CONTACT_END,
     KIND_LANDING,
     KIND_WALL,
 )
-from engine.drops.trajectory import Trajectory, at_start, follow
-from engine.exact import event_log
-from engine.exact.board_arrays import arrays_of
-from engine.exact.event_log import new_log
-from engine.exact.outcome import (
+from plinko.engine.drops.trajectory import Trajectory, at_start, follow
+from plinko.engine.exact import event_log
+from plinko.engine.exact.board_arrays import arrays_of
+from plinko.engine.exact.event_log import new_log
+from plinko.engine.exact.outcome import (
     BALANCED,
     ESCAPED,
     EVENT_LIMIT,
@@ -31,8 +31,8 @@ from engine.exact.outcome import (
     SEARCH_LIMIT,
     WEDGED,
 )
-from engine.parameters import Exact
-from engine.physics import body
+from plinko.engine.parameters import Exact
+from plinko.engine.physics import body
 from tests.engine.exact.one_ball import trace
 from tests.engine.multibody.static_scenes import any_board, box, mirrored, place
 from tests.long import tries

@@ -8,10 +8,10 @@ import pytest
 
 from benchmarks.scenes.contact_scenes import scene as shared_scene
 from benchmarks.scenes.contact_scenes import scene_names
-from engine import drop
-from engine.board.model import Board
-from engine.board.parts import Bins, Peg, Wall
-from engine.constants import (
+from plinko.engine import drop
+from plinko.engine.board.model import Board
+from plinko.engine.board.parts import Bins, Peg, Wall
+from plinko.engine.constants import (
     KIND_CONTACT_BEGIN,
     KIND_CONTACT_CHANGE,
     KIND_CONTACT_END,

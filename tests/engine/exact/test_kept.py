@@ -2,9 +2,9 @@
 
 from concurrent.futures import ThreadPoolExecutor
 
-from engine import Board
-from engine.board.fields import BoardFields
-from engine.exact.kept import Kept
+from plinko.engine import Board
+from plinko.engine.board.fields import BoardFields
+from plinko.engine.exact.kept import Kept
 
 
 def boards(count: int) -> list[Board]:

@@ -14,20 +14,20 @@ from hypothesis import strategies as st
 
 from benchmarks.scenes import boards
 from benchmarks.scenes.random_boards import random_board
-from engine import Board, drop_many
-from engine.board.parts import Peg
-from engine.constants import MAX_TIME
-from engine.exact.board_arrays import BoardArrays, arrays_of, friction_of, restitution_of
-from engine.exact.event_log import new_log
-from engine.exact.free_flight import rebound
-from engine.exact.grid import cells_of
-from engine.exact.initial_state import at_rest, in_flight
-from engine.exact.lanes import flight, impact, lane, search
-from engine.exact.lanes.lane import Space, new_space
-from engine.exact.lanes.trace import Drops, is_plain, trace_drops
-from engine.exact.lanes.trial import NONE
-from engine.exact.next_impact import length_bound
-from engine.exact.outcome import (
+from plinko.engine import Board, drop_many
+from plinko.engine.board.parts import Peg
+from plinko.engine.constants import MAX_TIME
+from plinko.engine.exact.board_arrays import BoardArrays, arrays_of, friction_of, restitution_of
+from plinko.engine.exact.event_log import new_log
+from plinko.engine.exact.free_flight import rebound
+from plinko.engine.exact.grid import cells_of
+from plinko.engine.exact.initial_state import at_rest, in_flight
+from plinko.engine.exact.lanes import flight, impact, lane, search
+from plinko.engine.exact.lanes.lane import Space, new_space
+from plinko.engine.exact.lanes.trace import Drops, is_plain, trace_drops
+from plinko.engine.exact.lanes.trial import NONE
+from plinko.engine.exact.next_impact import length_bound
+from plinko.engine.exact.outcome import (
     EVENT_LIMIT,
     MAX_EVENTS,
     SEARCH_LIMIT,
@@ -35,18 +35,18 @@ from engine.exact.outcome import (
     Results,
     new_results,
 )
-from engine.exact.trace import trace_many
-from engine.physics import body, surface
-from engine.physics.circle_impact import (
+from plinko.engine.exact.trace import trace_many
+from plinko.engine.physics import body, surface
+from plinko.engine.physics.circle_impact import (
     Motion,
     circle_hit_again,
     circle_search,
     third_derivative_bound,
 )
-from engine.physics.contact import new_series
-from engine.physics.flight import SERIES_LIMIT, advance_flight, basis
-from engine.physics.time_of_impact import MAX_STEPS, NO_HIT
-from engine.seeding import start_xs
+from plinko.engine.physics.contact import new_series
+from plinko.engine.physics.flight import SERIES_LIMIT, advance_flight, basis
+from plinko.engine.physics.time_of_impact import MAX_STEPS, NO_HIT
+from plinko.engine.seeding import start_xs
 from tests.engine.hard_boards import KINDS, HardBoard, hard_boards, numbered
 from tests.engine.test_determinism import run_python
 from tests.long import tries
@@ -217,7 +217,7 @@ def test_a_ball_that_misses_the_board_delays_no_other() -> None:
 def test_plain_python_gives_the_same_bits() -> None:
     code = (
         "from benchmarks.scenes import boards as scenes\n"
-        "from engine import drop_many\n"
+        "from plinko.engine import drop_many\n"
         "print(drop_many(scenes.lattice(12, 24, scenes.THIN), range(12)).digest)\n"
         "print(drop_many('triangle-8', range(12)).digest)\n"
     )

@@ -8,8 +8,8 @@ import mpmath
 import pytest
 
 from benchmarks.scenes.contact_scenes import trial
-from engine.board.parts import Peg, Wall
-from engine.constants import (
+from plinko.engine.board.parts import Peg, Wall
+from plinko.engine.constants import (
     KIND_CONTACT_BEGIN,
     KIND_CONTACT_CHANGE,
     KIND_CONTACT_END,

@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from engine import Drop, drop
-from engine.board.model import Board
-from engine.board.parts import Bins, Peg, Wall
-from engine.constants import (
+from plinko.engine import Drop, drop
+from plinko.engine.board.model import Board
+from plinko.engine.board.parts import Bins, Peg, Wall
+from plinko.engine.constants import (
     KIND_CONTACT_BEGIN,
     KIND_CONTACT_CHANGE,
     KIND_CONTACT_END,

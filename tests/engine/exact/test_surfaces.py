@@ -8,11 +8,11 @@ import numpy.typing as npt
 import pytest
 from hypothesis import given
 
-from engine import Board
-from engine.exact.board_arrays import arrays_of, wall_at
-from engine.exact.surfaces import lay_out
-from engine.physics import surface
-from engine.physics.surface import is_flush
+from plinko.engine import Board
+from plinko.engine.exact.board_arrays import arrays_of, wall_at
+from plinko.engine.exact.surfaces import lay_out
+from plinko.engine.physics import surface
+from plinko.engine.physics.surface import is_flush
 from tests.engine.wall_boards import wall_boards
 
 Items = npt.NDArray[np.float64]

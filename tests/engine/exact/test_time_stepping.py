@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine import Board, drop
-from engine.board.materials import combine
-from engine.drops.trajectory import Trajectory
-from engine.exact.outcome import WEDGED
-from engine.physics import body
+from plinko.engine import Board, drop
+from plinko.engine.board.materials import combine
+from plinko.engine.drops.trajectory import Trajectory
+from plinko.engine.exact.outcome import WEDGED
+from plinko.engine.physics import body
 from tests.engine.exact.corners import (
     Corner,
     R,

@@ -8,14 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine import Board, drop
-from engine.board.parts import Bins, DropZone, Peg, Wall
-from engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END, KIND_WALL
-from engine.drops.trajectory import Trajectory, follow
-from engine.exact.outcome import IMPULSE_LIMIT, LANDED, WEDGED
-from engine.exact.two_contacts import MOST_IMPULSES
-from engine.parameters import Exact
-from engine.physics.two_contacts import (
+from plinko.engine import Board, drop
+from plinko.engine.board.parts import Bins, DropZone, Peg, Wall
+from plinko.engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END, KIND_WALL
+from plinko.engine.drops.trajectory import Trajectory, follow
+from plinko.engine.exact.outcome import IMPULSE_LIMIT, LANDED, WEDGED
+from plinko.engine.exact.two_contacts import MOST_IMPULSES
+from plinko.engine.parameters import Exact
+from plinko.engine.physics.two_contacts import (
     FALLS,
     GOES_ON_A,
     GOES_ON_B,
@@ -181,7 +181,7 @@ def test_a_notch_that_holds_a_ball_is_named() -> None:
 
 
 def test_a_start_in_a_notch_is_the_same_in_slices() -> None:
-    from engine.drops.sliced import SlicedPath
+    from plinko.engine.drops.sliced import SlicedPath
 
     walls = (Wall(-0.5, 0.4, 0.1, 0.9), Wall(0.1, -0.5, 0.1, 0.9))
     board = place(walls=walls, restitution=0.1, friction=0.3, radius=R, bins=NEAR, drop=ZONE)

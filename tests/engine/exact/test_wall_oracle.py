@@ -6,12 +6,12 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from engine.board.model import Board
-from engine.board.parts import Peg, Wall
-from engine.constants import KIND_PEG, KIND_WALL
-from engine.drops.trajectory import at_start, follow
-from engine.parameters import Exact
-from engine.seeding import start_xs
+from plinko.engine.board.model import Board
+from plinko.engine.board.parts import Peg, Wall
+from plinko.engine.constants import KIND_PEG, KIND_WALL
+from plinko.engine.drops.trajectory import at_start, follow
+from plinko.engine.parameters import Exact
+from plinko.engine.seeding import start_xs
 from tests.engine.exact.corners import Corner, holds
 from tests.engine.oracle import CUT, OracleDrop, oracle_drop
 from tests.engine.oracle.comparison import FELT, compare, compare_path

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 import wasmtime
 
-from engine.jit import code_cache, native
+from plinko.engine.jit import code_cache, native
 from tests.engine.test_determinism import run_python
 
 CODE = wasmtime.wat2wasm('(module (func (export "seven") (result i32) i32.const 7))')
@@ -103,7 +103,8 @@ def test_a_process_that_computes_for_others_keeps_nothing(
     forbids: str, files: int, folder: Path
 ) -> None:
     code = (
-        f"from engine.jit import native\n{forbids}\nfrom engine import drop\ndrop('triangle-8', 1)"
+        f"from plinko.engine.jit import native\n{forbids}\n"
+        "from plinko.engine import drop\ndrop('triangle-8', 1)"
     )
     run_python(code, XDG_CACHE_HOME=str(folder.parent))
     assert len(list(folder.glob("*"))) == files

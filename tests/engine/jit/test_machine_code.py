@@ -10,22 +10,22 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-import engine
-from engine import Board, drop, drop_many
-from engine.constants import MAX_TIME
-from engine.errors import EffortError
-from engine.exact.board_arrays import arrays_of
-from engine.exact.event_log import new_log
-from engine.exact.initial_state import at_rest, in_flight
-from engine.exact.sampling import sample
-from engine.exact.trace import trace_many
-from engine.jit import limits, machine_code, stamp
-from engine.jit.calls import Call, Kind, leaves
-from engine.jit.decorator import EntryKernel
-from engine.jit.in_place import in_place
-from engine.multibody.scenes import sandbox
-from engine.physics import body
-from engine.physics.contact import new_series
+from plinko import engine
+from plinko.engine import Board, drop, drop_many
+from plinko.engine.constants import MAX_TIME
+from plinko.engine.errors import EffortError
+from plinko.engine.exact.board_arrays import arrays_of
+from plinko.engine.exact.event_log import new_log
+from plinko.engine.exact.initial_state import at_rest, in_flight
+from plinko.engine.exact.sampling import sample
+from plinko.engine.exact.trace import trace_many
+from plinko.engine.jit import limits, machine_code, source_hash
+from plinko.engine.jit.calls import Call, Kind, leaves
+from plinko.engine.jit.decorator import EntryKernel
+from plinko.engine.jit.in_place import in_place
+from plinko.engine.multibody.scenes import sandbox
+from plinko.engine.physics import body
+from plinko.engine.physics.contact import new_series
 from tests.golden import check
 
 pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
@@ -35,7 +35,7 @@ Floats = npt.NDArray[np.float64]
 
 def entries() -> dict[str, EntryKernel[Any, Any]]:
     """All kernels that Python calls, by name."""
-    names = [each.name for each in pkgutil.walk_packages(engine.__path__, "engine.")]
+    names = [each.name for each in pkgutil.walk_packages(engine.__path__, "plinko.engine.")]
     modules = [importlib.import_module(name) for name in names if ".artifact" not in name]
     found = [value for each in modules for value in vars(each).values()]
     return {each.name: each for each in found if isinstance(each, EntryKernel)}
@@ -43,14 +43,14 @@ def entries() -> dict[str, EntryKernel[Any, Any]]:
 
 def test_every_kernel_that_python_enters_is_in_an_artifact() -> None:
     kernels = entries()
-    assert "engine.exact.trace.trace_many" in kernels
+    assert "plinko.engine.exact.trace.trace_many" in kernels
     assert set(kernels) == set(machine_code.modules())
 
 
 def test_an_artifact_of_other_sources_is_not_run(monkeypatch: pytest.MonkeyPatch) -> None:
     kernel = cast("EntryKernel[Any, Any]", trace_many)
     assert machine_code.entry(kernel) is not None
-    monkeypatch.setattr(stamp, "current", lambda: {"sources": "others"})
+    monkeypatch.setattr(source_hash, "current", lambda: {"sources": "others"})
     monkeypatch.setattr(machine_code, "modules", machine_code.modules.__wrapped__)
     assert machine_code.entry(kernel) is None
 
@@ -172,7 +172,7 @@ def digests() -> list[str]:
 
 @pytest.mark.long("numba compiles for a minute")
 def test_numba_gives_the_artifacts_bits(monkeypatch: pytest.MonkeyPatch) -> None:
-    from engine.jit import kernel_compiler
+    from plinko.engine.jit import kernel_compiler
 
     expected = digests()
     for kernel in entries().values():

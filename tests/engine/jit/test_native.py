@@ -12,11 +12,11 @@ from typing import Any
 
 import pytest
 
-from engine import Board, drop_many
-from engine.drops import batch
-from engine.exact.lanes import trial
-from engine.exact.lanes.trace import Code
-from engine.jit import elf, native, stamp
+from plinko.engine import Board, drop_many
+from plinko.engine.drops import batch
+from plinko.engine.exact.lanes import trial
+from plinko.engine.exact.lanes.trace import Code
+from plinko.engine.jit import elf, native, source_hash
 from tests.engine.test_determinism import run_python
 
 LIBRARIES = sorted(native.FOLDER.glob("*.so"))
@@ -43,7 +43,7 @@ def code() -> Mapping[str, Code]:
 def test_there_is_a_library_for_each_kind_of_processor() -> None:
     assert {path.stem for path in LIBRARIES} == {"x86-64-v3", "x86-64-v4", "aarch64"}
     said = json.loads(native.INDEX.read_bytes())
-    assert stamp.is_of(stamp.current(), said)
+    assert source_hash.is_of(source_hash.current(), said)
     for path in LIBRARIES:
         assert said["libraries"][path.stem] == sha256(path.read_bytes()).hexdigest()
         assert path.stat().st_size <= 150_000
@@ -76,7 +76,7 @@ def test_what_a_library_asks_for_is_seen() -> None:
              "\tfmadd\td0, d1, d2, d3", "\tfmla\tv0.2d, v1.2d, v2.2d", "\tfnmsub d0, d1, d2, d3"],
 )  # fmt: skip
 def test_a_fused_instruction_is_seen(line: str) -> None:
-    from engine.jit.native_code import check_listing
+    from plinko.engine.jit.native_code import check_listing
 
     harmless = "\tvmulpd\t%ymm0, %ymm1, %ymm2\n\tfmul\td0, d1, d2\nfmadd_label:\n"
     check_listing(harmless)
@@ -136,7 +136,7 @@ def test_code_with_another_bit_is_not_trusted(
         ("switch", lambda patch: patch.setenv(native.SWITCH, "0"), "PLINKO_NATIVE says so"),
         ("system", lambda patch: patch.setattr("sys.platform", "plan9"), "no native code for this"),
         ("flags", lambda patch: patch.setattr(native, "_flags", set), "no native code for this"),
-        ("stamp", lambda patch: patch.setattr(stamp, "current", lambda: {"sources": "others"}),
+        ("sources", lambda patch: patch.setattr(source_hash, "current", lambda: {"sources": ""}),
          "out of date"),
         ("folder", lambda patch: patch.setattr(native, "INDEX", native.FOLDER / "none.json"),
          "cannot be loaded"),
@@ -172,16 +172,16 @@ def test_a_library_that_has_changed_is_not_loaded(
 @pytest.mark.parametrize(
     "program",
     [
-        "from engine.jit import native as said; said.forbid()",
-        "from engine.jit import limits as said; said.limit_calls()",
-        "import app.computing.preloaded",
+        "from plinko.engine.jit import native as said; said.forbid()",
+        "from plinko.engine.jit import limits as said; said.limit_calls()",
+        "import plinko.app.computing.preloaded",
     ],
 )
 def test_a_process_that_computes_for_others_runs_no_native_code(program: str) -> None:
     code = (
         f"{program}\n"
-        "from engine.exact.lanes import trial\n"
-        "from engine.jit import native\n"
+        "from plinko.engine.exact.lanes import trial\n"
+        "from plinko.engine.jit import native\n"
         "native.load = None\n"  # a call of it would fail
         "print(len(trial.trusted()))\n"
     )
@@ -189,11 +189,11 @@ def test_a_process_that_computes_for_others_runs_no_native_code(program: str) ->
 
 
 def test_arrays_are_taken_as_they_are_or_refused(code: Mapping[str, Code]) -> None:
-    from engine.constants import MAX_TIME
-    from engine.exact.board_arrays import arrays_of
-    from engine.exact.lanes.lane import new_space
-    from engine.exact.lanes.trace import Drops
-    from engine.exact.outcome import MAX_EVENTS, new_results
+    from plinko.engine.constants import MAX_TIME
+    from plinko.engine.exact.board_arrays import arrays_of
+    from plinko.engine.exact.lanes.lane import new_space
+    from plinko.engine.exact.lanes.trace import Drops
+    from plinko.engine.exact.outcome import MAX_EVENTS, new_results
     from tests.engine.exact.test_lanes import starts
 
     board = Board.preset("triangle-8")

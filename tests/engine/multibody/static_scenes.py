@@ -6,9 +6,9 @@ from unittest import mock
 
 from hypothesis import strategies as st
 
-from engine.board.materials import Material
-from engine.board.model import Board
-from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
+from plinko.engine.board.materials import Material
+from plinko.engine.board.model import Board
+from plinko.engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
 
 FAR_BELOW = Bins(1000.0, (-1000.0, 0.0, 1000.0), (1.0, 1.0))
 
@@ -27,7 +27,7 @@ def place(
 ) -> Board:
     """A board of any parts, without the check that a ball can start and pass."""
     surface = Material(restitution, friction)
-    with mock.patch("engine.board.checks.playable.check"):
+    with mock.patch("plinko.engine.board.checks.playable.check"):
         return Board(
             name="place",
             gravity=gravity,
@@ -69,7 +69,7 @@ def box(
 def mirrored(board: Board) -> Board:
     """The board mirrored at x = 0; parts keep their numbers, and the order of bins is reversed."""
     bins, zone = board.bins, board.drop
-    with mock.patch("engine.board.checks.playable.check"):
+    with mock.patch("plinko.engine.board.checks.playable.check"):
         return replace(
             board,
             pegs=tuple(Peg(-p.x, p.y, p.radius) for p in board.pegs),

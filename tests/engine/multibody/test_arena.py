@@ -8,17 +8,23 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.board.materials import Material
-from engine.board.model import Board
-from engine.board.parts import Peg, Wall
-from engine.errors import ParameterError, RecordError
-from engine.multibody.arena import Arena
-from engine.multibody.bodies import BallTable
-from engine.multibody.events import Landed, Touch
-from engine.multibody.scenes import GRAVITY_PRESETS, RESTITUTION_PRESETS, galton, on_board, sandbox
-from engine.multibody.settings import ArenaSettings
-from engine.multibody.solver.step import step_balls
-from engine.multibody.static_geometry import StaticGeometry
+from plinko.engine.board.materials import Material
+from plinko.engine.board.model import Board
+from plinko.engine.board.parts import Peg, Wall
+from plinko.engine.errors import ParameterError, RecordError
+from plinko.engine.multibody.arena import Arena
+from plinko.engine.multibody.bodies import BallTable
+from plinko.engine.multibody.events import Landed, Touch
+from plinko.engine.multibody.scenes import (
+    GRAVITY_PRESETS,
+    RESTITUTION_PRESETS,
+    galton,
+    on_board,
+    sandbox,
+)
+from plinko.engine.multibody.settings import ArenaSettings
+from plinko.engine.multibody.solver.step import step_balls
+from plinko.engine.multibody.static_geometry import StaticGeometry
 
 G = 9.81
 H = 1.0 / 240.0
@@ -285,7 +291,7 @@ def computed(monkeypatch: pytest.MonkeyPatch) -> list[int]:
         found.append(arguments[1])
         return step_balls(*arguments)
 
-    monkeypatch.setattr("engine.multibody.arena.step_balls", noting)
+    monkeypatch.setattr("plinko.engine.multibody.arena.step_balls", noting)
     return found
 
 

@@ -8,17 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from engine.board.model import Board
-from engine.multibody.arena import Arena
-from engine.multibody.scenes import galton, sandbox
-from engine.multibody.settings import ArenaSettings
-from engine.multibody.static_geometry import StaticGeometry
+from plinko.engine.board.model import Board
+from plinko.engine.multibody.arena import Arena
+from plinko.engine.multibody.scenes import galton, sandbox
+from plinko.engine.multibody.settings import ArenaSettings
+from plinko.engine.multibody.static_geometry import StaticGeometry
 
 ROOT = Path(__file__).parents[3]
 
 SCENE = """
-from engine.multibody.scenes import sandbox
-from engine.multibody.arena import Arena
+from plinko.engine.multibody.scenes import sandbox
+from plinko.engine.multibody.arena import Arena
 arena = sandbox(12, width=1.6, height=1.2, restitution=0.6, seed=3, radii=(0.05, 0.1), speed=3.0)
 for tick in range(40):
     if tick == 10:
@@ -47,7 +47,7 @@ def run(code: str, **environment: str) -> str:
 def test_plain_python_gives_the_bits_of_compiled_code() -> None:
     """Without the JIT: impacts, contacts, a rebuilt neighbour list, a removed and a fast ball."""
     check = (
-        "from engine.multibody.solver.step import step_balls\n"
+        "from plinko.engine.multibody.solver.step import step_balls\n"
         "assert not hasattr(step_balls, 'function')\n"
     )
     assert run(check + SCENE, NUMBA_DISABLE_JIT="1") == run(SCENE)

@@ -16,12 +16,12 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.model import Board
-from engine.constants import KIND_PEG, KIND_WALL
-from engine.drops.trajectory import Trajectory, at_start, follow
-from engine.exact.outcome import LANDED
-from engine.parameters import Exact
-from engine.physics import body
+from plinko.engine.board.model import Board
+from plinko.engine.constants import KIND_PEG, KIND_WALL
+from plinko.engine.drops.trajectory import Trajectory, at_start, follow
+from plinko.engine.exact.outcome import LANDED
+from plinko.engine.parameters import Exact
+from plinko.engine.physics import body
 from tests.engine.oracle.drop import NUDGE, OracleDrop, oracle_drop
 
 Floats = npt.NDArray[np.float64]

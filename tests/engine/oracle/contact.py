@@ -9,7 +9,7 @@ such a series is found with proof.
 from dataclasses import dataclass
 from enum import Enum
 
-from engine.constants import KIND_PEG
+from plinko.engine.constants import KIND_PEG
 from tests.engine.oracle.flight import Point
 from tests.engine.oracle.laws import SPIN_TERM, normal_force, rolling_force
 from tests.engine.oracle.roots import OracleError, deflated, first_fall, horner

@@ -9,8 +9,8 @@ from functools import cached_property
 from itertools import combinations
 from typing import Final
 
-from engine.board.model import Board
-from engine.constants import (
+from plinko.engine.board.model import Board
+from plinko.engine.constants import (
     KIND_CONTACT_BEGIN,
     KIND_CONTACT_CHANGE,
     KIND_CONTACT_END,

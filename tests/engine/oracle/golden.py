@@ -14,7 +14,7 @@ import mpmath
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.model import Board
+from plinko.engine.board.model import Board
 from tests.engine.oracle.drop import CUT, Event, OracleDrop, oracle_drop
 from tests.engine.oracle.scene import Real
 from tests.golden.lines import in_lines

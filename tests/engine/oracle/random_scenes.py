@@ -3,8 +3,8 @@
 import math
 import random
 
-from engine.board.model import Board
-from engine.board.parts import Bins, Peg, Wall
+from plinko.engine.board.model import Board
+from plinko.engine.board.parts import Bins, Peg, Wall
 from tests.engine.oracle.scenes import scene
 
 _SIDE = 1.3  # m: distance of the upright side walls from the middle

@@ -12,8 +12,8 @@ import mpmath
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.model import Board
-from engine.constants import KIND_PEG, KIND_WALL
+from plinko.engine.board.model import Board
+from plinko.engine.constants import KIND_PEG, KIND_WALL
 
 Real: TypeAlias = Any  # an mpf; mpmath has no types
 SCREEN = 1e-9  # m; far above the rounding of float64, far below any gap drawn on purpose

@@ -3,9 +3,9 @@
 from unittest import mock
 
 from benchmarks.scenes.contact_scenes import trial
-from engine.board.materials import Material
-from engine.board.model import Board
-from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
+from plinko.engine.board.materials import Material
+from plinko.engine.board.model import Board
+from plinko.engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
 
 WIDE = Bins(2.0, (-50.0, 0.0, 50.0), (1.0, 1.0))
 
@@ -28,7 +28,7 @@ def scene(
     the ball on purpose.
     """
     material = Material(restitution, friction)
-    with mock.patch("engine.board.checks.playable.check"):
+    with mock.patch("plinko.engine.board.checks.playable.check"):
         return Board(
             name="scene",
             gravity=gravity,

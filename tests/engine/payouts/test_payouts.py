@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engine import Board, ParameterError, drop_many, preset_names
-from engine.board import payouts
-from engine.board.presets import HOUSE, VARIANTS, payouts_of, plain_name
-from engine.board.worlds import WORLDS
-from engine.payouts import reference, table
-from engine.payouts.landings import (
+from plinko.engine import Board, ParameterError, drop_many, preset_names
+from plinko.engine.board import payouts
+from plinko.engine.board.presets import HOUSE, VARIANTS, payouts_of, plain_name
+from plinko.engine.board.worlds import WORLDS
+from plinko.engine.payouts import reference, table
+from plinko.engine.payouts.landings import (
     Landings,
     aims_of,
     is_mirrored,
@@ -19,9 +19,9 @@ from engine.payouts.landings import (
     none_after,
     none_yet,
 )
-from engine.payouts.listing import LEAST_RETURN, MOST_RETURN, listed, takes_stakes
-from engine.payouts.odds import odds_of
-from engine.payouts.record import (
+from plinko.engine.payouts.listing import LEAST_RETURN, MOST_RETURN, listed, takes_stakes
+from plinko.engine.payouts.odds import odds_of
+from plinko.engine.payouts.record import (
     LEAST,
     LEAST_AIMED,
     LEAST_WORLD,
@@ -29,7 +29,7 @@ from engine.payouts.record import (
     odds_of_record,
     shipped,
 )
-from engine.payouts.solve import risk_of, solve_payouts, table_for
+from plinko.engine.payouts.solve import risk_of, solve_payouts, table_for
 from tests.long import tries
 
 PLAYED = tuple(name for name in preset_names() if name != "galton")

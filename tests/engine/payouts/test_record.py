@@ -5,12 +5,12 @@ from typing import Any
 
 import pytest
 
-from engine import Board, PlinkoError, drop_many
-from engine.board.presets import HOUSE
-from engine.payouts.landings import Landings, aims_of
-from engine.payouts.listing import listed
-from engine.payouts.odds import odds_of
-from engine.payouts.record import (
+from plinko.engine import Board, PlinkoError, drop_many
+from plinko.engine.board.presets import HOUSE
+from plinko.engine.payouts.landings import Landings, aims_of
+from plinko.engine.payouts.listing import listed
+from plinko.engine.payouts.odds import odds_of
+from plinko.engine.payouts.record import (
     Counted,
     Record,
     counted_on,

@@ -2,11 +2,11 @@
 
 import pytest
 
-from engine import Board, drop_many
-from engine.batches.workers import Here
-from engine.payouts import worlds
-from engine.payouts.odds import odds_of
-from engine.payouts.worlds import solve_world
+from plinko.engine import Board, drop_many
+from plinko.engine.batches.workers import Here
+from plinko.engine.payouts import worlds
+from plinko.engine.payouts.odds import odds_of
+from plinko.engine.payouts.worlds import solve_world
 
 NAMES = ["rubber-8", "rubber-8-low", "rubber-8-high"]
 

@@ -8,8 +8,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.physics import body
-from engine.physics.flight import (
+from plinko.engine.physics import body
+from plinko.engine.physics.flight import (
     HALF_WAY,
     SERIES_LIMIT,
     advance_flight,

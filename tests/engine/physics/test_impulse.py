@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.physics.impulse import bounce
+from plinko.engine.physics.impulse import bounce
 
 RADIUS = 0.1
 

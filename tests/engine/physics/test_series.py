@@ -8,10 +8,10 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from engine.physics import contact
-from engine.physics.contact import choose_mode, expand, new_series, step_length
-from engine.physics.series import first_zero, sum_of_magnitudes, value
-from engine.physics.time_of_impact import NO_HIT
+from plinko.engine.physics import contact
+from plinko.engine.physics.contact import choose_mode, expand, new_series, step_length
+from plinko.engine.physics.series import first_zero, sum_of_magnitudes, value
+from plinko.engine.physics.time_of_impact import NO_HIT
 
 Floats = npt.NDArray[np.float64]
 

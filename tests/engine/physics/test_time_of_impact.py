@@ -10,16 +10,16 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from engine.physics.circle_impact import (
+from plinko.engine.physics.circle_impact import (
     Motion,
     circle_hit_after_leaving,
     circle_hit_again,
     circle_search,
     third_derivative_bound,
 )
-from engine.physics.flight import SERIES_LIMIT, basis
-from engine.physics.line_impact import line_hit, line_hit_again
-from engine.physics.time_of_impact import NO_HIT, halley_step, minorant_root
+from plinko.engine.physics.flight import SERIES_LIMIT, basis
+from plinko.engine.physics.line_impact import line_hit, line_hit_again
+from plinko.engine.physics.time_of_impact import NO_HIT, halley_step, minorant_root
 
 mp = mpmath.MPContext()
 mp.dps = 40

@@ -11,15 +11,15 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from benchmarks.scenes.contact_scenes import scene, scene_names
-from engine import Board, ParameterError, World, drop, drop_many
-from engine.board.parts import DropZone, Peg, Wall
-from engine.constants import KIND_LANDING, KIND_PEG, KIND_WALL
-from engine.drops.trajectory import Trajectory, at_start, follow
-from engine.exact.board_arrays import arrays_of
-from engine.exact.outcome import BALANCED, ESCAPED, EVENT_LIMIT, LANDED, TIME_LIMIT
-from engine.parameters import Exact, Stepped
-from engine.physics import body
-from engine.stepped.step import push_out
+from plinko.engine import Board, ParameterError, World, drop, drop_many
+from plinko.engine.board.parts import DropZone, Peg, Wall
+from plinko.engine.constants import KIND_LANDING, KIND_PEG, KIND_WALL
+from plinko.engine.drops.trajectory import Trajectory, at_start, follow
+from plinko.engine.exact.board_arrays import arrays_of
+from plinko.engine.exact.outcome import BALANCED, ESCAPED, EVENT_LIMIT, LANDED, TIME_LIMIT
+from plinko.engine.parameters import Exact, Stepped
+from plinko.engine.physics import body
+from plinko.engine.stepped.step import push_out
 from tests.engine.exact.test_exact import overlap
 from tests.engine.multibody.static_scenes import box, mirrored, place
 from tests.long import tries

@@ -2,9 +2,9 @@
 
 import pytest
 
-from engine import Board, World
-from engine.drops.flight import fly
-from engine.drops.start import start_of
+from plinko.engine import Board, World
+from plinko.engine.drops.flight import fly
+from plinko.engine.drops.start import start_of
 
 BOARD = Board.preset("triangle-8")
 SEEDS = (3, 4)

@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.scenes.contact_scenes import scene
-from engine import Board, ParameterError, RecordError, SeedError, World, drop
-from engine.constants import KIND_PEG, KIND_WALL
-from engine.parameters import SolverName
-from engine.world.events import Contact, Landing
+from plinko.engine import Board, ParameterError, RecordError, SeedError, World, drop
+from plinko.engine.constants import KIND_PEG, KIND_WALL
+from plinko.engine.parameters import SolverName
+from plinko.engine.world.events import Contact, Landing
 from tests.long import tries
 
 TRIANGLE = Board.preset("triangle-12")

@@ -3,8 +3,8 @@
 import json
 from pathlib import Path
 
-from app.protocol.visitors import TAG_FIELDS
-from app.rooms.drop_format import ENTRY, ENTRY_OPTIONAL, RESULT, DropFormat
+from plinko.app.protocol.visitors import TAG_FIELDS
+from plinko.app.rooms.drop_format import ENTRY, ENTRY_OPTIONAL, RESULT, DropFormat
 
 FILE = Path(__file__).parents[3] / "static/js/solver/log/fields.js"
 

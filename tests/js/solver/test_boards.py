@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from engine import Board
-from engine.board.materials import GRAVITY, RESTITUTION
-from engine.board.presets import preset_names
-from engine.board.worlds import WORLDS
+from plinko.engine import Board
+from plinko.engine.board.materials import GRAVITY, RESTITUTION
+from plinko.engine.board.presets import preset_names
+from plinko.engine.board.worlds import WORLDS
 from tests.js.conftest import Run
 
 DRAFT = "editor/draft/draft.js"

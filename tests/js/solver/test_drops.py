@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from engine import Board, Drop, drop
-from engine.constants import KIND_CONTACT_BEGIN
-from engine.parameters import SolverName
+from plinko.engine import Board, Drop, drop
+from plinko.engine.constants import KIND_CONTACT_BEGIN
+from plinko.engine.parameters import SolverName
 from tests.js.conftest import Run
 
 # Balls with little bounce on a slope and on pegs: they soon roll and slide.

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine import json_text
-from engine.errors import JsonSyntaxError, JsonValueError
+from plinko.engine import json_text
+from plinko.engine.errors import JsonSyntaxError, JsonValueError
 from tests.js.conftest import Run
 
 # Each text with the value, or with the path and the reason of the refusal.

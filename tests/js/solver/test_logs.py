@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from app.rooms.drop_format import ENTRY, ENTRY_OPTIONAL, RESULT, DropFormat
-from app.rooms.log import verify_log
-from app.rooms.stakes import most_stake, payout_of
-from engine import drop, verify
-from engine.parameters import SolverName
+from plinko.app.rooms.drop_format import ENTRY, ENTRY_OPTIONAL, RESULT, DropFormat
+from plinko.app.rooms.log import verify_log
+from plinko.app.rooms.stakes import most_stake, payout_of
+from plinko.engine import drop, verify
+from plinko.engine.parameters import SolverName
 from tests.app.rooms.logs import LOGS
 from tests.app.rooms.test_log import of_first_version
 from tests.js.conftest import MODULES, Run

@@ -9,10 +9,10 @@ import msgspec
 import numpy as np
 import pytest
 
-from app.protocol.messages import Landed, Limits
-from app.rooms.independent import IndependentRoom
-from app.rooms.pending import DropCommand
-from engine import Board, drop
+from plinko.app.protocol.messages import Landed, Limits
+from plinko.app.rooms.independent import IndependentRoom
+from plinko.app.rooms.pending import DropCommand
+from plinko.engine import Board, drop
 from tests.js.conftest import Run
 
 Tell = Callable[..., tuple[dict[str, Any], Any]]
@@ -185,7 +185,7 @@ def test_paths_are_drawn_as_exact_curves(run: Run, name: str, seed: int) -> None
 def test_a_path_in_parts_is_drawn_through_their_joints(
     run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("app.protocol.paths.MOST_KNOTS", 5)
+    monkeypatch.setattr("plinko.app.protocol.paths.MOST_KNOTS", 5)
     board = Board.preset("galton")
     for late in (0, 100):
         given, fall = told_in_a_path(board, 2, jitter=4.0, late=late)

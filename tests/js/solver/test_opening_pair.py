@@ -2,8 +2,8 @@
 
 import math
 
-from engine import Board, drop
-from engine.board.presets import HOUSE_NAMES
+from plinko.engine import Board, drop
+from plinko.engine.board.presets import HOUSE_NAMES
 from tests.js.conftest import Run
 
 MODULE = "compare/pair.js"

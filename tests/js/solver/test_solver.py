@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from benchmarks.scenes.expensive_boards import crowded, large
-from engine import Board, BoardError, drop
-from engine.artifact import make
-from engine.exact.board_arrays import arrays_of
+from plinko.engine import Board, BoardError, drop
+from plinko.engine.artifact import make
+from plinko.engine.exact.board_arrays import arrays_of
 from tests.engine.artifact.drops import cases, played
 from tests.engine.artifact.host import blocks_of
 from tests.engine.board.forms import EXAMPLE, changed

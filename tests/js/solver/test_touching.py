@@ -5,11 +5,11 @@ from typing import Any
 
 import pytest
 
-from app.rooms.touching import values
-from app.rooms.touching.room import TouchingRoom
-from app.rooms.touching.scene import DEFAULTS, Scene
-from engine import Board
-from engine.artifact.make import FOLDER, TOUCHING_PAGE
+from plinko.app.rooms.touching import values
+from plinko.app.rooms.touching.room import TouchingRoom
+from plinko.app.rooms.touching.scene import DEFAULTS, Scene
+from plinko.engine import Board
+from plinko.engine.artifact.make import FOLDER, TOUCHING_PAGE
 from tests.js.conftest import MODULES, Run
 
 _TOLD = """

@@ -1,1 +1,3 @@
-"""The steps that make the ledger's tables; run by `app.persistence.ledger.database.migrate`."""
+"""The steps that make the ledger's tables; run by
+`plinko.app.persistence.ledger.database.migrate`.
+"""

@@ -2,7 +2,7 @@
 
 from alembic import context
 
-from app.persistence.statements.tables import metadata
+from plinko.app.persistence.statements.tables import metadata
 
 connection = context.config.attributes["connection"]
 context.configure(connection=connection, target_metadata=metadata, transactional_ddl=True)

@@ -4,11 +4,11 @@ from typing import Annotated
 
 from fastapi import Depends, Query
 
-from app.computing.tasks import Ask
-from app.web.routes.common import Server, chosen_solver
-from app.web.routes.queries import Number, Whole
-from engine.drops.start import start_of
-from engine.seeding import parse_seed
+from plinko.app.computing.tasks import Ask
+from plinko.app.web.routes.common import Server, chosen_solver
+from plinko.app.web.routes.queries import Number, Whole
+from plinko.engine.drops.start import start_of
+from plinko.engine.seeding import parse_seed
 
 X = Annotated[
     Number | None, Query(description="Explicit start in metres; default: drawn from the seed.")

@@ -3,10 +3,10 @@
 from functools import cache
 from importlib.util import find_spec
 
-from app.computing.tasks import Ask
-from app.errors import InvalidValueError
-from engine.errors import MissingPartError
-from engine.parameters import Exact
+from plinko.app.computing.tasks import Ask
+from plinko.app.errors import InvalidValueError
+from plinko.engine.errors import MissingPartError
+from plinko.engine.parameters import Exact
 
 
 @cache

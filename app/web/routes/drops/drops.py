@@ -5,11 +5,11 @@ from typing import Annotated
 
 from fastapi import Query, Request, Response
 
-from app.computing import prices, proofs, tasks
-from app.computing.tasks import Ask
-from app.protocol.client_messages import parse_aim, parse_x
-from app.rooms.log import is_log
-from app.web.routes.common import (
+from plinko.app.computing import prices, proofs, tasks
+from plinko.app.computing.tasks import Ask
+from plinko.app.protocol.client_messages import parse_aim, parse_x
+from plinko.app.rooms.log import is_log
+from plinko.app.web.routes.common import (
     Server,
     body_of,
     cache_headers,
@@ -26,13 +26,13 @@ from app.web.routes.common import (
     resolve_board,
     short_drop,
 )
-from app.web.routes.drops.asked import Asked
-from app.web.routes.drops.certificates import check_certified
-from app.web.routes.queries import Number
-from app.web.routes.table import operations
-from app.web.schemas.drops import DropRecord, DropRequest, Frames, Verdict
-from app.web.schemas.rooms import RoomLog
-from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS
+from plinko.app.web.routes.drops.asked import Asked
+from plinko.app.web.routes.drops.certificates import check_certified
+from plinko.app.web.routes.queries import Number
+from plinko.app.web.routes.table import operations
+from plinko.app.web.schemas.drops import DropRecord, DropRequest, Frames, Verdict
+from plinko.app.web.schemas.rooms import RoomLog
+from plinko.engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS
 
 router = operations("drops")
 

@@ -2,9 +2,9 @@
 
 from fastapi import Request, Response
 
-from app.computing import prices, tasks
-from app.errors import InvalidValueError
-from app.web.routes.common import (
+from plinko.app.computing import prices, tasks
+from plinko.app.errors import InvalidValueError
+from plinko.app.web.routes.common import (
     Server,
     body_of,
     check_count,
@@ -15,12 +15,12 @@ from app.web.routes.common import (
     reply,
     resolve_board,
 )
-from app.web.routes.table import operations
-from app.web.schemas.drops import SeedsFound, SeedsRequest, Simulation, SimulationRequest
-from engine.drops.seeds import check_bin
-from engine.drops.start import aim_of
-from engine.parameters import Exact
-from engine.seeding import SEED_LIMIT, parse_seed
+from plinko.app.web.routes.table import operations
+from plinko.app.web.schemas.drops import SeedsFound, SeedsRequest, Simulation, SimulationRequest
+from plinko.engine.drops.seeds import check_bin
+from plinko.engine.drops.start import aim_of
+from plinko.engine.parameters import Exact
+from plinko.engine.seeding import SEED_LIMIT, parse_seed
 
 router = operations("drops")
 

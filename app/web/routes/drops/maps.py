@@ -6,8 +6,8 @@ from typing import Annotated
 
 from fastapi import Query, Request, Response
 
-from app.computing import prices, proofs
-from app.web.routes.common import (
+from plinko.app.computing import prices, proofs
+from plinko.app.web.routes.common import (
     Server,
     cache_headers,
     compute,
@@ -16,18 +16,18 @@ from app.web.routes.common import (
     not_modified,
     reply,
 )
-from app.web.routes.drops.certificates import require_certifier
-from app.web.routes.drops.pictures import (
+from plinko.app.web.routes.drops.certificates import require_certifier
+from plinko.app.web.routes.drops.pictures import (
     STILLS,
     ThemeName,
     add_routes,
     drawn_by_worker,
     picture_reply,
 )
-from app.web.routes.queries import Whole
-from app.web.routes.table import operations
-from app.web.schemas.drops import MapTile
-from engine import PHYSICS_VERSION
+from plinko.app.web.routes.queries import Whole
+from plinko.app.web.routes.table import operations
+from plinko.app.web.schemas.drops import MapTile
+from plinko.engine import PHYSICS_VERSION
 
 router = operations("drops")
 
@@ -71,7 +71,7 @@ async def get_map_tile(
 
 
 def _start(x: str) -> Fraction:
-    from engine.certified.certify import exact_start  # noqa: PLC0415
+    from plinko.engine.certified.certify import exact_start  # noqa: PLC0415
 
     return exact_start(x)
 

@@ -5,13 +5,13 @@ from typing import Annotated, Literal, TypeVarTuple
 
 from fastapi import APIRouter, Depends, Query, Request, Response
 
-from app.computing import prices, tasks
-from app.computing.prices import Price
-from app.computing.tasks import Many
-from app.pictures.cache import look
-from app.render.parts.view import LEAST_WIDTH, MOST_WIDTH, lay_out
-from app.web.ranges import in_part
-from app.web.routes.common import (
+from plinko.app.computing import prices, tasks
+from plinko.app.computing.prices import Price
+from plinko.app.computing.tasks import Many
+from plinko.app.pictures.cache import look
+from plinko.app.render.parts.view import LEAST_WIDTH, MOST_WIDTH, lay_out
+from plinko.app.web.ranges import in_part
+from plinko.app.web.routes.common import (
     Server,
     address_of,
     attended,
@@ -23,13 +23,13 @@ from app.web.routes.common import (
     is_current,
     not_modified,
 )
-from app.web.routes.drops.asked import Asked
-from app.web.routes.queries import Number, Whole
-from app.web.routes.table import operations
-from app.web.services import Services
-from engine import PHYSICS_VERSION, Board
-from engine.parameters import Exact
-from engine.seeding import parse_seed
+from plinko.app.web.routes.drops.asked import Asked
+from plinko.app.web.routes.queries import Number, Whole
+from plinko.app.web.routes.table import operations
+from plinko.app.web.services import Services
+from plinko.engine import PHYSICS_VERSION, Board
+from plinko.engine.parameters import Exact
+from plinko.engine.seeding import parse_seed
 
 router = operations("pictures")
 

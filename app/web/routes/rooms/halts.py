@@ -7,11 +7,11 @@ from fastapi import Depends, Request, Response
 from fastapi.security import HTTPBearer
 from msgspec import Meta
 
-from app.rooms.records import EVERY_ROOM
-from app.web.routes.common import Server, body_of, documented, read, reply
-from app.web.routes.rooms.operator import check_operator
-from app.web.routes.table import operations
-from app.web.services import Services
+from plinko.app.rooms.records import EVERY_ROOM
+from plinko.app.web.routes.common import Server, body_of, documented, read, reply
+from plinko.app.web.routes.rooms.operator import check_operator
+from plinko.app.web.routes.table import operations
+from plinko.app.web.services import Services
 
 
 class HaltRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -40,7 +40,7 @@ class HaltView(msgspec.Struct, frozen=True):
 
 router = operations("health")
 
-# This only documents the scheme for OpenAPI; `app.web.tokens` checks the token.
+# This only documents the scheme for OpenAPI; `plinko.app.web.tokens` checks the token.
 Token = Depends(
     HTTPBearer(
         scheme_name="operatorToken", description="`PLINKO_OPERATOR_TOKEN`.", auto_error=False

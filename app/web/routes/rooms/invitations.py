@@ -6,9 +6,9 @@ from urllib.parse import quote
 
 from fastapi import Request, Response
 
-from app.live.public_tables import MAIN
-from app.web.routes.common import Server, documented
-from app.web.routes.table import operations
+from plinko.app.live.public_tables import MAIN
+from plinko.app.web.routes.common import Server, documented
+from plinko.app.web.routes.table import operations
 
 router = operations("rooms", "/api/v1/rooms")
 

@@ -4,12 +4,17 @@ import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
-from app.errors import InvalidValueError, UnknownSessionError, shorten
-from app.live.sessions.fair_session import FairSession
-from app.protocol import messages
-from app.protocol.client_messages import EndMessage, OpenMessage, SessionMessage, SessionRequest
-from app.rooms.room import Room
-from app.web.services import Services
+from plinko.app.errors import InvalidValueError, UnknownSessionError, shorten
+from plinko.app.live.sessions.fair_session import FairSession
+from plinko.app.protocol import messages
+from plinko.app.protocol.client_messages import (
+    EndMessage,
+    OpenMessage,
+    SessionMessage,
+    SessionRequest,
+)
+from plinko.app.rooms.room import Room
+from plinko.app.web.services import Services
 
 
 class JoinedSessions:

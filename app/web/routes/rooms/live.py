@@ -7,14 +7,20 @@ from typing import Annotated
 from fastapi import Query, Request, Response
 from starlette.types import Receive, Scope, Send
 
-from app.computing import prices
-from app.pictures.cache import look
-from app.pictures.film import BOUNDARY, PART_HEAD, Camera, Cameras, Shot
-from app.pictures.frame import draw, moment_of, pixels_of, still_of
-from app.web.routes.common import Server, address_of, attended, documented, is_current, left
-from app.web.routes.drops.pictures import STILLS, ThemeName, Width, add_routes, drawn_by_worker
-from app.web.routes.queries import Whole
-from app.web.routes.table import operations
+from plinko.app.computing import prices
+from plinko.app.pictures.cache import look
+from plinko.app.pictures.film import BOUNDARY, PART_HEAD, Camera, Cameras, Shot
+from plinko.app.pictures.frame import draw, moment_of, pixels_of, still_of
+from plinko.app.web.routes.common import Server, address_of, attended, documented, is_current, left
+from plinko.app.web.routes.drops.pictures import (
+    STILLS,
+    ThemeName,
+    Width,
+    add_routes,
+    drawn_by_worker,
+)
+from plinko.app.web.routes.queries import Whole
+from plinko.app.web.routes.table import operations
 
 router = operations("rooms", "/api/v1/rooms")
 

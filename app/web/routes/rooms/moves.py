@@ -2,12 +2,12 @@
 
 from fastapi import Request, Response
 
-from app.web.routes.common import Server, body_of, documented, read, reply
-from app.web.routes.rooms.halts import Token
-from app.web.routes.rooms.operator import check_operator
-from app.web.routes.table import operations
-from app.web.schemas.cluster import MoveRequest, MoveView
-from engine.errors import MissingPartError
+from plinko.app.web.routes.common import Server, body_of, documented, read, reply
+from plinko.app.web.routes.rooms.halts import Token
+from plinko.app.web.routes.rooms.operator import check_operator
+from plinko.app.web.routes.table import operations
+from plinko.app.web.schemas.cluster import MoveRequest, MoveView
+from plinko.engine.errors import MissingPartError
 
 router = operations("health")
 

@@ -2,9 +2,9 @@
 
 from fastapi import Request
 
-from app.errors import TokenError
-from app.web.services import Services
-from app.web.tokens import check_bearer
+from plinko.app.errors import TokenError
+from plinko.app.web.services import Services
+from plinko.app.web.tokens import check_bearer
 
 
 def check_operator(request: Request, server: Services, what: str) -> None:

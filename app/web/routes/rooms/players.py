@@ -10,18 +10,25 @@ import msgspec
 from fastapi import Query, Request, Response
 from msgspec import Meta
 
-from app.errors import InvalidValueError, UnknownBoardError, shorten
-from app.persistence.statements import plays as ledger
-from app.persistence.statements import store
-from app.persistence.statements.plays import Play
-from app.rooms.stakes import parse_who
-from app.web.edge.accepted import asks_for, whole
-from app.web.routes.common import Server, checked_board, documented, limit_drops, next_page, reply
-from app.web.routes.queries import Whole
-from app.web.routes.table import operations
-from app.web.schemas.fields import Digest, PhysicsVersion, Seed
-from app.web.services import Services
-from engine import Board
+from plinko.app.errors import InvalidValueError, UnknownBoardError, shorten
+from plinko.app.persistence.statements import plays as ledger
+from plinko.app.persistence.statements import store
+from plinko.app.persistence.statements.plays import Play
+from plinko.app.rooms.stakes import parse_who
+from plinko.app.web.edge.accepted import asks_for, whole
+from plinko.app.web.routes.common import (
+    Server,
+    checked_board,
+    documented,
+    limit_drops,
+    next_page,
+    reply,
+)
+from plinko.app.web.routes.queries import Whole
+from plinko.app.web.routes.table import operations
+from plinko.app.web.schemas.fields import Digest, PhysicsVersion, Seed
+from plinko.app.web.services import Services
+from plinko.engine import Board
 
 
 class PlayView(msgspec.Struct, frozen=True):

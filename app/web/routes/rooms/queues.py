@@ -4,12 +4,12 @@ from collections.abc import Callable
 
 from fastapi import Request, Response
 
-from app.errors import InvalidValueError
-from app.live.live_room import LiveRoom
-from app.protocol.visitors import parse_tag
-from app.rooms.pending import DropCommand
-from app.rooms.queue import Queue
-from app.web.routes.common import (
+from plinko.app.errors import InvalidValueError
+from plinko.app.live.live_room import LiveRoom
+from plinko.app.protocol.visitors import parse_tag
+from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.queue import Queue
+from plinko.app.web.routes.common import (
     Server,
     body_of,
     charge_drops,
@@ -18,12 +18,12 @@ from app.web.routes.common import (
     read,
     reply,
 )
-from app.web.routes.rooms.repeats import OWNER, Repeats
-from app.web.routes.rooms.rooms import own_room
-from app.web.routes.rooms.sessions import RoomToken as Token
-from app.web.routes.table import operations
-from app.web.schemas.queues import QueueChange, QueuedItem, QueueRequest, QueueView
-from app.web.services import Services
+from plinko.app.web.routes.rooms.repeats import OWNER, Repeats
+from plinko.app.web.routes.rooms.rooms import own_room
+from plinko.app.web.routes.rooms.sessions import RoomToken as Token
+from plinko.app.web.routes.table import operations
+from plinko.app.web.schemas.queues import QueueChange, QueuedItem, QueueRequest, QueueView
+from plinko.app.web.services import Services
 
 router = operations("rooms", "/api/v1/rooms")
 

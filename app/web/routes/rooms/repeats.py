@@ -6,8 +6,8 @@ from typing import Annotated, Final
 import msgspec
 from fastapi import Depends, Header, Request
 
-from app.rooms.keys import Caller, KeyUse, key_of
-from app.web.routes.common import Server, address_of
+from plinko.app.rooms.keys import Caller, KeyUse, key_of
+from plinko.app.web.routes.common import Server, address_of
 
 Key = Annotated[
     str | None,

@@ -3,20 +3,20 @@
 import contextlib
 import time
 
-from app.errors import AppError, InvalidValueError, MissingBallError, TokenError
-from app.live.broadcast.audience import Player
-from app.live.broadcast.hub import Client
-from app.live.live_room import LiveRoom
-from app.protocol import messages
-from app.protocol.touching_messages import (
+from plinko.app.errors import AppError, InvalidValueError, MissingBallError, TokenError
+from plinko.app.live.broadcast.audience import Player
+from plinko.app.live.broadcast.hub import Client
+from plinko.app.live.live_room import LiveRoom
+from plinko.app.protocol import messages
+from plinko.app.protocol.touching_messages import (
     Change,
     ClaimMessage,
     DragMessage,
     ReleaseMessage,
     WatchMessage,
 )
-from app.web.limits import TokenBucket, spend
-from app.web.services import Services
+from plinko.app.web.limits import TokenBucket, spend
+from plinko.app.web.services import Services
 
 CHANGE_RATE = 40.0  # changes a second from one client in a room of touching balls
 

@@ -10,8 +10,8 @@ from fastapi import Query, Request, Response
 from fastapi.responses import StreamingResponse
 from starlette.types import Send
 
-from app.computing import prices
-from app.errors import (
+from plinko.app.computing import prices
+from plinko.app.errors import (
     AppError,
     InvalidValueError,
     LedgerError,
@@ -19,20 +19,20 @@ from app.errors import (
     TokenError,
     UnknownRoomError,
 )
-from app.live.broadcast.audience import Player
-from app.live.live_room import LiveRoom
-from app.persistence.room_log import LogPart
-from app.protocol.visitors import NO_TAG
-from app.rooms.draw import MAX_SEEDS, Draw
-from app.rooms.keys import KeyUse
-from app.rooms.kinds import DRAW, SCENE
-from app.rooms.room import Basis, Room
-from app.rooms.touching.scene import Scene
-from app.rooms.touching.story import Retold, Story, retell, story_of
-from app.web.directory import listed
-from app.web.drops import drop_command
-from app.web.problems import HOPS
-from app.web.routes.common import (
+from plinko.app.live.broadcast.audience import Player
+from plinko.app.live.live_room import LiveRoom
+from plinko.app.persistence.room_log import LogPart
+from plinko.app.protocol.visitors import NO_TAG
+from plinko.app.rooms.draw import MAX_SEEDS, Draw
+from plinko.app.rooms.keys import KeyUse
+from plinko.app.rooms.kinds import DRAW, SCENE
+from plinko.app.rooms.room import Basis, Room
+from plinko.app.rooms.touching.scene import Scene
+from plinko.app.rooms.touching.story import Retold, Story, retell, story_of
+from plinko.app.web.directory import listed
+from plinko.app.web.drops import drop_command
+from plinko.app.web.problems import HOPS
+from plinko.app.web.routes.common import (
     Server,
     address_of,
     attended,
@@ -48,13 +48,13 @@ from app.web.routes.common import (
     reply,
     resolve_board,
 )
-from app.web.routes.queries import Whole
-from app.web.routes.rooms.repeats import OWNER, Repeats, session_caller
-from app.web.routes.rooms.sessions import RoomToken as Token
-from app.web.routes.rooms.sessions import Token as SessionToken
-from app.web.routes.rooms.sessions import own_session
-from app.web.routes.table import operations
-from app.web.schemas.rooms import (
+from plinko.app.web.routes.queries import Whole
+from plinko.app.web.routes.rooms.repeats import OWNER, Repeats, session_caller
+from plinko.app.web.routes.rooms.sessions import RoomToken as Token
+from plinko.app.web.routes.rooms.sessions import Token as SessionToken
+from plinko.app.web.routes.rooms.sessions import own_session
+from plinko.app.web.routes.table import operations
+from plinko.app.web.schemas.rooms import (
     DrawForm,
     DrawView,
     RoomChange,
@@ -66,9 +66,9 @@ from app.web.schemas.rooms import (
     RoomRequest,
     RoomView,
 )
-from app.web.services import Services
-from engine import Board
-from engine.parameters import Exact
+from plinko.app.web.services import Services
+from plinko.engine import Board
+from plinko.engine.parameters import Exact
 
 router = operations("rooms", "/api/v1/rooms")
 

@@ -2,12 +2,12 @@
 
 from fastapi import Response
 
-from app.live.public_tables import PUBLIC_SCENES
-from app.rooms.touching.scene import DEFAULTS
-from app.rooms.touching.values import PRESETS, table
-from app.web.routes.common import documented, reply
-from app.web.routes.table import operations
-from app.web.schemas.rooms import SceneList, SceneView
+from plinko.app.live.public_tables import PUBLIC_SCENES
+from plinko.app.rooms.touching.scene import DEFAULTS
+from plinko.app.rooms.touching.values import PRESETS, table
+from plinko.app.web.routes.common import documented, reply
+from plinko.app.web.routes.table import operations
+from plinko.app.web.schemas.rooms import SceneList, SceneView
 
 router = operations("rooms", "/api/v1/scenes")
 

@@ -7,15 +7,15 @@ from fastapi import Depends, Query, Request, Response
 from fastapi.security import HTTPBearer
 from msgspec import Meta
 
-from app.fairness.export import KeyChange, SessionExport, Signed
-from app.live.sessions.fair_session import FairSession
-from app.web.routes.common import Server, body_of, documented, limit_drops, read, reply
-from app.web.routes.queries import Whole
-from app.web.routes.rooms.repeats import Repeats
-from app.web.routes.table import operations
-from app.web.schemas.fields import Digest
-from app.web.services import Services
-from engine.json_text import Json, JsonObject
+from plinko.app.fairness.export import KeyChange, SessionExport, Signed
+from plinko.app.live.sessions.fair_session import FairSession
+from plinko.app.web.routes.common import Server, body_of, documented, limit_drops, read, reply
+from plinko.app.web.routes.queries import Whole
+from plinko.app.web.routes.rooms.repeats import Repeats
+from plinko.app.web.routes.table import operations
+from plinko.app.web.schemas.fields import Digest
+from plinko.app.web.services import Services
+from plinko.engine.json_text import Json, JsonObject
 
 _HEX = {"type": "string", "pattern": "^[0-9a-fA-F]{64}$"}
 
@@ -117,7 +117,7 @@ Since = Annotated[Whole, Query(ge=0, description="An earlier size of the log.")]
 
 _EXAMPLE = "9f64a747e1b97f131fabb6b447296c9b6f0201e79fb3c5356e6c77e89b6a806a"
 
-# These only document the schemes for OpenAPI; `app.web.tokens` checks the tokens.
+# These only document the schemes for OpenAPI; `plinko.app.web.tokens` checks the tokens.
 Token = Depends(
     HTTPBearer(
         scheme_name="sessionToken", description="The token from `POST sessions`.", auto_error=False

@@ -11,7 +11,7 @@ from typing import TypeVar
 import msgspec
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 
-from app.errors import (
+from plinko.app.errors import (
     AbuseError,
     AppError,
     HaltedError,
@@ -30,30 +30,37 @@ from app.errors import (
     shorten,
     told,
 )
-from app.live.broadcast.audience import Player
-from app.live.broadcast.hub import Client, Mailbox
-from app.live.broadcast.transport import connection_of, sever
-from app.live.live_room import LiveRoom
-from app.protocol import asyncapi, client_messages, messages
-from app.protocol.touching_messages import ClaimMessage, WatchMessage
-from app.protocol.visitors import (
+from plinko.app.live.broadcast.audience import Player
+from plinko.app.live.broadcast.hub import Client, Mailbox
+from plinko.app.live.broadcast.transport import connection_of, sever
+from plinko.app.live.live_room import LiveRoom
+from plinko.app.protocol import asyncapi, client_messages, messages
+from plinko.app.protocol.touching_messages import ClaimMessage, WatchMessage
+from plinko.app.protocol.visitors import (
     NO_TAG,
     Appearance,
     AppearMessage,
     parse_colour,
     parse_name,
 )
-from app.protocol.wire import WireMessage
-from app.rooms.keys import Caller, IdempotencyKey, key_of
-from app.rooms.stakes import parse_who
-from app.web.drops import drop_command
-from app.web.limits import LINGER, READING_GRACE, UNREAD_BYTES, UNREAD_EVENTS, TokenBucket, spend
-from app.web.routes.common import Server
-from app.web.routes.queries import check_queries
-from app.web.routes.rooms.joined_sessions import JoinedSessions
-from app.web.routes.rooms.room_changes import Changes
-from app.web.services import Services
-from engine.errors import PlinkoError
+from plinko.app.protocol.wire import WireMessage
+from plinko.app.rooms.keys import Caller, IdempotencyKey, key_of
+from plinko.app.rooms.stakes import parse_who
+from plinko.app.web.drops import drop_command
+from plinko.app.web.limits import (
+    LINGER,
+    READING_GRACE,
+    UNREAD_BYTES,
+    UNREAD_EVENTS,
+    TokenBucket,
+    spend,
+)
+from plinko.app.web.routes.common import Server
+from plinko.app.web.routes.queries import check_queries
+from plinko.app.web.routes.rooms.joined_sessions import JoinedSessions
+from plinko.app.web.routes.rooms.room_changes import Changes
+from plinko.app.web.services import Services
+from plinko.engine.errors import PlinkoError
 
 router = APIRouter()
 

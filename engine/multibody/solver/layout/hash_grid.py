@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from engine.multibody.solver.layout.array_types import Counts, Floats, Ints
+from plinko.engine.multibody.solver.layout.array_types import Counts, Floats, Ints
 
 # Columns of `HashGrid.cells`.
 CELL_X = 0  # column of the cell in the grid of the ball's level

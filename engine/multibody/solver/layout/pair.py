@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from engine.multibody.solver.layout.array_types import Floats, Ints
+from plinko.engine.multibody.solver.layout.array_types import Floats, Ints
 
 # Columns of `NeighbourList.impulse`: those of the last substep, N s.
 NORMAL = 0

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from engine.multibody.solver.layout.array_types import Floats, Ints
+from plinko.engine.multibody.solver.layout.array_types import Floats, Ints
 
 # Columns of `StaticShapes.items`. Pegs and walls are both capsules: segments with a radius.
 X1 = 0  # first end of a wall, or a peg's centre, m

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from engine.multibody.solver.layout.array_types import Counts, Floats, Ints
+from plinko.engine.multibody.solver.layout.array_types import Counts, Floats, Ints
 
 # Columns of `StepLog.floats`.
 T = 0  # s since the start of the step

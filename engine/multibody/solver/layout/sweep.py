@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from engine.multibody.solver.layout.array_types import Floats, Ints
+from plinko.engine.multibody.solver.layout.array_types import Floats, Ints
 
 # Columns of `Sweeps.path`.
 X0 = 0  # centre in m, extrapolated along the path back to the start of the substep

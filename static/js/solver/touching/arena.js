@@ -8,7 +8,7 @@ import { staticShapes } from "./static-shapes.js";
 /** @import { Given, Grid, Machine, Value } from "./machine.js" */
 /** @import { Place } from "./scenes.js" */
 
-const MODULE = "engine.multibody.solver.";
+const MODULE = "plinko.engine.multibody.solver.";
 const SLEEP_SECONDS = 0.5; // an island that has been still for this long falls asleep
 const ROOM_PER_BALL = 4; // impacts that a step's log has room for
 const COUNTS = 4;

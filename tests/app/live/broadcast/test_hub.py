@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.errors import AppError, RoomFullError, SlowClientError
-from app.live.broadcast.hub import Client, Hub, Mailbox, Traffic
-from app.protocol.wire import WireMessage
+from plinko.app.errors import AppError, RoomFullError, SlowClientError
+from plinko.app.live.broadcast.hub import Client, Hub, Mailbox, Traffic
+from plinko.app.protocol.wire import WireMessage
 from tests.kit.waiting import turns
 
 

@@ -6,10 +6,10 @@ from typing import Any
 import msgspec
 import pytest
 
-from app.live.broadcast.hub import Client, Mailbox
-from app.live.broadcast.presence import MOST_NAMED, Presence
-from app.protocol import messages
-from app.protocol.visitors import Appearance
+from plinko.app.live.broadcast.hub import Client, Mailbox
+from plinko.app.live.broadcast.presence import MOST_NAMED, Presence
+from plinko.app.protocol import messages
+from plinko.app.protocol.visitors import Appearance
 from tests.app.conftest import TINY
 from tests.app.protocol.test_seeds import Ear, Watched
 from tests.kit.player import playing

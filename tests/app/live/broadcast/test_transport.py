@@ -13,9 +13,9 @@ from websockets.frames import Frame as ReferenceFrame
 from websockets.frames import Opcode
 from websockets.protocol import State
 
-from app.live.broadcast.transport import DirectConnection, DirectProtocol
-from app.protocol.wire import WireMessage
-from engine import Board, drop
+from plinko.app.live.broadcast.transport import DirectConnection, DirectProtocol
+from plinko.app.protocol.wire import WireMessage
+from plinko.engine import Board, drop
 from tests.kit.player import playing
 from tests.kit.serving import serving
 

@@ -6,9 +6,9 @@ from typing import Any
 import httpx
 import pytest
 
-from app.rooms.canonical import canonical
-from app.rooms.log import verify_log
-from engine import Board, drop, find_draw
+from plinko.app.rooms.canonical import canonical
+from plinko.app.rooms.log import verify_log
+from plinko.engine import Board, drop, find_draw
 from tests.app.conftest import TINY
 from tests.app.live.sessions.test_fair_sessions import (
     COMMITMENT,

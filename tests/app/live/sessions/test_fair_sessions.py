@@ -8,11 +8,11 @@ from typing import Any
 import httpx
 import pytest
 
-from app.fairness.check import Verdict, check_session, kernel_digest_of
-from app.fairness.export import read_export
-from app.fairness.signing import is_signed
-from app.settings import page_kernels
-from engine.merkle import is_consistent
+from plinko.app.fairness.check import Verdict, check_session, kernel_digest_of
+from plinko.app.fairness.export import read_export
+from plinko.app.fairness.signing import is_signed
+from plinko.app.settings import page_kernels
+from plinko.engine.merkle import is_consistent
 from tests.app.conftest import TINY
 from tests.kit.player import playing
 from tests.kit.serving import Running

@@ -7,19 +7,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.errors import AppError, BallLimitError, BusyError
-from app.live import flying
-from app.live.ticking import runner
-from app.protocol import messages
-from app.protocol.paths import Path, path_of
-from app.rooms import independent
-from app.rooms.independent import IndependentRoom
-from app.rooms.kinds import INTERACTING
-from app.rooms.pending import DropCommand
 from benchmarks.scenes.expensive_boards import hall
-from engine import Board, drop
-from engine.drops import sliced
-from engine.drops.flight import Flight, SlicedFlight
+from plinko.app.errors import AppError, BallLimitError, BusyError
+from plinko.app.live import flying
+from plinko.app.live.ticking import runner
+from plinko.app.protocol import messages
+from plinko.app.protocol.paths import Path, path_of
+from plinko.app.rooms import independent
+from plinko.app.rooms.independent import IndependentRoom
+from plinko.app.rooms.kinds import INTERACTING
+from plinko.app.rooms.pending import DropCommand
+from plinko.engine import Board, drop
+from plinko.engine.drops import sliced
+from plinko.engine.drops.flight import Flight, SlicedFlight
 from tests.app.asking import ask
 from tests.app.passes import rooms_by_hand, run_pass
 from tests.kit.hand import HandClock

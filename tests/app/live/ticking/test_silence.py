@@ -2,12 +2,12 @@
 
 import pytest
 
-from app.live.live_room import LiveRoom
-from app.live.registry import Rooms
-from app.protocol import messages
-from app.rooms.kinds import INTERACTING
-from app.rooms.touching.room import TouchingRoom
-from engine import Board
+from plinko.app.live.live_room import LiveRoom
+from plinko.app.live.registry import Rooms
+from plinko.app.protocol import messages
+from plinko.app.rooms.kinds import INTERACTING
+from plinko.app.rooms.touching.room import TouchingRoom
+from plinko.engine import Board
 from tests.app.asking import ask
 from tests.app.passes import rooms_by_hand, run_pass
 from tests.kit.hand import HandClock

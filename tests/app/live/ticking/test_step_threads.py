@@ -8,15 +8,15 @@ from typing import Any
 
 import pytest
 
-from app.errors import AppError, ClosedRoomError
-from app.live.live_arena import LiveArena
-from app.live.registry import Rooms
-from app.live.ticking.step_threads import StepThreads
-from app.protocol.touching_messages import AddMessage
-from app.rooms.kinds import SCENE
-from app.rooms.touching.next_tick import NextTick
-from app.rooms.touching.room import TouchingRoom
-from engine import Board
+from plinko.app.errors import AppError, ClosedRoomError
+from plinko.app.live.live_arena import LiveArena
+from plinko.app.live.registry import Rooms
+from plinko.app.live.ticking.step_threads import StepThreads
+from plinko.app.protocol.touching_messages import AddMessage
+from plinko.app.rooms.kinds import SCENE
+from plinko.app.rooms.touching.next_tick import NextTick
+from plinko.app.rooms.touching.room import TouchingRoom
+from plinko.engine import Board
 from tests.app.asking import ask, change
 from tests.app.passes import rooms_by_hand, run_pass
 from tests.kit.waiting import LIMIT, eventually, turns

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.live.ticking.ticker import Schedule, Ticker
+from plinko.app.live.ticking.ticker import Schedule, Ticker
 from tests.kit.waiting import turns
 
 PERIOD = 1.0 / 60.0

@@ -15,11 +15,11 @@ import sqlalchemy as sa
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.cli import main
-from app.persistence.statements import store, tables
-from app.rooms.kinds import INDEPENDENT
-from engine import Board, World, drop
-from engine.drops.flight import ticks_of
+from plinko.app.cli import main
+from plinko.app.persistence.statements import store, tables
+from plinko.app.rooms.kinds import INDEPENDENT
+from plinko.engine import Board, World, drop
+from plinko.engine.drops.flight import ticks_of
 from tests.app.persistence.crash.life import BOARD, break_page, copy_ledger, living, look
 from tests.kit.postgres import PostgreSQL
 

@@ -11,23 +11,23 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from app.live.arriving import Claim, any_room
-from app.live.broadcast.hub import Hub
-from app.live.live_room import LiveRoom
-from app.live.registry import Rooms
-from app.live.shared_rooms import SharedRooms
-from app.persistence.lease_book import LeaseBook, Unshared
-from app.persistence.leases import Leases
-from app.persistence.ledger.database import Database
-from app.persistence.ledger.writer import Ledger
-from app.persistence.service import PersistenceService
-from app.persistence.statements import store
-from app.protocol import messages
-from app.rooms.boards import Boards
-from app.rooms.kinds import MAX_TOUCHING, BallLimits
-from app.rooms.records import RoomRow
-from app.settings import Settings
-from engine import Board
+from plinko.app.live.arriving import Claim, any_room
+from plinko.app.live.broadcast.hub import Hub
+from plinko.app.live.live_room import LiveRoom
+from plinko.app.live.registry import Rooms
+from plinko.app.live.shared_rooms import SharedRooms
+from plinko.app.persistence.lease_book import LeaseBook, Unshared
+from plinko.app.persistence.leases import Leases
+from plinko.app.persistence.ledger.database import Database
+from plinko.app.persistence.ledger.writer import Ledger
+from plinko.app.persistence.service import PersistenceService
+from plinko.app.persistence.statements import store
+from plinko.app.protocol import messages
+from plinko.app.rooms.boards import Boards
+from plinko.app.rooms.kinds import MAX_TOUCHING, BallLimits
+from plinko.app.rooms.records import RoomRow
+from plinko.app.settings import Settings
+from plinko.engine import Board
 from tests.app.asking import ask
 from tests.app.passes import run_pass
 from tests.kit.hand import HandClock

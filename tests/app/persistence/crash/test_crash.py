@@ -9,7 +9,7 @@ from statistics import median
 
 import pytest
 
-from engine import Board
+from plinko.engine import Board
 from tests.app.persistence.conftest import KILLS, POSTGRESQL, SQLITE
 from tests.kit.process import ServerProcess
 from tests.kit.siege import Siege, prove

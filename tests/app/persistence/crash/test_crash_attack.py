@@ -14,15 +14,15 @@ from typing import Final
 
 import pytest
 
-from app.persistence.checks.audit import Audit
-from app.persistence.checks.integrity import check_database
-from app.persistence.ledger.database import Database
-from app.persistence.statements import store
-from app.rooms.log import verify_log
 from benchmarks.scenes.expensive_boards import hall
 from benchmarks.serving.attack.attackers import LOGGED
 from benchmarks.serving.process import can_watch
-from engine import Board
+from plinko.app.persistence.checks.audit import Audit
+from plinko.app.persistence.checks.integrity import check_database
+from plinko.app.persistence.ledger.database import Database
+from plinko.app.persistence.statements import store
+from plinko.app.rooms.log import verify_log
+from plinko.engine import Board
 from tests.app.persistence.crash.siege import Siege
 from tests.kit.process import ServerProcess
 
@@ -36,7 +36,8 @@ READING: Final = 12.0  # s
 FLAGS: Final = ("--max-rooms", "100")
 PROGRAM: Final = (
     "-c",
-    "from app.live import open_rooms; open_rooms.REST_SECONDS = 60.0; import app.cli.__main__",
+    "from plinko.app.live import open_rooms; open_rooms.REST_SECONDS = 60.0; "
+    "import plinko.__main__",
     *("serve", "--drop-rate", "1000"),
 )
 

@@ -18,8 +18,8 @@ from pathlib import Path
 import psycopg
 import pytest
 
-from app.rooms.log import verify_log
-from engine import Board
+from plinko.app.rooms.log import verify_log
+from plinko.engine import Board
 from tests.kit.process import ServerProcess
 from tests.kit.siege import Heard, Siege, play
 from tests.kit.waiting import LIMIT, eventually

@@ -9,7 +9,7 @@ import pytest
 from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed
 
-from app.rooms import log as roomlog
+from plinko.app.rooms import log as roomlog
 from tests.app.persistence.conftest import KILLS, POSTGRESQL, SQLITE
 from tests.kit.player import events_of, joining, send, tick_of
 from tests.kit.process import ServerProcess

@@ -19,22 +19,22 @@ import msgspec
 import sqlalchemy as sa
 from sqlalchemy import Connection
 
-from app.errors import LedgerError, UndecidedError
-from app.live.broadcast.hub import Hub
-from app.live.registry import Rooms
-from app.persistence.lease_book import LeaseBook, Unshared
-from app.persistence.leases import Leases
-from app.persistence.ledger.database import Database
-from app.persistence.ledger.writer import Ledger
-from app.persistence.room_log import RoomLogs
-from app.persistence.service import PersistenceService
-from app.protocol import messages
-from app.rooms.boards import Boards
-from app.rooms.kinds import BallLimits
-from app.rooms.pending import DropCommand
-from app.rooms.room import Room
-from app.settings import Settings
-from engine import Board
+from plinko.app.errors import LedgerError, UndecidedError
+from plinko.app.live.broadcast.hub import Hub
+from plinko.app.live.registry import Rooms
+from plinko.app.persistence.lease_book import LeaseBook, Unshared
+from plinko.app.persistence.leases import Leases
+from plinko.app.persistence.ledger.database import Database
+from plinko.app.persistence.ledger.writer import Ledger
+from plinko.app.persistence.room_log import RoomLogs
+from plinko.app.persistence.service import PersistenceService
+from plinko.app.protocol import messages
+from plinko.app.rooms.boards import Boards
+from plinko.app.rooms.kinds import BallLimits
+from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.room import Room
+from plinko.app.settings import Settings
+from plinko.engine import Board
 from tests.app.passes import run_pass
 from tests.kit.told import Told
 

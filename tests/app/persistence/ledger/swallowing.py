@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from app.persistence.ledger.database import Database
+from plinko.app.persistence.ledger.database import Database
 from tests.app.persistence.ledger.stepped import failure
 
 _SOCKET = ".s.PGSQL.5432"

@@ -7,13 +7,13 @@ from typing import Any
 
 import pytest
 
-from app.errors import LedgerError, UnknownRoomError
-from app.persistence.ledger.commit_queue import CommitQueue, Fate, Job, RevokedError
-from app.persistence.ledger.writer import Ledger
-from app.persistence.statements.store import last_number
-from app.rooms.log import verify_log
-from app.rooms.records import DropRow, Halt, NewDrop
-from engine import Board
+from plinko.app.errors import LedgerError, UnknownRoomError
+from plinko.app.persistence.ledger.commit_queue import CommitQueue, Fate, Job, RevokedError
+from plinko.app.persistence.ledger.writer import Ledger
+from plinko.app.persistence.statements.store import last_number
+from plinko.app.rooms.log import verify_log
+from plinko.app.rooms.records import DropRow, Halt, NewDrop
+from plinko.engine import Board
 from tests.app.conftest import TINY
 from tests.app.persistence.ledger.stepped import PATIENCE, Steps, Table
 from tests.kit.facts import new
@@ -232,7 +232,7 @@ def test_a_failing_callback_does_not_stop_the_others(empty: Path, tmp_path: Path
 async def test_a_database_that_hangs_keeps_no_server_from_ending(
     empty: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("app.persistence.ledger.writer._CLOSE_SECONDS", 0.01)
+    monkeypatch.setattr("plinko.app.persistence.ledger.writer._CLOSE_SECONDS", 0.01)
     shutil.copy(empty, tmp_path / "plinko.db")
     database = Steps(f"sqlite:///{tmp_path / 'plinko.db'}")
     ledger = Ledger(database, period=0.0, patience=PATIENCE)

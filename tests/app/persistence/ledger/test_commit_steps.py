@@ -17,10 +17,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from app.errors import LedgerError
-from app.rooms.kinds import INTERACTING
-from app.rooms.log import verify_log
-from engine import Board
+from plinko.app.errors import LedgerError
+from plinko.app.rooms.kinds import INTERACTING
+from plinko.app.rooms.log import verify_log
+from plinko.engine import Board
 from tests.app.conftest import TINY
 from tests.app.persistence.ledger.stepped import PATIENCE, Table, failure
 from tests.kit.told import Told, hold

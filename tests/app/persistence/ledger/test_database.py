@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 import sqlalchemy as sa
 
-from app.errors import DamagedRoomError, SettingError
-from app.persistence.ledger.database import HEAD, Database, address
-from app.persistence.statements import store, tables, writing
-from app.rooms.records import BoardRow, DropRow, ReceiptRow, ResultRow, RoomRow, Write
+from plinko.app.errors import DamagedRoomError, SettingError
+from plinko.app.persistence.ledger.database import HEAD, Database, address
+from plinko.app.persistence.statements import store, tables, writing
+from plinko.app.rooms.records import BoardRow, DropRow, ReceiptRow, ResultRow, RoomRow, Write
 from tests.kit.facts import new
 from tests.kit.postgres import PostgreSQL
 from tests.kit.waiting import until

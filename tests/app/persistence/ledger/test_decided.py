@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from app.errors import LedgerError, UndecidedError
+from plinko.app.errors import LedgerError, UndecidedError
 from tests.app.persistence.ledger.stepped import Table, failure
 
 _LONG = 100  # awaits between a refusal and the end of the work, more than the server has

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from app.errors import SettingError
-from app.persistence.ledger.database import Database, InDoubtError
-from app.persistence.ledger.epoch import EpochFile, Place
-from app.persistence.statements import store, writing
-from app.rooms.records import BoardRow
+from plinko.app.errors import SettingError
+from plinko.app.persistence.ledger.database import Database, InDoubtError
+from plinko.app.persistence.ledger.epoch import EpochFile, Place
+from plinko.app.persistence.statements import store, writing
+from plinko.app.rooms.records import BoardRow
 from tests.app.persistence.crash.life import look
 
 

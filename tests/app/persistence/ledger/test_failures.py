@@ -15,7 +15,7 @@ import psycopg
 import pytest
 import sqlalchemy as sa
 
-from app.rooms.log import verify_log
+from plinko.app.rooms.log import verify_log
 from tests.app.conftest import TINY
 from tests.kit.player import playing
 from tests.kit.postgres import PostgreSQL

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from app.persistence.statements import store
+from plinko.app.persistence.statements import store
 from tests.app.persistence.crash.life import living, look
 from tests.app.persistence.test_sharing import sound
 from tests.kit.postgres import PostgreSQL

@@ -7,9 +7,9 @@ from typing import Any
 import msgspec
 import pytest
 
-from app.errors import LedgerError
-from app.persistence.room_log import RoomLogs
-from app.rooms.log import verify_log
+from plinko.app.errors import LedgerError
+from plinko.app.persistence.room_log import RoomLogs
+from plinko.app.rooms.log import verify_log
 from tests.app.persistence.ledger.stepped import Table, failure
 from tests.kit.told import Told
 

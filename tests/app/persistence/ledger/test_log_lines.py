@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from app.errors import LedgerError
-from app.persistence.ledger.database import Database
-from app.persistence.ledger.writer import Ledger
-from app.rooms.records import BoardRow, FairSessionRow
+from plinko.app.errors import LedgerError
+from plinko.app.persistence.ledger.database import Database
+from plinko.app.persistence.ledger.writer import Ledger
+from plinko.app.rooms.records import BoardRow, FairSessionRow
 
 SECRET = "5ec2e7" * 10
 SESSION = FairSessionRow("s1", "show", "b" * 64, SECRET, "{}", "signature", 1.5)

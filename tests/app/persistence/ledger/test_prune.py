@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 import sqlalchemy as sa
 
-from app.cli import main
-from app.persistence.ledger.database import Database
-from app.persistence.statements import tables, writing
-from app.rooms.records import BoardRow, Close, DropRow, InputRow, ResultRow, RoomRow, Write
+from plinko.app.cli import main
+from plinko.app.persistence.ledger.database import Database
+from plinko.app.persistence.statements import tables, writing
+from plinko.app.rooms.records import BoardRow, Close, DropRow, InputRow, ResultRow, RoomRow, Write
 from tests.kit.facts import new
 
 DAY = 86400.0

@@ -17,8 +17,8 @@ import httpx
 import pytest
 from sqlalchemy import select
 
-from app.fairness.signing import is_signed
-from app.persistence.statements import store, tables
+from plinko.app.fairness.signing import is_signed
+from plinko.app.persistence.statements import store, tables
 from tests.app.conftest import TINY
 from tests.app.persistence.crash.life import look
 from tests.app.persistence.ledger.swallowing import (

@@ -11,16 +11,16 @@ from typing import Any
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-from app.errors import DamagedRoomError
-from app.live.live_room import LiveRoom
-from app.persistence import room_runs
-from app.persistence.room_log import RoomLogs
-from app.persistence.statements import store
-from app.rooms.kinds import INDEPENDENT, INTERACTING
-from app.rooms.log import verify_log
-from app.rooms.records import DropRow, ResultRow
-from app.rooms.stakes import payout_of
-from engine import PHYSICS_VERSION, Board, drop
+from plinko.app.errors import DamagedRoomError
+from plinko.app.live.live_room import LiveRoom
+from plinko.app.persistence import room_runs
+from plinko.app.persistence.room_log import RoomLogs
+from plinko.app.persistence.statements import store
+from plinko.app.rooms.kinds import INDEPENDENT, INTERACTING
+from plinko.app.rooms.log import verify_log
+from plinko.app.rooms.records import DropRow, ResultRow
+from plinko.app.rooms.stakes import payout_of
+from plinko.engine import PHYSICS_VERSION, Board, drop
 from tests.app.persistence.crash.life import (
     BOARD,
     CLOCK,

@@ -15,8 +15,8 @@ from typing import Any
 import httpx
 import pytest
 
-from app.main import create_app
-from engine import Board, drop
+from plinko.app.main import create_app
+from plinko.engine import Board, drop
 from tests.app.conftest import TINY
 from tests.kit.serving import Running
 

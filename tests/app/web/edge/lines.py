@@ -13,12 +13,12 @@ from typing import Any, cast
 import uvicorn
 from uvicorn.server import ServerState
 
-from app.live.broadcast.transport import DirectProtocol
-from app.web.edge.addresses import Connections, Proxies
-from app.web.edge.connection import Connection, Edge, connection
-from app.web.edge.guarded import guarded
-from app.web.edge.intake import Intake
-from app.web.edge.sockets import guarded_socket
+from plinko.app.live.broadcast.transport import DirectProtocol
+from plinko.app.web.edge.addresses import Connections, Proxies
+from plinko.app.web.edge.connection import Connection, Edge, connection
+from plinko.app.web.edge.guarded import guarded
+from plinko.app.web.edge.intake import Intake
+from plinko.app.web.edge.sockets import guarded_socket
 
 _LOOPS: list["Loop"] = []
 

@@ -3,7 +3,7 @@
 import httpx
 import pytest
 
-from app.web.edge.accepted import accepts_gzip, asks_for, weights
+from plinko.app.web.edge.accepted import accepts_gzip, asks_for, weights
 from tests.kit.serving import Running
 
 

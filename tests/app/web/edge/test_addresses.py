@@ -2,8 +2,8 @@
 
 import pytest
 
-from app.errors import BusyError, SettingError
-from app.web.edge.addresses import Connections, Proxies, one_client
+from plinko.app.errors import BusyError, SettingError
+from plinko.app.web.edge.addresses import Connections, Proxies, one_client
 
 
 def test_an_ipv6_subscriber_is_one_client_at_all_its_addresses() -> None:

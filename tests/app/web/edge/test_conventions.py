@@ -6,8 +6,8 @@ from pathlib import Path
 import httpx
 import pytest
 
-from app.errors import ANSWERS
-from app.web.limits import TokenBucket
+from plinko.app.errors import ANSWERS
+from plinko.app.web.limits import TokenBucket
 from tests.app.conftest import TINY
 from tests.kit.serving import serving
 from tests.kit.waiting import LIMIT

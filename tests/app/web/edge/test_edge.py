@@ -14,9 +14,9 @@ import pytest
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from app.errors import LedgerError, told
-from app.persistence.ledger.database import Database
-from app.web.problems import problem_of
+from plinko.app.errors import LedgerError, told
+from plinko.app.persistence.ledger.database import Database
+from plinko.app.web.problems import problem_of
 from tests.kit.serving import Running, constants, serving
 from tests.kit.waiting import until
 
@@ -27,7 +27,7 @@ TOKEN = "scrape" * 6
 def edge() -> Iterator[Running]:
     """A server with short time-outs, and a token for its metrics."""
     with (
-        constants(**{"app.listening.HEAD_SECONDS": 2.0}),
+        constants(**{"plinko.app.listening.HEAD_SECONDS": 2.0}),
         serving(address_connections=8, metrics_token=TOKEN, hosts=("plinko.example",)) as running,
     ):
         yield running

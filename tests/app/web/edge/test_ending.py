@@ -7,7 +7,7 @@ from typing import Any
 import httpx
 import pytest
 
-from app.persistence.room_log import RoomLogs
+from plinko.app.persistence.room_log import RoomLogs
 from tests.kit.serving import constants, serving
 from tests.kit.waiting import until
 
@@ -20,7 +20,7 @@ def test_a_request_that_outlasts_the_grace_of_a_stop_gets_503(
 
     monkeypatch.setattr(RoomLogs, "read", never)
     with (
-        constants(**{"app.listening.SHUTDOWN_SECONDS": 1}),
+        constants(**{"plinko.app.listening.SHUTDOWN_SECONDS": 1}),
         serving(database_url="sqlite://") as running,
         ThreadPoolExecutor(1) as io,
     ):

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from app.web.routes import health
+from plinko.app.web.routes import health
 from tests.app.live.garbled import framed
 from tests.kit.serving import Running, constants, serving
 
@@ -157,7 +157,7 @@ def test_a_failure_has_security_headers_and_is_logged_once(
 )
 def test_no_connection_keeps_a_server_from_an_orderly_end(sent: bytes) -> None:
     with contextlib.ExitStack() as held:
-        held.enter_context(constants(**{"app.listening.SHUTDOWN_SECONDS": 1}))
+        held.enter_context(constants(**{"plinko.app.listening.SHUTDOWN_SECONDS": 1}))
         with serving() as running:
             line = held.enter_context(dialled(running))
             line.sendall(sent)

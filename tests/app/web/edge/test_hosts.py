@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.errors import HostError
-from app.web.edge.hosts import Hosts, host_of
+from plinko.app.errors import HostError
+from plinko.app.web.edge.hosts import Hosts, host_of
 
 
 def allowed(hosts: Hosts, header: str | None) -> bool:

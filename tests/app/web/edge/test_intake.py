@@ -6,8 +6,8 @@ from typing import Any, cast
 
 import pytest
 
-from app.web.edge.connection import Connection
-from app.web.edge.intake import Intake
+from plinko.app.web.edge.connection import Connection
+from plinko.app.web.edge.intake import Intake
 from tests.app.web.edge.lines import Line, Server
 
 GIVEN: list[tuple[str, bytes]] = []

@@ -6,9 +6,9 @@ import httpx
 import pytest
 from starlette.applications import Starlette
 
-from app.web.page.languages import chosen, filled, languages_of
-from app.web.page.release import assembled
-from app.web.routes.page import Page
+from plinko.app.web.page.languages import chosen, filled, languages_of
+from plinko.app.web.page.release import assembled
+from plinko.app.web.routes.page import Page
 
 STATIC = Path(__file__).parents[4] / "static"
 THERE = ("en", "de", "es")

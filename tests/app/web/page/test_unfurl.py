@@ -7,7 +7,7 @@ from urllib.parse import urlsplit
 import httpx
 import pytest
 
-from app.web.page.unfurl import card
+from plinko.app.web.page.unfurl import card
 from tests.kit.serving import serving
 
 BASE = "https://plinko.example/"

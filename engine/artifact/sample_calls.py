@@ -1,4 +1,4 @@
-"""Short programs that call every kernel of each artifact once, for rehearsal.py to record.
+"""Short programs that call every kernel of each artifact once, for record_types.py.
 
 They use few balls, because the kernels run as Python meanwhile.
 """
@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from engine import Arena, Board, Place, drop, drop_many, occupancy
-from engine.certified.reach import first_reaches
+from plinko.engine import Arena, Board, StaticGeometry, drop, drop_many, occupancy
+from plinko.engine.certified.reach import first_reaches
 
 
 def exact() -> None:
@@ -35,7 +35,7 @@ def stepped() -> None:
 
 def touching() -> None:
     """Balls that touch."""
-    arena = Arena(Place.box(2.0, 2.0))
+    arena = Arena(StaticGeometry.box(2.0, 2.0))
     arena.add(1.0, 1.0)
     arena.add(1.0, 1.1)
     for _ in range(3):
@@ -57,8 +57,8 @@ def _smooth() -> Board:
     return replace(board, drag=0.0, ball=replace(board.ball, friction=0.0))
 
 
-PLAYS: Final[Mapping[str, Callable[[], None]]] = MappingProxyType(
-    {play.__name__: play for play in (exact, many, stepped, touching, certified)}
+SAMPLE_CALLS: Final[Mapping[str, Callable[[], None]]] = MappingProxyType(
+    {each.__name__: each for each in (exact, many, stepped, touching, certified)}
 )
 """The name of each artifact that Python runs, and the function that calls its kernels."""
 

@@ -6,8 +6,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
-from engine.constants import PHYSICS_VERSION
-from engine.jit.wasm_sections import custom, with_custom
+from plinko.engine.constants import PHYSICS_VERSION
+from plinko.engine.jit.wasm_sections import custom, with_custom
 
 SECTION: Final = "plinko"
 """Name of the custom section with the stamp and other data about a module, as JSON."""
@@ -16,7 +16,7 @@ ENGINE: Final = Path(__file__).parents[1]
 
 
 _MAKERS: Final = (
-    ENGINE / "artifact" / "rehearsal.py",
+    ENGINE / "artifact" / "record_types.py",
     ENGINE / "jit" / "calls.py",
     ENGINE / "jit" / "kernel_compiler.py",
     ENGINE / "jit" / "llvm_module.py",
@@ -29,7 +29,9 @@ _MAKERS: Final = (
 def sources() -> list[Path]:
     """All Python files that the engine's machine code depends on."""
     found = [*_MAKERS, ENGINE / "constants.py", ENGINE / "certified" / "reach.py"]
-    found += [ENGINE / "artifact" / name for name in ("entries.py", "libraries.py", "plays.py")]
+    found += [
+        ENGINE / "artifact" / name for name in ("entries.py", "libraries.py", "sample_calls.py")
+    ]
     found += [ENGINE / "jit" / "native_code.py"]
     for package in ("physics", "exact", "stepped", "multibody/solver"):
         found += (ENGINE / package).rglob("*.py")
@@ -39,15 +41,15 @@ def sources() -> list[Path]:
 @cache
 def current() -> dict[str, Any]:
     """The stamp that the engine's artifacts must have now."""
-    return stamp_of_files(sources())
+    return hash_of_files(sources())
 
 
 def current_beside(file: Path) -> dict[str, Any]:
     """The stamp that the artifact of `file` must have now; its kernels may call the engine's."""
-    return stamp_of_files([file, *sources()])
+    return hash_of_files([file, *sources()])
 
 
-def stamp_of_files(files: list[Path]) -> dict[str, Any]:
+def hash_of_files(files: list[Path]) -> dict[str, Any]:
     """The stamp of an artifact that is made from these files."""
     text = b"\0".join(path.read_bytes() for path in files)
     return {"physics_version": PHYSICS_VERSION, "sources": hashlib.sha256(text).hexdigest()}

@@ -1,4 +1,4 @@
-"""Compiles artifacts: a rehearsal records which kernels Python calls, and with which types."""
+"""Compiles artifacts: records which kernels Python calls, and with which types."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -11,11 +11,11 @@ import numba
 import numpy as np
 from numba import types
 
-from engine.artifact.plays import PLAYS, VECTORS
-from engine.jit import stamp
-from engine.jit.calls import Call, Kind, Kinds
-from engine.jit.decorator import EntryKernel
-from engine.jit.webassembly import Entry, compile_module
+from plinko.engine.artifact.sample_calls import SAMPLE_CALLS, VECTORS
+from plinko.engine.jit import source_hash
+from plinko.engine.jit.calls import Call, Kind, Kinds
+from plinko.engine.jit.decorator import EntryKernel
+from plinko.engine.jit.webassembly import Entry, compile_module
 
 _types: Any = types  # numba's annotations lack the names used below
 _numba: Any = numba
@@ -36,34 +36,36 @@ class Part(NamedTuple):
 
 
 def compiled(name: str) -> bytes:
-    """The artifact of PLAYS of this name, without kernels that an earlier artifact has."""
-    parts = rehearse(PLAYS[name])
-    for earlier in takewhile(lambda each: each != name, PLAYS):
-        for known in rehearse(PLAYS[earlier]):
+    """The artifact of SAMPLE_CALLS of this name, without kernels that an earlier artifact has."""
+    parts = recorded(SAMPLE_CALLS[name])
+    for earlier in takewhile(lambda each: each != name, SAMPLE_CALLS):
+        for known in recorded(SAMPLE_CALLS[earlier]):
             parts.pop(known, None)
-    return module_of(parts, stamp.current(), simd=name in VECTORS)
+    return module_of(parts, source_hash.current(), simd=name in VECTORS)
 
 
-def compiled_beside(file: Path, play: Callable[[], None]) -> bytes:
-    """The artifact of the kernels defined in `file`, which `play` calls."""
-    return module_of(rehearse(play), stamp.current_beside(file))
+def compiled_beside(file: Path, calls: Callable[[], None]) -> bytes:
+    """The artifact of the kernels defined in `file`, which `calls` calls."""
+    return module_of(recorded(calls), source_hash.current_beside(file))
 
 
 def module_of(parts: dict[str, Part], made_from: dict[str, Any], *, simd: bool = False) -> bytes:
     """A stamped module with these kernels."""
     exports = {k: Entry(p.kernel.function, p.takes) for k, p in parts.items()}
     code = compile_module(exports, simd=simd)
-    return stamp.stamped(code, made_from, calls={k: p.call.to_dict() for k, p in parts.items()})
+    return source_hash.stamped(
+        code, made_from, calls={k: p.call.to_dict() for k, p in parts.items()}
+    )
 
 
-def rehearse(play: Callable[[], None]) -> dict[str, Part]:
-    """Run `play` and record each kernel that Python calls, by its name.
+def recorded(calls: Callable[[], None]) -> dict[str, Part]:
+    """Run `calls` and record each kernel that Python calls, by its name.
 
     Raises TypeError if a kernel is called with two sets of types.
     """
     parts: dict[str, Part] = {}
     with _called_by(lambda kernel, *args: _noted(kernel, args, parts)):
-        play()
+        calls()
     return parts
 
 

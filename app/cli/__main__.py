@@ -1,7 +1,0 @@
-"""`python -m app.cli`, the same as `plinko`."""
-
-import sys
-
-from app.cli import main
-
-sys.exit(main())
