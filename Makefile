@@ -30,7 +30,7 @@ ALL := server,certify
 WITH_NODE := node="$$(tools/node)" && export PATH="$$node:$$PATH"
 NPM_INSTALL := npm install --no-audit --no-fund --no-package-lock --ignore-scripts --loglevel=error
 
-.PHONY: help play check test test-servers test-long test-crash test-attack test-browsers test-arm64 lint docs links format bench readme architecture pictures constraints clean kernels npm
+.PHONY: help play check test test-servers test-long test-crash test-attack test-browsers test-arm64 lint docs links format bench readme architecture size pictures constraints clean kernels npm
 
 help:
 	@echo 'make play         start the server and print its address (PORT=8000)'
@@ -49,6 +49,7 @@ help:
 	@echo 'make bench        measure speed and error; updates docs/measured, the pages and the README'
 	@echo 'make readme       run the examples in the pages and update their output'
 	@echo 'make architecture draw the packages and their permitted imports'
+	@echo 'make size         print lines, files, classes and functions of product and tests'
 	@echo 'make pictures     update the pictures of the documentation'
 	@echo 'make kernels      compile changed kernels to WebAssembly and native code (six minutes)'
 	@echo 'make constraints  pin the newest versions that work together'
@@ -191,6 +192,9 @@ constraints:
 # The page's solver for other pages and Node.js, ready for `npm publish`.
 npm: node_modules/.stamp
 	$(WITH_NODE) && tools/npm-package build/npm
+
+size:
+	@$(PYTHON) tools/size.py
 
 clean:
 	rm -rf $(VENV) .cache .hypothesis .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
