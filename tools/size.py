@@ -16,9 +16,10 @@ ROOT: Final = Path(__file__).resolve().parents[1]
 PRODUCT: Final = ("app", "engine", "plinko", "static")
 JS_CLASS: Final = re.compile(r"^\s*(?:export )?(?:default )?class \w", re.MULTILINE)
 JS_FUNCTION: Final = re.compile(
-    r"^\s*(?:export )?(?:default )?(?:async )?function\b"  # function f()
-    r"|^ {2,}(?:static |async |get |set |\*)*#?(?!if|for|while|switch|catch)\w+\([^()]*\) \{$"  # method
-    r"|^(?:export )?const \w+ = (?:async )?(?:\([^()]*\)|\w+) =>",  # const f = () =>
+    # function f(), a method, const f = () =>
+    r"^\s*(?:export )?(?:default )?(?:async )?function\b"
+    r"|^ {2,}(?:static |async |get |set |\*)*#?(?!if|for|while|switch|catch)\w+\([^()]*\) \{$"
+    r"|^(?:export )?const \w+ = (?:async )?(?:\([^()]*\)|\w+) =>",
     re.MULTILINE,
 )
 JS_IMPORT: Final = re.compile(r"""(?:from|import\()\s*["'](\.[^"']+)["']""")
