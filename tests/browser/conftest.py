@@ -59,7 +59,7 @@ def browsed(folder: Path) -> ServerProcess:
     """A server with its ledger in this folder, so that the ledger survives restarts."""
     program = (
         "-c",
-        "from tests.kit import stakes; stakes.begin(); import plinko.app.cli.__main__",
+        "from tests.kit import stakes; stakes.begin(); import plinko.__main__",
         *SERVE,
     )
     return ServerProcess(f"sqlite:///{folder}/plinko.db", ("--creator-rooms", "500"), program)

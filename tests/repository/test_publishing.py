@@ -70,7 +70,7 @@ def test_the_citation_has_the_license_and_the_authors() -> None:
 
 def test_every_public_name_is_in_the_reference() -> None:
     page = (DOCS / "python.md").read_text(encoding="utf-8")
-    shown = re.findall(r"^\.\. auto\w+:: engine\.([\w.]+)$", page, re.MULTILINE)
+    shown = re.findall(r"^\.\. auto\w+:: plinko\.([\w.]+)$", page, re.MULTILINE)
     assert len(set(shown)) == len(shown)
     missing = {name for name in engine.__all__ if not name.endswith("Error")} - set(shown)
     assert missing == set(), "docs/python.md shows every public name"
