@@ -46,9 +46,7 @@ GROUPS = {
         "conformance": "server.conformance",
     },
 }
-"""Subcommands in the order of the help. Each module in `plinko.app.cli` defines one as
-`command`.
-"""
+"""Subcommands in the order of the help. Each module of this package defines one as `command`."""
 
 COMMANDS = {name: module for group in GROUPS.values() for name, module in group.items()}
 

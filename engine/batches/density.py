@@ -1,6 +1,4 @@
-"""The occupancy of many drops (`plinko.engine.drops.occupancy`), computed part by part by
-workers.
-"""
+"""The occupancy (`plinko.engine.drops.occupancy`) of many drops, which workers compute in parts."""
 
 import math
 from collections.abc import Callable
@@ -35,8 +33,7 @@ def occupancy_by(
     grid: Grid,
     progress: Callable[[int], None] | None = None,
 ) -> Occupancy:
-    """Like `plinko.engine.occupancy`, for consecutive seeds and by `workers`; the counts are the
-    same.
+    """The same counts as `plinko.occupancy`, for consecutive seeds, computed by `workers`.
 
     progress: called now and then with the number of drops done.
     """

@@ -25,9 +25,7 @@ class Board(BoardFields):
     """
 
     digest: str = dataclasses.field(init=False)
-    """SHA-256 of the content, 64 hex digits; the bytes are laid out in
-    `plinko.engine.board.digest`.
-    """
+    """SHA-256 of the content, 64 hex digits; `plinko.engine.board.digest` lists the bytes."""
 
     is_kept: dataclasses.InitVar[bool] = False
 

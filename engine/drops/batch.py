@@ -196,8 +196,9 @@ class DropBatch:
 
     @cached_property
     def digest(self) -> str:
-        """Merkle root over blocks of all outcomes, 64 hex digits; see
-        `plinko.engine.drops.digest`.
+        """Merkle root over blocks of all outcomes, 64 hex digits.
+
+        `plinko.engine.drops.digest` lists its bytes.
         """
         return outcomes_digest(
             self.board.digest, self.solver, self.bin, self.duration, self.impact_count, self.x_end

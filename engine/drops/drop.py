@@ -117,8 +117,9 @@ class Drop:
 
     @cached_property
     def impacts(self) -> npt.NDArray[np.void]:
-        """All events in order, shape (n,), dtype IMPACT, read-only; kinds:
-        `plinko.engine.constants`.
+        """All events in order, shape (n,), dtype IMPACT, read-only.
+
+        `plinko.engine.constants` has the kinds.
         """
         rows = np.zeros(len(self.trajectory.events), IMPACT)
         for column, name in enumerate(("t", "x", "y", "vx", "vy", "omega")):

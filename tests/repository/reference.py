@@ -46,7 +46,7 @@ docstrings. `make readme` makes this page from the sources.
 SHOWN = {
     name: members.split(", ")
     for name, members in re.findall(
-        r"^\.\. autoclass:: engine\.(\w+)\n   :members: (.+)$",
+        r"^\.\. autoclass:: plinko\.(\w+)\n   :members: (.+)$",
         (DOCS / "python.md").read_text(encoding="utf-8"),
         re.MULTILINE,
     )
