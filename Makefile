@@ -60,7 +60,7 @@ play: $(VENV)/.stamp-play
 	exec $(BIN)/plinko serve --host $(HOST) --port $(PORT)
 
 # Tests that need only Python: physics, rules, protocol and pictures. No other program is in their PATH.
-CHECKED ?= tests/engine tests/outsider tests/app/computing tests/app/conformance tests/app/fairness \
+CHECKED ?= tests/engine tests/outsider tests/app/computing tests/app/fairness \
 	tests/app/ops tests/app/protocol tests/app/render tests/app/rooms
 
 check: export PYTHONDONTWRITEBYTECODE =

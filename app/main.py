@@ -20,8 +20,6 @@ from starlette.middleware.cors import CORSMiddleware
 
 from plinko.app.computing.pool import MAX_JOBS, Workers
 from plinko.app.computing.short import ShortDrops
-from plinko.app.conformance import inventory
-from plinko.app.conformance.self_check import SelfCheck
 from plinko.app.errors import SettingError, shorten
 from plinko.app.fairness.check import kernel_digest_of
 from plinko.app.listening import listen, server_over
@@ -207,7 +205,6 @@ def _services(settings: Settings) -> Services:
         ledger=ledger,
         integrity=Integrity(ledger),
         returns=Returns(ledger),
-        self_check=SelfCheck(functools.partial(inventory.digests, settings)),
         tokens=Tokens(secret),
         fair=_fair_sessions(persistence, SigningKey(database, settings.data_directory), registry),
         session_tokens=SessionTokens(secret),
@@ -297,7 +294,6 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         await cluster.until_joined()
     server.ticking = asyncio.create_task(server.rooms.ticker.run(), name="ticker")
     checking = asyncio.create_task(server.integrity.look(), name="integrity")
-    self_checking = asyncio.create_task(server.self_check.run(), name="self-check")
     rest = asyncio.create_task(asyncio.to_thread(_warm_up_rest, app.state.page), name="rest")
     preparing = asyncio.get_running_loop().call_later(_QUIET_START, server.workers.prepare)
     follow = server.rooms.follow() if cluster else server.rooms.go_on()
@@ -311,7 +307,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         yield
     finally:
         preparing.cancel()
-        tasks = (following, joining, feeding, sending, rest, self_checking, checking)
+        tasks = (following, joining, feeding, sending, rest, checking)
         for task in (*tasks, server.ticking):
             task.cancel()
             with contextlib.suppress(asyncio.CancelledError):

@@ -41,10 +41,6 @@ GROUPS = {
         "halt": "server.halt",
         "rooms": "server.rooms",
     },
-    "Evidence": {
-        "integrity": "server.integrity",
-        "conformance": "server.conformance",
-    },
 }
 """Subcommands in the order of the help. Each module of this package defines one as `command`."""
 

@@ -11,8 +11,6 @@ from plinko.engine import PHYSICS_VERSION
 def readings(server: Services) -> Iterator[Reading]:
     info = {"version": server.version, "physics_version": str(PHYSICS_VERSION)}
     yield "plinko_info", "The versions that run here.", 1, info
-    unchanged = server.self_check.sound
-    yield "plinko_program_unchanged", "0 if its files have changed since start.", unchanged, {}
     yield from server.returns.readings()
     if server.others is not None:
         yield from standing_readings(server.others.standing())

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from plinko.app.computing.pool import Workers
 from plinko.app.computing.short import ShortDrops
-from plinko.app.conformance.self_check import SelfCheck
 from plinko.app.live.broadcast.hub import Hub
 from plinko.app.live.registry import Rooms
 from plinko.app.live.sessions.fair_sessions import FairSessions
@@ -40,7 +39,6 @@ class Services:
     rooms: Rooms
     ledger: Ledger
     integrity: Integrity
-    self_check: SelfCheck
     returns: Returns
     tokens: Tokens
     fair: FairSessions

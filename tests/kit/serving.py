@@ -12,7 +12,6 @@ import pytest
 import uvicorn
 from sqlalchemy import Connection
 
-from plinko.app.conformance import inventory
 from plinko.app.listening import Server, listen, server_over
 from plinko.app.main import create_app
 from plinko.app.persistence.ledger import database
@@ -41,16 +40,10 @@ class Running(Address):
 def share_what_starts_read() -> None:
     """Let the servers in this process share results that depend only on the program's files.
 
-    Hashing those files and creating an empty ledger's tables takes most of a start: the first
+    Reading the pages and creating an empty ledger's tables takes most of a start: the first
     server does it, and later ones reuse the result. Servers in other processes do all of it.
     """
-    once = functools.cache(lambda: inventory.files_of(inventory.installed()))
     patch = pytest.MonkeyPatch()
-    patch.setattr(
-        inventory,
-        "digests",
-        lambda settings: inventory.digests_of(once(), inventory.configuration_of(settings)),
-    )
     patch.setattr(Release, "of", functools.cache(Release.of))
     patch.setattr(database, "_upgrade", _copied_after_the_first(database._upgrade))
 

@@ -1,6 +1,8 @@
 """The wheel, built and installed without the source tree, as users get it from an index."""
 
+import base64
 import email
+import hashlib
 import json
 import os
 import re
@@ -14,7 +16,6 @@ from pathlib import Path
 import pytest
 
 from plinko import engine
-from plinko.app.conformance import inventory
 from plinko.engine.jit import native
 from tests.golden.check import golden
 from tests.repository.test_repository import PROJECT, ROOT
@@ -113,14 +114,27 @@ def test_an_installed_package_is_found_there_and_paints(
     assert (same, picture) == ("True", "b'PNG'")
 
 
-def test_an_installed_package_has_the_source_s_files_exactly(installed: Installed) -> None:
-    source = inventory.listed(inventory.files_of(inventory.installed()))
-    (installed.folder / "source").write_text(source)
-    done = installed.run("plinko", "integrity", "--compare", "source")
-    assert (done.returncode, done.stdout) == (
-        0,
-        f"all {source.count('  ')} files agree with source\n",
-    )
+RECORDED = """
+from importlib.metadata import files
+for file in files("plinko-server"):
+    if file.parts[0] == "plinko" and file.hash:
+        print(file, file.hash.value)
+"""
+
+
+def test_the_wheel_records_the_digest_of_each_file_of_the_source(installed: Installed) -> None:
+    recorded = dict(line.split() for line in installed.python(RECORDED).splitlines())
+    source = {
+        f"plinko/{path.relative_to(ROOT)}": path
+        for folder in ("app", "engine", "static")
+        for path in (ROOT / folder).rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    } | {f"plinko/{path.name}": path for path in (ROOT / "plinko").iterdir() if path.is_file()}
+    digests = {
+        name: base64.urlsafe_b64encode(hashlib.sha256(path.read_bytes()).digest()).decode()
+        for name, path in source.items()
+    }
+    assert recorded == {name: digest.rstrip("=") for name, digest in digests.items()}
 
 
 WITHOUT_SERVER = """
@@ -152,8 +166,6 @@ def without_server(installed: Installed, *arguments: str) -> subprocess.Complete
         ["render", "triangle-8", "--seed", "42", "drop.png"],
         ["payouts", "triangle-8", "--drops", "20000"],
         ["odds"],
-        ["integrity"],
-        ["conformance", "triangle-8", "--drops", "1000", "--pairs", "1"],
     ],
     ids=lambda arguments: arguments[0],
 )

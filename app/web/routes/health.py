@@ -1,4 +1,4 @@
-"""Routes for the server's operator: health, readiness, integrity, metrics."""
+"""Routes for the server's operator: health, readiness, metrics."""
 
 import functools
 from typing import Annotated, Literal
@@ -27,21 +27,6 @@ class TickerHealth(msgspec.Struct, frozen=True):
     wakeups: int
     overruns: int
     skipped: int
-
-
-Sha256 = Annotated[str, Meta(pattern="^[0-9a-f]{64}$", description="SHA-256, in hexadecimal.")]
-
-
-class IntegrityView(msgspec.Struct, frozen=True):
-    """Digests of the program's files and settings, which `plinko integrity` reproduces."""
-
-    code: Sha256
-    kernels: Sha256
-    configuration: Sha256
-    whole: Annotated[Sha256, Meta(description="Over the three other digests.")]
-    at: Annotated[float, Meta(description="When the files were read: Unix time, in s.")]
-    at_start: Annotated[Sha256, Meta(description="`whole` when the server started.")]
-    unchanged: Annotated[bool, Meta(description="Whether `whole` equals `at_start`.")]
 
 
 class Health(msgspec.Struct, frozen=True):
@@ -124,20 +109,6 @@ async def readyz(server: Server) -> Response:
     rooms = RoomsBack(list(server.rooms.persistence.recovery.set_aside)[:_NAMED])
     answer = Readiness(ready, checks, rooms, server.integrity.finding, _cluster(server))
     return reply(answer, 200 if ready else 503)
-
-
-@router.get(
-    "/api/v1/integrity",
-    summary="Integrity of the program's files",
-    responses=documented(IntegrityView),
-)
-async def integrity(server: Server) -> Response:
-    """Digests of code, kernels and configuration, as they are now and as they were at the start.
-
-    `plinko integrity` computes the same digests offline for the same release and settings.
-    """
-    found = await server.self_check.look()
-    return reply(IntegrityView(**found.to_dict()), headers={"cache-control": "no-store"})
 
 
 @router.get("/asyncapi.json", include_in_schema=False)

@@ -92,13 +92,6 @@ def test_weights_may_have_any_encoding(write: Write, capsys: pytest.CaptureFixtu
     assert drawn["draw"]["weights"][4] == 1
 
 
-def test_a_list_of_digests_may_have_any_encoding(
-    write: Write, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = write("list.txt", run(capsys, "integrity", "--files"))
-    assert "files agree" in run(capsys, "integrity", "--compare", path)
-
-
 def test_targets_of_webhooks_may_have_any_encoding(write: Write) -> None:
     target = {
         "url": "https://example.org/hook",

@@ -88,7 +88,6 @@ def test_it_lists_the_interface(document: dict[str, Any]) -> None:
         ("/api/v1/sessions/{session}/end", "post"),
         ("/api/v1/sessions/{session}/export", "get"),
         ("/api/v1/log", "get"),
-        ("/api/v1/integrity", "get"),
         ("/api/v1/halts", "get"),
         ("/api/v1/players/{key}/plays", "get"),
         ("/api/v1/halts", "post"),

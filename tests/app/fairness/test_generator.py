@@ -9,10 +9,12 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from plinko.app.cli import main
-from plinko.app.conformance import chances, mirror
-from plinko.app.conformance.chances import Outcome
-from plinko.app.conformance.generator import (
+from plinko.app.fairness.seeds import drop_seed
+from plinko.engine import Board
+from tests.app.conftest import TINY
+from tests.app.fairness import chances
+from tests.app.fairness.chances import Outcome
+from tests.app.fairness.generator import (
     DROPS_PER_SESSION,
     LEAST_DROPS,
     LEVEL,
@@ -20,11 +22,7 @@ from plinko.app.conformance.generator import (
     check_generator,
     session_seeds,
 )
-from plinko.app.conformance.mirror import check_mirror
-from plinko.app.errors import InvalidValueError
-from plinko.app.fairness.seeds import drop_seed
-from plinko.engine import Board
-from tests.app.conftest import TINY
+from tests.app.fairness.mirror import check_mirror
 from tests.long import tries
 
 DOCS = Path(__file__).parents[3] / "docs"
@@ -93,7 +91,7 @@ def test_starts_that_scaling_crowds_are_named(monkeypatch: pytest.MonkeyPatch) -
     def crowded(seeds: Words, x: float, jitter: float) -> npt.NDArray[np.float64]:
         return x + jitter * (np.floor(seeds / 2.0**64 * 256.0) / 128.0 - 1.0)
 
-    monkeypatch.setattr("plinko.app.conformance.generator.start_xs", crowded)
+    monkeypatch.setattr("tests.app.fairness.generator.start_xs", crowded)
     failed = [each.name for each in check_generator(BOARD, LEAST_DROPS).failed]
     assert {"starts are uniform", "starts scaled to the board are uniform"} <= set(failed)
 
@@ -103,16 +101,10 @@ def test_a_start_out_of_range_is_counted(monkeypatch: pytest.MonkeyPatch) -> Non
         unit = seeds / 2.0**64 * 2.0 - 1.0
         return x + unit * (jitter if jitter == 1.0 else 1.5 * jitter)
 
-    monkeypatch.setattr("plinko.app.conformance.generator.start_xs", wide)
+    monkeypatch.setattr("tests.app.fairness.generator.start_xs", wide)
     report = check_generator(BOARD, LEAST_DROPS)
     assert report.outside == pytest.approx(LEAST_DROPS / 3, rel=0.05)
     assert not report.good
-
-
-def test_a_board_that_draws_nothing_is_refused() -> None:
-    fixed = Board.from_json({**TINY, "drop": {"x": 0.0, "y": 0.0, "jitter": 0.0}})
-    with pytest.raises(InvalidValueError, match="its jitter is 0 m"):
-        check_generator(fixed, 1)
 
 
 # Statistics.
@@ -146,33 +138,15 @@ def test_many_tests_together_fail_at_the_level_of_one() -> None:
 
 @pytest.mark.parametrize("name", ["triangle-8", "triangle-16", "classic", "galton"])
 def test_a_mirrored_start_ends_in_the_mirror_bit_for_bit(name: str) -> None:
-    found = check_mirror(Board.preset(name), tries(200, 20_000))
-    assert found.unlike == ()
+    assert check_mirror(Board.preset(name), tries(200, 20_000)) == []
 
 
-def test_a_board_with_two_different_sides_is_refused_and_noticed(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_board_with_two_different_sides_is_noticed() -> None:
     pegs = [{"x": 0.1, "y": 1.0, "radius": 0.05}]
-    board = Board.from_json({**TINY, "pegs": pegs})
-    with pytest.raises(InvalidValueError, match="'tiny' is not its own mirror image"):
-        check_mirror(board, 20)
-    monkeypatch.setattr(mirror, "is_mirrored", lambda _: True)
-    assert len(check_mirror(board, 20).unlike) > 1
+    assert len(check_mirror(Board.from_json({**TINY, "pegs": pegs}), 20)) > 1
 
 
-# The command.
-
-
-def test_the_command_says_how_each_test_went(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["conformance", "triangle-16", "--drops", "1", "--pairs", "10"]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert len([line for line in lines if line.startswith("passed  p = ")]) == 15
-    assert lines[-3:] == [
-        "0 of 64,000 starts outside the board's range",
-        "0 of 15 tests fail, together at 99 %",
-        "0 of 10 drops end unlike their mirror images",
-    ]
+# The recorded run.
 
 
 def test_the_recorded_run_is_of_the_shipped_board_and_documented() -> None:

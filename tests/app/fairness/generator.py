@@ -1,11 +1,16 @@
 """Statistical tests of the generator that draws the starts of staked drops.
 
+`python -m tests.app.fairness.generator BOARD DROPS PAIRS` prints a run as JSON, such as
+docs/conformance.json: the tests of DROPS starts, and PAIRS drops compared with their mirror images.
+
 The drops are drawn like those of fair sessions: HMAC-SHA256 of both secrets gives a drop's seed,
 and SplitMix64 of the seed gives the start. Here the secrets are made from the session's number, so
 that a run can be repeated.
 """
 
 import hashlib
+import json
+import sys
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from math import sqrt
@@ -14,12 +19,12 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from plinko.app.conformance import chances
-from plinko.app.conformance.chances import Outcome
-from plinko.app.errors import InvalidValueError
 from plinko.app.fairness.seeds import drop_seed
 from plinko.engine import Board
 from plinko.engine.seeding import start_xs
+from tests.app.fairness import chances
+from tests.app.fairness.chances import Outcome
+from tests.app.fairness.mirror import check_mirror
 
 LEVEL: Final = 0.01
 """Probability that a good generator fails any of the tests: 99 % confidence for all together."""
@@ -148,27 +153,17 @@ def check_generator(
     board: Board,
     drops: int,
     seeds_of: Callable[[int, Board], Words] = session_seeds,
-    progress: Callable[[int], None] = lambda done: None,
 ) -> Report:
     """Test `drops` drops on `board`, rounded up to whole blocks of sessions.
 
-    seeds_of: gives the seeds of the session with this number. progress: called with the number of
-    drops after each block. Raises InvalidValueError if the board has no jitter, and so no random
-    starts.
+    seeds_of: gives the seeds of the session with this number. The board needs jitter.
     """
-    if not board.drop.jitter > 0.0:
-        raise InvalidValueError(
-            f"board {board.name!r} has no random starts to test: its jitter is "
-            f"{board.drop.jitter:g} m, and must be more than 0",
-            field="board",
-        )
     tally = Tally(board)
     first = 0
     while tally.drops < drops:
         block = range(first, first + SESSIONS_AT_ONCE)
         tally.add(np.stack([seeds_of(session, board) for session in block]))
         first += SESSIONS_AT_ONCE
-        progress(LEAST_DROPS)
     return Report(
         board.name, board.digest, tally.drops, LEVEL, tally.outside, tuple(tally.outcomes())
     )
@@ -186,3 +181,15 @@ def _pairs(one: Counts, other: Counts) -> Counts:
 
 def _coin(hits: int, tries: int) -> float:
     return (hits - tries / 2.0) / sqrt(tries / 4.0)
+
+
+def _run(name: str, drops: int, pairs: int) -> dict[str, object]:
+    """A whole run on a preset, as docs/conformance.json has it."""
+    board = Board.preset(name)
+    report, unlike = check_generator(board, drops), check_mirror(board, pairs)
+    mirror = {"pairs": pairs, "unlike": unlike}
+    return {**report.to_dict(), "mirror": mirror, "good": report.good and not unlike}
+
+
+if __name__ == "__main__":
+    print(json.dumps(_run(sys.argv[1], int(sys.argv[2]), int(sys.argv[3])), indent=1))  # noqa: T201
