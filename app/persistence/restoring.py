@@ -2,9 +2,8 @@
 
 Players have seen the seeds of drops that the backup lacks, and perhaps the secret of a session that
 is open in it. So all open sessions end, and their secrets are revealed. The former log of receipts
-may have had more leaves than the backup, so a new log begins. Keys of requests get a new scope,
-because it is the log (`facts.since_restore`). All of this is one transaction, which also begins the
-epoch that the next start expects.
+may have had more leaves than the backup, so a new log begins. Keys of requests are forgotten. All
+of this is one transaction, which also begins the epoch that the next start expects.
 """
 
 import secrets
@@ -15,7 +14,7 @@ from sqlalchemy import Connection
 from plinko.app.fairness.signing import Signer
 from plinko.app.fairness.statements import Closing, RestoreStatement
 from plinko.app.persistence.ledger.database import Database
-from plinko.app.persistence.statements import fair_store, history
+from plinko.app.persistence.statements import fair_store, history, keys
 from plinko.app.rooms.canonical import canonical
 from plinko.engine import merkle
 
@@ -49,6 +48,7 @@ def restore(database: Database, signer: Signer, now: float) -> Restored:
             signature=signature,
         )
         history.add_restore(connection, row)
+        keys.forget(connection)
         done.append(Restored(difference, statement, signature))
 
     database.enter(change)

@@ -8,12 +8,14 @@ which request was the first (app/persistence/statements/keys.py).
 
 import hashlib
 from dataclasses import dataclass
+from typing import Final
 
 import msgspec
 
 from plinko.app.errors import KeyReusedError
 
-_QUEUE = "queue of run "
+QUEUE: Final = "queue of run "
+"""Begins the scopes of the keys of queues' balls, which are the server's own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,18 +34,14 @@ class Caller:
 class IdempotencyKey:
     """Three hashes of 64 hexadecimal digits; nothing that a client has sent can be read in them.
 
-    scope: of the kind of request, its room and the caller; the server's own keys, of the balls of a
-    queue, have a scope in words. key: of the caller's key. request: of the request.
+    scope: of the kind of request, its room and the caller; in words for a queue's ball.
+    key: of the caller's key.
+    request: of the request.
     """
 
     scope: str
     key: str
     request: str
-
-    @property
-    def is_own(self) -> bool:
-        """Whether it is a key of the server itself."""
-        return self.scope.startswith(_QUEUE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +97,7 @@ def key_of(
 def ball_key(run: int, item: int, ball: int) -> IdempotencyKey:
     """The key of a queue's ball: no ball is dropped twice, even after a restart."""
     key = _hash("key", str(item), str(ball))
-    return IdempotencyKey(f"{_QUEUE}{run}", key, key)
+    return IdempotencyKey(f"{QUEUE}{run}", key, key)
 
 
 def _hash(*parts: str) -> str:

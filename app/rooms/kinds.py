@@ -29,6 +29,10 @@ class BallLimits:
     touching: int
 
 
+NO_LIMIT: Final = BallLimits(1 << 62, 1 << 62)
+"""For a replay, which takes every ball that its room took."""
+
+
 @dataclass(frozen=True, slots=True)
 class _Kind:
     """How to make a room of one mode."""
@@ -81,6 +85,6 @@ def draw_of(ground: Ground, text: str) -> Draw:
 
 
 __all__ = [
-    "DRAW", "INDEPENDENT", "INTERACTING", "MODES", "SCENE", "BallLimits", "draw_of", "format_of",
-    "ground_of", "make_room",
+    "DRAW", "INDEPENDENT", "INTERACTING", "MODES", "NO_LIMIT", "SCENE", "BallLimits", "draw_of",
+    "format_of", "ground_of", "make_room",
 ]  # fmt: skip

@@ -14,7 +14,7 @@ from plinko.app.protocol.messages import Landed
 from plinko.app.protocol.visitors import TAG_FIELDS
 from plinko.app.rooms.canonical import canonical
 from plinko.app.rooms.input_format import AnyFormat, check_known
-from plinko.app.rooms.kinds import INDEPENDENT, INTERACTING, SCENE, BallLimits, format_of, make_room
+from plinko.app.rooms.kinds import INDEPENDENT, INTERACTING, NO_LIMIT, SCENE, format_of, make_room
 from plinko.app.rooms.room import Ground, Room
 from plinko.app.rooms.touching.scene import Scene
 from plinko.engine import PHYSICS_VERSION
@@ -27,8 +27,6 @@ VERSION: Final = 2
 FIRST_VERSION: Final = 1
 """Logs of this version are still read. Their digest covers only the world and the inputs, not the
 room's name, the stakes and the players' marks."""
-
-_NO_LIMIT: Final = 1 << 62  # balls; the replay takes every ball that the room took
 
 
 def head(room: Room) -> dict[str, Any]:
@@ -124,13 +122,13 @@ def _room_of(log: JsonObject, independent: bool) -> Room:
         raise RecordError("a log has either a board or a scene", field="board")
     else:
         ground, mode = _scene_of(log["scene"], tick_rate), SCENE
-    limits = BallLimits(_NO_LIMIT, _NO_LIMIT)
-    return make_room(str(log.get("room", "")), ground, mode, tick_rate=tick_rate, limits=limits)
+    room_id = str(log.get("room", ""))
+    return make_room(room_id, ground, mode, tick_rate=tick_rate, limits=NO_LIMIT)
 
 
 def _scene_of(values: object, tick_rate: int) -> Scene:
     try:
-        return Scene.of(values, tick_rate=tick_rate, max_balls=_NO_LIMIT)
+        return Scene.of(values, tick_rate=tick_rate, max_balls=NO_LIMIT.touching)
     except PlinkoError as error:
         raise RecordError(f"scene: {error}", field="scene") from error
 

@@ -128,8 +128,9 @@ def check(rooms: tuple[str, ...], replay: bool, as_json: bool, **flags: object) 
 def retire(room: str, **flags: object) -> None:
     """Give up a room that the server could not restore and that cannot be repaired.
 
-    Its rows and results stay; drops without a result get their stake back. A preset's room or
-    `main` starts again at the next request for it; a created room is closed.
+    Its rows and results stay. Drops without a result land now; if one cannot be computed, it
+    returns its stake. A preset's room or `main` starts again at the next request for it; a created
+    room is closed.
     """
     from plinko.app.persistence.recovery import ending
 
@@ -138,8 +139,8 @@ def retire(room: str, **flags: object) -> None:
     if ended is None:
         raise UnknownRoomError(f"the ledger has no open room {shorten(room)}", field="room")
     echo(
-        f"{ended.room}, run {ended.session}: ended; {ended.drops} drops without a result, "
-        f"{ended.stakes} returned"
+        f"{ended.room}, run {ended.session}: ended; {ended.landed} balls landed and pay "
+        f"{ended.paid}; {ended.void} cannot be computed and return {ended.returned}"
     )
 
 

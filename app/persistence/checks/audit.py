@@ -15,7 +15,7 @@ from plinko.app.persistence.ledger.database import Database, reason
 from plinko.app.persistence.recovery.rebuild import Replay, basis_of
 from plinko.app.persistence.statements import store, tables
 from plinko.app.rooms.draw import Draw
-from plinko.app.rooms.kinds import BallLimits, format_of
+from plinko.app.rooms.kinds import NO_LIMIT, format_of
 from plinko.app.rooms.records import DropRow, ResultRow, RoomRow, TakenRow
 from plinko.app.rooms.room import Basis
 from plinko.app.rooms.stakes import payout_of
@@ -23,7 +23,6 @@ from plinko.engine import PHYSICS_VERSION, Board, drop
 from plinko.engine.drops.flight import ticks_of
 
 _PAGE: Final = 1000  # rows read at once
-_NO_LIMIT: Final = BallLimits(1 << 62, 1 << 62)  # the limits may be lower now than during the run
 _TICKS: Final = 1 << 30  # replayed in one call: nothing else waits for this thread
 
 
@@ -169,7 +168,7 @@ class _RunCheck:
                 yield f"{found.get(bin_, 0)} results have {where}; {said.get(bin_, 0)} are counted"
 
     def _replay(self, row: RoomRow, basis: Basis) -> Replay:
-        replay = Replay(row, basis, limits=_NO_LIMIT)
+        replay = Replay(row, basis, limits=NO_LIMIT)
         replay.take(store.inputs(self._connection, row.number, replay.next_input))
         replay.run(_TICKS, to_end=True)
         return replay

@@ -18,7 +18,7 @@ import sqlalchemy as sa
 from sqlalchemy import Connection
 
 from plinko.app.errors import DamagedRoomError, LedgerError
-from plinko.app.persistence.recovery.ending import voided
+from plinko.app.persistence.recovery import ending
 from plinko.app.persistence.recovery.rebuild import Replay, basis_of
 from plinko.app.persistence.room_runs import RoomRun, RoomRuns
 from plinko.app.persistence.statements import facts, store
@@ -31,9 +31,9 @@ from plinko.app.rooms.records import (
     InputRow,
     KeptBasis,
     Parked,
-    ResultRow,
     RoomRow,
     TableState,
+    Void,
     Write,
 )
 from plinko.app.rooms.room import Ground, Room
@@ -260,7 +260,7 @@ class Recovery:
         A room with a draw only ends if the physics have changed: its seeds may land in other bins
         now, so its owner must make a new draw.
         """
-        writes = await self._end(row, kept, why)
+        writes = await self._end(row, why)
         redrawn = row.mode == DRAW and row.physics_version != PHYSICS_VERSION
         if not row.owned or redrawn:
             _log.warning("room is closed: %s", why, extra={"room": row.id})
@@ -276,30 +276,18 @@ class Recovery:
         self._runs.report([*writes, *self._runs.rows(room, record)])
         return room
 
-    async def _end(self, row: RoomRow, kept: KeptBasis, why: str) -> list[Write]:
-        """The writes that end a run: its balls in flight land, if this server can compute it."""
-        results: list[ResultRow] = []
-        if format_of(row.mode).has_results and row.physics_version == PHYSICS_VERSION:
-            state: TableState = await self._read(facts.table_state, run=row.number)
-            room = await self._table(row, kept)
-            landed = await asyncio.to_thread(_landings, room, state)
-            results = [room.format.result(row.number, each) for each in landed]
-        else:
-            results = await self._read(voided, row=row, tick=row.tick, why=why)
-        tick = max((row.tick, *(each.tick for each in results)))
-        return [*results, Close(row.number, tick, self._runs.now())]
+    async def _end(self, row: RoomRow, why: str) -> list[Write]:
+        """The writes that end a run: its balls land, or return their stakes."""
+        landed = await self._read(ending.results, row=row)
+        tick = max((row.tick, *(each.tick for each in landed)))
+        void = Void(row.number, tick, why)
+        return [*landed, void, Close(row.number, tick, self._runs.now())]
 
 
 def load_table(room: IndependentRoom, state: TableState, tick: int) -> list[messages.Landed]:
     """Bring a new room to this tick; returns the landings that have no result in the ledger."""
     flying = [(fact, fly(room.board, room.start_of(fact))) for fact in state.flying]
     return room.load(state, flying, tick)
-
-
-def _landings(room: IndependentRoom, state: TableState) -> list[messages.Landed]:
-    """How the balls without a result land, for a run that ends."""
-    flying = ((fact, fly(room.board, room.start_of(fact))) for fact in state.flying)
-    return [room.landing(fact, flight) for fact, flight in flying]
 
 
 # Reads. Each function reads all that belongs together in one call, because the ledger may commit

@@ -4,15 +4,14 @@ The row is written in the transaction that writes what the request makes. So the
 its fact, and a request that is refused leaves its key unused.
 """
 
-import hashlib
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 
 from sqlalchemy import ColumnElement, Connection, delete, select
 
 from plinko.app.errors import KeyReusedError
-from plinko.app.persistence.statements import history, tables
-from plinko.app.rooms.keys import IdempotencyKey, KeyUse, UsedKey
+from plinko.app.persistence.statements import tables
+from plinko.app.rooms.keys import QUEUE, IdempotencyKey, KeyUse, UsedKey
 
 
 def use(connection: Connection, key: IdempotencyKey, run: int, fact: str) -> UsedKey | None:
@@ -20,39 +19,33 @@ def use(connection: Connection, key: IdempotencyKey, run: int, fact: str) -> Use
 
     Raises KeyReusedError if the key belongs to another request.
     """
-    key = _since_restore(connection, key)
     row = UsedKey(key.scope, key.key, key.request, run, fact)
     adding = tables.adding(connection, tables.idempotency_keys).on_conflict_do_nothing()
     new = adding.returning(tables.idempotency_keys.c.run)
     if connection.execute(new, asdict(row)).first() is not None:
         return None
-    found = _stored(connection, key)
+    found = used(connection, key)
     assert found is not None
     return found.check(key)
 
 
 def release(connection: Connection, key: IdempotencyKey) -> None:
     """Free a key that this transaction has used, as its request is refused."""
-    key = _since_restore(connection, key)
     connection.execute(delete(tables.idempotency_keys).where(_is(key)))
+
+
+def forget(connection: Connection) -> None:
+    """Delete all callers' keys, but not those of queues.
+
+    A restored backup calls this: the fact of a key may be among the lost ones, and its caller may
+    have the reply.
+    """
+    chosen = tables.idempotency_keys.c.scope.not_like(f"{QUEUE}%")
+    connection.execute(delete(tables.idempotency_keys).where(chosen))
 
 
 def used(connection: Connection, key: IdempotencyKey) -> UsedKey | None:
     """The use of this caller's key, by whatever request."""
-    return _stored(connection, _since_restore(connection, key))
-
-
-def _since_restore(connection: Connection, key: IdempotencyKey) -> IdempotencyKey:
-    """The key in the scope of the present: a caller's key from before a restore is another one.
-
-    Its fact may be among the lost ones, and the caller may have the reply.
-    """
-    if key.is_own or (log := history.log_id(connection)) == history.FIRST_LOG:
-        return key
-    return replace(key, scope=hashlib.sha256(f"{log}{key.scope}".encode()).hexdigest())
-
-
-def _stored(connection: Connection, key: IdempotencyKey) -> UsedKey | None:
     found = connection.execute(select(tables.idempotency_keys).where(_is(key))).mappings().first()
     return None if found is None else UsedKey(**found)
 

@@ -1,4 +1,4 @@
-"""`plinko ledger check` finds damaged rooms; `retire` closes one and returns its stakes."""
+"""`plinko ledger check` finds damaged rooms; `retire` closes one and lands its balls."""
 
 import asyncio
 import json
@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 from plinko.app.cli import main
 from plinko.app.persistence.statements import store, tables
 from plinko.app.rooms.kinds import INDEPENDENT
+from plinko.app.rooms.stakes import payout_of
 from plinko.engine import Board, World, drop
 from plinko.engine.drops.flight import ticks_of
 from tests.app.persistence.crash.life import BOARD, break_page, copy_ledger, living, look
@@ -229,7 +230,7 @@ def test_postgresqls_own_check_is_asked_where_it_is_installed(
 # Retiring a room.
 
 
-def test_a_room_that_is_given_up_returns_what_was_staked(
+def test_a_given_up_drop_that_cannot_be_computed_returns_its_stake(
     played: Ledger, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     url = f"sqlite:///{copy_ledger(played.file, tmp_path)}"
@@ -237,7 +238,9 @@ def test_a_room_that_is_given_up_returns_what_was_staked(
     harm(tmp_path / "plinko.db", f"UPDATE drops SET seed = 'x' WHERE room = {number}")
     order = ["ledger", "retire", "main", "--database-url", url]
     assert main(order) == 0
-    said = f"main, run {number}: ended; 1 drops without a result, 7 returned\n"
+    said = (
+        f"main, run {number}: ended; 0 balls landed and pay 0; 1 cannot be computed and return 7\n"
+    )
     assert capsys.readouterr().out == said
     assert main(order) == 2
     assert "the ledger has no open room 'main'" in capsys.readouterr().err
@@ -252,6 +255,20 @@ def test_a_room_that_is_given_up_returns_what_was_staked(
             return room.room.taken, (await life.drop(room, 1)).ball
 
     assert asyncio.run(again()) == (0, 0)
+
+
+def test_the_balls_of_a_given_up_room_land_as_their_facts_say(
+    played: Ledger, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    url = f"sqlite:///{copy_ledger(played.file, tmp_path)}"
+    number = look(url, store.open_room, "main").number
+    assert main(["ledger", "retire", "main", "--database-url", url]) == 0
+    ((fact, result),) = look(url, store.drops, number, 0)
+    alone = drop(BOARD, fact.seed)
+    assert (result.bin, result.digest) == (alone.bin, alone.digest)
+    assert result.payout == payout_of(7, alone.score)
+    assert f"1 balls landed and pay {result.payout}; 0 cannot" in capsys.readouterr().out
+    assert look(url, store.run, number).tick >= result.tick
 
 
 # The tick of a landing.
