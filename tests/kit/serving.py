@@ -10,11 +10,9 @@ from typing import Any
 
 import pytest
 import uvicorn
-from sqlalchemy import Connection
 
 from plinko.app.listening import Server, listen, server_over
 from plinko.app.main import create_app
-from plinko.app.persistence.ledger import database
 from plinko.app.settings import Settings
 from plinko.app.web.routes.page import Release
 from plinko.app.web.services import Services
@@ -40,33 +38,11 @@ class Running(Address):
 def share_what_starts_read() -> None:
     """Let the servers in this process share results that depend only on the program's files.
 
-    Reading the pages and creating an empty ledger's tables takes most of a start: the first
-    server does it, and later ones reuse the result. Servers in other processes do all of it.
+    Bundling the pages takes most of a start: the first server does it, and later ones reuse the
+    result. Servers in other processes do all of it.
     """
     patch = pytest.MonkeyPatch()
     patch.setattr(Release, "of", functools.cache(Release.of))
-    patch.setattr(database, "_upgrade", _copied_after_the_first(database._upgrade))
-
-
-def _copied_after_the_first(upgrade: Callable[[Connection], None]) -> Callable[[Connection], None]:
-    """Run the migrations for the first empty SQLite ledger, and copy its tables to later ones."""
-    made: tuple[str, ...] = ()
-
-    def upgraded(connection: Connection) -> None:
-        nonlocal made
-        if connection.dialect.name != "sqlite" or database._revision(connection) is not None:
-            upgrade(connection)
-        elif made:
-            with connection.begin():
-                for statement in made:
-                    connection.exec_driver_sql(statement)
-        else:
-            upgrade(connection)
-            driver = connection.connection.driver_connection
-            assert driver is not None
-            made = tuple(driver.iterdump())[1:-1]  # without BEGIN and COMMIT
-
-    return upgraded
 
 
 @contextlib.contextmanager

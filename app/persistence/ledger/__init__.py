@@ -1,7 +1,7 @@
 """The database, and the one thread that writes to it: one commit for all jobs that wait.
 
 database       opens, locks and migrates SQLite or PostgreSQL
-migrations     the steps that make its tables, for Alembic
+migrations     the steps that change the tables of earlier releases, for Alembic
 writer         the event loop's interface: writes, reads, and time limits
 commit_queue   the jobs that wait for a commit, and the fate of each
 committer      the thread that commits them

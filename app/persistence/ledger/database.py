@@ -18,7 +18,7 @@ from sqlalchemy.pool import NullPool, StaticPool
 
 from plinko.app.errors import LedgerError, SettingError
 from plinko.app.persistence.ledger.epoch import EpochFile, Place
-from plinko.app.persistence.statements import history, writer_store
+from plinko.app.persistence.statements import history, tables, writer_store
 
 HEAD = "0006"  # the last step of `migrations`
 
@@ -336,27 +336,27 @@ def reason(error: BaseException) -> str:
 
 
 def migrate(connection: Connection) -> None:
-    """Migrate the tables to `HEAD`; raises LedgerError if they are of a later release.
+    """Make the tables, or migrate those of an earlier release to `HEAD`.
 
-    If servers share the database, one at a time does so.
+    Raises LedgerError if they are of a later release. If servers share the database, one at a time
+    does so.
     """
-    if _revision(connection) == HEAD:
-        return
-    if connection.dialect.name != "postgresql":
-        _upgrade(connection)
-        return
     with connection.begin():
-        connection.execute(sa.text(f"SET LOCAL statement_timeout = '{_MIGRATION_SECONDS}s'"))
-        connection.execute(sa.text(f"SELECT pg_advisory_lock({_MIGRATION_LOCK})"))
-    try:
-        if _revision(connection) != HEAD:
-            _upgrade(connection)
-    finally:
-        with connection.begin():
-            connection.execute(sa.text(f"SELECT pg_advisory_unlock({_MIGRATION_LOCK})"))
+        if connection.dialect.name == "postgresql":
+            # Python code may leave the transaction idle for longer than usual. Only servers that
+            # start wait for it, each for as long.
+            for limit in ("statement_timeout", "idle_in_transaction_session_timeout"):
+                connection.execute(sa.text(f"SET LOCAL {limit} = '{_MIGRATION_SECONDS}s'"))
+            connection.execute(sa.text(f"SELECT pg_advisory_xact_lock({_MIGRATION_LOCK})"))
+        revision = _revision(connection)
+        if revision is None:
+            tables.metadata.create_all(connection, checkfirst=False)
+            connection.execute(sa.insert(tables.revision).values(version_num=HEAD))
+        elif revision != HEAD:
+            _upgrade(connection, revision)
 
 
-def _upgrade(connection: Connection) -> None:
+def _upgrade(connection: Connection, revision: str) -> None:
     # Alembic is imported only for a migration, because importing it slows the start.
     from alembic import command  # noqa: PLC0415
     from alembic.config import Config  # noqa: PLC0415
@@ -366,29 +366,20 @@ def _upgrade(connection: Connection) -> None:
     config.set_main_option("script_location", "plinko.app.persistence.ledger:migrations")
     config.attributes["connection"] = connection
     try:
-        with connection.begin():
-            if connection.dialect.name == "postgresql":
-                # The migration's Python code may leave the transaction idle for longer than usual.
-                # Only servers that start wait for it, each for as long.
-                limit = f"idle_in_transaction_session_timeout = '{_MIGRATION_SECONDS}s'"
-                connection.execute(sa.text(f"SET LOCAL {limit}"))
-            command.upgrade(config, "head")
+        command.upgrade(config, "head")
     except CommandError as error:
         raise LedgerError(
-            f"its tables are at migration step {_revision(connection)!r}, but this release only "
-            f"knows the steps up to {HEAD!r}; use a later release: {error}"
+            f"its tables are at migration step {revision!r}, but this release only knows the steps "
+            f"up to {HEAD!r}; use a later release: {error}"
         ) from error
 
 
 def _revision(connection: Connection) -> str | None:
     """The migration step of the tables; None if there are no tables."""
-    with connection.begin():
-        if not sa.inspect(connection).has_table("alembic_version"):
-            return None
-        found: str | None = connection.execute(
-            sa.text("SELECT version_num FROM alembic_version")
-        ).scalar()
-        return found
+    if not sa.inspect(connection).has_table(tables.revision.name):
+        return None
+    found: str | None = connection.scalar(sa.select(tables.revision.c.version_num))
+    return found
 
 
 def reader(url: str) -> Engine:

@@ -1,4 +1,7 @@
-"""The ledger's tables. Each change here also needs a step in `ledger/migrations/versions`."""
+"""The ledger's tables, as a new ledger gets them.
+
+Each change here also needs a step in `ledger/migrations/versions`, for ledgers of earlier releases.
+"""
 
 from sqlalchemy import (
     BigInteger,
@@ -14,6 +17,7 @@ from sqlalchemy import (
     Integer,
     LargeBinary,
     MetaData,
+    PrimaryKeyConstraint,
     String,
     Table,
     Text,
@@ -318,6 +322,14 @@ probes = Table(
     metadata,
     Column("number", Integer, primary_key=True),
     Column("filler", LargeBinary, nullable=False),
+)
+
+# The migration step of the tables; Alembic's own table.
+revision = Table(
+    "alembic_version",
+    metadata,
+    Column("version_num", String(32), nullable=False),
+    PrimaryKeyConstraint("version_num", name="alembic_version_pkc"),
 )
 
 

@@ -9,8 +9,6 @@ from typing import Any
 import msgspec
 import pytest
 import sqlalchemy as sa
-from alembic import command
-from alembic.config import Config
 
 from plinko.app.errors import (
     AppError,
@@ -30,7 +28,7 @@ from plinko.app.live.sessions.fair_sessions import FairSessions
 from plinko.app.persistence.checks.audit import Audit
 from plinko.app.persistence.ledger.database import Database
 from plinko.app.persistence.signing_key import SigningKey
-from plinko.app.persistence.statements import lease_store, store
+from plinko.app.persistence.statements import lease_store, store, tables
 from plinko.app.protocol.wire import WireMessage
 from plinko.app.rooms.kinds import INTERACTING
 from plinko.app.rooms.records import EVERY_ROOM, LeaseRow
@@ -444,15 +442,15 @@ async def asked_again(work: Callable[[], Awaitable[object]]) -> None:
 def test_tables_are_made_even_on_a_busy_machine(
     address: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    database, upgrade = Database(address, shared=True), command.upgrade
+    database, make = Database(address, shared=True), tables.metadata.create_all
     patience = sa.text("SHOW idle_in_transaction_session_timeout")
     found: list[str] = []
 
-    def upgraded(config: Config, revision: str) -> None:
-        found.append(config.attributes["connection"].execute(patience).scalar())
-        upgrade(config, revision)
+    def made(connection: sa.Connection, **how: bool) -> None:
+        found.append(connection.execute(patience).scalar_one())
+        make(connection, **how)
 
-    monkeypatch.setattr(command, "upgrade", upgraded)
+    monkeypatch.setattr(tables.metadata, "create_all", made)
     database.open()
     with database.transaction() as connection:
         found.append(connection.execute(patience).scalar_one())

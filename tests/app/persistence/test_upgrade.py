@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import sqlalchemy as sa
 
 from plinko.app.errors import SettingError
 from plinko.app.fairness.check import check_session, kernel_digest_of
@@ -92,6 +93,40 @@ def test_results_stay_and_no_drop_of_the_earlier_release_is_without_one(folder: 
             assert (result.bin, result.x_end) == (alone.bin, alone.x_end)
             landed += 1
     assert (landed, returned) == (6, 5)
+
+
+def schema(url: str) -> dict[str, Any]:
+    """Columns, keys and indexes of a ledger's tables, as texts."""
+
+    def read(connection: sa.Connection) -> dict[str, Any]:
+        inspector = sa.inspect(connection)
+        parts = (
+            inspector.get_columns,
+            inspector.get_foreign_keys,
+            inspector.get_indexes,
+            inspector.get_check_constraints,
+            inspector.get_unique_constraints,
+            lambda table: [inspector.get_pk_constraint(table)],
+        )
+        return {
+            table: [
+                sorted(json.dumps(each, default=str, sort_keys=True) for each in part(table))
+                for part in parts
+            ]
+            for table in inspector.get_table_names()
+        }
+
+    found: dict[str, Any] = look(url, read)
+    return found
+
+
+def test_an_upgraded_ledger_has_the_tables_of_a_new_one(folder: Path) -> None:
+    upgraded, new = (f"sqlite:///{folder / name}" for name in ("plinko.db", "new.db"))
+    for url in (upgraded, new):
+        database = Database(url)
+        database.open(check=False)
+        database.close()
+    assert schema(upgraded) == schema(new)
 
 
 def test_a_ledger_of_a_later_release_is_refused_in_true_words(folder: Path) -> None:

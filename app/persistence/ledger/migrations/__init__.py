@@ -1,3 +1,3 @@
-"""The steps that make the ledger's tables; run by
+"""The steps that change the tables of earlier releases; run by
 `plinko.app.persistence.ledger.database.migrate`.
 """

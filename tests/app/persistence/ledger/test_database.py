@@ -15,19 +15,6 @@ from tests.kit.postgres import PostgreSQL
 from tests.kit.waiting import until
 
 
-def test_the_migrations_make_the_tables_that_the_code_knows(url: str) -> None:
-    from alembic.autogenerate import compare_metadata
-    from alembic.migration import MigrationContext
-
-    database = Database(url)
-    database.open()
-    with database.transaction() as connection:
-        context = MigrationContext.configure(connection)
-        assert compare_metadata(context, tables.metadata) == []
-        assert context.get_current_revision() == HEAD
-    database.close()
-
-
 def test_records_read_by_position_match_the_order_of_columns() -> None:
     assert DropRow.__slots__ == tuple(tables.drops.c.keys())
     assert ResultRow.__slots__ == tuple(tables.results.c.keys())
