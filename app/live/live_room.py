@@ -23,6 +23,7 @@ from plinko.app.protocol.touching_messages import Change
 from plinko.app.protocol.wire import WireMessage
 from plinko.app.rooms.outcome import Outcome
 from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.records import ResultRow
 from plinko.app.rooms.room import Room
 from plinko.engine.exact.outcome import FALSE_PATH, REASONS
 
@@ -201,19 +202,13 @@ class LiveRoom(ABC):
         events: Sequence[messages.Event],
         *,
         with_snapshot: bool = False,
-        kept: bool = False,
     ) -> None:
-        """Send events and perhaps a snapshot, and record the landings.
-
-        With `kept` the ledger has the landings already.
-        """
+        """Send events and perhaps a snapshot, and wake callers that wait for a landing."""
         self.audience.broadcast(list(events), with_snapshot=with_snapshot)
         for event in events:
             if isinstance(event, messages.Landed):
                 self._runner.counts.landed += 1
                 self._runner.counts.solver_errors += event.unsettled == REASONS[FALSE_PATH]
-                if not kept:
-                    self._persistence.landed(self.room, event)
                 self.landings.landed(event)
 
     # Its end.
@@ -228,8 +223,8 @@ class LiveRoom(ABC):
             self._refusals.remove(why)
 
     @contextlib.asynccontextmanager
-    async def ending(self) -> AsyncIterator[list[messages.Landed]]:
-        """Refuse new requests, and yield how the balls in flight will land.
+    async def ending(self) -> AsyncIterator[list[ResultRow]]:
+        """Refuse new requests, and yield the results of the balls in flight.
 
         An error in the block leaves the room running. Raises LedgerError if earlier inputs cannot
         be committed, UndecidedError if the room is already being closed or reset, and
@@ -244,14 +239,14 @@ class LiveRoom(ABC):
             await self.settled()
             if self.gone is not None:
                 raise ClosedRoomError(f"room {self.id!r} was closed meanwhile")
-            yield self._landings()
+            yield self._open_results()
 
     @abstractmethod
     async def settled(self) -> None:
         """Return when all inputs until now have entered or were refused; raises LedgerError."""
 
-    def _landings(self) -> list[messages.Landed]:
-        """How the balls in flight will land, if they have results of their own."""
+    def _open_results(self) -> list[ResultRow]:
+        """The results of the balls in flight; none where balls touch."""
         return []
 
     @abstractmethod

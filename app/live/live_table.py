@@ -11,7 +11,8 @@ one. A tick that is late shows the present; nothing is caught up.
 
 import asyncio
 from collections import deque
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import cast
 
 from plinko.app.errors import AppError, ResetError
@@ -142,12 +143,10 @@ class LiveTable(LiveRoom):
         if fact.room != self._persistence.runs.of(room).number:  # the room was reset since
             board = await self._persistence.recovery.board_of(fact.room)
             return outcome_of(board, fact, receipt, result)
-        outcome = outcome_of(room.board, fact, receipt, result)
         if result is None:
-            landing = room.landing(fact, await fly(room.board, room.start_of(fact)))
-            if landing.tick <= room.world.tick:
-                return replace(outcome, landed=landing)
-        return outcome
+            computed = room.result(fact, await fly(room.board, room.start_of(fact)))
+            result = computed if computed.tick <= room.world.tick else None
+        return outcome_of(room.board, fact, receipt, result)
 
     async def _enter(
         self, room: IndependentRoom, request: NewDrop, player: Player
@@ -213,9 +212,12 @@ class LiveTable(LiveRoom):
             self.tick_time = self._runner.clock()
             self._missed = 0
         self._publish(events, with_snapshot=moved)
-        self._persistence.write_results()
         if not self.awake:
             self._sleep()
+
+    def _publish(self, events: Sequence[messages.Event], *, with_snapshot: bool = False) -> None:
+        self._persistence.keep_results(self.room.take_results())
+        super()._publish(events, with_snapshot=with_snapshot)
 
     async def cut_paths(self) -> None:
         room = self.room
@@ -235,11 +237,13 @@ class LiveTable(LiveRoom):
             await self._persistence.ledger.commit()  # decides all earlier drops
             await self._none_under_way.wait()
 
-    def _landings(self) -> list[messages.Landed]:
-        return self.room.landings()
+    def _open_results(self) -> list[ResultRow]:
+        return self.room.open_results()
 
     def land_all(self) -> None:
-        self._publish(self.room.land_all(), kept=True)
+        landed = self.room.land_all()
+        self.room.take_results()  # the ledger has them
+        self._publish(landed)
 
     def _leave_behind(self, error: AppError) -> None:
         super()._leave_behind(error)

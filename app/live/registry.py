@@ -329,8 +329,8 @@ class Rooms:
         return found
 
     async def _delete(self, live: LiveRoom) -> None:
-        async with live.ending() as landed:
-            await self.persistence.end(live.room, landed)
+        async with live.ending() as results:
+            await self.persistence.end(live.room, results)
         if live.gone is not None:
             return
         live.land_all()
@@ -345,8 +345,8 @@ class Rooms:
             return
         old = live.room
         new = await self._new_aside(live.id, old.basis_after_reset(board), old.mode)
-        async with live.ending() as landed:
-            await self.persistence.replace(old, new, landed, use)
+        async with live.ending() as results:
+            await self.persistence.replace(old, new, results, use)
         if use.earlier is not None:
             return
         if live.gone is not None:

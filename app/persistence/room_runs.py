@@ -22,7 +22,6 @@ from plinko.app.persistence.ledger.commit_queue import Done
 from plinko.app.persistence.ledger.null_ledger import NullLedger
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.statements import lease_store
-from plinko.app.protocol import messages
 from plinko.app.rooms.pending import Pending
 from plinko.app.rooms.records import BoardRow, Close, DrawRow, Mark, ResultRow, RoomRow, Write
 from plinko.app.rooms.room import Ground, Room
@@ -201,13 +200,10 @@ class RoomRuns:
         record.checkpoint_tick = room.world.tick
         return replace(mark, checkpoint=room.checkpoint(), checkpoint_drops=room.taken)
 
-    def closing(self, room: Room, landed: Sequence[messages.Landed]) -> list[Write]:
+    def closing(self, room: Room, results: Sequence[ResultRow]) -> list[Write]:
         """The writes that end a room's run, with the results of balls that were in flight."""
-        number = self.of(room).number
-        results = [room.format.result(number, each) for each in landed]
-        tick = max((each.tick for each in landed), default=room.log_tick)
-        kept = [result for result in results if result is not None]
-        return [*kept, Close(number, tick, self.now())]
+        tick = max((each.tick for each in results), default=room.log_tick)
+        return [*results, Close(self.of(room).number, tick, self.now())]
 
     def board_row(self, room: Room) -> BoardRow:
         return BoardRow(room.origin.digest, room.origin.name, room.origin_json.decode())

@@ -11,11 +11,10 @@ from plinko.app.persistence.ledger.null_ledger import NullLedger
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.recovery.recovery import Recovery
 from plinko.app.persistence.room_runs import RoomRun, RoomRuns
-from plinko.app.protocol import messages
 from plinko.app.rooms.keys import IdempotencyKey, KeyUse
 from plinko.app.rooms.kinds import BallLimits
 from plinko.app.rooms.pending import Pending
-from plinko.app.rooms.records import Close, Lease, NewDrop, Parked, RoomRow, Void, Write
+from plinko.app.rooms.records import Close, Lease, NewDrop, Parked, ResultRow, RoomRow, Void, Write
 from plinko.app.rooms.room import Room
 from plinko.app.rooms.touching.room import TouchingRoom
 
@@ -94,27 +93,27 @@ class PersistenceService:
         self,
         old: Room,
         new: Room,
-        landed: Sequence[messages.Landed],
+        results: Sequence[ResultRow],
         use: KeyUse | None = None,
     ) -> None:
         """End a room's run and begin its next in one transaction, if the `use` of the key is new.
 
-        `landed` are the landings of the balls in flight. Raises LedgerError, KeyReusedError.
+        `results` are those of the balls in flight. Raises LedgerError, KeyReusedError.
         """
         record, use = self.runs.of(old), use or KeyUse()
         following = self.runs.new_run(old.id, owned=record.owned, known=True)
         following.creator = record.creator
         use.run, use.fact = following.number, old.id
         self.runs.report([])
-        rows = (*self.runs.closing(old, landed), *self.runs.rows(new, following))
+        rows = (*self.runs.closing(old, results), *self.runs.rows(new, following))
         await self.ledger.commit(*rows, use=use)
         if use.is_new:
             self.runs.begin(new.id, following)
 
-    async def end(self, room: Room, landed: Sequence[messages.Landed]) -> None:
-        """Close the room's run for good; raises LedgerError. `landed` is as in `replace`."""
+    async def end(self, room: Room, results: Sequence[ResultRow]) -> None:
+        """Close the room's run for good; raises LedgerError. `results` are as in `replace`."""
         self.runs.report([])
-        await self.ledger.commit(*self.runs.closing(room, landed))
+        await self.ledger.commit(*self.runs.closing(room, results))
         self.runs.forget(room)
 
     def abandon(self, room: Room, why: str) -> None:
@@ -198,12 +197,6 @@ class PersistenceService:
         record.version += 1
         return rows
 
-    def landed(self, room: Room, landed: messages.Landed) -> None:
-        """Keep a ball's result; it is written with the next write."""
-        result = room.format.result(self.runs.of(room).number, landed)
-        if result is not None:
-            self.runs.add_results([result])
-
     def slept(self, room: Room) -> None:
         self.runs.slept(room)
 
@@ -214,7 +207,8 @@ class PersistenceService:
         if record.known and self.ledger.up and room.world.tick >= due:
             self.runs.report([self.runs.mark(room, record, awake=True)])
 
-    def write_results(self) -> None:
-        """Hand results to the ledger that have waited for a while for another write."""
+    def keep_results(self, results: list[ResultRow]) -> None:
+        """Write results with the next write, or alone after a while without one."""
+        self.runs.add_results(results)
         if self.ledger.up and self.runs.results_since + _RESULTS_WAIT < self.now():
             self.runs.report([])

@@ -191,11 +191,6 @@ class Landed(Event, frozen=True, tag="landed", kw_only=True):
     name: str | msgspec.UnsetType = msgspec.UNSET
     colour: str | msgspec.UnsetType = msgspec.UNSET
 
-    @property
-    def paid(self) -> int:
-        """The payout, or 0 without a stake."""
-        return self.payout if isinstance(self.payout, int) else 0
-
 
 class BriefAccepted(Event, frozen=True, tag="accepted", kw_only=True, omit_defaults=True):
     """`accepted` in the stream `seeds`: with `x` only if the seed does not determine it."""

@@ -3,13 +3,10 @@
 from collections.abc import Mapping
 from typing import Any, Final
 
-import msgspec
-
-from plinko.app.protocol import messages
 from plinko.app.protocol.visitors import TAG_FIELDS, parse_tag
 from plinko.app.rooms.input_format import InputFormat, check_known
 from plinko.app.rooms.pending import DropCommand
-from plinko.app.rooms.records import DropRow, OpenDrop, ResultRow
+from plinko.app.rooms.records import DropRow, ResultRow
 from plinko.app.rooms.stakes import parse_stake, parse_who
 from plinko.engine.drops.verify import Verification
 from plinko.engine.errors import RecordError
@@ -40,7 +37,7 @@ class DropFormat(InputFormat[DropRow]):
         """One drop of a log that ends at `tick`; a ball that landed later has no result yet."""
         ended = None
         if result is not None and result.tick <= tick:
-            ended = {name: getattr(result, name) for name in RESULT}
+            ended = _fields(result)
         return {
             "ball": row.ball,
             "tick": row.tick,
@@ -76,12 +73,6 @@ class DropFormat(InputFormat[DropRow]):
             )
         check_known(result or {}, RESULT, f"{where}.result")
 
-    def first_line(self, entry: JsonObject) -> bytes:
-        """The digest of the drop's result."""
-        result = entry["result"]
-        digest: str = result["digest"] if result else "-"
-        return digest.encode()
-
     def command(self, entry: JsonObject) -> DropCommand:
         """The command of an entry; raises SeedError, InvalidValueError."""
         stake, who = parse_stake(entry.get("stake")), parse_who(entry.get("who"))
@@ -90,39 +81,28 @@ class DropFormat(InputFormat[DropRow]):
         tag = parse_tag(*map(entry.get, TAG_FIELDS))
         return DropCommand(seed, x, stake, who, aim, practice=practice, tag=tag)
 
-    def result(self, run: int, landed: messages.Landed) -> ResultRow:
-        return ResultRow(run, landed.ball, **_result_of(landed))
-
-    def void(self, drop: OpenDrop, tick: int, why: str) -> ResultRow:
-        """The result of a drop that the server can no longer compute: the stake is paid back."""
-        given_up = (tick, None, 1.0, 0.0, 0.0, "", why)
-        return ResultRow(drop.room, drop.ball, *given_up, payout=drop.stake)
-
     def compare(
-        self, where: str, entry: JsonObject, landed: messages.Landed | None
+        self, where: str, entry: JsonObject, result: ResultRow | None
     ) -> Verification | None:
-        """The first difference between a landing and the entry's result.
+        """The first difference between a replayed result and the entry's.
 
         A result without a digest belongs to a drop that was given up. No replay can confirm it, so
         only its bin, score and payout are checked.
         """
         said, where = entry["result"], f"{where}.result"
-        if said is not None and not said["digest"] and landed is None:
+        if said is not None and not said["digest"] and result is None:
             return _differs(where, said, entry.get("stake") or 0)
-        if said is None or landed is None:
-            if said is None and landed is None:
-                return None
-            actual = None if landed is None else msgspec.to_builtins(landed)
-            return Verification(False, where, said, actual)
-        for name, value in _result_of(landed).items():
+        actual = None if result is None else _fields(result)
+        if said is None or actual is None:
+            return None if said is actual else Verification(False, where, said, actual)
+        for name, value in actual.items():
             if said[name] != value:
                 return Verification(False, f"{where}.{name}", said[name], value)
         return None
 
 
-def _result_of(landed: messages.Landed) -> dict[str, Any]:
-    told = {name: getattr(landed, name, None) for name in RESULT}
-    return told | {"digest": landed.digest or "", "payout": landed.paid}
+def _fields(result: ResultRow) -> dict[str, Any]:
+    return {name: getattr(result, name) for name in RESULT}
 
 
 def _differs(where: str, said: JsonObject, stake: int) -> Verification | None:

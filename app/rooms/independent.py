@@ -14,9 +14,9 @@ from plinko.app.protocol import messages, snapshots
 from plinko.app.protocol.paths import LONG, Path, current_parts, due_parts, path_of
 from plinko.app.rooms.draw import Draw
 from plinko.app.rooms.drop_format import DropFormat
-from plinko.app.rooms.outcome import accepted_of, landed_of
+from plinko.app.rooms.outcome import accepted_of, landed_of, result_of, void_of
 from plinko.app.rooms.pending import DropCommand
-from plinko.app.rooms.records import DropRow, ReceiptRow, TableState
+from plinko.app.rooms.records import DropRow, ReceiptRow, ResultRow, TableState
 from plinko.app.rooms.room import QUIET, Room
 from plinko.app.rooms.stakes import check_payout
 from plinko.engine import Board, World
@@ -58,6 +58,7 @@ class IndependentRoom(Room):
         self.extent = messages.Extent(*board.extent)
         self.velocity_scale = snapshots.velocity_scale_of(board, self.extent)
         self._flying: dict[int, tuple[DropRow, Flight]] = {}
+        self._results: list[ResultRow] = []
         self._rest_tick = 0  # of the last landing
         self._paths: dict[int, Path] = {}  # of balls in flight, once a client has needed them
         self._in_parts: dict[int, Path] = {}  # those of more than one part
@@ -199,30 +200,34 @@ class IndependentRoom(Room):
         self._paths.pop(ball, None)
         self._in_parts.pop(ball, None)
         self._bounced.discard(ball)
-        return self._count(self.landing(fact, flight))
+        result = self._count(self.result(fact, flight))
+        self._results.append(result)
+        return landed_of(self.board, fact, result)
 
-    def landing(self, fact: DropRow, flight: Flight) -> messages.Landed:
+    def result(self, fact: DropRow, flight: Flight) -> ResultRow:
         """How the ball of a fact lands."""
-        return landed_of(self.board, fact, flight, 1.0 / self.tick_rate)
+        return result_of(fact, flight, 1.0 / self.tick_rate)
 
-    def _count(self, landed: messages.Landed) -> messages.Landed:
-        if landed.bin is None:
+    def _count(self, result: ResultRow) -> ResultRow:
+        if result.bin is None:
             self.unsettled += 1
         else:
-            self.histogram[landed.bin] += 1
-        self._rest_tick = max(self._rest_tick, landed.tick)
-        return landed
+            self.histogram[result.bin] += 1
+        self._rest_tick = max(self._rest_tick, result.tick)
+        return result
 
-    def landings(self) -> list[messages.Landed]:
+    def take_results(self) -> list[ResultRow]:
+        results, self._results = self._results, []
+        return results
+
+    def open_results(self) -> list[ResultRow]:
         """How all balls in flight will land, in the order of ticks."""
-        found = [self.landing(fact, flight) for fact, flight in self._flying.values()]
-        return sorted(found, key=lambda landed: (landed.tick, landed.ball))
+        found = [self.result(fact, flight) for fact, flight in self._flying.values()]
+        return sorted(found, key=lambda result: (result.tick, result.ball))
 
     def land_all(self) -> list[messages.Landed]:
         """Let all balls in flight land at once, because the run is over."""
-        landed = self.landings()
-        for each in landed:
-            self._land(each.ball)
+        landed = [self._land(each.ball) for each in self.open_results()]
         self.seq += len(landed)
         return landed
 
@@ -241,19 +246,7 @@ class IndependentRoom(Room):
     def give_up(self, why: str) -> list[messages.Landed]:
         tick = self.world.tick
         return [
-            messages.Landed(
-                ball=fact.ball,
-                seed=str(fact.seed),
-                bin=None,
-                score=1.0,
-                tick=tick,
-                t=0.0,
-                x_end=0.0,
-                digest=None,
-                unsettled=why,
-                payout=fact.stake or msgspec.UNSET,
-                **fact.tag.fields,
-            )
+            landed_of(self.board, fact, void_of(fact, tick, why))
             for fact, _ in self._flying.values()
         ]
 
@@ -261,22 +254,22 @@ class IndependentRoom(Room):
 
     def load(
         self, state: TableState, flying: Sequence[tuple[DropRow, Flight]], tick: int
-    ) -> list[messages.Landed]:
+    ) -> list[ResultRow]:
         """Take over what the ledger has, at `tick`; `flying` are the drops without a result.
 
-        Returns the landings of those that have landed by then: results that the ledger lacks.
+        Returns the results of those that have landed by then, which the ledger lacks.
         """
         self.drops = state.drops
         self.unsettled = state.sums.get(None, 0)
         for bin_ in range(len(self.histogram)):
             self.histogram[bin_] = state.sums.get(bin_, 0)
         self._rest_tick = state.rest
-        landed: list[messages.Landed] = []
+        landed: list[ResultRow] = []
         self.world.advance_to(tick)
         for fact, flight in flying:
-            landing = self.landing(fact, flight)
-            if landing.tick <= tick:
-                landed.append(self._count(landing))
+            result = self.result(fact, flight)
+            if result.tick <= tick:
+                landed.append(self._count(result))
             else:
                 self._fly(fact, flight)
                 if flight.path.events.shape[0] > LONG:  # not later, on the event loop

@@ -4,8 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Collection
 from typing import Any, ClassVar, Generic, TypeVar
 
-from plinko.app.protocol import messages
-from plinko.app.rooms.records import OpenDrop, ResultRow
+from plinko.app.rooms.records import ResultRow
 from plinko.engine.drops.verify import Verification
 from plinko.engine.errors import RecordError
 from plinko.engine.json_text import JsonObject
@@ -47,22 +46,10 @@ class InputFormat(ABC, Generic[Row]):
     def check(self, where: str, number: int, entry: object) -> None:
         """Raise RecordError if entry `number` of a log, at the path `where`, is invalid."""
 
-    @abstractmethod
-    def first_line(self, entry: JsonObject) -> bytes:
-        """The part of an entry that the digest of a log of version 1 covers."""
-
-    def result(self, run: int, landed: messages.Landed) -> ResultRow | None:
-        """The ledger's row of a landing in room run `run`, if this kind keeps any."""
-        return None
-
-    def void(self, drop: OpenDrop, tick: int, why: str) -> ResultRow | None:
-        """The result of a drop that the server can no longer compute, if this kind keeps any."""
-        return None
-
     def compare(
-        self, where: str, entry: JsonObject, landed: messages.Landed | None
+        self, where: str, entry: JsonObject, result: ResultRow | None
     ) -> Verification | None:
-        """The first difference between a replayed landing and its entry; None if they agree."""
+        """The first difference between a replayed result and its entry; None if they agree."""
         return None
 
 

@@ -40,22 +40,14 @@ class _Kind:
     room: Callable[..., Room]
     format: AnyFormat
     ground: Callable[[JsonObject], Ground]  # from JSON
-    most_balls: Callable[[BallLimits], int]
-
-
-def _alone(limits: BallLimits) -> int:
-    return limits.alone
-
-
-def _together(limits: BallLimits) -> int:
-    return limits.touching
+    touching: bool = False
 
 
 _KINDS: Final = {
-    INDEPENDENT: _Kind(IndependentRoom, IndependentRoom.format, Board.kept, _alone),
-    DRAW: _Kind(DrawRoom, DrawRoom.format, Board.kept, _alone),
-    INTERACTING: _Kind(TouchingRoom, TouchingRoom.format, Board.kept, _together),
-    SCENE: _Kind(TouchingRoom, TouchingRoom.format, Scene, _together),
+    INDEPENDENT: _Kind(IndependentRoom, IndependentRoom.format, Board.kept),
+    DRAW: _Kind(DrawRoom, DrawRoom.format, Board.kept),
+    INTERACTING: _Kind(TouchingRoom, TouchingRoom.format, Board.kept, touching=True),
+    SCENE: _Kind(TouchingRoom, TouchingRoom.format, Scene, touching=True),
 }
 
 
@@ -65,7 +57,8 @@ def make_room(room_id: str, basis: Basis, mode: str, *, tick_rate: int, limits: 
     `mode` is one of MODES, DRAW if `basis` is a draw, or SCENE if it is a scene.
     """
     kind = _KINDS[mode]
-    return kind.room(room_id, basis, tick_rate=tick_rate, max_balls=kind.most_balls(limits))
+    most = limits.touching if kind.touching else limits.alone
+    return kind.room(room_id, basis, tick_rate=tick_rate, max_balls=most)
 
 
 def format_of(mode: str) -> AnyFormat:

@@ -10,11 +10,11 @@ import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final
 
-from plinko.app.protocol.messages import Landed
 from plinko.app.protocol.visitors import TAG_FIELDS
 from plinko.app.rooms.canonical import canonical
 from plinko.app.rooms.input_format import AnyFormat, check_known
 from plinko.app.rooms.kinds import INDEPENDENT, INTERACTING, NO_LIMIT, SCENE, format_of, make_room
+from plinko.app.rooms.records import ResultRow
 from plinko.app.rooms.room import Ground, Room
 from plinko.app.rooms.touching.scene import Scene
 from plinko.engine import PHYSICS_VERSION
@@ -24,9 +24,6 @@ from plinko.engine.json_text import JsonObject
 
 KIND: Final = "plinko-room"
 VERSION: Final = 2
-FIRST_VERSION: Final = 1
-"""Logs of this version are still read. Their digest covers only the world and the inputs, not the
-room's name, the stakes and the players' marks."""
 
 
 def head(room: Room) -> dict[str, Any]:
@@ -97,7 +94,7 @@ def verify_log(
     check_known(log, (*inputs.needed, *inputs.optional), "the log")
     room = _room_of(log, independent)
     mine = {
-        "version": FIRST_VERSION if log["version"] == FIRST_VERSION else VERSION,
+        "version": VERSION,
         "board_digest": room.origin.digest,
         "mode": room.mode,
         "solver": room.solver,
@@ -107,8 +104,8 @@ def verify_log(
         if log[name] != value:
             return Verification(False, name, log[name], value)
     entries = _entries(inputs, log[inputs.name])
-    landings = _replay(room, entries, _whole(log, "tick", 0), progress)
-    return _compare(log, entries, room, landings)
+    results = _replay(room, entries, _whole(log, "tick", 0), progress)
+    return _compare(log, entries, room, results)
 
 
 def _room_of(log: JsonObject, independent: bool) -> Room:
@@ -152,46 +149,45 @@ def _whole(values: JsonObject, name: str, least: int, where: str = "") -> int:
 
 def _replay(
     room: Room, entries: Sequence[JsonObject], last: int, progress: Callable[[int], None]
-) -> dict[int, Landed]:
-    """Carry out the inputs at their ticks and advance to `last`; returns the landings by ball."""
-    landings: dict[int, Landed] = {}
+) -> dict[int, ResultRow]:
+    """Carry out the inputs at their ticks and advance to `last`; returns the results by ball."""
+    results: dict[int, ResultRow] = {}
     for number, entry in enumerate(entries):
         where = f"{room.format.name}[{number}]"
         tick = _whole(entry, "tick", room.world.tick, f"{where}.")
         if tick > last:
             raise RecordError(f"{where}.tick {tick} is after the log's tick {last}", field="tick")
-        _advance(room, tick, landings, progress)
+        _advance(room, tick, results, progress)
         try:
             room.replay(entry)
         except (PlinkoError, TypeError) as error:
             where += room.format.replayed
             raise RecordError(f"{where}: {error}", field=where) from error
-    _advance(room, last, landings, progress)
-    return landings
+    _advance(room, last, results, progress)
+    return results
 
 
 def _advance(
-    room: Room, tick: int, landings: dict[int, Landed], progress: Callable[[int], None]
+    room: Room, tick: int, results: dict[int, ResultRow], progress: Callable[[int], None]
 ) -> None:
     """Advance to this tick. A table goes there at once; touching balls go tick by tick."""
     alone = room.kind == INDEPENDENT
     while room.world.tick < tick:
         progress(room.world.tick)
-        for event in room.advance(tick if alone else room.world.tick + 1):
-            if isinstance(event, Landed):
-                landings[event.ball] = event
+        room.advance(tick if alone else room.world.tick + 1)
+        results.update((result.ball, result) for result in room.take_results())
 
 
 def _compare(
     log: JsonObject,
     entries: Sequence[JsonObject],
     room: Room,
-    landings: Mapping[int, Landed],
+    results: Mapping[int, ResultRow],
 ) -> Verification:
     inputs = room.format
     for number, entry in enumerate(entries):
         where = f"{inputs.name}[{number}]"
-        difference = inputs.compare(where, entry, landings.get(number))
+        difference = inputs.compare(where, entry, results.get(number))
         if difference is not None:
             return difference
     world = room.world.digest
@@ -204,11 +200,6 @@ def _compare(
 
 
 def _digest(log: JsonObject, entries: Sequence[JsonObject], inputs: AnyFormat) -> str:
-    """The digest of a log, by the rule of its version."""
-    if log["version"] == FIRST_VERSION:
-        lines = (inputs.first_line(entry) + b"\n" for entry in entries)
-        world: str = log["world_digest"]
-        return hashlib.sha256(world.encode() + b"".join(lines)).hexdigest()
     rest = (inputs.name, "digest")
     digest = LogDigest({name: value for name, value in log.items() if name not in rest})
     digest.add(entries)

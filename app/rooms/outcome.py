@@ -1,11 +1,11 @@
-"""The outcome of a drop in the ledger, as the events that clients received at the time."""
+"""The outcome of a drop: its result, and the events that clients receive."""
 
 from dataclasses import dataclass
 
 import msgspec
 
 from plinko.app.protocol import messages
-from plinko.app.rooms.records import DropRow, ReceiptRow, ResultRow
+from plinko.app.rooms.records import DropRow, OpenDrop, ReceiptRow, ResultRow
 from plinko.app.rooms.stakes import payout_of
 from plinko.engine import Board
 from plinko.engine.drops.flight import Flight
@@ -45,33 +45,30 @@ def accepted_of(board: Board, fact: DropRow, receipt: ReceiptRow | None) -> mess
     )
 
 
-def landed_of(board: Board, fact: DropRow, flight: Flight, dt: float) -> messages.Landed:
-    """The event that announces the end of a fact's flight, in a room with ticks of `dt` s."""
-    return messages.Landed(
+def result_of(fact: DropRow, flight: Flight, dt: float) -> ResultRow:
+    """The end of a fact's flight, in a room with ticks of `dt` s."""
+    return ResultRow(
+        room=fact.room,
         ball=fact.ball,
-        seed=str(fact.seed),
+        tick=fact.tick + flight.ticks(dt),
         bin=flight.bin,
         score=flight.score,
-        tick=fact.tick + flight.ticks(dt),
         t=flight.duration,
         x_end=flight.x_end,
         digest=flight.digest,
         unsettled=flight.unsettled,
-        payout=payout_of(fact.stake, flight.score) if fact.stake else msgspec.UNSET,
-        practice=fact.practice or msgspec.UNSET,
-        label=board.bins.label_of(flight.bin) or msgspec.UNSET,
-        **fact.tag.fields,
+        payout=payout_of(fact.stake, flight.score),
     )
 
 
-def outcome_of(
-    board: Board, fact: DropRow, receipt: ReceiptRow | None, result: ResultRow | None
-) -> Outcome:
-    """The outcome of an earlier drop on this board, from the ledger's rows."""
-    accepted = accepted_of(board, fact, receipt)
-    if result is None:
-        return Outcome(accepted, earlier=True)
-    landed = messages.Landed(
+def void_of(drop: DropRow | OpenDrop, tick: int, why: str) -> ResultRow:
+    """The result of a drop that the server cannot compute: its stake is paid back."""
+    return ResultRow(drop.room, drop.ball, tick, None, 1.0, 0.0, 0.0, "", why, drop.stake)
+
+
+def landed_of(board: Board, fact: DropRow, result: ResultRow) -> messages.Landed:
+    """The event that announces a result."""
+    return messages.Landed(
         ball=fact.ball,
         seed=str(fact.seed),
         bin=result.bin,
@@ -86,4 +83,11 @@ def outcome_of(
         label=board.bins.label_of(result.bin) or msgspec.UNSET,
         **fact.tag.fields,
     )
-    return Outcome(accepted, landed, earlier=True)
+
+
+def outcome_of(
+    board: Board, fact: DropRow, receipt: ReceiptRow | None, result: ResultRow | None
+) -> Outcome:
+    """The outcome of an earlier drop on this board, from the ledger's rows."""
+    landed = None if result is None else landed_of(board, fact, result)
+    return Outcome(accepted_of(board, fact, receipt), landed, earlier=True)

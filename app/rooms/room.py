@@ -16,6 +16,7 @@ from plinko.app.protocol import messages, snapshots
 from plinko.app.rooms.draw import Draw
 from plinko.app.rooms.input_format import AnyFormat
 from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.records import ResultRow
 from plinko.app.rooms.touching.scene import Scene
 from plinko.app.rooms.touching.world import Box
 from plinko.engine import PHYSICS_VERSION, Board
@@ -209,6 +210,10 @@ class Room(ABC):
     @abstractmethod
     def advance(self, tick: int, *, watched: bool = False) -> list[messages.Event]:
         """Advance to this tick, as `step` does for one."""
+
+    def take_results(self) -> list[ResultRow]:
+        """The results of balls that have landed since the last call; none where balls touch."""
+        return []
 
     @property
     def events_kept(self) -> int:

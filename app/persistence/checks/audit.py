@@ -5,7 +5,7 @@ hide damage in the next.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Final
 
 import sqlalchemy as sa
@@ -16,14 +16,15 @@ from plinko.app.persistence.recovery.rebuild import Replay, basis_of
 from plinko.app.persistence.statements import store, tables
 from plinko.app.rooms.draw import Draw
 from plinko.app.rooms.kinds import NO_LIMIT, format_of
+from plinko.app.rooms.outcome import result_of
 from plinko.app.rooms.records import DropRow, ResultRow, RoomRow, TakenRow
 from plinko.app.rooms.room import Basis
 from plinko.app.rooms.stakes import payout_of
-from plinko.engine import PHYSICS_VERSION, Board, drop
-from plinko.engine.drops.flight import ticks_of
+from plinko.engine import PHYSICS_VERSION, Board
+from plinko.engine.drops.flight import fly
+from plinko.engine.drops.start import start_of
 
 _PAGE: Final = 1000  # rows read at once
-_TICKS: Final = 1 << 30  # replayed in one call: nothing else waits for this thread
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,7 +171,7 @@ class _RunCheck:
     def _replay(self, row: RoomRow, basis: Basis) -> Replay:
         replay = Replay(row, basis, limits=NO_LIMIT)
         replay.take(store.inputs(self._connection, row.number, replay.next_input))
-        replay.run(_TICKS, to_end=True)
+        replay.run(to_end=True)
         return replay
 
 
@@ -184,14 +185,5 @@ def _expected(
         return {"payout": payout_of(row.stake, result.score)}
     board = basis.board if isinstance(basis, Draw) else basis
     assert isinstance(board, Board)
-    alone = drop(board, row.seed, x=row.x, aim=row.aim)
-    return {
-        "tick": row.tick + ticks_of(alone.duration, 1.0 / tick_rate),
-        "bin": alone.bin,
-        "score": alone.score,
-        "t": alone.duration,
-        "x_end": alone.x_end,
-        "digest": alone.digest,
-        "unsettled": alone.unsettled,
-        "payout": payout_of(row.stake, alone.score),
-    }
+    start = start_of(board, row.seed, row.x, row.aim)
+    return asdict(result_of(row, fly(board, start), 1.0 / tick_rate))

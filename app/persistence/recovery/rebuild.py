@@ -48,20 +48,18 @@ class Replay:
                 )
             self._inputs.append(row)
 
-    def run(self, ticks: int, *, to_end: bool) -> bool:
-        """Replay at most `ticks` ticks; returns whether the goal is reached.
+    def run(self, *, to_end: bool) -> None:
+        """Replay up to the last input that was handed in or, with `to_end`, the run's last tick.
 
-        The goal is the last input that was handed in or, with `to_end`, the run's last tick.
         Raises DamagedRoomError for an input that the room cannot have accepted at its tick, and
         the errors of `Room.replay` for one that it cannot have accepted at all.
         """
-        for _ in range(ticks):
-            self._carry_out()
-            ends = not (to_end and self.room.awake and self.room.world.tick < self._row.tick)
-            if not self._inputs and ends:
-                return True
+        self._carry_out()
+        while self._inputs or (
+            to_end and self.room.awake and self.room.world.tick < self._row.tick
+        ):
             self.room.step(watched=False)
-        return False
+            self._carry_out()
 
     def _carry_out(self) -> None:
         room = self.room

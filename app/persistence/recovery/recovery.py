@@ -1,15 +1,14 @@
 """Loads rooms from the ledger when they are first asked for.
 
 A table is loaded from its sums and the facts that have not landed; a thread computes their flights.
-Touching balls are replayed from the last checkpoint, in slices of some milliseconds. A room whose
-record is damaged is set aside with its rows unchanged, and clients that ask for it get an error;
-all other rooms play.
+Touching balls are replayed from the last checkpoint, on a thread too. A room whose record is damaged
+is set aside with its rows unchanged, and clients that ask for it get an error; all other rooms
+play.
 """
 
 import asyncio
 import functools
 import logging
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, TypeVar
@@ -22,7 +21,6 @@ from plinko.app.persistence.recovery import ending
 from plinko.app.persistence.recovery.rebuild import Replay, basis_of
 from plinko.app.persistence.room_runs import RoomRun, RoomRuns
 from plinko.app.persistence.statements import facts, store
-from plinko.app.protocol import messages
 from plinko.app.rooms.independent import IndependentRoom
 from plinko.app.rooms.kinds import DRAW, BallLimits, format_of, make_room
 from plinko.app.rooms.records import (
@@ -31,6 +29,7 @@ from plinko.app.rooms.records import (
     InputRow,
     KeptBasis,
     Parked,
+    ResultRow,
     RoomRow,
     TableState,
     Void,
@@ -42,8 +41,6 @@ from plinko.engine.drops.flight import fly
 
 T = TypeVar("T")
 
-_SLICE: Final = 0.02  # s of replay before other work gets its turn
-_TICKS: Final = 4  # replayed before the clock is checked
 _PAGE: Final = 500  # inputs read at once; commits wait meanwhile
 
 _log = logging.getLogger("plinko")
@@ -195,7 +192,7 @@ class Recovery:
         landed = await asyncio.to_thread(load_table, room, state, record.clock.tick)
         await self._confirm(row.id)
         self._runs.begin(row.id, record)
-        self._runs.add_results([room.format.result(row.number, each) for each in landed])
+        self._runs.add_results(landed)
         if row.awake and not room.awake:
             self._runs.slept(room)
         return room
@@ -224,8 +221,7 @@ class Recovery:
             )
             replay.take(page)
             to_end = len(page) < _PAGE
-            while not await asyncio.to_thread(_slice, functools.partial(replay.run, to_end=to_end)):
-                pass
+            await asyncio.to_thread(replay.run, to_end=to_end)
             if to_end:
                 return replay
 
@@ -284,8 +280,8 @@ class Recovery:
         return [*landed, void, Close(row.number, tick, self._runs.now())]
 
 
-def load_table(room: IndependentRoom, state: TableState, tick: int) -> list[messages.Landed]:
-    """Bring a new room to this tick; returns the landings that have no result in the ledger."""
+def load_table(room: IndependentRoom, state: TableState, tick: int) -> list[ResultRow]:
+    """Bring a new room to this tick; returns the results that the ledger lacks."""
     flying = [(fact, fly(room.board, room.start_of(fact))) for fact in state.flying]
     return room.load(state, flying, tick)
 
@@ -311,12 +307,3 @@ def _sound(connection: Connection, read: Callable[..., T], /, **values: object) 
         if type(error) is not sa.exc.DatabaseError:
             raise
         raise DamagedRoomError("its pages in the database are damaged") from error
-
-
-def _slice(run: Callable[[int], bool]) -> bool:
-    """Call `run` for the length of a slice; returns whether it has finished."""
-    end = time.perf_counter() + _SLICE
-    while not run(_TICKS):
-        if time.perf_counter() >= end:
-            return False
-    return True

@@ -26,7 +26,7 @@ from plinko.app.persistence.statements import (
     webhook_store,
 )
 from plinko.app.persistence.statements.store import unended_drops
-from plinko.app.rooms.drop_format import DropFormat
+from plinko.app.rooms.outcome import void_of
 from plinko.app.rooms.records import (
     BoardRow,
     Close,
@@ -50,8 +50,8 @@ from plinko.app.rooms.records import (
 
 _PROBE: Final = b"\0" * 8192  # more than a page, so that a database that cannot grow refuses it
 
-_MARKED: Final = {"tick": "bigint", "awake": "boolean", "used": "float8"}
-_CHECKED: Final = _MARKED | {"checkpoint": "bytea", "checkpoint_drops": "bigint"}
+_MARKED: Final = ("tick", "awake", "used")
+_CHECKED: Final = (*_MARKED, "checkpoint", "checkpoint_drops")
 
 _CONTENTS: Final = {BoardRow: tables.boards, DrawRow: tables.draws}
 """Rows that are stored once, under the digest of their content."""
@@ -134,47 +134,29 @@ def _tally(connection: Connection, ended: Ended) -> None:
 def _mark(connection: Connection, rows: list[Mark]) -> None:
     """Update the progress of open runs; runs that were closed meanwhile do not change."""
     for far, run in groupby(rows, key=lambda row: row.checkpoint is not None):
-        _mark_all(connection, list(run), _CHECKED if far else _MARKED)
-
-
-def _mark_all(connection: Connection, rows: list[Mark], types: dict[str, str]) -> None:
-    """Update these columns: on PostgreSQL in one statement, whatever the number of rooms."""
-    if connection.dialect.name == "postgresql":
-        latest = list({row.room: row for row in rows}.values())
-        lists = {name: [getattr(row, name) for row in latest] for name in types}
-        numbers = [row.room for row in latest]
-        connection.execute(_marked_at_once(tuple(types.items())), {"room": numbers, **lists})
-        return
-    values = [{"room": m.room} | {f"new_{n}": getattr(m, n) for n in types} for m in rows]
-    connection.execute(_marked(tuple(types)), values)
+        names = _CHECKED if far else _MARKED
+        values = [
+            {"run": row.room} | {f"new_{name}": getattr(row, name) for name in names} for row in run
+        ]
+        connection.execute(_marked(names), values)
 
 
 @functools.cache
 def _marked(names: tuple[str, ...]) -> sa.Update:
     row = tables.rooms
-    going_on = (row.c.number == bindparam("room")) & row.c.closed.is_(None)
+    going_on = (row.c.number == bindparam("run")) & row.c.closed.is_(None)
     new: dict[str, object] = {name: bindparam(f"new_{name}") for name in names}
     return update(row).where(going_on).values(new)
 
 
-@functools.cache
-def _marked_at_once(types: tuple[tuple[str, str], ...]) -> sa.TextClause:
-    lists = ", ".join(f"CAST(:{name} AS {kind}[])" for name, kind in (("room", "bigint"), *types))
-    names = ", ".join(name for name, _ in types)
-    new = ", ".join(f"{name} = marked.{name}" for name, _ in types)
-    return sa.text(
-        f"UPDATE rooms SET {new} FROM unnest({lists}) AS marked (room, {names}) "
-        "WHERE rooms.number = marked.room AND rooms.closed IS NULL"
-    )
-
-
 def _void(connection: Connection, rows: list[Void]) -> Ended:
-    # Rooms whose balls touch each other have no drops with results, and nothing is staked there.
-    void, ended = DropFormat().void, list[Row[Any]]()
+    ended = list[Row[Any]]()
     for row in rows:
         unended = unended_drops(connection, row.room)
         if unended:
-            ended += _add_results(connection, [void(drop, row.tick, row.why) for drop in unended])
+            ended += _add_results(
+                connection, [void_of(drop, row.tick, row.why) for drop in unended]
+            )
     return ended
 
 

@@ -195,11 +195,6 @@ class ChangeFormat(InputFormat[InputRow]):
         except InvalidValueError as error:
             raise RecordError(f"{where}.{error}", field=f"{where}.who") from error
 
-    def first_line(self, entry: JsonObject) -> bytes:
-        """The input with its tick."""
-        asked = msgspec.to_builtins(self.input(entry))
-        return msgspec.json.encode([entry["tick"], asked], order="sorted")
-
     def input(self, entry: JsonObject) -> TouchingInput:
         """The input in an entry; raises RecordError."""
         try:

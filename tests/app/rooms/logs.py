@@ -5,13 +5,12 @@ from typing import Any
 
 import msgspec
 
-from plinko.app.protocol import messages
 from plinko.app.protocol.touching_messages import Change
 from plinko.app.protocol.visitors import Tag
 from plinko.app.rooms import log as roomlog
 from plinko.app.rooms.independent import IndependentRoom
 from plinko.app.rooms.pending import DropCommand
-from plinko.app.rooms.records import InputRow
+from plinko.app.rooms.records import InputRow, ResultRow
 from plinko.app.rooms.room import Room
 from plinko.app.rooms.touching.room import TouchingRoom
 from plinko.app.rooms.touching.scene import Scene
@@ -38,7 +37,7 @@ def of_drops() -> Log:
     """
     room = IndependentRoom("own-room", Board.from_json(OWN), tick_rate=TICKS, max_balls=9)
     rows: list[Any] = []
-    results = {}
+    results: dict[int, ResultRow] = {}
     for command in (
         DropCommand(2**63, stake=100, who="ann"),
         DropCommand(7, x=0.25, who="ben", practice=True),
@@ -48,9 +47,8 @@ def of_drops() -> Log:
         room.drop(command)
         rows.append(room.fact_of(command, room.drops - 1))
         for _ in range(30):
-            for event in room.step(watched=False):
-                assert isinstance(event, messages.Landed)
-                results[event.ball] = room.format.result(1, event)
+            room.step(watched=False)
+            results |= {result.ball: result for result in room.take_results()}
     assert 0 < len(results) < len(rows), "some have landed, some not"
     entries = [room.format.entry(row, results.get(row.ball), room.world.tick) for row in rows]
     return finished(room, entries)

@@ -23,7 +23,6 @@ import { worldDigest } from "./world.js";
  */
 
 const KIND = "plinko-room";
-const FIRST_VERSION = 1; // its digest covers only the world's digest and those of the drops
 const VERSION = 2;
 const AT_ONCE = 50; // drops between two pauses
 
@@ -45,7 +44,7 @@ export async function compareLog(solver, value, form, pause = () => {}) {
   const board = solver.read(form);
   const digest = boardDigest(board);
   const other = compareFields(log, {
-    version: log.version === FIRST_VERSION ? FIRST_VERSION : VERSION,
+    version: VERSION,
     board_digest: digest,
     solver: "exact",
     physics_version: PHYSICS_VERSION,
@@ -159,16 +158,11 @@ function covered(entry) {
   return Object.fromEntries(Object.entries(entry).filter(([name]) => !UNCOVERED.includes(name)));
 }
 
-/** @param {Log} log @returns {string} by the rule of its version, 64 hexadecimal digits */
+/** @param {Log} log @returns {string} 64 hexadecimal digits */
 function logDigest(log) {
   const { drops } = log;
   const head = Object.entries(log).filter(([name]) => name !== "drops" && name !== "digest");
   const out = new Bytes();
-  if (log.version === FIRST_VERSION) {
-    out.text(log.world_digest);
-    for (const { result } of drops) out.text(`${String(result?.digest ?? "-")}\n`);
-  } else {
-    for (const line of [Object.fromEntries(head), ...drops.map(covered)]) out.text(`${canonical(line)}\n`);
-  }
+  for (const line of [Object.fromEntries(head), ...drops.map(covered)]) out.text(`${canonical(line)}\n`);
   return sha256(out.written);
 }

@@ -21,6 +21,7 @@ from sqlalchemy import Connection
 
 from plinko.app.errors import LedgerError, UndecidedError
 from plinko.app.live.broadcast.hub import Hub
+from plinko.app.live.live_room import LiveRoom
 from plinko.app.live.registry import Rooms
 from plinko.app.persistence.lease_book import LeaseBook, Unshared
 from plinko.app.persistence.leases import Leases
@@ -121,14 +122,21 @@ class Clockwork:
         self.pass_time(0.0)
 
 
-class _Heard(PersistenceService):
+class _Heard(Rooms):
     """Records the landings that rooms send."""
 
     told: dict[str, Told]
 
-    def landed(self, room: Room, landed: messages.Landed) -> None:
-        self.told[room.id].hear(msgspec.to_builtins(landed))
-        super().landed(room, landed)
+    def add(self, room: Room) -> LiveRoom:
+        live = super().add(room)
+        landed = live.landings.landed
+
+        def hear(event: messages.Landed) -> None:
+            self.told[room.id].hear(msgspec.to_builtins(event))
+            landed(event)
+
+        live.landings.landed = hear  # type: ignore[method-assign]
+        return live
 
 
 class Table:
@@ -152,16 +160,15 @@ class Table:
         )
         self.ledger.open()
         self.ledger.attach(self.loop)
-        self.persistence = _Heard(
+        self.persistence = PersistenceService(
             self.ledger,
             tick_rate=60,
             limits=LIMITS,
             now=lambda: 1e9 + self.loop.now,
             leases=Leases(self.ledger, book) if book else None,
         )
-        self.persistence.told = told
         board = Board.preset("triangle-8")
-        self.rooms = Rooms(
+        self.rooms = _Heard(
             Settings(),
             Boards(8),
             Hub(8),
@@ -169,6 +176,7 @@ class Table:
             clock=lambda: self.loop.now,
             persistence=self.persistence,
         )
+        self.rooms.told = told
         self.ledger.start = lambda: None  # type: ignore[method-assign]
 
     def within(self, call: Callable[[], T]) -> T:
