@@ -48,6 +48,7 @@ class RoomRow:
     opened, used, closed: Unix times in s; the run began at `opened`.
     creator: identifies who opened it, if rooms are counted per creator.
     rules: of the release that began it; see RULES.
+    pruned: drops below this number are deleted.
     """
 
     number: int
@@ -67,6 +68,7 @@ class RoomRow:
     creator: str | None = None
     draw: str | None = None
     rules: int = 2
+    pruned: int = 0
 
 
 RULES: Final = 2
@@ -418,10 +420,16 @@ class LeaseRow:
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
-    """A webhook's target has received the events with these numbers."""
+class Received:
+    """A webhook's target has received all drops of a run below `next`.
 
-    numbers: tuple[int, ...]
+    It has received their landings, too, except those of the balls in `flying`.
+    """
+
+    target: str
+    run: int
+    next: int
+    flying: tuple[int, ...]
 
 
 Write = (
@@ -441,5 +449,5 @@ Write = (
     | QueueRow
     | Halt
     | Release
-    | Heard
+    | Received
 )

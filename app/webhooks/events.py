@@ -32,7 +32,7 @@ def event_of(row: JsonObject, labels: Labels) -> dict[str, object]:
         "ball": row["ball"],
         "board": row["board"],
     }
-    event |= {name: row[name] for name in _ALWAYS}
+    event |= {name: row[name] for name in _ALWAYS} | {"seed": str(row["seed"])}
     event |= {name: row[name] for name in _OPTIONAL if row.get(name) is not None}
     if row["practice"]:
         event["practice"] = True

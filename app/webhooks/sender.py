@@ -1,9 +1,9 @@
-"""Sends a target the events that it has not confirmed, in order, until it answers 2xx.
+"""Sends a target the events that it has not received, in order, until it answers 2xx.
 
 A request without such an answer is sent again, after longer and longer pauses, without end. So a
-target receives every event at least once. If the server ends after a target has answered but before
-the ledger has recorded it, the event is sent again after the next start. A target recognizes
-repeated events by their ids.
+target receives every event at least once, unless `retention` deletes its drop before. If the server
+ends after a target has answered but before the ledger has recorded it, the event is sent again
+after the next start. A target recognizes repeated events by their ids.
 """
 
 import asyncio
@@ -17,7 +17,6 @@ import httpx
 from plinko.app.errors import LedgerError
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.statements import webhook_store
-from plinko.app.rooms.records import Heard
 from plinko.app.webhooks.events import body_of, event_of, signed
 from plinko.app.webhooks.targets import Target
 from plinko.engine.json_text import JsonObject
@@ -57,24 +56,30 @@ class Sender:
         self._now = now
         self._sleep = sleep
         self._patience = patience
-        self._failing_since: float | None = None
+        self._failing = False
+        self._oldest: float | None = None  # Unix time of the oldest event that waits
         self._labels: dict[str, webhook_store.Labels] = {}  # by board
 
     @property
-    def late(self) -> float:
-        """Seconds since tries began to fail; 0 if the last one succeeded."""
-        return 0.0 if self._failing_since is None else self._now() - self._failing_since
+    def age(self) -> float:
+        """Seconds since the oldest event that waits; 0 if none waits."""
+        return 0.0 if self._oldest is None else max(0.0, self._now() - self._oldest)
 
     async def run(self) -> None:
         """Send until cancelled."""
+        followed = False
         while True:
             try:
+                if not followed:
+                    await self._follow()
+                    followed = True
                 waited = self._mine() and await self._send_waiting()
+                if not waited:
+                    self._oldest = None
             except LedgerError:  # the ledger has logged it
                 waited = False
             except Exception:  # noqa: BLE001 - one target must not end the others
                 _log.exception("webhook %s: cannot send events; trying again", self.name)
-                self._fail()
                 await self._sleep(LONGEST)
                 continue
             if not waited:
@@ -83,35 +88,39 @@ class Sender:
     async def _send_waiting(self) -> bool:
         """Send one request with waiting events; False if no event waits. Raises LedgerError."""
         read = self._ledger.read
-        rows = await read(webhook_store.waiting, target=self.target.url, most=MOST)
+        found = await read(webhook_store.waiting, target=self.target.url, most=MOST)
+        rows = found.events
         if not rows:
             return False
+        self._oldest = rows[0]["time"]
         if len(self._labels) >= MOST_BOARDS:
             self._labels.clear()
         for board in {row["board"] for row in rows} - self._labels.keys():
             self._labels[board] = await read(webhook_store.labels, board=board)
         await self._deliver(rows)
-        await self._ledger.commit(Heard(tuple(row["number"] for row in rows)))
+        await self._ledger.commit(*found.cursors)
         return True
+
+    async def _follow(self) -> None:
+        """Begin to follow runs that began without this target; raises LedgerError."""
+        new = await self._ledger.read(webhook_store.follow, target=self.target.url)
+        if new:
+            await self._ledger.commit(*new)
 
     async def _deliver(self, rows: Sequence[JsonObject]) -> None:
         """Send these events in one request, again and again until the target confirms it."""
-        body = body_of([event_of(row, self._labels[row["board"]]) for row in rows])
-        message = f"{rows[0]['number']}-{rows[-1]['number']}"
+        events = [event_of(row, self._labels[row["board"]]) for row in rows]
+        body, message = body_of(events), f"{events[0]['id']}-{events[-1]['id']}"
         delay = FIRST
         while (fault := await self._try(message, body)) is not None:
-            if self._failing_since is None:
+            if not self._failing:
                 _log.warning("webhook %s: %s; trying again", self.name, fault)
-            self._fail()
+            self._failing = True
             await self._sleep(delay)
             delay = min(2.0 * delay, LONGEST)
-        if self._failing_since is not None:
+        if self._failing:
             _log.warning("webhook %s accepts events again", self.name)
-            self._failing_since = None
-
-    def _fail(self) -> None:
-        if self._failing_since is None:
-            self._failing_since = self._now()
+            self._failing = False
 
     async def _try(self, message: str, body: bytes) -> str | None:
         """Send one request; return None if the target confirms it, else the reason."""

@@ -30,6 +30,6 @@ class Webhooks:
                 tasks.create_task(sender.run())
 
     def readings(self) -> Iterator[Reading]:
-        text = "Seconds since a target began to refuse or miss requests; 0 while it answers."
+        text = "Age of the oldest event that a target has not accepted; 0 if none waits."
         for sender in self._senders:
-            yield "plinko_webhook_late_seconds", text, sender.late, {"target": sender.name}
+            yield "plinko_webhook_oldest_seconds", text, sender.age, {"target": sender.name}

@@ -135,9 +135,11 @@ class _Turn:
                 request.fact, request.receipt, request.result = found
 
     def _write_rows(self) -> None:
-        self._connection.execute(
-            sa.insert(tables.drops), [asdict(row) | {"seed": str(row.seed)} for row in self.rows]
-        )
+        players = player_numbers(self._connection, {row.who for row in self.rows if row.who})
+        values = [asdict(row) for row in self.rows]
+        for row in values:
+            row["player"] = players.get(row.pop("who"))
+        self._connection.execute(sa.insert(tables.drops), values)
         if self._leaves:
             fair_store.add_leaves(self._connection, [leaf for _, leaf in self._leaves])
         for request, leaf in self._leaves:
@@ -148,6 +150,18 @@ class _Turn:
                 values = {"used": last.used, "tick": last.tick, "checkpoint_drops": last.ball + 1}
                 marked = sa.update(tables.rooms).where(going_on).values(awake=True, **values)
                 self._connection.execute(marked)
+
+
+def player_numbers(connection: Connection, marks: set[str]) -> dict[str | None, int]:
+    """The numbers of the players with these marks, new ones included."""
+    if not marks:
+        return {}
+    row = tables.players
+    # In one order, so that servers that share a ledger cannot deadlock.
+    new = [{"who": who} for who in sorted(marks)]
+    connection.execute(tables.adding(connection, row).on_conflict_do_nothing(), new)
+    chosen = select(row.c.who, row.c.number).where(row.c.who.in_(marks))
+    return {found.who: found.number for found in connection.execute(chosen)}
 
 
 def _last(connection: Connection, run: int) -> tuple[int, int]:
@@ -248,7 +262,7 @@ def state_at_end(connection: Connection, run: int, tick: int) -> TableState:
     chosen = select(result.bin, func.count()).where(landed).group_by(result.bin)
     sums = {bin_: int(count) for bin_, count in connection.execute(chosen)}
     ended = select(result.ball).where(landed)
-    flying = select(tables.drops).where(drop.room == run, drop.ball.not_in(ended))
+    flying = store.FACTS.where(drop.room == run, drop.ball.not_in(ended))
     rows = connection.execute(flying.order_by(drop.ball))
     flown = [store.drop_of(*row) for row in rows]
     return TableState(ball + 1, last, tick, sums, flown)

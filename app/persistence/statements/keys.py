@@ -4,10 +4,11 @@ The row is written in the transaction that writes what the request makes. So the
 its fact, and a request that is refused leaves its key unused.
 """
 
+import hashlib
+import time
 from collections.abc import Sequence
-from dataclasses import asdict
 
-from sqlalchemy import ColumnElement, Connection, delete, select
+from sqlalchemy import Connection, delete, select
 
 from plinko.app.errors import KeyReusedError
 from plinko.app.persistence.statements import tables
@@ -19,10 +20,11 @@ def use(connection: Connection, key: IdempotencyKey, run: int, fact: str) -> Use
 
     Raises KeyReusedError if the key belongs to another request.
     """
-    row = UsedKey(key.scope, key.key, key.request, run, fact)
+    row = {"id": _id(key), "request": _short(key.request), "run": run, "fact": fact}
+    row |= {"own": key.scope.startswith(QUEUE), "used": int(time.time())}
     adding = tables.adding(connection, tables.idempotency_keys).on_conflict_do_nothing()
     new = adding.returning(tables.idempotency_keys.c.run)
-    if connection.execute(new, asdict(row)).first() is not None:
+    if connection.execute(new, row).first() is not None:
         return None
     found = used(connection, key)
     assert found is not None
@@ -31,7 +33,8 @@ def use(connection: Connection, key: IdempotencyKey, run: int, fact: str) -> Use
 
 def release(connection: Connection, key: IdempotencyKey) -> None:
     """Free a key that this transaction has used, as its request is refused."""
-    connection.execute(delete(tables.idempotency_keys).where(_is(key)))
+    row = tables.idempotency_keys
+    connection.execute(delete(row).where(row.c.id == _id(key)))
 
 
 def forget(connection: Connection) -> None:
@@ -40,14 +43,20 @@ def forget(connection: Connection) -> None:
     A restored backup calls this: the fact of a key may be among the lost ones, and its caller may
     have the reply.
     """
-    chosen = tables.idempotency_keys.c.scope.not_like(f"{QUEUE}%")
-    connection.execute(delete(tables.idempotency_keys).where(chosen))
+    row = tables.idempotency_keys
+    connection.execute(delete(row).where(~row.c.own))
 
 
 def used(connection: Connection, key: IdempotencyKey) -> UsedKey | None:
     """The use of this caller's key, by whatever request."""
-    found = connection.execute(select(tables.idempotency_keys).where(_is(key))).mappings().first()
-    return None if found is None else UsedKey(**found)
+    row = tables.idempotency_keys.c
+    chosen = select(row.request, row.run, row.fact).where(row.id == _id(key))
+    found = connection.execute(chosen).first()
+    if found is None:
+        return None
+    same = found.request == _short(key.request)
+    request = key.request if same else found.request.hex()
+    return UsedKey(key.scope, key.key, request, found.run, found.fact)
 
 
 def decide(connection: Connection, uses: Sequence[KeyUse]) -> None:
@@ -65,6 +74,10 @@ def decide(connection: Connection, uses: Sequence[KeyUse]) -> None:
             each.error = error
 
 
-def _is(key: IdempotencyKey) -> ColumnElement[bool]:
-    row = tables.idempotency_keys.c
-    return (row.scope == key.scope) & (row.key == key.key)
+def _id(key: IdempotencyKey) -> bytes:
+    return hashlib.sha256(f"{key.scope}{key.key}".encode()).digest()[:16]
+
+
+def _short(digest: str) -> bytes:
+    """Half of a digest: 128 bits are enough to tell requests apart."""
+    return bytes.fromhex(digest)[:16]

@@ -63,6 +63,7 @@ def plays(
         .select_from(
             tables.drops.join(tables.rooms, room.number == drop.room)
             .join(tables.boards, board.digest == room.board)
+            .outerjoin(tables.players)
             .outerjoin(
                 tables.results, and_(result.room == drop.room, result.ball == drop.ball)
             )
@@ -70,7 +71,7 @@ def plays(
                 tables.receipts, and_(receipt.room == drop.room, receipt.ball == drop.ball)
             )
         )
-        .where(drop.who == of if isinstance(of, str) else drop.room == of)
+        .where(tables.players.c.who == of if isinstance(of, str) else drop.room == of)
         .order_by(drop.room.desc(), drop.ball.desc())
         .limit(limit)
     )  # fmt: skip
@@ -82,6 +83,7 @@ def plays(
 
 def _play(row: Any) -> Play:
     number, ball, *fields = row
+    fields[4] = str(fields[4])
     receipt = fields[13]
     fields[13] = None if receipt is None else msgspec.json.decode(receipt)["time"]
     return Play((number, ball), *fields)

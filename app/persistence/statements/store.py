@@ -38,7 +38,7 @@ def prune(connection: Connection, before: float, *, keep: bool = False) -> Prune
     # In this order no foreign key ever refers to a deleted row.
     for table, column in (
         (tables.results, tables.results.c.room),
-        (tables.webhooks, tables.webhooks.c.room),
+        (tables.webhook_cursors, tables.webhook_cursors.c.run),
         (tables.drops, tables.drops.c.room),
         (tables.queues, tables.queues.c.room),
         (tables.tallies, tables.tallies.c.room),
@@ -165,6 +165,15 @@ def basis(connection: Connection, board_digest: str, draw_digest: str | None) ->
     return KeptBasis(board(connection, board_digest), connection.scalar(draw))
 
 
+FACTS: Final = select(
+    *(
+        tables.players.c.who if column is tables.drops.c.player else column
+        for column in tables.drops.c
+    )
+).outerjoin_from(tables.drops, tables.players)
+"""The columns of `DropRow`."""
+
+
 def drops(
     connection: Connection, room: int, first: int, limit: int | None = None
 ) -> list[tuple[DropRow, ResultRow | None]]:
@@ -173,17 +182,14 @@ def drops(
     Raises DamagedRoomError if a number is missing or a seed is invalid.
     """
     drop, result = tables.drops.c, tables.results.c
-    joined = tables.drops.outerjoin(
-        tables.results, (drop.room == result.room) & (drop.ball == result.ball)
-    )
     chosen = (
-        select(*drop, *result)  # in the order of the rows' fields
-        .select_from(joined)
+        FACTS.add_columns(*result)  # in the order of the rows' fields
+        .outerjoin(tables.results, (drop.room == result.room) & (drop.ball == result.ball))
         .where(drop.room == room, drop.ball >= first)
         .order_by(drop.ball)
         .limit(limit)
     )
-    fields = len(drop)
+    fields = len(FACTS.selected_columns)
     rows = connection.execute(chosen)
     found = [(drop_of(*row[:fields]), result_of(row[fields:])) for row in rows]
     for number, (row, _) in enumerate(found, first):
@@ -265,11 +271,11 @@ def _rooms(connection: Connection, chosen: Select[Any]) -> list[RoomRow]:
     return [RoomRow(**row) for row in connection.execute(chosen).mappings()]
 
 
-def drop_of(room: int, ball: int, tick: int, seed: str, *rest: Any) -> DropRow:
+def drop_of(room: int, ball: int, tick: int, seed: object, *rest: Any) -> DropRow:
     """The drop in these columns; raises DamagedRoomError."""
-    if not seed.isdecimal():
+    if not isinstance(seed, int):
         raise DamagedRoomError(f"drop {ball} of run {room} has an invalid seed {shorten(seed)}")
-    return DropRow(room, ball, tick, int(seed), *rest)
+    return DropRow(room, ball, tick, seed, *rest)
 
 
 def result_of(fields: Sequence[Any]) -> ResultRow | None:

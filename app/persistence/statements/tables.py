@@ -45,6 +45,33 @@ class Id(TypeDecorator[str]):
         return None if value is None else value.replace("\0", "\ufffd")
 
 
+class Seed(TypeDecorator[int]):
+    """A seed of 64 bits as a signed integer: no database has an unsigned one."""
+
+    impl = BigInteger
+    cache_ok = True
+
+    def process_bind_param(self, value: int | None, dialect: Dialect) -> int | None:
+        return None if value is None else value - (value >> 63 << 64)
+
+    def process_result_value(self, value: int | None, dialect: Dialect) -> int | None:
+        # SQLite returns whatever a damaged row contains.
+        return value % (1 << 64) if isinstance(value, int) else value
+
+
+class Hex(TypeDecorator[str]):
+    """Hexadecimal text, such as a digest, as its bytes."""
+
+    impl = LargeBinary
+    cache_ok = True
+
+    def process_bind_param(self, value: str | None, dialect: Dialect) -> bytes | None:
+        return None if value is None else bytes.fromhex(value)
+
+    def process_result_value(self, value: bytes | None, dialect: Dialect) -> str | None:
+        return value.hex() if isinstance(value, bytes) else value
+
+
 boards = Table(
     "boards",
     metadata,
@@ -88,6 +115,8 @@ rooms = Table(
     Column("creator", String(64)),
     Column("draw", String(64)),  # digest of its draw, if it has one
     Column("rules", Integer, nullable=False, server_default="1"),  # see records.RULES
+    # Drops below this number are deleted, except those of open fair sessions; see retention.py.
+    Column("pruned", BigInteger, nullable=False, server_default="0"),
     Index("rooms_open", "id", unique=True, sqlite_where=text("closed IS NULL"),
           postgresql_where=text("closed IS NULL")),
     Index("rooms_awake", "number", sqlite_where=text("awake AND closed IS NULL"),
@@ -96,25 +125,33 @@ rooms = Table(
           postgresql_where=text("closed IS NULL")),
 )  # fmt: skip
 
+# The marks that players send with their drops. Without a mark, the player is erased.
+players = Table(
+    "players",
+    metadata,
+    Column("number", Integer, primary_key=True),
+    Column("who", String(64), unique=True),
+)
+
 drops = Table(
     "drops",
     metadata,
     Column("room", BigInteger, ForeignKey("rooms.number"), primary_key=True, autoincrement=False),
     Column("ball", BigInteger, primary_key=True, autoincrement=False),
     Column("tick", BigInteger, nullable=False),
-    # Decimal, because no database has an unsigned integer of 64 bits, which a seed may need.
-    Column("seed", String(20), nullable=False),
+    Column("seed", Seed, nullable=False),
     Column("x", Double),  # m, if the player chose the start
     Column("stake", BigInteger, nullable=False),  # minor units
-    Column("who", String(64)),
+    Column("player", Integer, ForeignKey("players.number")),
     Column("aim", Double),  # m, if the player chose the middle of the seed's range
     Column("practice", Boolean, nullable=False),  # whether the player chose the seed or x
     # Shown to spectators; no digest covers these.
     Column("name", Text),
     Column("colour", String(7)),
     CheckConstraint("stake >= 0", name="drops_stake"),
-    Index("drops_who", "who", sqlite_where=text("who IS NOT NULL"),
-          postgresql_where=text("who IS NOT NULL")),
+    Index("drops_player", "player", sqlite_where=text("player IS NOT NULL"),
+          postgresql_where=text("player IS NOT NULL")),
+    sqlite_with_rowid=False,
 )  # fmt: skip
 
 # All inputs of rooms whose balls touch each other, including drops: a replay needs nothing else.
@@ -129,15 +166,17 @@ inputs = Table(
 )
 
 # The idempotency keys that callers have used, and what their first requests have made; see
-# app/rooms/keys.py. A row stays as long as its room run.
+# app/rooms/keys.py. `id` is a hash of scope and key. Old rows are deleted; see retention.py.
 idempotency_keys = Table(
     "idempotency_keys",
     metadata,
-    Column("scope", String(64), primary_key=True),
-    Column("key", String(64), primary_key=True),
-    Column("request", String(64), nullable=False),
+    Column("number", BigInteger().with_variant(Integer, "sqlite"), primary_key=True),
+    Column("id", LargeBinary(16), nullable=False, unique=True),
+    Column("request", LargeBinary(16), nullable=False),
     Column("run", BigInteger, nullable=False),
     Column("fact", String(64), nullable=False),
+    Column("own", Boolean, nullable=False),  # whether it is a key of a queue's ball
+    Column("used", BigInteger, nullable=False),  # Unix time, s
 )
 
 results = Table(
@@ -150,11 +189,12 @@ results = Table(
     Column("score", Double, nullable=False),
     Column("t", Double, nullable=False),  # s
     Column("x_end", Double, nullable=False),  # m
-    Column("digest", String(64), nullable=False),
+    Column("digest", Hex, nullable=False),
     Column("unsettled", Text),
     Column("payout", BigInteger, nullable=False),  # minor units
     ForeignKeyConstraint(["room", "ball"], ["drops.room", "drops.ball"]),
     CheckConstraint("payout >= 0", name="results_payout"),
+    sqlite_with_rowid=False,
 )
 
 # The number of a run's results by bin, so that no table has to be counted; -1: no bin.
@@ -229,19 +269,15 @@ halts = Table(
     Column("since", Double, nullable=False),  # Unix time, s
 )
 
-# Webhook events that are not yet delivered: a ball was accepted, or has landed.
-webhooks = Table(
-    "webhooks",
+# What a webhook's target has received of a table's run: its drops below `next`, and their landings
+# but for the balls in `flying`, a JSON list.
+webhook_cursors = Table(
+    "webhook_cursors",
     metadata,
-    Column("number", BigInteger().with_variant(Integer, "sqlite"), primary_key=True),
-    Column("target", Text, nullable=False),
-    Column("room", BigInteger, nullable=False),
-    Column("ball", BigInteger, nullable=False),
-    Column("event", String(8), nullable=False),
-    ForeignKeyConstraint(["room", "ball"], ["drops.room", "drops.ball"]),
-    Index("webhooks_target", "target", "number"),
-    Index("webhooks_ball", "room", "ball"),
-    sqlite_autoincrement=True,  # without it SQLite may reuse the number of a deleted row
+    Column("target", Text, primary_key=True),
+    Column("run", BigInteger, primary_key=True, autoincrement=False),
+    Column("next", BigInteger, nullable=False),
+    Column("flying", Text, nullable=False),
 )
 
 # A run's queue of drops as JSON: its items, and whether it is paused.

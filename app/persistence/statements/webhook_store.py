@@ -1,73 +1,121 @@
-"""Statements of webhook events that are not yet delivered, a row for each event and target.
+"""What the targets of webhooks have received: a cursor for each target and table run.
 
-An event is written in the transaction of its drop or result, so neither exists without the other.
-Within a room, a higher number means a later event.
+Every drop and landing is an event. The ledger has them all, so nothing else is stored of those that
+wait, however long a target is away.
 """
 
 from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from operator import itemgetter
 from typing import Final
 
 import msgspec
-from sqlalchemy import Connection, delete, insert, select
+from sqlalchemy import Connection, Row, func, or_, select
 
 from plinko.app.persistence.statements import tables
-from plinko.app.rooms.records import Heard
+from plinko.app.persistence.statements.store import FACTS
+from plinko.app.rooms.independent import DRAW, INDEPENDENT
+from plinko.app.rooms.records import Received, RoomRow
 from plinko.engine.json_text import JsonObject
 
 ACCEPTED: Final = "accepted"
 LANDED: Final = "landed"
 
-Ball = tuple[int, int]
-"""The number of a room run, and of a ball in it."""
-
 Labels = Sequence[str | None]
 """The labels of a board's bins, None for a bin without one; empty if no bin has one."""
 
 
-def tell(
-    connection: Connection, targets: Sequence[str], accepted: Sequence[Ball], landed: Sequence[Ball]
-) -> None:
-    """Queue events of these balls for each target."""
-    events = [(ACCEPTED, ball) for ball in accepted] + [(LANDED, ball) for ball in landed]
-    rows = [
-        {"target": target, "room": room, "ball": ball, "event": event}
-        for event, (room, ball) in events
-        for target in targets
-    ]
-    if rows:
-        connection.execute(insert(tables.webhooks), rows)
+@dataclass(frozen=True, slots=True)
+class Waiting:
+    """The oldest events that a target has not received, and its cursors after them.
 
-
-def waiting(connection: Connection, target: str, most: int) -> list[JsonObject]:
-    """The oldest `most` events that are not yet delivered to a target, in order.
-
-    Each has the columns of `webhooks` and `drops`, the room's id as `room_id`, and the digest of
-    its `board`. A landing also has the columns of `results`, prefixed with `result_`.
+    Each event has the columns of `DropRow`, the room's id as `room_id`, the digest of its `board`,
+    and the Unix time of its tick in s as `time`. A landing also has the columns of `results`,
+    prefixed with `result_`.
     """
-    hook, room = tables.webhooks.c, tables.rooms.c
-    drop, result = tables.drops.c, tables.results.c
-    joined = (
-        tables.webhooks.join(tables.rooms, hook.room == room.number)
-        .join(tables.drops, (hook.room == drop.room) & (hook.ball == drop.ball))
-        .outerjoin(
-            tables.results,
-            (hook.room == result.room) & (hook.ball == result.ball) & (hook.event == LANDED),
-        )
+
+    events: list[JsonObject]
+    cursors: list[Received]
+
+
+def begin(connection: Connection, targets: Sequence[str], rows: Sequence[RoomRow]) -> None:
+    """Make cursors of these new runs."""
+    tables_of = [row.number for row in rows if row.mode in (INDEPENDENT, DRAW)]
+    received(connection, [Received(t, run, 0, ()) for run in tables_of for t in targets])
+
+
+def follow(connection: Connection, target: str) -> list[Received]:
+    """The cursors of a target that receives what happens from now on in all open runs."""
+    room, drop, result = tables.rooms.c, tables.drops.c, tables.results.c
+    cursor = tables.webhook_cursors.c
+    known = select(cursor.run).where(cursor.target == target)
+    going_on = (
+        room.closed.is_(None) & room.mode.in_((INDEPENDENT, DRAW)) & room.number.not_in(known)
     )
+    found: list[Received] = []
+    for run in connection.execute(select(room.number).where(going_on)).scalars().all():
+        last = connection.scalar(select(func.max(drop.ball)).where(drop.room == run))
+        flying = (
+            select(drop.ball)
+            .outerjoin(tables.results, (result.room == drop.room) & (result.ball == drop.ball))
+            .where(drop.room == run, result.ball.is_(None))
+        )
+        balls = tuple(connection.execute(flying).scalars())
+        found.append(Received(target, run, 0 if last is None else last + 1, balls))
+    return found
+
+
+def waiting(connection: Connection, target: str, most: int) -> Waiting:
+    """The oldest `most` events that a target has not received, run by run."""
+    cursor, room = tables.webhook_cursors.c, tables.rooms.c
+    behind = or_(cursor.next < room.checkpoint_drops, cursor.flying != "[]")
     chosen = (
-        select(
-            *hook,
-            room.id.label("room_id"),
-            room.board,
-            *(column for column in drop if column.name not in ("room", "ball")),
-            *(column.label(f"result_{column.name}") for column in result),
-        )
-        .select_from(joined)
-        .where(hook.target == target)
-        .order_by(hook.number)
-        .limit(most)
+        select(cursor.next, cursor.flying, tables.rooms)
+        .join(tables.rooms, room.number == cursor.run)
+        .where(cursor.target == target, behind)
+        .order_by(cursor.run)
     )
-    return [dict(row) for row in connection.execute(chosen).mappings()]
+    found = Waiting([], [])
+    for row in connection.execute(chosen).all():
+        flying = {ball for ball in msgspec.json.decode(row.flying) if ball >= row.pruned}
+        events = _events(connection, row, flying, most - len(found.events))
+        if not events:
+            continue
+        new = {event["ball"] for event in events if event["event"] == ACCEPTED}
+        landed = {event["ball"] for event in events if event["event"] == LANDED}
+        after = max(new, default=row.next - 1) + 1
+        found.events.extend(events)
+        found.cursors.append(
+            Received(target, row.number, after, tuple(sorted((flying | new) - landed)))
+        )
+        if len(found.events) == most:
+            break
+    return found
+
+
+def _events(connection: Connection, run: Row, flying: set[int], most: int) -> list[JsonObject]:
+    """The first `most` events of a run after its cursor, in the order of their ticks."""
+    drop, result = tables.drops.c, tables.results.c
+    columns = (column.label(f"result_{column.name}") for column in result)
+    chosen = (
+        FACTS.add_columns(*columns)
+        .outerjoin(tables.results, (drop.room == result.room) & (drop.ball == result.ball))
+        .where(drop.room == run.number, or_(drop.ball >= run.next, drop.ball.in_(flying)))
+        .order_by(drop.ball)
+        .limit(most + len(flying))
+    )
+    events = []
+    for row in connection.execute(chosen).mappings():
+        fact = {**row, "room_id": run.id, "board": run.board}
+        ticks = []
+        if row["ball"] >= run.next:
+            ticks.append((row["tick"], ACCEPTED))
+        if row["result_ball"] is not None:
+            ticks.append((row["result_tick"], LANDED))
+        for tick, event in ticks:
+            time = run.opened + tick / run.tick_rate
+            events.append(fact | {"event": event, "at": tick, "time": time})
+    return sorted(events, key=itemgetter("at", "event", "ball"))[:most]
 
 
 def labels(connection: Connection, board: str) -> Labels:
@@ -76,7 +124,13 @@ def labels(connection: Connection, board: str) -> Labels:
     return tuple(label and label["text"] for label in bins.get("labels", ()))
 
 
-def heard(connection: Connection, rows: list[Heard]) -> None:
-    """Delete delivered events."""
-    numbers = [number for row in rows for number in row.numbers]
-    connection.execute(delete(tables.webhooks).where(tables.webhooks.c.number.in_(numbers)))
+def received(connection: Connection, rows: Sequence[Received]) -> None:
+    """Move cursors."""
+    if not rows:
+        return
+    new = tables.adding(connection, tables.webhook_cursors)
+    moved = {name: new.excluded[name] for name in ("next", "flying")}
+    values = [asdict(row) | {"flying": msgspec.json.encode(row.flying).decode()} for row in rows]
+    connection.execute(
+        new.on_conflict_do_update(index_elements=["target", "run"], set_=moved), values
+    )

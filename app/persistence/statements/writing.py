@@ -35,12 +35,12 @@ from plinko.app.rooms.records import (
     FairOpening,
     FairSessionRow,
     Halt,
-    Heard,
     InputRow,
     Mark,
     NewDrop,
     NewInput,
     QueueRow,
+    Received,
     Release,
     ResultRow,
     RoomRow,
@@ -63,7 +63,7 @@ Ended = Sequence[Row[Any]]
 def apply(connection: Connection, writes: Sequence[Write], targets: Sequence[str] = ()) -> None:
     """Apply `writes` in order; consecutive ones of a kind share statements.
 
-    targets: webhooks for which events of drops and results are queued.
+    targets: of webhooks, which receive what happens in new runs.
     """
     # Boards and draws refer to no other rows, so they can be first.
     for kind, table in _CONTENTS.items():
@@ -77,13 +77,8 @@ def apply(connection: Connection, writes: Sequence[Write], targets: Sequence[str
         _tally(connection, ended)
         totals.count(connection, [(row.room, row.ball) for row in ended])
     if targets:
-        accepted = [
-            (each.fact.room, each.fact.ball)
-            for each in writes
-            if isinstance(each, NewDrop) and each.fact is not None and not each.earlier
-        ]
-        landed = [(row.room, row.ball) for row in ended]
-        webhook_store.tell(connection, targets, accepted, landed)
+        begun = [write for write in writes if isinstance(write, RoomRow)]
+        webhook_store.begin(connection, targets, begun)
 
 
 def _write(connection: Connection, writes: Iterable[Write]) -> Ended:
@@ -184,5 +179,5 @@ _APPLY: dict[type, Callable[[Connection, Any], Ended | None]] = {
     QueueRow: queue_store.put,
     Halt: halt_store.halt,
     Release: halt_store.release,
-    Heard: webhook_store.heard,
+    Received: webhook_store.received,
 }

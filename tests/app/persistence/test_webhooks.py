@@ -21,8 +21,8 @@ from plinko.app.rooms.records import (
     BoardRow,
     Close,
     DropRow,
-    Heard,
     NewDrop,
+    Received,
     ResultRow,
     RoomRow,
     Void,
@@ -48,7 +48,7 @@ def begun() -> list[Write]:
 
 
 def drop(ball: int, stake: int = 0) -> NewDrop:
-    return new(DropRow(RUN, ball, 10 * ball, seed=ball, stake=stake))
+    return new(DropRow(RUN, ball, 10 * ball, seed=ball, stake=stake), used=1.0)
 
 
 def result(ball: int) -> ResultRow:
@@ -67,8 +67,8 @@ async def opened(url: str, targets: Sequence[str] = (URL,)) -> AsyncIterator[Led
 
 
 async def ids(ledger: Ledger, target: str = URL) -> list[tuple[int, str]]:
-    rows = await ledger.read(webhook_store.waiting, target=target, most=MOST)
-    return [(row["ball"], row["event"]) for row in rows]
+    found = await ledger.read(webhook_store.waiting, target=target, most=MOST)
+    return [(row["ball"], row["event"]) for row in found.events]
 
 
 def test_each_target_gets_each_drop_and_each_result_once(url: str) -> None:
@@ -79,10 +79,10 @@ def test_each_target_gets_each_drop_and_each_result_once(url: str) -> None:
             await ledger.commit(result(1), result(0))  # computed again, as after a crash
             for target in (URL, "http://other.test"):
                 assert await ids(ledger, target) == [
-                    (0, "accepted"), (1, "accepted"), (1, "landed"), (0, "landed")
+                    (0, "accepted"), (1, "accepted"), (0, "landed"), (1, "landed")
                 ]  # fmt: skip
-            (row, *_) = await ledger.read(webhook_store.waiting, target=URL, most=1)
-            await ledger.commit(Heard((row["number"],)))
+            one = await ledger.read(webhook_store.waiting, target=URL, most=1)
+            await ledger.commit(*one.cursors)
             assert len(await ids(ledger)) == 3
             assert len(await ids(ledger, "http://other.test")) == 4
 
@@ -110,12 +110,17 @@ def test_a_voided_ball_is_sent_as_landed(url: str) -> None:
     asyncio.run(scene())
 
 
-def test_without_targets_nothing_is_written_down(url: str) -> None:
+def test_a_new_target_gets_what_happens_from_now_on(url: str) -> None:
     async def scene() -> None:
         async with opened(url, ()) as ledger:
-            await ledger.commit(*begun(), drop(0))
+            await ledger.commit(*begun(), drop(0), drop(1))
             await ledger.commit(result(0))
             assert await ids(ledger) == []
+            await ledger.commit(*await ledger.read(webhook_store.follow, target=URL))
+            assert await ids(ledger) == []
+            await ledger.commit(drop(2), result(1))
+            assert await ids(ledger) == [(2, "accepted"), (1, "landed")]
+            assert await ledger.read(webhook_store.follow, target=URL) == []
 
     asyncio.run(scene())
 
@@ -193,20 +198,21 @@ def test_a_failing_target_gets_all_in_order_once_it_is_well(fault: Any, tmp_path
             return sending
 
     sending = asyncio.run(scene())
-    accepted = [f"1.{ball}.accepted" for ball in range(MOST)]
-    assert target.ids == accepted + [f"1.{ball}.landed" for ball in reversed(range(MOST))]
+    events = [(10 * ball + wait, f"1.{ball}.{event}") for ball in range(MOST)
+              for wait, event in ((0, "accepted"), (99, "landed"))]  # fmt: skip
+    assert target.ids == [name for _, name in sorted(events, key=lambda event: event[0])]
     assert sending.waited == [FIRST, 2 * FIRST, 4 * FIRST]
     assert len(set(target.bodies[:4])) == 1  # every attempt sends the same body
 
 
-def test_events_not_deleted_from_the_ledger_are_sent_again(tmp_path: Path) -> None:
+def test_events_whose_cursor_was_not_moved_are_sent_again(tmp_path: Path) -> None:
     target = FakeTarget()
 
     class Forgetful(Ledger):
         refusals = 2
 
         async def commit(self, *writes: Write, use: KeyUse | None = None) -> None:
-            if isinstance(writes[-1], Heard) and self.refusals:
+            if isinstance(writes[-1], Received) and self.refusals:
                 self.refusals -= 1
                 raise LedgerError("not now")
             await super().commit(*writes, use=use)
@@ -235,7 +241,7 @@ def test_a_prize_is_sent_with_its_winner(tmp_path: Path) -> None:
     async def scene() -> None:
         async with opened(f"sqlite:///{tmp_path / 'plinko.db'}") as ledger:
             row = BoardRow(prizes.digest, prizes.name, prizes.to_json())
-            named = new(DropRow(RUN, 0, 0, seed=0, name="Ann", colour="#00ff00"))
+            named = new(DropRow(RUN, 0, 0, seed=0, name="Ann", colour="#00ff00"), 1.0)
             await ledger.commit(row, dataclasses.replace(room, board=prizes.digest), named)
             await ledger.commit(result(0))
             await Sending(ledger, target).until_heard(target, 2)
@@ -245,7 +251,7 @@ def test_a_prize_is_sent_with_its_winner(tmp_path: Path) -> None:
     assert [(event["name"], event["colour"]) for event in target.heard] == 2 * [("Ann", "#00ff00")]
 
 
-def test_a_sender_that_fails_says_so_counts_as_late_and_goes_on(
+def test_a_sender_that_fails_says_so_and_goes_on(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     target = FakeTarget([ZeroDivisionError("a fault of the program")])

@@ -216,7 +216,7 @@ def test_postgresqls_own_check_is_asked_where_it_is_installed(
             "UPDATE pg_index SET indisready = false WHERE indexrelid = 'drops_pkey'::regclass"
         )
         connection.execute(
-            "INSERT INTO drops SELECT room, 50, tick, seed, x, stake, who, aim, practice "
+            "INSERT INTO drops SELECT room, 50, tick, seed, x, stake, player, aim, practice "
             "FROM drops LIMIT 1"
         )
         connection.execute(

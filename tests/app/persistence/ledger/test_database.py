@@ -16,7 +16,7 @@ from tests.kit.waiting import until
 
 
 def test_records_read_by_position_match_the_order_of_columns() -> None:
-    assert DropRow.__slots__ == tuple(tables.drops.c.keys())
+    assert DropRow.__slots__ == tuple(store.FACTS.selected_columns.keys())
     assert ResultRow.__slots__ == tuple(tables.results.c.keys())
     assert ReceiptRow.__slots__ == tuple(tables.receipts.c.keys())
 
