@@ -1,9 +1,9 @@
 """Loads rooms from the ledger when they are first asked for.
 
 A table is loaded from its sums and the facts that have not landed; a thread computes their flights.
-Touching balls are replayed from the last checkpoint, on a thread too. A room whose record is damaged
-is set aside with its rows unchanged, and clients that ask for it get an error; all other rooms
-play.
+Touching balls are replayed from the last checkpoint, on a thread too. A room whose record is
+damaged is set aside with its rows unchanged, and clients that ask for it get an error; all other
+rooms play.
 """
 
 import asyncio
