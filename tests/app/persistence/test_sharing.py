@@ -446,7 +446,7 @@ def test_tables_are_made_even_on_a_busy_machine(
     patience = sa.text("SHOW idle_in_transaction_session_timeout")
     found: list[str] = []
 
-    def made(connection: sa.Connection, **how: bool) -> None:
+    def made(connection: sa.Connection, **how: Any) -> None:
         found.append(connection.execute(patience).scalar_one())
         make(connection, **how)
 
