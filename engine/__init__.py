@@ -4,6 +4,10 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, Final
 
+# Started in a checkout, Python finds this folder as `engine`: a second copy of every module.
+if __name__ != "plinko.engine":
+    raise ImportError(f"{__name__} is the source of plinko.engine: import plinko.engine")
+
 from plinko.engine.board.making import polygon
 from plinko.engine.board.materials import Material
 from plinko.engine.board.model import Board

@@ -60,8 +60,8 @@ class DropBatch:
     """Outcomes of many drops in the order of their seeds; all arrays have shape (n,), read-only.
 
     bin (-1 if the ball did not land), duration in s, impact_count, x_end in m, outcome
-    (engine.exact.outcome), x_start in m. `batch[3]`, and each item of a loop over the batch, is a
-    whole `Drop`, recomputed from its start. `batch[3:7]`, `batch[batch.bin == 3]` and
+    (`plinko.engine.exact.outcome`), x_start in m. `batch[3]`, and each item of a loop over the
+    batch, is a whole `Drop`, recomputed from its start. `batch[3:7]`, `batch[batch.bin == 3]` and
     `batch[[5, 2]]` are batches. Batches are equal if their digests are. polars, pyarrow and other
     readers of Arrow take a batch itself as a table; pandas takes its `columns()`.
     """

@@ -7,7 +7,7 @@ All numbers little-endian, floats as their raw IEEE 754 bits (a NaN as one fixed
     uint32   PHYSICS_VERSION
     uint8    solver: 0 exact, 1 stepped, then float64 dt, uint32 substeps, float64 correction
     5 x f8   the start: x, y, vx, vy, omega
-    uint8    outcome (engine.exact.outcome)
+    uint8    outcome (`plinko.engine.exact.outcome`)
     uint64   number of events, then for each 6 x f8 (t, x, y, vx, vy, omega after it) and
              2 x int32 (kind, index)
 """

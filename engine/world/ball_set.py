@@ -11,7 +11,7 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class End:
-    """How a ball's drop ended: outcome (engine.exact.outcome), bin or -1, t in s, x in m.
+    """How a ball's drop ended: outcome (`plinko.engine.exact.outcome`), bin or -1, t in s, x in m.
 
     ticks: from the ball's start to the first tick at or after the end; None: that is this tick.
     """

@@ -59,7 +59,7 @@ def run_python(code: str, folder: Path = ROOT, **environment: str) -> str:
 def test_plain_python_gives_the_golden_digests() -> None:
     """One drop on every preset and scene by both solvers, without the JIT."""
     code = (
-        "import sys, engine.exact.trace as exact\n"
+        "import sys, plinko.engine.exact.trace as exact\n"
         "assert not hasattr(exact.trace_many, 'function'), 'kernels are compiled'\n"
         "from tests.golden import check\n"
         "sys.exit(check.main(['--quick']))\n"

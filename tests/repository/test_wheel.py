@@ -1,16 +1,12 @@
-"""The wheel, built and installed without the source tree, as users get it from an index."""
+"""The wheel, built from the source distribution and installed, as users get it from an index."""
 
 import base64
 import email
 import hashlib
 import json
-import os
 import re
 import subprocess
-import sys
-import venv
 import zipfile
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -18,58 +14,14 @@ import pytest
 from plinko import engine
 from plinko.engine.jit import native
 from tests.golden.check import golden
+from tests.repository.conftest import Installed
 from tests.repository.test_repository import PROJECT, ROOT
-
-
-@dataclass(frozen=True)
-class Installed:
-    """A wheel and an environment in which it is installed."""
-
-    wheel: Path
-    folder: Path
-
-    def run(self, *command: str) -> subprocess.CompletedProcess[str]:
-        """Run a program of the environment, away from the source and without its path."""
-        environment = {name: v for name, v in os.environ.items() if name != "PYTHONPATH"}
-        return subprocess.run(
-            [self.folder / "bin" / command[0], *command[1:]],
-            cwd=self.folder,
-            env=environment,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-
-    def python(self, code: str) -> str:
-        done = self.run("python", "-c", code)
-        assert done.returncode == 0, done.stderr
-        return done.stdout
-
-
-@pytest.fixture(scope="module")
-def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
-    """Build the wheel by the project's backend; dependencies come from the tests' environment."""
-    folder = tmp_path_factory.mktemp("wheel")
-    pip: list[str | Path] = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet"]
-    offline: list[str | Path] = ["--no-deps", "--no-index"]
-    build = [*pip, "wheel", *offline, "--no-build-isolation", "--wheel-dir", folder, ROOT]
-    subprocess.run(build, check=True)
-    (wheel,) = folder.glob("*.whl")
-    fresh = folder / "fresh"
-    venv.create(fresh, with_pip=False)
-    # A .pth file adds this folder, but not what .pth files in it would add, such as the source.
-    (site,) = fresh.glob("lib/python*/site-packages")
-    there = [path for path in sys.path if path.endswith("site-packages")]
-    (site / "dependencies.pth").write_text("\n".join(there) + "\n")
-    target = [*pip, "--python", fresh / "bin" / "python", "install", *offline, wheel]
-    subprocess.run(target, check=True)
-    return Installed(wheel, fresh)
 
 
 def test_the_wheel_has_engine_server_and_page_and_nothing_else(
     installed: Installed,
 ) -> None:
-    with zipfile.ZipFile(installed.wheel) as archive:
+    with zipfile.ZipFile(installed.source) as archive:
         names = set(archive.namelist())
         (metadata,) = (name for name in names if name.endswith(".dist-info/METADATA"))
         told = email.message_from_bytes(archive.read(metadata))

@@ -172,7 +172,7 @@ class Machines:
     def _start(self, what: str, *arguments: str) -> "subprocess.Popen[bytes]":
         process = subprocess.Popen(
             [sys.executable, "-m", "dask", what, *arguments],
-            stderr=subprocess.PIPE, cwd=self._folder, env={**os.environ, "PYTHONPATH": os.getcwd()},
+            stderr=subprocess.PIPE, cwd=self._folder,
         )  # fmt: skip
         self._started.append(process)
         return process
