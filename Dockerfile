@@ -5,7 +5,7 @@ WORKDIR /src
 COPY pyproject.toml constraints.txt README.md LICENSE ./
 COPY engine engine
 COPY app app
-COPY plinko plinko
+COPY src src
 COPY static static
 RUN python -m venv --without-pip /opt/plinko \
  && pip --python /opt/plinko/bin/python install --no-cache-dir -c constraints.txt \

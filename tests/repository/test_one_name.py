@@ -84,14 +84,14 @@ print([modules for modules in files.values() if len(modules) > 1])
 """
 
 
-@pytest.mark.parametrize("folder", [".", "plinko", "engine", "app"])
+@pytest.mark.parametrize("folder", [".", "src", "src/plinko", "engine", "app"])
 def test_a_module_is_one_object_in_every_folder_of_the_source(
     editable: Installed, folder: str
 ) -> None:
     assert editable.python(TWICE, cwd=ROOT / folder) == "[]\n"
 
 
-@pytest.mark.parametrize("folder", [".", "plinko"])
+@pytest.mark.parametrize("folder", [".", "src/plinko"])
 @pytest.mark.parametrize("name", ["engine", "app"])
 def test_a_second_copy_is_refused_with_the_right_name(
     editable: Installed, name: str, folder: str
@@ -108,7 +108,7 @@ def test_an_installed_package_has_no_other_name(environment: Installed, name: st
 
 
 def test_a_type_checker_finds_every_name_and_no_misspelt_one(
-    installed: Installed, project: Path
+    environment: Installed, project: Path
 ) -> None:
     lines = ["import plinko", *(f"plinko.{name}" for name in plinko.__all__)]
     lines += [
@@ -117,7 +117,7 @@ def test_a_type_checker_finds_every_name_and_no_misspelt_one(
     ]
     lines += ["reveal_type(d.bin)", "plinko.dropp"]
     (project / "study.py").write_text("\n".join(lines) + "\n")
-    there = ["--python-executable", installed.folder / "bin" / "python"]
+    there = ["--python-executable", environment.folder / "bin" / "python"]
     done = subprocess.run(
         [sys.executable, "-m", "mypy", "--strict", *there, "--cache-dir", project, "study.py"],
         cwd=project,

@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 CODE = sorted(
     path
-    for folder in ("engine", "app", "plinko", "benchmarks", "deploy", "tests", "static", "tools")
+    for folder in ("engine", "app", "src", "benchmarks", "deploy", "tests", "static", "tools")
     for path in (ROOT / folder).rglob("*")
     if path.is_file() and "__pycache__" not in path.parts and "node_modules" not in path.parts
 )
@@ -77,7 +77,8 @@ def test_the_image_copies_what_the_wheel_is_made_of() -> None:
     targets = PROJECT["tool"]["hatch"]["build"]["targets"]
     docker = (ROOT / "Dockerfile").read_text(encoding="utf-8")
     ignored = (ROOT / ".dockerignore").read_text(encoding="utf-8").splitlines()
-    for name in (*targets["wheel"]["packages"], *targets["sdist"]["force-include"]):
+    (package,) = targets["wheel"]["packages"]
+    for name in (package.partition("/")[0], *targets["sdist"]["force-include"]):
         assert f"COPY {name} {name}\n" in docker
         assert f"!{name}" in ignored
 

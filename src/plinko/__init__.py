@@ -7,7 +7,7 @@
 
 It exports the names of `plinko.engine`, and the functions that draw pictures. `plinko.app` is the
 server and the command line, which is also the program `plinko` or `python -m plinko`. In a
-checkout, the folders `engine`, `app` and `static` are at the top, and links to them are here.
+checkout, the folders `engine`, `app` and `static` are at the top, with links to them here.
 """
 
 from importlib import import_module
