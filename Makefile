@@ -25,8 +25,9 @@ HOURS ?= 2
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 PINS := pyproject.toml constraints.txt
-# The extras of a complete server: `certify` is python-flint, for proofs.
-ALL := server,certify
+# The extras of a complete server (`certify` is python-flint, for proofs), and all extras.
+SERVER := server,certify
+ALL := $(SERVER),postgres,redis,batches,table,video
 WITH_NODE := node="$$(tools/node)" && export PATH="$$node:$$PATH"
 NPM_INSTALL := npm install --no-audit --no-fund --no-package-lock --ignore-scripts --loglevel=error
 
@@ -183,9 +184,10 @@ constraints:
 	rm -rf .cache/constraints
 	mkdir -p .cache
 	tools/make-venv $(PYTHON) .cache/constraints
-	.cache/constraints/bin/python -m pip --quiet install '.[$(ALL),test,lint,bench,docs,kernels]'
+	.cache/constraints/bin/python -m pip --quiet install --upgrade pip
+	.cache/constraints/bin/python -m pip --quiet install '.[$(ALL)]' --group lint --group docs --group kernels
 	{ head -n 1 constraints.txt; \
-	  .cache/constraints/bin/python -m pip freeze --exclude plinko-server; } > .cache/constraints.txt
+	  .cache/constraints/bin/python -m pip freeze --all --exclude plinko-sim --exclude setuptools; } > .cache/constraints.txt
 	mv .cache/constraints.txt constraints.txt
 	rm -rf .cache/constraints
 
@@ -202,31 +204,30 @@ clean:
 	find . -name __pycache__ -not -path './.git/*' -prune -exec rm -rf {} +
 
 $(VENV)/.stamp-play: $(PINS) | $(VENV)/.stamp-venv
-	$(PIP) install -c constraints.txt -e '.[$(ALL)]'
+	$(PIP) install -c constraints.txt -e '.[$(SERVER)]'
 	touch $@
 
 $(VENV)/.stamp-test: $(PINS) | $(VENV)/.stamp-venv
-	$(PIP) install -c constraints.txt -e '.[$(ALL),test]'
+	$(PIP) install -c constraints.txt -e '.[$(ALL)]' --group test
 	touch $@ $(VENV)/.stamp-play
 
-# Both extras, because lint also checks the types of the tests.
 $(VENV)/.stamp-lint: $(PINS) | $(VENV)/.stamp-venv
-	$(PIP) install -c constraints.txt -e '.[$(ALL),test,lint]'
+	$(PIP) install -c constraints.txt -e '.[$(ALL)]' --group lint
 	touch $@ $(VENV)/.stamp-test $(VENV)/.stamp-play
 
 $(VENV)/.stamp-kernels: $(PINS) | $(VENV)/.stamp-venv
-	$(PIP) install -c constraints.txt -e '.[$(ALL),test,kernels]'
+	$(PIP) install -c constraints.txt -e '.[$(ALL)]' --group test --group kernels
 	touch $@ $(VENV)/.stamp-test $(VENV)/.stamp-play
 
 $(VENV)/.stamp-docs: $(PINS) | $(VENV)/.stamp-venv
-	$(PIP) install -c constraints.txt -e '.[$(ALL),docs]'
+	$(PIP) install -c constraints.txt -e '.[$(SERVER)]' --group docs
 	touch $@ $(VENV)/.stamp-play
 
 $(VENV)/.stamp-bench: $(PINS) | $(VENV)/.stamp-venv
-	$(PIP) install -c constraints.txt -e '.[$(ALL),bench]'
+	$(PIP) install -c constraints.txt -e '.[$(ALL)]' --group bench
 	touch $@ $(VENV)/.stamp-play
 
-$(VENV)/.stamp-venv: tools/make-venv
+$(VENV)/.stamp-venv: tools/make-venv constraints.txt
 	tools/make-venv $(PYTHON) $(VENV)
 	touch $@
 

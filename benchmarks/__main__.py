@@ -36,7 +36,7 @@ def main() -> None:
 
     Each command prints tables and says how it measured them; times are medians with their spread.
     --record writes the tables to docs/measured and updates the pages that show them. The other
-    engines, the oracle and the plots need the `bench` extra: `make bench` installs it and records
+    engines, the oracle and the plots need the `bench` group: `make bench` installs it and records
     every benchmark.
     """
 

@@ -119,7 +119,7 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept every misspelt nam
     def __getattr__(name: str) -> Any:
         if name in _PROOFS and name not in __all__:
             raise AttributeError(
-                f"{__name__}.{name} needs python-flint: pip install 'plinko-server[certify]'"
+                f"{__name__}.{name} needs python-flint: pip install 'plinko-sim[certify]'"
             )
         if name not in _WHEN_ASKED_FOR:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

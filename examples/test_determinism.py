@@ -1,6 +1,6 @@
 """A test for your CI: the drops on which your product depends have not changed by a bit.
 
-    pip install plinko-server pytest
+    pip install plinko-sim pytest
     pytest test_determinism.py
 
 Copy this file, replace the board, and replace the constants by the output of

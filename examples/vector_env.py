@@ -1,6 +1,6 @@
 """A vectorised environment in the form of Gymnasium: choose where each ball starts.
 
-    pip install plinko-server
+    pip install plinko-sim
     python vector_env.py
 
 Each episode is one drop. The observation is the bin to hit, the action the start x in metres, and

@@ -3,7 +3,7 @@
     python verify_session.py session.json [KEY]
 
 Written from docs/fair-sessions.md. It needs the package `cryptography` for Ed25519. To recompute
-the paths of the drops it needs `plinko` (pip install plinko-server), or your own solver, which
+the paths of the drops it needs `plinko` (pip install plinko-sim), or your own solver, which
 docs/reproduce.md describes completely. Exit code 1 if any check fails.
 """
 

@@ -1,5 +1,5 @@
 """Drop a ball and follow it in each stream: python websocket_client.py [ws://127.0.0.1:8000]"""
-# pip install websockets plinko-server. docs/protocol.md describes every message and every byte.
+# pip install websockets plinko-sim. docs/protocol.md describes every message and every byte.
 
 import bisect
 import json

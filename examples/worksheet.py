@@ -1,6 +1,6 @@
 """A worksheet for a lesson on chance: a histogram, a falling ball, and figures to discuss.
 
-    pip install plinko-server
+    pip install plinko-sim
     python worksheet.py [folder]
 
 Writes histogram.png, fall.gif and drops.csv, and prints figures and questions.

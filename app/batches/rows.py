@@ -93,7 +93,7 @@ class RowWriter:
         if path.suffix == ".parquet" and find_spec("pyarrow") is None:
             raise InvalidValueError(
                 "Parquet needs pyarrow, which is not installed: pip install "
-                "'plinko-server[table]', or write .csv",
+                "'plinko-sim[table]', or write .csv",
                 field="out",
             )
         self._path = path

@@ -36,9 +36,11 @@ GROUPS = {
     },
     "Server": {
         "serve": "server.serve",
-        "relay": "server.relay",
+    },
+    "For operators": {
         "ledger": "server.ledger",
         "halt": "server.halt",
+        "relay": "server.relay",
         "rooms": "server.rooms",
     },
 }
@@ -95,7 +97,7 @@ class _LazyGroup(click.Group):
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-@click.version_option(package_name="plinko-server", message="%(version)s")
+@click.version_option(package_name="plinko-sim", message="%(version)s")
 @click.pass_context
 def plinko(ctx: click.Context) -> None:
     """Plinko with true physics: seeded drops that replay bit for bit.

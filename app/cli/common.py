@@ -221,7 +221,7 @@ def need_server() -> None:
 
 def _need(module: str, message: str, extra: str) -> None:
     if find_spec(module) is None:
-        raise click.UsageError(f"{message}: pip install 'plinko-server[{extra}]'")
+        raise click.UsageError(f"{message}: pip install 'plinko-sim[{extra}]'")
 
 
 def read_seed(text: str) -> int:

@@ -15,7 +15,7 @@ def redis_at(url: str) -> Carried:
         if error.name != "redis":
             raise
         raise MissingPartError(
-            "relays need the Redis client: pip install 'plinko-server[redis]'"
+            "relays need the Redis client: pip install 'plinko-sim[redis]'"
         ) from None
     bus: Carried = module.RedisBus(url)
     return bus

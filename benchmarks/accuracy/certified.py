@@ -32,7 +32,7 @@ def run(effort: Effort) -> Section:
     try:
         import flint  # noqa: F401
     except ImportError:
-        raise MissingError("proofs need python-flint: pip install 'plinko-server[bench]'") from None
+        raise MissingError("proofs need python-flint: pip install 'plinko-sim[certify]'") from None
     section = Section("certified")
     _right_bins(section, effort)
     _needs(section, effort)

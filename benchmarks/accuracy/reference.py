@@ -55,7 +55,7 @@ def reference(board: Board, drops: int, effort: Effort) -> Reference:
         importlib.import_module("tests.engine.oracle")
     except ImportError as error:
         raise MissingError(
-            f"the oracle is part of the checkout's tests and needs the bench extra: {error}"
+            f"the oracle is part of the checkout's tests and needs the bench group: {error}"
         ) from error
     zone = board.drop
     xs = np.random.default_rng(2026).uniform(zone.x - zone.jitter, zone.x + zone.jitter, drops)

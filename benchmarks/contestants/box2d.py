@@ -26,7 +26,7 @@ class Box2d(PythonEngine):
         try:
             import Box2D
         except ImportError as error:
-            raise AbsentError(f"Box2D: {error}; pip install '.[bench]'") from error
+            raise AbsentError(f"Box2D: {error}; pip install --group bench") from error
         self._box2d = Box2D
 
     def scene(self, board: Board, xs: Floats, dt: float) -> Scene:

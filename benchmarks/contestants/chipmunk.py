@@ -25,7 +25,7 @@ class Chipmunk(PythonEngine):
             import pymunk
             import pymunk.batch
         except ImportError as error:
-            raise AbsentError(f"Chipmunk: {error}; pip install '.[bench]'") from error
+            raise AbsentError(f"Chipmunk: {error}; pip install --group bench") from error
         self._pymunk = pymunk
 
     def scene(self, board: Board, xs: Floats, dt: float) -> Scene:

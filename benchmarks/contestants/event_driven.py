@@ -21,7 +21,7 @@ class Billiards:
         try:
             import billiards
         except ImportError as error:
-            raise AbsentError(f"billiards: {error}; pip install '.[bench]'") from error
+            raise AbsentError(f"billiards: {error}; pip install --group bench") from error
         corners = [(wall.x1, wall.y1) for wall in gas.heap.place.walls]
         walls = [
             billiards.InfiniteWall(a, b, inside="left")

@@ -28,7 +28,7 @@ class Chipmunk:
         try:
             import pymunk
         except ImportError as error:
-            raise AbsentError(f"Chipmunk: {error}; pip install '.[bench]'") from error
+            raise AbsentError(f"Chipmunk: {error}; pip install --group bench") from error
         self.steps = steps
         self.space: Any = pymunk.Space()
         self.space.gravity = (0.0, GRAVITY)
@@ -69,7 +69,7 @@ class Box2d:
         try:
             import Box2D as b2  # noqa: N813 - the usual short name
         except ImportError as error:
-            raise AbsentError(f"Box2D: {error}; pip install '.[bench]'") from error
+            raise AbsentError(f"Box2D: {error}; pip install --group bench") from error
         self.world: Any = b2.b2World(gravity=(0.0, SCALE * GRAVITY), doSleep=sleeping)
         ground = self.world.CreateStaticBody()
         surface = {"restitution": MATERIAL.restitution, "friction": MATERIAL.friction}

@@ -162,7 +162,7 @@ def measure(width: int, height: int, density: int, seconds: float, balls: int) -
     try:
         from playwright.sync_api import sync_playwright
     except ImportError as error:
-        raise MissingError("needs Playwright, of the bench extra") from error
+        raise MissingError("needs Playwright, of the bench group") from error
     program = chromium()
     flags = ["--drop-rate", "1000", "--max-balls", str(balls)]
     with serving(flags) as server, sync_playwright() as playwright:

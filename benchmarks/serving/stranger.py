@@ -76,7 +76,7 @@ def visit(width: int, height: int, density: int) -> dict[str, float]:
     try:
         from playwright.sync_api import sync_playwright
     except ImportError as error:
-        raise MissingError("needs Playwright, of the bench extra") from error
+        raise MissingError("needs Playwright, of the bench group") from error
     program = chromium()
     with serving(["--max-balls", "20"]) as server, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=program, args=list(FLAGS))

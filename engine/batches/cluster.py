@@ -68,7 +68,7 @@ def opened(address: str) -> Iterator["Cluster"]:
     count = local_workers(address)
     if find_spec("distributed") is None:
         raise ClusterError(
-            "a cluster needs Dask, which is not installed: pip install 'plinko-server[batches]'",
+            "a cluster needs Dask, which is not installed: pip install 'plinko-sim[batches]'",
             field="cluster",
         )
     from distributed.utils import silence_logging_cmgr  # noqa: PLC0415
@@ -129,7 +129,7 @@ def check(address: str, answers: dict[str, Any]) -> None:
         if not isinstance(theirs, dict):
             raise ClusterError(
                 f"the worker {worker} cannot compute drops: {theirs!r}; install the same release "
-                "of plinko-server there",
+                "of plinko-sim there",
                 field="cluster",
             )
         _compare(worker, theirs)
@@ -142,7 +142,7 @@ def _compare(worker: str, theirs: dict[str, Any], ours: dict[str, Any] | None = 
         if theirs.get(key) != ours[key]:
             raise ClusterError(
                 f"the worker {worker} has {name} {theirs.get(key)}, this process {ours[key]}: "
-                "install the same release of plinko-server there",
+                "install the same release of plinko-sim there",
                 field="cluster",
             )
 

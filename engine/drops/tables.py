@@ -15,7 +15,7 @@ def arrow_table(columns: Mapping[str, npt.NDArray[np.generic]]) -> Any:
         import pyarrow  # noqa: PLC0415 - takes half a second, and may not be installed
     except ImportError:
         raise MissingPartError(
-            "Arrow needs pyarrow, which is not installed: pip install 'plinko-server[table]', or "
+            "Arrow needs pyarrow, which is not installed: pip install 'plinko-sim[table]', or "
             "use columns()"
         ) from None
     return pyarrow.table(dict(columns))

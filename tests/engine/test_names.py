@@ -53,7 +53,7 @@ def test_without_python_flint_only_certified_names_are_missing(
     )
     said = run_python(code)
     assert "\nFalse False\nTrue\n" in said
-    assert said.endswith("certify needs python-flint: pip install 'plinko-server[certify]'\n")
+    assert said.endswith("certify needs python-flint: pip install 'plinko-sim[certify]'\n")
 
 
 def test_plinko_is_the_engine_by_another_name() -> None:

@@ -113,9 +113,9 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
 
 def test_a_picture_is_drawn_by_whoever_is_installed_for_it(installed: Path) -> None:
     named = PROJECT["project"]["entry-points"][notebooks.PICTURES][notebooks.PNG]
-    info = installed / "plinko_server-9.dist-info"
+    info = installed / "plinko_sim-9.dist-info"
     info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: plinko-server\nVersion: 9\n")
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: plinko-sim\nVersion: 9\n")
     (info / "entry_points.txt").write_text(f"[{notebooks.PICTURES}]\n{notebooks.PNG} = {named}\n")
     one, many = drop(BOARD, 1), drop_many(BOARD, range(9))
     assert BOARD._repr_png_() == png(BOARD)

@@ -24,7 +24,7 @@ def node_folder() -> str:
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A user's project, into which the output of `npm pack` is installed."""
     folder = tmp_path_factory.mktemp("npm")
-    in_it = folder / "node_modules" / "plinko-solver"
+    in_it = folder / "node_modules" / "plinko-sim"
     run(ROOT / "tools" / "npm-package", in_it, cwd=ROOT)
     (folder / "board.json").write_text(BOARD.to_json())
     return folder
@@ -50,17 +50,17 @@ def script(project: Path, code: str) -> list[str]:
 
 
 def test_what_is_packed_is_the_solver_its_kernels_and_its_types(project: Path) -> None:
-    package = project / "node_modules" / "plinko-solver"
+    package = project / "node_modules" / "plinko-sim"
     (packed,) = json.loads(run("npm", "pack", "--dry-run", "--json", "--offline", cwd=package))
     names = {each["path"] for each in packed["files"]}
     modules = {name for name in names if name.endswith(".js")}
     assert {"LICENSE", "README.md", "package.json", "solver/kernels.wasm"} <= names
     assert {name.removesuffix(".js") + ".d.ts" for name in modules} <= names
-    assert (packed["name"], packed["version"]) == ("plinko-solver", engine.__version__)
+    assert (packed["name"], packed["version"]) == ("plinko-sim", engine.__version__)
 
 
 def test_every_export_is_there(project: Path) -> None:
-    package = project / "node_modules" / "plinko-solver"
+    package = project / "node_modules" / "plinko-sim"
     exports = json.loads((package / "package.json").read_text("utf-8"))["exports"]
     assert len(exports) >= 8
     for target in exports.values():
@@ -73,10 +73,10 @@ def test_a_drop_in_node_has_the_engine_s_digest(project: Path) -> None:
         project,
         """
         import { readFileSync } from "node:fs";
-        import { openSolver } from "plinko-solver";
-        import { compareRecords } from "plinko-solver/records";
+        import { openSolver } from "plinko-sim";
+        import { compareRecords } from "plinko-sim/records";
         const board = JSON.parse(readFileSync("board.json", "utf8"));
-        const bytes = readFileSync("node_modules/plinko-solver/solver/kernels.wasm");
+        const bytes = readFileSync("node_modules/plinko-sim/solver/kernels.wasm");
         for (const solver of [await openSolver(), await openSolver(bytes)]) {
           const drop = solver.drop(board, { seed: "42" });
           console.log(drop.digest, compareRecords(drop.record(), drop.record()).difference);
@@ -91,7 +91,7 @@ def test_a_batch_is_computed_on_a_thread_and_may_be_cancelled(project: Path) -> 
         project,
         """
         import { readFileSync } from "node:fs";
-        import { Batch } from "plinko-solver/batch";
+        import { Batch } from "plinko-sim/batch";
         const board = JSON.parse(readFileSync("board.json", "utf8"));
         const words = [];
         const note = ({ drops }) => words.push(drops);
@@ -112,10 +112,10 @@ def test_balls_that_touch_move_in_node(project: Path) -> None:
         project,
         """
         import { readFileSync } from "node:fs";
-        import { World } from "plinko-solver/touching";
-        import { loadMachine } from "plinko-solver/touching/machine";
-        import { SCENES } from "plinko-solver/touching/scenes";
-        const bytes = readFileSync("node_modules/plinko-solver/solver/touching/touching.wasm");
+        import { World } from "plinko-sim/touching";
+        import { loadMachine } from "plinko-sim/touching/machine";
+        import { SCENES } from "plinko-sim/touching/scenes";
+        const bytes = readFileSync("node_modules/plinko-sim/solver/touching/touching.wasm");
         const worlds = [];
         for (const machine of [await loadMachine(), await loadMachine(bytes)]) {
           const world = new World(machine, SCENES.sandbox, null);
@@ -129,7 +129,7 @@ def test_balls_that_touch_move_in_node(project: Path) -> None:
 
 
 def test_the_types_and_the_readme_s_first_example_are_right(project: Path) -> None:
-    readme = (project / "node_modules" / "plinko-solver" / "README.md").read_text("utf-8")
+    readme = (project / "node_modules" / "plinko-sim" / "README.md").read_text("utf-8")
     examples = re.findall(r"```js\n(.*?)```", readme, re.DOTALL)
     (project / "readme.mts").write_text("\n".join(examples))
     options = [

@@ -2,6 +2,9 @@
 
 import json
 import re
+import shutil
+import subprocess
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -46,12 +49,29 @@ def test_nothing_is_published_that_was_not_checked() -> None:
     assert "workflow_call" in loaded(WORKFLOWS["check.yml"])[True]  # YAML 1.1 reads `on` as true
     assert set(jobs["pypi"]["needs"]) == {"check", "build"}
     assert jobs["image"]["needs"] == "check"
+    assert set(jobs["constraints"]["needs"]) == {"check", "build"}
     assert jobs["pypi"]["permissions"] == {"id-token": "write"}, "no token is kept"
     assert {"linux/${{ matrix.platform }}"} == {
         step["with"]["platforms"]
         for step in jobs["image"]["steps"]
         if "build-push" in step.get("uses", "")
     }
+
+
+def test_both_packages_are_published_with_the_repository_s_address(tmp_path: Path) -> None:
+    for name in ("tools/set-urls", "pyproject.toml", "npm/package.json"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        shutil.copy(ROOT / name, tmp_path / name)
+    url = "https://git.example/plinko/plinko"
+    subprocess.run([tmp_path / "tools/set-urls", url], check=True)
+    urls = tomllib.loads((tmp_path / "pyproject.toml").read_text("utf-8"))["project"]["urls"]
+    package = json.loads((tmp_path / "npm/package.json").read_text("utf-8"))
+    assert (urls["Source"], package["repository"]["url"]) == (url, f"git+{url}.git")
+    assert package["name"] == PROJECT["project"]["name"]
+    jobs = loaded(WORKFLOWS["publish.yml"])["jobs"]
+    for job in ("build", "npm"):
+        runs = [step.get("run", "").split()[0] for step in jobs[job]["steps"] if "run" in step]
+        assert "tools/set-urls" in runs, job
 
 
 # The citation.

@@ -54,9 +54,12 @@ def test_no_file_names_a_place_on_one_machine() -> None:
 
 def test_every_dependency_is_pinned_to_an_exact_version() -> None:
     project = PROJECT["project"]
-    wanted = list(project["dependencies"])
-    for extra in project["optional-dependencies"].values():
-        wanted += extra
+    wanted = ["pip", *project["dependencies"]]
+    for extra in (
+        *project["optional-dependencies"].values(),
+        *PROJECT["dependency-groups"].values(),
+    ):
+        wanted += [line for line in extra if isinstance(line, str)]
     names = {canonical(re.match(r"[\w.-]+", line)[0]) for line in wanted}  # type: ignore[index]
     assert names <= {canonical(name) for name in pinned()}
     assert "://" not in (ROOT / "constraints.txt").read_text(encoding="utf-8")

@@ -31,8 +31,11 @@ def test_the_wheel_has_engine_server_and_page_and_nothing_else(
     assert {
         f"plinko/engine/artifact/native/{each.name}" for each in native.FOLDER.iterdir()
     } <= names
-    assert (told["Name"], told["Version"]) == ("plinko-server", engine.__version__)
+    assert (told["Name"], told["Version"]) == ("plinko-sim", engine.__version__)
     assert told["License-Expression"] == "MIT"
+    assert set(told.get_all("Provides-Extra")) == {
+        *("server", "postgres", "certify", "redis", "batches", "table", "video"),
+    }
 
 
 def test_an_installed_package_makes_and_verifies_the_golden_drop(
@@ -56,7 +59,7 @@ def test_an_installed_package_is_found_there_and_paints(
         "from plinko.app.settings import static_directory\n"
         "print(engine.__file__)\n"
         "print(static_directory())\n"
-        "print(engine.__version__ == m.version('plinko-server'))\n"
+        "print(engine.__version__ == m.version('plinko-sim'))\n"
         "print(plinko.Board.preset('triangle-8')._repr_png_()[1:4])\n"
     )
     where, page, same, picture = installed.python(code).splitlines()
@@ -151,4 +154,4 @@ def test_a_command_that_needs_the_server_says_what_to_install(
 ) -> None:
     done = without_server(installed, *arguments)
     assert done.returncode == 2
-    assert "pip install 'plinko-server[server]'" in done.stderr
+    assert "pip install 'plinko-sim[server]'" in done.stderr

@@ -445,7 +445,7 @@ def _postgres(url: URL, *, shared: bool) -> Engine:
         )
     except (ImportError, NoSuchModuleError):
         raise SettingError(
-            "PostgreSQL needs its driver: pip install 'plinko-server[postgres]'",
+            "PostgreSQL needs its driver: pip install 'plinko-sim[postgres]'",
             field="database_url",
         ) from None
 

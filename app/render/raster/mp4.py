@@ -33,7 +33,7 @@ def mp4(frames: Iterator[Pixels], fps: int) -> bytes:
     """
     if find_spec("av") is None:
         raise MissingPartError(
-            "films as MP4 need PyAV, which is not installed: pip install 'plinko-server[video]'",
+            "films as MP4 need PyAV, which is not installed: pip install 'plinko-sim[video]'",
             field="format",
         )
     import av  # noqa: PLC0415 - it may not be installed

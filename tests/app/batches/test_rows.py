@@ -193,5 +193,5 @@ def test_csv_needs_no_pyarrow_and_parquet_says_what_to_install(
     with RowWriter(tmp_path / "drops.csv") as rows:
         rows.write(rows_and_block(JOB, 2, 1)[0])
     assert len((tmp_path / "drops.csv").read_text("utf-8").splitlines()) == 1 + 100
-    with pytest.raises(InvalidValueError, match=r"plinko-server\[table\]', or write .csv"):
+    with pytest.raises(InvalidValueError, match=r"plinko-sim\[table\]', or write .csv"):
         RowWriter(tmp_path / "drops.parquet")

@@ -68,4 +68,4 @@ def test_without_the_library_the_error_says_what_to_install(
 ) -> None:
     monkeypatch.setattr(common, "find_spec", lambda name: None)
     said = run("certify", "triangle-8", "--seed", "42", status=2)
-    assert "pip install 'plinko-server[certify]'" in said
+    assert "pip install 'plinko-sim[certify]'" in said

@@ -491,7 +491,7 @@ def test_without_its_library_a_film_as_mp4_says_what_to_install(
     fall: Drop, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(mp4, "find_spec", lambda name: None)
-    with pytest.raises(MissingPartError, match=r"plinko-server\[video\]"):
+    with pytest.raises(MissingPartError, match=r"plinko-sim\[video\]"):
         drop_animation(fall, "mp4")
 
 

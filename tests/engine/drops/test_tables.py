@@ -74,7 +74,7 @@ def test_without_pyarrow_a_batch_names_what_to_install(
     many: DropBatch, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(MissingPartError, match=r"plinko-server\[table\]"):
+    with pytest.raises(MissingPartError, match=r"plinko-sim\[table\]"):
         many.to_arrow()
 
 

@@ -18,7 +18,7 @@ def require_certifier() -> None:
     """Raise MissingPartError if the packages for proofs are not installed."""
     if not _is_installed():
         raise MissingPartError(
-            "this server cannot prove drops; `pip install 'plinko-server[certify]'` adds proofs",
+            "this server cannot prove drops; `pip install 'plinko-sim[certify]'` adds proofs",
             field="certified",
         )
 
