@@ -368,7 +368,7 @@ def test_a_hundred_balls_are_dropped_at_once_and_counted(bench: Bench) -> None:
     test = bench.page.get_by_role("button", name="Test-drop")
     test.click()
     count = bench.page.locator("#tray-count")
-    expect(count).to_have_text("100 test drops")
+    expect(count).to_have_text("100 test balls")
     board = Board.from_json(bench.board)
     first = drop_many(board, range(100))
     histogram = bench.page.locator("#histogram")
@@ -378,7 +378,7 @@ def test_a_hundred_balls_are_dropped_at_once_and_counted(bench: Bench) -> None:
         f"return {100 * first.score.mean():.1f} %"
     )
     test.click()
-    expect(count).to_have_text("200 test drops")
+    expect(count).to_have_text("200 test balls")
     both = drop_many(board, range(200))
     told = ", ".join(f"bin {bin_}: {n}" for bin_, n in enumerate(both.histogram))
     expect(histogram).to_have_attribute("aria-label", re.compile(re.escape(told)))
@@ -509,7 +509,7 @@ def test_the_editor_fits_its_screens(opened: Open, device: str) -> None:
     options = context_for(device)
     bench = Bench(opened("/editor.html?board=triangle-8", **options))
     bench.page.get_by_role("button", name="Test-drop").click()
-    expect(bench.page.locator("#tray-count")).to_have_text("100 test drops")
+    expect(bench.page.locator("#tray-count")).to_have_text("100 test balls")
     bench.field.focus()
     bench.press("PageDown", "PageDown")
     for name in each_screen(bench.screen, device):

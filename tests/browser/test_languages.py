@@ -44,7 +44,7 @@ def test_german_once_chosen_is_used_everywhere_and_fits_a_phone(opened: Open, qu
     page.get_by_label("Idioma").select_option("Deutsch")
     expect(german).to_be_attached()
     screen.ready()
-    drop = page.get_by_role("button", name="Los!")
+    drop = page.get_by_role("button", name="Werfen")
     expect(drop).to_be_visible()
     for drawer in ("Tisch", "Fairness", "Labor"):
         page.get_by_role("button", name=drawer, exact=True).click()

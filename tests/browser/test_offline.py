@@ -34,7 +34,7 @@ def test_pages_open_and_compute_with_the_network_cut(opened: Open, complaints: C
     page.goto(f"{base}/replay.html?board=triangle-16&seed=42")
     expect(page.locator("html")).to_have_attribute("data-state", "replay")
     page.get_by_role("button", name="Prüfen").click()
-    expect(page.locator("#verdict")).to_contain_text("In dieser Seite wiederholt")
+    expect(page.locator("#verdict")).to_contain_text("Auf dieser Seite nachgerechnet")
 
     checked = page.locator("#check-note")
     record = drop(Board.preset("triangle-8"), 7).to_dict()
@@ -47,7 +47,7 @@ def test_pages_open_and_compute_with_the_network_cut(opened: Open, complaints: C
         page.locator("#check-file").set_input_files(file)
         expect(checked).to_contain_text(said)
     page.evaluate(LET_GO, json.dumps(LOGS["drops"]()))
-    expect(checked).to_contain_text("room.json ist in dieser Seite wiederholt: 4 Würfe")
+    expect(checked).to_contain_text("room.json ist auf dieser Seite nachgerechnet: 4 Würfe")
 
     page.goto(f"{base}/compare.html?board=triangle-16&seed=42")
     expect(page.locator("html")).to_have_attribute("data-state", "replay")

@@ -261,7 +261,7 @@ def test_a_board_of_touching_balls_is_played_and_halted_on_pages(
     monkeypatch.setenv("PLINKO_OPERATOR_TOKEN", OPERATOR)
     assert main(["halt", server.url, "--room", quick.room]) == 0
     expect(screen.result).to_have_text(
-        "This table is paused and takes no drops. Balls in flight still land."
+        "This table is paused and takes no balls. Balls in flight still land."
     )
 
 

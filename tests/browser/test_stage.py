@@ -233,7 +233,7 @@ def test_phones_join_by_the_code_each_with_its_colour(opened: Open, server: Serv
             phone.drop.click()
     for stage, expected in ((pile, "Expected (binomial, 8 rows)"), (bars, "Expected (measured, ")):
         expect(stage.page.locator("#leaders > li")).to_have_text(2 * [re.compile("^(Ada|Ben)4$")])
-        expect(stage.page.locator("#tray-count")).to_have_text("8 drops landed at this table")
+        expect(stage.page.locator("#tray-count")).to_have_text("8 balls landed at this table")
         expect(stage.page.locator("#tray-key")).to_contain_text(expected)
         until(partial(shows_all, stage, pupils), partial(stage.frames, 4))
         check_axe(stage)

@@ -73,7 +73,7 @@ def editor(page: "Page", address: str) -> None:
     page.wait_for_selector("html[data-check=good]")
     page.get_by_label("Balls").select_option("1000")
     page.get_by_role("button", name="Test-drop").click()
-    page.get_by_text("1,000 test drops", exact=True).wait_for()
+    page.get_by_text("1,000 test balls", exact=True).wait_for()
     page.locator("#field").focus()
     for _ in range(22):
         page.keyboard.press("PageDown")

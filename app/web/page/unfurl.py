@@ -25,7 +25,7 @@ def card(query: Mapping[str, str], base: str) -> str:
     board, seed = query.get("board", ""), query.get("seed", "")
     about = {"og:type": "website", "og:site_name": "Plinko"}
     if not (_BOARD.fullmatch(board) and _SEED.fullmatch(seed)):
-        about |= {"og:title": "A Plinko drop", "og:description": _INVITATION}
+        about |= {"og:title": "A Plinko ball", "og:description": _INVITATION}
         return _elements(about)
     choices = {name: query[name] for name in _CHOICES if 0 < len(query.get(name, "")) <= _MOST}
     link = {"board": board, "seed": seed} | choices

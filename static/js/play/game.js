@@ -351,9 +351,10 @@ export class Game extends Store {
   }
 
   refill() {
+    const before = this.account.balance;
     this.wallet.apply(refillOf(this.wallet.account));
     this.tell("account", null);
-    this.say(t("play.refilled", { balance: amount(this.account.balance) }), { urgent: true });
+    this.say(t("play.refilled", { added: amount(this.account.balance - before) }), { urgent: true });
   }
 
   /** Clears statistics and history; the balance stays. */

@@ -32,7 +32,7 @@ def test_two_visitors_meet_and_the_demo_ends_with_the_first_ball(
     landing = one.page.locator("#landings > li")
     expect(landing).to_have_text(re.compile(r"^Ada[\d.]+xReplay$"))
     expect(landing.get_by_role("link")).to_have_attribute("href", re.compile(quick.board))
-    expect(one.page.locator("#tray-count")).to_have_text("1 drop landed at this table")
+    expect(one.page.locator("#tray-count")).to_have_text("1 ball landed at this table")
 
     two.page.close()
     expect(one.page.locator("#company-here")).to_have_text("Nobody else is here.")

@@ -68,7 +68,7 @@ def test_no_more_is_staked_than_there_is_and_a_top_up_gives_more(
     expect(screen.rows).to_contain_text("returned")
     screen.page.get_by_role("button", name="Top up").click()
     expect(screen.page.locator("#balance")).to_have_text("1,000.00")
-    expect(screen.result).to_have_text("Topped up to 1,000.00 credits.")
+    expect(screen.result).to_have_text("Topped up by 999.50 credits.")
 
 
 def test_table_and_aim_are_kept_and_drops_found_by_a_mark(opened: Open, other: Quick) -> None:

@@ -43,7 +43,7 @@ def test_the_p_value_is_that_of_the_tables_counts(opened: Open, quick: Quick, ru
     screen.seed.fill("1000")
     screen.drop.click()
     expect(screen.rows).to_have_count(20)
-    expect(screen.page.locator("#fit-note")).to_contain_text("20 drops")
+    expect(screen.page.locator("#fit-note")).to_contain_text("20 balls")
     counts = screen.api(f"rooms/{quick.room}")["stats"]["histogram"]
     p = run("model/statistics.js", "({ sameTest }, all) => sameTest(...all).p",
             [counts, simulated(screen, quick.board, 10_000)])  # fmt: skip
@@ -60,7 +60,7 @@ def test_a_triangle_is_compared_with_its_counts_or_measurements(
     own, *_ = odds_of_record(Board.preset("triangle-9"))
     expect(note).to_contain_text(f"counted, {own.drops:,} drops")
     screen.page.get_by_role("radio", name="Measured").check()
-    expect(note).to_contain_text("measured, 10,000 drops")
+    expect(note).to_contain_text("measured, 10,000 balls")
     expect(note).to_contain_text(re.compile(r"Expected.*\d %"))
     screen.page.get_by_role("radio", name="Counted").check()
     expect(note).to_contain_text("counted")
@@ -75,7 +75,7 @@ def test_returns_are_the_mean_of_the_scores_with_its_doubt(opened: Open, quick: 
         scores.append(screen.api(f"drops/{quick.board}/{seed}")["score"])
     expect(screen.rows).to_have_count(4)
     returns = screen.page.locator("#returns")
-    expect(returns).to_contain_text("of 4 drops")
+    expect(returns).to_contain_text("of 4 balls")
     doubt = 3.182446305 * np.std(scores, ddof=1) / 2
     expect(returns).to_contain_text(f"{100 * np.mean(scores):.1f} %")
     expect(returns).to_contain_text(f"± {100 * doubt:.1f}")

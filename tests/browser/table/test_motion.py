@@ -57,7 +57,7 @@ def test_a_hidden_tab_catches_up_without_a_burst(opened: Open, quick: Quick) -> 
     )
     assert painted == [0] * 5
     # By chance a bin may fill so high that a disc stands for two balls: the text then adds that.
-    expect(screen.page.locator("#tray-count")).to_have_text(re.compile("^12 drops"))
+    expect(screen.page.locator("#tray-count")).to_have_text(re.compile("^12 balls"))
 
     # The script watches before the drop: on a busy machine the ball may land before the next call.
     screen.page.evaluate(

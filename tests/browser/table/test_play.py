@@ -204,12 +204,12 @@ def test_everyone_at_a_table_sees_the_same_histogram(opened: Open, quick: Quick)
     for seed in ("1", "2", "3"):
         one.seed.fill(seed)
         one.drop.click()
-    count = "3 drops landed at this table"
+    count = "3 balls landed at this table"
     expect(one.page.locator("#tray-count")).to_have_text(count)
     expect(two.page.locator("#tray-count")).to_have_text(count)
     # The label follows the picture some moments later.
     for each in (one, two):
-        label = re.compile("^Histogram of 3 drops")
+        label = re.compile("^Histogram of 3 balls")
         expect(each.page.locator("#histogram")).to_have_attribute("aria-label", label)
     described = two.page.locator("#histogram").get_attribute("aria-label")
     assert one.page.locator("#histogram").get_attribute("aria-label") == described

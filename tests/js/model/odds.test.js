@@ -18,7 +18,7 @@ test("the nearest counted aim stands for the chosen one", () => {
 
 test("a sentence says the return and the odds of the top award", () => {
   const said = oddsWords(/** @type {any} */ (own));
-  assert.equal(said, "Average return 98.95 %. 110x about once in 14,205 drops.");
+  assert.equal(said, "Average return 98.95 %. 110x about once in 14,205 balls.");
   const never = { ...own, awards: [{ multiplier: 9, chance: 0 }] };
   assert.match(oddsWords(/** @type {any} */ (never)), /9x has never come up in our tests/);
 });

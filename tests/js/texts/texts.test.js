@@ -57,6 +57,44 @@ test("a text with forms has every language's plural categories", () => {
   }
 });
 
+/** What a player's text must not say: another word than the language's one for a thing, or what nobody says. */
+const FOREIGN = {
+  en: /\bdrops?\b|\bkept under\b|\bothers? (?:is|are) here|only grew|is marked|shifted by|found here/i,
+  de: /abw[ue]rf|wirft .* ab\b|\bseeds?\b|startwert|\bquoten?\b|in dieser seite|kiste|stoßen sich|sich stoßen/i,
+  es: /lanzamiento|instantáneo|dinero de juego|demostrable|resumen/i,
+};
+// English has one word for the noun, ball, and another for the verb.
+const VERB = /^Drop\b|Test-drop|\b(?:to|you) drop\b|\bdrops (?=a ball|\{n\} ball)|^Last drops$/g;
+
+test("each language has one word for a thing", () => {
+  for (const [language, texts] of languages) {
+    for (const [key, text] of Object.entries(texts)) {
+      for (const form of formsOf(text)) {
+        const said = language === "en" ? form.replace(VERB, "") : form.replace(/\{\w+\}/g, "");
+        assert.doesNotMatch(said, FOREIGN[language], `${language}: ${key}`);
+      }
+    }
+  }
+});
+
+test("players read the words that they know", () => {
+  const [en, de, es] = ["en", "de", "es"].map((language) => languages.get(language));
+  assert.deepEqual(
+    [en["word.drop"], en["page.today"], en["play.first"], en["play.locked"], en["fair.mark"].slice(0, 20)],
+    ["Drop", "Ball of the day", "Ready when you are.", "Locked until your balls land.", "Saved on this device"],
+  );
+  assert.deepEqual(
+    [de["word.seed"], de["fact.score"], de["editor.undo"], de["editor.redo"], de["editor.duplicate"], de["play.last"]],
+    ["Startzahl", "Faktor", "Rückgängig", "Wiederholen", "Duplizieren", "Letzte Würfe"],
+  );
+  assert.ok(de["replay.same-here"].other.startsWith("Auf dieser Seite nachgerechnet"));
+  assert.ok(es["pace.note"].includes(es["pace.instant"]), "as on its button");
+  assert.deepEqual(
+    [es["pace.instant"], es["play.sealed"], es["play.play-money"], es["fact.digest"], es["play.last"]],
+    ["Al instante", "Juego limpio verificable", "Dinero ficticio, sin valor", "Hash", "Últimas tiradas"],
+  );
+});
+
 test("every text is used, and every used key has a text", () => {
   const code = sources(/\.js$/).join("\n");
   const pages = sources(/\.(?:html|part)$/).join("\n");
@@ -81,8 +119,8 @@ test("a page has no text of its own in tags or attributes", () => {
 
 test("placeholders are filled, numbers by the language's rules", () => {
   assert.equal(t("play.row", { row: 3, rows: 16 }), "Row 3 of 16…");
-  assert.equal(t("count.drop", { n: 1 }), "1 drop");
-  assert.equal(t("count.drop", { n: 12345 }), "12,345 drops");
+  assert.equal(t("count.drop", { n: 1 }), "1 ball");
+  assert.equal(t("count.drop", { n: 12345 }), "12,345 balls");
   assert.equal(t("play.replay-seed", { board: "b", seed: "12345678901234567890" }),
     "Replay seed 12345678901234567890 on b");
 });

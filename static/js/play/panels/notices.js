@@ -24,6 +24,7 @@ const STATES = /** @type {const} */ ({
 export function showNotices(game, theme) {
   const falling = new Falling();
   const line = byId("result");
+  const connecting = line.textContent;
   let before = game.room.state;
 
   /** @param {string} text @param {number} [score] */
@@ -46,6 +47,10 @@ export function showNotices(game, theme) {
     if (state === "reconnecting" && before !== state) say(t("play.line-broke"), true);
     if (state === "full" && before !== state) say(t("play.full"), true);
     if (LOST.includes(before) && !LOST.includes(state)) say(t("play.back"), true);
+    // Nothing else has been said since the page was opened.
+    if (before === "connecting" && state !== before && line.textContent === connecting) {
+      put(state === "closed" ? "" : t("play.first"));
+    }
     before = state;
   };
   game.on("said", ({ text, score, urgent = false }) => say(text, urgent, score));
