@@ -27,6 +27,8 @@ _FAULTS = """
     .filter((control) => control.checkVisibility({ visibilityProperty: true }));
   for (const control of controls) {
     const name = control.id || `${control.name}=${control.value}` || control.textContent;
+    const swiped = control.closest(".auto-panel"); // on low phones its fields lie in one row
+    if (swiped) swiped.scrollLeft = control.offsetLeft - swiped.offsetLeft;
     const { left, top, right, bottom } = control.getBoundingClientRect();
     if (left < -0.5 || top < -0.5 || right > innerWidth + 0.5 || bottom > innerHeight + 0.5) {
       faults.push(`${name} is not in view: ${[left, top, right, bottom].map(Math.round)}`);

@@ -1,5 +1,5 @@
 // The sheet behind "More", with one drawer open at a time. On a wide screen the sheet is next to the board, and shows
-// "Game" while no other drawer is open; on a narrow one it covers the board.
+// "Game" while no other drawer is open; on a narrow or low one it covers the board.
 
 import { byId, isWithin, onClick } from "../../util/dom.js";
 import { tab } from "../../util/storage.js";
@@ -16,7 +16,7 @@ export function offerDrawers(game) {
   const tabs = [...byId("sheet").querySelectorAll("[aria-controls]")];
   const more = byId("more");
   const keys = byId("keys", HTMLDialogElement);
-  const wide = window.matchMedia("(min-aspect-ratio: 11/10) and (min-width: 40rem)");
+  const wide = window.matchMedia("(min-aspect-ratio: 11/10) and (min-width: 40rem) and (not (max-height: 34rem))");
   /** @type {string | null} */
   let open = null;
   /** Whether the browser's Back closes the drawer: it has an entry of its own in the history. */
@@ -38,7 +38,7 @@ export function offerDrawers(game) {
       byId(drawer).hidden = drawer !== shown;
     }
     byId("sheet-body").scrollTop = 0;
-    // On a narrow screen a drawer covers the board, and Back leads to the board.
+    // Where a drawer covers the board, Back leads to the board.
     if (open && !wide.matches && !hasEntry()) window.history.pushState({ [ENTRY]: true }, "");
     else if (!open && hasEntry()) window.history.back();
   };

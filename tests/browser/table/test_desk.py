@@ -1,0 +1,146 @@
+"""The desk's controls: fields of auto on phones, keys, the card of a win, what is said first."""
+
+import re
+from typing import Any
+
+import pytest
+from playwright.sync_api import ViewportSize, expect
+
+from tests.browser.conftest import Open, Quick, quick_table
+from tests.browser.screen import Screen
+from tests.kit.process import ServerProcess
+
+PHONES = [(390, 844), (360, 740), (390, 664), (360, 640), (320, 568), (820, 1180), (768, 1024)]
+
+# The board's box, and the parts of the page that cover one of its bins.
+_BOARD = """
+async (board) => {
+  const { layOut } = await import("/js/paint/geometry.js");
+  const canvas = document.getElementById("board-moving");
+  const { left, top, width, height } = canvas.getBoundingClientRect();
+  const { px, py } = layOut(board, width);
+  const { edges, y } = board.bins;
+  const covered = edges.slice(1).map((edge, bin) => document.elementFromPoint(
+    left + px((edge + edges[bin]) / 2), Math.min(top + py(y) + 8, top + height - 2)));
+  return {
+    box: [left, top, width, height],
+    covered: covered.filter((part) => part !== canvas).map((part) => part?.outerHTML.slice(0, 80)),
+  };
+}
+"""
+
+
+def board_of(screen: Screen, quick: Quick) -> Any:
+    screen.frames(2)  # the layout changes in the next frame, which the one after shows
+    seen = screen.page.evaluate(_BOARD, quick.whole.to_dict())
+    assert seen["covered"] == [], "no bin is covered"
+    return seen["box"]
+
+
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_auto_leaves_the_board_its_size_and_its_bins_in_view(
+    opened: Open, quick: Quick, language: str
+) -> None:
+    screen = opened(quick.page, locale=language).ready()
+    page = screen.page
+    one, auto = (page.locator(f"input[name=balls][value='{value}']") for value in ("1", "auto"))
+    before = {}
+    for width, height in PHONES:
+        page.set_viewport_size({"width": width, "height": height})
+        one.check(force=True)
+        before[width, height] = board_of(screen, quick)
+        auto.check(force=True)
+        expect(page.locator("#auto-panel")).to_be_visible()
+        expect(page.locator("#worlds")).to_be_hidden()
+        assert board_of(screen, quick) == before[width, height]
+    page.locator("#auto-count").fill("")
+    screen.drop.click()
+    expect(screen.rows.nth(1)).to_be_attached()
+    for size in PHONES:
+        page.set_viewport_size({"width": size[0], "height": size[1]})
+        assert board_of(screen, quick) == before[size]
+    screen.drop.click()
+    screen.ready()
+    for size in PHONES:
+        page.set_viewport_size({"width": size[0], "height": size[1]})
+        assert board_of(screen, quick) == before[size]
+
+
+# Texts of controls that are smaller than 16 px, into which a phone zooms.
+_ZOOMED = """
+[...document.querySelectorAll("select, input:not([type=radio], [type=checkbox], [type=range])")]
+  .filter((field) => field.checkVisibility() && parseFloat(getComputedStyle(field).fontSize) < 16)
+  .map((field) => field.id)
+"""
+
+
+@pytest.mark.parametrize("viewport", [{"width": 390, "height": 844}, {"width": 844, "height": 390}])
+def test_a_phone_zooms_into_no_field(opened: Open, quick: Quick, viewport: ViewportSize) -> None:
+    screen = opened(quick.page, viewport=viewport).ready()
+    screen.page.locator("input[name=balls][value=auto]").check(force=True)
+    screen.page.locator("#auto-on-win").select_option("times")
+    assert screen.page.evaluate(_ZOOMED) == []
+    for drawer in ("Game", "Table", "Fairness", "Lab", "Settings"):
+        screen.drawer(drawer)
+        assert screen.page.evaluate(_ZOOMED) == [], drawer
+
+
+def test_minus_and_plus_halve_and_double_the_stake(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page).ready()
+    stake = screen.page.get_by_label("Stake", exact=True)
+    for key, value in (("+", "2"), ("+", "4"), ("-", "2"), ("=", "4"), ("−", "2")):
+        if key == "−":  # on some keyboards
+            press = "document.body.dispatchEvent(new KeyboardEvent('keydown', { key: '−', bubbles: true }))"
+            screen.page.evaluate(press)
+        else:
+            screen.page.keyboard.press(key)
+        expect(stake).to_have_value(value)
+    stake.fill("3")
+    stake.press("+")
+    expect(stake).to_have_value("3+")  # typed into the field
+    assert screen.drops_sent == []
+
+
+def jackpot(opened: Open, server: ServerProcess) -> Screen:
+    """A page on which each ball pays 110 times its stake, with the card of the first one."""
+    quick = quick_table(server, "triangle-8", pays=110)
+    screen = opened(quick.page, reduced_motion="reduce").ready()
+    screen.page.clock.install()
+    screen.drop.click()
+    expect(screen.page.locator("#card")).to_be_visible()
+    return screen
+
+
+def test_the_card_of_a_win_closes_on_escape_alone(opened: Open, server: ServerProcess) -> None:
+    screen = jackpot(opened, server)
+    screen.drawer("Lab")
+    screen.page.keyboard.press("Escape")
+    expect(screen.page.locator("#card")).to_be_hidden()
+    expect(screen.page.locator("#lab")).to_be_visible()  # Escape closes one thing at a time
+    screen.page.keyboard.press("Escape")
+    expect(screen.page.locator("#lab")).to_be_hidden()
+
+
+def test_the_card_of_a_win_closes_with_the_next_drop(opened: Open, server: ServerProcess) -> None:
+    screen = jackpot(opened, server)
+    screen.page.keyboard.press("Space")
+    expect(screen.page.locator("#card")).to_be_hidden()
+
+
+def test_the_card_of_a_win_closes_after_six_seconds(opened: Open, server: ServerProcess) -> None:
+    screen = jackpot(opened, server)
+    screen.page.clock.run_for(5000)
+    expect(screen.page.locator("#card")).to_be_visible()
+    screen.page.clock.run_for(1100)
+    expect(screen.page.locator("#card")).to_be_hidden()
+
+
+def test_ready_is_said_only_when_it_is_so(opened: Open, quick: Quick) -> None:
+    held = "window.WebSocket = class { constructor() { window.socket = this; } close() {} };"
+    screen = opened(quick.page, before=held)
+    screen.page.wait_for_function("() => window.socket")
+    expect(screen.result).to_have_text("Connecting…")
+    ready = opened(quick.page).ready()
+    expect(ready.result).to_have_text("Ready when you are.")
+    gone = opened("/?room=nonsense").state("closed")
+    expect(gone.result).not_to_have_text(re.compile("Ready|Connecting"))
