@@ -292,10 +292,12 @@ export class Game extends Store {
   /** @param {Run} run @param {Ask} ask @returns {Dropper} */
   #dropper(run, { seed, aim, stake }) {
     let next = seed;
+    const practice = () => next !== null || this.room.practice !== null;
     return {
-      stake: () => (next !== null || this.room.practice ? 0
-        : stake ?? allowedStake(this.choice.stake * run.factor, this.mostStake)),
+      stake: () => (practice() ? 0 : stake ?? allowedStake(this.choice.stake * run.factor, this.mostStake)),
       drop: (due) => {
+        // Where practice begins or ends, the player decides whether to go on.
+        if (run.practice !== practice()) return run.practice ? "player" : "refused";
         if (due > this.account.balance) {
           this.say(t("play.too-few"), { urgent: true });
           return "credits";

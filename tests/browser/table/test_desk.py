@@ -144,3 +144,19 @@ def test_ready_is_said_only_when_it_is_so(opened: Open, quick: Quick) -> None:
     expect(ready.result).to_have_text("Ready when you are.")
     gone = opened("/?room=nonsense").state("closed")
     expect(gone.result).not_to_have_text(re.compile("Ready|Connecting"))
+
+
+def test_auto_in_practice_asks_for_nothing_about_stakes(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page).ready()
+    page = screen.page
+    page.locator("input[name=balls][value=auto]").check(force=True)
+    page.locator("#auto-count").fill("2")
+    page.locator("#auto-loss").fill("-1")
+    page.locator("#auto-loss").press("Tab")
+    expect(page.locator("#fault")).to_be_visible()
+    screen.seed.fill("5")
+    expect(page.locator("#fault")).to_be_hidden()
+    for field in ("#auto-win", "#auto-loss", "#auto-on-win", "#auto-on-loss"):
+        expect(page.locator(field)).to_be_hidden()
+    screen.drop.click()
+    expect(screen.result).to_have_text("Auto finished: 2 balls, practice")

@@ -270,6 +270,36 @@ test("an auto-drop that a reset cut says so", async () => {
   assert.ok(world.said.some((text) => /^On triangle: \d balls?, staked/.test(text)), `the ledger has told: ${world.said.join("\n")}`);
 });
 
+test("an auto-drop of practice stakes nothing when stakes are taken again", async () => {
+  const { world, game, flow } = await seated();
+  let why = "unsealed";
+  Object.defineProperty(game.room, "practice", { get: () => why });
+  game.startAuto(16, NEVER, { win: NEVER, loss: NEVER, onWin: KEEP, onLoss: KEEP });
+  await flow();
+  why = null;
+  for (let i = 0; i < 8; i += 1) {
+    world.clock.next();
+    await flow();
+  }
+  assert.equal(game.auto, null);
+  await world.rest();
+  assert.equal(world.server.sums.count, 0);
+  assert.ok(world.said.includes("Auto stopped: 1 ball, practice"), world.said.join("\n"));
+});
+
+test("an auto-drop with stakes does not go on as practice", async () => {
+  const { world, game, flow } = await seated();
+  game.startAuto(16, NEVER, { win: NEVER, loss: NEVER, onWin: KEEP, onLoss: KEEP });
+  await flow();
+  Object.defineProperty(game.room, "practice", { get: () => "unsealed" });
+  for (let i = 0; i < 8; i += 1) {
+    world.clock.next();
+    await flow();
+  }
+  assert.equal(game.auto, null);
+  assert.deepEqual(world.server.flying.map(({ stake }) => stake), [100]);
+});
+
 test("a full room says so, and is entered when a place is free", async () => {
   const world = new World(2);
   world.server.full = true;

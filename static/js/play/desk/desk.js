@@ -157,8 +157,9 @@ export class Desk {
     if (radioValue("balls") !== AUTO) return "";
     const [count, , win, loss, onWin, winFactor, onLoss, lossFactor] = this.auto;
     if (field === count && text && readCount(text) === null) return faultOf(text, t("fault.count", { most: plain(MOST_BALLS) }));
+    if (game.practice) return ""; // the other fields are about stakes
     if ((field === win || field === loss) && text && !readAmount(text)) return faultOf(text, t("fault.limit"));
-    if (field === loss && text && !game.practice && Number(readAmount(text)) < game.choice.stake) {
+    if (field === loss && text && Number(readAmount(text)) < game.choice.stake) {
       return t("fault.loss", { typed: text, stake: amount(game.choice.stake) });
     }
     const used = (field === winFactor && onWin.value === TIMES) || (field === lossFactor && onLoss.value === TIMES);
