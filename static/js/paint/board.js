@@ -217,11 +217,11 @@ export function paintBins(ctx, geometry, board, payout) {
     paintPrizes(ctx, texts.map((text, bin) => ({ text, colours: colours[bin] })), boxes, LABEL_FONT);
     return;
   }
-  const { size, lines, every } = labelsFor(ctx, geometry, board);
+  const { size, texts, every } = labelsFor(ctx, geometry, board);
   const first = ((multipliers.length - 1) / 2) % every;
   boxes.forEach((box, bin) => {
     const { ink } = colours[bin];
-    if ((bin - first) % every === 0) paintLabel(ctx, { text: multiplier(multipliers[bin]), ink, size, lines }, box);
+    if ((bin - first) % every === 0) paintLabel(ctx, { text: texts[bin], ink, size }, box);
   });
 }
 
@@ -234,45 +234,40 @@ export function binBox({ px, binTop, binHeight }, board, bin) {
 }
 
 /**
- * How the multipliers are lettered: on one line, in narrow bins on two lines, and in the narrowest ones,
- * if all pay the same, only in every n-th bin.
+ * How the multipliers are lettered: in narrow bins without their "x", and in the narrowest ones, if all pay the same,
+ * only in every n-th bin.
  * @param {CanvasRenderingContext2D} ctx
  * @param {Geometry} geometry
  * @param {Board} board
- * @returns {{size: number, lines: 1 | 2, every: number}} size: CSS pixels
+ * @returns {{size: number, texts: string[], every: number}} size: CSS pixels
  */
 function labelsFor(ctx, geometry, board) {
   const { multipliers } = board.bins;
   const boxes = multipliers.map((_, bin) => binBox(geometry, board, bin));
   ctx.font = `700 100px ${LABEL_FONT}`;
-  const fitting = (/** @type {string[]} */ texts) => Math.min(...texts.map((text, bin) => (
+  const fitting = (/** @type {string[]} */ texts) => Math.min(0.52 * boxes[0].height, 26, ...texts.map((text, bin) => (
     (FILLED * 100 * boxes[bin].width) / ctx.measureText(text).width)));
   const texts = multipliers.map(multiplier);
-  const [{ height }] = boxes;
-  const one = Math.min(fitting(texts), 0.52 * height, 26);
-  if (one >= LEGIBLE) return { size: one, lines: 1, every: 1 };
-  const two = Math.min(fitting(texts.map((text) => text.slice(0, -1))), 0.36 * height);
-  if (two >= LEGIBLE - 1 || new Set(multipliers).size > 1) return { size: two, lines: 2, every: 1 };
+  const size = fitting(texts);
+  if (size >= LEGIBLE) return { size, texts, every: 1 };
+  const bare = texts.map((text) => text.slice(0, -1));
+  const larger = fitting(bare);
+  if (larger >= LEGIBLE - 1 || new Set(multipliers).size > 1) return { size: larger, texts: bare, every: 1 };
   const wide = (LEGIBLE + 1) * (ctx.measureText(texts[0]).width / 100) + 6;
-  return { size: LEGIBLE + 1, lines: 1, every: Math.ceil(wide / boxes[0].width) };
+  return { size: LEGIBLE + 1, texts, every: Math.ceil(wide / boxes[0].width) };
 }
 
 /**
  * @param {CanvasRenderingContext2D} ctx
- * @param {{text: string, ink: string, size: number, lines: 1 | 2}} label
+ * @param {{text: string, ink: string, size: number}} label
  * @param {Box} box
  */
-function paintLabel(ctx, { text, ink, size, lines }, { x, y, width, height }) {
+function paintLabel(ctx, { text, ink, size }, { x, y, width, height }) {
   ctx.font = `700 ${size.toFixed(1)}px ${LABEL_FONT}`;
   ctx.textAlign = "center";
   ctx.textBaseline = "middle";
   ctx.fillStyle = ink;
-  const [middle, centre] = [x + width / 2, y + height / 2 + 0.06 * size];
-  if (lines === 1) ctx.fillText(text, middle, centre);
-  else {
-    ctx.fillText(text.slice(0, -1), middle, centre - 0.5 * size);
-    ctx.fillText(text.slice(-1), middle, centre + 0.5 * size);
-  }
+  ctx.fillText(text, x + width / 2, y + height / 2 + 0.06 * size);
 }
 
 /**

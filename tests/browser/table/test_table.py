@@ -500,6 +500,24 @@ def test_sound_is_offered_once_and_off_until_asked_for(opened: Open, quick: Quic
     expect(screen.page.locator("#offer")).to_be_hidden()
 
 
+def test_sound_is_asked_for_once_a_visit_however_many_tabs(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page).ready()
+    screen.drop.click()
+    expect(screen.page.locator("#offer")).to_be_visible()
+    second = screen.page.context.new_page()
+    second.goto(screen.page.url)
+    expect(second.locator("#drop")).to_be_enabled()
+    second.locator("#drop").click()
+    expect(second.locator("#drops > li")).to_have_count(1)
+    expect(second.locator("#offer")).to_be_hidden()
+    second.get_by_role("button", name="Sound").click()
+    expect(screen.page.locator("#offer")).to_be_hidden()
+    expect(screen.page.get_by_role("button", name="Sound")).to_have_attribute(
+        "aria-pressed", "true"
+    )
+    second.close()
+
+
 def test_the_harder_the_impact_the_louder_the_sound(run: Run) -> None:
     loud = run(
         "play/sound/sound.js",

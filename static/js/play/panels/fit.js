@@ -130,7 +130,7 @@ export class FitMeter {
     const due = this.expected?.chances.reduce((sum, chance, bin) => sum + chance * multipliers[bin], 0);
     byId("returns-note").textContent = due === undefined || !this.expected
       ? ""
-      : t("lab.expected", { label: this.expected.label, due: percent(due) });
+      : t("lab.expected", { label: this.expected.label, due: percent(due, 2) });
   }
 }
 

@@ -1,13 +1,11 @@
 // The page's messages: the status line, the connection's state, and a button out of a room that is gone.
 
-import { Falling } from "../show/falling.js";
 import { MAIN_ROOM } from "../../model/presets.js";
 import { t } from "../../texts/text.js";
 import { byId, onClick } from "../../util/dom.js";
 import { LOST } from "../room.js";
 import { putIntoAddress } from "../rooms.js";
 
-/** @import { Scene } from "../../model/scene.js" */
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
 
@@ -17,12 +15,14 @@ const STATES = /** @type {const} */ ({
 });
 
 /**
- * The status line shows results, and between them how far a ball has come.
+ * The status line shows results, and between them how many balls fall.
  * @param {Game} game @param {Theme} theme
- * @returns {(scene: Scene) => void} called for each frame: says how far our only ball has come, or how many fall
+ * @returns {() => void} called for each frame: says how many balls fall, if that has changed
  */
 export function showNotices(game, theme) {
-  const falling = new Falling();
+  /** Whether the shown message stays while a ball falls. */
+  let stays = false;
+  let told = "";
   const line = byId("result");
   const connecting = line.textContent;
   let before = game.room.state;
@@ -34,7 +34,7 @@ export function showNotices(game, theme) {
   };
   /** @param {string} text @param {boolean} urgent @param {number} [score] */
   const say = (text, urgent, score) => {
-    falling.silent = urgent && game.busy;
+    stays = urgent && game.busy;
     put(text, score);
   };
   const showState = () => {
@@ -54,7 +54,7 @@ export function showNotices(game, theme) {
     before = state;
   };
   game.on("said", ({ text, score, urgent = false }) => say(text, urgent, score));
-  game.on("table", ({ table }) => falling.setBoard(table.board));
+  game.on("table", () => { stays = false; });
   game.on("room", showState);
   onClick("line-key", () => game.room.connection.retryNow());
   onClick("gone-key", () => { // leads from a room that is gone to the main room
@@ -63,9 +63,10 @@ export function showNotices(game, theme) {
     else game.enter(MAIN_ROOM);
   });
   showState();
-  return ({ balls }) => {
+  return () => {
     const n = game.falling;
-    const words = n > 1 ? t("play.balls-fall", { n }) : n === 1 && falling.words(balls);
-    if (words && !falling.silent && line.textContent !== words) put(words);
+    const words = n > 1 ? t("play.balls-fall", { n }) : n === 1 ? t("play.falls") : "";
+    if (words && !stays && words !== told) put(words);
+    told = words;
   };
 }

@@ -15,9 +15,9 @@ import { Sound } from "../sound/sound.js";
 import { offerSound } from "../sound/choice.js";
 import { offerDemo } from "./demo.js";
 import { Encore } from "./encore.js";
-import { nearMiss } from "./falling.js";
 import { Ghost } from "./ghost.js";
 import { Moment, WIN } from "./moment.js";
+import { nearMiss } from "./near-miss.js";
 import { Streaks } from "./streaks.js";
 
 /** @import { Point } from "../../model/board.js" */
@@ -154,7 +154,7 @@ export class Picture {
     const scene = demo ?? table?.sceneAt(t, now / 1000) ?? emptyScene();
     if (table?.growsWhenDrawn) instruments.ball.measure();
     if (table) this.sound.hear(table.heard, t);
-    this.watch(scene);
+    this.watch();
     const lab = document.documentElement.dataset.drawer === "lab";
     const streaking = this.#streaks.show(scene, now / 1000);
     const encore = this.#encore.show(scene, now / 1000, still, lab);

@@ -1,4 +1,4 @@
-// The player's choice of sound and volume: asked at the first drop, and stored.
+// The player's choice of sound and volume: asked at the first drop of a visit, and stored for all tabs.
 
 import { byId, onClick } from "../../util/dom.js";
 import { isRecord, readStored } from "../../util/stored.js";
@@ -6,6 +6,8 @@ import { isRecord, readStored } from "../../util/stored.js";
 /** @import { Sound } from "./sound.js" */
 
 const KEY = "plinko.sound.1";
+const ASKED_KEY = "plinko.sound-asked.1"; // when, ms
+const VISIT_MS = 12 * 3600 * 1000; // after which an unanswered question is asked again
 const VOLUME = 0.6; // until the player chooses one
 const GESTURES = ["pointerdown", "keydown"];
 
@@ -37,9 +39,9 @@ export function offerSound(sound, storage) {
     storage.setItem(KEY, JSON.stringify(kept));
     show(volume);
   };
-  /** @param {boolean} on */
-  const answer = (on) => {
-    keep(on, kept?.volume ?? Number(volumes[0].value) / 100);
+  /** @param {boolean} on @param {number} [volume] */
+  const answer = (on, volume = kept?.volume ?? Number(volumes[0].value) / 100) => {
+    keep(on, volume);
     byId("offer").hidden = true;
     sound.switch(on);
   };
@@ -59,6 +61,14 @@ export function offerSound(sound, storage) {
     if (kept?.on) sound.switch(true);
   };
   if (kept?.on) for (const gesture of GESTURES) document.addEventListener(gesture, begin, true);
+  window.addEventListener("storage", ({ key }) => { // another tab has the answer
+    const given = key === KEY ? readStored(storage, KEY, isAnswer) : null;
+    if (given) answer(given.on, given.volume);
+  });
   show(kept?.volume ?? VOLUME);
-  return () => { if (!kept) byId("offer").hidden = false; };
+  return () => {
+    if (kept || Date.now() - Number(storage.getItem(ASKED_KEY)) < VISIT_MS) return;
+    storage.setItem(ASKED_KEY, String(Date.now()));
+    byId("offer").hidden = false;
+  };
 }
