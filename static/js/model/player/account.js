@@ -235,7 +235,7 @@ export function refillOf(account) {
  * @param {number} held credits staked on drops that the server has not acknowledged yet
  */
 export function viewOf(account, held) {
-  const { settled, paid, curve, wins, losses, best, scores } = account.tally;
+  const { settled, paid, curve, every, wins, losses, best, scores } = account.tally;
   const credits = (/** @type {number} */ minor) => minor / MINOR_UNITS;
   return {
     balance: credits(balanceOf(account) - Math.round(held * MINOR_UNITS)),
@@ -243,7 +243,8 @@ export function viewOf(account, held) {
     returned: credits(paid),
     profit: credits(paid - settled),
     balls: scores.count, wins, losses, best, scores: new Mean(scores),
-    curve: [0, ...curve, paid - settled].map(credits),
+    curve: [0, ...curve, paid - settled].map(credits), // after each of `every` balls, and after all
+    every,
     last: account.last,
   };
 }

@@ -9,6 +9,7 @@ import { tab } from "../../util/storage.js";
 const KEYS = new Map([["g", "game"], ["t", "table"], ["f", "fair"], ["l", "lab"], ["s", "settings"]]);
 const KEPT = "plinko.drawer.1"; // the open drawer survives the reload that changes the language
 const ENTRY = "drawer"; // in the state of the history's entry
+const SWIPE = 50; // CSS pixels, more up or down than sideways
 const TYPED_INTO = "input:not([type=range], [type=radio], [type=checkbox]), select, textarea";
 
 /** Opens and closes drawers. @param {Game} game */
@@ -65,6 +66,19 @@ export function offerDrawers(game) {
     if (drawer) turn(drawer);
     else if (event.key === "m" || event.key === "M") byId("sound").click();
     else if (event.key === "?") keys.showModal();
+  });
+  // On a narrow screen a swipe up opens the game's figures, and a swipe down at their top closes them.
+  /** @type {Touch | null} */
+  let from = null;
+  document.addEventListener("touchstart", ({ touches }) => {
+    from = touches.length === 1 && (!open || byId("sheet-body").scrollTop === 0) ? touches[0] : null;
+  }, { passive: true });
+  document.addEventListener("touchend", ({ changedTouches: [to] }) => {
+    if (!from || wide.matches) return;
+    const up = from.clientY - to.clientY;
+    if (Math.abs(up) < Math.max(SWIPE, 2 * Math.abs(from.clientX - to.clientX))) return;
+    if (!open && up > 0) show("game");
+    else if (open && up < 0) show(null);
   });
   // The drawer "Lab" has the seed field, and the message about an invalid seed.
   game.on("choice", () => { if (byId("seed").getAttribute("aria-invalid") === "true") show("lab"); });

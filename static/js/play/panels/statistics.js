@@ -1,4 +1,4 @@
-// The statistics since the last reset: profit with its curve, balls, wins, losses and the best multiplier.
+// The statistics since the last reset: profit with its curve around zero, balls, wins, losses and the best multiplier.
 
 import { t } from "../../texts/text.js";
 import { byId, onClick } from "../../util/dom.js";
@@ -11,24 +11,52 @@ const [WIDE, HIGH] = [240, 64]; // the view box of the curve's SVG
 
 /** @param {Game} game */
 export function showStatistics(game) {
-  const [line, zero] = ["curve-line", "curve-zero"].map((id) => document.getElementById(id));
+  const [area, line, mark] = ["curve-area", "curve-line", "curve-mark"].map((id) => document.getElementById(id));
+  const curve = byId("curve");
+  /** Where the pointer is on the curve, 0 … 1; null if it is elsewhere. @type {number | null} */
+  let at = null;
+
   const show = () => {
-    const { staked, returned, profit, balls, wins, losses, best, curve } = game.account;
+    const { staked, returned, profit, balls, wins, losses, best } = game.account;
     /** @type {[string, string][]} */
     const values = [
-      ["net", signed(profit)], ["staked", amount(staked)], ["returned", amount(returned)], ["balls", plain(balls)],
-      ["wins", plain(wins)], ["losses", plain(losses)], ["best", balls ? multiplier(best) : "–"],
+      ["staked", amount(staked)], ["returned", amount(returned)], ["balls", plain(balls)], ["wins", plain(wins)],
+      ["losses", plain(losses)], ["best", balls ? multiplier(best) : "–"],
     ];
     for (const [id, text] of values) byId(id).textContent = text;
-    byId("net").dataset.sign = String(Math.sign(Math.round(profit * 100)));
-    const top = Math.max(0, ...curve);
-    const span = Math.max(top - Math.min(0, ...curve), 1e-9);
-    const y = (/** @type {number} */ value) => (2 + ((HIGH - 4) * (top - value)) / span).toFixed(1);
-    const points = curve.map((value, i) => `${((WIDE * i) / Math.max(1, curve.length - 1)).toFixed(1)},${y(value)}`);
-    line?.setAttribute("points", points.join(" "));
-    for (const end of ["y1", "y2"]) zero?.setAttribute(end, y(0));
-    byId("curve").setAttribute("aria-label", t("stats.curve", { profit: signed(profit), n: balls }));
+    curve.setAttribute("aria-label", t("stats.curve", { profit: signed(profit), n: balls }));
+    draw();
+    point();
   };
+  const draw = () => {
+    const profits = game.account.curve;
+    const most = Math.max(0.01, ...profits.map(Math.abs));
+    const places = profits.map((value, i) => {
+      const [x, y] = [(WIDE * i) / (profits.length - 1), (HIGH / 2) * (1 - (0.94 * value) / most)];
+      return `${x.toFixed(1)},${y.toFixed(1)}`;
+    }).join(" ");
+    line?.setAttribute("points", places);
+    area?.setAttribute("points", `0,${HIGH / 2} ${places} ${WIDE},${HIGH / 2}`);
+  };
+  /** Shows the profit at the pointer, else the present one. */
+  const point = () => {
+    const { curve: profits, every, balls } = game.account;
+    const i = Math.round((at ?? 1) * (profits.length - 1));
+    byId("net").textContent = signed(profits[i]);
+    byId("net").dataset.sign = String(Math.sign(Math.round(profits[i] * 100)));
+    byId("net-of").textContent = at === null ? t("stats.profit") : t("stats.after", { n: Math.min(i * every, balls) });
+    const x = String((WIDE * i) / (profits.length - 1));
+    for (const end of ["x1", "x2"]) mark?.setAttribute(end, x);
+    mark?.toggleAttribute("hidden", at === null);
+  };
+  for (const kind of /** @type {const} */ (["pointermove", "pointerdown", "pointerleave", "pointercancel"])) {
+    curve.addEventListener(kind, ({ clientX }) => {
+      const { left, width } = curve.getBoundingClientRect();
+      const inside = kind === "pointermove" || kind === "pointerdown";
+      at = inside ? Math.max(0, Math.min(1, (clientX - left) / width)) : null;
+      point();
+    });
+  }
   onClick("stats-reset", () => game.reset());
   game.onCalm("account", RENEWED_MS, show);
   show();

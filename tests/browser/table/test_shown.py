@@ -1,0 +1,68 @@
+"""What the table shows besides the fall: profit, last drops, odds, others' wins."""
+
+from playwright.sync_api import Page, expect
+
+from tests.browser.conftest import Open, quick_table
+from tests.browser.looks import context_for
+from tests.kit.process import ServerProcess
+
+
+def swipe(page: Page, start: int, end: int, x: int = 180) -> None:
+    """A finger goes from one height to another, in CSS pixels."""
+    session = page.context.new_cdp_session(page)
+
+    def touch(kind: str, *points: dict[str, int]) -> None:
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": list(points)})
+
+    touch("touchStart", {"x": x, "y": start})
+    for y in ((start + end) // 2, end):
+        touch("touchMove", {"x": x, "y": y})
+    touch("touchEnd")
+    session.detach()
+
+
+def curve(page: Page) -> list[float]:
+    """The heights of the profit curve's points, from 0 at the top to 64."""
+    points = page.locator("#curve-line").get_attribute("points") or ""
+    return [float(point.split(",")[1]) for point in points.split()]
+
+
+def test_profit_is_drawn_around_a_zero_in_the_middle(opened: Open, server: ServerProcess) -> None:
+    screen = opened(quick_table(server, "triangle-8", pays=0.5).page).ready()
+    assert set(curve(screen.page)) == {32}, "a flat curve lies on zero"
+    for count in (1, 2):
+        screen.drop.click()
+        expect(screen.rows).to_have_count(count)
+    net = screen.page.locator("#net")
+    expect(net).to_have_text("−1.00")
+    expect(net).to_have_attribute("data-sign", "-1")
+    first, second, third = curve(screen.page)[:3]
+    assert first == 32 < second < third <= 64
+
+    shown = screen.page.locator("#curve")
+    box = shown.bounding_box()
+    assert box
+    shown.hover(position={"x": 1, "y": 20})
+    expect(net).to_have_text("0.00")
+    shown.hover(position={"x": 0.34 * box["width"], "y": 5})
+    expect(net).to_have_text("−0.50")
+    expect(screen.page.locator("#net-of")).to_have_text("Profit after 1")
+    screen.page.mouse.move(5, 5)
+    expect(net).to_have_text("−1.00")
+
+
+def test_wins_are_drawn_above_zero(opened: Open, server: ServerProcess) -> None:
+    screen = opened(quick_table(server, "triangle-8", pays=2.0).page).ready()
+    screen.drop.click()
+    expect(screen.page.locator("#net")).to_have_attribute("data-sign", "1")
+    assert curve(screen.page)[1] < 32
+
+
+def test_a_phone_shows_the_profit_after_one_swipe(opened: Open) -> None:
+    screen = opened("/", **context_for("phone")).ready()
+    profit = screen.page.locator("#net")
+    expect(profit).to_be_hidden()
+    swipe(screen.page, 600, 400)
+    expect(profit).to_be_in_viewport()
+    swipe(screen.page, 200, 400)
+    expect(profit).to_be_hidden()
