@@ -93,14 +93,14 @@ new MutationObserver((changes) => {
 """
 
 
-def test_amounts_rise_from_bins_and_five_results_stay_as_chips(opened: Open, quick: Quick) -> None:
+def test_amounts_rise_from_bins_and_results_stay_as_chips(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page, before=TICKETS).ready()
     scores = []
-    for count in range(1, 7):
+    for count in range(1, 4):
         screen.drop.click()
         expect(screen.rows).to_have_count(count)
         scores.append(screen.last_dropped()["score"])
-    newest = [f"{score:g}x" for score in reversed(scores[1:])]
+    newest = [f"{score:g}x" for score in reversed(scores)]
     expect(screen.page.locator("#last .paid")).to_have_text(newest)
     told = screen.page.evaluate("tickets")
     assert told == [f"{score:.2f}" for score in scores if score > 0.0], "payouts have no sign"

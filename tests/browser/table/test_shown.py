@@ -2,7 +2,7 @@
 
 from playwright.sync_api import Page, expect
 
-from tests.browser.conftest import Open, quick_table
+from tests.browser.conftest import Open, Quick, quick_table
 from tests.browser.looks import context_for
 from tests.kit.process import ServerProcess
 
@@ -66,3 +66,17 @@ def test_a_phone_shows_the_profit_after_one_swipe(opened: Open) -> None:
     expect(profit).to_be_in_viewport()
     swipe(screen.page, 200, 400)
     expect(profit).to_be_hidden()
+
+
+def test_a_dozen_drops_stay_in_sight_and_lead_to_their_replays(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page).ready()
+    screen.page.get_by_role("radio", name="20 balls").check()
+    screen.drop.click()
+    expect(screen.rows).to_have_count(20)
+    chips = screen.page.locator("#last a")
+    expect(chips).to_have_count(12)
+    expect(chips.last).to_be_in_viewport(ratio=1)
+    seed = screen.last_dropped()["seed"]
+    chips.first.click()
+    screen.state("replay")
+    expect(screen.fact("seed")).to_have_text(seed)

@@ -1,4 +1,4 @@
-// The history: the last five drops as chips next to the board, and all kept drops as a list.
+// The history: the last drops as chips next to the board, which lead to their replays, and all kept drops as a list.
 
 import { replayLink } from "../../net/drop-address.js";
 import { t } from "../../texts/text.js";
@@ -11,13 +11,13 @@ import { paidMark } from "./company.js";
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
 
-const CHIPS = 5;
+const CHIPS = 12; // the style sheet hides some where space is short
 const RENEWED_MS = 200; // between two updates while many balls land
 
 /** @param {Game} game @param {Theme} theme */
 export function showHistory(game, theme) {
   const prover = new Prover(game);
-  /** @type {Map<string, HTMLElement>} rows by drop; they are reused, as one may show its proof */
+  /** By drop; reused, as a row may show its proof. @type {Map<string, {line: HTMLElement, chip: HTMLElement}>} */
   let rows = new Map();
   let newest = "";
 
@@ -26,11 +26,11 @@ export function showHistory(game, theme) {
     byId("history-empty").hidden = last.length > 0;
     const here = game.room.hello?.board_digest;
     const keys = last.map((drop) => JSON.stringify([drop, drop.boardDigest === here]));
-    rows = new Map(keys.map((key, i) => [key, rows.get(key) ?? row(last[i])]));
-    byId("drops").replaceChildren(...rows.values());
+    rows = new Map(keys.map((key, i) => [key, rows.get(key) ?? { line: row(last[i]), chip: chip(last[i]) }]));
+    byId("drops").replaceChildren(...[...rows.values()].map(({ line }) => line));
     const fresh = newest !== "" && keys.length > 0 && keys[0] !== newest;
     newest = keys[0] ?? " ";
-    const chips = last.slice(0, CHIPS).map((drop) => make("li", {}, mark(drop)));
+    const chips = [...rows.values()].slice(0, CHIPS).map((each) => each.chip);
     chips[0]?.classList.toggle("fresh", fresh);
     byId("last").replaceChildren(...chips);
   };
@@ -41,6 +41,10 @@ export function showHistory(game, theme) {
     if (bin === null) paid.title = t("play.void-why");
     return paid;
   };
+
+  /** @param {Played} drop */
+  const chip = (drop) => make("li", {}, drop.knocked
+    ? mark(drop) : make("a", { href: replayLink(drop), title: t("play.replay") }, mark(drop)));
 
   /** @param {Played} drop */
   const row = (drop) => {
