@@ -34,8 +34,9 @@ export class StageFit {
    */
   fit(heightOf) {
     if (!this.stage) return this.box.clientWidth;
-    const { clientWidth: width, clientHeight: height } = this.stage;
-    if (!width || !height) return 0;
+    const { clientWidth, clientHeight: height } = this.stage;
+    const width = clientWidth - 2 * parseFloat(getComputedStyle(this.stage).paddingLeft);
+    if (width <= 0 || !height) return 0;
     const fitting = Math.max(1, widest({ width, height }, heightOf));
     this.box.style.width = `${fitting}px`;
     document.documentElement.style.setProperty("--board-width", `${fitting}px`);

@@ -1,14 +1,16 @@
-// The histogram in the tray under the bins: landings in each bin, and the expected numbers.
+// The histogram in the tray under the bins: landings in each bin, and the expected numbers. In a wide tray the columns fan
+// out to its sides, as the pile's do.
 
 import { t } from "../texts/text.js";
 import { fitted } from "../util/canvas.js";
 import { parentOf } from "../util/dom.js";
+import { spreadOut, trayGeometry } from "./pile/columns.js";
 
 /** @import { Board } from "../model/board.js" */
 /** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
 /** @import { Colours } from "./colours.js" */
-/** @import { Entry } from "./pile/columns.js" */
+/** @import { Entry, TrayGeometry } from "./pile/columns.js" */
 /** @import { Pile } from "./pile/pile.js" */
 
 const TOP = 12; // CSS pixels free above the highest column
@@ -23,7 +25,9 @@ export class Histogram {
   #counts = [];
   /** @type {Expectation | null} */
   #expected = null;
-  /** @type {Geometry | null} */
+  /** Of the board above. @type {Geometry | null} */
+  #above = null;
+  /** @type {TrayGeometry | null} */
   #geometry = null;
   /** @type {Board | null} */
   #board = null;
@@ -42,6 +46,9 @@ export class Histogram {
     this.canvas = canvas;
     this.theme = theme;
     this.colours = colours;
+    new ResizeObserver(() => {
+      if (this.#geometry && parentOf(canvas).clientWidth !== this.#geometry.width) this.#layOut();
+    }).observe(parentOf(canvas));
   }
 
   /**
@@ -53,8 +60,8 @@ export class Histogram {
     this.#board = board;
     this.#counts = [...counts];
     this.colours?.fit(counts);
-    this.#heapUp();
-    this.setExpected(expected);
+    this.#expected = expected;
+    this.#layOut();
   }
 
   /** @param {Expectation | null} expected */
@@ -133,8 +140,15 @@ export class Histogram {
 
   /** @param {Geometry} geometry of the board above */
   layOut(geometry) {
-    this.#geometry = geometry;
-    this.#height = parentOf(this.canvas).clientHeight;
+    this.#above = geometry;
+    this.#layOut();
+  }
+
+  #layOut() {
+    if (!this.#above || !this.#board) return;
+    const { clientWidth, clientHeight } = parentOf(this.canvas);
+    this.#geometry = trayGeometry(this.#board, this.#above, clientWidth);
+    this.#height = clientHeight;
     this.#heapUp();
     this.draw();
   }
@@ -151,17 +165,16 @@ export class Histogram {
     const [geometry, board, height] = [this.#geometry, this.#board, this.#height];
     if (!geometry || !board) return;
     const ctx = fitted(this.canvas, { width: geometry.width, height });
-    const { edges } = board.bins;
     const { total } = this;
     const pile = this.#pile;
-    const columns = this.#counts.map((_, bin) => columnOf(edges, bin, geometry));
+    const columnAt = columnsOf(board, geometry, height);
     const expected = this.#expected?.chances.map((chance) => chance * Math.max(total, pile ? 0 : 1));
     const most = Math.max(1, ...this.#counts, ...(expected ?? []));
     const unit = (height - TOP) / Math.max(most, total ? 4 : 0.5);
     if (pile) pile.paint(ctx, board, geometry, height, (bin, ball) => this.#colourOf(board, bin, ball));
-    else this.#paintBars({ ctx, columns, height }, board, unit);
+    else this.#paintBars({ ctx, columnAt, height }, board, unit);
     const heights = expected?.map((count, bin) => (pile ? pile.heightOf(bin, count, geometry) : count * unit));
-    if (heights) this.#paintExpected({ ctx, columns, height }, heights);
+    if (heights) this.#paintExpected({ ctx, columnAt, height }, heights);
   }
 
   /** @param {number} nowMs */
@@ -186,13 +199,22 @@ export class Histogram {
   }
 
   /** @param {Sheet} sheet @param {Board} board @param {number} unit of a ball, CSS pixels */
-  #paintBars({ ctx, columns, height }, board, unit) {
+  #paintBars({ ctx, columnAt, height }, board, unit) {
+    /** @param {number} bin @param {number} top @param {number} bottom CSS pixels */
+    const block = (bin, top, bottom) => {
+      const [high, low] = [columnAt(bin, top), columnAt(bin, bottom)];
+      ctx.beginPath();
+      ctx.moveTo(high.x, top);
+      ctx.lineTo(high.x + high.width, top);
+      ctx.lineTo(low.x + low.width, bottom);
+      ctx.lineTo(low.x, bottom);
+      ctx.fill();
+    };
     this.#counts.forEach((count, bin) => {
-      const { x, width } = columns[bin];
       if (unit >= BEAD) {
         for (let ball = 0; ball < count; ball += 1) {
           ctx.fillStyle = this.#colourOf(board, bin, ball);
-          ctx.fillRect(x, height - (ball + 1) * unit + 1, width, unit - 1);
+          block(bin, height - (ball + 1) * unit + 1, height - ball * unit);
         }
         return;
       }
@@ -201,21 +223,21 @@ export class Histogram {
       for (const { colour, balls } of this.colours?.sharesOf(bin) ?? [{ colour: null, balls: count }]) {
         const high = balls * unit;
         ctx.fillStyle = this.colours ? colour ?? this.theme.palette.other : this.#colourOf(board, bin, 0);
-        ctx.fillRect(x, low - high, width, high);
+        block(bin, low - high, low);
         low -= high;
       }
     });
   }
 
   /** @param {Sheet} sheet @param {number[]} heights of the expected numbers, CSS pixels */
-  #paintExpected({ ctx, columns, height }, heights) {
+  #paintExpected({ ctx, columnAt, height }, heights) {
     ctx.strokeStyle = this.theme.palette.trayMark;
     ctx.lineWidth = Math.max(2, height / 100);
     ctx.lineCap = "round";
     ctx.beginPath();
     heights.forEach((high, bin) => {
-      const { x, width } = columns[bin];
       const y = Math.max(1, Math.min(height - 1, height - high));
+      const { x, width } = columnAt(bin, y);
       ctx.moveTo(x + 1, y);
       ctx.lineTo(x + width - 1, y);
     });
@@ -224,14 +246,16 @@ export class Histogram {
 }
 
 /**
- * @typedef {{x: number, width: number}} Column CSS pixels
- * @typedef {{ctx: CanvasRenderingContext2D, columns: Column[], height: number}} Sheet height: CSS pixels
+ * @typedef {(bin: number, y: number) => {x: number, width: number}} ColumnAt a column at a height of the canvas, CSS pixels
+ * @typedef {{ctx: CanvasRenderingContext2D, columnAt: ColumnAt, height: number}} Sheet height: CSS pixels
  */
 
-/** @param {number[]} edges @param {number} bin @param {Geometry} geometry @returns {Column} */
-function columnOf(edges, bin, { px }) {
-  const from = px(edges[bin]);
-  const width = px(edges[bin + 1]) - from;
-  const gap = Math.max(1, Math.min(3, 0.06 * width));
-  return { x: from + gap, width: width - 2 * gap };
+/** @param {Board} board @param {TrayGeometry} geometry @param {number} height of the tray, CSS pixels @returns {ColumnAt} */
+function columnsOf({ bins: { edges } }, { px, spread }, height) {
+  const floors = spreadOut(edges, spread);
+  return (bin, y) => {
+    const [from, to] = [bin, bin + 1].map((i) => px(edges[i] + (floors[i] - edges[i]) * (y / height)));
+    const gap = Math.max(1, Math.min(3, 0.06 * (to - from)));
+    return { x: from + gap, width: to - from - 2 * gap };
+  };
 }

@@ -10,20 +10,22 @@ from tests.browser.screen import COUNT_FRAMES, Screen
 
 PHONE: ViewportSize = {"width": 360, "height": 780}
 
-# For each bin the longest painted row in its column, and the column's width, in CSS pixels: bars
-# are as wide as their column, discs are not.
+# For each bin the longest painted row in its column, and the column's width at the floor, in CSS
+# pixels: bars are as wide as their column, discs are not.
 _WIDEST = """
 async ([board, walls]) => {
   const { layOut } = await import("/js/paint/geometry.js");
+  const { spreadOut, trayGeometry } = await import("/js/instruments/pile/columns.js");
   const canvas = document.querySelector("#histogram");
-  const { px } = layOut(board, document.querySelector("#board").clientWidth);
+  const above = layOut(board, document.querySelector("#board").clientWidth);
+  const { px, spread } = trayGeometry(board, above, canvas.clientWidth);
   const density = canvas.width / canvas.clientWidth;
   const ctx = canvas.getContext("2d");
-  const { edges } = board.bins;
+  const edges = spreadOut(board.bins.edges, spread);
   return edges.slice(1).map((edge, bin) => {
     const [left, right] = [edges[bin], edge].map((x) => Math.round(px(x) * density));
     const inside = [left + walls * density, right - left - 2 * walls * density].map(Math.round);
-    const { data, width, height } = ctx.getImageData(inside[0], 0, inside[1], canvas.height);
+    const { data, width, height } = ctx.getImageData(inside[0], canvas.height - 12 * density, inside[1], 12 * density);
     let widest = 0;
     for (let row = 0; row < height; row += 1) {
       for (let column = 0, run = 0; column < width; column += 1) {

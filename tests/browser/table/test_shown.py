@@ -1,5 +1,6 @@
 """What the table shows besides the fall: profit, last drops, odds, others' wins."""
 
+import pytest
 from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import Open, Quick, quick_table
@@ -80,3 +81,24 @@ def test_a_dozen_drops_stay_in_sight_and_lead_to_their_replays(opened: Open, qui
     chips.first.click()
     screen.state("replay")
     expect(screen.fact("seed")).to_have_text(seed)
+
+
+@pytest.mark.parametrize("size", [(820, 1180), (1024, 768)])
+def test_the_walls_keep_a_margin_on_tablets(opened: Open, size: tuple[int, int]) -> None:
+    width, height = size
+    screen = opened("/", viewport={"width": width, "height": height}).ready()
+    board = screen.page.locator("#board").bounding_box()
+    stage = screen.page.locator(".stage").bounding_box()
+    assert board
+    assert stage
+    assert board["x"] - stage["x"] >= 16
+
+
+def test_a_desk_s_tray_is_high_and_as_wide_as_the_window_s_side(opened: Open) -> None:
+    screen = opened("/", viewport={"width": 1920, "height": 1080}).ready()
+    tray = screen.page.locator(".tray-glass").bounding_box()
+    stage = screen.page.locator(".stage").bounding_box()
+    assert tray
+    assert stage
+    assert tray["height"] >= 0.165 * 1080
+    assert tray["width"] == stage["width"]

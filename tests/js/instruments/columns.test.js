@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import {
-  discsOf, fittedEntry, LARGE_DISCS, placeOf, planOf, shareFor, usualEntry,
+  discsOf, fittedEntry, LARGE_DISCS, placeOf, planOf, shareFor, trayGeometry, usualEntry,
 } from "../../../static/js/instruments/pile/columns.js";
 import { layOut } from "../../../static/js/paint/geometry.js";
 import { triangle } from "../support.js";
@@ -12,7 +12,8 @@ import { triangle } from "../support.js";
 const BOARD = triangle();
 
 /** @param {number} width of the board @param {number} height of the tray, CSS pixels */
-const planFor = (width, height, board = BOARD) => planOf(board, layOut(board, width), height);
+const planFor = (width, height, board = BOARD, wide = width) =>
+  planOf(board, trayGeometry(board, layOut(board, width), wide), height);
 
 for (const [width, height] of [[360, 27], [390, 64], [700, 72], [1600, 88], [60, 27]]) {
   test(`discs fit into a tray of ${width} x ${height} pixels`, () => {
@@ -27,7 +28,7 @@ for (const [width, height] of [[360, 27], [390, 64], [700, 72], [1600, 88], [60,
 }
 
 test("discs for an audience are as large as their columns allow", () => {
-  const [small, large] = [undefined, LARGE_DISCS].map((sizes) => planOf(BOARD, layOut(BOARD, 900), 360, sizes));
+  const [small, large] = [undefined, LARGE_DISCS].map((sizes) => planOf(BOARD, { ...layOut(BOARD, 900), spread: 1 }, 360, sizes));
   assert.ok(large.radius > 2 * small.radius, `${large.radius} m, ${small.radius} m`);
   assert.ok(large.room.every((room, bin) => room > 10 && room < small.room[bin]), String(large.room));
 });
@@ -39,6 +40,22 @@ test("a wall stands between columns, up to where discs enter", () => {
   assert.deepEqual(upright.map(({ x1 }) => x1), plan.edges);
   assert.ok(upright.every(({ y1, y2 }) => y1 < plan.entry && y2 === plan.height));
   assert.ok(plan.entry < -plan.radius, "it enters above the tray");
+});
+
+test("in a tray wider than its board the columns fan out to the sides", () => {
+  const plan = planFor(700, 144, BOARD, 900);
+  const { walls } = placeOf(plan);
+  const scale = layOut(BOARD, 700).scale;
+  plan.edges.forEach((edge, i) => {
+    const above = walls.find(({ x1, y1 }) => x1 === edge && y1 < plan.entry);
+    assert.deepEqual([above.x2, above.y2 === plan.height], [edge, plan.floors[i] === edge], "straight down from the bin");
+    assert.ok(walls.some(({ x2, y2 }) => x2 === plan.floors[i] && y2 === plan.height), "to the floor");
+  });
+  const wide = (plan.floors.at(-1) - plan.floors[0]) * scale;
+  assert.ok(wide > 850 && wide <= 900, `${wide}`);
+  const narrow = planFor(700, 144);
+  assert.deepEqual(narrow.floors, narrow.edges);
+  assert.ok(plan.room.every((room, bin) => room > narrow.room[bin]), "more discs fit");
 });
 
 test("discs have a gravity at which they come to rest", () => {

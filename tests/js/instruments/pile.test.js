@@ -12,7 +12,7 @@ import { triangle } from "../support.js";
 import { machine } from "./machine.js";
 
 const BOARD = triangle();
-const GEOMETRY = layOut(BOARD, 700);
+const GEOMETRY = { ...layOut(BOARD, 700), spread: 1 };
 const HEIGHT = 72; // CSS pixels
 const PLAN = planOf(BOARD, GEOMETRY, HEIGHT);
 const COUNTS = [0, 2, 6, 12, 15, 11, 7, 1, 0];
@@ -38,11 +38,11 @@ function discsIn(heap) {
   return found;
 }
 
-/** @param {number[]} counts */
-function filled(counts) {
-  const heap = new Heap(machine, PLAN);
+/** @param {number[]} counts @param {Plan} [plan] */
+function filled(counts, plan = PLAN) {
+  const heap = new Heap(machine, plan);
   counts.forEach((count, bin) => {
-    for (let disc = 0; disc < count; disc += 1) heap.add(bin, usualEntry(PLAN, bin, disc));
+    for (let disc = 0; disc < count; disc += 1) heap.add(bin, usualEntry(plan, bin, disc));
   });
   return heap;
 }
@@ -65,6 +65,18 @@ test("discs pile up in their columns, and at rest cost nothing", () => {
   });
   assert.ok(discs.some(({ y }) => y < height - 3 * radius), "some lie on others");
   assert.equal(heap.runs, false);
+});
+
+test("discs in columns that fan out come to rest between their walls", () => {
+  const plan = planOf(BOARD, { ...GEOMETRY, spread: 1.6 }, 2 * HEIGHT);
+  const heap = filled(COUNTS, plan);
+  settle(heap);
+  const { radius, edges, floors, height } = plan;
+  for (const { bin, x, y } of discsIn(heap)) {
+    const [left, right] = [bin, bin + 1].map((i) => edges[i] + ((floors[i] - edges[i]) * y) / height);
+    assert.ok(x > left + 0.9 * radius && x < right - 0.9 * radius, `${x} of bin ${bin}`);
+    assert.ok(y > 0 && y < height - 0.9 * radius);
+  }
 });
 
 test("the same landings make the same pile, to the last bit", () => {
@@ -120,7 +132,7 @@ test("the pile falls, or with reduced motion appears at rest", () => {
 test("in a resized tray the same discs appear at rest", () => {
   const pile = pileOf(COUNTS);
   watch(pile, false);
-  pile.lay(BOARD, layOut(BOARD, 360), 27, COUNTS);
+  pile.lay(BOARD, { ...layOut(BOARD, 360), spread: 1 }, 27, COUNTS);
   assert.equal(watch(pile, false), 1);
 });
 

@@ -1,4 +1,5 @@
-// Plans a pile in the tray: its columns, the size of its discs, and how many balls each disc represents. Pure.
+// Plans a pile in the tray: its columns, the size of its discs, and how many balls each disc represents. In a tray wider
+// than its board the columns fan out from the bins to the tray's sides. Pure.
 
 /** @import { Board } from "../../model/board.js" */
 /** @import { Geometry } from "../../paint/geometry.js" */
@@ -7,6 +8,8 @@ const SMALLEST = 2.5; // smallest radius of a disc, CSS pixels; less only in nar
 const LOOSE = 0.6; // fraction of a column's area that discs fill even if they lie badly
 const MOST_DISCS = 240; // of a pile; moving more would take too much of a frame
 const HEADROOM = 6; // radii that columns extend above the tray, where discs enter
+const WIDEST = 1.6; // how many times as wide as a bin a column is at most, at the floor
+const SIDE = 8; // CSS pixels free at each end of a wide tray
 const STEADY = { least: 1.5, most: 30 }; // m/s²: limits of the pile's gravity, so that it comes to rest
 
 /** @typedef {{largest: number, abreast: number}} Sizes largest: radius of a disc, CSS pixels; abreast: width of
@@ -20,7 +23,8 @@ export const LARGE_DISCS = { largest: 24, abreast: 6 };
 
 /**
  * @typedef {object} Plan
- * @property {number[]} edges of the columns, m, the same as the bins'
+ * @property {number[]} edges of the columns at the top, m, the same as the bins'
+ * @property {number[]} floors the same at the floor, m
  * @property {number} height of the tray, m; its upper edge is y = 0
  * @property {number} radius of a disc, m
  * @property {number} entry y at which discs enter, m
@@ -28,36 +32,62 @@ export const LARGE_DISCS = { largest: 24, abreast: 6 };
  * @property {number[]} room how many discs fit into each column
  */
 
+/** @typedef {Pick<Geometry, "width" | "scale" | "px"> & {spread: number}} TrayGeometry spread: how many times as wide as
+ *   at the top the columns are at the floor */
+
+/**
+ * @param {Pick<Board, "bins">} board
+ * @param {Geometry} geometry of the board above
+ * @param {number} width of the tray, whose middle is the board's, CSS pixels
+ * @returns {TrayGeometry}
+ */
+export function trayGeometry({ bins: { edges } }, { width: over, scale, px }, width) {
+  const bins = (edges[edges.length - 1] - edges[0]) * scale;
+  const spread = Math.max(1, Math.min(WIDEST, (width - 2 * SIDE) / bins));
+  return { width, scale, spread: width > over ? spread : 1, px: (x) => px(x) + (width - over) / 2 };
+}
+
+/** @param {number[]} edges @param {number} spread @returns {number[]} the same edges, spread out from their middle */
+export function spreadOut(edges, spread) {
+  const middle = (edges[0] + edges[edges.length - 1]) / 2;
+  return edges.map((edge) => (spread === 1 ? edge : middle + spread * (edge - middle)));
+}
+
 /**
  * @param {Pick<Board, "bins" | "gravity">} board
- * @param {Pick<Geometry, "scale">} geometry
+ * @param {Pick<TrayGeometry, "scale" | "spread">} geometry
  * @param {number} height of the tray, CSS pixels
  * @param {Sizes} [sizes]
  * @returns {Plan}
  */
-export function planOf({ bins: { edges }, gravity }, { scale }, height, sizes = SMALL_DISCS) {
+export function planOf({ bins: { edges }, gravity }, { scale, spread }, height, sizes = SMALL_DISCS) {
   const widths = edges.slice(1).map((edge, bin) => (edge - edges[bin]) * scale);
   const narrowest = Math.min(...widths);
   const wanted = Math.max(SMALLEST, Math.min(sizes.largest, narrowest / sizes.abreast));
   const size = Math.min(wanted, 0.45 * narrowest, 0.4 * height);
   const radius = size / scale;
   return {
-    edges, height: height / scale, radius, entry: -2 * radius,
+    edges, floors: spreadOut(edges, spread), height: height / scale, radius, entry: -2 * radius,
     gravity: Math.max(STEADY.least, Math.min(STEADY.most, gravity)),
     room: widths.map((width) => {
-      const discs = (LOOSE * width * (height - size)) / (Math.PI * size * size);
+      const discs = (LOOSE * width * ((1 + spread) / 2) * (height - size)) / (Math.PI * size * size);
       return Math.max(1, Math.floor(discs));
     }),
   };
 }
 
 /** The fixed parts: a floor, and a wall between any two columns. @param {Plan} plan */
-export function placeOf({ edges, height, radius }) {
-  const upright = (/** @type {number} */ x) => ({ x1: x, y1: -HEADROOM * radius, x2: x, y2: height });
-  const floor = { x1: edges[0], y1: height, x2: edges[edges.length - 1], y2: height };
+export function placeOf({ edges, floors, height, radius }) {
+  const top = -HEADROOM * radius;
+  const between = edges.flatMap((x, i) => {
+    const low = floors[i];
+    if (low === x) return [{ x1: x, y1: top, x2: x, y2: height }];
+    return [{ x1: x, y1: top, x2: x, y2: 0 }, { x1: x, y1: 0, x2: low, y2: height }];
+  });
+  const floor = { x1: floors[0], y1: height, x2: floors[floors.length - 1], y2: height };
   // An impact uses the larger restitution of the two bodies. With 0 for walls, the discs decide.
   const material = { restitution: 0, friction: 0.3 };
-  const walls = [...edges.map(upright), floor];
+  const walls = [...between, floor];
   return { pegs: [], walls, peg_material: material, wall_material: material, bins: null };
 }
 

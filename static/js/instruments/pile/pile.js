@@ -2,12 +2,11 @@
 
 import { paintBall } from "../../paint/ball.js";
 import { StampBook } from "../../paint/stamps.js";
-import { discsOf, planOf, shareFor, SMALL_DISCS, usualEntry } from "./columns.js";
+import { discsOf, planOf, shareFor, SMALL_DISCS, spreadOut, usualEntry } from "./columns.js";
 
 /** @import { Board } from "../../model/board.js" */
-/** @import { Geometry } from "../../paint/geometry.js" */
 /** @import { Theme } from "../../paint/theme.js" */
-/** @import { Entry, Plan, Sizes } from "./columns.js" */
+/** @import { Entry, Plan, Sizes, TrayGeometry } from "./columns.js" */
 /** @import { Heap, openHeaps } from "./heap.js" */
 
 const MOST_STEPS = 4; // in one frame: on a slow machine discs fall slowly instead of delaying the board
@@ -65,7 +64,7 @@ export class Pile {
 
   /**
    * @param {Board} board
-   * @param {Geometry} geometry
+   * @param {TrayGeometry} geometry
    * @param {number} height of the tray, CSS pixels
    * @param {number[]} counts balls by bin
    */
@@ -154,7 +153,7 @@ export class Pile {
   /**
    * @param {CanvasRenderingContext2D} ctx cleared, scaled to CSS pixels
    * @param {Board} board
-   * @param {Geometry} geometry
+   * @param {TrayGeometry} geometry
    * @param {number} height of the tray, CSS pixels
    * @param {(bin: number, ball: number) => string} colourOf ball: in order of landing, from 0
    */
@@ -176,24 +175,28 @@ export class Pile {
    */
   heightOf(bin, balls, { scale }) {
     if (!this.#plan) return 0;
-    const { edges, radius } = this.#plan;
-    return ((balls / this.share) * Math.PI * radius ** 2 * scale) / (DENSE * (edges[bin + 1] - edges[bin]));
+    const { edges, floors, radius, height } = this.#plan;
+    const area = ((balls / this.share) * Math.PI * radius ** 2) / DENSE;
+    const low = floors[bin + 1] - floors[bin];
+    const narrowing = (low - edges[bin + 1] + edges[bin]) / height;
+    return (2 * area * scale) / (low + Math.sqrt(Math.max(0, low ** 2 - 2 * area * narrowing)));
   }
 
   /**
-   * @param {CanvasRenderingContext2D} ctx @param {Board} board @param {Geometry} geometry @param {number} height
+   * @param {CanvasRenderingContext2D} ctx @param {Board} board @param {TrayGeometry} geometry @param {number} height
    */
-  #paintColumns(ctx, { bins: { edges } }, { px }, height) {
+  #paintColumns(ctx, { bins: { edges } }, { px, spread }, height) {
+    const floors = spreadOut(edges, spread);
     ctx.strokeStyle = this.theme.palette.trayInk;
     ctx.globalAlpha = 0.35;
     ctx.lineWidth = 1;
     ctx.beginPath();
-    for (const edge of edges) {
+    edges.forEach((edge, i) => {
       ctx.moveTo(px(edge), 0);
-      ctx.lineTo(px(edge), height);
-    }
-    ctx.moveTo(px(edges[0]), height - 0.5);
-    ctx.lineTo(px(edges[edges.length - 1]), height - 0.5);
+      ctx.lineTo(px(floors[i]), height);
+    });
+    ctx.moveTo(px(floors[0]), height - 0.5);
+    ctx.lineTo(px(floors[floors.length - 1]), height - 0.5);
     ctx.stroke();
     ctx.globalAlpha = 1;
   }

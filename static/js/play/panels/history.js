@@ -31,7 +31,7 @@ export function showHistory(game, theme) {
     const fresh = newest !== "" && keys.length > 0 && keys[0] !== newest;
     newest = keys[0] ?? " ";
     const chips = [...rows.values()].slice(0, CHIPS).map((each) => each.chip);
-    chips[0]?.classList.toggle("fresh", fresh);
+    chips.forEach((each, i) => each.classList.toggle("fresh", fresh && i === 0));
     byId("last").replaceChildren(...chips);
   };
 
