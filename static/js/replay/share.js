@@ -1,11 +1,11 @@
 // The panel for sharing a drop: a link, a frame for other sites, a poster, a film, a video, the record.
 
-import { messageOf, request } from "../net/api.js";
+import { messageOf } from "../net/api.js";
 import { dropPath, dropSearch } from "../net/drop-address.js";
+import { saveVideo } from "../net/video.js";
 import { t } from "../texts/text.js";
 import { copyFrom } from "../util/copy.js";
 import { byId, onClick } from "../util/dom.js";
-import { saveFile } from "../util/file.js";
 
 /** @import { DropAddress } from "../net/drop-address.js" */
 /** @import { Key } from "../texts/text.js" */
@@ -39,13 +39,11 @@ export function offerShare(drop, hash) {
   const frame = frameOf(at("embed/replay"), t("replay.frame-title", { seed: drop.seed }));
   offer("share-frame", frame, "replay.frame-copied", "replay.frame-marked");
   const video = byId("share-video", HTMLButtonElement);
-  // Requested by a script instead of a link, so that the page can show why a server cannot make videos.
   video.addEventListener("click", async () => {
     video.disabled = true;
     note.textContent = t("page.computing");
     try {
-      const reply = await request(dropPath(drop, ".mp4", new URLSearchParams({ width: FILM_WIDTH })));
-      saveFile(`${name}.mp4`, await reply.blob(), "video/mp4");
+      await saveVideo(drop);
       note.textContent = t("replay.share-note");
     } catch (error) {
       note.textContent = messageOf(error);

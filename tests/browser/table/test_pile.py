@@ -25,7 +25,9 @@ async ([board, walls]) => {
   return edges.slice(1).map((edge, bin) => {
     const [left, right] = [edges[bin], edge].map((x) => Math.round(px(x) * density));
     const inside = [left + walls * density, right - left - 2 * walls * density].map(Math.round);
-    const { data, width, height } = ctx.getImageData(inside[0], canvas.height - 12 * density, inside[1], 12 * density);
+    const low = 12 * density; // the rows at the floor
+    const at = [inside[0], canvas.height - low, inside[1], low];
+    const { data, width, height } = ctx.getImageData(...at);
     let widest = 0;
     for (let row = 0; row < height; row += 1) {
       for (let column = 0, run = 0; column < width; column += 1) {

@@ -3,6 +3,7 @@
 import pytest
 from playwright.sync_api import Page, expect
 
+from plinko.engine import Board
 from tests.browser.conftest import Open, Quick, quick_table
 from tests.browser.looks import context_for
 from tests.kit.process import ServerProcess
@@ -102,3 +103,33 @@ def test_a_desk_s_tray_is_high_and_as_wide_as_the_window_s_side(opened: Open) ->
     assert stage
     assert tray["height"] >= 0.165 * 1080
     assert tray["width"] == stage["width"]
+
+
+def test_over_a_bin_are_its_chance_and_its_payout_for_the_stake(opened: Open) -> None:
+    screen = opened("/?room=triangle-8", viewport={"width": 1280, "height": 800}).ready()
+    record = screen.api("boards/triangle-8")["board"]["bins"]
+    odds = screen.api("boards/triangle-8/odds")["aims"][0]["chances"]
+    screen.page.get_by_label("Stake", exact=True).fill("2.50")
+    screen.page.get_by_label("Stake", exact=True).blur()
+    board = Board.preset("triangle-8").to_dict()
+    tip = screen.page.locator(".bin-odds")
+    for bin_ in (4, 1):
+        x = (record["edges"][bin_] + record["edges"][bin_ + 1]) / 2
+        (place,) = screen.pixels(board, [[x, record["y"] + 0.1]])["points"]
+        screen.page.locator("#board-moving").hover(position={"x": place[0], "y": place[1]})
+        pays = record["multipliers"][bin_]
+        expect(tip.locator("b")).to_have_text(f"{pays:g}x pays {2.5 * pays:.2f}")
+        expect(tip).to_contain_text(f"{100 * odds[bin_]:.1f} % of balls")
+    screen.page.mouse.move(300, 200)
+    expect(tip).to_be_hidden()
+
+
+def test_a_great_win_is_saved_as_a_video_in_one_tap(opened: Open, server: ServerProcess) -> None:
+    screen = opened(quick_table(server, "triangle-8", pays=150.0).page).ready()
+    screen.drop.click()
+    with screen.page.expect_download() as saved:
+        screen.page.get_by_role("button", name="Save video").click()
+    seed = screen.last_dropped()["seed"]
+    assert saved.value.suggested_filename == f"plinko-{seed}.mp4"
+    assert saved.value.path().read_bytes()[4:8] == b"ftyp"
+    expect(screen.page.locator("#card")).to_be_hidden()

@@ -1,4 +1,5 @@
-// The pointer on the board: above the pegs it aims and drops; below it picks a ball to measure.
+// The pointer on the board: above the pegs it aims and drops; below it picks a ball to measure; over a bin it shows the
+// bin's odds.
 
 import { aimAt } from "./aim.js";
 
@@ -29,6 +30,10 @@ export function followPointer(game, view, onPick) {
   };
   moving.addEventListener("pointermove", (event) => show(event.pointerType === "mouse" ? aim(event) : null));
   moving.addEventListener("pointerleave", () => show(null));
+  moving.addEventListener("pointerover", async (event) => {
+    const { showBinOdds } = await import(new URL("../panels/bin-odds.js", import.meta.url).href);
+    showBinOdds(game, view, event);
+  }, { once: true });
   moving.addEventListener("click", (event) => {
     const place = view.aimOf(event);
     if (place?.above) game.drop(aim(event) ?? undefined);

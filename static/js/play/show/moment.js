@@ -1,6 +1,7 @@
 // Celebrates a win: confetti from its bin from 5 times the stake, a full scene from 100 times.
 
 import { binBox } from "../../paint/board.js";
+import { messageOf } from "../../net/api.js";
 import { replayLink } from "../../net/drop-address.js";
 import { t } from "../../texts/text.js";
 import { fitted } from "../../util/canvas.js";
@@ -40,6 +41,8 @@ export class Moment {
   #shells = [];
   #last = 0;
   #closing = 0; // the timer that closes the card
+  /** The card's drop. @type {Played | null} */
+  #won = null;
 
   /** @param {Theme} theme @param {BoardView} view */
   constructor(theme, view) {
@@ -47,6 +50,7 @@ export class Moment {
     this.view = view;
     this.canvas = byId("board-party", HTMLCanvasElement);
     onClick("card-close", () => this.hide());
+    onClick("card-video", () => this.#saveVideo());
     document.addEventListener("keydown", (event) => {
       if (event.key !== "Escape" || byId("card").hidden) return;
       event.stopImmediatePropagation(); // Escape closes one thing at a time
@@ -105,7 +109,9 @@ export class Moment {
 
   /** @param {Played} played @param {boolean} still */
   #showCard(played, still) {
-    const { score, stake, paid, practice, by = "" } = played;
+    const { score, stake, paid, practice, by = "", knocked = false } = played;
+    this.#won = played;
+    byId("card-video").hidden = byId("card-share").hidden = knocked; // such a ball cannot be replayed alone
     byId("card-name").textContent = by;
     byId("card-words").textContent = practice
       ? t("play.win-practice")
@@ -117,6 +123,22 @@ export class Moment {
     this.#card = still ? null : { score, since: null };
     window.clearTimeout(this.#closing);
     this.#closing = window.setTimeout(() => this.hide(), CARD_MS);
+  }
+
+  async #saveVideo() {
+    const [button, words] = [byId("card-video", HTMLButtonElement), byId("card-words")];
+    if (!this.#won) return;
+    window.clearTimeout(this.#closing);
+    button.disabled = true;
+    words.textContent = t("page.computing");
+    try {
+      const { saveVideo } = await import(new URL("../../net/video.js", import.meta.url).href);
+      await saveVideo(this.#won);
+      this.hide();
+    } catch (error) {
+      words.textContent = messageOf(error);
+    }
+    button.disabled = false;
   }
 
   /** @param {number} nowMs @returns {boolean} whether it still moves */
