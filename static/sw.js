@@ -8,7 +8,7 @@ const BOARDS = "api/v1/boards";
 // Finds the files that a page or a module refers to.
 const PARTS = {
   html: /(?:href|src)="([^":?#]+\.(?:css|js|json|svg))"/g,
-  js: /^(?:import|export|\}) [^"\n]*"(\.[^"]+)"|new URL\("([^"]+)", ?import\.meta\.url\)/gm,
+  js: /^(?:import|export|\}) [^"\n]*"(\.[^"]+)"|import\("(\.[^"]+)"\)|new URL\("([^"]+)", ?import\.meta\.url\)/gm,
 };
 
 /** @param {string} path relative to the pages' folder @returns {string} URL */
@@ -25,8 +25,8 @@ async function keepPages() {
     const kind = pathname.endsWith("/") ? "html" : /\.(?:html|js)$/.exec(pathname)?.[0].slice(1);
     if (kind) {
       const text = await response.clone().text();
-      for (const [, part, beside] of text.matchAll(PARTS[kind])) {
-        seen.add(new URL(part ?? beside, url).href);
+      for (const [, ...parts] of text.matchAll(PARTS[kind])) {
+        seen.add(new URL(parts.find(Boolean) ?? "", url).href);
       }
     }
     await cache.put(url, response);

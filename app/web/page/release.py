@@ -9,14 +9,16 @@ The bundle does not transpile or rename anything. Each module becomes a function
 exports, after the modules that it imports. Comments and blanks are removed, and the English texts
 are replaced by those of one language (languages.py).
 
-A module that a page fetches later, by `import(new URL("…", import.meta.url).href)`, is bundled in
-the same way if it has texts.
+A module that a page imports later, by `import("./later.js")`, becomes a bundle as well. That bundle
+imports what it shares with the bundles before it, and adds its texts to theirs. A module that only
+two later bundles share is in both, so it must not have a state of its own.
 """
 
 import json
 import posixpath
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from rcssmin import cssmin
@@ -33,13 +35,14 @@ _EXPORT = re.compile(r"^export (?=(?:async )?(?:function\*?|class|const) (\w+))"
 _DATA = re.compile(r'^import (?P<name>\w+) from "(?P<path>[^"]+)" with \{ type: "json" \};$', re.M)
 _LEFT = re.compile(r"^(?:import|export)\b.*$", re.M)
 _BESIDE = re.compile(r'new URL\("([^"]+)", import\.meta\.url\)')
-_LATER = re.compile(r'import\(new URL\("([^"]+)",\s*import\.meta\.url\)\.href\)')
+_LATER = re.compile(r'\bimport\("(\.[^"]+)\.js"\)')
 _RETURNED = re.compile(r"return\s*\{([^}]*)\};?\s*\}\)\(\);\s*$")
 _SHEET = re.compile(r'    <link rel="stylesheet" href="(css/[^"]+)">\n')
 # css/base.css hides the page until a script has set the colours. The bundled sheet has the colours,
 # so it shows the page at once.
 _SHOWN = 'html:not([style*="--page"]) body {\n  visibility: visible;\n}\n'
 _PART = re.compile(r"^ *\{\{> (\w+)((?: \w+=[\w.-]+)*)\}\}\n", re.M)
+_TEXTS = path_of(ENGLISH)
 _SCRIPT = re.compile(r'<script type="module" src="(js/[^"]+)">')
 
 
@@ -96,6 +99,7 @@ def _add(static: Path, path: str, home: str, modules: dict[str, str]) -> None:
         lambda found: f'new URL("{posixpath.relpath(beside(found[1]), home)}", import.meta.url)',
         text,
     )
+    text = _LATER.sub(lambda found: f'import("{_from(home, beside(found[1]))}.js")', text)
     modules.pop(path)
     gives = f"return {{ {', '.join(exports)} }};"
     code = jsmin(f"const {_name(path)} = (() => {{\n{text}{gives}\n}})();")
@@ -108,6 +112,11 @@ def _constant(path: str, value: str) -> str:
 
 def _name(path: str) -> str:
     return "m_" + re.sub(r"\W", "_", path)
+
+
+def _from(home: str, path: str) -> str:
+    """How a script in the folder `home` imports the one at `path`."""
+    return f"./{posixpath.relpath(path, home)}"
 
 
 def sheet(static: Path, styles: list[str]) -> str:
@@ -158,45 +167,81 @@ def parts(
         text = _SHEET.sub(f'    <link rel="stylesheet" href="css/all-{name}.css">\n', text)
     pages = dict.fromkeys(languages, text)
     entry = _SCRIPT.search(text)
-    modules = _modules(static, entry[1]) if entry else {}
-    home = posixpath.dirname(entry[1]) if entry else ""
-    later = _later(static, home, modules)
+    bundles = list(_bundles(static, entry[1])) if entry else []
     for language, texts in languages.items():
+        for bundle in bundles:
+            made[bundle.address(language)] = _code(bundle, bundles, language, texts)
         if entry:
-            path = f"{home}/all.{language}.js"
-            code = _with_texts(modules, texts)
-            for source, its_modules in later.items():
-                bundle = f"{source.removesuffix('.js')}.{language}.js"
-                code = code.replace(
-                    posixpath.relpath(source, home), posixpath.relpath(bundle, home)
-                )
-                made[bundle] = _with_texts(its_modules, texts) + _exported(source, its_modules)
-            made[path] = code
+            path = bundles[0].address(language)
             pages[language] = text.replace(entry[0], f'<script type="module" src="{path}">')
         pages[language] = filled(pages[language], texts)
     return pages, made
 
 
-def _later(static: Path, home: str, modules: dict[str, str]) -> dict[str, dict[str, str]]:
-    """The modules that these fetch later and that have texts, by path, each with its imports."""
-    named = [found for code in modules.values() for found in _LATER.findall(code)]
-    paths = {posixpath.normpath(posixpath.join(home, each)) for each in named}
-    bundled = {path: _modules(static, path) for path in sorted(paths)}
-    return {path: each for path, each in bundled.items() if path_of(ENGLISH) in each}
+@dataclass(frozen=True)
+class _Bundle:
+    """A script: an entry module with its imports that no bundle before it has."""
+
+    entry: str
+    modules: dict[str, str]  # code by path
+    before: tuple["_Bundle", ...]  # the bundles that the page has loaded before, the page's first
+
+    def address(self, language: str) -> str:
+        home, file = posixpath.split(self.entry)
+        return f"{home}/{file.removesuffix('.js') if self.before else 'all'}.{language}.js"
+
+    def used_by(self, other: "_Bundle") -> list[str]:
+        """The names of this bundle's modules that the other one imports."""
+        names = set(re.findall(r"\bm_\w+", "".join(other.modules.values())))
+        names.add(_name(_TEXTS))
+        return [_name(path) for path in self.modules if _name(path) in names]
+
+    @property
+    def texts(self) -> set[str]:
+        return used_in("".join(code for path, code in self.modules.items() if path != _TEXTS))
 
 
-def _exported(path: str, modules: dict[str, str]) -> str:
-    """The exports of a bundle for a module at `path`."""
-    names = _RETURNED.search(modules[path])
-    assert names, f"{path} exports nothing"
-    return f"export const {{{names[1]}}} = {_name(path)};\n"
+def _bundles(static: Path, entry: str) -> Iterator[_Bundle]:
+    """The page's script, then those that it imports later, each after the ones that it needs."""
+    waiting: list[tuple[str, tuple[_Bundle, ...]]] = [(entry, ())]
+    seen = {entry}
+    for path, before in waiting:
+        known = {each for bundle in before for each in bundle.modules}
+        modules = {at: code for at, code in _modules(static, path).items() if at not in known}
+        bundle = _Bundle(path, modules, before)
+        yield bundle
+        home = posixpath.dirname(path)
+        for later in _LATER.findall("".join(modules.values())):
+            at = posixpath.normpath(posixpath.join(home, f"{later}.js"))
+            if at in modules or at in known:
+                raise ValueError(f"{path} imports {at} later, but it has loaded it already")
+            if at not in seen:
+                seen.add(at)
+                waiting.append((at, (*before, bundle)))
 
 
-def _with_texts(modules: dict[str, str], texts: Texts) -> str:
-    """Modules as one script, with those of these texts that they use, not the English ones."""
-    english = path_of(ENGLISH)
-    if english not in modules:
-        return "".join(modules.values())
-    used = used_in("".join(text for path, text in modules.items() if path != english))
-    kept = json.dumps({key: texts[key] for key in texts if key in used}, ensure_ascii=False)
-    return "".join((modules | {english: _constant(english, kept)}).values())
+def _code(bundle: _Bundle, bundles: list[_Bundle], language: str, texts: Texts) -> str:
+    """The bundle as a script, with those of these texts that it uses, not the English ones."""
+    home = posixpath.dirname(bundle.entry)
+    lines = []
+    for other in bundle.before:
+        if names := other.used_by(bundle):
+            path = _from(home, other.address(language))
+            lines.append(f'import {{{", ".join(names)}}} from "{path}";\n')
+    known = {key for other in bundle.before for key in other.texts}
+    kept = {key: texts[key] for key in texts if key in bundle.texts - known}
+    words = json.dumps(kept, ensure_ascii=False)
+    if _TEXTS in bundle.modules:
+        lines += (bundle.modules | {_TEXTS: _constant(_TEXTS, words)}).values()
+    else:
+        if kept and any(_TEXTS in other.modules for other in bundle.before):
+            lines.append(f"Object.assign({_name(_TEXTS)}, {words});\n")
+        lines += bundle.modules.values()
+    later = [other for other in bundles if bundle in other.before]
+    shared = sorted({name for other in later for name in bundle.used_by(other)})
+    lines += [f"export {{{', '.join(shared)}}};\n"] if shared else []
+    if bundle.before:
+        names = _RETURNED.search(bundle.modules[bundle.entry])
+        assert names, f"{bundle.entry} exports nothing"
+        lines.append(f"export const {{{names[1]}}} = {_name(bundle.entry)};\n")
+    return _LATER.sub(rf'import("\1.{language}.js")', "".join(lines))

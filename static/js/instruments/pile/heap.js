@@ -1,4 +1,4 @@
-// Moves the discs of a pile by the engine's kernels for touching balls. Loaded only if the page shows a pile.
+// Moves the discs of a pile by the engine's kernels for touching balls.
 
 import { Arena } from "../../solver/touching/arena.js";
 import { loadMachine } from "../../solver/touching/machine.js";

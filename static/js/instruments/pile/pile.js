@@ -3,11 +3,12 @@
 import { paintBall } from "../../paint/ball.js";
 import { StampBook } from "../../paint/stamps.js";
 import { discsOf, planOf, shareFor, SMALL_DISCS, spreadOut, usualEntry } from "./columns.js";
+import { openHeaps } from "./heap.js";
 
 /** @import { Board } from "../../model/board.js" */
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Entry, Plan, Sizes, TrayGeometry } from "./columns.js" */
-/** @import { Heap, openHeaps } from "./heap.js" */
+/** @import { Heap } from "./heap.js" */
 
 const MOST_STEPS = 4; // in one frame: on a slow machine discs fall slowly instead of delaying the board
 const AHEAD_STEPS = 8; // in one frame, while the motion is not shown
@@ -15,14 +16,12 @@ const DENSE = 0.8; // fraction of a column's area that well packed discs fill
 const FIELDS = 5; // numbers of each shown disc, see Heap.look
 
 /**
- * Loads the code that moves discs, and makes a pile; throws without WebAssembly.
+ * Loads the kernels that move discs, and makes a pile; throws without WebAssembly.
  * @param {Theme} theme @param {Sizes} [sizes] of its discs
  * @returns {Promise<Pile>}
  */
 export async function openPile(theme, sizes = SMALL_DISCS) {
-  /** @type {{openHeaps: typeof openHeaps}} */
-  const moving = await import(new URL("heap.js", import.meta.url).href);
-  return new Pile(await moving.openHeaps(), theme, sizes);
+  return new Pile(await openHeaps(), theme, sizes);
 }
 
 /** The pile of one tray. While all discs are at rest, nothing is computed or drawn. */

@@ -9,7 +9,6 @@ import { byId, onClick, say } from "../../util/dom.js";
 import { saveFile } from "../../util/file.js";
 
 /** @import { Tools } from "../../fairness/check.js" */
-/** @import * as Check from "../../fairness/session-check.js" */
 /** @import { SessionEnded } from "../../model/messages.js" */
 /** @import { Heard } from "../fairness/fair-play.js" */
 /** @import { Game } from "../game.js" */
@@ -56,8 +55,7 @@ export function showFairness(game) {
     wanted = false;
     say(verdict, "", t("page.computing"));
     try {
-      /** @type {typeof Check} */
-      const { openTools, readExport, report } = await import(new URL("../../fairness/session-check.js", import.meta.url).href);
+      const { openTools, readExport, report } = await import("../../fairness/session-check.js");
       const path = `sessions/${encodeURIComponent(session)}/export`;
       const exported = readExport(await getText(path, showingToken(game.storage, session)));
       const text = canonical({ ...exported, ...heard });

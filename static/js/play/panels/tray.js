@@ -1,7 +1,6 @@
 // The tray below the board: landed balls as bars or as a pile, the expected counts, and their number.
 
 import { Histogram } from "../../instruments/histogram.js";
-import { openPile } from "../../instruments/pile/pile.js";
 import { t } from "../../texts/text.js";
 import { byId, onClick } from "../../util/dom.js";
 
@@ -28,7 +27,7 @@ export function showTray(game, theme) {
     const asked = wanted;
     showSwitch();
     try {
-      const pile = asked ? await openPile(theme) : null;
+      const pile = asked ? await (await import("../../instruments/pile/pile.js")).openPile(theme) : null;
       if (asked === wanted) histogram.setPile(pile);
     } catch {
       wanted = false;

@@ -91,18 +91,51 @@ def test_every_page_has_one_script_and_one_sheet(page: str) -> None:
     assert all(any(Path(path).name in code for code in made.values()) for path in later)
 
 
-def test_a_module_that_is_fetched_later_has_its_language_and_its_exports(tmp_path: Path) -> None:
-    languages = languages_of(STATIC)
-    _, made = parts(STATIC, "index.html", (STATIC / "index.html").read_text(), languages)
-    for language in languages:
-        later = f"js/fairness/session-check.{language}.js"
-        assert f"../fairness/session-check.{language}.js" in made[f"js/play/all.{language}.js"]
-        assert "m_js_fairness_check_js" not in made[f"js/play/all.{language}.js"]
-        (tmp_path / "later.mjs").write_text(made[later])
-        asked = "import('./later.mjs').then((all) => console.log(Object.keys(all).sort().join()))"
+def test_a_later_module_shares_what_the_page_has_loaded(tmp_path: Path) -> None:
+    (tmp_path / "js/texts").mkdir(parents=True)
+    for language, words in (("en", "Yes No Perhaps"), ("de", "Ja Nein Vielleicht")):
+        keys = dict(zip(["a.yes", "a.no", "a.perhaps"], words.split(), strict=True))
+        (tmp_path / f"js/texts/{language}.json").write_text(json.dumps(keys))
+    written(
+        tmp_path / "js",
+        text='import texts from "./texts/en.json" with { type: "json" };\n'
+        "export const t = (key) => texts[key];\n",
+        state="export const met = [];\n",
+        last='import { met } from "./state.js";\nimport { t } from "./text.js";\n'
+        'export const end = () => met.push(t("a.perhaps"));\n',
+        later='import { met } from "./state.js";\nimport { t } from "./text.js";\n'
+        'export async function go() {\n  met.push(t("a.no"));\n'
+        '  const { end } = await import("./last.js");\n  end();\n}\n',
+        main='import { met } from "./state.js";\nimport { t } from "./text.js";\n'
+        'met.push(t("a.yes"));\n'
+        'const loading = import("./later.js").then(({ go }) => go());\n'
+        "loading.then(() => console.log(met.join()));\n",
+    )
+    (tmp_path / "package.json").write_text('{"type": "module"}')
+    page = '<script type="module" src="js/main.js"></script>'
+    pages, made = parts(tmp_path, "index.html", page, languages_of(tmp_path))
+    for path, code in made.items():
+        (tmp_path / path).write_text(code)
+    said = []
+    for language in pages:
+        asked = f"import('./js/all.{language}.js')"
         told = subprocess.run(["node", "-e", asked], cwd=tmp_path, capture_output=True, check=True)
-        assert told.stdout == b"openTools,readExport,report\n"
-        assert str(languages[language]["check.forged"]) in made[later]
+        said.append(told.stdout.decode().strip())
+    assert said == ["Yes,No,Perhaps", "Ja,Nein,Vielleicht"]
+    assert "Nein" not in made["js/all.de.js"]
+    assert "Ja" not in made["js/later.de.js"]
+
+
+def test_a_module_is_not_loaded_both_at_once_and_later(tmp_path: Path) -> None:
+    (tmp_path / "js").mkdir()
+    written(
+        tmp_path / "js",
+        other="export const one = 1;\n",
+        main='import { one } from "./other.js";\nvoid import("./other.js");\nvoid one;\n',
+    )
+    page = '<script type="module" src="js/main.js"></script>'
+    with pytest.raises(ValueError, match=r"js/main\.js imports js/other\.js later"):
+        parts(tmp_path, "index.html", page, {"en": {}})
 
 
 def test_a_script_has_its_language_s_texts_that_it_names_only(tmp_path: Path) -> None:
