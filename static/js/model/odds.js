@@ -24,6 +24,11 @@ export function oddsAt(counted, aim, middle) {
   return counted.reduce((best, odds) => (away(odds) < away(best) ? odds : best));
 }
 
+/** @param {Odds} odds @returns {{label: string, chances: number[]}} what a tray compares its counts with */
+export function recorded({ drops, chances }) {
+  return { label: t("lab.label-counted", { n: drops }), chances };
+}
+
 /** @param {Odds} odds @returns {string} a sentence for the player */
 export function oddsWords({ return: returned, awards }) {
   const [{ multiplier: top, chance }] = awards;

@@ -14,15 +14,11 @@ import { Desk } from "./desk/desk.js";
 import { offerDrawers } from "./desk/drawers.js";
 import { offerTables } from "./desk/table-form.js";
 import { Game } from "./game.js";
-import { showCompany } from "./panels/company.js";
-import { showDraw } from "./panels/draw.js";
-import { showFairness } from "./panels/fairness.js";
+import { loadLater } from "./later.js";
 import { offerLink } from "./panels/hand-on.js";
-import { showHistory } from "./panels/history.js";
 import { showOdds } from "./panels/odds.js";
+import { showPadlock } from "./panels/padlock.js";
 import { showPurse } from "./panels/purse.js";
-import { offerSettings } from "./panels/settings.js";
-import { showStatistics } from "./panels/statistics.js";
 import { offerWorlds } from "./panels/worlds.js";
 import { leadBack, roomOfAddress } from "./rooms.js";
 import { Picture } from "./show/picture.js";
@@ -42,15 +38,12 @@ async function start() {
   const streams = streamsFor(asked.get("stream"), solver !== null);
   const game = new Game({ storage: local, solver, streams, room: roomOfAddress() });
   window.addEventListener("popstate", () => game.enter(roomOfAddress()));
-  const { view, ghost } = new Picture(game, theme);
+  const picture = new Picture(game, theme);
   new Desk(game);
   new Aim(game);
-  for (const panel of [
-    offerTables, offerDrawers, showHistory, showStatistics, showFairness, showDraw, showCompany, offerLink, showOdds,
-    offerWorlds,
-  ]) panel(game, theme);
-  showPurse(game, theme, view);
-  offerSettings(game, theme, ghost);
+  for (const panel of [offerTables, showPadlock, offerLink, showOdds, offerWorlds]) panel(game, theme);
+  showPurse(game, theme, picture.view);
+  offerDrawers(game, loadLater(game, theme, picture));
   game.begin();
 }
 

@@ -41,8 +41,13 @@
  * @property {null} snapshot a snapshot with new positions has arrived
  */
 
+/** Kinds of events that tell a state: who subscribes later receives the last one at once. @type {(keyof News)[]} */
+const STATES = ["table", "odds", "ended"];
+
 /** Subscribers by kind of event. */
 export class Store {
+  /** The last values of STATES. @type {Map<keyof News, unknown>} */
+  #last = new Map();
   /** @type {Map<string, ((value: any) => void)[]>} */
   #subscribers = new Map();
 
@@ -53,6 +58,7 @@ export class Store {
    */
   on(kind, subscriber) {
     this.#subscribers.set(kind, [...(this.#subscribers.get(kind) ?? []), subscriber]);
+    if (this.#last.has(kind)) subscriber(/** @type {News[K]} */ (this.#last.get(kind)));
   }
 
   /**
@@ -75,6 +81,7 @@ export class Store {
    * @param {News[K]} value
    */
   tell(kind, value) {
+    if (STATES.includes(kind)) this.#last.set(kind, value);
     for (const subscriber of this.#subscribers.get(kind) ?? []) subscriber(value);
   }
 

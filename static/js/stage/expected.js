@@ -1,6 +1,7 @@
 // The expected probability of each bin of a room's board, and its source.
 
 import { measure } from "../instruments/measure.js";
+import { recorded } from "../model/odds.js";
 import { readBoardName } from "../model/presets.js";
 import { getJson } from "../net/api.js";
 import { t } from "../texts/text.js";
@@ -21,9 +22,7 @@ export async function expectedOn({ board, board_name: name, board_digest: digest
   if (theory === "binomial") return binomial(board.bins.multipliers.length);
   if (readBoardName(name)) {
     const { board_digest: counted, aims } = /** @type {OddsReply} */ (await getJson(`boards/${name}/odds`));
-    if (counted === digest && aims.length) {
-      return { label: t("lab.label-counted", { n: aims[0].drops }), chances: aims[0].chances };
-    }
+    if (counted === digest && aims.length) return recorded(aims[0]);
   }
   return measure(board);
 }

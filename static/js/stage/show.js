@@ -68,8 +68,7 @@ export class Show {
       this.tray?.histogram.layOut(geometry);
       wake();
     }, { around, plate: wishes.plate });
-    this.sound = new Sound();
-    if (wishes.sound) this.sound.switch(true);
+    this.sound = wishes.sound ? soundOf(news) : null;
     byId("winners-panel").hidden = !wishes.winners;
     byId("leaders-panel").hidden = wishes.leaders === null;
     byId("queue-panel").hidden = !wishes.queue;
@@ -108,7 +107,6 @@ export class Show {
       this.#digest = digest;
       document.title = t("stage.title-board", { board: board.name });
       announceShape(ratioOf(board));
-      this.sound.setBoard(board);
       this.view.setBoard(board, slots);
       this.view.moving.setAttribute("aria-label", describeBoard(board));
       this.#leaders.clear();
@@ -134,7 +132,7 @@ export class Show {
     if (!board) return;
     document.documentElement.dataset.lastBin = String(landing.bin ?? "none");
     if (landing.bin !== null) {
-      this.sound.chime(landing.score, (landing.bin + 0.5) / board.bins.multipliers.length);
+      this.sound?.chime(landing.score, (landing.bin + 0.5) / board.bins.multipliers.length);
     }
     this.#leaders.note(landing, board);
     this.#list();
@@ -183,7 +181,7 @@ export class Show {
     const still = this.#still.matches;
     this.room.settle(still ? Number.POSITIVE_INFINITY : time, now);
     const scene = table?.sceneAt(time, now / 1000) ?? emptyScene();
-    if (table) this.sound.hear(table.heard, time);
+    if (table) this.sound?.hear(table.heard, time);
     for (const { pose, by } of table?.balls.values() ?? []) pose.name = this.wishes.names ? by : undefined;
     if (still) Object.assign(scene, { balls: [], flashes: [] });
     this.view.draw(scene);
@@ -202,4 +200,14 @@ function fill(id, rows) {
 function showWay(room) {
   byId("join", HTMLImageElement).src = `api/v1/rooms/${encodeURIComponent(room)}/qr.svg`;
   byId("join-panel").hidden = false;
+}
+
+/** @param {Store} news @returns {Sound} at full volume */
+function soundOf(news) {
+  const context = new AudioContext({ latencyHint: "interactive" });
+  void context.resume();
+  const sound = new Sound(context, news);
+  sound.on = true;
+  sound.volume = 1;
+  return sound;
 }

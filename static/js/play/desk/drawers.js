@@ -12,8 +12,11 @@ const ENTRY = "drawer"; // in the state of the history's entry
 const SWIPE = 50; // CSS pixels, more up or down than sideways
 const TYPED_INTO = "input:not([type=range], [type=radio], [type=checkbox]), select, textarea";
 
-/** Opens and closes drawers. @param {Game} game */
-export function offerDrawers(game) {
+/**
+ * Opens and closes drawers.
+ * @param {Game} game @param {(drawer: string) => Promise<void>} load loads what a drawer needs
+ */
+export function offerDrawers(game, load) {
   const tabs = [...byId("sheet").querySelectorAll("[aria-controls]")];
   const more = byId("more");
   const keys = byId("keys", HTMLDialogElement);
@@ -43,8 +46,13 @@ export function offerDrawers(game) {
     if (open && !wide.matches && !hasEntry()) window.history.pushState({ [ENTRY]: true }, "");
     else if (!open && hasEntry()) window.history.back();
   };
+  /** @param {string} drawer */
+  const pull = async (drawer) => {
+    await load(drawer);
+    show(drawer);
+  };
   /** Opens a drawer, or closes it if it is open. @param {string} drawer */
-  const turn = (drawer) => show(open === drawer ? null : drawer);
+  const turn = (drawer) => (open === drawer ? show(null) : void pull(drawer));
   const close = () => {
     show(null);
     more.focus();
@@ -52,8 +60,8 @@ export function offerDrawers(game) {
 
   wide.addEventListener("change", () => show(open));
   window.addEventListener("popstate", () => { if (open && !hasEntry()) show(null); });
-  for (const each of tabs) each.addEventListener("click", () => show(drawerOf(each)));
-  onClick("more", () => show(open ? null : (wide.matches ? "table" : "game")));
+  for (const each of tabs) each.addEventListener("click", () => pull(drawerOf(each)));
+  onClick("more", () => (open ? show(null) : void pull(wide.matches ? "table" : "game")));
   onClick("padlock", () => turn("fair"));
   onClick("world-key", () => turn("table"));
   onClick("sheet-close", close);
@@ -81,9 +89,11 @@ export function offerDrawers(game) {
     else if (open && up < 0) show(null);
   });
   // The drawer "Lab" has the seed field, and the message about an invalid seed.
-  game.on("choice", () => { if (byId("seed").getAttribute("aria-invalid") === "true") show("lab"); });
+  game.on("choice", () => { if (byId("seed").getAttribute("aria-invalid") === "true") void pull("lab"); });
   game.on("table", ({ hello }) => { byId("keys-aim").hidden = hello.slots.length === 0 && byId("start").hidden; });
-  show(tab.getItem(KEPT));
+  const kept = tab.getItem(KEPT);
+  show(null);
+  if (kept) void pull(kept);
 }
 
 /** @param {Element} tab @returns {string} the id of the drawer that it opens */

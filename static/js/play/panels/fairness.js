@@ -1,4 +1,4 @@
-// The padlock and the drawer "Fairness": the commitments before a drop, and the check of the session after its end.
+// The drawer "Fairness": the commitments before a drop, and the check of the session after its end.
 
 import { value } from "../../fairness/value.js";
 import { getText, messageOf } from "../../net/api.js";
@@ -13,7 +13,7 @@ import { saveFile } from "../../util/file.js";
 /** @import { Heard } from "../fairness/fair-play.js" */
 /** @import { Game } from "../game.js" */
 
-const SHORT = 8; // digits shown of a commitment in the tooltip, and of a session in the file's name
+const SHORT = 8; // digits of a session in the file's name
 
 /** Shows the session, and checks it when it has ended. @param {Game} game */
 export function showFairness(game) {
@@ -24,14 +24,8 @@ export function showFairness(game) {
   let wanted = false; // whether the player has asked for the check: a full session ends by itself
 
   const show = () => {
-    const { room, practice } = game;
-    const { committed, open, state } = room.fair;
-    const padlock = byId("padlock");
-    padlock.hidden = practice !== null;
-    padlock.dataset.open = String(open);
-    padlock.title = committed ? t("fair.committed", { lock: committed.slice(0, SHORT) }) : t("fair.uncommitted");
-    padlock.setAttribute("aria-label", padlock.title);
-    byId("padlock-text").textContent = committed ? t("play.sealed") : t("play.no-lock");
+    const { room } = game;
+    const { committed, state } = room.fair;
     const button = byId("fair-check", HTMLButtonElement);
     button.disabled = !state || state.drops === 0 || room.own.count > 0;
     if (!state) return;
@@ -72,7 +66,7 @@ export function showFairness(game) {
     game.room.fair.end();
   });
   onClick("fair-save", () => saveFile(saved.name, saved.text, "application/json"));
-  for (const kind of /** @type {const} */ (["room", "account", "choice"])) game.on(kind, show);
+  for (const kind of /** @type {const} */ (["room", "account"])) game.on(kind, show);
   game.on("ended", ({ ended, heard }) => check(ended, heard));
   show();
 }

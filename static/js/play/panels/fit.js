@@ -1,5 +1,6 @@
 // Statistics of the room: how well its histogram fits the expected odds, and confidence intervals of the returns.
 
+import { recorded } from "../../model/odds.js";
 import { fitTest, Mean, sameTest } from "../../model/statistics.js";
 import { measure, SAMPLE } from "../../instruments/measure.js";
 import { messageOf } from "../../net/api.js";
@@ -52,8 +53,7 @@ export class FitMeter {
 
   /** @param {Odds | null} odds for the chosen aim; null if unknown */
   #setRecord(odds) {
-    const label = t("lab.label-counted", { n: odds?.drops ?? 0 });
-    this.#record = odds && { label, chances: odds.chances };
+    this.#record = odds && recorded(odds);
     const [record, measured] = radiosOf("against");
     record.disabled = odds === null;
     if (this.#fresh || odds === null) (odds === null ? measured : record).checked = true;

@@ -5,13 +5,12 @@ import { byId, check, onChoice, onClick, radioValue } from "../../util/dom.js";
 
 /** @import { Scheme, Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
-/** @import { Ghost } from "../show/ghost.js" */
+/** @import { Show } from "../show/show.js" */
 
 const LANGUAGE_S = 365 * 24 * 3600;
-const GHOST_KEY = "plinko.ghost.1";
 
-/** @param {Game} game @param {Theme} theme @param {Ghost} ghost */
-export function offerSettings(game, theme, ghost) {
+/** @param {Game} game @param {Theme} theme @param {Show} show */
+export function offerSettings(game, theme, show) {
   // The server fills the pages' texts in, so the language is stored in a cookie, and the page is reloaded. Where the
   // browser blocks cookies, the page's address has the language.
   const choice = byId("language", HTMLSelectElement);
@@ -31,17 +30,12 @@ export function offerSettings(game, theme, ghost) {
   theme.onChange(showScheme);
   showScheme();
 
-  /** @param {boolean} on */
-  const setGhost = (on) => {
-    ghost.on = on;
-    byId("ghost").setAttribute("aria-pressed", String(on));
-    game.tell("picture", null);
-  };
-  setGhost(game.storage.getItem(GHOST_KEY) !== "off");
+  const showGhost = () => byId("ghost").setAttribute("aria-pressed", String(show.ghost.on));
   onClick("ghost", () => {
-    setGhost(!ghost.on);
-    game.storage.setItem(GHOST_KEY, ghost.on ? "on" : "off");
+    show.setGhost(!show.ghost.on);
+    showGhost();
   });
+  showGhost();
 
   /** Links the drops that the server has under this player's ID. */
   const showMark = () => {

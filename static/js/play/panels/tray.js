@@ -2,8 +2,10 @@
 
 import { Histogram } from "../../instruments/histogram.js";
 import { t } from "../../texts/text.js";
+import { recorded } from "../../model/odds.js";
 import { byId, onClick } from "../../util/dom.js";
 
+/** @import { Expectation } from "../../instruments/histogram.js" */
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
 
@@ -51,11 +53,14 @@ export function showTray(game, theme) {
     histogram.add(bin, entry);
     game.tell("picture", null);
   });
-  game.on("expected", (expected) => {
+  /** @param {Expectation | null} expected */
+  const expect = (expected) => {
     byId("tray-key").hidden = !expected;
     histogram.setExpected(expected);
     game.tell("picture", null);
-  });
+  };
+  game.on("odds", (odds) => expect(odds && recorded(odds)));
+  game.on("expected", expect); // what the Lab compares with
   theme.onChange(() => histogram.draw());
 
   /**

@@ -1,4 +1,4 @@
-// Plays tones with a few WebAudio voices, which are created only when sound is switched on.
+// Plays tones with a few WebAudio voices.
 
 import { placeOf } from "../../model/worlds.js";
 import { sides } from "../../paint/geometry.js";
@@ -7,45 +7,36 @@ import { chimeOf, chosen, toneOf, withOvertones } from "./tones.js";
 
 /** @import { Board } from "../../model/board.js" */
 /** @import { QueuedImpact } from "../../model/table/impact-queue.js" */
+/** @import { Store } from "../store.js" */
 /** @import { Tone } from "./tones.js" */
 
 const VOICES = 16;
 const STALE = 0.1; // s: older impacts are not played
 const MASTER = 0.8; // gain into the limiter at full volume
 
-/** @typedef {{context: AudioContext, master: GainNode}} Output */
-
-/** The sound of a board. It has no AudioContext until it is switched on. */
+/** The sound of a table's board. */
 export class Sound {
   playing = 0;
-  #on = false;
-  /** @type {Output | null} made when sound is first switched on */
-  #output = null;
+  on = false;
   /** @type {{left: number, right: number} | null} of the board, m */
   #sides = null;
   #timbre = HOME;
-  #volume = 1;
 
-  /** To be called from a click or a key: browsers allow sound only then. @param {boolean} on */
-  async switch(on) {
-    this.#on = on;
-    if (!on) {
-      await this.#output?.context.suspend();
-      return;
-    }
-    this.#output ??= makeOutput();
-    this.volume = this.#volume;
-    await this.#output.context.resume();
+  /** @param {AudioContext} context @param {Store} news of the table */
+  constructor(context, news) {
+    this.context = context;
+    this.master = context.createGain();
+    this.master.connect(context.createDynamicsCompressor()).connect(context.destination);
+    news.on("table", ({ hello: { board } }) => this.#setBoard(board));
   }
 
   /** @param {number} volume 0 … 1; the gain is its square, which sounds about linear */
   set volume(volume) {
-    this.#volume = volume;
-    if (this.#output) this.#output.master.gain.value = MASTER * volume ** 2;
+    this.master.gain.value = MASTER * volume ** 2;
   }
 
   /** @param {Board} board */
-  setBoard(board) {
+  #setBoard(board) {
     this.#sides = sides(board);
     this.#timbre = TIMBRES[placeOf(board.name) ?? ""] ?? HOME;
   }
@@ -74,27 +65,16 @@ export class Sound {
   }
 
   get #audible() {
-    return this.#on && document.visibilityState !== "hidden";
+    return this.on && document.visibilityState !== "hidden";
   }
 
   /** @param {Tone} tone @param {number} later s */
   #strike(tone, later) {
-    if (!this.#output) return;
     this.playing += 1;
-    const { context, master } = this.#output;
-    strike(context, master, tone, later, () => {
+    strike(this.context, this.master, tone, later, () => {
       this.playing -= 1;
     });
   }
-}
-
-/** @returns {Output} */
-function makeOutput() {
-  const context = new AudioContext({ latencyHint: "interactive" });
-  const limiter = context.createDynamicsCompressor();
-  const master = context.createGain();
-  master.connect(limiter).connect(context.destination);
-  return { context, master };
 }
 
 /**

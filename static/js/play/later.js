@@ -1,0 +1,58 @@
+// Loads the parts that a first visit can do without until its first ball has landed: the sheet, and the Lab.
+
+import { t } from "../texts/text.js";
+import { byId } from "../util/dom.js";
+
+/** @import { Theme } from "../paint/theme.js" */
+/** @import { Game } from "./game.js" */
+/** @import { Picture } from "./show/picture.js" */
+
+const GESTURES = ["pointermove", "pointerdown", "keydown", "focusin"];
+
+/**
+ * @param {Game} game @param {Theme} theme @param {Picture} picture
+ * @returns {(drawer: string) => Promise<void>} loads what a drawer needs; rejects if that cannot be fetched
+ */
+export function loadLater(game, theme, picture) {
+  /** @type {Promise<void> | null} */
+  let sheet = null;
+  /** @type {Promise<void> | null} */
+  let lab = null;
+  let filled = false; // whether the sheet's buttons work
+
+  const loadSheet = async () => {
+    const [{ fillSheet }, show] = await Promise.all([import("./panels/sheet.js"), picture.loadShow()]);
+    fillSheet(game, theme, show);
+    filled = true;
+  };
+  const loadLab = async () => {
+    const { InstrumentPanel } = await import("./panels/instruments.js");
+    picture.instruments = new InstrumentPanel(game, theme);
+  };
+  /** @param {string} drawer */
+  const load = async (drawer) => {
+    try {
+      await (sheet ??= loadSheet());
+      if (drawer === "lab") await (lab ??= loadLab());
+    } catch (error) {
+      sheet = lab = null;
+      game.say(t("play.part-fails"), { urgent: true });
+      throw error;
+    }
+  };
+  const needed = () => { if (!sheet) void load("game"); };
+  const inView = () => { if (!byId("sheet").hidden) needed(); };
+
+  // The list of the last drops stands next to the board, and on a wide screen the drawer "Game" too.
+  game.on("seen", needed);
+  game.on("table", ({ hello }) => { if (hello.draw) inView(); });
+  game.on("company", () => { if (game.room.company.here > 1) inView(); });
+  for (const gesture of GESTURES) document.addEventListener(gesture, inView);
+  byId("sheet-body").addEventListener("click", async ({ target }) => {
+    if (filled || !(target instanceof HTMLButtonElement) || !target.closest(".panel")) return;
+    await load("game");
+    target.click();
+  });
+  if (game.account.last.length > 0) needed();
+  return load;
+}

@@ -1,0 +1,18 @@
+// The panels of the sheet. A page loads them when they are needed: see later.js.
+
+import { showCompany } from "./company.js";
+import { showDraw } from "./draw.js";
+import { showFairness } from "./fairness.js";
+import { showHistory } from "./history.js";
+import { offerSettings } from "./settings.js";
+import { showStatistics } from "./statistics.js";
+
+/** @import { Theme } from "../../paint/theme.js" */
+/** @import { Game } from "../game.js" */
+/** @import { Show } from "../show/show.js" */
+
+/** @param {Game} game @param {Theme} theme @param {Show} show */
+export function fillSheet(game, theme, show) {
+  for (const panel of [showHistory, showStatistics, showFairness, showDraw, showCompany]) panel(game, theme);
+  offerSettings(game, theme, show);
+}
