@@ -47,6 +47,14 @@ def accepts_gzip(header: str) -> bool:
     return gzip > 0.0 and gzip >= known.get("identity", 0.0)
 
 
+@functools.lru_cache(maxsize=256)
+def accepts_brotli(header: str) -> bool:
+    """Whether a client names Brotli, and likes it as much as gzip and a plain response."""
+    known = weights(header)
+    others = (known.get(name, 0.0) for name in ("gzip", "identity"))
+    return known.get("br", 0.0) > 0.0 and known["br"] >= max(others)
+
+
 def asks_for(header: str, media_type: str, default: str = "") -> bool:
     """Whether a client names `media_type` and wants it as much as `default`, or more.
 

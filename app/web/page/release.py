@@ -14,6 +14,7 @@ imports what it shares with the bundles before it, and adds its texts to theirs.
 two later bundles share is in both, so it must not have a state of its own.
 """
 
+import functools
 import json
 import posixpath
 import re
@@ -178,7 +179,7 @@ def parts(
     return pages, made
 
 
-@dataclass(frozen=True)
+@dataclass
 class _Bundle:
     """A script: an entry module with its imports that no bundle before it has."""
 
@@ -192,11 +193,14 @@ class _Bundle:
 
     def used_by(self, other: "_Bundle") -> list[str]:
         """The names of this bundle's modules that the other one imports."""
-        names = set(re.findall(r"\bm_\w+", "".join(other.modules.values())))
-        names.add(_name(_TEXTS))
-        return [_name(path) for path in self.modules if _name(path) in names]
+        return [name for name in map(_name, self.modules) if name in other.names]
 
-    @property
+    @functools.cached_property
+    def names(self) -> set[str]:
+        """The modules that the code uses."""
+        return {_name(_TEXTS), *re.findall(r"\bm_\w+", "".join(self.modules.values()))}
+
+    @functools.cached_property
     def texts(self) -> set[str]:
         return used_in("".join(code for path, code in self.modules.items() if path != _TEXTS))
 
@@ -228,8 +232,8 @@ def _code(bundle: _Bundle, bundles: list[_Bundle], language: str, texts: Texts) 
         if names := other.used_by(bundle):
             path = _from(home, other.address(language))
             lines.append(f'import {{{", ".join(names)}}} from "{path}";\n')
-    known = {key for other in bundle.before for key in other.texts}
-    kept = {key: texts[key] for key in texts if key in bundle.texts - known}
+    used = bundle.texts.difference(*(other.texts for other in bundle.before))
+    kept = {key: texts[key] for key in texts if key in used}
     words = json.dumps(kept, ensure_ascii=False)
     if _TEXTS in bundle.modules:
         lines += (bundle.modules | {_TEXTS: _constant(_TEXTS, words)}).values()
@@ -237,7 +241,7 @@ def _code(bundle: _Bundle, bundles: list[_Bundle], language: str, texts: Texts) 
         if kept and any(_TEXTS in other.modules for other in bundle.before):
             lines.append(f"Object.assign({_name(_TEXTS)}, {words});\n")
         lines += bundle.modules.values()
-    later = [other for other in bundles if bundle in other.before]
+    later = [other for other in bundles if any(bundle is each for each in other.before)]
     shared = sorted({name for other in later for name in bundle.used_by(other)})
     lines += [f"export {{{', '.join(shared)}}};\n"] if shared else []
     if bundle.before:

@@ -9,6 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from threading import Lock
 
+import brotli
 from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
@@ -17,7 +18,7 @@ from starlette.routing import Match, Mount
 from starlette.staticfiles import NotModifiedResponse, StaticFiles
 from starlette.types import Scope
 
-from plinko.app.web.edge.accepted import asks_for, whole
+from plinko.app.web.edge.accepted import accepts_brotli, asks_for, whole
 from plinko.app.web.edge.middleware import EMBEDDED
 from plinko.app.web.page.languages import chosen, languages_of
 from plinko.app.web.page.release import parts
@@ -36,6 +37,8 @@ _LANGUAGE = "language"
 _SCHEME = "scheme"  # the cookie with light or dark, so that the page begins in these colours
 _SCHEMES = frozenset({"light", "dark"})
 _KINDS = {".js": "text/javascript", ".css": "text/css"}
+_PACKED = frozenset({".js", ".css", ".json", ".wasm", ".svg"})
+"""Files that are compressed once, with more effort than each response can have."""
 _LOST = "404.html"
 _OWN_LINKS = re.compile(r'(href|src)="(?:\./)?(?![a-z]+:|[/#])')
 _OWN_PARTS = re.compile('(href|src)="((?:css|js)/)')
@@ -75,6 +78,7 @@ class Page(StaticFiles):
         self._files = directory
         self._release: Release | None = None
         self._making = Lock()
+        self._packed: dict[str, bytes] = {}  # by path
 
     def prepare(self) -> "Release":
         """Bundle all pages, once. It takes 0.1 s, so it happens at the first request."""
@@ -161,12 +165,30 @@ class Page(StaticFiles):
             if not allowed:
                 raise
             raise HTTPException(405, headers={"allow": ", ".join(sorted(allowed))}) from error
+        if response.status_code == 200 and Path(path).suffix in _PACKED:
+            response = await self._pack(path, scope, response)
         # During an upgrade a page may ask for another release's file. It gets this release's file,
         # which must not be cached under that address.
         for_good = of_release is not None and of_release[1] == release.digest
         response.headers.setdefault("cache-control", _FOR_GOOD if for_good else "no-cache")
         if embedded:
             response.headers.update(EMBEDDED)
+        return response
+
+    async def _pack(self, path: str, scope: Scope, whole_file: Response) -> Response:
+        """A file in Brotli for a client that accepts it; the first such client waits a second."""
+        headers = Headers(scope=scope)
+        if "range" in headers or not accepts_brotli(whole(headers, "accept-encoding")):
+            return whole_file
+        if path not in self._packed:
+            made = self.prepare().made
+            body = made[path].encode() if path in made else (self._files / path).read_bytes()
+            self._packed[path] = await asyncio.to_thread(brotli.compress, body)
+        media_type = whole_file.headers["content-type"]
+        response = Response(self._packed[path], 200, media_type=media_type)
+        response.headers["etag"] = whole_file.headers["etag"]
+        response.headers["content-encoding"] = "br"
+        response.headers.add_vary_header("accept-encoding")
         return response
 
 

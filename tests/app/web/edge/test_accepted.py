@@ -1,9 +1,10 @@
 """Headers that say what a client accepts, by the rules and examples of RFC 9110."""
 
+import brotli
 import httpx
 import pytest
 
-from plinko.app.web.edge.accepted import accepts_gzip, asks_for, weights
+from plinko.app.web.edge.accepted import accepts_brotli, accepts_gzip, asks_for, weights
 from tests.kit.serving import Running
 
 
@@ -56,6 +57,46 @@ def test_a_header_in_two_lines_is_one(server: Running) -> None:
     lines = [("accept-encoding", "br"), ("accept-encoding", "gzip")]
     answer = httpx.get(f"{server.url}/api/v1/boards/classic", headers=lines)
     assert answer.headers["content-encoding"] == "gzip"
+
+
+BROTLI = {
+    "": False,
+    "gzip": False,
+    "*": False,
+    "gzip, deflate, br, zstd": True,
+    "BR": True,
+    "br;q=0": False,
+    "br;q=0.5, gzip": False,
+    "br, identity": True,
+    "br;q=0.5, identity": False,
+    "brotli": False,
+}
+
+
+@pytest.mark.parametrize(("header", "packed"), BROTLI.items())
+def test_a_page_s_file_is_in_brotli_for_clients_that_accept_it(
+    server: Running, header: str, packed: bool
+) -> None:
+    assert accepts_brotli(header) == packed
+    path = f"{server.url}/theme.json"
+    plain = httpx.get(path, headers={"accept-encoding": "identity"})
+    with httpx.stream("GET", path, headers={"accept-encoding": header}) as answer:
+        body = b"".join(answer.iter_raw())
+    assert (answer.headers.get("content-encoding") == "br") == packed
+    assert "accept-encoding" in answer.headers["vary"].lower()
+    assert answer.headers["content-type"] == plain.headers["content-type"]
+    if packed:
+        assert brotli.decompress(body) == plain.content
+        assert answer.headers["etag"] == f"W/{plain.headers['etag']}"
+        known = httpx.get(path, headers={"if-none-match": answer.headers["etag"]})
+        assert known.status_code == 304
+
+
+def test_a_part_of_a_file_is_a_part_of_the_file(server: Running) -> None:
+    asked = {"accept-encoding": "br", "range": "bytes=0-9"}
+    part = httpx.get(f"{server.url}/theme.json", headers=asked)
+    whole = httpx.get(f"{server.url}/theme.json", headers={"accept-encoding": "identity"})
+    assert (part.status_code, part.content) == (206, whole.content[:10])
 
 
 TABLES = {
