@@ -7,8 +7,9 @@
 import { t } from "../texts/text.js";
 import { CONTACT_BEGIN, CONTACT_CHANGE, CONTACT_END, LANDING, PEG, WALL } from "./motion/drop.js";
 import { describe } from "./motion/event-names.js";
+import { normalAt } from "./normal.js";
 
-/** @import { Board, Point, Wall } from "./board.js" */
+/** @import { Board } from "./board.js" */
 /** @import { DropEvent } from "./motion/drop.js" */
 /** @import { State } from "./motion/flight.js" */
 
@@ -78,38 +79,6 @@ export function impactOf(board, event) {
 function kineticOf(board, state) {
   const { moving, turning } = energyOf(board, state);
   return moving + turning;
-}
-
-/**
- * Unit normal from the peg or wall that was touched to the ball. In contacts, wall w has the index -1 - w.
- * @param {Pick<Board, "pegs" | "walls">} board
- * @param {number} kind of event
- * @param {number} index
- * @param {Point} centre of the ball, metres
- * @returns {Point}
- */
-export function normalAt(board, kind, index, { x, y }) {
-  const isWall = kind === WALL || (kind !== PEG && index < 0);
-  const wall = kind === WALL ? index : -1 - index;
-  const from = isWall ? nearestOn(board.walls[wall], x, y) : board.pegs[index];
-  const dx = x - from.x;
-  const dy = y - from.y;
-  const length = Math.hypot(dx, dy);
-  return { x: dx / length, y: dy / length };
-}
-
-/**
- * @param {Wall} wall
- * @param {number} x
- * @param {number} y
- * @returns {Point} the point of a wall nearest to (x, y), metres
- */
-function nearestOn({ x1, y1, x2, y2 }, x, y) {
-  const dx = x2 - x1;
-  const dy = y2 - y1;
-  const along = ((x - x1) * dx + (y - y1) * dy) / (dx * dx + dy * dy);
-  const s = Math.min(1, Math.max(0, along));
-  return { x: x1 + s * dx, y: y1 + s * dy };
 }
 
 /** @param {number} kind @param {number} index @returns {string} */

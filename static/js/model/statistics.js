@@ -1,7 +1,9 @@
-// Goodness-of-fit tests, and running means with confidence intervals. Pure.
+// Goodness-of-fit tests, and confidence intervals of means. Pure.
 //
 // Special functions follow Abramowitz and Stegun, chapters 6 and 26: series where they converge
 // fast, elsewhere continued fractions by Lentz's method. Relative errors are below 1e-10.
+
+/** @import { Mean } from "./mean.js" */
 
 const TINY = 1e-300; // keeps Lentz's quotients from dividing by zero
 const CLOSE = 1e-15; // relative change below which a series or a fraction has converged
@@ -202,28 +204,11 @@ function sumOver(values, places) {
   return places.reduce((total, place) => total + values[place], 0);
 }
 
-/** Running mean and sum of squared deviations, by Welford's method: the values are not stored. */
-export class Mean {
-  /** @param {{count?: number, mean?: number, square?: number}} [saved] */
-  constructor({ count = 0, mean = 0, square = 0 } = {}) {
-    this.count = count;
-    this.mean = mean;
-    this.square = square;
-  }
-
-  /** @param {number} value @param {number} [times] */
-  add(value, times = 1) {
-    if (times === 0) return;
-    this.count += times;
-    const step = value - this.mean;
-    this.mean += (step * times) / this.count;
-    this.square += times * step * (value - this.mean);
-  }
-
-  /** @param {number} confidence @returns {number} half the width of the interval; infinite for fewer than two values */
-  doubt(confidence) {
-    if (this.count < 2) return Number.POSITIVE_INFINITY;
-    const error = Math.sqrt(this.square / (this.count - 1) / this.count);
-    return studentBound(confidence, this.count - 1) * error;
-  }
+/**
+ * @param {Mean} mean @param {number} confidence
+ * @returns {number} half the width of the mean's interval; infinite for fewer than two values
+ */
+export function doubtOf({ count, square }, confidence) {
+  if (count < 2) return Number.POSITIVE_INFINITY;
+  return studentBound(confidence, count - 1) * Math.sqrt(square / (count - 1) / count);
 }

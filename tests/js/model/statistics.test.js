@@ -3,8 +3,9 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
+import { Mean } from "../../../static/js/model/mean.js";
 import {
-  chiSquareTail, fitTest, gammaQ, logGamma, Mean, sameTest, studentBound,
+  chiSquareTail, doubtOf, fitTest, gammaQ, logGamma, sameTest, studentBound,
 } from "../../../static/js/model/statistics.js";
 import { chance, choose, near, nearly } from "../support.js";
 
@@ -118,6 +119,6 @@ test("mean and interval are those of the textbook", () => {
   const spread = Math.sqrt(values.reduce((sum, value) => sum + (value - mean) ** 2, 0) / 4);
   for (const found of [one, many]) {
     nearly(found.mean, mean, 1e-9);
-    nearly(found.doubt(0.95), (2.7764451052 * spread) / Math.sqrt(5), 1e-6);
+    nearly(doubtOf(found, 0.95), (2.7764451052 * spread) / Math.sqrt(5), 1e-6);
   }
 });

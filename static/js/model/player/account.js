@@ -2,7 +2,7 @@
 // An event that arrives twice counts once. All panels show `viewOf` the account.
 
 import { isRecord, parseStored } from "../../util/stored.js";
-import { Mean } from "../statistics.js";
+import { Mean } from "../mean.js";
 
 /**
  * Amounts are whole minor units. A staked drop is identified by its session and its number there, which

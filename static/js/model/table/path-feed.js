@@ -1,6 +1,6 @@
 // Turns the path of one ball, known from its start to its end, into keyframes as time passes. Pure.
 
-import { normalAt } from "../impact.js";
+import { normalAt } from "../normal.js";
 import { LANDING, PEG, WALL } from "../motion/drop.js";
 
 /** @import { Board } from "../board.js" */

@@ -5,7 +5,6 @@ import { GRAVITY, isOwn, OWN, RESTITUTION, restitutionOf, worldWords } from "../
 import { t } from "../../texts/text.js";
 import { byId, check, make, onChoice, onSubmit, radiosOf, radioValue } from "../../util/dom.js";
 import { plain } from "../../util/format.js";
-import { figure } from "../../util/scale.js";
 
 /** @import { Game } from "../game.js" */
 /** @import { TableChoice } from "../rooms.js" */
@@ -49,7 +48,7 @@ export function offerTables(game) {
     const locked = game.locked;
     for (const field of [rows, gravity, material, ...radiosOf("contact")]) field.disabled = choice === null || locked;
     for (const field of [rows, risk]) field.title = locked ? t("play.locked") : "";
-    gravity.options[0].textContent = t("world.own-gravity", { g: figure(hello.board.gravity) });
+    gravity.options[0].textContent = t("world.own-gravity", { g: plain(hello.board.gravity) });
     gravity.value = choice?.gravity ?? OWN;
     material.value = choice?.material ?? OWN;
     rows.value = choice?.kind === "triangle" ? String(choice.rows) : (choice?.kind ?? "");

@@ -1,7 +1,8 @@
 // Statistics of the room: how well its histogram fits the expected odds, and confidence intervals of the returns.
 
 import { recorded } from "../../model/odds.js";
-import { fitTest, Mean, sameTest } from "../../model/statistics.js";
+import { Mean } from "../../model/mean.js";
+import { doubtOf, fitTest, sameTest } from "../../model/statistics.js";
 import { measure, SAMPLE } from "../../instruments/measure.js";
 import { messageOf } from "../../net/api.js";
 import { t } from "../../texts/text.js";
@@ -144,7 +145,7 @@ function probability(p) {
 function row(name, mean) {
   const small = (/** @type {string} */ text) => make("small", {}, text);
   if (mean.count === 0) return make("div", {}, make("dt", {}, name), make("dd", {}, small(t("lab.no-drops"))));
-  const doubt = mean.doubt(CONFIDENCE);
+  const doubt = doubtOf(mean, CONFIDENCE);
   const known = Number.isFinite(doubt);
   const value = make("dd", {}, percent(mean.mean));
   if (known) value.append(" ", small(`± ${fixed(100 * doubt, 1)}`));

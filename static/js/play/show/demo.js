@@ -1,49 +1,17 @@
 // Demo balls: they fall in a quiet room, only in this page, until somebody plays. They are neither counted nor sent.
 
-import { Table } from "../../model/table/table.js";
 import { byId } from "../../util/dom.js";
 import { randomSeed } from "../room.js";
 
 /** @import { Hello } from "../../model/messages.js" */
 /** @import { Scene } from "../../model/scene.js" */
 /** @import { Solve } from "../../model/table/table.js" */
+/** @import { Table } from "../../model/table/table.js" */
 /** @import { Game } from "../game.js" */
+/** @import { DemoBalls } from "./demo-balls.js" */
 
 const KEY = "plinko.demo.1";
 const QUIET_MS = 5000; // before the first ball
-const EVERY_MS = 1800;
-const BALLS = 12; // then the demo ends
-
-/** The demo's balls, on a separate table that runs on the page's clock. Pure but for random seeds. */
-export class DemoBalls {
-  #count = 0;
-  #nextMs = 0;
-
-  /** @param {Hello} hello @param {Solve} solve @param {() => string} draw a seed */
-  constructor({ board, tick_rate }, solve, draw) {
-    this.table = new Table({ board, tick_rate, tick: 0, stream: "seeds", balls: [] }, solve);
-    this.draw = draw;
-  }
-
-  /** @param {number} nowMs @returns {Scene | null} null once all have landed */
-  sceneAt(nowMs) {
-    const { table } = this;
-    const t = nowMs / 1000;
-    if (this.#count < BALLS && nowMs >= this.#nextMs) this.#drop(nowMs);
-    table.settle(t, t);
-    const scene = table.sceneAt(t, t);
-    return this.#count < BALLS || table.busy ? scene : null;
-  }
-
-  /** @param {number} nowMs */
-  #drop(nowMs) {
-    this.#nextMs = nowMs + EVERY_MS;
-    this.#count += 1;
-    const tick = (nowMs / 1000) * this.table.rate;
-    const ball = this.table.accept({ type: "accepted", ball: this.#count, seed: this.draw(), tick }, false);
-    this.table.applyLanded({ type: "landed", ball: ball.id, digest: ball.solved?.digest ?? "" });
-  }
-}
 
 /**
  * Begins in a room that stays quiet, and ends for good in that room with anybody's first ball.
@@ -70,8 +38,11 @@ export function offerDemo(game) {
     hide();
   };
   /** @param {Hello} hello @param {Solve} solve */
-  const begin = (hello, solve) => {
+  const begin = async (hello, solve) => {
     if (!wanted.checked || document.visibilityState === "hidden") return;
+    const begun = wait;
+    const { DemoBalls } = await import("./demo-balls.js");
+    if (wait !== begun || !wanted.checked) return; // somebody has played meanwhile
     balls = new DemoBalls(hello, solve, randomSeed);
     byId("demo-mark").hidden = false;
     game.tell("picture", null);

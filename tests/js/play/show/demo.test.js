@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
 
-import { DemoBalls } from "../../../../static/js/play/show/demo.js";
+import { DemoBalls } from "../../../../static/js/play/show/demo-balls.js";
 import { openSolver } from "../../../../static/js/solver/solver.js";
 import { near, triangle } from "../../support.js";
 
