@@ -138,7 +138,7 @@ lint: $(VENV)/.stamp-lint node_modules/.stamp
 	$(WITH_NODE) && node_modules/.bin/eslint .
 	$(WITH_NODE) && node_modules/.bin/tsc
 
-# The pages, the docstrings, and the tutorial, which is executed. Internal links are checked.
+# The pages and the tutorial, which is executed. Internal links are checked.
 docs: $(VENV)/.stamp-docs
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -d .cache/doctrees docs build/site
 	@echo 'build/site/index.html'

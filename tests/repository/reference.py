@@ -1,57 +1,69 @@
 """Writes docs/python-reference.md from the sources: `python -m tests.repository.reference`.
 
-The page is for readers of the repository: each name with its arguments and the beginning of its
-docstring. The site has types and whole docstrings, from docs/python.md, which also lists the
-members of classes to show.
+Each name has its arguments with types and defaults, its members, and their docstrings.
 """
 
 import ast
 import inspect
-import re
+import itertools
+import sys
 import textwrap
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import plinko
 
-DOCS = Path(__file__).parents[2] / "docs"
-PAGE = DOCS / "python-reference.md"
+PAGE = Path(__file__).parents[2] / "docs" / "python-reference.md"
+WIDTH = 96
 
 GROUPS = {
     "Boards": ["Board", "BallSpec", "Material", "Peg", "Wall", "Bins", "Label", "DropZone",
-               "polygon", "preset_names"],
-    "Drops": ["drop", "Drop", "Trajectory", "Certainty", "Solver", "drop_many", "DropBatch",
-              "concat", "sweep", "occupancy", "Occupancy", "seeds_landing_in", "find_draw"],
+               "polygon", "preset_names", "engine.board.payouts.Risk"],
+    "Drops": ["drop", "Drop", "engine.drops.drop.IMPACT", "engine.drops.drop.STATE", "Trajectory",
+              "Certainty", "Solver", "engine.parameters.SolverName", "drop_many",
+              "engine.drops.batch.Seeds", "DropBatch", "concat", "sweep", "occupancy",
+              "Occupancy", "seeds_landing_in", "find_draw"],
     "Proofs and records": ["certify", "Certificate", "verify", "Verification"],
-    "Live worlds": ["World", "Arena", "ArenaSettings", "StaticGeometry"],
+    "Long batches": ["engine.batches.job.Job", "engine.batches.block.block_of",
+                     "engine.batches.block.Block", "engine.batches.tally.Tally",
+                     "engine.batches.workers.workers_at", "engine.batches.workers.Workers"],
+    "Payouts": ["engine.payouts.solve.solve_payouts", "engine.payouts.solve.Payouts",
+                "engine.payouts.record.odds_of_record", "engine.payouts.odds.odds_of",
+                "engine.payouts.odds.Odds", "engine.payouts.landings.Landings"],
+    "Live worlds": ["World", "engine.world.world.Energy", "engine.world.world.Momentum", "Arena",
+                    "ArenaSettings", "StaticGeometry", "engine.multibody.scenes.sandbox",
+                    "engine.multibody.scenes.galton", "engine.multibody.scenes.on_board"],
     "Pictures": list(plinko.PICTURES),
     "Errors": ["PlinkoError", "BoardError", "Fault", "SeedError", "ParameterError", "RecordError",
                "EffortError", "JsonSyntaxError", "JsonValueError", "InvalidValueError",
                "MissingPartError", "ClusterError"],
     "Versions": ["PHYSICS_VERSION", "__version__"],
 }  # fmt: skip
-"""All names of `plinko`, in the order of the page."""
+"""All names of `plinko` and some of its modules, in the order of the page."""
+
+INTERNAL = {
+    "Board": {"of", "kept", "is_kept"},
+    "Certificate": {"event_rows"},
+    "World": {"add_at", "add_flight", "advance_to", "balls", "events_kept", "next_id", "skip_ids"},
+    "Arena": {"apply", "from_snapshot", "nbytes", "remove_many", "take_landings"},
+    "ArenaSettings": {"changed", "for_solver"},
+    "StaticGeometry": {"from_dict"},
+    "Job": {"options", "to_dict"},
+    "Tally": {"drops", "hash_of"},
+    "Payouts": {"chosen_by", "warnings"},
+}
+"""By class, the members that only Plinko itself uses."""
 
 _HEAD = """\
 # The Python reference
 
-For Python programmers: every public name of `plinko` in one list.
+For Python programmers: every public name of `plinko` in one list, with types and docstrings.
 
-[The Python interface](python.md) introduces the names; `help(plinko.Board)` prints types and
-docstrings. `make readme` makes this page from the sources.
+[The Python interface](python.md) introduces the names. `make readme` makes this page from the
+sources.
 """
-
-
-SHOWN = {
-    name: members.split(", ")
-    for name, members in re.findall(
-        r"^\.\. autoclass:: plinko\.(\w+)\n   :members: (.+)$",
-        (DOCS / "python.md").read_text(encoding="utf-8"),
-        re.MULTILINE,
-    )
-}
-"""By class, the members that docs/python.md lists; of other classes, all members are shown."""
 
 
 def text() -> str:
@@ -59,33 +71,41 @@ def text() -> str:
     parts = [_HEAD]
     for title, names in GROUPS.items():
         parts.append(f"## {title}\n")
-        parts += [_entry(name, getattr(plinko, name)) for name in names]
+        parts += map(_entry, names)
     return "\n".join(parts)
 
 
-def _entry(name: str, value: Any) -> str:
+def _entry(path: str) -> str:
+    module, _, name = f"plinko.{path}".rpartition(".")
+    value = getattr(import_module(module), name)
+    shown = name if module == "plinko" else f"{module}.{name}"
     if inspect.isclass(value):
-        return _class(name, value)
+        return _section(shown, *_class(name, value))
     if inspect.isfunction(value):
         node = _node(value)
-        return _section(name, _summary(node), [f"{name}{_arguments(node)}"])
-    return f"### {name}\n\n`{value!r}`\n"
+        return _section(shown, ast.get_docstring(node) or "", _call(name, node))
+    return _section(shown, _words_after(name), [repr(value).replace("plinko.engine.", "")])
 
 
-def _class(name: str, value: type) -> str:
+def _class(name: str, value: type) -> tuple[str, list[str]]:
     node = _node(value)
     bases = f"({', '.join(map(_public, value.__bases__))})" if "Error" in name else ""
     lines = [f"class {name}{bases}"]
-    lines += dict.fromkeys(f"    {line}" for kind in _ours(value) for line in _fields(_node(kind)))
-    members: dict[str, ast.FunctionDef] = {}
+    hidden = INTERNAL.get(name, set())
+    fields: dict[str, list[str]] = {}
+    methods: dict[str, list[str]] = {}
     for kind in _ours(value):
-        for member in _members(_node(kind)):
-            members.setdefault(member.name, member)
-    for member in members.values():
-        if member.name not in SHOWN.get(name, members):
-            continue
-        lines += [f"    {_signature(member)}", *(f"        {line}" for line in _first_line(member))]
-    return _section(name, _summary(node), lines)
+        body = _node(kind).body
+        for item, after in zip(body, [*body[1:], None], strict=True):
+            if isinstance(item, ast.FunctionDef):
+                methods.setdefault(item.name, _member(item))
+            elif isinstance(item, ast.AnnAssign) and isinstance(item.target, ast.Name):
+                field = f"{item.target.id}: {ast.unparse(item.annotation)}{_default(item)}"
+                fields.setdefault(item.target.id, [field, *_indented(_string(after))])
+    for member, shown in (fields | methods).items():
+        if member == "__init__" or not (member.startswith("_") or member in hidden):
+            lines += [f"    {line}".rstrip() for line in shown]
+    return ast.get_docstring(node) or "", lines
 
 
 def _public(kind: type) -> str:
@@ -100,12 +120,6 @@ def _ours(value: type) -> Iterator[type]:
     return (kind for kind in value.__mro__ if kind.__module__.startswith("plinko.engine."))
 
 
-def _fields(node: ast.ClassDef) -> Iterator[str]:
-    for item in node.body:
-        if isinstance(item, ast.AnnAssign) and not ast.unparse(item.target).startswith("_"):
-            yield f"{ast.unparse(item.target)}: {ast.unparse(item.annotation)}" + _default(item)
-
-
 def _default(item: ast.AnnAssign) -> str:
     if item.value is None or (
         isinstance(item.value, ast.Call) and "init" in ast.unparse(item.value)
@@ -116,43 +130,63 @@ def _default(item: ast.AnnAssign) -> str:
     return f" = {ast.unparse(item.value)}"
 
 
-def _members(node: ast.ClassDef) -> Iterator[ast.FunctionDef]:
-    for item in node.body:
-        if isinstance(item, ast.FunctionDef) and not item.name.startswith("_"):
-            yield item
-
-
-def _signature(node: ast.FunctionDef) -> str:
-    kinds = _decorators(node)
+def _member(node: ast.FunctionDef) -> list[str]:
+    words = _indented(ast.get_docstring(node) or "")
+    kinds = {ast.unparse(each).rpartition(".")[2] for each in node.decorator_list}
     if kinds & {"property", "cached_property"}:
-        return f"{node.name} -> {ast.unparse(node.returns) if node.returns else ''}"
+        return [f"{node.name}: {ast.unparse(node.returns) if node.returns else ''}", *words]
     if "staticmethod" not in kinds:
         node.args.args = node.args.args[1:]
-    return f"{node.name}{_arguments(node)}"
+    return [*_call(node.name, node), *words]
 
 
-def _summary(node: Any) -> str:
-    """The first paragraph of the docstring."""
-    return (ast.get_docstring(node) or "").partition("\n\n")[0]
-
-
-def _first_line(node: ast.FunctionDef) -> list[str]:
-    return (ast.get_docstring(node) or "").splitlines()[:1]
-
-
-def _decorators(node: ast.FunctionDef) -> set[str]:
-    return {ast.unparse(each).rpartition(".")[2] for each in node.decorator_list}
-
-
-def _arguments(node: Any) -> str:
-    """Names and defaults of the arguments, and the type of the result, if there is one."""
-    arguments = node.args
-    for each in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs):
-        each.annotation = None
-    for each in filter(None, (arguments.vararg, arguments.kwarg)):
-        each.annotation = None
+def _call(name: str, node: ast.FunctionDef) -> list[str]:
+    """The signature, with an argument on each line if it is long."""
     result = ast.unparse(node.returns) if node.returns else "None"
-    return f"({ast.unparse(arguments)})" + (f" -> {result}" if result != "None" else "")
+    end = "" if result == "None" else f" -> {result}"
+    line = f"{name}({ast.unparse(node.args)}){end}"
+    if len(line) <= WIDTH:
+        return [line]
+    return [f"{name}(", *(f"    {each}," for each in _arguments(node.args)), f"){end}"]
+
+
+def _arguments(node: ast.arguments) -> Iterator[str]:
+    missing = [None] * (len(node.args) - len(node.defaults))
+    for each, default in zip(node.args, [*missing, *node.defaults], strict=True):
+        yield _argument(each, default)
+    if node.vararg or node.kwonlyargs:
+        yield "*" + (ast.unparse(node.vararg) if node.vararg else "")
+    for each, default in zip(node.kwonlyargs, node.kw_defaults, strict=True):
+        yield _argument(each, default)
+    if node.kwarg:
+        yield f"**{ast.unparse(node.kwarg)}"
+
+
+def _argument(node: ast.arg, default: ast.expr | None) -> str:
+    return ast.unparse(node) + (f" = {ast.unparse(default)}" if default else "")
+
+
+def _words_after(name: str) -> str:
+    """The string after the assignment to `name`, in whichever module defines it."""
+    for module in [each for key, each in sys.modules.items() if key.startswith("plinko.engine")]:
+        body = ast.parse(inspect.getsource(module)).body
+        for item, after in itertools.pairwise(body):
+            targets = item.targets if isinstance(item, ast.Assign) else []
+            if isinstance(item, ast.AnnAssign):
+                targets = [item.target]
+            if name in map(ast.unparse, targets):
+                return _string(after)
+    return ""
+
+
+def _string(node: ast.stmt | None) -> str:
+    if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+        return inspect.cleandoc(str(node.value.value))
+    return ""
+
+
+def _indented(words: str) -> list[str]:
+    return [f"    {line}" for line in words.splitlines()]
 
 
 def _section(name: str, words: str, lines: list[str]) -> str:

@@ -169,7 +169,7 @@ export class Pile {
   }
 
   /**
-   * @param {number} bin @param {number} balls @param {Pick<Geometry, "scale">} geometry
+   * @param {number} bin @param {number} balls @param {Pick<TrayGeometry, "scale">} geometry
    * @returns {number} approximate height of that many balls, CSS pixels
    */
   heightOf(bin, balls, { scale }) {
