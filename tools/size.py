@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final
 
 ROOT: Final = Path(__file__).resolve().parents[1]
-PRODUCT: Final = ("app", "engine", "plinko", "static")
+PRODUCT: Final = ("app", "engine", "src", "static")
 JS_CLASS: Final = re.compile(r"^\s*(?:export )?(?:default )?class \w", re.MULTILINE)
 JS_FUNCTION: Final = re.compile(
     # function f(), a method, const f = () =>
