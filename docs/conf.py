@@ -49,6 +49,14 @@ def _formula(writer: HTML5Translator, node: nodes.math_block) -> None:
     raise nodes.SkipNode
 
 
+def _outside_the_contents(app: Sphinx, _doctree: nodes.document) -> None:
+    """Records of measurements are reached from the pages that quote them."""
+    name = app.env.docname
+    if name.startswith("measured/"):
+        app.env.metadata[name]["orphan"] = "true"
+
+
 def setup(app: Sphinx) -> None:
     """Sphinx calls this first."""
     app.add_html_math_renderer("mathml", (_inline_formula, None), (_formula, None))
+    app.connect("doctree-read", _outside_the_contents)
