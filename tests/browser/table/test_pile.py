@@ -6,7 +6,7 @@ from typing import Any
 from playwright.sync_api import ViewportSize, expect
 
 from tests.browser.conftest import Open, Quick
-from tests.browser.screen import COUNT_FRAMES, Screen
+from tests.browser.screen import COUNT_FRAMES, STATES, Screen
 
 PHONE: ViewportSize = {"width": 360, "height": 780}
 
@@ -97,6 +97,25 @@ def test_the_pile_loads_at_first_touch_with_a_disc_for_each_ball(
     assert wide > 0.6 * column, "what was chosen is remembered"
 
 
+# Run before the page: the first connection breaks as soon as it is open.
+_CUT = """
+let cut = false;
+window.WebSocket = class extends WebSocket {
+  constructor(...all) {
+    super(...all);
+    if (!cut) this.addEventListener("open", () => this.close());
+    cut = true;
+  }
+};
+"""
+
+
+def test_a_lost_connection_loads_no_pile(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page, before=COUNT_FRAMES + STATES + _CUT)
+    screen.passed("reconnecting", "asleep").at_rest(60)
+    assert not fetched(screen)
+
+
 def test_with_reduced_motion_discs_lie_where_balls_landed(opened: Open, quick: Quick) -> None:
     screen = opened(
         quick.page, before=COUNT_FRAMES, viewport=PHONE, device_scale_factor=3, is_mobile=True,
@@ -117,8 +136,10 @@ def test_a_pile_that_cannot_be_fetched_leaves_the_bars(
     opened: Open, quick: Quick, complaints: Any
 ) -> None:
     complaints.allow("404")
-    screen = opened(quick.page, before=COUNT_FRAMES).ready()
+    screen = opened(quick.page, before=COUNT_FRAMES)
     screen.page.route("**/touching.wasm", lambda route: route.fulfill(status=404))
+    screen.page.reload()  # now no request of the page comes before the route
+    screen.ready()
     pile = screen.page.get_by_role("button", name="Pile", exact=True)
     screen.page.keyboard.press("Shift")
     expect(screen.result).to_contain_text("The pile could not be loaded")

@@ -48,7 +48,7 @@ export function showTray(game, theme) {
   for (const gesture of ["pointermove", "pointerdown", "keydown"]) {
     document.addEventListener(gesture, first, { once: true });
   }
-  game.on("run", first);
+  game.on("run", () => { if (game.busy) first(); }); // balls of ours that fall without a touch of this page
   game.on("hit", ({ bin, entry }) => {
     histogram.add(bin, entry);
     game.tell("picture", null);
