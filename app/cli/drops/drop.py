@@ -9,6 +9,9 @@ from plinko.app.cli import common
 if TYPE_CHECKING:
     from plinko.engine import Drop
 
+HALF_DIGIT = 5e-7
+"""Half of the last printed digit of a length, m."""
+
 
 @click.command(name="drop", short_help="Drop one ball and say where it lands.")
 @common.board_argument
@@ -42,7 +45,8 @@ def command(
     if as_json:
         common.print_json(d.to_dict(certainty=certainty))
     else:
-        common.print_fields(_summary(d) | (_how_sure(d) if certainty else {}))
+        sure = _how_sure(d) if certainty else _how_unsure(d)
+        common.print_fields(_summary(d) | sure)
 
 
 def _summary(d: "Drop") -> dict[str, str]:
@@ -66,11 +70,22 @@ def _summary(d: "Drop") -> dict[str, str]:
     }
 
 
+def _how_unsure(d: "Drop") -> dict[str, str]:
+    """What rounding may have done to the printed values, if anything."""
+    if d.solver.name != "exact" or d.bin is None:
+        return {}
+    sure = _how_sure(d)
+    shown = [] if d.certain else ["certain"]
+    if (d.certainty.error or 0.0) > HALF_DIGIT:
+        shown.append("error")
+    return {name: sure[name] for name in shown}
+
+
 def _how_sure(d: "Drop") -> dict[str, str]:
     if d.amplification is None:
         return {"certain": "no: it did not land"}
     return {
-        "certain": "yes" if d.certain else "no: rounding may decide the bin",
+        "certain": "yes" if d.certain else "no: rounding may decide the bin (see `plinko certify`)",
         "error": f"{d.certainty.error:.1e} m of x, estimated",
         "growth": f"{d.amplification:.1e} m per metre of the start",
     }

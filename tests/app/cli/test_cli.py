@@ -84,6 +84,26 @@ def test_drop_prints_the_engines_drop(plinko: Terminal, seed: int) -> None:
     assert f"{d.duration:.6f} s" in lines["end"]
 
 
+@pytest.mark.parametrize(
+    ("seed", "said"),
+    [(21, set()), (7, {"error"}), (42, {"certain", "error"})],
+)
+def test_a_drop_says_what_rounding_may_have_done(
+    plinko: Terminal, seed: int, said: set[str]
+) -> None:
+    """By default: whether it may decide the bin, or a printed digit."""
+    d = drop("triangle-16", seed)
+    lines = dict(
+        line.split(maxsplit=1)
+        for line in plinko.run("drop", "triangle-16", "--seed", seed).splitlines()
+    )
+    assert lines.keys() & {"certain", "error", "growth"} == said
+    assert ("certain" in said) == (not d.certain)
+    assert ("error" in said) == (d.certainty.error > 5e-7)  # type: ignore[operator]
+    stepped = plinko.run("drop", "triangle-16", "--seed", seed, "--solver", "stepped")
+    assert "certain" not in stepped
+
+
 def test_a_drop_says_how_sure_it_is_when_asked(plinko: Terminal) -> None:
     d = drop(Board.preset("triangle-8"), 42)
     shown = plinko.run("drop", "triangle-8", "--seed", 42, "--certainty")
