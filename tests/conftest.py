@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, cast
 import pytest
 from hypothesis import is_hypothesis_test, settings
 
+from plinko.engine.board.cache import BoardCache
 from plinko.engine.drops import trajectory
-from plinko.engine.exact.kept import Kept
 from plinko.engine.exact.trace import trace_many
 from plinko.engine.jit import limits, machine_code
 from plinko.engine.jit.decorator import EntryKernel
@@ -118,5 +118,5 @@ def limited_calls(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(machine_code, "_modules", [])
     kernel = cast("EntryKernel[Any, Any]", trace_many)
     monkeypatch.setattr(kernel, "machine_code", machine_code.entry(kernel))
-    flights = Kept(trajectory._Flights, trajectory._bytes_of, trajectory._KEPT)
+    flights = BoardCache(trajectory._Flights, trajectory._bytes_of, trajectory._KEPT)
     monkeypatch.setattr(trajectory, "_flights_of", flights)

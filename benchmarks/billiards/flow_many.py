@@ -9,6 +9,7 @@ import numpy.typing as npt
 from plinko.engine.exact import event_log, free_flight, initial_state, next_impact
 from plinko.engine.exact.board_arrays import BoardArrays, friction_of, restitution_of
 from plinko.engine.exact.event_log import Log
+from plinko.engine.exact.outcome import EVENT_LIMIT
 from plinko.engine.jit.decorator import inner_kernel, kernel
 from plinko.engine.physics import body, tangent
 from plinko.engine.physics.flight import advance_flight
@@ -224,7 +225,7 @@ def flow_many(
             cause, item, side, how = _follow_to_impact(
                 board, state, item, side, how, end, space.log
             )
-            hit_one = cause in (free_flight.OUT_OF_EVENTS, free_flight.ON_SURFACE)
+            hit_one = cause in (EVENT_LIMIT, free_flight.ON_SURFACE)
             if not hit_one or state[body.T] > until:
                 for column in range(body.SIZE):
                     state[column] = before[column]

@@ -1,4 +1,4 @@
-"""The speed of batches: one ball at a time and in lanes, in WebAssembly, native code and a page.
+"""The speed of batches: one ball at a time in WebAssembly, in lanes as native code, and in a page.
 
 For comparison: pymunk, and the time of the counted operations at the machine's highest speed.
 """
@@ -15,7 +15,7 @@ from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table, spread
 from benchmarks.scenes import boards as scenes
 from benchmarks.speed import arithmetic, operations, page_drops
-from benchmarks.speed.batch_code import alone, side_by_side
+from benchmarks.speed.batch_code import batch_by
 from plinko.engine import Board, drop_many
 from plinko.engine.exact.lanes import trial
 
@@ -61,10 +61,9 @@ def _measured(
         batch = drop_many(board, range(drops))
         xs = batch.x_start
         impacts[name] = float(batch.impact_count.mean())
-        jobs[f"{name}/alone"] = _processor_time(alone(board, xs))
-        jobs[f"{name}/lanes"] = _processor_time(side_by_side(board, xs, trial.NONE))
+        jobs[f"{name}/alone"] = _processor_time(batch_by(board, xs, trial.NONE))
         if native:
-            jobs[f"{name}/native"] = _processor_time(side_by_side(board, xs, native))
+            jobs[f"{name}/lanes"] = _processor_time(batch_by(board, xs, native))
         cores = machine.cores()
         jobs[f"{name}/cores"] = timed(_many(board, cores * drops, cores))
         try:
@@ -93,14 +92,13 @@ def _pymunk(board: Board, xs: Any, drops: int) -> Job:
 def _speed_table(times: dict[str, Sample], drops: int, rounds: int) -> Table:
     rows = []
     for name in BOARDS:
-        own = {who: times.get(f"{name}/{who}") for who in ("alone", "lanes", "native", "pymunk")}
-        best = own["native"] or own["lanes"]
+        own = {who: times.get(f"{name}/{who}") for who in ("alone", "lanes", "pymunk")}
         scalar = times[f"{name}/alone"]
-        assert best is not None
+        best = own["lanes"] or scalar
         rows.append(
             [
                 name,
-                *(_speed(own[who], drops) for who in ("alone", "lanes", "native")),
+                *(_speed(own[who], drops) for who in ("alone", "lanes")),
                 spread(scalar.over(best), "{:.2f}"),
                 _speed(times[f"{name}/cores"], machine.cores() * drops),
                 "" if own["pymunk"] is None else spread(own["pymunk"].over(best), "{:,.0f}"),
@@ -109,14 +107,14 @@ def _speed_table(times: dict[str, Sample], drops: int, rounds: int) -> Table:
     return Table(
         "Batches: drops per second, one core",
         [
-            "board", "one by one, WebAssembly", "lanes, WebAssembly", "lanes, native", "ratio",
+            "board", "one by one, WebAssembly", "lanes, native", "ratio",
             f"{machine.cores()} cores", "times pymunk",
         ],
         rows,
         [
             f"Median (smallest to largest) of {rounds} round(s) of {drops:,} drops in turns, by "
             "processor time but for that of all cores, which is what passes. Ratios are medians of "
-            "the rounds' ratios, the first of the fastest lanes to one ball after the other. All "
+            "the rounds' ratios, the first of lanes to one ball after the other. All "
             "give the same bits. pymunk: at 1/240 s a step, the same boards."
         ],
     )  # fmt: skip
@@ -132,7 +130,7 @@ def _limit_table(
     rows = []
     for name, board in BOARDS.items():
         count = operations.count_apart(board.to_json(), effort.size(100, 2))
-        best = times.get(f"{name}/native") or times[f"{name}/lanes"]
+        best = times.get(f"{name}/lanes") or times[f"{name}/alone"]
         spent = best.map(lambda s, many=drops * impacts[name]: s * 1e9 / many)  # type: ignore[misc]
         limit = least_time(count, times)
         rows.append(
@@ -140,7 +138,7 @@ def _limit_table(
              f"{spent.median / limit:.1f}"]
         )  # fmt: skip
     return Table(
-        "Batches: nanoseconds per impact, the fastest lanes, one core",
+        "Batches: nanoseconds per impact, one core",
         ["board", "impacts a drop", "ns", "limit", "times the limit"],
         rows,
         [

@@ -11,7 +11,7 @@ from benchmarks.contestants.node import NodeProcess
 from benchmarks.harness.clock import Job, Sample, in_turns, seconds_of
 from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table, spread
-from benchmarks.speed.batch_code import side_by_side
+from benchmarks.speed.batch_code import batch_by
 from plinko.engine import Board, drop_many
 from plinko.engine.drops.batch import DropBatch
 from plinko.engine.exact.lanes import trial
@@ -63,7 +63,7 @@ def _times(board: Board, drops: int, page: NodeProcess, effort: Effort) -> dict[
         return float(found["seconds"])
 
     def by(code: Mapping[str, Code]) -> Job:
-        work = side_by_side(board, true.x_start, code)
+        work = batch_by(board, true.x_start, code)
 
         def run() -> float:
             found: list[Results] = []

@@ -2,5 +2,5 @@
 
 Imports the whole engine; nothing imports this package. engine/jit/machine_code.py runs the files.
 Start with sample_calls.py, which calls the kernels of each file once; record_types.py compiles the
-kernels called, entries.py has the exports of the page's file, make.py writes all files.
+kernels called, libraries.py the native libraries, make.py writes all files.
 """

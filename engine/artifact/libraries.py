@@ -14,8 +14,8 @@ from types import MappingProxyType
 from typing import Final
 
 from plinko.engine.artifact import record_types
-from plinko.engine.artifact.sample_calls import SAMPLE_CALLS
-from plinko.engine.exact.lanes.trace import trace_lanes, trace_plain_lanes
+from plinko.engine.artifact.sample_calls import lanes
+from plinko.engine.exact.lanes.trace import KERNELS
 from plinko.engine.jit import elf, native, source_hash
 from plinko.engine.jit.native_code import NativeEntry, Processor, compile_object
 
@@ -45,14 +45,13 @@ def made() -> dict[str, bytes]:
     kernels' arguments, and each library's hash. Raises ValueError if a library is too large or
     needs anything from outside.
     """
-    parts = record_types.recorded(SAMPLE_CALLS["many"])
-    names = [f"{each.__module__}.{each.__name__}" for each in (trace_lanes, trace_plain_lanes)]
-    kernels = {name: parts[name] for name in names}
+    parts = record_types.recorded(lanes)
+    kernels = {name: parts[name] for name in KERNELS}
     exports = {name: NativeEntry(p.kernel.function, p.takes) for name, p in kernels.items()}
     libraries = {name: _library(exports, each) for name, each in PROCESSORS.items()}
     index = {
         **source_hash.current(),
-        "calls": {name: part.call.to_dict() for name, part in kernels.items()},
+        "calls": {name: part.signature._asdict() for name, part in kernels.items()},
         "libraries": {name: sha256(code).hexdigest() for name, code in libraries.items()},
     }
     files = {native.INDEX.name: (json.dumps(index, indent=1) + "\n").encode()}

@@ -1,4 +1,4 @@
-"""Writes the artifacts and the pages' modules: python -m plinko.engine.artifact.make
+"""Writes the artifacts, and those of the pages: python -m plinko.engine.artifact.make
 
 Each is compiled in a separate process, without any cache, so that the same sources give the same
 bytes.
@@ -8,13 +8,13 @@ import gzip
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import MappingProxyType
 from typing import Final
 
 from plinko.engine.artifact.sample_calls import SAMPLE_CALLS
-from plinko.engine.jit import source_hash
 
 MOST_GZIPPED: Final = 40_000
 """Bytes of a page's module after gzip, at most."""
@@ -25,18 +25,10 @@ _UNCHANGED: Final = {**os.environ, "NUMBA_OPT": "0"}
 FOLDER: Final = Path(__file__).parent
 PAGE: Final = FOLDER.parents[1] / "static" / "js" / "solver" / "kernels.wasm"
 
-TOUCHING_PAGE: Final = PAGE.parent / "touching" / "touching.wasm"
-"""Pages load the artifact `touching` unchanged."""
-
-
-def for_pages() -> bytes:
-    """Compile the page's artifact."""
-    code = (
-        "from plinko.engine.artifact.entries import EXPORTS; "
-        "from plinko.engine.jit.webassembly import compile_module; "
-        "made = compile_module(EXPORTS)"
-    )
-    return source_hash.stamped(made_by(code), source_hash.current())
+PAGES: Final[Mapping[str, Path]] = MappingProxyType(
+    {"exact": PAGE, "touching": PAGE.parent / "touching" / "touching.wasm"}
+)
+"""The artifacts that pages load unchanged, and their files there."""
 
 
 def made(name: str) -> bytes:
@@ -55,20 +47,18 @@ def made_by(code: str) -> bytes:
 def everything() -> Iterator[tuple[Path, bytes]]:
     """Compile all artifacts; each with the path of its file."""
     with ThreadPoolExecutor(os.cpu_count()) as processes:
-        page = processes.submit(for_pages)
-        ours = list(zip(SAMPLE_CALLS, processes.map(made, SAMPLE_CALLS), strict=True))
-        yield PAGE, page.result()
-    for name, module in ours:
+        modules = list(processes.map(made, SAMPLE_CALLS))
+    for name, module in zip(SAMPLE_CALLS, modules, strict=True):
         yield FOLDER / f"{name}.wasm", module
-        if name == TOUCHING_PAGE.stem:
-            yield TOUCHING_PAGE, module
+        if name in PAGES:
+            yield PAGES[name], module
 
 
 def main() -> int:
     """Compile and write all files. Returns 1 if a page's module has become too large."""
     for path, module in everything():
         packed = len(gzip.compress(module))
-        if path in {PAGE, TOUCHING_PAGE} and packed > MOST_GZIPPED:
+        if path in PAGES.values() and packed > MOST_GZIPPED:
             too_large = f"{path.name}: {packed} bytes gzipped, of at most {MOST_GZIPPED}"
             print(too_large)  # noqa: T201 - a command prints
             return 1

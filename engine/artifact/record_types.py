@@ -11,9 +11,9 @@ import numba
 import numpy as np
 from numba import types
 
-from plinko.engine.artifact.sample_calls import SAMPLE_CALLS, VECTORS
+from plinko.engine.artifact.sample_calls import SAMPLE_CALLS
 from plinko.engine.jit import source_hash
-from plinko.engine.jit.calls import Call, Kind, Kinds
+from plinko.engine.jit.calls import Signature
 from plinko.engine.jit.decorator import EntryKernel
 from plinko.engine.jit.webassembly import Entry, compile_module
 
@@ -29,32 +29,34 @@ class Part(NamedTuple):
     gives: Any
 
     @property
-    def call(self) -> Call:
+    def signature(self) -> Signature:
         """These types in the form that an artifact records."""
-        gives = None if self.gives is None else _kinds(self.gives)
-        return Call(tuple(map(_kinds, self.takes)), gives)
+        return Signature(_kinds(*self.takes), [] if self.gives is None else _kinds(self.gives))
 
 
 def compiled(name: str) -> bytes:
     """The artifact of SAMPLE_CALLS of this name, without kernels that an earlier artifact has."""
+    earlier: set[str] = set()
+    for each in takewhile(lambda each: each != name, SAMPLE_CALLS):
+        earlier |= recorded(SAMPLE_CALLS[each]).keys()
     parts = recorded(SAMPLE_CALLS[name])
-    for earlier in takewhile(lambda each: each != name, SAMPLE_CALLS):
-        for known in recorded(SAMPLE_CALLS[earlier]):
-            parts.pop(known, None)
-    return module_of(parts, source_hash.current(), simd=name in VECTORS)
+    own = {kernel: part for kernel, part in parts.items() if kernel not in earlier}
+    return module_of(own, source_hash.current())
 
 
 def compiled_beside(file: Path, calls: Callable[[], None]) -> bytes:
     """The artifact of the kernels defined in `file`, which `calls` calls."""
-    return module_of(recorded(calls), source_hash.current_beside(file))
+    parts = recorded(calls)
+    own = {k: p for k, p in parts.items() if Path(p.kernel.function.__code__.co_filename) == file}
+    return module_of(own, source_hash.current_beside(file))
 
 
-def module_of(parts: dict[str, Part], made_from: dict[str, Any], *, simd: bool = False) -> bytes:
+def module_of(parts: dict[str, Part], made_from: dict[str, Any]) -> bytes:
     """A stamped module with these kernels."""
     exports = {k: Entry(p.kernel.function, p.takes) for k, p in parts.items()}
-    code = compile_module(exports, simd=simd)
+    code = compile_module(exports)
     return source_hash.stamped(
-        code, made_from, calls={k: p.call.to_dict() for k, p in parts.items()}
+        code, made_from, calls={k: p.signature._asdict() for k, p in parts.items()}
     )
 
 
@@ -106,9 +108,14 @@ def _type_of(value: Any) -> Any:
     return _types.BaseTuple.from_types(tuple(map(_type_of, value)), named)
 
 
-def _kinds(kind: Any) -> Kinds:
-    if isinstance(kind, _types.BaseTuple):
-        return tuple(map(_kinds, kind))
-    if isinstance(kind, _types.Array):
-        return Kind(np.dtype(str(kind.dtype)).str[1:], kind.ndim)
-    return Kind({_types.boolean: "b1", _types.int64: "i8", _types.float64: "f8"}[kind])
+def _kinds(*kinds: Any) -> list[str]:
+    """The texts of numba's types; see calls.py."""
+    texts: list[str] = []
+    for kind in kinds:
+        if isinstance(kind, _types.BaseTuple):
+            texts += _kinds(*kind)
+        elif isinstance(kind, _types.Array):
+            texts.append(f"{np.dtype(str(kind.dtype)).str[1:]}:{kind.ndim}")
+        else:
+            texts.append({_types.boolean: "b1", _types.int64: "i8", _types.float64: "f8"}[kind])
+    return texts

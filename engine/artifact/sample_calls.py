@@ -10,8 +10,13 @@ from typing import Final
 
 import numpy as np
 
-from plinko.engine import Arena, Board, StaticGeometry, drop, drop_many, occupancy
+from plinko import engine
+from plinko.engine import Arena, Board, StaticGeometry, drop
 from plinko.engine.certified.reach import first_reaches
+from plinko.engine.constants import MAX_TIME
+from plinko.engine.exact.board_arrays import arrays_of
+from plinko.engine.exact.lanes.trace import KERNELS, Drops, trace_drops
+from plinko.engine.exact.outcome import MAX_EVENTS, new_results
 
 
 def exact() -> None:
@@ -21,11 +26,10 @@ def exact() -> None:
     done.states([0.1])
 
 
-def many() -> None:
-    """Batches with and without drag and friction, and their occupancy."""
-    drop_many(Board.preset("triangle-8"), [0, 1], threads=1)
-    drop_many(_smooth(), [0, 1], threads=1)
-    occupancy(_smooth(), [0], left=0.0, top=0.0, cells_per_metre=1.0, shape=(2, 2), threads=1)
+def occupancy() -> None:
+    """The occupancy of a batch."""
+    grid = {"left": 0.0, "top": 0.0, "cells_per_metre": 1.0}
+    engine.occupancy(_smooth(), [0], **grid, shape=(2, 2), threads=1)
 
 
 def stepped() -> None:
@@ -41,6 +45,7 @@ def touching() -> None:
     for _ in range(3):
         arena.step()
     arena.diagnostics()
+    arena.remove(0)
 
 
 def certified() -> None:
@@ -51,6 +56,13 @@ def certified() -> None:
     first_reaches(state, 0.0, errors, 0.0, -1, circles, lines, board, numbers, times)
 
 
+def lanes() -> None:
+    """Batches in lanes, with and without drag and friction; for native libraries only."""
+    for board in (Board.preset("triangle-8"), _smooth()):
+        drops = Drops(np.array([0.0, 0.01]), board.drop.y, MAX_EVENTS, MAX_TIME)
+        trace_drops(arrays_of(board), drops, new_results(2), KERNELS)
+
+
 def _smooth() -> Board:
     """A board with neither drag nor friction."""
     board = Board.preset("triangle-8")
@@ -58,11 +70,6 @@ def _smooth() -> Board:
 
 
 SAMPLE_CALLS: Final[Mapping[str, Callable[[], None]]] = MappingProxyType(
-    {each.__name__: each for each in (exact, many, stepped, touching, certified)}
+    {each.__name__: each for each in (exact, occupancy, stepped, touching, certified)}
 )
 """The name of each artifact that Python runs, and the function that calls its kernels."""
-
-VECTORS: Final = ("many",)
-"""Artifacts with vector instructions for two numbers. Only the lanes profit from them; kernels that
-follow one ball at a time do not become faster.
-"""

@@ -12,13 +12,10 @@ code, which takes the state at the start of each window as given.
 from math import sqrt
 
 import numpy as np
-import numpy.typing as npt
 
 from plinko.engine.jit.decorator import inner_kernel, kernel
+from plinko.engine.physics.array_types import Floats, Ints
 from plinko.engine.physics.flight import SERIES_LIMIT, basis, short_basis
-
-Array = npt.NDArray[np.float64]
-Numbers = npt.NDArray[np.int64]
 
 MARGIN = 1e-9
 """Relative to the square of the board's size: added to the square of a contact distance."""
@@ -97,7 +94,7 @@ def _line_reach(
 
 @inner_kernel
 def _face_reach(
-    lines: Array, i: int, x: float, y: float, vx: float, vy: float, ax: float, ay: float,
+    lines: Floats, i: int, x: float, y: float, vx: float, vy: float, ax: float, ay: float,
     k: float, h: float, margin: float,
 ) -> float:  # fmt: skip
     """A time until which a ball does not enter a face of a wall; NEVER if it does not within h."""
@@ -123,8 +120,8 @@ def _face_reach(
 
 @inner_kernel
 def _circles_reached(
-    circles: Array, flight: tuple[float, float, float, float, float, float, float], h: float,
-    way: float, more: float, start: float, skipped: int, numbers: Numbers, times: Array,
+    circles: Floats, flight: tuple[float, float, float, float, float, float, float], h: float,
+    way: float, more: float, start: float, skipped: int, numbers: Ints, times: Floats,
 ) -> int:  # fmt: skip
     """Write the circles that a ball may touch in a window, each with a time before which it does
     not; returns their number. The ball moves at most `way` m in the window."""
@@ -146,8 +143,8 @@ def _circles_reached(
 
 @kernel
 def first_reaches(
-    state: Array, k: float, errors: Array, start: float, left: int, circles: Array, lines: Array,
-    board: Array, numbers: Numbers, times: Array,
+    state: Floats, k: float, errors: Floats, start: float, left: int, circles: Floats,
+    lines: Floats, board: Floats, numbers: Ints, times: Floats,
 ) -> tuple[int, float]:  # fmt: skip
     """Find the first window of a flight, from `start` on, in which the ball may touch surfaces.
 

@@ -27,10 +27,9 @@ from plinko.engine.exact.outcome import LANDED, MAX_EVENTS, REASONS, Results
 from plinko.engine.notebooks import figure, png
 from plinko.engine.parameters import Solver, SolverName, Stepped, make_solver
 from plinko.engine.physics import body
+from plinko.engine.physics.array_types import Floats
 from plinko.engine.seeding import SEED_LIMIT, parse_seed, start_xs
 from plinko.engine.stepped.step import trace_stepped_many
-
-Floats = npt.NDArray[np.float64]
 
 Seeds = int | Iterable[int | str] | npt.NDArray[np.integer[Any]]
 """Either a number of drops or the seeds themselves."""
@@ -70,11 +69,11 @@ class DropBatch:
     solver: Solver
     seed: npt.NDArray[np.uint64]
     explicit_x: bool
-    x_start: npt.NDArray[np.float64]
+    x_start: Floats
     bin: npt.NDArray[np.int32]
-    duration: npt.NDArray[np.float64]
+    duration: Floats
     impact_count: npt.NDArray[np.int32]
-    x_end: npt.NDArray[np.float64]
+    x_end: Floats
     outcome: npt.NDArray[np.int8]
     aim: float | None = None
 
@@ -189,7 +188,7 @@ class DropBatch:
         return _read_only(counts.astype(np.int64))
 
     @property
-    def score(self) -> npt.NDArray[np.float64]:
+    def score(self) -> Floats:
         """Multiplier of each drop; 1, the stake back, if the ball did not land."""
         table = np.array([*self.board.bins.multipliers, 1.0])
         return _read_only(table[self.bin])
@@ -334,7 +333,7 @@ def _are_seeds(first: int, last: int) -> bool:
     return min(first, last) >= 0 and max(first, last) < SEED_LIMIT
 
 
-def _explicit_starts(board: Board, xs: npt.ArrayLike) -> npt.NDArray[np.float64]:
+def _explicit_starts(board: Board, xs: npt.ArrayLike) -> Floats:
     try:
         starts = np.asarray(xs, np.float64) + 0.0  # a copy, in which a negative zero is zero
     except (TypeError, ValueError) as error:

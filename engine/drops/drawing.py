@@ -3,13 +3,9 @@
 from collections.abc import Sequence
 from typing import Final
 
-import numpy as np
-import numpy.typing as npt
-
 from plinko.engine.board.drawing import ACCENT, WIDTH, Pen, board_svg
 from plinko.engine.board.fields import BoardFields
-
-Floats = npt.NDArray[np.float64]
+from plinko.engine.physics.array_types import Floats
 
 MOMENTS: Final = 400
 """Points of a path that are drawn, in addition to those of its events."""

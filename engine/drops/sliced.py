@@ -16,14 +16,13 @@ from plinko.engine.errors import EffortError
 from plinko.engine.exact import event_log
 from plinko.engine.exact.board_arrays import BoardArrays, arrays_of
 from plinko.engine.exact.event_log import Log, new_log
-from plinko.engine.exact.initial_state import Ints, in_flight
+from plinko.engine.exact.initial_state import in_flight
 from plinko.engine.exact.outcome import EVENT_LIMIT, MAX_EVENTS, RUNNING
 from plinko.engine.exact.trace import trace_many
 from plinko.engine.jit.limits import at_most
 from plinko.engine.physics import body
+from plinko.engine.physics.array_types import Floats, Ints
 from plinko.engine.physics.contact import new_series
-
-Floats = npt.NDArray[np.float64]
 
 EFFORT: Final = 40_000_000
 """Most WebAssembly instructions in a slice, about 6 ms; on a preset a slice needs 1/400 of that."""

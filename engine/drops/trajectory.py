@@ -6,22 +6,21 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from plinko.engine.board.cache import BoardCache
 from plinko.engine.board.fields import BoardFields
 from plinko.engine.constants import MAX_TIME
 from plinko.engine.exact.board_arrays import BoardArrays, arrays_of
 from plinko.engine.exact.event_log import new_log
 from plinko.engine.exact.initial_state import in_flight
-from plinko.engine.exact.kept import Kept
 from plinko.engine.exact.outcome import MAX_EVENTS
 from plinko.engine.exact.sampling import sample
 from plinko.engine.exact.trace import trace_many
 from plinko.engine.jit.in_place import in_place
 from plinko.engine.parameters import Exact, Solver, Stepped
 from plinko.engine.physics import body
+from plinko.engine.physics.array_types import Floats
 from plinko.engine.physics.contact import new_series
 from plinko.engine.stepped.step import trace_stepped_many
-
-Floats = npt.NDArray[np.float64]
 
 _ROOM: Final = 256
 """Rows of the first log. Presets' drops need fewer; a drop that needs more is computed again."""
@@ -157,7 +156,7 @@ def _bytes_of(flights: _Flights) -> int:
     return _MACHINE + sum(each.nbytes for each in flights.arrays if isinstance(each, np.ndarray))
 
 
-_flights_of: Final = Kept(_Flights, _bytes_of, _KEPT)
+_flights_of: Final = BoardCache(_Flights, _bytes_of, _KEPT)
 
 
 def prepare(board: BoardFields) -> None:

@@ -8,15 +8,15 @@ from math import sqrt
 from typing import Final, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from plinko.engine.board.cache import BoardCache
 from plinko.engine.board.fields import BoardFields
 from plinko.engine.board.materials import combine
 from plinko.engine.exact.grid import cell_at, cells_of
-from plinko.engine.exact.kept import Kept
 from plinko.engine.exact.surfaces import lay_out
-from plinko.engine.jit.decorator import inner_kernel, lean_kernel
+from plinko.engine.jit.decorator import inner_kernel, kernel, lean_kernel
 from plinko.engine.physics import surface
+from plinko.engine.physics.array_types import Floats, Indices
 from plinko.engine.physics.flight import HALF_WAY
 
 
@@ -25,16 +25,16 @@ class BoardArrays(NamedTuple):
     fields.
     """
 
-    items: npt.NDArray[np.float64]  # (n, 16): rows of `plinko.engine.physics.surface`
+    items: Floats  # (n, 16): rows of `plinko.engine.physics.surface`
     left: float  # m, of the grid's upper left corner
     top: float
     cells_per_metre: float
     columns: int
     rows: int
-    starts: npt.NDArray[np.uint32]  # (columns rows + 2,): where each cell's items start in members
-    members: npt.NDArray[np.uint32]  # (m,): item numbers, ascending within a cell
-    heads: npt.NDArray[np.uint32]  # (columns rows + 1,): each cell's first item, and how many
-    centres: npt.NDArray[np.float64]  # (n + 1, 3): each item's x, y, D^2; a line has D^2 = 0
+    starts: Indices  # (columns rows + 2,): where each cell's items start in members
+    members: Indices  # (m,): item numbers, ascending within a cell
+    heads: Indices  # (columns rows + 1,): each cell's first item, and how many
+    centres: Floats  # (n + 1, 3): each item's x, y, D^2; a line has D^2 = 0
     peg_count: int
     travel: float  # m; the longest path whose surfaces the cell at its middle lists
     fall: float  # s in which a ball falls by `travel` from rest; 1 without gravity
@@ -46,7 +46,7 @@ class BoardArrays(NamedTuple):
     wall_restitution: float
     wall_friction: float
     bins_y: float
-    edges: npt.NDArray[np.float64]  # (bins + 1,)
+    edges: Floats  # (bins + 1,)
 
 
 @lean_kernel
@@ -120,33 +120,89 @@ _CELLS_PER_WALL = 500.0  # along a wall, at most: limits the cells that a long w
 _KEPT: Final = 32 << 20  # bytes; a preset takes 0.07 to 0.9 MB, a board of 5,000 pegs 1.4 MB
 
 
+@kernel
+def lay_out_board(
+    pegs: Floats, walls: Floats, edges: Floats, bins_y: float, gravity: float, drag: float,
+    radius: float, peg_restitution: float, peg_friction: float, wall_restitution: float,
+    wall_friction: float,
+) -> BoardArrays:  # fmt: skip
+    """The arrays of a board: pegs, (n, 3), x, y and radius; walls, (m, 4), x1, y1, x2, y2; edges
+    and bins_y of its bins; and the materials of pegs and walls combined with the ball's.
+    """
+    items = np.zeros((len(pegs) + 3 * len(walls), surface.COLUMNS))
+    lay_out(pegs, walls, radius, items)
+    longest = _longest_wall(items, radius)
+    pitch = _pitch(pegs, longest, radius)
+    travel = _TRAVEL_PER_PITCH * pitch
+    fine = min(_CELLS_PER_PITCH / pitch, _CELLS_PER_WALL / longest)
+    cells = cells_of(items, radius, HALF_WAY * travel, fine)
+    fall = sqrt(2.0 * travel / gravity) if gravity > 0.0 else 1.0
+    return BoardArrays(
+        items, cells.left, cells.top, cells.cells_per_metre, cells.columns, cells.rows,
+        cells.starts, cells.members, cells.heads, _centres(items), len(pegs), travel, fall, gravity,
+        drag, radius, peg_restitution, peg_friction, wall_restitution, wall_friction, bins_y, edges,
+    )  # fmt: skip
+
+
+@inner_kernel
+def _longest_wall(items: Floats, radius: float) -> float:
+    """The longest side of a straight wall's bounding box, m; without walls the ball's radius."""
+    longest = radius
+    for item in range(len(items)):
+        if items[item, surface.DISTANCE] == 0.0:
+            wide = abs(items[item, surface.END_X] - items[item, surface.X])
+            high = abs(items[item, surface.END_Y] - items[item, surface.Y])
+            longest = max(longest, wide, high)
+    return longest
+
+
+@inner_kernel
+def _pitch(pegs: Floats, longest_wall: float, radius: float) -> float:
+    """Mean spacing of the pegs, m; with fewer than two pegs an eighth of the longest wall."""
+    if len(pegs) < 2:
+        return max(longest_wall / 8.0, 4.0 * radius)
+    width = _span(pegs, 0)
+    height = _span(pegs, 1)
+    area = max(width, 1e-3 * height) * max(height, 1e-3 * width)
+    return max(sqrt(area / len(pegs)), radius)
+
+
+@inner_kernel
+def _span(rows: Floats, column: int) -> float:
+    """The difference between the greatest and the least value of a column."""
+    least = most = rows[0, column]
+    for i in range(len(rows)):
+        least = min(least, rows[i, column])
+        most = max(most, rows[i, column])
+    return float(most - least)
+
+
+@inner_kernel
+def _centres(items: Floats) -> Floats:
+    """The columns of each surface that the search reads, adjacent in memory, and a row of zeros.
+
+    The head of an empty cell names item 0, which lanes read before they test the cell's count. On
+    a board without surfaces that is the last row.
+    """
+    centres = np.zeros((len(items) + 1, 3))
+    for item in range(len(items)):
+        centres[item, 0] = items[item, surface.X]
+        centres[item, 1] = items[item, surface.Y]
+        if items[item, surface.DISTANCE] > 0.0:
+            centres[item, 2] = items[item, surface.DISTANCE2]
+    return centres
+
+
 def make_arrays(board: BoardFields) -> BoardArrays:
     """The kernels' form of `board`, with read-only arrays."""
-    items = _items(board)
-    longest_wall = _longest_wall(items, board.ball.radius)
-    pitch = _pitch(board, longest_wall)
-    travel = _TRAVEL_PER_PITCH * pitch
-    fine = min(_CELLS_PER_PITCH / pitch, _CELLS_PER_WALL / longest_wall)
-    cells = cells_of(items, board.ball.radius, HALF_WAY * travel, fine)
     pegs = combine(board.ball.material, board.peg_material)
     walls = combine(board.ball.material, board.wall_material)
-    arrays = BoardArrays(
-        items=items,
-        **cells._asdict(),
-        centres=_centres(items),
-        peg_count=len(board.pegs),
-        travel=travel,
-        fall=sqrt(2.0 * travel / board.gravity) if board.gravity > 0.0 else 1.0,
-        gravity=board.gravity,
-        drag=board.drag,
-        radius=board.ball.radius,
-        peg_restitution=pegs.restitution,
-        peg_friction=pegs.friction,
-        wall_restitution=walls.restitution,
-        wall_friction=walls.friction,
-        bins_y=board.bins.y,
-        edges=np.array(board.bins.edges, np.float64),
-    )
+    arrays = lay_out_board(
+        np.array([(p.x, p.y, p.radius) for p in board.pegs], np.float64).reshape(-1, 3),
+        np.array([(w.x1, w.y1, w.x2, w.y2) for w in board.walls], np.float64).reshape(-1, 4),
+        np.array(board.bins.edges, np.float64), board.bins.y, board.gravity, board.drag,
+        board.ball.radius, pegs.restitution, pegs.friction, walls.restitution, walls.friction,
+    )  # fmt: skip
     for each in arrays:
         if isinstance(each, np.ndarray):
             each.setflags(write=False)
@@ -157,45 +213,5 @@ def _bytes_of(arrays: BoardArrays) -> int:
     return sum(each.nbytes for each in arrays if isinstance(each, np.ndarray))
 
 
-arrays_of: Final = Kept(make_arrays, _bytes_of, _KEPT)
+arrays_of: Final = BoardCache(make_arrays, _bytes_of, _KEPT)
 """The kernels' form of a board, cached."""
-
-
-def _items(board: BoardFields) -> npt.NDArray[np.float64]:
-    pegs = np.array([(peg.x, peg.y, peg.radius) for peg in board.pegs], np.float64)
-    walls = np.array([(w.x1, w.y1, w.x2, w.y2) for w in board.walls], np.float64)
-    items = np.zeros((len(pegs) + 3 * len(walls), surface.COLUMNS))
-    lay_out(pegs.reshape(-1, 3), walls.reshape(-1, 4), board.ball.radius, items)
-    return items
-
-
-def _longest_wall(items: npt.NDArray[np.float64], radius: float) -> float:
-    """The longest side of a straight wall's bounding box, m; without walls the ball's radius."""
-    lines = items[items[:, surface.DISTANCE] == 0.0]
-    width = np.abs(lines[:, surface.END_X] - lines[:, surface.X])
-    height = np.abs(lines[:, surface.END_Y] - lines[:, surface.Y])
-    return float(max(np.max(width, initial=radius), np.max(height, initial=radius)))
-
-
-def _pitch(board: BoardFields, longest_wall: float) -> float:
-    """Mean spacing of the pegs, m; with fewer than two pegs an eighth of the longest wall."""
-    if len(board.pegs) < 2:
-        return max(longest_wall / 8.0, 4.0 * board.ball.radius)
-    xs = [peg.x for peg in board.pegs]
-    ys = [peg.y for peg in board.pegs]
-    width = max(xs) - min(xs)
-    height = max(ys) - min(ys)
-    area = max(width, 1e-3 * height) * max(height, 1e-3 * width)
-    return max(sqrt(area / len(board.pegs)), board.ball.radius)
-
-
-def _centres(items: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """The columns of each surface that the search reads, adjacent in memory, and a row of zeros.
-
-    The head of an empty cell names item 0, which lanes read before they test the cell's count. On
-    a board without surfaces that is the last row.
-    """
-    centres = np.zeros((len(items) + 1, 3))
-    centres[:-1] = items[:, [surface.X, surface.Y, surface.DISTANCE2]]
-    centres[:-1][items[:, surface.DISTANCE] == 0.0, 2] = 0.0
-    return centres

@@ -19,12 +19,14 @@ def leaving_time(series: Series, horizon: float) -> float:
 
 
 @inner_kernel
-def slip_end_time(series: Series, slip_sign: float, skip: int, radius: float, h: float) -> float:
+def slip_end_time(
+    series: Series, slip_sign: float, slip_root: int, radius: float, h: float
+) -> float:
     """When the slip of a sliding ball, u - omega R with the sign slip_sign, is zero, or NO_HIT."""
     f = series[contact.SCRATCH]
     for i in range(contact.ORDER + 1):
         f[i] = slip_sign * (series[contact.SPEED, i] - radius * series[contact.SPIN, i])
-    return first_zero(f, skip, h)
+    return first_zero(f, slip_root, h)
 
 
 @inner_kernel

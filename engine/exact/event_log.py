@@ -9,6 +9,7 @@ from plinko.engine.constants import KIND_LANDING, KIND_PEG, KIND_WALL
 from plinko.engine.exact.board_arrays import BoardArrays, bin_of, surface_index, wall_at
 from plinko.engine.jit.decorator import inner_kernel, lean_kernel
 from plinko.engine.physics import body
+from plinko.engine.physics.array_types import Floats, Ints
 
 # A segment's row: the state at its start, then the law of its motion.
 ITEM = 7  # the surface that the ball rolls or slides on, or IN_FLIGHT
@@ -33,11 +34,11 @@ class Log(NamedTuple):
     One log has the events of many balls in turn. `ends` has the counts after each of the first b.
     """
 
-    events: npt.NDArray[np.float64]  # (n, 6)
+    events: Floats  # (n, 6)
     marks: npt.NDArray[np.int32]  # (n, 2): kind, index
-    segments: npt.NDArray[np.float64]  # (m, 11)
-    counts: npt.NDArray[np.int64]  # (3,): numbers of events, segments and impacts
-    ends: npt.NDArray[np.int64]  # (b, 3): the counts at the end of each ball
+    segments: Floats  # (m, 11)
+    counts: Ints  # (3,): numbers of events, segments and impacts
+    ends: Ints  # (b, 3): the counts at the end of each ball
 
 
 def new_log(events: int, segments: int, balls: int = 0) -> Log:
@@ -61,7 +62,7 @@ def end_ball(log: Log, ball: int) -> None:
 
 @lean_kernel
 def write_event(
-    events: npt.NDArray[np.float64],
+    events: Floats,
     marks: npt.NDArray[np.int32],
     row: int,
     t: float,
@@ -84,7 +85,7 @@ def write_event(
 
 
 @lean_kernel
-def note_event(log: Log, state: npt.NDArray[np.float64], kind: int, index: int) -> None:
+def note_event(log: Log, state: Floats, kind: int, index: int) -> None:
     row = log.counts[EVENTS]
     log.counts[EVENTS] = row + 1
     if row < len(log.events):
@@ -97,7 +98,7 @@ def note_event(log: Log, state: npt.NDArray[np.float64], kind: int, index: int) 
 
 @lean_kernel
 def write_segment(
-    segments: npt.NDArray[np.float64],
+    segments: Floats,
     row: int,
     t: float,
     x: float,
@@ -125,7 +126,7 @@ def write_segment(
 @lean_kernel
 def note_segment(
     log: Log,
-    state: npt.NDArray[np.float64],
+    state: Floats,
     item: float,
     side: float,
     mode: float,
@@ -146,7 +147,7 @@ def note_segment(
 
 
 @lean_kernel
-def note_impact(board: BoardArrays, state: npt.NDArray[np.float64], item: int, log: Log) -> None:
+def note_impact(board: BoardArrays, state: Floats, item: int, log: Log) -> None:
     """Append the state right after an impact on `item`."""
     log.counts[IMPACTS] += 1
     if item < board.peg_count:
@@ -156,15 +157,13 @@ def note_impact(board: BoardArrays, state: npt.NDArray[np.float64], item: int, l
 
 
 @inner_kernel
-def note_contact(
-    board: BoardArrays, state: npt.NDArray[np.float64], kind: int, item: int, log: Log
-) -> None:
+def note_contact(board: BoardArrays, state: Floats, kind: int, item: int, log: Log) -> None:
     """Append that a contact with `item` begins, changes or ends."""
     note_event(log, state, kind, surface_index(board, item, state[body.X], state[body.Y]))
 
 
 @lean_kernel
-def land(board: BoardArrays, state: npt.NDArray[np.float64], log: Log) -> int:
+def land(board: BoardArrays, state: Floats, log: Log) -> int:
     """Append the landing; returns its bin."""
     where = bin_of(board, state[body.X])
     note_event(log, state, KIND_LANDING, where)

@@ -4,13 +4,11 @@ A flight ends at the first surface that the ball hits. Then the ball flies on, o
 surface. If a flight takes no time, the ball touches two surfaces, and two_contacts.py decides.
 """
 
-import numpy as np
-import numpy.typing as npt
-
 from plinko.engine.constants import KIND_PEG, KIND_WALL
 from plinko.engine.exact import event_log, initial_state
 from plinko.engine.exact.board_arrays import BoardArrays, friction_of, restitution_of, wall_at
 from plinko.engine.exact.event_log import Log, write_event, write_segment
+from plinko.engine.exact.initial_state import Resume
 from plinko.engine.exact.next_impact import (
     BINS,
     BOUNCED,
@@ -20,13 +18,21 @@ from plinko.engine.exact.next_impact import (
     OUT_OF_WINDOWS,
     next_impact,
 )
+from plinko.engine.exact.outcome import (
+    ESCAPED,
+    EVENT_LIMIT,
+    FALSE_PATH,
+    LANDED,
+    PHASE_ENDS,
+    SEARCH_LIMIT,
+    TIME_LIMIT,
+)
 from plinko.engine.jit.decorator import inner_kernel, lean_kernel
 from plinko.engine.physics import body, surface
+from plinko.engine.physics.array_types import Floats
 from plinko.engine.physics.flight import basis
 from plinko.engine.physics.impulse import bounce
 from plinko.engine.physics.surface import rounding
-
-Array = npt.NDArray[np.float64]
 
 DYING_BOUNCE = 1.0e-8
 """m/s. A bounce that leaves a surface at this speed or less has died: the ball's speed off the
@@ -39,20 +45,14 @@ TRUE_WITHIN = 1.0e-9
 surface that it is said to touch; and by how much, relatively, an impact may raise the energy. Both
 are much larger than rounding. No path is known that fails the check."""
 
-# Why `follow_flight` returned.
-AT_BINS = 0
-ON_SURFACE = 1
-MET_ANOTHER = 2
-OUT_OF_EVENTS = 3
-LATE = 4
-SEARCHED_OUT = 5
-OUT_OF_BOARD = 6
-FALSE = 7  # the check failed
+# Why `follow_flight` returned, if not with an outcome.
+ON_SURFACE = PHASE_ENDS
+MET_ANOTHER = PHASE_ENDS + 1
 
 
 @lean_kernel
 def rebound(
-    items: Array, item: int, side: float, x: float, y: float, vx: float, vy: float, omega: float,
+    items: Floats, item: int, side: float, x: float, y: float, vx: float, vy: float, omega: float,
     radius: float, restitution: float, friction: float,
 ) -> tuple[float, float, float, float, float, float, float, bool, bool]:  # fmt: skip
     """The impact of a ball at (x, y) on a surface: its centre at the exact contact distance, the
@@ -90,14 +90,14 @@ def rebound(
 
 
 @inner_kernel
-def is_near(items: Array, item: int, side: float, x: float, y: float, radius: float) -> bool:
+def is_near(items: Floats, item: int, side: float, x: float, y: float, radius: float) -> bool:
     """Whether a ball at (x, y) touches `item` on this side, as TRUE_WITHIN says."""
     return bool(abs(surface.gap_of(items, radius, item, side, x, y)) <= TRUE_WITHIN * radius)
 
 
 @lean_kernel
 def is_pressed_on(
-    items: Array, item: int, vx: float, vy: float, nx: float, ny: float, gravity: float
+    items: Floats, item: int, vx: float, vy: float, nx: float, ny: float, gravity: float
 ) -> bool:
     """Whether the normal force N on a ball that moves along a surface is positive."""
     u = vy * nx - vx * ny
@@ -109,22 +109,22 @@ def is_pressed_on(
 @lean_kernel
 def follow_flight(
     board: BoardArrays,
-    state: Array,
+    state: Floats,
     item: int,
     side: float,
     how: int,
-    beside: int,
+    second_surface: int,
     touching: bool,
     event_limit: int,
     max_time: float,
     log: Log,
-) -> tuple[int, int, float, int, float, int, bool]:
+) -> tuple[int, int, float, int, float, int, Resume]:
     """Follow flights and bounces from `state`, changed in place, until something else happens.
 
-    The ball has left the surface `item` on `side` as `how` says, and at the same time `beside`, if
-    not NONE. If `touching`, the ball is hitting `item` instead. Returns the cause; the surface and
-    side that the ball touched last; the surface and side that it met, for MET_ANOTHER, or `beside`,
-    for OUT_OF_EVENTS; how it left the first; and whether friction stopped its slip there.
+    The ball has left the surface `item` on `side` as `how` says, and at the same time
+    `second_surface`, if not NONE. If `touching`, the ball is hitting `item` instead. Returns the
+    cause or outcome; the surface and side that the ball touched last; the surface and side that it
+    met, for MET_ANOTHER; how it left the first; and with what it continues.
     """
     items = board.items
     counts = log.counts
@@ -142,26 +142,25 @@ def follow_flight(
     is_true = touching or how == FREE or is_near(items, item, side, x, y, board.radius)
     while True:
         if not is_true:
-            cause = FALSE
+            cause = FALSE_PATH
             break
         if not touching:
             if counts[event_log.EVENTS] >= event_limit:
-                cause = OUT_OF_EVENTS
-                met = beside
+                cause = EVENT_LIMIT
                 break
             row = counts[event_log.SEGMENTS]
             counts[event_log.SEGMENTS] = row + 1
             if row < len(log.segments):
                 write_segment(log.segments, row, t, x, y, vx, vy, theta, omega, event_log.IN_FLIGHT)
             s, hit, hit_side = next_impact(
-                board, x, y, vx, vy, item, side, how, beside, max_time - t
+                board, x, y, vx, vy, item, side, how, second_surface, max_time - t
             )
             if hit < BINS:
-                cause = OUT_OF_BOARD
+                cause = ESCAPED
                 if hit == OUT_OF_TIME:
-                    cause = LATE
+                    cause = TIME_LIMIT
                 elif hit == OUT_OF_WINDOWS:
-                    cause = SEARCHED_OUT
+                    cause = SEARCH_LIMIT
                 break
             ax = -board.drag * vx
             ay = board.gravity - board.drag * vy
@@ -178,7 +177,7 @@ def follow_flight(
             vy = vy + ay * phi
             theta = theta + omega * s
             if hit == BINS:
-                cause = AT_BINS
+                cause = LANDED
                 break
             # A ball that hits another surface without having moved touches both. Bounces in turn
             # could go on here for ever; two_contacts.py ends them.
@@ -192,7 +191,7 @@ def follow_flight(
             side = hit_side
         touching = False
         how = BOUNCED
-        beside = initial_state.NONE
+        second_surface = initial_state.NONE
         x, y, vx, vy, omega, nx, ny, sticks, is_true = rebound(
             items, item, side, x, y, vx, vy, omega, board.radius,
             restitution_of(board, item), friction_of(board, item),
@@ -221,4 +220,5 @@ def follow_flight(
     state[body.VY] = vy
     state[body.THETA] = theta
     state[body.OMEGA] = omega
-    return cause, item, side, met, met_side, how, sticks
+    resume = Resume(1 if sticks else 0, 0.0, second_surface)
+    return cause, item, side, met, met_side, how, resume

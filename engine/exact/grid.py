@@ -1,13 +1,13 @@
 """The broad phase: a uniform grid whose cells list the surfaces that a ball in them may touch."""
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from plinko.engine.jit.decorator import lean_kernel
+from plinko.engine.jit.decorator import inner_kernel, lean_kernel
 from plinko.engine.physics import surface
+from plinko.engine.physics.array_types import Indices
+from plinko.engine.physics.surface import Surfaces
 
 MAX_CELLS = 1 << 17
 """Cells of one grid, about a megabyte. On a larger board the cells are larger instead."""
@@ -15,13 +15,6 @@ MAX_CELLS = 1 << 17
 MAX_LISTED = 1 << 19
 """Cells in the boxes around all surfaces together. If many surfaces overlap, the cells are made
 larger until this holds."""
-
-_BLOCK = 1 << 18
-"""Cells that are tested together while a grid is made; limits the memory for it."""
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Indices = npt.NDArray[np.uint32]
 
 
 CELL_LIMIT = 1.0e9
@@ -67,111 +60,137 @@ def cell_at(
     return -1
 
 
-def heads_of(starts: Indices, members: Indices) -> Indices:
-    """`BoardArrays.heads`: each cell's first item and number of items, which suffice for most
-    lookups, in one number."""
-    counts = np.minimum(np.diff(starts), HEAD_MANY).astype(np.uint32)
-    firsts = np.append(members, np.uint32(0))[starts[:-1]]
-    return np.where(counts > 0, firsts | (counts << np.uint32(HEAD_BITS)), 0).astype(np.uint32)
+class Area(NamedTuple):
+    """All points within `reach` of an axis: a line from (x, y), or a point, whose length is 0."""
+
+    x: float  # m
+    y: float
+    tx: float  # unit vector along the axis
+    ty: float
+    length: float
+    reach: float
 
 
-def cells_of(items: Floats, radius: float, reach: float, cells_per_metre: float) -> Cells:
-    """A grid whose cells list each surface that a ball in them can touch within `reach`, in m.
-
-    items: the surfaces, shape (n, surface.COLUMNS). cells_per_metre: the resolution, reduced if the
-    grid would exceed MAX_CELLS or MAX_LISTED.
-    """
-    listed = np.flatnonzero(items[:, surface.OWNER] == np.arange(len(items)))
-    if not len(listed):
-        nothing = np.zeros(0, np.uint32)
-        starts = np.zeros(2, np.uint32)
-        return Cells(0.0, 0.0, cells_per_metre, 0, 0, starts, nothing, heads_of(starts, nothing))
-    areas = _areas_of(items[listed], radius, reach)
-    boxes = _boxes(areas)
-    left, top = boxes[0].min(axis=0).tolist()
-    boxes -= (left, top)
-    width, height = boxes[1].max(axis=0).tolist()
-    while _are_many(boxes, width, height, cells_per_metre):
-        cells_per_metre *= 0.75
-    columns, rows = (int(side * cells_per_metre) + 1 for side in (width, height))
-    found = list(_touched(areas, boxes, (left, top), cells_per_metre))
-    cell = np.concatenate([ix + columns * iy for _, ix, iy in found])
-    owner = listed[np.concatenate([area for area, _, _ in found])]  # ascending
-    members = owner[np.argsort(cell, kind="stable")].astype(np.uint32)
-    counts = np.bincount(cell, minlength=columns * rows + 1)
-    starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.uint32)
-    heads = heads_of(starts, members)
-    return Cells(left, top, cells_per_metre, columns, rows, starts, members, heads)
-
-
-def _areas_of(items: Floats, radius: float, reach: float) -> Floats:
-    """The areas from which a ball's centre can touch each surface, shape (n, 6).
-
-    An area is all points within a distance of an axis: a line, or the centre of a circle, whose
-    length is 0. Columns: x, y, tx, ty and length of the axis, and the distance, in m.
-    """
+@inner_kernel
+def _area_of(items: Surfaces, item: int, radius: float, reach: float) -> Area:
+    """The places from which a ball's centre can touch a surface within `reach`."""
     wider = 1.0 + 1e-9  # so that rounding below does not omit a cell that just touches
-    x, y, distance = items[:, [surface.X, surface.Y, surface.DISTANCE]].T
-    tx, ty, length = items[:, [surface.TX, surface.TY, surface.LENGTH]].T
-    disc = distance > 0.0
-    own = wider * (np.where(disc, distance, radius) + reach)
-    return np.column_stack(
-        [x, y, np.where(disc, 1.0, tx), np.where(disc, 0.0, ty), np.where(disc, 0.0, length), own]
+    x = items[item, surface.X]
+    y = items[item, surface.Y]
+    distance = items[item, surface.DISTANCE]
+    if distance > 0.0:
+        return Area(x, y, 1.0, 0.0, 0.0, wider * (distance + reach))
+    tx = items[item, surface.TX]
+    ty = items[item, surface.TY]
+    return Area(x, y, tx, ty, items[item, surface.LENGTH], wider * (radius + reach))
+
+
+@inner_kernel
+def _box_of(area: Area, left: float, top: float) -> tuple[float, float, float, float]:
+    """An area's least and greatest x and y, relative to (left, top), in m."""
+    end_x = area.x + area.length * area.tx
+    end_y = area.y + area.length * area.ty
+    return (
+        min(area.x, end_x) - area.reach - left,
+        max(area.x, end_x) + area.reach - left,
+        min(area.y, end_y) - area.reach - top,
+        max(area.y, end_y) + area.reach - top,
     )
 
 
-def _boxes(areas: Floats) -> Floats:
-    """The least and the greatest x and y of each area, (2, n, 2)."""
-    begin, along, (length, reach) = areas[:, :2], areas[:, 2:4], areas[:, 4:, None].swapaxes(0, 1)
-    end = begin + length * along
-    return np.stack([np.minimum(begin, end) - reach, np.maximum(begin, end) + reach])
+@inner_kernel
+def _touches(area: Area, x: float, y: float, size: float) -> bool:
+    """Whether an area touches a cell, whose corner is at (x, y) relative to the area's first point.
 
-
-def _are_many(boxes: Floats, width: float, height: float, cells_per_metre: float) -> bool:
-    """Whether a grid of this resolution exceeds MAX_CELLS or MAX_LISTED."""
-    if (width * cells_per_metre + 1.0) * (height * cells_per_metre + 1.0) > MAX_CELLS:
-        return True
-    low, high = (boxes * cells_per_metre).astype(np.int64)
-    return int(np.prod(high - low + 1, axis=1).sum()) > MAX_LISTED
-
-
-def _touched(
-    areas: Floats, boxes: Floats, corner: tuple[float, float], cells_per_metre: float
-) -> Iterator[tuple[Ints, Ints, Ints]]:
-    """The number of an area, and column and row of a cell, for all cells that the areas touch.
-
-    In blocks of about _BLOCK cells. Along a slanted line a few cells are listed that do not touch.
-    boxes: those around the areas, relative to the grid's corner.
+    Of a slanted line, a few cells that it does not touch count too.
     """
-    low, high = (boxes * cells_per_metre).astype(np.int64)
-    columns, rows = (high - low + 1).T
-    blocks = np.flatnonzero(np.diff(np.cumsum(columns * rows) // _BLOCK)) + 1
-    for block in np.split(np.arange(len(areas)), blocks):
-        cells = columns[block] * rows[block]
-        area = np.repeat(block, cells)
-        number = np.arange(len(area)) - np.repeat(np.cumsum(cells) - cells, cells)
-        ix = low[area, 0] + number // rows[area]
-        iy = low[area, 1] + number % rows[area]
-        near = _is_near(areas[area], ix, iy, corner, 1.0 / cells_per_metre)
-        yield area[near], ix[near], iy[near]
+    if area.length == 0.0:
+        dx = max(x, -x - size, 0.0)
+        dy = max(y, -y - size, 0.0)
+        return bool(dx * dx + dy * dy <= area.reach * area.reach)
+    x = x + 0.5 * size
+    y = y + 0.5 * size
+    along = min(max(x * area.tx + y * area.ty, 0.0), area.length)
+    dx = x - along * area.tx
+    dy = y - along * area.ty
+    far = area.reach + 0.7072 * size  # half the cell's diagonal
+    return bool(dx * dx + dy * dy <= far * far)
 
 
-def _is_near(
-    areas: Floats, ix: Ints, iy: Ints, corner: tuple[float, float], size: float
-) -> npt.NDArray[np.bool_]:
-    """Whether each area touches the cell at its column and row."""
-    middle_x, middle_y, tx, ty, length, reach = areas.T
-    x = corner[0] + ix * size - middle_x
-    y = corner[1] + iy * size - middle_y
-    dx = np.maximum(np.maximum(x, -x - size), 0.0)
-    dy = np.maximum(np.maximum(y, -y - size), 0.0)
-    near: npt.NDArray[np.bool_] = dx * dx + dy * dy <= reach * reach
-    line = length > 0.0
-    if line.any():  # a line's distance to the cell's centre, less half the cell's diagonal
-        x, y, tx, ty, length = (each[line] for each in (x, y, tx, ty, length))
-        x += 0.5 * size
-        y += 0.5 * size
-        along = np.clip(x * tx + y * ty, 0.0, length)
-        dx, dy, far = x - along * tx, y - along * ty, reach[line] + 0.7072 * size
-        near[line] = dx * dx + dy * dy <= far * far
-    return near
+@inner_kernel
+def cells_of(items: Surfaces, radius: float, reach: float, cells_per_metre: float) -> Cells:
+    """A grid whose cells list each surface that a ball in them can touch within `reach`, in m.
+
+    cells_per_metre: the resolution, reduced if the grid would exceed MAX_CELLS or MAX_LISTED.
+    """
+    left, right, top, bottom = np.inf, -np.inf, np.inf, -np.inf
+    for item in range(len(items)):
+        if items[item, surface.OWNER] == item:
+            box = _box_of(_area_of(items, item, radius, reach), 0.0, 0.0)
+            left, right = min(left, box[0]), max(right, box[1])
+            top, bottom = min(top, box[2]), max(bottom, box[3])
+    columns = rows = 0
+    if left > right:  # no surface
+        left = top = 0.0
+    else:
+        width, height = right - left, bottom - top
+        while (width * cells_per_metre + 1.0) * (height * cells_per_metre + 1.0) > MAX_CELLS or (
+            _listed(items, radius, reach, left, top, cells_per_metre) > MAX_LISTED
+        ):
+            cells_per_metre *= 0.75
+        columns = int(width * cells_per_metre) + 1
+        rows = int(height * cells_per_metre) + 1
+    starts = np.zeros(columns * rows + 2, np.uint32)
+    heads = np.zeros(columns * rows + 1, np.uint32)
+    nothing = np.zeros(0, np.uint32)
+    frame = Cells(left, top, cells_per_metre, columns, rows, starts, nothing, heads)
+    _visit(items, radius, reach, frame, False)
+    for cell in range(columns * rows + 1):
+        starts[cell + 1] += starts[cell]
+    members = np.zeros(int(starts[columns * rows + 1]), np.uint32)
+    cells = Cells(left, top, cells_per_metre, columns, rows, starts, members, heads)
+    _visit(items, radius, reach, cells, True)
+    for cell in range(columns * rows + 1):
+        if heads[cell] > 0:
+            many = min(int(heads[cell]), HEAD_MANY)
+            heads[cell] = int(members[starts[cell]]) | (many << HEAD_BITS)
+    return cells
+
+
+@inner_kernel
+def _listed(
+    items: Surfaces, radius: float, reach: float, left: float, top: float, cells_per_metre: float
+) -> int:
+    """The number of cells in the boxes around all surfaces."""
+    count = 0
+    for item in range(len(items)):
+        if items[item, surface.OWNER] == item:
+            x0, x1, y0, y1 = _box_of(_area_of(items, item, radius, reach), left, top)
+            wide = int(x1 * cells_per_metre) - int(x0 * cells_per_metre) + 1
+            high = int(y1 * cells_per_metre) - int(y0 * cells_per_metre) + 1
+            count += wide * high
+    return count
+
+
+@inner_kernel
+def _visit(items: Surfaces, radius: float, reach: float, cells: Cells, fills: bool) -> None:
+    """Visit all cells that surfaces touch, to count their members in the next cell's `starts`, or
+    to write the members; then `heads` counts those that are written."""
+    size = 1.0 / cells.cells_per_metre
+    for item in range(len(items)):
+        if items[item, surface.OWNER] != item:
+            continue
+        area = _area_of(items, item, radius, reach)
+        x0, x1, y0, y1 = _box_of(area, cells.left, cells.top)
+        for ix in range(int(x0 * cells.cells_per_metre), int(x1 * cells.cells_per_metre) + 1):
+            for iy in range(int(y0 * cells.cells_per_metre), int(y1 * cells.cells_per_metre) + 1):
+                x = cells.left + ix * size - area.x
+                y = cells.top + iy * size - area.y
+                if not _touches(area, x, y, size):
+                    continue
+                cell = ix + cells.columns * iy
+                if fills:
+                    cells.members[int(cells.starts[cell]) + int(cells.heads[cell])] = item
+                    cells.heads[cell] += 1
+                else:
+                    cells.starts[cell + 1] += 1

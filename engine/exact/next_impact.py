@@ -1,11 +1,9 @@
 """Finds the next impact of a ball in free flight: which surface it hits first, and when."""
 
-import numpy as np
-import numpy.typing as npt
-
 from plinko.engine.exact.board_arrays import BoardArrays, cell_of
 from plinko.engine.jit.decorator import inner_kernel, lean_kernel
 from plinko.engine.physics import surface
+from plinko.engine.physics.array_types import Floats
 from plinko.engine.physics.circle_impact import (
     Motion,
     circle_hit_after_leaving,
@@ -18,8 +16,6 @@ from plinko.engine.physics.flight import SERIES_LIMIT, basis, half_chord, short_
 from plinko.engine.physics.line_impact import line_hit, line_hit_again
 from plinko.engine.physics.surface import side_of
 from plinko.engine.physics.time_of_impact import NEGLIGIBLE, NO_HIT, SIXTH, stays_positive
-
-Array = npt.NDArray[np.float64]
 
 MAX_WINDOWS = 1_000_000
 """Search windows in one flight, at most. A flight on a valid board has some thousands: 160 while
@@ -44,7 +40,7 @@ LIFTED = 3  # f and f': the ball has no speed off the surface, but is not presse
 
 @inner_kernel
 def origin_line_hit(
-    items: Array, origin: int, side: float, x: float, y: float, vx: float, vy: float,
+    items: Floats, origin: int, side: float, x: float, y: float, vx: float, vy: float,
     ax: float, ay: float, k: float, horizon: float,
 ) -> float:  # fmt: skip
     """When a ball that has just left `side` of the line `origin` hits it again, or NO_HIT."""
@@ -60,7 +56,7 @@ def origin_line_hit(
 
 @inner_kernel
 def _hit_again(
-    items: Array, item: int, side: float, how: int, motion: Motion, horizon: float
+    items: Floats, item: int, side: float, how: int, motion: Motion, horizon: float
 ) -> float:
     """When the ball hits again a surface that it has just left, or NO_HIT."""
     x, y, vx, vy, ax, ay, k = motion
@@ -80,7 +76,7 @@ def _hit_again(
 
 @lean_kernel
 def _foot_inside(
-    items: Array, line: int, x: float, y: float, vx: float, vy: float, ax: float, ay: float,
+    items: Floats, line: int, x: float, y: float, vx: float, vy: float, ax: float, ay: float,
     k: float, s: float,
 ) -> bool:  # fmt: skip
     """Whether the ball's foot lies between a line's ends, within rounding, s seconds into a flight.
@@ -100,7 +96,7 @@ def _foot_inside(
 
 @lean_kernel
 def _line_hit_between_ends(
-    items: Array,
+    items: Floats,
     wall: int,
     radius: float,
     x: float,
@@ -145,7 +141,7 @@ def _line_hit_between_ends(
 
 @inner_kernel
 def _onto_line(
-    items: Array, wall: int, begin: float, h: float, hd: float, hdd: float, x: float, y: float,
+    items: Floats, wall: int, begin: float, h: float, hd: float, hdd: float, x: float, y: float,
     vx: float, vy: float, ax: float, ay: float, k: float, horizon: float, best: float,
 ) -> float:  # fmt: skip
     """When a ball that touches the extension of a line from `begin` on comes onto the line itself.
@@ -189,7 +185,7 @@ def _leaves_by(
 
 @inner_kernel
 def wall_hit(
-    items: Array, wall: int, origin: int, how: int, radius: float, motion: Motion,
+    items: Floats, wall: int, origin: int, how: int, radius: float, motion: Motion,
     horizon: float, best: float,
 ) -> tuple[float, float]:  # fmt: skip
     """When the ball hits the line `wall` between its ends, or NO_HIT; and on which side.
@@ -229,13 +225,13 @@ def next_impact(
     origin: int,
     origin_side: float,
     how: int,
-    beside: int,
+    second_surface: int,
     time_left: float,
 ) -> tuple[float, int, float]:
     """The end of a flight from a state: its duration, the surface hit (or a code) and the side.
 
-    The ball has left `origin` as `how` says. `beside`, unless negative, is another surface that it
-    has left at the same time: the ball touches it and does not move into it.
+    The ball has left `origin` as `how` says. `second_surface`, unless negative, is another surface
+    that it has left at the same time: the ball touches it and does not move into it.
 
     The flight is searched window by window. In each window the ball moves at most `travel`, so that
     the grid's cell at the middle between the window's ends lists all surfaces that it can touch.
@@ -289,13 +285,13 @@ def next_impact(
                 best = s
                 item = origin
                 side = origin_side
-            if beside >= 0:
-                other_side = side_of(items, beside, x, y)
+            if second_surface >= 0:
+                other_side = side_of(items, second_surface, x, y)
                 other_how = LIFTED if vv == 0.0 else BOUNCED
-                s = _hit_again(items, beside, other_side, other_how, motion, horizon)
+                s = _hit_again(items, second_surface, other_side, other_how, motion, horizon)
                 if s != NO_HIT and (s < best or item == NOWHERE):
                     best = s
-                    item = beside
+                    item = second_surface
                     side = other_side
         for j in range(starts[cell], starts[cell + 1]):
             other = int(members[j])
@@ -336,7 +332,7 @@ def next_impact(
                     s = circle_hit_again(qx, qy, vx, vy, ax, ay, k, horizon, best)
             if (
                 s != NO_HIT
-                and other != beside
+                and other != second_surface
                 and (s < best or item == NOWHERE or (s == best and other < item))
             ):
                 best = s
@@ -353,7 +349,7 @@ def next_impact(
         if start > time_left:
             return start, OUT_OF_TIME, 0.0
         how = FREE
-        beside = -1
+        second_surface = -1
         k = board.drag
         decay, phi, psi = basis(k, start)
         x = x0 + vx0 * start + ax0 * psi

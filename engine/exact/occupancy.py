@@ -3,7 +3,6 @@
 from math import ceil
 
 import numpy as np
-import numpy.typing as npt
 
 from plinko.engine.exact import event_log
 from plinko.engine.exact.board_arrays import BoardArrays
@@ -11,11 +10,11 @@ from plinko.engine.exact.event_log import Log
 from plinko.engine.exact.sampling import sample_segment
 from plinko.engine.jit.decorator import inner_kernel, kernel
 from plinko.engine.physics import body
+from plinko.engine.physics.array_types import Floats, Indices
 from plinko.engine.physics.flight import basis
 from plinko.engine.physics.series import Series
 
-Array = npt.NDArray[np.float64]
-Counts = npt.NDArray[np.uint32]
+Counts = Indices
 
 
 @inner_kernel
@@ -30,7 +29,7 @@ def _count(counts: Counts, left: float, top: float, cells: float, x: float, y: f
 @inner_kernel
 def _occupy_segment(
     board: BoardArrays,
-    segments: Array,
+    segments: Floats,
     row: int,
     time: float,
     until: float,
@@ -40,7 +39,7 @@ def _occupy_segment(
     cells: float,
     counts: Counts,
     series: Series,
-    state: Array,
+    state: Floats,
 ) -> float:
     """Count a segment at `time`, `time` + step … before `until`; returns the next time."""
     if time >= until:
@@ -74,14 +73,14 @@ def _occupy_segment(
 def occupy(
     board: BoardArrays,
     log: Log,
-    states: Array,
-    phases: Array,
+    states: Floats,
+    phases: Floats,
     step: float,
     left: float,
     top: float,
     cells: float,
     series: Series,
-    sample: Array,
+    sample: Floats,
     counts: Counts,
 ) -> None:
     """Count where balls are every `step` s.

@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from plinko.engine.physics.array_types import Floats, Ints
+
 RUNNING = -1  # not yet
 LANDED = 0
 WEDGED = 1
@@ -17,6 +19,9 @@ SEARCH_LIMIT = 6
 IMPULSE_LIMIT = 7
 # An error of the solver, found by its own check (`free_flight.TRUE_WITHIN`).
 FALSE_PATH = 8
+
+PHASE_ENDS = 100
+"""Codes from here on end a phase of a drop, but not the drop; each phase names its own."""
 
 REASONS = (
     "",
@@ -39,12 +44,12 @@ class Results(NamedTuple):
     """The results of n drops, as columns of shape (n,)."""
 
     bins: npt.NDArray[np.int32]  # -1: it did not land
-    durations: npt.NDArray[np.float64]  # s
-    x_ends: npt.NDArray[np.float64]  # m
+    durations: Floats  # s
+    x_ends: Floats  # m
     impacts: npt.NDArray[np.int32]
     outcomes: npt.NDArray[np.int8]
 
-    def at(self, rows: slice | npt.NDArray[np.int64]) -> "Results":
+    def at(self, rows: slice | Ints) -> "Results":
         """The results of some drops: views for a slice, copies for indices."""
         return Results(
             self.bins[rows],

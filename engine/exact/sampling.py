@@ -1,28 +1,24 @@
 """Computes the state at any time of a traced drop from the segments of its log."""
 
-import numpy as np
-import numpy.typing as npt
-
 from plinko.engine.exact import event_log
 from plinko.engine.exact.board_arrays import BoardArrays
 from plinko.engine.exact.sustained_contact import advance_contact, start_series
 from plinko.engine.jit.decorator import inner_kernel, kernel
 from plinko.engine.physics import body
+from plinko.engine.physics.array_types import Floats, Ints
 from plinko.engine.physics.flight import advance_flight
 from plinko.engine.physics.series import Series
-
-Array = npt.NDArray[np.float64]
 
 
 @inner_kernel
 def sample_segment(
     board: BoardArrays,
-    segments: Array,
+    segments: Floats,
     row: int,
     time: float,
     straight: bool,
     series: Series,
-    out: Array,
+    out: Floats,
 ) -> None:
     """Write the state at `time` on a segment into `out`, shape (7,).
 
@@ -58,13 +54,13 @@ def sample_segment(
 @kernel
 def sample(
     board: BoardArrays,
-    segments: Array,
-    rows: npt.NDArray[np.int64],
-    last: npt.NDArray[np.int64],
-    times: Array,
+    segments: Floats,
+    rows: Ints,
+    last: Ints,
+    times: Floats,
     straight: bool,
     series: Series,
-    out: Array,
+    out: Floats,
 ) -> None:
     """Write the state of each of n balls at its time, times[i], into `out`, shape (n, 7).
 

@@ -26,6 +26,7 @@ from plinko.engine.exact.sampling import sample_segment
 from plinko.engine.exact.sustained_contact import start_series
 from plinko.engine.jit.decorator import inner_kernel, kernel
 from plinko.engine.physics import body, contact, surface, tangent
+from plinko.engine.physics.array_types import Floats
 from plinko.engine.physics.contact import new_series
 from plinko.engine.physics.series import Series
 from plinko.engine.physics.surface import curvature, side_of, touch
@@ -39,8 +40,6 @@ from plinko.engine.physics.tangent import (
     through_flight,
 )
 
-Array = npt.NDArray[np.float64]
-
 PATH = 0
 ERROR = 1
 TANGENTS = 2
@@ -52,10 +51,10 @@ ROUNDING = 2.220446049250313e-16
 class Space(NamedTuple):
     series: Series
     variation: Series
-    tangents: Array  # (TANGENTS, TANGENT_SIZE)
-    rates: Array  # (TANGENT_SIZE,)
-    delays: Array  # (TANGENTS,)
-    state: Array  # (STATE_SIZE,)
+    tangents: Floats  # (TANGENTS, TANGENT_SIZE)
+    rates: Floats  # (TANGENT_SIZE,)
+    delays: Floats  # (TANGENTS,)
+    state: Floats  # (STATE_SIZE,)
 
 
 def new_space() -> Space:
@@ -84,7 +83,7 @@ def _part(board: BoardArrays, wall: int, x: float, y: float) -> int:
 
 
 @inner_kernel
-def _rates_of(board: BoardArrays, segment: Array, state: Array, rates: Array) -> None:
+def _rates_of(board: BoardArrays, segment: Floats, state: Floats, rates: Floats) -> None:
     """Write the rates of `state` under a segment's law into `rates`."""
     if segment[event_log.ITEM] < 0.0:
         flight_rates(state[body.VX], state[body.VY], board.gravity, board.drag, rates)
@@ -108,7 +107,12 @@ def _rates_of(board: BoardArrays, segment: Array, state: Array, rates: Array) ->
 
 @inner_kernel
 def _take_along(
-    board: BoardArrays, segment: Array, s: float, series: Series, variation: Series, tangents: Array
+    board: BoardArrays,
+    segment: Floats,
+    s: float,
+    series: Series,
+    variation: Series,
+    tangents: Floats,
 ) -> None:
     """Carry the tangents through a segment of s seconds."""
     if segment[event_log.ITEM] < 0.0:
@@ -133,12 +137,12 @@ def _take_along(
 @inner_kernel
 def _contact_delay(
     board: BoardArrays,
-    segment: Array,
-    state: Array,
-    rates: Array,
-    following: Array,
+    segment: Floats,
+    state: Floats,
+    rates: Floats,
+    following: Floats,
     kind: int,
-    vector: Array,
+    vector: Floats,
 ) -> float:
     """Delay of the end of a contact segment, in s per unit of the tangent.
 
@@ -176,7 +180,7 @@ def _contact_delay(
 
 
 @inner_kernel
-def _add_rounding(vector: Array, state: Array, nx: float, ny: float) -> None:
+def _add_rounding(vector: Floats, state: Floats, nx: float, ny: float) -> None:
     """Add an event's rounding: of the position along the surface, of velocity and of spin."""
     along = vector[tangent.DY] * nx - vector[tangent.DX] * ny
     place = copysign(ROUNDING * (abs(state[body.X]) + abs(state[body.Y])), along)
@@ -193,10 +197,10 @@ def _bounce(
     board: BoardArrays,
     item: int,
     left: int,
-    state: Array,
-    rates: Array,
-    tangents: Array,
-    delays: Array,
+    state: Floats,
+    rates: Floats,
+    tangents: Floats,
+    delays: Floats,
 ) -> None:
     """Carry the tangents through an impact on `item`; `state` is the one before it.
 
@@ -223,7 +227,7 @@ def _bounce(
 
 
 @inner_kernel
-def _forget_place(board: BoardArrays, segment: Array, tangents: Array) -> None:
+def _forget_place(board: BoardArrays, segment: Floats, tangents: Floats) -> None:
     """Set the tangents to zero, except the spin's, if two surfaces have stopped the ball.
 
     Balls from neighbouring starts stop at the same place.
@@ -241,7 +245,7 @@ def _forget_place(board: BoardArrays, segment: Array, tangents: Array) -> None:
 
 
 @inner_kernel
-def _put_behind(event: Array, state: Array) -> None:
+def _put_behind(event: Floats, state: Floats) -> None:
     """Set `state` to the one right after an impact."""
     state[body.X] = event[1]
     state[body.Y] = event[2]
@@ -251,7 +255,7 @@ def _put_behind(event: Array, state: Array) -> None:
 
 
 @inner_kernel
-def _write(tangents: Array, out: Array) -> None:
+def _write(tangents: Floats, out: Floats) -> None:
     for i in range(TANGENTS):
         out[i] = sqrt(
             tangents[i, tangent.DX] * tangents[i, tangent.DX]
@@ -262,13 +266,13 @@ def _write(tangents: Array, out: Array) -> None:
 @kernel
 def sensitivity(
     board: BoardArrays,
-    segments: Array,
-    events: Array,
+    segments: Floats,
+    events: Floats,
     marks: npt.NDArray[np.int32],
-    end: Array,
+    end: Floats,
     start_rounding: float,
     space: Space,
-    out: Array,
+    out: Floats,
 ) -> None:
     """Write how far the position of each event moves into `out`, shape (events, 2).
 

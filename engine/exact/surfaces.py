@@ -22,19 +22,15 @@ Items that own nothing name their OWNER, and no cell of the grid lists them.
 
 from math import sqrt
 
-import numpy as np
-import numpy.typing as npt
-
-from plinko.engine.jit.decorator import inner_kernel, kernel
+from plinko.engine.jit.decorator import inner_kernel
 from plinko.engine.physics import surface
+from plinko.engine.physics.array_types import Floats
 from plinko.engine.physics.surface import Surfaces, rounding
-
-Floats = npt.NDArray[np.float64]
 
 NONE = -1.0
 
 
-@kernel
+@inner_kernel
 def lay_out(pegs: Floats, walls: Floats, radius: float, items: Surfaces) -> None:
     """Write the surfaces into `items`, shape (n + 3 m, surface.COLUMNS).
 

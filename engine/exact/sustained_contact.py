@@ -1,8 +1,5 @@
 """Follows a contact phase: a ball rolls or slides on a peg or wall until that ends."""
 
-import numpy as np
-import numpy.typing as npt
-
 from plinko.engine.constants import KIND_CONTACT_CHANGE
 from plinko.engine.exact import event_log, initial_state
 from plinko.engine.exact.board_arrays import BoardArrays, cell_of, friction_of
@@ -18,35 +15,40 @@ from plinko.engine.exact.contact_end import (
 )
 from plinko.engine.exact.event_log import Log, note_contact, note_segment
 from plinko.engine.exact.free_flight import is_near
+from plinko.engine.exact.initial_state import Resume
+from plinko.engine.exact.outcome import (
+    BALANCED,
+    ESCAPED,
+    EVENT_LIMIT,
+    FALSE_PATH,
+    LANDED,
+    PHASE_ENDS,
+    TIME_LIMIT,
+)
 from plinko.engine.jit.decorator import inner_kernel
 from plinko.engine.physics import body, contact, surface
+from plinko.engine.physics.array_types import Floats
 from plinko.engine.physics.contact import choose_mode, expand, hold, step_length
 from plinko.engine.physics.flight import HALF_WAY
 from plinko.engine.physics.series import Series, value
 from plinko.engine.physics.surface import curvature, ends_in, is_flush, side_of, touch
 from plinko.engine.physics.time_of_impact import NO_HIT
 
-# Why a contact ended.
-LEFT = 0  # the normal force became zero
-OFF = 1  # there was no normal force from the start
-HIT = 2  # the ball touched another surface
-LANDED = 3
-AT_REST = 4
-OUT_OF_TIME = 5
-OUT_OF_EVENTS = 6
-OUT_OF_BOARD = 7
-FALSE = 8  # the check of `free_flight.TRUE_WITHIN` failed
+# Why a contact ended, if not with an outcome.
+LEFT = PHASE_ENDS  # the normal force became zero
+OFF = PHASE_ENDS + 1  # there was no normal force from the start
+HIT = PHASE_ENDS + 2  # the ball touched another surface
 # Causes for which the contact goes on.
-STEP_END = 9
-MODE_CHANGED = 10
-ROLLED_OVER = 11
+STEP_END = PHASE_ENDS + 3
+MODE_CHANGED = PHASE_ENDS + 4
+ROLLED_OVER = PHASE_ENDS + 5
 
 
 @inner_kernel
 def start_series(
     board: BoardArrays,
     series: Series,
-    state: npt.NDArray[np.float64],
+    state: Floats,
     item: int,
     side: float,
     mode: int,
@@ -82,9 +84,7 @@ def start_series(
 
 
 @inner_kernel
-def advance_contact(
-    board: BoardArrays, series: Series, state: npt.NDArray[np.float64], item: int, s: float
-) -> None:
+def advance_contact(board: BoardArrays, series: Series, state: Floats, item: int, s: float) -> None:
     """Move the state along its series by s seconds."""
     x, y = position(board, series, item, state[body.X], state[body.Y], s)
     u = value(series[contact.SPEED], s)
@@ -101,10 +101,10 @@ def advance_contact(
 def _first_touch_of_others(
     board: BoardArrays,
     series: Series,
-    state: npt.NDArray[np.float64],
+    state: Floats,
     item: int,
     side: float,
-    beside: int,
+    second_surface: int,
     middle_x: float,
     middle_y: float,
     cell: int,
@@ -123,7 +123,14 @@ def _first_touch_of_others(
         if other == item or _continues(board, item, side, other, state[body.X], state[body.Y]):
             continue
         s, other_side = touch_time(
-            board, series, item, state[body.X], state[body.Y], other, other == beside, best
+            board,
+            series,
+            item,
+            state[body.X],
+            state[body.Y],
+            other,
+            other == second_surface,
+            best,
         )
         is_line = board.items[other, surface.DISTANCE] == 0.0
         if is_line and other_side == 0.0:
@@ -174,7 +181,7 @@ def _continues(board: BoardArrays, item: int, side: float, other: int, x: float,
 def _surface_change(
     board: BoardArrays,
     series: Series,
-    state: npt.NDArray[np.float64],
+    state: Floats,
     item: int,
     cell: int,
     horizon: float,
@@ -191,13 +198,13 @@ def _surface_change(
 def _next_cause(
     board: BoardArrays,
     series: Series,
-    state: npt.NDArray[np.float64],
+    state: Floats,
     item: int,
     side: float,
     mode: int,
     slip_sign: float,
-    skip: int,
-    beside: int,
+    slip_root: int,
+    second_surface: int,
     fresh: bool,
 ) -> tuple[float, int, int, float]:
     """The first cause that ends this stretch: its time, the cause, and a surface with a side.
@@ -218,7 +225,7 @@ def _next_cause(
     middle_y = 0.5 * (state[body.Y] + y)
     cell = cell_of(board, middle_x, middle_y)
     s, hit, hit_side = _first_touch_of_others(
-        board, series, state, item, side, beside, middle_x, middle_y, cell, h
+        board, series, state, item, side, second_surface, middle_x, middle_y, cell, h
     )
     cause = HIT if hit >= 0 else STEP_END
     other = hit if hit >= 0 else item
@@ -235,7 +242,7 @@ def _next_cause(
     new_sign = 0.0
     when = NO_HIT
     if mode == contact.SLIDING:
-        when = slip_end_time(series, slip_sign, skip, board.radius, s)
+        when = slip_end_time(series, slip_sign, slip_root, board.radius, s)
     elif mode == contact.ROLLING:
         when, new_sign = rolling_end_time(
             series, board.gravity, board.drag, friction_of(board, item), s
@@ -251,48 +258,49 @@ def _next_cause(
 def follow_contact(
     board: BoardArrays,
     series: Series,
-    state: npt.NDArray[np.float64],
+    state: Floats,
     item: int,
     side: float,
-    skip: int,
-    slip_sign: float,
-    beside: int,
+    resume: Resume,
     max_time: float,
     event_limit: int,
     log: Log,
-) -> tuple[int, int, float, int, float, int]:
+) -> tuple[int, int, float, int, float, Resume]:
     """Move a ball that lies on `item` until its contact phase ends.
 
-    skip: the order of the slip's root at the start. 0: no root, the slip is computed. 1: the slip
-    is zero, because an impact stopped it. 2: its rate is zero too, because a rolling ball has just
-    begun to slip in the direction slip_sign. beside: another surface that the ball touches and does
-    not move into, or NONE.
-
-    Returns the cause, the surface and side that the ball was on last, the surface and side that it
-    hit, if it hit one, and `beside`. For OUT_OF_EVENTS, skip and slip_sign take the place of the
-    surface hit, so that the caller can continue.
+    Returns the cause or outcome, the surface and side that the ball was on last, the surface and
+    side that it hit, if it hit one, and with what it continues.
     """
+    slip_root, slip_sign, second_surface = resume
+    other = item
+    sign = side
+    cause = STEP_END
     fresh = False
     while True:
         # Not if `fresh`: that is not among the columns of `initial`, so the bits of a drop that is
         # continued here would differ.
         if log.counts[event_log.EVENTS] >= event_limit and not fresh:
-            return OUT_OF_EVENTS, item, side, skip, slip_sign, beside
+            cause = EVENT_LIMIT
+            break
         if not state[body.T] <= max_time:
-            return OUT_OF_TIME, item, side, item, side, beside
+            cause = TIME_LIMIT
+            break
         if cell_of(board, state[body.X], state[body.Y]) < 0:
-            return OUT_OF_BOARD, item, side, item, side, beside
+            cause = ESCAPED
+            break
         if not is_near(board.items, item, side, state[body.X], state[body.Y], board.radius):
-            return FALSE, item, side, item, side, beside
+            cause = FALSE_PATH
+            break
         nx, ny, state[body.X], state[body.Y] = touch(
             board.items, board.radius, item, side, state[body.X], state[body.Y]
         )
         u = state[body.VY] * nx - state[body.VX] * ny
         normal_force = -board.gravity * ny - curvature(board.items, item) * u * u
         if normal_force <= 0.0:
-            return OFF, item, side, item, side, beside
+            cause = OFF
+            break
         mode = contact.SLIDING
-        if skip != 2:
+        if slip_root != 2:
             mode, slip_sign = choose_mode(
                 u,
                 state[body.OMEGA],
@@ -300,30 +308,32 @@ def follow_contact(
                 board.gravity * nx - board.drag * u,
                 board.radius,
                 friction_of(board, item),
-                skip == 1,
+                slip_root == 1,
             )
         if nx == 0.0 and mode != contact.SLIDING and _has_stopped(board, u):
-            return AT_REST, item, side, item, side, beside
+            cause = BALANCED
+            break
         note_segment(log, state, float(item), side, float(mode), slip_sign)
         start_series(board, series, state, item, side, mode, slip_sign)
         s, cause, other, sign = _next_cause(
-            board, series, state, item, side, mode, slip_sign, skip, beside, fresh
+            board, series, state, item, side, mode, slip_sign, slip_root, second_surface, fresh
         )
         advance_contact(board, series, state, item, s)
-        skip = 1 if mode == contact.ROLLING else 0
+        slip_root = 1 if mode == contact.ROLLING else 0
         if s > 0.0:
-            beside = initial_state.NONE
+            second_surface = initial_state.NONE
         fresh = cause == MODE_CHANGED and s == 0.0
         if cause == MODE_CHANGED:
             note_contact(board, state, KIND_CONTACT_CHANGE, item, log)
             slip_sign = sign
-            skip = 2 if mode == contact.ROLLING else 1
+            slip_root = 2 if mode == contact.ROLLING else 1
         elif cause == ROLLED_OVER:
             note_contact(board, state, KIND_CONTACT_CHANGE, other, log)
             item = other
             side = side_of(board.items, item, state[body.X], state[body.Y])
         elif cause != STEP_END:
-            return cause, item, side, other, sign, beside
+            break
+    return cause, item, side, other, sign, Resume(slip_root, slip_sign, second_surface)
 
 
 @inner_kernel

@@ -12,16 +12,16 @@ Between nearly parallel surfaces, or elastic ones, the impulses do not end for l
 MOST_IMPULSES the drop ends without a result: this is a limit of the computation.
 """
 
-import numpy as np
-import numpy.typing as npt
-
 from plinko.engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END
 from plinko.engine.exact import initial_state
 from plinko.engine.exact.board_arrays import BoardArrays, friction_of, restitution_of
 from plinko.engine.exact.event_log import Log, note_contact, note_impact, note_segment
 from plinko.engine.exact.free_flight import DYING_BOUNCE, is_pressed_on, rebound
+from plinko.engine.exact.initial_state import Resume
+from plinko.engine.exact.outcome import FALSE_PATH, IMPULSE_LIMIT, PHASE_ENDS, WEDGED
 from plinko.engine.jit.decorator import inner_kernel
 from plinko.engine.physics import body, contact
+from plinko.engine.physics.array_types import Floats
 from plinko.engine.physics.surface import rounding, touch
 from plinko.engine.physics.two_contacts import (
     FALLS,
@@ -32,8 +32,6 @@ from plinko.engine.physics.two_contacts import (
     rest_in_notch,
 )
 
-State = npt.NDArray[np.float64]
-
 MOST_IMPULSES = 1000
 """Impulses of one meeting. Without friction, between plastic surfaces whose normals are an angle
 phi short of opposite, a ball is slowed from 1 m/s to DYING_BOUNCE by ln(1e8) / -ln(cos phi)
@@ -42,23 +40,20 @@ impulses: 1000 suffice for 11 degrees and more."""
 STOPPED = 8.0 * DYING_BOUNCE
 """m/s. A ball at a meeting that is at most this fast has stopped."""
 
-# What the ball does next.
-FLIES = 0  # bounces off both surfaces
-LIFTS = 1  # leaves both, without a speed off the surface returned
-STAYS = 2  # rolls or slides on the surface returned
-LIES_STILL = 3
-BOUNCES_ON = 4  # after MOST_IMPULSES
-FALSE = 5  # the check of `free_flight.TRUE_WITHIN` failed
+# What the ball does next, if the drop has no outcome.
+FLIES = PHASE_ENDS  # bounces off both surfaces
+LIFTS = PHASE_ENDS + 1  # leaves both, without a speed off the surface returned
+STAYS = PHASE_ENDS + 2  # rolls or slides on the surface returned
 
 
 @inner_kernel
 def meet(
-    board: BoardArrays, state: State, a: int, a_side: float, b: int, b_side: float, log: Log
-) -> tuple[int, int, float, int, int]:
+    board: BoardArrays, state: Floats, a: int, a_side: float, b: int, b_side: float, log: Log
+) -> tuple[int, int, float, Resume]:
     """A ball that touches a meets b. Changes `state` in place and logs the events.
 
-    Returns what the ball does next, a surface and its side, the other surface (NONE if the ball no
-    longer touches it), and the order of the slip's root (see `follow_contact`).
+    Returns what the ball does next or the outcome, a surface and its side, and with what it
+    continues there.
     """
     last = b
     sticks = False
@@ -71,19 +66,19 @@ def meet(
         if off_a >= -DYING_BOUNCE and off_b >= -DYING_BOUNCE:
             break
         if impulses == MOST_IMPULSES:
-            return BOUNCES_ON, b, b_side, a, 0
+            return IMPULSE_LIMIT, b, b_side, Resume(0, 0.0, a)
         impulses += 1
         last = a if off_a < -DYING_BOUNCE and (a < b or off_b >= -DYING_BOUNCE) else b
         sticks, is_true = _strike(board, state, last, a_side if last == a else b_side, log)
         if not is_true:
-            return FALSE, b, b_side, a, 0
+            return FALSE_PATH, b, b_side, Resume(0, 0.0, a)
     if _is_slow(board, state):
         _stop(state)
         return _rest(board, state, a, a_side, b, b_side, log)
     last_side = a_side if last == a else b_side
     other = b if last == a else a
     if off_a > DYING_BOUNCE and off_b > DYING_BOUNCE:
-        return FLIES, last, last_side, other, 0
+        return FLIES, last, last_side, Resume(0, 0.0, other)
     if off_a <= DYING_BOUNCE and off_b <= DYING_BOUNCE:
         # The normals are nearly parallel: the ball passes from one surface to the other, or is
         # stuck.
@@ -99,13 +94,13 @@ def meet(
 
 
 @inner_kernel
-def _normal(board: BoardArrays, state: State, item: int, side: float) -> tuple[float, float]:
+def _normal(board: BoardArrays, state: Floats, item: int, side: float) -> tuple[float, float]:
     nx, ny, _, _ = touch(board.items, board.radius, item, side, state[body.X], state[body.Y])
     return nx, ny
 
 
 @inner_kernel
-def _speed_off(board: BoardArrays, state: State, item: int, side: float) -> float:
+def _speed_off(board: BoardArrays, state: Floats, item: int, side: float) -> float:
     """Speed off a surface, m/s; negative towards it."""
     nx, ny = _normal(board, state, item, side)
     return float(state[body.VX] * nx + state[body.VY] * ny)
@@ -113,7 +108,7 @@ def _speed_off(board: BoardArrays, state: State, item: int, side: float) -> floa
 
 @inner_kernel
 def _strike(
-    board: BoardArrays, state: State, item: int, side: float, log: Log
+    board: BoardArrays, state: Floats, item: int, side: float, log: Log
 ) -> tuple[bool, bool]:
     """Apply an impact on `item`; returns whether friction stopped the slip, and if it is true."""
     x, y, vx, vy, omega, _, _, sticks, is_true = rebound(
@@ -130,14 +125,14 @@ def _strike(
 
 
 @inner_kernel
-def _stop(state: State) -> None:
+def _stop(state: Floats) -> None:
     state[body.VX] = 0.0
     state[body.VY] = 0.0
 
 
 @inner_kernel
 def _slides_off(
-    board: BoardArrays, state: State, item: int, side: float, other: int, other_side: float
+    board: BoardArrays, state: Floats, item: int, side: float, other: int, other_side: float
 ) -> bool:
     """Whether the ball's motion along `item` does not lead into `other`."""
     nx, ny = _normal(board, state, item, side)
@@ -147,7 +142,7 @@ def _slides_off(
 
 
 @inner_kernel
-def _is_slow(board: BoardArrays, state: State) -> bool:
+def _is_slow(board: BoardArrays, state: Floats) -> bool:
     """Whether the ball has stopped: slower than STOPPED, or too slow to rise by more than rounding.
 
     A slower ball would bounce between the two surfaces for ever, driven by its position's rounding.
@@ -159,8 +154,8 @@ def _is_slow(board: BoardArrays, state: State) -> bool:
 
 @inner_kernel
 def _stay(
-    board: BoardArrays, state: State, item: int, side: float, other: int, roots: int, log: Log
-) -> tuple[int, int, float, int, int]:
+    board: BoardArrays, state: Floats, item: int, side: float, other: int, slip_root: int, log: Log
+) -> tuple[int, int, float, Resume]:
     """The ball continues along `item`: it stays there if it is pressed on, and lifts off if not."""
     nx, ny = _normal(board, state, item, side)
     vx, vy = state[body.VX], state[body.VY]
@@ -169,14 +164,14 @@ def _stay(
     state[body.VY] = u * nx
     if is_pressed_on(board.items, item, vx, vy, nx, ny, board.gravity):
         note_contact(board, state, KIND_CONTACT_BEGIN, item, log)
-        return STAYS, item, side, other, roots
-    return LIFTS, item, side, other, 0
+        return STAYS, item, side, Resume(slip_root, 0.0, other)
+    return LIFTS, item, side, Resume(0, 0.0, other)
 
 
 @inner_kernel
 def _rest(
-    board: BoardArrays, state: State, a: int, a_side: float, b: int, b_side: float, log: Log
-) -> tuple[int, int, float, int, int]:
+    board: BoardArrays, state: Floats, a: int, a_side: float, b: int, b_side: float, log: Log
+) -> tuple[int, int, float, Resume]:
     """A ball at rest in the notch: friction stops its spin, then it rests, falls or goes on.
 
     The result is that of `meet`.
@@ -196,9 +191,9 @@ def _rest(
         state[body.OMEGA] = 0.0
         rest, _ = rest_in_notch(gravity, 0.0, ax, ay, friction_a, bx, by, friction_b)
     if rest == RESTS:
-        return LIES_STILL, b, b_side, initial_state.NONE, 0
+        return WEDGED, b, b_side, Resume(0, 0.0, initial_state.NONE)
     if rest == FALLS:
-        return LIFTS, b, b_side, a, 0
+        return LIFTS, b, b_side, Resume(0, 0.0, a)
     stays = a if rest == GOES_ON_A else b
     side = a_side if rest == GOES_ON_A else b_side
     opened = b if rest == GOES_ON_A else a
@@ -206,12 +201,12 @@ def _rest(
         note_contact(board, state, KIND_CONTACT_END, opened, log)
     else:
         note_contact(board, state, KIND_CONTACT_BEGIN, stays, log)
-    return STAYS, stays, side, opened, 0
+    return STAYS, stays, side, Resume(0, 0.0, opened)
 
 
 @inner_kernel
 def _spin_down(
-    board: BoardArrays, state: State, item: int, side: float, brake: float, log: Log
+    board: BoardArrays, state: Floats, item: int, side: float, brake: float, log: Log
 ) -> None:
     """Log the ball's spinning in the notch, and move `state` to when friction has stopped it."""
     omega = state[body.OMEGA]

@@ -1,8 +1,11 @@
-"""The argument and result types of a kernel's machine code, as recorded in an artifact."""
+"""The types of a kernel's arguments and results, as recorded in an artifact, and a call's memory.
+
+A type is a text: numpy's name of a number's type, such as "f8", "i8" or "b1"; and "f8:2" for an
+array of two dimensions. Tuples count as their parts.
+"""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any, Final, NamedTuple, TypeAlias
+from typing import Any, Final, NamedTuple
 
 ARRAY: Final = 5
 """Numbers that numba's code takes for an array, before its shape and strides."""
@@ -13,65 +16,23 @@ HEAP: Final = 8
 STATUS: Final = 16
 """Address of numba's status code of the last call, 4 bytes."""
 
+FINE: Final = (0, -2)
+"""Numba's status codes for success, with and without a result."""
+
 BLOCK: Final = 4 * 65_536
 """Address of a call's arguments; its results follow them. LLVM's stack lies below."""
 
 
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """The type of a number or an array: numpy's name of the values' type, and the dimensions."""
+class Signature(NamedTuple):
+    """The types of a kernel's arguments, in order, and of its results."""
 
-    name: str  # f8, i8, b1 …
-    dimensions: int | None = None  # None: a number
-
-    @classmethod
-    def read(cls, text: str) -> "Kind":
-        """Parse "f8" for a number, "f8:2" for an array of two dimensions."""
-        name, _, dimensions = text.partition(":")
-        return cls(name, int(dimensions) if dimensions else None)
-
-    def __str__(self) -> str:
-        return self.name if self.dimensions is None else f"{self.name}:{self.dimensions}"
+    takes: Sequence[str]
+    gives: Sequence[str]
 
 
-Kinds: TypeAlias = "Kind | tuple[Kinds, ...]"
-"""A kind, or the kinds of a tuple's parts."""
-
-
-class Call(NamedTuple):
-    """The kinds of a kernel's arguments, in order, and of its result; None for no result."""
-
-    takes: tuple[Kinds, ...]
-    gives: "Kinds | None"
-
-    @classmethod
-    def read(cls, form: dict[str, Any]) -> "Call":
-        return cls(
-            tuple(map(_read, form["takes"])),
-            None if form["gives"] is None else _read(form["gives"]),
-        )
-
-    def to_dict(self) -> dict[str, Any]:
-        """The JSON form; tuples become lists."""
-        gives = None if self.gives is None else _written(self.gives)
-        return {"takes": [_written(each) for each in self.takes], "gives": gives}
-
-
-def _read(form: Any) -> Kinds:
-    return Kind.read(form) if isinstance(form, str) else tuple(map(_read, form))
-
-
-def _written(kinds: Kinds) -> Any:
-    return str(kinds) if isinstance(kinds, Kind) else [_written(each) for each in kinds]
-
-
-def leaves(kinds: Kinds) -> Iterator[Kind]:
-    """All kinds in nested tuples, in order."""
-    if isinstance(kinds, Kind):
-        yield kinds
-        return
-    for each in kinds:
-        yield from leaves(each)
+def dimensions(kind: str) -> int:
+    """The dimensions of an array of this type; 0 for a number."""
+    return int(kind.partition(":")[2] or 0)
 
 
 def flat(values: Sequence[Any]) -> Iterator[Any]:
@@ -83,12 +44,12 @@ def flat(values: Sequence[Any]) -> Iterator[Any]:
             yield each
 
 
-def block_format(takes: tuple[Kinds, ...]) -> str:
+def block_format(takes: Sequence[str]) -> str:
     """The format of a block's numbers for `struct`."""
-    return "<" + "".join(map(_format, leaves(takes)))
+    return "<" + "".join(map(_format, takes))
 
 
-def _format(kind: Kind) -> str:
-    if kind.dimensions is not None:
-        return f"{ARRAY + 2 * kind.dimensions}q"
-    return "d" if kind.name == "f8" else "q"
+def _format(kind: str) -> str:
+    if dimensions(kind):
+        return f"{ARRAY + 2 * dimensions(kind)}q"
+    return "d" if kind == "f8" else "q"

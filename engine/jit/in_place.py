@@ -1,7 +1,6 @@
 """Repeated calls of a kernel on the same arrays, which are copied only once."""
 
 from collections.abc import Callable
-from importlib import import_module
 from typing import Any, ParamSpec, Protocol, cast
 
 from plinko.engine.jit.decorator import EntryKernel
@@ -38,10 +37,6 @@ def in_place(function: Callable[P, None], *args: P.args, **given: P.kwargs) -> C
 
     The kernel must not allocate arrays.
     """
-    code: Callable[..., Any] = function
-    if isinstance(function, EntryKernel):
-        code = function.machine_code
-        machine_code = import_module("plinko.engine.jit.machine_code")
-        if isinstance(code, machine_code.Entry):
-            return cast("Call", code.in_place(args))
-    return _PlainCall(code, args)
+    code = function.machine_code if isinstance(function, EntryKernel) else function
+    repeated = getattr(code, "in_place", None)  # of wasmtime's code
+    return _PlainCall(code, args) if repeated is None else cast("Call", repeated(args))

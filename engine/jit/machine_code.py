@@ -4,8 +4,8 @@ WebAssembly code sees only numbers and its own memory. So arrays are copied into
 `Machine` before a call and back after it. The arguments are a block with eight bytes for each
 number that numba's code takes. For an array these are two addresses (unused here), the number of
 values, the bytes of each, the array's address, its shape and its strides. Only one thread may use a
-machine at a time; more are created as needed. The arrays of a repeated call (`InPlace`) stay in
-the memory, so nothing is copied.
+machine at a time; more are created as needed. A repeated call has a machine of its own, in whose
+memory the arrays stay, so nothing is copied.
 """
 
 import atexit
@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
 from threading import Lock
-from typing import Any, Final, NamedTuple, get_args, get_type_hints
+from typing import Any, Final, NamedTuple, get_args, get_origin, get_type_hints
 from weakref import WeakSet
 
 import numpy as np
@@ -25,14 +25,13 @@ from plinko.engine.errors import EffortError
 from plinko.engine.jit import code_cache, limits, native, source_hash
 from plinko.engine.jit.calls import (
     BLOCK,
+    FINE,
     HEAP,
     STATUS,
-    Call,
-    Kind,
-    Kinds,
+    Signature,
     block_format,
+    dimensions,
     flat,
-    leaves,
 )
 from plinko.engine.jit.decorator import EntryKernel
 
@@ -44,8 +43,6 @@ PAGE: Final = 65_536
 
 _ADDRESS: Final = struct.Struct("<I")
 _STATUS: Final = struct.Struct("<i")
-_FINE: Final = (0, -2)  # numba's codes for success, with and without a result
-
 
 _alone: Final = Lock()
 """Lets only one thread read or compile modules; the others wait and then find the result."""
@@ -92,7 +89,7 @@ def _read(path: Path, made_from: dict[str, Any]) -> dict[str, "Module"]:
         return {}
     module = Module(code, said["calls"])
     _modules.append(module)
-    return dict.fromkeys(module.calls, module)
+    return dict.fromkeys(module.signatures, module)
 
 
 class _Compiler(NamedTuple):
@@ -131,42 +128,39 @@ class Module:
     """A file of machine code and the machines that run it; compiled when first needed."""
 
     def __init__(self, code: bytes, calls: dict[str, Any]) -> None:
-        self.calls = {name: Call.read(call) for name, call in calls.items()}
-        sizes = (_block(call.takes).size + _room(call.gives) for call in self.calls.values())
+        self.signatures = {name: Signature(**call) for name, call in calls.items()}
+        sizes = (_block(each).size + _room(each.gives) for each in self.signatures.values())
         self.begin = BLOCK + max(sizes)  # of copied arrays, after any call's block and results
         self._code = code
         self._compiled: wasmtime.Module | None = None
         self._idle: list[Machine] = []
-        self._repeated: WeakSet[InPlace] = WeakSet()
+        self._machines: WeakSet[Machine] = WeakSet()
 
     def take(self) -> "Machine":
         """An idle machine, or a new one; the caller returns it with `give`."""
         try:
             return self._idle.pop()
         except IndexError:
-            return self._new_machine()
+            return self.new_machine()
 
     def give(self, machine: "Machine") -> None:
         """Return a machine for other calls."""
         self._idle.append(machine)
 
-    def in_place(self, entry: "Entry", args: Sequence[Any]) -> "InPlace":
-        call = InPlace(self._new_machine(), entry, args)
-        self._repeated.add(call)
-        return call
+    def new_machine(self) -> "Machine":
+        with _alone:
+            if self._compiled is None:
+                self._compiled = _compiled(self._code)
+        machine = Machine(self._compiled, self.begin)
+        self._machines.add(machine)
+        return machine
 
     def close(self) -> None:
         """Release wasmtime's objects."""
         self._idle.clear()
         self._compiled = None
-        for call in self._repeated:
-            call.close()
-
-    def _new_machine(self) -> "Machine":
-        with _alone:
-            if self._compiled is None:
-                self._compiled = _compiled(self._code)
-        return Machine(self._compiled, self.begin)
+        for machine in self._machines:
+            machine.close()
 
 
 class Entry:
@@ -175,51 +169,49 @@ class Entry:
     def __init__(self, module: Module, kernel: EntryKernel[Any, Any]) -> None:
         self._module = module
         self.name = kernel.name
-        takes, gives = module.calls[kernel.name]
-        self.first, self.rest = _dtypes(takes[:1]), _dtypes(takes[1:])
-        self.block = _block(takes)
-        self.gives = () if gives is None else tuple(leaves(gives))
-        hint = get_type_hints(kernel.function).get("return")
-        self._form = None if gives is None else _form(gives, hint)
+        signature = module.signatures[kernel.name]
+        self.takes = [(kind, _array_type(kind)) for kind in signature.takes]
+        self.block = _block(signature)
+        self.gives = signature.gives
+        self._form = _form(get_type_hints(kernel.function).get("return"))
 
     def __call__(self, *args: Any) -> Any:
         """Run the kernel. Raises TypeError if an array has another type."""
         machine = self._module.take()
         found = machine.run(self, args)
         self._module.give(machine)  # not after a trap, which leaves the machine in an unknown state
-        return None if self._form is None else self._form(iter(found))
+        return self._form(iter(found)) if self.gives else None
 
-    def in_place(self, args: Sequence[Any]) -> "InPlace":
-        return self._module.in_place(self, args)
+    def in_place(self, args: Sequence[Any]) -> "Machine":
+        """A machine that repeats this call, for a kernel that allocates no arrays."""
+        machine = self._module.new_machine()
+        machine.prepare(self, args)
+        return machine
 
 
-def _form(kinds: Kinds, hint: Any) -> Callable[[Iterator[Any]], Any]:
-    """A function that makes a result from its values, with the named tuples of the type hint."""
-    if isinstance(kinds, Kind):
+def _form(hint: Any) -> Callable[[Iterator[Any]], Any]:
+    """A function that makes a result of this type from its values: nested and named tuples."""
+    is_named = hasattr(hint, "_fields")
+    hints = get_type_hints(hint).values() if is_named else get_args(hint)
+    if not is_named and get_origin(hint) is not tuple:
         return next
-    named = hasattr(hint, "_fields")
-    hints = get_type_hints(hint).values() if named else get_args(hint)
-    parts = [_form(kind, each) for kind, each in zip(kinds, hints, strict=True)]
+    parts = [_form(each) for each in hints]
 
     def made(values: Iterator[Any]) -> Any:
         found = tuple(part(values) for part in parts)
-        return hint(*found) if named else found
+        return hint(*found) if is_named else found
 
     return made
 
 
-def _dtypes(kinds: tuple[Kinds, ...]) -> list[tuple[Kind, Any]]:
-    """All kinds in a tuple, each with numpy's type of its array, None for a number."""
-    return [(k, None if k.dimensions is None else np.dtype(k.name)) for k in leaves(kinds)]
+def _array_type(kind: str) -> tuple[Any, int] | None:
+    """Numpy's type of an array, and its dimensions; None for a number."""
+    name, _, count = kind.partition(":")
+    return (np.dtype(name), int(count)) if count else None
 
 
-def _block(takes: tuple[Kinds, ...]) -> struct.Struct:
-    return struct.Struct(block_format(takes))
-
-
-def _room(gives: "Kinds | None") -> int:
-    """Bytes of a result; without one, numba still writes a null address."""
-    return 8 if gives is None else sum(map(_size_given, leaves(gives)))
+def _block(signature: Signature) -> struct.Struct:
+    return struct.Struct(block_format(signature.takes))
 
 
 # Offsets in a returned array: two addresses, two counts, the array's address, shape, strides.
@@ -227,9 +219,14 @@ _OWN_ADDRESS = 24
 _SHAPE = 32
 
 
-def _size_given(kind: Kind) -> int:
-    """Bytes of a kind in a result."""
-    return 8 if kind.dimensions is None else _SHAPE + 16 * kind.dimensions
+def _room(gives: Sequence[str]) -> int:
+    """Bytes of the results; without any, numba still writes a null address."""
+    return max(8, sum(map(_size_given, gives)))
+
+
+def _size_given(kind: str) -> int:
+    """Bytes of one result."""
+    return _SHAPE + 16 * dimensions(kind) if dimensions(kind) else 8
 
 
 class _Copy(NamedTuple):
@@ -241,37 +238,31 @@ class _Copy(NamedTuple):
     given: Any
 
 
-class _Placed(NamedTuple):
-    """Arguments as numbers of a block, the arrays among them, and the end of these in memory."""
-
-    numbers: list[Any]
-    copies: list[_Copy]
-    end: int
-
-
 class Machine:
     """An instance of a module with its memory, for one thread at a time."""
 
     def __init__(self, module: wasmtime.Module, begin: int) -> None:
         engine, self._counts = _compiler()
-        self._store = wasmtime.Store(engine)
-        self._memory = wasmtime.Memory(self._store, wasmtime.MemoryType(wasmtime.Limits(5, None)))
+        self._store: Any = wasmtime.Store(engine)
+        self._memory: Any = wasmtime.Memory(
+            self._store, wasmtime.MemoryType(wasmtime.Limits(5, None))
+        )
         kind = wasmtime.GlobalType(wasmtime.ValType.i32(), True)
         stack = wasmtime.Global(self._store, kind, wasmtime.Val.i32(BLOCK))
         given: dict[str, Any] = {"__linear_memory": self._memory, "__stack_pointer": stack}
         imports = [given[str(each.name)] for each in module.imports]
         self._exports: Any = wasmtime.Instance(self._store, module, imports).exports(self._store)
         self._view = memoryview(b"")
-        self.begin = begin
+        self._begin = begin
         self._board: Any = None  # a first argument whose arrays stay in the memory between calls
-        self._kept = _Placed([], [], begin)
+        self._numbers: list[Any] = []  # its part of the block
+        self._board_end = begin
+        self._name = ""  # of the call that is repeated
+        self._places: dict[int, int] = {}  # where its arrays are, by their id
 
     def run(self, entry: Entry, args: Sequence[Any]) -> list[Any]:
         """Run the kernel; returns the values of its result. Writable arrays are copied back."""
-        first = self._placed_first(entry, args[0])
-        rest = _placed(entry.name, entry.rest, flat(args[1:]), first.end)
-        copies = first.copies + rest.copies
-        self.write(entry, _Placed(first.numbers + rest.numbers, copies, rest.end))
+        copies = self._place(entry, args)
         memory = self.call(entry.name)
         for copy in copies:
             if copy.given.flags.writeable:
@@ -280,25 +271,35 @@ class Machine:
                     copy.given[...] = copy.array
         return _results(entry.gives, memory, BLOCK + entry.block.size)
 
-    def write(self, entry: Entry, placed: _Placed) -> memoryview:
-        """Write a call's block and its arrays; returns the memory."""
-        memory = self._all_memory(placed.end)
-        for copy in placed.copies:
-            memory[copy.begin : copy.end] = copy.array.data.cast("B")
-        entry.block.pack_into(memory, BLOCK, *placed.numbers)
-        _ADDRESS.pack_into(memory, HEAP, placed.end)
-        return memory
+    def prepare(self, entry: Entry, args: Sequence[Any]) -> None:
+        """Prepare a call that is repeated on these arrays."""
+        copies = self._place(entry, args, keeps_board=False)
+        self._name = entry.name
+        self._places = {id(copy.given): copy.begin for copy in copies}
+
+    def __call__(self) -> None:
+        """Repeat the prepared call. After an exception it must not be repeated."""
+        memory = self._view
+        if self.call(self._name) is not memory:
+            raise RuntimeError(f"{self._name} has made arrays, and its memory has moved")
+
+    def view(self, array: Any) -> Any:
+        """The copy in the memory of one of the prepared arrays; it must not outlive the machine."""
+        return np.ndarray(array.shape, array.dtype, self._view, self._places[id(array)])
 
     def call(self, name: str) -> memoryview:
         """Run a function on the arguments in the memory; returns the memory.
 
-        Raises EffortError if calls are limited and this one reaches its limit.
+        Raises EffortError if calls are limited and this one reaches its limit. After an exception
+        the machine is in an unknown state, and cannot be called again.
         """
         most = limits.most()
         if self._counts:
             self._store.set_fuel(most)
+        exports, self._exports = self._exports, None
+        assert exports is not None
         try:
-            self._exports[name](self._store)
+            exports[name](self._store)
         except wasmtime.Trap as trap:
             if trap.trap_code is not wasmtime.TrapCode.OUT_OF_FUEL:
                 raise
@@ -308,23 +309,38 @@ class Machine:
             ) from None
         memory = self._all_memory(0)  # the call may have grown it
         (status,) = _STATUS.unpack_from(memory, STATUS)
-        if status not in _FINE:
+        if status not in FINE:
             raise RuntimeError(f"{name} ended with numba's code {status}")
+        self._exports = exports
         return memory
 
-    def _placed_first(self, entry: Entry, value: Any) -> _Placed:
-        """The first argument. A tuple of read-only arrays, such as a board, is not copied again if
-        the next call has the same one.
+    def close(self) -> None:
+        """Release wasmtime's objects."""
+        self._exports = self._memory = self._store = None
+
+    def _place(self, entry: Entry, args: Sequence[Any], *, keeps_board: bool = True) -> list[_Copy]:
+        """Write a call's block and its arrays into the memory.
+
+        A first argument that is a tuple of read-only arrays, such as a board, is not copied again
+        if the next call has the same one.
         """
-        if value is self._board:
-            return self._kept
-        placed = _placed(entry.name, entry.first, flat((value,)), self.begin)
-        locked = not any(copy.given.flags.writeable for copy in placed.copies)
-        if locked and isinstance(value, tuple):
-            self._board, self._kept = value, placed._replace(copies=[])
-        else:
-            self._board = None
-        return placed
+        first = list(flat(args[:1]))
+        copies: list[_Copy] = []
+        if args[0] is not self._board:
+            kinds = entry.takes[: len(first)]
+            self._numbers, copies, self._board_end = _placed(entry.name, kinds, first, self._begin)
+            is_locked = not any(copy.given.flags.writeable for copy in copies)
+            is_kept = keeps_board and is_locked and isinstance(args[0], tuple)
+            self._board = args[0] if is_kept else None
+        others, more, end = _placed(
+            entry.name, entry.takes[len(first) :], list(flat(args[1:])), self._board_end
+        )
+        memory = self._all_memory(end)
+        for copy in (*copies, *more):
+            memory[copy.begin : copy.end] = copy.array.data.cast("B")
+        entry.block.pack_into(memory, BLOCK, *self._numbers, *others)
+        _ADDRESS.pack_into(memory, HEAP, end)
+        return [*copies, *more]
 
     def _all_memory(self, size: int) -> memoryview:
         """All of the memory, grown to at least `size` bytes; growing may move it."""
@@ -339,50 +355,18 @@ class Machine:
         return self._view
 
 
-class InPlace:
-    """A repeatable call with a private machine, in whose memory the arguments stay.
-
-    For kernels that return nothing and allocate no arrays; one thread at a time.
-    """
-
-    def __init__(self, machine: Machine, entry: Entry, args: Sequence[Any]) -> None:
-        placed = _placed(entry.name, entry.first + entry.rest, flat(args), machine.begin)
-        self._machine: Machine | None = machine
-        self._name = entry.name
-        self._memory = machine.write(entry, placed)
-        self._places = {id(copy.given): copy for copy in placed.copies}
-
-    def view(self, array: Any) -> Any:
-        """The copy in the memory of one of the arrays that the call was made with.
-
-        It must not outlive the call.
-        """
-        begin = self._places[id(array)].begin
-        return np.ndarray(array.shape, array.dtype, self._memory, begin)
-
-    def __call__(self) -> None:
-        """Run the kernel. After an exception the call must not be repeated."""
-        assert self._machine is not None
-        machine, self._machine = self._machine, None
-        if machine.call(self._name) is not self._memory:
-            raise RuntimeError(f"{self._name} has made arrays, and its memory has moved")
-        self._machine = machine
-
-    def close(self) -> None:
-        self._machine = None
-
-
 def _placed(
-    name: str, kinds: Sequence[tuple[Kind, Any]], values: Iterator[Any], at: int
-) -> _Placed:
-    """Place some of a kernel's arguments, with their arrays from the address `at` on."""
+    name: str, kinds: Sequence[tuple[str, Any]], values: Sequence[Any], at: int
+) -> tuple[list[Any], list[_Copy], int]:
+    """Place arguments of a kernel, with their arrays from the address `at` on: their numbers in the
+    block, their arrays, and the end of these in memory."""
     numbers: list[Any] = []
     copies: list[_Copy] = []
-    for (kind, dtype), value in zip(kinds, values, strict=True):
-        if dtype is None:
+    for (kind, array_type), value in zip(kinds, values, strict=True):
+        if array_type is None:
             numbers.append(value)
             continue
-        if value.dtype != dtype or value.ndim != kind.dimensions:
+        if (value.dtype, value.ndim) != array_type:
             raise TypeError(
                 f"{name} takes no array of {value.dtype} in {value.ndim} dimensions: {kind}"
             )
@@ -391,26 +375,27 @@ def _placed(
         if array.size:
             copies.append(_Copy(array, at, at + array.nbytes, value))
         at += -(-array.nbytes // 8) * 8
-    return _Placed(numbers, copies, at)
+    return numbers, copies, at
 
 
-def _results(kinds: Sequence[Kind], memory: memoryview, at: int) -> list[Any]:
+def _results(kinds: Sequence[str], memory: memoryview, at: int) -> list[Any]:
     """Read a kernel's results from the address `at`."""
     found: list[Any] = []
     for kind in kinds:
-        if kind.dimensions is not None:
+        if dimensions(kind):
             found.append(_array(kind, memory, at))
-        elif kind.name == "b1":
+        elif kind == "b1":
             found.append(bool(memory[at]))
         else:
-            found += struct.unpack_from("<d" if kind.name == "f8" else "<q", memory, at)
+            found += struct.unpack_from("<d" if kind == "f8" else "<q", memory, at)
         at += _size_given(kind)
     return found
 
 
-def _array(kind: Kind, memory: memoryview, at: int) -> Any:
+def _array(kind: str, memory: memoryview, at: int) -> Any:
     (address,) = _ADDRESS.unpack_from(memory, at + _OWN_ADDRESS)
-    array = np.empty(struct.unpack_from(f"<{kind.dimensions}q", memory, at + _SHAPE), kind.name)
+    name, _, count = kind.partition(":")
+    array = np.empty(struct.unpack_from(f"<{count}q", memory, at + _SHAPE), name)
     if array.size:
         array.data.cast("B")[:] = memory[address : address + array.nbytes]
     return array

@@ -19,7 +19,7 @@ from threading import Event
 from typing import Any, Final
 
 from plinko.engine.jit import limits, source_hash
-from plinko.engine.jit.calls import Call, Kind, block_format, flat, leaves
+from plinko.engine.jit.calls import FINE, Signature, block_format, dimensions, flat
 from plinko.engine.jit.decorator import IS_OFF
 from plinko.engine.jit.decorator import SWITCH as JIT_SWITCH
 
@@ -31,8 +31,6 @@ SWITCH: Final = "PLINKO_NATIVE"
 
 _V3 = {"avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe", "xsave"}
 _V4 = {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"}
-
-_FINE: Final = (0, -2)  # numba's codes for success, with and without a result
 
 _forbidden: Final = Event()
 
@@ -82,25 +80,25 @@ def _flags() -> set[str]:
 class NativeKernel:
     """A native kernel that returns nothing; takes the arguments of its Python function."""
 
-    def __init__(self, name: str, function: Any, call: Call) -> None:
+    def __init__(self, name: str, function: Any, signature: Signature) -> None:
         self.name = name
         self._function = function
-        self._kinds = [kind for each in call.takes for kind in leaves(each)]
-        self._block = struct.Struct(block_format(call.takes))
+        self._takes = signature.takes
+        self._block = struct.Struct(block_format(signature.takes))
 
     def __call__(self, *args: Any) -> None:
         """Run the kernel. Raises TypeError if an array has another type or is not contiguous."""
         numbers: list[Any] = []
-        for kind, value in zip(self._kinds, flat(args), strict=True):
-            numbers += [value] if kind.dimensions is None else _array(self.name, kind, value)
+        for kind, value in zip(self._takes, flat(args), strict=True):
+            numbers += [value] if not dimensions(kind) else _array(self.name, kind, value)
         status = self._function(self._block.pack(*numbers))
-        if status not in _FINE:
+        if status not in FINE:
             raise RuntimeError(f"{self.name} ended with numba's code {status}")
 
 
-def _array(name: str, kind: Kind, value: Any) -> list[int]:
+def _array(name: str, kind: str, value: Any) -> list[int]:
     """The numbers that numba's code takes for an array."""
-    fits = value.dtype == kind.name and value.ndim == kind.dimensions
+    fits = f"{value.dtype.str[1:]}:{value.ndim}" == kind
     if not fits or not value.flags.c_contiguous:
         raise TypeError(f"{name} takes an array {kind} without gaps, no {value.dtype}")
     address: int = value.ctypes.data
@@ -125,5 +123,5 @@ def load() -> dict[str, Callable[..., None]]:
         function = library[kernel]
         function.argtypes = [ctypes.c_char_p]
         function.restype = ctypes.c_int32
-        found[kernel] = NativeKernel(kernel, function, Call.read(call))
+        found[kernel] = NativeKernel(kernel, function, Signature(**call))
     return found

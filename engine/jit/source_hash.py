@@ -29,9 +29,7 @@ _MAKERS: Final = (
 def sources() -> list[Path]:
     """All Python files that the engine's machine code depends on."""
     found = [*_MAKERS, ENGINE / "constants.py", ENGINE / "certified" / "reach.py"]
-    found += [
-        ENGINE / "artifact" / name for name in ("entries.py", "libraries.py", "sample_calls.py")
-    ]
+    found += [ENGINE / "artifact" / name for name in ("libraries.py", "sample_calls.py")]
     found += [ENGINE / "jit" / "native_code.py"]
     for package in ("physics", "exact", "stepped", "multibody/solver"):
         found += (ENGINE / package).rglob("*.py")

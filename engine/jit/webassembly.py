@@ -3,40 +3,18 @@
 LLVM emits an object file, which is a module without exports; the last step adds these.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
-from numba import njit, types
-from numba.extending import intrinsic
-
-from plinko.engine.jit import llvm_module
 from plinko.engine.jit.calls import BLOCK, HEAP, STATUS
-from plinko.engine.jit.kernel_compiler import RULES
-from plinko.engine.jit.llvm_module import loads, optimized, target_machine
+from plinko.engine.jit.llvm_module import Export, loads, optimized, target_machine
 from plinko.engine.jit.wasm_sections import with_exports
-
-_njit: Any = njit
-_types: Any = types
-_intrinsic: Any = intrinsic
 
 TRIPLE = "wasm32-unknown-unknown"
 
 FEATURES = "+bulk-memory,+mutable-globals,+nontrapping-fptoint,+sign-ext"
 """Features that all WebAssembly engines have had for years. No threads and no relaxed SIMD, whose
-results may differ from machine to machine."""
-
-SIMD = "+simd128"
-"""Vectors of two numbers; each result has the same bits as without vectors."""
-
-FLOATS = _types.CPointer(types.float64)
-INTS = _types.CPointer(types.int32)
-WORDS = _types.CPointer(types.uint32)
-LONGS = _types.CPointer(types.int64)
-BYTES = _types.CPointer(types.int8)
-INT = types.int32
-FLOAT = types.float64
-
-_PASSED = {INT: "i32", FLOAT: "double"}  # all others are addresses
+results may differ from machine to machine; and no vectors, from which only lanes would profit."""
 
 # Numba allocates arrays with NRT_MemInfo_alloc_aligned. Here it takes the memory from the address
 # stored at HEAP on, grows the module's memory when that is full, and never frees; the caller
@@ -84,26 +62,7 @@ done:
 """.replace("HEAP", str(HEAP))
 
 
-class Export(llvm_module.Export):
-    """A function without a result. Its types are those above: numbers, and addresses in the
-    module's memory."""
-
-    def entry(self, name: str, native: Any) -> str:
-        """LLVM code of a function with this name that calls numba's; its status is ignored."""
-        kinds = [_PASSED.get(kind, "ptr") for kind in self.takes]
-        given = ", ".join(f"{kind} %a{i}" for i, kind in enumerate(kinds))
-        return f"""
-        declare i32 @"{native.name}"(ptr, ptr{"".join(f", {kind}" for kind in kinds)})
-        define void @"{name}"({given}) {{
-          %result = alloca ptr
-          %error = alloca ptr
-          %status = call i32 @"{native.name}"(ptr %result, ptr %error, {given})
-          ret void
-        }}
-        """
-
-
-class Entry(llvm_module.Export):
+class Entry(Export):
     """A kernel with any arguments, which are read from memory: a call without arguments is fastest.
 
     The block at BLOCK has eight bytes for each number that numba's code takes. The function writes
@@ -132,32 +91,14 @@ class Entry(llvm_module.Export):
 _WIDE_PRODUCT = "@llvm.smul.with.overflow.i64"
 
 
-@_intrinsic  # type: ignore[untyped-decorator, unused-ignore]
-def further(context: Any, address: Any, count: Any) -> Any:
-    """The address `count` values after `address`."""
-
-    def generate(_: Any, builder: Any, __: Any, args: Any) -> Any:
-        return builder.gep(args[0], [args[1]])
-
-    return address(address, count), generate
-
-
-def part(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile `function` into the exports that call it. Unlike an `inner_kernel`, it may turn
-    addresses into arrays."""
-    compiled: Callable[..., Any] = _njit(no_cpython_wrapper=True, **RULES)(function)
-    return compiled
-
-
-def compile_module(exports: Mapping[str, llvm_module.Export], *, simd: bool = False) -> bytes:
+def compile_module(exports: Mapping[str, Entry]) -> bytes:
     """A WebAssembly module with these functions.
 
     It imports its memory, and a global with the address below which LLVM's stack lies.
     """
-    features = f"{FEATURES},{SIMD}" if simd else FEATURES
-    machine = target_machine(TRIPLE, features=features)
+    machine = target_machine(TRIPLE, features=FEATURES)
     module = optimized(
-        exports, machine, _SURROUNDINGS, simd=simd,
+        exports, machine, _SURROUNDINGS, simd=False,
         rewritten=lambda code: code.replace(_WIDE_PRODUCT, "@product_of_sizes"),
     )  # fmt: skip
     return with_exports(machine.emit_object(module), tuple(exports))

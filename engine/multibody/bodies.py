@@ -12,6 +12,7 @@ from plinko.engine.multibody.solver.layout import body
 from plinko.engine.multibody.solver.layout.array_types import Floats, Ints
 from plinko.engine.multibody.solver.layout.body import Bodies
 from plinko.engine.multibody.solver.layout.pair import NeighbourList
+from plinko.engine.multibody.solver.neighbour_list import select_pairs
 
 MAX_BALLS = 1_000_000
 _FIRST_ROOM = 16
@@ -165,18 +166,7 @@ class BallTable:
         self.n = len(rows)
         marks = self.bodies.marks[: self.n]
         marks[:, body.NEXT_IN_ISLAND] = target[marks[:, body.NEXT_IN_ISLAND]]
-        old = self.pairs
-        owner = np.repeat(np.arange(len(target), dtype=np.int32), np.diff(old.starts))
-        other = np.where(old.other < 0, old.other, target[np.maximum(old.other, 0)])
-        stays = (target[owner] >= 0) & ((old.other < 0) | (other >= 0))
-        owner, other = target[owner[stays]], other[stays]
-        order = np.argsort(owner, kind="stable")
-        other = other[order].astype(np.int32)
-        starts = np.zeros(self.n + 1, np.int32)
-        np.cumsum(np.bincount(owner, minlength=self.n), out=starts[1:])
-        self.pairs = no_pairs(self.n)._replace(
-            starts=starts, other=other, impulse=old.impulse[stays][order].reshape(-1, 2)
-        )
+        self.pairs = select_pairs(self.pairs, target, self.n)
         self.is_listed = False
 
     def wake_with(self, row: int) -> None:

@@ -1,14 +1,12 @@
 """Static geometry: the pegs, walls and bins of an arena, and their form for the kernels."""
 
 import hashlib
-import math
 from dataclasses import dataclass, field
 from functools import lru_cache
-from math import inf, sqrt
+from math import inf
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from plinko.engine.board import values as validation
 from plinko.engine.board.materials import Material
@@ -16,12 +14,8 @@ from plinko.engine.board.model import Board
 from plinko.engine.board.parts import Bins, Peg, Wall
 from plinko.engine.canonical import float_bits
 from plinko.engine.errors import BoardError
-from plinko.engine.multibody.solver.layout import shape
 from plinko.engine.multibody.solver.layout.shape import StaticShapes
-
-_CELLS = 64
-"""Most cells along the grid's longer side. With finer cells a long wall is listed in more of them;
-with coarser ones a ball has more pegs to test. With 64, a cell of a board has a peg or two."""
+from plinko.engine.multibody.solver.static_grid import lay_out_shapes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -148,65 +142,10 @@ def _digest(geometry: StaticGeometry) -> str:
 @lru_cache(maxsize=64)
 def static_shapes(geometry: StaticGeometry) -> StaticShapes:
     """The kernels' form of `geometry`, cached for the last 64."""
-    items = _items(geometry)
-    x0, x1, y0, y1 = geometry.extent
-    side = max(x1 - x0, y1 - y0, 1e-9)
-    count = min(_CELLS, max(1, math.isqrt(32 * len(items))))
-    scale = count / side
-    columns = int((x1 - x0) * scale) + 1
-    rows = int((y1 - y0) * scale) + 1
-    starts, members = _grid(items, x0, y0, scale, columns, rows)
-    return StaticShapes(
-        items=items,
-        peg_count=len(geometry.pegs),
-        x0=x0,
-        y0=y0,
-        cells_per_metre=scale,
-        columns=columns,
-        rows=rows,
-        starts=starts,
-        members=members,
-        bins_y=geometry.bins.y if geometry.bins else inf,
-    )
-
-
-def _items(geometry: StaticGeometry) -> npt.NDArray[np.float64]:
-    items = np.zeros((len(geometry.pegs) + len(geometry.walls), shape.COLUMNS))
-    surface = geometry.peg_material
-    for row, peg in zip(items, geometry.pegs, strict=False):
-        row[:] = peg.x, peg.y, 1.0, 0.0, 0.0, peg.radius, surface.restitution, surface.friction
-    surface = geometry.wall_material
-    for row, wall in zip(items[len(geometry.pegs) :], geometry.walls, strict=True):
-        dx, dy = wall.x2 - wall.x1, wall.y2 - wall.y1
-        length = sqrt(dx * dx + dy * dy)
-        row[:] = (
-            wall.x1, wall.y1, dx / length, dy / length, length, 0.0,
-            surface.restitution, surface.friction,
-        )  # fmt: skip
-    return items
-
-
-def _grid(
-    items: npt.NDArray[np.float64], x0: float, y0: float, scale: float, columns: int, rows: int
-) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]]:
-    """The items in each cell: starts, shape (cells + 1,), and members, ascending in each cell."""
-    lists: list[list[int]] = [[] for _ in range(columns * rows)]
-    size = 1.0 / scale
-    for item, (x, y, tx, ty, length, thickness, _, _) in enumerate(items.tolist()):
-        ends_x, ends_y = (x, x + length * tx), (y, y + length * ty)
-        low = max(int((min(ends_x) - thickness - x0) * scale) - 1, 0)
-        high = min(int((max(ends_x) + thickness - x0) * scale) + 1, columns - 1)
-        top = max(int((min(ends_y) - thickness - y0) * scale) - 1, 0)
-        bottom = min(int((max(ends_y) + thickness - y0) * scale) + 1, rows - 1)
-        for row in range(top, bottom + 1):
-            for column in range(low, high + 1):
-                dx = x0 + (column + 0.5) * size - x
-                dy = y0 + (row + 0.5) * size - y
-                along = min(max(dx * tx + dy * ty, 0.0), length)
-                dx -= along * tx
-                dy -= along * ty
-                near = thickness + 0.7072 * size * (1.0 + 1e-6)
-                if dx * dx + dy * dy <= near * near:
-                    lists[row * columns + column].append(item)
-    starts = np.cumsum([0, *(len(members) for members in lists)]).astype(np.int32)
-    return starts, np.array([i for members in lists for i in members], np.int32)
+    pegs, walls = geometry.peg_material, geometry.wall_material
+    return lay_out_shapes(
+        np.array([(p.x, p.y, p.radius) for p in geometry.pegs], np.float64).reshape(-1, 3),
+        np.array([(w.x1, w.y1, w.x2, w.y2) for w in geometry.walls], np.float64).reshape(-1, 4),
+        pegs.restitution, pegs.friction, walls.restitution, walls.friction, *geometry.extent,
+        geometry.bins.y if geometry.bins else inf,
+    )  # fmt: skip

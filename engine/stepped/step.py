@@ -24,12 +24,11 @@ from plinko.engine.exact.outcome import (
 )
 from plinko.engine.jit.decorator import kernel, lean_kernel
 from plinko.engine.physics import body, surface
+from plinko.engine.physics.array_types import Floats, Ints
 from plinko.engine.physics.flight import basis
 from plinko.engine.physics.impulse import bounce
 from plinko.engine.physics.surface import touch
 from plinko.engine.stepped.sweep import sweep
-
-State = npt.NDArray[np.float64]
 
 MAX_HITS = 16
 """Impacts in one substep, at most. A ball that reaches this is caught between surfaces, and stands
@@ -45,7 +44,7 @@ ENDLESS = 1 << 62
 
 
 @lean_kernel
-def push_out(board: BoardArrays, state: State, correction: float) -> None:
+def push_out(board: BoardArrays, state: Floats, correction: float) -> None:
     """Move a ball out of surfaces that it overlaps, by the fraction `correction` of the depth."""
     cell = cell_of(board, state[body.X], state[body.Y])
     if cell < 0:
@@ -77,7 +76,7 @@ def push_out(board: BoardArrays, state: State, correction: float) -> None:
 
 
 @lean_kernel
-def _move(state: State, s: float) -> None:
+def _move(state: Floats, s: float) -> None:
     """Move the state along its straight line by s seconds."""
     state[body.T] += s
     state[body.X] += state[body.VX] * s
@@ -87,7 +86,13 @@ def _move(state: State, s: float) -> None:
 
 @lean_kernel
 def _bounce_off(
-    board: BoardArrays, state: State, item: int, side: float, threshold: float, lag: float, log: Log
+    board: BoardArrays,
+    state: Floats,
+    item: int,
+    side: float,
+    threshold: float,
+    lag: float,
+    log: Log,
 ) -> None:
     """Bounce off `item`; an approach slower than the threshold does not rebound.
 
@@ -128,7 +133,7 @@ def _bounce_off(
 @lean_kernel
 def substep(
     board: BoardArrays,
-    state: State,
+    state: Floats,
     h: float,
     decay: float,
     gain: float,
@@ -181,7 +186,7 @@ def substep(
 
 
 @lean_kernel
-def _note_freeze(state: State, log: Log) -> None:
+def _note_freeze(state: Floats, log: Log) -> None:
     """Log that the ball stands still for the rest of the substep."""
     vx = state[body.VX]
     vy = state[body.VY]
@@ -196,7 +201,7 @@ def _note_freeze(state: State, log: Log) -> None:
 
 
 @lean_kernel
-def _rests(a: State, b: State, speed: float, h: float, radius: float) -> bool:
+def _rests(a: Floats, b: Floats, speed: float, h: float, radius: float) -> bool:
     """Whether a ball rests: between state a and state b, a substep later, it hardly changed.
 
     Its velocity in both states, its motion per substep, and the change of its spin times the radius
@@ -213,8 +218,8 @@ def _rests(a: State, b: State, speed: float, h: float, radius: float) -> bool:
 @lean_kernel
 def step_on(
     board: BoardArrays,
-    state: State,
-    before: State,
+    state: Floats,
+    before: Floats,
     steps: int,
     h: float,
     decay: float,
@@ -242,13 +247,13 @@ def step_on(
 @kernel
 def step_many(
     board: BoardArrays,
-    states: State,
-    steps: npt.NDArray[np.int64],
+    states: Floats,
+    steps: Ints,
     most_steps: int,
     h: float,
     correction: float,
     max_events: int,
-    before: State,
+    before: Floats,
     log: Log,
     outcomes: npt.NDArray[np.int8],
     bins: npt.NDArray[np.int32],
@@ -282,7 +287,7 @@ def step_many(
 
 def trace_stepped_many(
     board: BoardArrays,
-    states: State,
+    states: Floats,
     h: float,
     correction: float,
     max_events: int,

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from plinko.engine.physics.array_types import Floats
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,10 +14,9 @@ from plinko.engine.exact.event_log import new_log
 from plinko.engine.exact.outcome import RUNNING
 from plinko.engine.parameters import Stepped
 from plinko.engine.physics import body
+from plinko.engine.physics.array_types import Floats
 from plinko.engine.stepped.step import ENDLESS, MAX_HITS, step_many
 from plinko.engine.world.ball_set import End, Progress
-
-Floats = npt.NDArray[np.float64]
 
 
 class SteppedBalls:

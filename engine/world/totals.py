@@ -2,14 +2,10 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
 from plinko.engine.board.fields import BoardFields
 from plinko.engine.board.parts import BallSpec
 from plinko.engine.physics import body
-
-Floats = npt.NDArray[np.float64]
+from plinko.engine.physics.array_types import Floats
 
 
 @dataclass(frozen=True, slots=True)

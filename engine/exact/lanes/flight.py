@@ -8,9 +8,10 @@ import numpy as np
 from plinko.engine.exact.board_arrays import BoardArrays
 from plinko.engine.exact.grid import HEAD_BITS
 from plinko.engine.exact.lanes import lane
-from plinko.engine.exact.lanes.lane import Floats, Ints, Space
+from plinko.engine.exact.lanes.lane import Space
 from plinko.engine.exact.next_impact import NOWHERE, length_bound
 from plinko.engine.jit.decorator import lean_kernel
+from plinko.engine.physics.array_types import Floats, Ints
 from plinko.engine.physics.flight import SERIES_LIMIT, phi2
 from plinko.engine.physics.time_of_impact import NEGLIGIBLE
 

@@ -4,9 +4,10 @@ from plinko.engine.exact.board_arrays import BoardArrays
 from plinko.engine.exact.free_flight import DYING_BOUNCE, TRUE_WITHIN
 from plinko.engine.exact.lanes import flight, lane
 from plinko.engine.exact.lanes.flight import bases
-from plinko.engine.exact.lanes.lane import Floats, Space
+from plinko.engine.exact.lanes.lane import Space
 from plinko.engine.jit.decorator import lean_kernel
 from plinko.engine.physics import body, surface
+from plinko.engine.physics.array_types import Floats
 
 CAREFUL = 0.5 * TRUE_WITHIN
 """A ball that comes this near to failing the check of `rebound` goes to the solver for one ball."""

@@ -15,20 +15,16 @@ each time, as Python's index -1 means the last item, and that took a seventh of 
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from plinko.engine.exact import initial_state
 from plinko.engine.exact.board_arrays import BoardArrays
 from plinko.engine.exact.event_log import Log, new_log
 from plinko.engine.jit.decorator import lean_kernel
 from plinko.engine.physics import body
+from plinko.engine.physics.array_types import Floats, Indices, Ints
 from plinko.engine.physics.circle_impact import Motion
 from plinko.engine.physics.contact import new_series
 from plinko.engine.physics.series import Series
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Indices = npt.NDArray[np.uint32]
 
 LANES = 104
 """Balls side by side: enough to hide the latency of each, few enough for the first-level cache. A

@@ -11,10 +11,11 @@ import numpy as np
 from plinko.engine.exact.board_arrays import BoardArrays
 from plinko.engine.exact.lanes import lane
 from plinko.engine.exact.lanes.flight import dot, look_at
-from plinko.engine.exact.lanes.lane import Floats, Indices, Ints, Space
+from plinko.engine.exact.lanes.lane import Space
 from plinko.engine.exact.next_impact import BINS, BOUNCED, FREE, NOWHERE, origin_line_hit, wall_hit
 from plinko.engine.jit.decorator import lean_kernel
 from plinko.engine.physics import surface
+from plinko.engine.physics.array_types import Floats, Indices, Ints
 from plinko.engine.physics.flight import phi2
 from plinko.engine.physics.line_impact import line_hit
 from plinko.engine.physics.time_of_impact import (

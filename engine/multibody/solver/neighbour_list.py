@@ -245,3 +245,32 @@ def owners(pairs: NeighbourList) -> Ints:
         for k in range(starts[a], starts[a + 1]):
             owner[k] = a
     return owner
+
+
+@kernel
+def select_pairs(pairs: NeighbourList, target: Ints, n: int) -> NeighbourList:
+    """The pairs between the n balls that remain; their impulses start the next list.
+
+    target: the new row of each old one, -1 if removed. The result lists no neighbours.
+    """
+    starts = np.zeros(n + 1, np.int32)
+    for row in range(len(target)):
+        if target[row] >= 0:
+            for k in range(pairs.starts[row], pairs.starts[row + 1]):
+                if pairs.other[k] < 0 or target[pairs.other[k]] >= 0:
+                    starts[target[row] + 1] += 1
+    for row in range(n):
+        starts[row + 1] += starts[row]
+    other = np.empty(starts[n], np.int32)
+    impulse = np.empty((starts[n], 2))
+    for row in range(len(target)):
+        if target[row] >= 0:
+            at = starts[target[row]]
+            for k in range(pairs.starts[row], pairs.starts[row + 1]):
+                partner = pairs.other[k]
+                if partner < 0 or target[partner] >= 0:
+                    other[at] = partner if partner < 0 else target[partner]
+                    impulse[at, pair.NORMAL] = pairs.impulse[k, pair.NORMAL]
+                    impulse[at, pair.TANGENT] = pairs.impulse[k, pair.TANGENT]
+                    at += 1
+    return NeighbourList(starts, other, impulse, np.zeros(n + 1, np.int32), np.empty(0, np.int32))

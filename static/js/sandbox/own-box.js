@@ -11,7 +11,7 @@ import { t } from "../texts/text.js";
 
 /** @import { BallKind } from "../model/board.js" */
 /** @import { SceneForm, Settings } from "../model/messages.js" */
-/** @import { Machine } from "../solver/touching/machine.js" */
+/** @import { Machine } from "../solver/machine.js" */
 /** @import { GaltonBoard, Scene } from "../solver/touching/scenes.js" */
 /** @import { Configure, Edit, Input, Story } from "../solver/touching/world.js" */
 /** @import { BoxHello, SandboxListener, Seen } from "./room.js" */

@@ -26,7 +26,7 @@ import { showWaysOn } from "./ways-on.js";
 /** @import { ArenaEvent, Diagnostics, Settings } from "../model/messages.js" */
 /** @import { RoomReply } from "../net/replies.js" */
 /** @import { Theme } from "../paint/theme.js" */
-/** @import { Machine } from "../solver/touching/machine.js" */
+/** @import { Machine } from "../solver/machine.js" */
 /** @import { BoxHello, RoomState } from "./room.js" */
 
 const TOKENS = "plinko.tokens.1"; // of the rooms this tab has opened

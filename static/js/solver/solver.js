@@ -7,7 +7,6 @@
 //
 // It needs only this folder and a JavaScript engine with WebAssembly.
 
-import { arraysOf } from "./input/arrays.js";
 import { shownJson } from "./input/json-text.js";
 import { readBoard } from "./input/values.js";
 import { bytesOf } from "./encoding/beside.js";
@@ -92,7 +91,7 @@ export class Solver {
     if (last && last.text === text) return last.ready;
     const board = readBoard(form);
     const ready = { board, digest: boardDigest(board) };
-    this.#kernels.load(arraysOf(board, this.#kernels.layOut(board)));
+    this.#kernels.load(board);
     this.#last = { text, ready };
     return ready;
   }

@@ -10,11 +10,8 @@ def test_the_artifact_was_made_from_the_present_kernels() -> None:
     made_from = source_hash.read(make.ARTIFACT.read_bytes())
     fresh = source_hash.current_beside(make.KERNELS)
     assert source_hash.is_of(fresh, made_from), "kernels have changed since: `make kernels`"
-    name, arrays = (
-        "benchmarks.billiards.flow_many.flow_many",
-        "plinko.engine.exact.surfaces.lay_out",
-    )
-    assert set(machine_code.modules_beside(make.KERNELS)) == {name, arrays}
+    name = "benchmarks.billiards.flow_many.flow_many"
+    assert set(machine_code.modules_beside(make.KERNELS)) == {name}
 
 
 def test_a_change_of_an_engine_kernel_makes_it_stale() -> None:

@@ -27,7 +27,7 @@ from plinko.engine.exact.event_log import new_log
 from plinko.engine.exact.next_impact import BOUNCED, LIFTED
 from plinko.engine.exact.outcome import IMPULSE_LIMIT, WEDGED
 from plinko.engine.exact.trace import trace_many
-from plinko.engine.exact.two_contacts import BOUNCES_ON, FLIES, LIES_STILL, LIFTS, meet
+from plinko.engine.exact.two_contacts import FLIES, LIFTS, meet
 from plinko.engine.parameters import Exact
 from plinko.engine.physics import body
 from plinko.engine.physics.contact import new_series
@@ -143,16 +143,16 @@ class Corner:
         pegs = iter(range(peg_count))
         a, b = (next(pegs if radius > 0.0 else walls) for radius in self.pegs)
         sides = [side_of(arrays.items, item, 0.0, 0.0) for item in (a, b)]
-        how, item, side, other, roots = meet(arrays, state, a, sides[0], b, sides[1], log)
-        outcome = np.array([WEDGED if how == LIES_STILL else IMPULSE_LIMIT], np.int8)
-        if how not in {LIES_STILL, BOUNCES_ON}:
+        how, item, side, resume = meet(arrays, state, a, sides[0], b, sides[1], log)
+        outcome = np.array([how], np.int8)
+        if how not in {WEDGED, IMPULSE_LIMIT}:
             phases = {FLIES: BOUNCED, LIFTS: LIFTED}
             initial = initial_state.in_flight(1)
             initial[0, initial_state.SURFACE] = item
             initial[0, initial_state.SIDE] = int(side)
             initial[0, initial_state.PHASE] = phases.get(how, initial_state.LYING)
-            initial[0, initial_state.SLIP_ROOTS] = roots
-            initial[0, initial_state.BESIDE] = other
+            initial[0, initial_state.SLIP_ROOT] = resume.slip_root
+            initial[0, initial_state.SECOND_SURFACE] = resume.second_surface
             trace_many(
                 arrays, state.reshape(1, -1), initial, ROOM // 4, MAX_TIME, new_series(), log,
                 outcome, np.zeros(1, np.int32), np.zeros(1, np.int32),

@@ -2,7 +2,6 @@
 
 import math
 from typing import Any
-from unittest import mock
 
 import numpy as np
 import numpy.typing as npt
@@ -16,9 +15,9 @@ from plinko.engine import Board
 from plinko.engine.constants import MAX_TIME
 from plinko.engine.drops.trajectory import at_start
 from plinko.engine.exact import event_log
-from plinko.engine.exact.board_arrays import BoardArrays, arrays_of, bin_of, cell_of, make_arrays
+from plinko.engine.exact.board_arrays import BoardArrays, arrays_of, bin_of, cell_of
 from plinko.engine.exact.event_log import new_log
-from plinko.engine.exact.grid import MAX_CELLS, MAX_LISTED, Cells, cells_of, heads_of
+from plinko.engine.exact.grid import HEAD_BITS, HEAD_MANY, MAX_CELLS, MAX_LISTED, Cells, cells_of
 from plinko.engine.exact.outcome import MAX_EVENTS
 from plinko.engine.physics import surface
 from plinko.engine.seeding import start_x
@@ -39,15 +38,13 @@ def board_of(name: str) -> Board:
 
 def gridless(board: Board) -> BoardArrays:
     """The board's arrays with one cell that lists every surface that owns itself."""
-
-    def one_cell(items: Floats, *_: float) -> Cells:
-        owners = items[:, surface.OWNER] == np.arange(len(items))
-        members = np.flatnonzero(owners).astype(np.uint32)
-        starts = np.array([0, len(members)], np.uint32)
-        return Cells(0.0, 0.0, 1.0, 0, 0, starts, members, heads_of(starts, members))
-
-    with mock.patch("plinko.engine.exact.board_arrays.cells_of", one_cell):
-        return make_arrays(board)
+    arrays = arrays_of(board)
+    owners = arrays.items[:, surface.OWNER] == np.arange(len(arrays.items))
+    members = np.flatnonzero(owners).astype(np.uint32)
+    starts = np.array([0, len(members)], np.uint32)
+    head = int(members[0]) | min(len(members), HEAD_MANY) << HEAD_BITS if len(members) else 0
+    cells = Cells(0.0, 0.0, 1.0, 0, 0, starts, members, np.array([head], np.uint32))
+    return arrays._replace(**cells._asdict())
 
 
 @pytest.mark.parametrize(

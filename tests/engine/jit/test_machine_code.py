@@ -1,6 +1,7 @@
 """Machine code replaces every kernel: it is called in the same way and gives the same bits."""
 
 import importlib
+import json
 import os
 import pkgutil
 import threading
@@ -19,8 +20,7 @@ from plinko.engine.exact.event_log import new_log
 from plinko.engine.exact.initial_state import at_rest, in_flight
 from plinko.engine.exact.sampling import sample
 from plinko.engine.exact.trace import trace_many
-from plinko.engine.jit import limits, machine_code, source_hash
-from plinko.engine.jit.calls import Call, Kind, leaves
+from plinko.engine.jit import limits, machine_code, native, source_hash
 from plinko.engine.jit.decorator import EntryKernel
 from plinko.engine.jit.in_place import in_place
 from plinko.engine.multibody.scenes import sandbox
@@ -44,7 +44,8 @@ def entries() -> dict[str, EntryKernel[Any, Any]]:
 def test_every_kernel_that_python_enters_is_in_an_artifact() -> None:
     kernels = entries()
     assert "plinko.engine.exact.trace.trace_many" in kernels
-    assert set(kernels) == set(machine_code.modules())
+    in_libraries = json.loads(native.INDEX.read_bytes())["calls"]
+    assert set(kernels) == set(machine_code.modules()) | set(in_libraries)
 
 
 def test_an_artifact_of_other_sources_is_not_run(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -74,14 +75,6 @@ def test_threads_may_be_the_first_to_call_a_kernel_at_once() -> None:
     assert len(set(found)) == 4
 
 
-def test_what_a_call_takes_is_read_as_it_was_written() -> None:
-    number, table = Kind("f8"), Kind("u4", 2)
-    call = Call((number, (table, (number,))), (table, number))
-    assert Call.read(call.to_dict()) == call
-    assert tuple(leaves(call.takes)) == (number, table, number)
-    assert str(table) == "u4:2"
-
-
 class Pair(NamedTuple):
     """An example of a kernel's result."""
 
@@ -90,8 +83,7 @@ class Pair(NamedTuple):
 
 
 def test_results_have_the_names_that_the_function_gives_them() -> None:
-    kinds = ((Kind("f8"), Kind("f8", 1)), Kind("i8"))
-    made = machine_code._form(kinds, tuple[Pair, int])
+    made = machine_code._form(tuple[Pair, int])
     assert made(iter([1.5, "parts", 3])) == (Pair(1.5, cast("Any", "parts")), 3)
     assert type(made(iter([1.5, "parts", 3]))[0]) is Pair
 
@@ -160,7 +152,7 @@ def test_a_drop_that_was_stopped_costs_the_next_one_nothing(limited_calls: None)
 
 
 def digests() -> list[str]:
-    """Digests of drops by both solvers, of a batch in lanes, and of a heap of balls."""
+    """Digests of drops by both solvers, of a batch, and of a heap of balls."""
     names = ("triangle-8", "classic", "scene:comb")
     boards = [check.board_of(name) for name in names]
     found = [drop(each, 3, solver=s).digest for each in boards for s in ("exact", "stepped")]

@@ -7,12 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.scenes.expensive_boards import crowded, large
 from plinko.engine import Board, BoardError, drop
-from plinko.engine.artifact import make
-from plinko.engine.exact.board_arrays import arrays_of
-from tests.engine.artifact.drops import cases, played
-from tests.engine.artifact.host import blocks_of
+from tests.engine.artifact.drops import cases
 from tests.engine.board.forms import EXAMPLE, changed
 from tests.engine.hard_boards import KINDS, hard_board
 from tests.engine.wall_boards import seeds_of, wall_board
@@ -92,41 +88,6 @@ def test_a_page_computes_walls_in_pieces_to_the_engine_s_last_bit(run: Run) -> N
     )
     for board, each, digests in zip(boards, seeds, found, strict=True):
         assert digests == [drop(board, seed).digest for seed in each], board.name
-
-
-@pytest.mark.long
-def test_a_page_makes_the_engine_s_arrays_of_a_board(run: Run) -> None:
-    boards = [board for board, _ in played()]
-    boards += [Board.from_json(form()) for form in tries([large], [large, crowded])]
-    boards += [wall_board(number) for number in range(tries(60, 600))]
-    found = run(
-        "solver/kernels.js",
-        """async ({ Kernels }, { boards, bytes }, load) => {
-          const { arraysOf } = await load("solver/input/arrays.js");
-          const { readBoard } = await load("solver/input/values.js");
-          const { Bytes } = await load("solver/encoding/bytes.js");
-          const { sha256 } = await load("solver/encoding/sha256.js");
-          const { bytesOf } = await load("solver/encoding/beside.js");
-          const kernels = await Kernels.open(await bytesOf(new URL(bytes)));
-          return boards.map((form) => {
-            const board = readBoard(form);
-            const { floats, words } = arraysOf(board, kernels.layOut(board));
-            const out = new Bytes();
-            out.floats(floats);
-            for (const word of words) out.word(word);
-            return sha256(out.written);
-          });
-        }""",
-        {"boards": [board.to_dict() for board in boards], "bytes": make.PAGE.as_uri()},
-    )
-    for board, mine in zip(boards, found, strict=True):
-        assert mine == _sha256(*blocks_of(arrays_of(board))), board.name
-
-
-def _sha256(*arrays: Any) -> str:
-    import hashlib
-
-    return hashlib.sha256(b"".join(array.tobytes() for array in arrays)).hexdigest()
 
 
 def test_states_at_any_time_and_the_record_are_the_engine_s(run: Run) -> None:

@@ -9,7 +9,6 @@ from plinko.app.rooms.touching import values
 from plinko.app.rooms.touching.room import TouchingRoom
 from plinko.app.rooms.touching.scene import DEFAULTS, Scene
 from plinko.engine import Board
-from plinko.engine.artifact.make import FOLDER, TOUCHING_PAGE
 from tests.js.conftest import MODULES, Run
 
 _TOLD = """
@@ -149,10 +148,6 @@ def test_one_of_these_scenes_comes_to_rest() -> None:
     scene, inputs, _ = SCENES["asleep and woken"]
     told = told_by_room(scene, inputs, 1800)
     assert all(flags & 1 for flags in told[1]["marks"][1::4])
-
-
-def test_the_page_has_the_server_s_artifact() -> None:
-    assert TOUCHING_PAGE.read_bytes() == (FOLDER / "touching.wasm").read_bytes()
 
 
 def test_the_page_s_diagnostics_are_the_server_s(run: Run) -> None:

@@ -5,7 +5,7 @@ import { loadMachine } from "../../solver/touching/machine.js";
 import { SOLVER } from "../../solver/touching/values.js";
 import { fittedEntry, placeOf } from "./columns.js";
 
-/** @import { Machine } from "../../solver/touching/machine.js" */
+/** @import { Machine } from "../../solver/machine.js" */
 /** @import { Entry, Plan } from "./columns.js" */
 
 const DISC = { density: 80, restitution: 0.3, friction: 0.3 };

@@ -4,22 +4,15 @@
 import { BallTable, LANDED, LEFT, noPairs } from "./ball-table.js";
 import { staticShapes } from "./static-shapes.js";
 
-/** @import { BallValues, Pairs } from "./ball-table.js" */
-/** @import { Given, Grid, Machine, Value } from "./machine.js" */
+/** @import { Grid, Machine, Value } from "../machine.js" */
+/** @import { BallValues } from "./ball-table.js" */
 /** @import { Place } from "./scenes.js" */
 
 const MODULE = "plinko.engine.multibody.solver.";
 const SLEEP_SECONDS = 0.5; // an island that has been still for this long falls asleep
 const ROOM_PER_BALL = 4; // impacts that a step's log has room for
 const COUNTS = 4;
-const [LANDINGS, DEPARTURES, AWAKE_BEFORE] = [2, 4, 6]; // low halves of counts
-
-/** @type {Given[]} the arrays of a neighbour list */
-const PAIRS = [
-  { kind: "array", of: "i4", dimensions: 1 }, { kind: "array", of: "i4", dimensions: 1 },
-  { kind: "array", of: "f8", dimensions: 2 }, { kind: "array", of: "i4", dimensions: 1 },
-  { kind: "array", of: "i4", dimensions: 1 },
-];
+const [LANDINGS, DEPARTURES, AWAKE_BEFORE] = [1, 2, 3]; // of counts
 
 /**
  * gravity: m/s², downward; drag: 1/s; damping: the fraction of the velocity kept in a step; correction:
@@ -34,7 +27,7 @@ const PAIRS = [
 export class Arena {
   /** Sum of all steps, s. */
   time = 0;
-  table = new BallTable();
+  table;
   #nextId = 0;
   #accumulator = 0;
   #rests = false;
@@ -44,7 +37,8 @@ export class Arena {
     this.machine = machine;
     this.place = place;
     this.settings = { ...settings };
-    this.statics = staticShapes(place);
+    this.table = new BallTable(machine);
+    this.statics = staticShapes(machine, place);
   }
 
   get count() {
@@ -97,14 +91,12 @@ export class Arena {
     const { table } = this;
     this.time += this.settings.dt;
     if (table.n === 0 || (this.#rests && table.isListed)) return [];
-    const counts = new Int32Array(2 * COUNTS); // of 64 bits, the low halves first
-    const log = newLog(table.n, counts);
-    const found = this.machine.run(`${MODULE}step.step_balls`, [
-      ...table.bodies, BigInt(table.n), ...listOf(table.pairs), ...this.statics.values,
-      ...this.#solverSettings(), ...log, table.isListed ? 1n : 0n,
-    ], PAIRS);
-    table.pairs = pairsOf(/** @type {Grid[]} */ (found));
-    this.#rests = counts[AWAKE_BEFORE] === 0;
+    const counts = new BigInt64Array(COUNTS);
+    table.pairs = this.machine.run(`${MODULE}step.step_balls`, [
+      ...table.bodies, table.n, ...table.pairs, ...this.statics, ...this.#solverSettings(),
+      ...newLog(table.n, counts), table.isListed,
+    ]);
+    this.#rests = counts[AWAKE_BEFORE] === 0n;
     if (this.#rests) return [];
     table.isListed = true;
     return counts[LANDINGS] || counts[DEPARTURES] ? this.#takeGone() : [];
@@ -135,32 +127,28 @@ export class Arena {
     const { table } = this;
     if (table.n === 0) return { contacts: 0, penetration: 0 };
     const bodies = table.bodies.map(copied);
-    const [, vel, , , marks] = /** @type {Grid[]} */ (bodies);
+    const [, vel, , , marks] = /** @type {Grid<Float64Array | Int32Array>[]} */ (bodies);
     vel.values.fill(0);
     for (let row = 0; row < table.n; row += 1) marks.values[4 * row + 1] = table.flags(row) & ~1;
-    const n = BigInt(table.n);
-    const { values: statics } = this.statics;
-    const listed = this.machine.run(`${MODULE}neighbour_list.rebuild`, [
-      ...bodies, n, ...statics, ...listOf(noPairs(table.n)), 0, 0,
-    ], [...PAIRS, { kind: "array", of: "i4", dimensions: 1 }]);
-    const pairs = /** @type {Grid[]} */ (listed.slice(0, PAIRS.length));
+    const pairs = this.machine.run(`${MODULE}neighbour_list.rebuild`, [
+      ...bodies, table.n, ...this.statics, ...noPairs(table.n), 0, 0,
+    ]).slice(0, -1);
     const [penetration, , contacts] = this.machine.run(
-      `${MODULE}position_projection.deepest_overlap`, [...bodies, n, ...pairs, ...statics],
-      [{ kind: "f8" }, { kind: "f8" }, { kind: "i8" }],
+      `${MODULE}position_projection.deepest_overlap`, [...bodies, table.n, ...pairs, ...this.statics],
     );
-    return { contacts: Number(contacts), penetration: Number(penetration) };
+    return { contacts, penetration };
   }
 
   /** @returns {Value[]} arguments for the kernels */
   #solverSettings() {
     const { gravity, drag, damping, correction, dt, substeps } = this.settings;
     const stillSteps = Math.max(2, roundHalfEven(SLEEP_SECONDS / dt));
-    return [gravity, drag, damping, correction, dt / substeps, BigInt(substeps), Infinity,
-      BigInt(stillSteps)];
+    return [gravity, drag, damping, correction, dt / substeps, substeps, Infinity,
+      stillSteps];
   }
 }
 
-/** @param {number} balls @param {Int32Array} counts @returns {Value[]} an empty log for a step of that many balls */
+/** @param {number} balls @param {BigInt64Array} counts @returns {Value[]} an empty log for a step of that many balls */
 function newLog(balls, counts) {
   const rows = ROOM_PER_BALL * balls + 16;
   return [
@@ -168,24 +156,14 @@ function newLog(balls, counts) {
     { values: new Int32Array(2 * rows), shape: [rows, 2] },
     { values: new Float64Array(2 * (balls + 1)), shape: [balls + 1, 2] },
     { values: new Int32Array(balls + 1), shape: [balls + 1] },
-    { values: counts, shape: [COUNTS], bytes: 8 },
+    { values: counts, shape: [COUNTS] },
   ];
-}
-
-/** @param {Pairs} pairs @returns {Value[]} */
-function listOf({ starts, other, impulse, neighbourStarts, neighbours }) {
-  return [starts, other, impulse, neighbourStarts, neighbours];
-}
-
-/** @param {Grid[]} grids @returns {Pairs} */
-function pairsOf([starts, other, impulse, neighbourStarts, neighbours]) {
-  return { starts, other, impulse, neighbourStarts, neighbours };
 }
 
 /** @param {Value} value @returns {Value} */
 function copied(value) {
-  if (typeof value !== "object") return value;
-  return { ...value, values: value.values.slice() };
+  return typeof value === "object" && "values" in value
+    ? { ...value, values: value.values.slice() } : value;
 }
 
 /** Rounds like Python. @param {number} value @returns {number} */

@@ -1,14 +1,12 @@
 // The balls of an arena as the arrays that the kernels take, in rows by ascending id, and their
 // neighbour list. The same operations give the same bits in engine/multibody/bodies.py.
 
-/** @import { Grid, Value } from "./machine.js" */
+/** @import { Grid, Machine, Value } from "../machine.js" */
 
 const ASLEEP = 1; // bits of a ball's flags
 const BOUNCED = 2;
 export const LANDED = 4;
 export const LEFT = 8;
-
-/** @typedef {{starts: Grid, other: Grid, impulse: Grid, neighbourStarts: Grid, neighbours: Grid}} Pairs */
 
 /**
  * All values of a ball: m, rad, m/s, rad/s, kg/m².
@@ -21,18 +19,10 @@ const USUAL = {
   theta: 0, vx: 0, vy: 0, omega: 0, radius: 0.08, density: 80, restitution: 0.6, friction: 0.2,
 };
 
-/** @param {number[]} values @param {number[]} [shape] @returns {Grid<Int32Array>} */
-function ints(values, shape = [values.length]) {
-  return { values: Int32Array.from(values), shape };
-}
-
-/** @param {number} n @returns {Pairs} an empty list for n balls */
+/** @param {number} n @returns {Grid[]} an empty neighbour list for n balls, as the kernels take it */
 export function noPairs(n) {
-  const zeros = () => ({ values: new Int32Array(n + 1), shape: [n + 1] });
-  return {
-    starts: zeros(), other: ints([]), impulse: { values: new Float64Array(0), shape: [0, 2] },
-    neighbourStarts: zeros(), neighbours: ints([]),
-  };
+  const ints = (/** @type {number} */ length) => ({ values: new Int32Array(length), shape: [length] });
+  return [ints(n + 1), ints(0), { values: new Float64Array(0), shape: [0, 2] }, ints(n + 1), ints(0)];
 }
 
 /** Rows of balls; a ball's row changes when balls before it are removed. */
@@ -51,6 +41,12 @@ export class BallTable {
   pairs = noPairs(0);
   /** Whether `pairs` lists the neighbours of the current rows; if not, it only stores impulses. */
   isListed = false;
+  #machine;
+
+  /** @param {Machine} machine */
+  constructor(machine) {
+    this.#machine = machine;
+  }
 
   /** @returns {Value[]} arguments for the kernels */
   get bodies() {
@@ -111,10 +107,10 @@ export class BallTable {
       this.surface.set([ball.restitution, ball.friction], 2 * row);
       this.marks.set([firstId + i, 0, 0, row], 4 * row);
     });
-    const { starts } = this.pairs;
-    const longer = new Int32Array(this.n + 1).fill(starts.values[first]);
-    longer.set(starts.values);
-    this.pairs = { ...this.pairs, starts: { values: longer, shape: [longer.length] } };
+    const [starts, ...others] = this.pairs;
+    const longer = new Int32Array(this.n + 1).fill(Number(starts.values[first]));
+    longer.set(/** @type {Int32Array} */ (starts.values));
+    this.pairs = [{ values: longer, shape: [longer.length] }, ...others];
     this.isListed = false;
   }
 
@@ -141,19 +137,19 @@ export class BallTable {
     rows.forEach((row, i) => {
       target[row] = i;
     });
-    const old = this.pairs;
     const n = rows.length;
     for (const [array, width] of /** @type {[Float64Array | Int32Array, number][]} */ ([
       [this.pos, 4], [this.vel, 4], [this.surface, 2], [this.anchor, 3], [this.marks, 4],
     ])) {
       rows.forEach((row, i) => array.copyWithin(width * i, width * row, width * (row + 1)));
     }
-    const owners = this.n;
     this.pos.fill(0, 4 * n);
     this.vel.fill(0, 4 * n);
     this.#resizeTo(n);
     for (let row = 0; row < n; row += 1) this.marks[4 * row + 3] = target[this.marks[4 * row + 3]];
-    this.pairs = kept(old, owners, target, n);
+    this.pairs = this.#machine.run("plinko.engine.multibody.solver.neighbour_list.select_pairs", [
+      ...this.pairs, { values: target, shape: [target.length] }, n,
+    ]);
     this.isListed = false;
   }
 
@@ -226,37 +222,4 @@ function resized(array, length) {
   const larger = new Float64Array(length);
   larger.set(array);
   return larger;
-}
-
-/**
- * The pairs between the remaining rows.
- * @param {Pairs} old @param {number} owners number of old rows
- * @param {Int32Array} target the new row of each old row, -1 if removed
- * @param {number} n number of remaining rows
- * @returns {Pairs}
- */
-function kept({ starts, other, impulse }, owners, target, n) {
-  /** @type {{owner: number, other: number, at: number}[]} */
-  const stays = [];
-  for (let row = 0; row < owners; row += 1) {
-    for (let at = starts.values[row]; at < starts.values[row + 1]; at += 1) {
-      const partner = other.values[at];
-      const now = partner < 0 ? partner : target[partner];
-      if (target[row] >= 0 && (partner < 0 || now >= 0)) {
-        stays.push({ owner: target[row], other: now, at });
-      }
-    }
-  }
-  stays.sort((one, two) => one.owner - two.owner || one.at - two.at);
-  const begins = new Int32Array(n + 1);
-  for (const { owner } of stays) begins[owner + 1] += 1;
-  for (let row = 0; row < n; row += 1) begins[row + 1] += begins[row];
-  const impulses = Float64Array.from(stays.flatMap(({ at }) =>
-    [impulse.values[2 * at], impulse.values[2 * at + 1]]));
-  return {
-    ...noPairs(n),
-    starts: { values: begins, shape: [n + 1] },
-    other: ints(stays.map((pair) => pair.other)),
-    impulse: { values: impulses, shape: [stays.length, 2] },
-  };
 }

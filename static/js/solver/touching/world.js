@@ -8,7 +8,7 @@ import { Arena } from "./arena.js";
 import { openingOf } from "./scenes.js";
 
 /** @import { ArenaSettings } from "./arena.js" */
-/** @import { Machine } from "./machine.js" */
+/** @import { Machine } from "../machine.js" */
 /** @import { GaltonBoard, Scene } from "./scenes.js" */
 
 export const TICK_RATE = 60; // ticks a second

@@ -3,8 +3,8 @@
 from concurrent.futures import ThreadPoolExecutor
 
 from plinko.engine import Board
+from plinko.engine.board.cache import BoardCache
 from plinko.engine.board.fields import BoardFields
-from plinko.engine.exact.kept import Kept
 
 
 def boards(count: int) -> list[Board]:
@@ -12,7 +12,7 @@ def boards(count: int) -> list[Board]:
     return [Board.from_json({**form, "name": f"board {n}"}) for n in range(count)]
 
 
-def kept(most: int, size: int = 10) -> tuple[Kept[bytes], list[BoardFields]]:
+def kept(most: int, size: int = 10) -> tuple[BoardCache[bytes], list[BoardFields]]:
     """A cache whose values have `size` bytes, and the list of boards for which it made one."""
     made: list[BoardFields] = []
 
@@ -20,7 +20,7 @@ def kept(most: int, size: int = 10) -> tuple[Kept[bytes], list[BoardFields]]:
         made.append(board)
         return bytes(size)
 
-    return Kept(make, len, most), made
+    return BoardCache(make, len, most), made
 
 
 def test_what_is_kept_is_made_once() -> None:

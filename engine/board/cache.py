@@ -10,7 +10,7 @@ from plinko.engine.board.fields import BoardFields
 Made = TypeVar("Made")
 
 
-class Kept(Generic[Made]):
+class BoardCache(Generic[Made]):
     """Calls `make` once for a board and caches the result, `most` bytes in all.
 
     `size` returns the bytes of a result. The newest is kept even if it is larger. Thread-safe.
