@@ -17,10 +17,8 @@ from plinko.app.protocol.messages import MESSAGE_BYTES
 from plinko.app.settings import Settings
 from plinko.app.web.edge.addresses import Connections, Proxies
 from plinko.app.web.edge.connection import Edge, connection
-from plinko.app.web.edge.ending import Ending
 from plinko.app.web.edge.guarded import guarded
 from plinko.app.web.edge.intake import Intake
-from plinko.app.web.edge.middleware import Forwarded, SecurityHeaders
 from plinko.app.web.edge.sockets import guarded_socket
 from plinko.app.web.services import Services
 
@@ -106,7 +104,6 @@ def config_over(
 
     `refused` is called with the code of each refusal by the limits in `app/web/edge/`.
     """
-    proxies = Proxies(settings.trusted_proxies)
     edge = Edge(
         head_bytes=HEAD_BYTES,
         head_seconds=HEAD_SECONDS,
@@ -118,7 +115,7 @@ def config_over(
         refused=refused,
     )
     return uvicorn.Config(
-        Forwarded(SecurityHeaders(Ending(app)), proxies),
+        app,
         host=settings.host,
         port=settings.port,
         loop="uvloop",
@@ -129,7 +126,7 @@ def config_over(
         access_log=False,
         log_config=None,  # app.ops.logs configures logging
         server_header=False,
-        proxy_headers=False,  # `Forwarded` reads them
+        proxy_headers=False,  # `Front` reads them
         timeout_graceful_shutdown=SHUTDOWN_SECONDS,
     )
 

@@ -7,7 +7,6 @@ import logging
 import os
 import secrets
 import signal
-import socket
 import sys
 import tempfile
 import time
@@ -16,7 +15,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fastapi import FastAPI
-from starlette.middleware.cors import CORSMiddleware
 
 from plinko.app.computing.pool import MAX_JOBS, Workers
 from plinko.app.computing.short import ShortDrops
@@ -47,30 +45,12 @@ from plinko.app.rooms import kinds
 from plinko.app.rooms.boards import MAX_BOARDS, Boards
 from plinko.app.rooms.pending import DropCommand
 from plinko.app.rooms.touching.room import TouchingRoom
-from plinko.app.settings import Settings, not_settings, page_kernels, static_directory
-from plinko.app.web import openapi, problems
-from plinko.app.web.edge.answers import AnswerHeaders
-from plinko.app.web.edge.head import HeadAsGet
-from plinko.app.web.edge.hosts import Hosts
-from plinko.app.web.edge.middleware import MAX_BODY, Admission, BodyLimit, Compression
+from plinko.app.settings import Settings, not_settings, page_kernels
+from plinko.app.web.application import Application
 from plinko.app.web.limits import COMPUTE_BURST, COMPUTE_RATE, Budgets, KeyedBuckets, Quota
 from plinko.app.web.readings import readings
 from plinko.app.web.returns import Returns
-from plinko.app.web.routes import api_docs, boards, health, page, payouts
-from plinko.app.web.routes.drops import drops, many, maps, pictures
-from plinko.app.web.routes.rooms import (
-    halts,
-    invitations,
-    live,
-    moves,
-    players,
-    queues,
-    rooms,
-    scenes,
-    sessions,
-    ws,
-)
-from plinko.app.web.routes.table import RouteTable
+from plinko.app.web.routes.page import Page
 from plinko.app.web.services import Services
 from plinko.app.web.shared import Others
 from plinko.app.web.tokens import SessionTokens, Tokens, secret_of
@@ -92,66 +72,12 @@ _QUIET_START = 5.0  # s until the server prepares its workers, if no request has
 def create_app(settings: Settings | None = None) -> FastAPI:
     """The application for `settings`; raises SettingError for settings that cannot be used."""
     settings = settings or Settings()
-    app = FastAPI(
-        title="Plinko",
-        version=__version__,
-        summary="Seeded drops, replayable bit for bit",
-        description=openapi.DESCRIPTION,
-        openapi_tags=openapi.TAGS,
-        # FastAPI's docs pages load their code from another site, which the content security policy
-        # forbids; `api_docs` replaces them.
-        docs_url=None,
-        redoc_url=None,
-        openapi_url=None,
-        lifespan=_lifespan,
-    )
-    app.state.services = _services(settings)
-    app.state.cluster = app.state.services.others
+    services = _services(settings)
+    cluster = services.others
+    app = Application(settings, _lifespan, cluster.surround if cluster else lambda app: app)
+    app.state.services = services
+    app.state.cluster = cluster
     app.state.bus = redis_at(settings.relays) if settings.relays else None
-    problems.install(app)
-    routers = (
-        boards, pictures, drops, many, payouts, maps, live, invitations, rooms, moves, queues,
-        scenes, sessions, players, halts, health, api_docs, ws,
-    )  # fmt: skip
-    table = RouteTable(
-        (route for each in routers for route in each.router.routes), settings.root_path
-    )
-    app.routes.append(table)
-    app.state.document = None
-    app.state.page = page.Page(static_directory())
-    app.mount("/", app.state.page, name="page")
-    # The middleware that is added last sees a request first.
-    if app.state.cluster is not None:
-        app.state.cluster.surround(app)
-    app.add_middleware(BodyLimit, max_body=MAX_BODY)
-    if settings.allowed_origins:
-        app.add_middleware(
-            CORSMiddleware,
-            allow_origins=settings.allowed_origins,
-            allow_methods=["GET", "POST", "PATCH", "DELETE"],
-            allow_headers=[
-                "content-type",
-                "authorization",
-                "idempotency-key",
-                "idempotency-secret",
-                "x-request-id",
-            ],
-            expose_headers=[
-                "etag",
-                "link",
-                "location",
-                "ratelimit",
-                "ratelimit-policy",
-                "retry-after",
-                "x-request-id",
-            ],
-        )
-    app.add_middleware(Compression)
-    app.add_middleware(HeadAsGet)
-    hosts = Hosts(settings.host, settings.hosts, socket.gethostname())
-    app.add_middleware(Admission, hosts=hosts, allowed=settings.allowed_origins)
-    app.add_middleware(AnswerHeaders, root_path=settings.root_path)
-    app.openapi = functools.partial(openapi.document, app, table.routes)  # type: ignore[method-assign]
     return app
 
 
@@ -345,7 +271,7 @@ def _warm_up() -> None:
     world.step()
 
 
-def _warm_up_rest(site: page.Page) -> None:
+def _warm_up_rest(site: Page) -> None:
     """The rest of the warm-up, while the server already runs: pages and touching balls."""
     site.prepare()
     touching = TouchingRoom("warm-up", Board.preset("triangle-8"), tick_rate=60, max_balls=2)

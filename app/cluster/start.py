@@ -10,7 +10,7 @@ import logging
 import socket
 from typing import Final
 
-from starlette.applications import Starlette
+from starlette.types import ASGIApp
 
 from plinko.app.cluster.alive import Alive
 from plinko.app.cluster.hand_on import HandOn
@@ -54,10 +54,9 @@ class Cluster:
         self._take_over = TakeOver(alive, rooms, ledger)
         self._handed_over = 0  # rooms
 
-    def surround(self, app: Starlette) -> None:
-        """Add the middleware that forwards requests to the server that has their room."""
-        fetch = self._rooms.arriving.fetch
-        app.add_middleware(HandOn, alive=self._alive, peers=self._peers, fetch=fetch)
+    def surround(self, app: ASGIApp) -> ASGIApp:
+        """`app` within the layer that forwards requests to the server that has their room."""
+        return HandOn(app, self._alive, self._peers, self._rooms.arriving.fetch)
 
     def listens(self, listener: socket.socket) -> None:
         """Publish this socket's address to the other servers, unless the settings give one."""

@@ -2,7 +2,6 @@
 
 import asyncio
 import contextlib
-import socket
 from collections.abc import AsyncIterator, Iterator
 
 from starlette.applications import Starlette
@@ -16,8 +15,7 @@ from plinko.app.ops.metrics import Metrics, Reading
 from plinko.app.relay.bus import Carried
 from plinko.app.relay.spectators import Spectators
 from plinko.app.settings import Settings
-from plinko.app.web.edge.hosts import Hosts
-from plinko.app.web.edge.middleware import Admission
+from plinko.app.web.edge.front import Front
 from plinko.app.web.problems import problem_response
 from plinko.app.web.tokens import check_bearer
 
@@ -64,8 +62,7 @@ def create_relay(settings: Settings, bus: Carried, rooms: str) -> Starlette:
         ],
         lifespan=lifespan,
     )
-    hosts = Hosts(settings.host, settings.hosts, socket.gethostname())
-    app.add_middleware(Admission, hosts=hosts, allowed=settings.allowed_origins)
+    app.add_middleware(Front, settings=settings)
     app.state.spectators = here
     app.state.refused = lambda code: metrics.errors.labels(code).inc()
     return app

@@ -14,8 +14,8 @@ from plinko.app.errors import (
     MalformedError,
     MessageFloodError,
     SlowClientError,
-    answer,
-    told,
+    public_text,
+    response_for,
 )
 from plinko.app.live.broadcast.hub import Client, Hub, Mailbox
 from plinko.app.live.broadcast.transport import connection_of, sever
@@ -206,10 +206,10 @@ async def _close(socket: WebSocket, error: AppError, linger: float) -> None:
     """Send the error, and close. A client too slow to read it is cut off after `linger` s."""
     if isinstance(error, SlowClientError):
         sever(socket.scope, linger)
-    event = messages.Error(code=answer(error).code, detail=told(error))
+    event = messages.Error(code=response_for(error).code, detail=public_text(error))
     with contextlib.suppress(WebSocketDisconnect, RuntimeError, TimeoutError):
         async with asyncio.timeout(1.0):
             if not isinstance(error, SlowClientError):
                 await socket.send_text(messages.encode_event(event).decode())
-            reason = told(error).encode()[:120].decode(errors="ignore")
-            await socket.close(answer(error).close, reason)
+            reason = public_text(error).encode()[:120].decode(errors="ignore")
+            await socket.close(response_for(error).close, reason)

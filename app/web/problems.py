@@ -5,21 +5,22 @@ from collections.abc import Sequence
 from urllib.parse import quote
 
 import msgspec
-from fastapi import FastAPI, Request, Response
+from fastapi import Response
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
+from starlette.types import Scope
 
 from plinko.app.errors import (
     InvalidValueError,
     LeaseLostError,
-    answer,
+    public_text,
+    response_for,
     retry_after,
     shorten,
-    told,
 )
 from plinko.app.web.schemas.problem import FaultOf, Problem
-from plinko.engine.errors import BoardError, PlinkoError
+from plinko.engine.errors import BoardError
 from plinko.engine.json_text import JsonObject
 
 MEDIA_TYPE = "application/problem+json"
@@ -44,12 +45,12 @@ _log = logging.getLogger("plinko")
 
 def problem_of(error: Exception, path: str = "") -> Problem:
     """The problem details of an error; the message of a foreign exception is not sent."""
-    assigned = answer(error)
+    assigned = response_for(error)
     return Problem(
         type=f"{_TYPE}{assigned.code}",
         title=assigned.title,
         status=assigned.status,
-        detail=told(error),
+        detail=public_text(error),
         code=assigned.code,
         field=getattr(error, "field", "") or None,
         instance=quote(path, safe=_PATH) or None,
@@ -76,39 +77,25 @@ def problem_response(error: Exception, path: str = "") -> Response:
     return Response(msgspec.json.encode(problem), problem.status, headers, MEDIA_TYPE)
 
 
-def _answer(request: Request, error: Exception) -> Response:
-    if isinstance(error, LeaseLostError):
-        raise error  # `plinko.app.cluster.hand_on` catches it and forwards the request
-    request.app.state.services.metrics.errors.labels(answer(error).code).inc()
-    return problem_response(error, request.url.path)
-
-
-def _about(request: Request) -> dict[str, object]:
-    """What the log says of a request; not its query, which may be private."""
-    request_id = getattr(request.state, "request_id", None)
-    return {"method": request.method, "path": request.url.path, "request_id": request_id}
-
-
-async def _known_error(request: Request, error: Exception) -> Response:
-    if answer(error).status == 500:
-        _log.error("request failed", extra=_about(request), exc_info=error)
-    return _answer(request, error)
-
-
-async def _unknown_error(request: Request, error: Exception) -> Response:
-    _log.error("request failed", extra=_about(request), exc_info=error)
-    return _answer(request, error)
-
-
-async def _gone(request: Request, error: Exception) -> Response:
-    """The client left before its request was complete: no failure, and nobody to answer."""
-    _log.info("client left", extra=_about(request))
-    return Response(status_code=_CLIENT_GONE)
-
-
-async def _bad_parameter(request: Request, error: Exception) -> Response:
-    assert isinstance(error, RequestValidationError)
-    return _answer(request, _named(error.errors()))
+def respond(scope: Scope, error: Exception) -> Response:
+    """The response to an error of a request; counts it, and logs what is the server's fault."""
+    if isinstance(error, HTTPException):
+        return _http_error(scope, error)
+    about = {
+        "method": scope["method"],
+        "path": scope["path"],  # not the query, which may be private
+        "request_id": scope["state"]["request_id"],
+    }
+    if isinstance(error, ClientDisconnect):  # no failure, and nobody to answer
+        _log.info("client left", extra=about)
+        return Response(status_code=_CLIENT_GONE)
+    if isinstance(error, RequestValidationError):
+        error = _named(error.errors())
+    assigned = response_for(error)
+    if assigned.status == 500:
+        _log.error("request failed", extra=about, exc_info=error)
+    scope["app"].state.services.metrics.errors.labels(assigned.code).inc()
+    return problem_response(error, scope["path"])
 
 
 def _named(errors: Sequence[JsonObject]) -> InvalidValueError:
@@ -119,26 +106,16 @@ def _named(errors: Sequence[JsonObject]) -> InvalidValueError:
     return InvalidValueError(f"{field} {shorten(first.get('input'))}: {message}", field=field)
 
 
-async def _http_error(request: Request, error: Exception) -> Response:
+def _http_error(scope: Scope, error: HTTPException) -> Response:
     """An error that the framework raises itself: no such path, no such method."""
-    assert isinstance(error, HTTPException)
     code = error.detail.lower().replace(" ", "-")
     problem = Problem(
         type=f"{_TYPE}{code}",
         title=error.detail,
         status=error.status_code,
-        detail=f"{request.method} {shorten(request.url.path, 200)}: {error.detail}",
+        detail=f"{scope['method']} {shorten(scope['path'], 200)}: {error.detail}",
         code=code,
-        instance=quote(request.url.path, safe=_PATH),
+        instance=quote(scope["path"], safe=_PATH),
     )
     headers = dict(error.headers or {})
     return Response(msgspec.json.encode(problem), problem.status, headers, MEDIA_TYPE)
-
-
-def install(app: FastAPI) -> None:
-    """Make every error of the application leave it as problem details."""
-    app.add_exception_handler(PlinkoError, _known_error)
-    app.add_exception_handler(RequestValidationError, _bad_parameter)
-    app.add_exception_handler(ClientDisconnect, _gone)
-    app.add_exception_handler(HTTPException, _http_error)
-    app.add_exception_handler(Exception, _unknown_error)

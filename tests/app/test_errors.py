@@ -1,4 +1,4 @@
-"""The error tree: every class has an answer, and every answer another code."""
+"""The error tree: every class has a response, and every response another code."""
 
 import pytest
 
@@ -11,11 +11,15 @@ def tree(root: type[Exception]) -> set[type[Exception]]:
     return {root}.union(*(tree(child) for child in root.__subclasses__()))
 
 
-def test_every_error_a_client_can_meet_has_its_own_answer() -> None:
-    known = tree(errors.AppError) | tree(engine_errors.EngineError)
-    # A SettingError prevents the start, and servers run no batch on a cluster: no client sees them.
-    untold = {errors.SettingError, engine_errors.ClusterError}
-    assert set(errors.ANSWERS) == known - untold
+# A SettingError prevents the start, and servers run no batch on a cluster: no client sees them.
+UNSEEN = {errors.SettingError, engine_errors.ClusterError}
+SEEN = (tree(errors.AppError) | tree(engine_errors.EngineError)) - UNSEEN
+RESPONSES = {kind: errors.response_for(kind.__new__(kind)) for kind in SEEN}
+
+
+def test_every_error_a_client_can_meet_has_its_own_response() -> None:
+    server_error = errors.AppError.response
+    assert [kind for kind in SEEN if RESPONSES[kind] == server_error] == [errors.AppError]
 
 
 def test_each_error_has_its_own_code() -> None:
@@ -26,14 +30,15 @@ def test_each_error_has_its_own_code() -> None:
         engine_errors.JsonSyntaxError: errors.MalformedError,
     }
     for kind, other in same.items():
-        assert errors.ANSWERS[kind] == errors.ANSWERS[other]
-    codes = [answer.code for kind, answer in errors.ANSWERS.items() if kind not in same]
+        assert RESPONSES[kind] == RESPONSES[other]
+    codes = [response.code for kind, response in RESPONSES.items() if kind not in same]
     assert len(codes) == len(set(codes))
 
 
 def test_close_codes_are_ones_that_an_application_may_send() -> None:
-    for answer in errors.ANSWERS.values():
-        assert answer.close in {1007, 1008, 1009, 1011, 1012, 1013} or 4000 <= answer.close < 5000
+    standard = {1007, 1008, 1009, 1011, 1012, 1013}
+    for response in RESPONSES.values():
+        assert response.close in standard or 4000 <= response.close < 5000
 
 
 def test_a_stranger_is_a_500_whose_message_stays_inside() -> None:

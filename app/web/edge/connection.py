@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from http import HTTPStatus
 from typing import Any
 
-from plinko.app.errors import AppError, answer
+from plinko.app.errors import AppError, response_for
 from plinko.app.live.broadcast.transport import PAST, Past
 from plinko.app.web.edge.addresses import Connections, one_client
+from plinko.app.web.edge.front import SECURITY_HEADERS
 from plinko.app.web.edge.intake import Intake
-from plinko.app.web.edge.middleware import SECURITY_HEADERS
 from plinko.app.web.problems import problem_response
 
 _HEAD_END = b"\r\n\r\n"
@@ -87,7 +87,7 @@ class Connection(asyncio.BufferedProtocol):
         refused: AppError | None = edge.connections.refusal(self._host)
         self._counted = refused is None and edge.connections.enter(self._host)
         if refused is not None:
-            edge.refused(answer(refused).code)
+            edge.refused(response_for(refused).code)
             transport.write(refusal(refused))
             transport.close()
             return

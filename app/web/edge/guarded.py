@@ -10,7 +10,7 @@ from typing import ClassVar
 
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol, RequestResponseCycle
 
-from plinko.app.errors import AppError, HeadError, HeadTooLargeError, TooLateError, answer
+from plinko.app.errors import AppError, HeadError, HeadTooLargeError, TooLateError, response_for
 from plinko.app.web.edge.connection import Edge, refusal
 
 _MOST_FIELDS = 100  # headers of one request; browsers send some twenty
@@ -169,7 +169,7 @@ class GuardedProtocol(HttpToolsProtocol):
         """
         if self.transport.is_closing():
             return
-        self.edge.refused(answer(error).code)
+        self.edge.refused(response_for(error).code)
         own = self.cycle if self._in_body else None
         earlier = [cycle for cycle in self._unanswered if cycle is not own]
         if not earlier and not (own and own.response_started):

@@ -13,7 +13,13 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from websockets.exceptions import HeaderLineTooLong, RequestLineTooLong
 from websockets.frames import Frame, Opcode
 
-from plinko.app.errors import BusyError, HeadError, HeadTooLargeError, MessageFloodError, answer
+from plinko.app.errors import (
+    BusyError,
+    HeadError,
+    HeadTooLargeError,
+    MessageFloodError,
+    response_for,
+)
 from plinko.app.web.edge.connection import Edge, refusal
 from plinko.app.web.limits import TokenBucket
 
@@ -103,15 +109,15 @@ class GuardedSocket(WebSocketsSansIOProtocol):
 
     def _refuse(self, error: Exception) -> None:
         """Answer the handshake with an error, and close."""
-        self.edge.refused(answer(error).code)
+        self.edge.refused(response_for(error).code)
         self.handshake_complete = self.close_sent = True
         self.transport.write(refusal(error))
         self.transport.close()
 
     def _end(self, error: MessageFloodError) -> None:
         """Send a close frame with the error, and read nothing more."""
-        self.edge.refused(answer(error).code)
-        code, reason = answer(error).close, str(error)
+        self.edge.refused(response_for(error).code)
+        code, reason = response_for(error).close, str(error)
         self.conn.fail(code, reason)
         self._close_later(code, reason)
         self.read_paused = False

@@ -23,7 +23,7 @@ from plinko.app.errors import (
     shorten,
 )
 from plinko.app.web.edge.addresses import one_client
-from plinko.app.web.edge.answers import note
+from plinko.app.web.edge.front import note
 from plinko.app.web.schemas.body import decode, shaped
 from plinko.app.web.schemas.problem import Problem
 from plinko.app.web.services import Services

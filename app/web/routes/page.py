@@ -19,7 +19,7 @@ from starlette.staticfiles import NotModifiedResponse, StaticFiles
 from starlette.types import Scope
 
 from plinko.app.web.edge.accepted import accepts_brotli, asks_for, whole
-from plinko.app.web.edge.middleware import EMBEDDED
+from plinko.app.web.edge.front import EMBEDDED
 from plinko.app.web.page.languages import chosen, languages_of
 from plinko.app.web.page.release import parts
 from plinko.app.web.page.unfurl import card

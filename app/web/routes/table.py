@@ -7,12 +7,13 @@ than most requests. And it takes as long to find that a request has no query as 
 import inspect
 import re
 from collections import defaultdict
-from collections.abc import Callable, Coroutine, Iterable
+from collections.abc import Iterable
 from operator import attrgetter
 from typing import Any, Final
 
 from fastapi import APIRouter, Depends, Request, Response
 from fastapi.dependencies.models import Dependant
+from fastapi.middleware.asyncexitstack import AsyncExitStackMiddleware
 from fastapi.routing import APIRoute
 from starlette.routing import BaseRoute, Match, Route, WebSocketRoute
 from starlette.types import Receive, Scope, Send
@@ -64,19 +65,17 @@ def _any_of(patterns: Iterable[str]) -> re.Pattern[str]:
 class Operation(APIRoute):
     """A route that calls its function directly if the request has no query."""
 
-    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
-        solved = super().get_route_handler()
-        asked = self.dependant
-        if not _can_call(asked):
-            return solved
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self._is_direct = _can_call(self.dependant)
+        self._solved = AsyncExitStackMiddleware(super().handle)  # FastAPI's way needs it around
 
-        async def handle(request: Request) -> Response:
-            if request.scope["query_string"]:
-                return await solved(request)
-            response: Response = await _call(asked, request)
-            return response
-
-        return handle
+    async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["query_string"] or not self._is_direct:
+            await self._solved(scope, receive, send)
+            return
+        response: Response = await _call(self.dependant, Request(scope, receive, send))
+        await response(scope, receive, send)
 
 
 def _can_call(asked: Dependant) -> bool:

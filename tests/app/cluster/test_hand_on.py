@@ -21,7 +21,8 @@ from plinko.app.cluster.membership import Member, Seen
 from plinko.app.cluster.peers import Peers
 from plinko.app.errors import LeaseLostError
 from plinko.app.persistence.lease_book import LeaseBook
-from plinko.app.web.edge.answers import AnswerHeaders
+from plinko.app.settings import Settings
+from plinko.app.web.edge.front import Front
 from plinko.app.web.problems import problem_response
 from tests.kit.waiting import LIMIT, eventually, turns
 
@@ -51,6 +52,11 @@ def moved(holder: str = "") -> LeaseLostError:
     return LeaseLostError("it is elsewhere", holder=holder)
 
 
+def broken(_: Scope, error: Exception) -> Response:
+    """The connection to a server breaks as its application does."""
+    raise error
+
+
 @asynccontextmanager
 async def asking(
     here: Place, there: Place, root_path: str = "", **headers: str
@@ -58,12 +64,13 @@ async def asking(
     """A client of the server `here`, which can forward to the server `there`."""
     alive = Alive("", LeaseBook("a.1"), "a")
     alive.look(alive.me, [Seen(THERE, 0.0, connected=True)])
-    peers = Peers(httpx.ASGITransport(app=AnswerHeaders(there.app, root_path)))
+    settings = Settings(hosts=("*",), root_path=root_path)
+    peers = Peers(httpx.ASGITransport(app=Front(there.app, settings, broken)))
 
     async def fetch(room_id: str) -> None:
         raise AssertionError(room_id)
 
-    app = AnswerHeaders(HandOn(here.app, alive, peers, fetch), root_path)
+    app = Front(HandOn(here.app, alive, peers, fetch), settings)
     transport = httpx.ASGITransport(app=app, client=("192.0.2.7", 1))
     client = httpx.AsyncClient(transport=transport, base_url="http://here", headers=headers)
     async with peers.http, client:

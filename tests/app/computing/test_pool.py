@@ -6,7 +6,7 @@ import pytest
 
 from plinko.app.computing.pool import Workers
 from plinko.app.computing.process import Done, WorkerProcess
-from plinko.app.errors import BusyError, EndedError, answer
+from plinko.app.errors import BusyError, EndedError, response_for
 from tests.kit.waiting import turns
 
 
@@ -106,7 +106,7 @@ async def test_a_full_queue_refuses_work_until_it_drains() -> None:
     assert pool.full
     with pytest.raises(BusyError) as caught:
         await pool.run(nothing)
-    assert answer(caught.value).status == 503
+    assert response_for(caught.value).status == 503
     for each in asking:
         each.cancel()
     await asyncio.wait(asking)
@@ -206,7 +206,7 @@ async def test_closing_ends_what_runs_and_refuses_what_waits() -> None:
     pool.close()
     ends = await asyncio.gather(*asking, return_exceptions=True)
     assert [type(end) for end in ends] == [EndedError, BusyError, BusyError]
-    assert [answer(end).status for end in ends if isinstance(end, Exception)] == [503] * 3
+    assert [response_for(end).status for end in ends if isinstance(end, Exception)] == [503] * 3
     assert all(worker.ended for worker in pool.made)
     with pytest.raises(BusyError, match="the server is stopping"):
         await pool.run(nothing)

@@ -3,7 +3,7 @@
 import pytest
 
 from plinko.app.computing import prices, tasks
-from plinko.app.errors import CostError, answer
+from plinko.app.errors import CostError, response_for
 from plinko.app.web.routes.drops.pictures import pixels_of
 from plinko.engine import Board
 from plinko.engine.parameters import Exact, make_solver
@@ -27,7 +27,7 @@ def test_the_largest_animations_are_refused(seconds: float, fps: int) -> None:
     with pytest.raises(CostError, match="pixels x frames, and one request may take 3e") as refused:
         price.check()
     assert f"{price.amount:.3g}" in str(refused.value)
-    assert answer(refused.value).status == 422
+    assert response_for(refused.value).status == 422
 
 
 @pytest.mark.parametrize(("pixels", "fps"), [(PAGE, 30), (PAGE, 60), (WIDE, 10)])

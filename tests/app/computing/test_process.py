@@ -18,7 +18,7 @@ from plinko.app.computing import process
 from plinko.app.computing.inside import KEPT
 from plinko.app.computing.pool import Workers
 from plinko.app.computing.process import WorkerProcess
-from plinko.app.errors import CostError, DeadlineError, EndedError, InvalidValueError, answer
+from plinko.app.errors import CostError, DeadlineError, EndedError, InvalidValueError, response_for
 from plinko.engine import Board, drop, drop_many
 from plinko.engine.drops.batch import LEAST_CHUNK
 from tests.kit.waiting import eventually, lives
@@ -194,7 +194,7 @@ async def test_an_expensive_board_takes_no_more_than_any_other_work(
     many = functools.partial(drop_many, board, range(LEAST_CHUNK), threads=1)
     with pytest.raises(DeadlineError, match=r"longer than the 0\.1 s") as caught:
         await workers.run(many, deadline=0.1)
-    assert answer(caught.value).status == 422
+    assert response_for(caught.value).status == 422
     await gone(pid)
     assert await workers.run(os.getpid) != pid
 
@@ -280,7 +280,7 @@ async def test_a_worker_that_has_grown_ends_with_its_work(workers: Workers) -> N
 async def test_a_worker_that_dies_is_replaced(workers: Workers) -> None:
     with pytest.raises(EndedError) as caught:
         await workers.run(functools.partial(os._exit, 1))
-    assert answer(caught.value).status == 503
+    assert response_for(caught.value).status == 503
     assert await workers.run(os.getpid) != os.getpid()
 
 
@@ -320,5 +320,5 @@ async def test_closing_ends_what_runs_and_what_waits() -> None:
     (pid,) = await running(workers, 1)
     workers.close()
     ends = await asyncio.gather(*asking, return_exceptions=True)
-    assert [answer(end).status for end in ends if isinstance(end, Exception)] == [503] * 3
+    assert [response_for(end).status for end in ends if isinstance(end, Exception)] == [503] * 3
     await gone(pid)

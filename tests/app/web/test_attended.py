@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from starlette.requests import Request
 
-from plinko.app.errors import GoneError, answer
+from plinko.app.errors import GoneError, response_for
 from plinko.app.web.routes.common import attended
 
 
@@ -58,7 +58,7 @@ async def test_a_client_that_leaves_ends_its_work() -> None:
     with pytest.raises(GoneError) as gone:
         await asking
     assert ended.is_set()
-    assert answer(gone.value).status < 500
+    assert response_for(gone.value).status < 500
 
 
 async def test_a_request_that_is_cancelled_ends_its_work() -> None:

@@ -62,7 +62,7 @@ def test_a_client_that_does_not_listen_gets_no_broken_pipe(
     server: Running, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # A busy machine takes long for ten megabytes.
-    monkeypatch.setattr("plinko.app.web.edge.middleware._DISCARD_SECONDS", LIMIT)
+    monkeypatch.setattr("plinko.app.web.edge.front._DISCARD_SECONDS", LIMIT)
     head = b"POST /api/v1/drops HTTP/1.1\r\nHost: localhost\r\nContent-Length: 10000000\r\n\r\n"
     with dial(server) as connection:
         connection.sendall(head)

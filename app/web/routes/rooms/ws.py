@@ -26,9 +26,9 @@ from plinko.app.errors import (
     SessionStateError,
     SlowClientError,
     UndecidedError,
-    answer,
+    public_text,
+    response_for,
     shorten,
-    told,
 )
 from plinko.app.live.broadcast.audience import Player
 from plinko.app.live.broadcast.hub import Client, Mailbox
@@ -106,7 +106,7 @@ async def watch(socket: WebSocket, room_id: str, server: Server) -> None:
             with contextlib.suppress(WebSocketDisconnect):
                 await socket.send_text(messages.encode_event(_event(refused)).decode())
     if error is not None:
-        server.metrics.errors.labels(answer(error).code).inc()
+        server.metrics.errors.labels(response_for(error).code).inc()
         _log.info("client closed", extra={"room": shorten(room_id), "why": str(error)})
         await _close(socket, error, LINGER)
 
@@ -116,14 +116,14 @@ async def _close(socket: WebSocket, error: AppError, linger: float) -> None:
     if isinstance(error, SlowClientError):
         sever(socket.scope, linger)
     # RFC 6455 leaves 123 bytes for the reason.
-    reason = told(error).encode()[:120].decode(errors="ignore")
+    reason = public_text(error).encode()[:120].decode(errors="ignore")
     with contextlib.suppress(WebSocketDisconnect, TimeoutError, RuntimeError):
         async with asyncio.timeout(_CLOSE_SECONDS):
-            await socket.close(answer(error).close, reason)
+            await socket.close(response_for(error).close, reason)
 
 
 def _event(error: BaseException, ref: object = None) -> messages.Error:
-    return messages.Error(code=answer(error).code, detail=told(error), ref=ref)
+    return messages.Error(code=response_for(error).code, detail=public_text(error), ref=ref)
 
 
 def _key(room_id: str, hello: str, message: client_messages.DropMessage) -> IdempotencyKey | None:
@@ -212,7 +212,7 @@ class RoomClient:
             if not innocent and not self._strikes.take(time.monotonic()):
                 self.client.fail(AbuseError(f"too many bad messages; the last: {error}"))
                 return
-            self.server.metrics.errors.labels(answer(error).code).inc()
+            self.server.metrics.errors.labels(response_for(error).code).inc()
             ref = client_messages.peek(data, "ref") if isinstance(data, str) else None
             self._send(_event(error, ref))
 

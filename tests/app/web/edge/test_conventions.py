@@ -6,9 +6,9 @@ from pathlib import Path
 import httpx
 import pytest
 
-from plinko.app.errors import ANSWERS
 from plinko.app.web.limits import TokenBucket
 from tests.app.conftest import TINY
+from tests.app.test_errors import RESPONSES
 from tests.kit.serving import serving
 from tests.kit.waiting import LIMIT
 
@@ -113,9 +113,10 @@ def test_the_table_of_errors_has_every_code_at_its_status() -> None:
     socket_only = {"unknown-message", "no-such-ball", "too-many-messages", "room-full", "abuse"}
     socket_only |= {"too-slow", "client-gone"}
     missing = {
-        answer.code: answer.status
-        for answer in ANSWERS.values()
-        if answer.code not in socket_only and f"`{answer.code}`" not in table[str(answer.status)]
+        response.code: response.status
+        for response in RESPONSES.values()
+        if response.code not in socket_only
+        and f"`{response.code}`" not in table[str(response.status)]
     }
     assert missing == {}
 

@@ -14,7 +14,7 @@ import pytest
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from plinko.app.errors import LedgerError, told
+from plinko.app.errors import LedgerError, public_text
 from plinko.app.persistence.ledger.database import Database
 from plinko.app.web.problems import problem_of
 from tests.kit.serving import Running, constants, serving
@@ -143,7 +143,9 @@ def test_the_metrics_can_have_a_token(client: httpx.Client) -> None:
     ],
 )
 def test_a_database_s_error_appears_only_in_the_log(cause: str) -> None:
-    told_outside = json.dumps(vars_of(problem_of(LedgerError(cause)))) + told(LedgerError(cause))
+    told_outside = json.dumps(vars_of(problem_of(LedgerError(cause)))) + public_text(
+        LedgerError(cause)
+    )
     for secret in ("/var", "plinko.db", "10.0.0.7", "5432", "UNIQUE", "drops"):
         assert secret not in told_outside
     assert "the server's log has the reason" in told_outside

@@ -1,0 +1,74 @@
+"""The application: all routes as one table and the pages, behind one layer."""
+
+from collections.abc import Callable
+from contextlib import AbstractAsyncContextManager
+
+from fastapi import FastAPI
+from starlette.types import ASGIApp
+
+from plinko.app.settings import Settings, static_directory
+from plinko.app.web import openapi
+from plinko.app.web.edge.front import Front
+from plinko.app.web.problems import respond
+from plinko.app.web.routes import api_docs, boards, health, page, payouts
+from plinko.app.web.routes.drops import drops, many, maps, pictures
+from plinko.app.web.routes.rooms import (
+    halts,
+    invitations,
+    live,
+    moves,
+    players,
+    queues,
+    rooms,
+    scenes,
+    sessions,
+    ws,
+)
+from plinko.app.web.routes.table import RouteTable
+from plinko.engine import __version__
+
+_ROUTERS = (
+    boards, pictures, drops, many, payouts, maps, live, invitations, rooms, moves, queues, scenes,
+    sessions, players, halts, health, api_docs, ws,
+)  # fmt: skip
+
+
+class Application(FastAPI):
+    """FastAPI without its own layers; `surround` adds one around the routes.
+
+    `Front` does the work of FastAPI's layers and of Starlette's, in one.
+    """
+
+    def __init__(
+        self,
+        settings: Settings,
+        lifespan: Callable[[FastAPI], AbstractAsyncContextManager[None]],
+        surround: Callable[[ASGIApp], ASGIApp] = lambda app: app,
+    ) -> None:
+        super().__init__(
+            title="Plinko",
+            version=__version__,
+            summary="Seeded drops, replayable bit for bit",
+            description=openapi.DESCRIPTION,
+            openapi_tags=openapi.TAGS,
+            # FastAPI's docs pages load their code from another site, which the content security
+            # policy forbids; `api_docs` replaces them.
+            docs_url=None,
+            redoc_url=None,
+            openapi_url=None,
+            lifespan=lifespan,
+        )
+        self._settings = settings
+        self._surround = surround
+        routes = (route for each in _ROUTERS for route in each.router.routes)
+        self._table = RouteTable(routes, settings.root_path)
+        self.routes.append(self._table)
+        self.state.document = None
+        self.state.page = page.Page(static_directory())
+        self.mount("/", self.state.page, name="page")
+
+    def build_middleware_stack(self) -> ASGIApp:
+        return Front(self._surround(self.router), self._settings, respond)
+
+    def openapi(self) -> dict[str, object]:
+        return openapi.document(self, self._table.routes)
