@@ -218,7 +218,7 @@ export function paintBins(ctx, geometry, board, payout) {
     return;
   }
   const { size, texts, every } = labelsFor(ctx, geometry, board);
-  const first = ((multipliers.length - 1) / 2) % every;
+  const first = Math.floor((multipliers.length - 1) / 2) % every;
   boxes.forEach((box, bin) => {
     const { ink } = colours[bin];
     if ((bin - first) % every === 0) paintLabel(ctx, { text: texts[bin], ink, size }, box);

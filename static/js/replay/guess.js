@@ -6,8 +6,6 @@ import { multiplier } from "../util/format.js";
 
 /** @import { Board } from "../model/board.js" */
 
-const DAY_BOARD = "triangle-16";
-
 /** The panel with the question. `watching` is called to begin the fall. */
 export class Guess {
   /** @param {Board} board @param {() => void} watching */
@@ -47,15 +45,6 @@ export class Guess {
     const chosen = radiosOf("guess").find(({ checked }) => checked);
     return chosen ? Number(chosen.value) : null;
   }
-}
-
-/**
- * The drop of the day, the same for everybody: its seed is the date in UTC.
- * @param {Date} now
- * @returns {{board: string, seed: string}}
- */
-export function dropOfDay(now) {
-  return { board: DAY_BOARD, seed: now.toISOString().slice(0, 10).replaceAll("-", "") };
 }
 
 /**

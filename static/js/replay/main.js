@@ -14,7 +14,7 @@ import { FrameLoop } from "../util/frame-loop.js";
 import { figure } from "../util/scale.js";
 import { CloseUp, paintImpact } from "./closeup.js";
 import { describeEnergy, energyPlot } from "./energy-plot.js";
-import { dropOfDay, Guess, guessWords } from "./guess.js";
+import { Guess, guessWords } from "./guess.js";
 import { ImpactList } from "./impact-list.js";
 import { dropOf, prove, Replay } from "./replay.js";
 import { offerShare } from "./share.js";
@@ -214,12 +214,12 @@ function sureness({ amplification, x_error: error, certain }) {
 openPage(async (theme) => {
   offerFileCheck();
   const search = new URLSearchParams(window.location.search);
-  const today = search.has("today");
-  const { board, drop } = await dropOf({ ...readDrop(search), ...(today && dropOfDay(new Date())) });
+  if (search.has("today")) window.location.replace("today.html"); // a link of release 1.0
+  const { board, drop } = await dropOf(readDrop(search));
   const replay = await Replay.load(board, drop);
   const page = new ReplayPage(theme, replay, drop);
   showRecord(replay, drop);
   offerShare(drop, window.location.hash);
-  page.begin(today || search.has("guess"));
+  page.begin(search.has("guess"));
   await fillBoards(drop.board, board.name);
 });

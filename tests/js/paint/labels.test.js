@@ -26,6 +26,13 @@ test("a label is on one line, without its x in a narrow bin", () => {
   assert.deepEqual(narrow.map(([text]) => text).slice(0, 3), ["10", "3", "1.5"]);
 });
 
+test("an even number of bins is labelled, too", () => {
+  const board = triangle();
+  const multipliers = [...board.bins.multipliers, 10];
+  board.bins = { ...board.bins, edges: [...board.bins.edges, board.bins.edges.at(-1) + 0.5], multipliers };
+  assert.equal(written(board, 900).length, multipliers.length);
+});
+
 test("of very narrow bins that pay the same, some are labelled", () => {
   const board = triangle();
   const edges = Array.from({ length: 34 }, (_, i) => (i - 16.5) / 6);

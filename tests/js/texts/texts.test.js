@@ -118,7 +118,7 @@ test("a page has no text of its own in tags or attributes", () => {
 });
 
 test("placeholders are filled, numbers by the language's rules", () => {
-  assert.equal(t("play.row", { row: 3, rows: 16 }), "Row 3 of 16…");
+  assert.equal(t("today.of", { right: 3, played: 16 }), "3 of 16");
   assert.equal(t("count.drop", { n: 1 }), "1 ball");
   assert.equal(t("count.drop", { n: 12345 }), "12,345 balls");
   assert.equal(t("play.replay-seed", { board: "b", seed: "12345678901234567890" }),

@@ -5,6 +5,7 @@ import { aimAt } from "./aim.js";
 
 /** @import { BoardView } from "../../board/view.js" */
 /** @import { Game } from "../game.js" */
+/** @import { showBinOdds } from "../panels/bin-odds.js" */
 
 /**
  * Listens to a board's canvas.
@@ -31,8 +32,9 @@ export function followPointer(game, view, onPick) {
   moving.addEventListener("pointermove", (event) => show(event.pointerType === "mouse" ? aim(event) : null));
   moving.addEventListener("pointerleave", () => show(null));
   moving.addEventListener("pointerover", async (event) => {
-    const { showBinOdds } = await import(new URL("../panels/bin-odds.js", import.meta.url).href);
-    showBinOdds(game, view, event);
+    /** @type {{showBinOdds: typeof showBinOdds}} */
+    const odds = await import(new URL("../panels/bin-odds.js", import.meta.url).href);
+    odds.showBinOdds(game, view, event);
   }, { once: true });
   moving.addEventListener("click", (event) => {
     const place = view.aimOf(event);

@@ -9,6 +9,7 @@ import { byId, onClick } from "../../util/dom.js";
 import { amount, multiplier } from "../../util/format.js";
 
 /** @import { BoardView } from "../../board/view.js" */
+/** @import { saveVideo } from "../../net/video.js" */
 /** @import { Played } from "../../model/player/account.js" */
 /** @import { Theme } from "../../paint/theme.js" */
 
@@ -132,8 +133,9 @@ export class Moment {
     button.disabled = true;
     words.textContent = t("page.computing");
     try {
-      const { saveVideo } = await import(new URL("../../net/video.js", import.meta.url).href);
-      await saveVideo(this.#won);
+      /** @type {{saveVideo: typeof saveVideo}} */
+      const video = await import(new URL("../../net/video.js", import.meta.url).href);
+      await video.saveVideo(this.#won);
       this.hide();
     } catch (error) {
       words.textContent = messageOf(error);
