@@ -51,9 +51,9 @@
  * @property {string} signature
  *
  * @typedef {{type: "accepted", ref?: string | null, explicit_x: boolean, aim?: number,
- *   practice?: boolean, receipt?: SignedReceipt, visitor?: number} & BallStart} Accepted
+ *   practice?: boolean, stake?: number, receipt?: SignedReceipt, visitor?: number} & BallStart} Accepted
  * @typedef {{type: "accepted", ref?: string | null, explicit_x?: boolean, x?: number, aim?: number,
- *   practice?: boolean, receipt?: SignedReceipt, visitor?: number} & Omit<BallStart, "x">} BriefAccepted in
+ *   practice?: boolean, stake?: number, receipt?: SignedReceipt, visitor?: number} & Omit<BallStart, "x">} BriefAccepted in
  *   the stream `seeds`: x only if it does not follow from the seed
  * @typedef {{visitor: number} & Tag} Visitor
  * @typedef {{type: "presence", here: number, visitors: Visitor[], you?: number}} Presence the visitors of the table

@@ -30,7 +30,9 @@ def test_two_visitors_meet_and_the_demo_ends_with_the_first_ball(
     expect(mark).to_be_hidden()
     one.drawer("Game")
     landing = one.page.locator("#landings > li")
-    expect(landing).to_have_text(re.compile(r"^Ada[\d.]+xReplay$"))
+    expect(landing).to_have_text(re.compile(r"^Ada[\d.]+x\d+\.\d\dReplay$"))
+    expect(one.page.locator("#feed > li")).to_have_text(re.compile(r"^Ada[\d.]+x\d+\.\d\d$"))
+    expect(two.page.locator("#feed > li")).to_have_count(0)
     expect(landing.get_by_role("link")).to_have_attribute("href", re.compile(quick.board))
     expect(one.page.locator("#tray-count")).to_have_text("1 ball landed at this table")
 

@@ -1,5 +1,6 @@
 // The visitors of a table, the owners of its balls, and the last landings. Pure.
 
+import { payoutOf } from "../payout.js";
 import { colourOf } from "../player/colour.js";
 
 /** @import { Landed, Presence, Tag, Visitor } from "../messages.js" */
@@ -12,7 +13,8 @@ const MOST_LANDINGS = 8;
  * @typedef {{visitor?: number} & Tag} Owner of a ball; name and colour are those of the drop's tag, if it has
  *   one, and otherwise the visitor's
  * @typedef {{mine: boolean, owner: Owner | null, ball: Pick<Ball, "seed" | "x" | "explicit" | "aim">,
- *   score: number, bin: number | null}} Landing owner: at the time of the landing; null if unknown
+ *   score: number, bin: number | null, paid: number | null}} Landing owner: at the time of the landing; null if unknown;
+ *   paid: minor units, null without a stake
  */
 
 /** The visitors of one table, from its presence events. */
@@ -78,9 +80,10 @@ export class Company {
 
   /** @param {Ball} ball @param {Pick<Landed, "bin" | "score">} outcome @returns {Landing} */
   landed(ball, { bin, score }) {
-    const { seed, x, explicit, aim } = ball;
+    const { seed, x, explicit, aim, staked } = ball;
     const mine = ball.mine || (ball.visitor !== undefined && ball.visitor === this.you); // of another tab
-    const landing = { mine, owner: this.ownerOf(ball), ball: { seed, x, explicit, aim }, score, bin };
+    const paid = staked === undefined ? null : payoutOf(staked, score);
+    const landing = { mine, owner: this.ownerOf(ball), ball: { seed, x, explicit, aim }, score, bin, paid };
     this.landings = [landing, ...this.landings].slice(0, MOST_LANDINGS);
     this.onChange();
     return landing;

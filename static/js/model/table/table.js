@@ -35,6 +35,7 @@ const MOST_KEYFRAMES = 600; // of one ball, while the page does not draw (a hidd
  * @property {number} start table time, s
  * @property {boolean} mine
  * @property {number} [stake] credits, if this player staked them on it
+ * @property {number} [staked] minor units, whoever staked them
  * @property {number} [visitor] its owner, if known
  * @property {Tag} [tag] of its drop
  * @property {string} [by] its owner's name
@@ -111,6 +112,7 @@ export class Table {
     const explicit = event.explicit_x ?? false;
     const ball = this.#add(event, { mine, explicit, fresh: true, from });
     ball.aim = event.aim;
+    ball.staked = event.stake;
     ball.visitor = event.visitor;
     if (!mine && event.receipt && !event.colour) ball.pose.colour = colourOf(event.receipt.receipt.session);
     return ball;

@@ -2,12 +2,14 @@
 
 import { labelOf } from "../../model/board.js";
 import { swatchOf } from "../../model/table/company.js";
+import { MINOR_UNITS } from "../../model/player/account.js";
 import { COLOURS } from "../../model/player/colour.js";
 import { replayLink } from "../../net/drop-address.js";
 import { coloursOf, prizeOf } from "../../paint/prizes.js";
 import { t } from "../../texts/text.js";
 import { copyFrom } from "../../util/copy.js";
 import { byId, check, make, onClick, onSubmit, radioValue } from "../../util/dom.js";
+import { amount } from "../../util/format.js";
 import { nameOf } from "../account/self.js";
 
 /** @import { Board } from "../../model/board.js" */
@@ -15,6 +17,7 @@ import { nameOf } from "../account/self.js";
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
 
+const FED = 5; // landings of others next to the board
 const SHOWN_MS = 250; // between two updates while many balls land
 const TOLD_MS = 2100; // between two changes of the name: the server refuses faster ones
 
@@ -22,15 +25,17 @@ const TOLD_MS = 2100; // between two changes of the name: the server refuses fas
 export function showCompany(game, theme) {
   const show = () => {
     const { company } = game.room;
-    const others = company.visitors.filter(({ visitor }) => visitor !== company.you);
+    const visitors = company.visitors.filter(({ visitor }) => visitor !== company.you);
     byId("company-here").textContent = company.here > 1
       ? t("company.others", { n: company.here - 1 })
       : t("company.alone");
-    byId("people").replaceChildren(...others.map((visitor) =>
+    byId("people").replaceChildren(...visitors.map((visitor) =>
       make("li", {}, swatch(swatchOf(visitor)), make("bdi", {}, called(visitor)))));
     const { landings } = company;
     byId("landings").hidden = landings.every(({ mine }) => mine);
     byId("landings").replaceChildren(...landings.map((landing) => rowOf(landing, game, theme)));
+    const others = landings.filter(({ mine }) => !mine).slice(0, FED);
+    byId("feed").replaceChildren(...others.map((landing) => make("li", {}, ...cellsOf(landing, game, theme))));
   };
   game.onCalm("company", SHOWN_MS, show);
   theme.onChange(show);
@@ -42,17 +47,25 @@ export function showCompany(game, theme) {
   });
 }
 
-/** @param {Landing} landing @param {Game} game @param {Theme} theme */
-function rowOf({ mine, owner, ball, score, bin }, { room: { hello, own } }, theme) {
-  const board = hello?.board ?? null;
+/** @param {Landing} landing @param {Game} game @param {Theme} theme @returns {HTMLElement[]} who won what */
+function cellsOf({ mine, owner, score, bin, paid }, { room: { hello } }, theme) {
   const colour = mine ? (owner?.colour ?? theme.palette.ball) : (owner ? swatchOf(owner) : theme.palette.other);
   const who = mine ? t("company.you") : called(owner);
-  const row = make("li", {}, swatch(colour), make("bdi", {}, who), paidMark(theme, board, bin, score));
+  const sum = make("span", { class: "sum" }, paid === null ? "" : amount(paid / MINOR_UNITS));
+  return [swatch(colour), make("bdi", {}, who), paidMark(theme, hello?.board ?? null, bin, score), sum];
+}
+
+/** @param {Landing} landing @param {Game} game @param {Theme} theme */
+function rowOf(landing, game, theme) {
+  const { room: { hello, own } } = game;
+  const { mine, owner, ball, score, bin } = landing;
+  const row = make("li", {}, ...cellsOf(landing, game, theme));
   // A ball that others knocked cannot be replayed from its seed.
   if (hello?.mode === "interacting") return row;
   const { seed, x, explicit, aim } = ball;
   const href = replayLink({ board: own.address, seed, x: explicit ? x : null, aim });
-  const name = t("company.replay", { who, pays: prizeOf(board, bin, score) });
+  const who = mine ? t("company.you") : called(owner);
+  const name = t("company.replay", { who, pays: prizeOf(hello?.board ?? null, bin, score) });
   row.append(make("a", { class: "again", href, "aria-label": name }, t("play.replay")));
   return row;
 }
