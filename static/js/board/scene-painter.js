@@ -31,6 +31,10 @@ const PAID_RISE = 46; // CSS pixels that a score rises
 export class ScenePainter {
   #damage = new Damage();
   #points = new Float64Array(64);
+  /** @type {ReturnType<typeof facesOf> | null} */
+  #faces = null;
+  /** @type {ReturnType<typeof makeFlashes> | null} */
+  #flashes = null;
   /** Balls by the colour of their tails. @type {Map<string, SceneBall[]>} */
   #tails = new Map();
 
@@ -41,14 +45,22 @@ export class ScenePainter {
     this.density = density;
     this.theme = theme;
     this.radius = board.ball.radius * geometry.scale;
-    const { palette } = theme;
+    this.still = still;
     this.stamps = new StampBook(this.radius, density, theme);
     this.names = new NameBook(Math.max(12, Math.min(26, 0.2 * geometry.scale)), density);
-    const largest = board.pegs.reduce((most, peg) => Math.max(most, peg.radius), 0.01);
-    this.faces = facesOf(still, Math.floor(geometry.binTop * density));
-    this.flashes = makeFlashes(largest * geometry.scale, density, palette.flash);
     // The previous painter may have left something on the canvas.
     this.#damage.add(0, 0, geometry.width, geometry.height);
+  }
+
+  /** The bins at rest, kept from when a ball first hits one. */
+  get faces() {
+    return (this.#faces ??= facesOf(this.still, Math.floor(this.geometry.binTop * this.density)));
+  }
+
+  /** The stamps of flashes, made for the first one. */
+  get flashes() {
+    const largest = this.board.pegs.reduce((most, peg) => Math.max(most, peg.radius), 0.01);
+    return (this.#flashes ??= makeFlashes(largest * this.geometry.scale, this.density, this.theme.palette.flash));
   }
 
   /** @param {CanvasRenderingContext2D} ctx scaled to CSS pixels @param {Scene} scene */

@@ -20,6 +20,8 @@ export function widest({ width, height }, heightOf) {
 
 /** Fits a board's box to its stage; without a stage the box has the width of its parent. */
 export class StageFit {
+  #height = 0; // of the stage, CSS pixels
+
   /** @param {HTMLElement} box @param {() => void} onResize */
   constructor(box, onResize) {
     this.box = box;
@@ -37,6 +39,7 @@ export class StageFit {
     const { clientWidth, clientHeight: height } = this.stage;
     const width = clientWidth - 2 * parseFloat(getComputedStyle(this.stage).paddingLeft);
     if (width <= 0 || !height) return 0;
+    this.#height = height;
     const fitting = Math.max(1, widest({ width, height }, heightOf));
     this.box.style.width = `${fitting}px`;
     document.documentElement.style.setProperty("--board-width", `${fitting}px`);
@@ -49,7 +52,7 @@ export class StageFit {
    */
   shine(height, dropY) {
     if (!this.stage) return;
-    const top = (this.stage.clientHeight - height) / 2;
+    const top = (this.#height - height) / 2;
     this.stage.style.setProperty("--ray-y", `${Math.round(top + dropY)}px`);
   }
 }

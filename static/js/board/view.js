@@ -14,7 +14,7 @@ import { StageFit } from "./stage-fit.js";
 /** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
 
-/** Draws a board and the scenes on it. `onLayout(geometry)` is called when the size has changed. */
+/** Draws a board and the scenes on it. `onLayout(geometry)` is called in the next frame, and when the size has changed. */
 export class BoardView {
   /** @type {Geometry | null} */
   geometry = null;
@@ -49,13 +49,15 @@ export class BoardView {
 
   /** @param {Board} board @param {number[]} slots */
   setBoard(board, slots) {
+    this.geometry = null;
+    this.#painter = null;
     this.theme.enter(placeOf(board.name));
     this.#shown = { board, slots };
     // With all its backdrops the board is opaque. The browser then need not blend it with the page below.
     const { around, plate } = this.grounds;
     this.still.getContext("2d", { alpha: !around || !plate });
     this.#width = 0;
-    this.relayout();
+    requestAnimationFrame(() => this.relayout());
   }
 
   /** Fits the canvases to their box and the display, if one of these has changed. */

@@ -163,9 +163,10 @@ export class Theme {
   #apply() {
     const look = this.lookOf(this.#place);
     const { style, dataset } = document.documentElement;
-    for (const [name, colour] of Object.entries(look.palette)) {
-      style.setProperty(`--${kebab(name)}`, colour);
-    }
+    const shown = getComputedStyle(document.documentElement);
+    const wrong = Object.entries(look.palette).filter(([name, colour]) =>
+      shown.getPropertyValue(`--${kebab(name)}`) !== colour);
+    for (const [name, colour] of wrong) style.setProperty(`--${kebab(name)}`, colour); // each styles the whole page anew
     style.colorScheme = this.#scheme === "system" ? "" : this.#scheme;
     dataset.ground = look.ground;
     return look;

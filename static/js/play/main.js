@@ -4,8 +4,9 @@ import { messageOf } from "../net/api.js";
 import { streamsFor } from "../net/streams.js";
 import { Theme } from "../paint/theme.js";
 import { openSolver } from "../solver/solver.js";
-import { t } from "../texts/text.js";
+import { number, t } from "../texts/text.js";
 import { byId } from "../util/dom.js";
+import { pause } from "../util/frame-loop.js";
 import { keepOffline } from "../util/offline.js";
 import { local } from "../util/storage.js";
 import { Visited } from "../model/player/visited.js";
@@ -32,7 +33,10 @@ async function start() {
   keepOffline();
   // Without WebAssembly the server sends paths, and the page computes nothing.
   const opening = openSolver().catch(() => null);
-  const theme = await Theme.load();
+  const loading = Theme.load();
+  await pause();
+  number(0); // loads how the language writes numbers, which takes long
+  const theme = await loading;
   await leadBack(new Visited(local));
   const solver = await opening;
   const streams = streamsFor(asked.get("stream"), solver !== null);

@@ -13,6 +13,7 @@ import { TickClock } from "../net/tick-clock.js";
 import { PHYSICS_VERSION } from "../solver/digest.js";
 import { BoardError } from "../solver/errors.js";
 import { t } from "../texts/text.js";
+import { pause } from "../util/frame-loop.js";
 import { fairPlaceOf, OwnDrops } from "./own-drops.js";
 
 /** @import { Accepted, BriefAccepted, BriefLanded, ClockMessage, Hello, Landed, Refusal, Missed, Snapshot, TableMessage } from "../model/messages.js" */
@@ -291,13 +292,18 @@ export class Room {
     return this.#visit;
   }
 
-  /** @param {Hello} hello @returns {Solve | null} null for another stream, or if this page cannot compute the board */
-  #solveFor({ stream, board, physics_version: version }) {
+  /**
+   * A preset is known to be right, so that it can be read a moment later.
+   * @param {Hello} hello @returns {Solve | null} null for another stream, or if this page cannot compute the board
+   */
+  #solveFor({ stream, board, board_name: name, physics_version: version }) {
     const { solver } = this;
     if (stream !== SEEDS || !solver || version !== PHYSICS_VERSION) return null;
     try {
-      const whole = solver.read(board);
-      return (start) => solver.drop(whole, start);
+      let whole = readBoardName(name) ? null : solver.read(board);
+      const read = () => (whole ??= solver.read(board));
+      void pause().then(read);
+      return (start) => solver.drop(read(), start);
     } catch (error) {
       if (!(error instanceof BoardError)) throw error;
       return null;

@@ -8,7 +8,8 @@ import texts from "./en.json" with { type: "json" };
 /** @type {string} the page's language, as BCP 47 names it */
 export const language = texts["language"];
 
-const plurals = new Intl.PluralRules(language);
+/** @type {Intl.PluralRules | null} made when first needed, as loading them takes long */
+let plurals = null;
 /** @type {Map<string, Intl.NumberFormat>} */
 const formats = new Map();
 
@@ -22,8 +23,14 @@ const formats = new Map();
 export function t(key, values = {}) {
   /** @type {string | Record<string, string>} */
   const found = texts[key];
-  const text = typeof found === "string" ? found : (found[plurals.select(Number(values.n))] ?? found.other);
+  const text = typeof found === "string" ? found : pluralOf(found, Number(values.n));
   return text.replace(/\{(\w+)\}/g, (_, name) => shown(values[name]));
+}
+
+/** @param {Record<string, string>} forms @param {number} n */
+function pluralOf(forms, n) {
+  plurals ??= new Intl.PluralRules(language);
+  return forms[plurals.select(n)] ?? forms.other;
 }
 
 /** @param {string | number} value */

@@ -1,4 +1,7 @@
-// Draws at the display's rate, only while something moves.
+// Divides work: drawing at the display's rate, only while something moves, and long work in parts.
+
+/** Lets the browser paint and react before the next part of long work. @returns {Promise<void>} */
+export const pause = () => new Promise((done) => { window.setTimeout(done); });
 
 /** Calls `draw(nowMs)` each frame until it returns false; `wake()` starts it again. */
 export class FrameLoop {

@@ -2,7 +2,7 @@
 
 import { mostStake } from "../../model/payout.js";
 import { MINOR_UNITS } from "../../model/player/account.js";
-import { language, number, t } from "../../texts/text.js";
+import { number, t } from "../../texts/text.js";
 import { readNumber } from "../../util/number-text.js";
 
 export const LEAST_STAKE = 0.01;
@@ -10,16 +10,19 @@ export const MOST_STAKE = 1_000_000;
 export const MOST_BALLS = 1_000_000; // of an auto-drop with an end
 export const FACTORS = { least: 0.1, most: 100 }; // of a stake, after a win or a loss
 const CLIP = 24; // characters of an invalid value that are shown
-// The thousands separator of the page's language.
-const GROUP = new Intl.NumberFormat(language).formatToParts(12345.6).find(({ type }) => type === "group")?.value ?? "";
-const GROUPED = new RegExp(`^[1-9]\\d{0,2}(?:\\${GROUP}\\d{3})+(?:[.,]\\d*)?$`);
 
 /** @param {string} text @returns {number | null} rounded to hundredths; null if invalid */
 export function readAmount(text) {
-  const trimmed = text.trim();
-  const bare = GROUPED.test(trimmed) ? trimmed.split(GROUP).join("") : trimmed;
+  const bare = ungrouped(text.trim());
   const amount = /^[\d.,]+$/.test(bare) ? readNumber(bare) : null; // without a sign or an exponent
   return amount === null ? null : Math.round(100 * amount) / 100;
+}
+
+/** @param {string} text @returns {string} without the thousands separators of the page's language, if it has them right */
+function ungrouped(text) {
+  const group = number(11111).replaceAll(number(1), "");
+  const grouped = new RegExp(`^[1-9]\\d{0,2}(?:\\${group}\\d{3})+(?:[.,]\\d*)?$`);
+  return grouped.test(text) ? text.split(group).join("") : text;
 }
 
 /** @param {number[] | null} multipliers of the board, null before it is known @returns {number} the largest stake */

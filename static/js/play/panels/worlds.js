@@ -5,6 +5,7 @@ import { isOwn, worldWords } from "../../model/worlds.js";
 import { paintSample } from "../../paint/sample.js";
 import { fitted } from "../../util/canvas.js";
 import { byId, make } from "../../util/dom.js";
+import { pause } from "../../util/frame-loop.js";
 
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
@@ -36,8 +37,12 @@ function fill(box, game, theme) {
       radio.disabled = choice === null || game.locked;
     }
   };
-  const paint = () => {
+  let turn = 0;
+  const paint = async () => {
+    const own = (turn += 1);
     for (const { world, picture } of cards) {
+      await pause();
+      if (own !== turn) return; // the size or the colours have changed meanwhile
       const { clientWidth: width, clientHeight: height } = picture;
       if (!width || !height) return;
       const look = theme.lookOf(world === HOUSE ? null : world);
