@@ -287,6 +287,12 @@ class DamagedRoomError(LedgerError):
     )
 
 
+class PrunedError(LedgerError):
+    """The drops are older than the server keeps them, and were deleted."""
+
+    response = ErrorResponse(410, "pruned", "Older than the server keeps drops")
+
+
 class LeaseLostError(LedgerError):
     """Another server has the room now: the request had no effect here.
 

@@ -24,6 +24,7 @@ from plinko.app.listening import listen, server_over
 from plinko.app.live.arriving import any_room
 from plinko.app.live.broadcast.hub import Hub
 from plinko.app.live.registry import Rooms
+from plinko.app.live.retention import Retention
 from plinko.app.live.sessions.fair_sessions import FairSessions
 from plinko.app.live.shared_rooms import SharedRooms
 from plinko.app.ops import logs
@@ -227,13 +228,21 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     feeding = asyncio.create_task(
         feed_relays(app.state.bus, server.rooms, server.client_ids), name="feeding"
     )
+    retention = Retention(
+        server.ledger,
+        server.fair,
+        server.settings.retention,
+        mine=lambda: server.others is None or server.others.first,
+        now=server.rooms.persistence.now,
+    )
+    pruning = asyncio.create_task(retention.run(), name="retention")
     hooks = server.webhooks
     sending = asyncio.create_task(hooks.run() if hooks else asyncio.sleep(0), name="webhooks")
     try:
         yield
     finally:
         preparing.cancel()
-        tasks = (following, joining, feeding, sending, rest, checking)
+        tasks = (pruning, following, joining, feeding, sending, rest, checking)
         for task in (*tasks, server.ticking):
             task.cancel()
             with contextlib.suppress(asyncio.CancelledError):

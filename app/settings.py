@@ -101,6 +101,13 @@ class Settings:
         "characters; when not given, nobody can halt tables",
         secret=True,
     )
+    retention: float = _setting(
+        0.0,
+        "days after which landed drops are deleted, with their results and receipts, except those "
+        "of open fair sessions; 0 keeps them, otherwise at least 1",
+        0,
+        36_500,
+    )
     webhooks: str = _setting(
         "",
         "JSON file of the addresses that receive each drop and landing, with their secrets: see "
@@ -145,6 +152,11 @@ class Settings:
             raise SettingError(
                 f"address={self.address!r} is not an address such as http://10.0.0.1:8000",
                 field="address",
+            )
+        if 0.0 < self.retention < 1.0:
+            raise SettingError(
+                f"retention={self.retention:g} is less than a day; 0 keeps all drops",
+                field="retention",
             )
         for name in ("secret", "operator_token"):
             if 0 < len(given := getattr(self, name)) < _SECRET:

@@ -42,6 +42,7 @@ GROUPS = {
         "halt": "server.halt",
         "relay": "server.relay",
         "rooms": "server.rooms",
+        "players": "server.players",
     },
 }
 """Subcommands in the order of the help. Each module of this package defines one as `command`."""

@@ -244,13 +244,33 @@ class QueueRow:
     data: str
 
 
-@dataclass(frozen=True, slots=True)
-class Pruned:
-    """Numbers of deleted rows: room runs, their drops and inputs."""
+@dataclass(slots=True, eq=False)
+class Prune:
+    """Delete some rows that are older than `before`, a Unix time in s.
 
-    rooms: int
-    drops: int
-    inputs: int
+    run: drops of this run from number `first` on, or the run itself if it is over; None: keys of
+    requests. The writer sets how many `rooms` (runs), `drops` and `inputs` it has deleted, and
+    `next`: where the next step begins, None if there is none.
+    """
+
+    run: int | None
+    before: float
+    first: int = 0
+    rooms: int = 0
+    drops: int = 0
+    inputs: int = 0
+    next: int | None = None
+
+
+@dataclass(slots=True, eq=False)
+class Erase:
+    """Take the mark and the tags of a player from some drops and inputs.
+
+    The writer sets how many `rows` it has changed; 0: nothing of the player is left.
+    """
+
+    who: str
+    rows: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -450,4 +470,6 @@ Write = (
     | Halt
     | Release
     | Received
+    | Prune
+    | Erase
 )

@@ -42,8 +42,8 @@ def command(url: str, room: str | None, release: bool, as_json: bool) -> None:
     )
 
 
-def ask(url: str, path: str, body: dict[str, object]) -> JsonObject:
-    """POST `body` to the server at `url` and return its answer; raises SettingError on failure."""
+def ask(url: str, path: str, body: dict[str, object] | None, method: str = "POST") -> JsonObject:
+    """Send `body` to the server at `url` and return its answer; raises SettingError on failure."""
     address = urllib.parse.urlsplit(url)
     if address.scheme not in ("http", "https") or not address.netloc:
         raise SettingError(f"{url!r} is not an address such as http://127.0.0.1:8000", field="url")
@@ -51,7 +51,7 @@ def ask(url: str, path: str, body: dict[str, object]) -> JsonObject:
     if token := os.environ.get(TOKEN):
         headers["authorization"] = f"Bearer {token}"
     asked = urllib.request.Request(
-        f"{url.rstrip('/')}{path}", json.dumps(body).encode(), headers, method="POST"
+        f"{url.rstrip('/')}{path}", json.dumps(body or {}).encode(), headers, method=method
     )
     try:
         with urllib.request.urlopen(asked, timeout=PATIENCE) as answer:

@@ -1,5 +1,6 @@
 """`plinko ledger`: check, clean and restore the ledger, the database of a server, and its key."""
 
+import collections
 import contextlib
 import dataclasses
 import time
@@ -59,23 +60,34 @@ def _opened(settings: Settings, *, check: bool = True) -> Iterator["Database"]:
 
 @command.command(name="prune")
 @click.option("--keep-days", type=click.FloatRange(min=0.0), required=True, metavar="X",
-              help="Delete rooms closed more than X days ago.")  # fmt: skip
+              help="Delete drops and closed rooms older than X days.")  # fmt: skip
 @click.option("--dry-run", is_flag=True, help="Only count what would be deleted.")
 @_which
 def prune(keep_days: float, dry_run: bool, **flags: object) -> None:
-    """Delete closed rooms with their drops, inputs and results.
+    """Delete old drops, with their results and receipts, and rooms that were closed long ago.
 
-    Open rooms stay, however old, so that they can be replayed. Boards stay too.
+    The same as the setting `retention` of a running server. Open rooms stay, without their old
+    drops, and so do the drops of open fair sessions, boards, sums, and the log of receipts.
     """
-    from plinko.app.persistence.statements import store
+    from plinko.app.persistence.statements import retention
+    from plinko.app.rooms.records import Prune
 
+    before, gone = time.time() - keep_days * _DAY, collections.Counter[str]()
     with _opened(Settings.load(overrides=flags)) as database:
         with database.transaction() as connection:
-            gone = store.prune(connection, time.time() - keep_days * _DAY, keep=dry_run)
+            steps = [Prune(run, before) for run in retention.runs(connection, before)]
+            for step in steps:
+                retention.prune(connection, [step])
+                gone.update(rooms=step.rooms, drops=step.drops, inputs=step.inputs)
+                if step.next is not None:
+                    steps.append(Prune(step.run, before, step.next))
+            if dry_run:
+                connection.rollback()
         if not dry_run:
             database.compact()
     would = "would be deleted" if dry_run else "deleted"
-    echo(f"{gone.rooms} closed rooms, {gone.drops} drops, {gone.inputs} inputs {would}")
+    counts = f"{gone['rooms']} closed rooms, {gone['drops']} drops, {gone['inputs']} inputs"
+    echo(f"{counts} {would}")
 
 
 @command.command(name="check")

@@ -13,7 +13,7 @@ from typing import Final
 
 import sqlalchemy as sa
 
-from plinko.app.errors import DamagedRoomError, LeaseLostError, LedgerError
+from plinko.app.errors import DamagedRoomError, LeaseLostError, LedgerError, PrunedError
 from plinko.app.persistence.ledger.commit_queue import (
     CommitQueue,
     Fate,
@@ -204,8 +204,8 @@ class Committer:
         try:
             with self._database.transaction() as connection:
                 job.result = job.read(connection)
-        except DamagedRoomError as error:
-            failure = error  # one room is damaged, the database works
+        except (DamagedRoomError, PrunedError) as error:
+            failure = error  # of one room; the database works
         except Exception as error:  # noqa: BLE001 - the caller gets it
             failure = LedgerError(f"the ledger cannot be read: {reason(error)}")
         self._queue.done([job])

@@ -5,6 +5,7 @@ is refused never had a number, so nothing is ever taken back. A transaction that
 tried again, or its requests are refused.
 """
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 
@@ -228,12 +229,17 @@ def _refusal(connection: Connection, request: NewInput, number: int) -> AppError
 def table_state(connection: Connection, run: int) -> TableState:
     """The drops of a table's run: their sums, and those that have no result."""
     ball, tick = _last(connection, run)
-    tally = tables.tallies.c
-    chosen = select(tally.bin, tally.results).where(tally.room == run)
-    sums = {None if row.bin < 0 else row.bin: row.results for row in connection.execute(chosen)}
+    sums = sums_of(connection, run)
     missing = ball + 1 - sum(sums.values())
     flying = _missing(connection, run, ball + 1, missing)
     return TableState(ball + 1, tick, _rest(connection, run), sums, flying)
+
+
+def sums_of(connection: Connection, run: int) -> dict[int | None, int]:
+    """The number of a run's results by bin, None for balls without a bin."""
+    tally = tables.tallies.c
+    chosen = select(tally.bin, tally.results).where(tally.room == run)
+    return {None if row.bin < 0 else row.bin: row.results for row in connection.execute(chosen)}
 
 
 def _rest(connection: Connection, run: int) -> int:
@@ -246,8 +252,9 @@ def _rest(connection: Connection, run: int) -> int:
 def _missing(connection: Connection, run: int, end: int, count: int) -> list[DropRow]:
     """The drops without a result. They are among the last ones, so the search is short."""
     found: list[DropRow] = []
-    while len(found) < count and end > 0:
-        first = max(0, end - _PAGE)
+    start = connection.scalar(select(tables.rooms.c.pruned).where(tables.rooms.c.number == run))
+    while len(found) < count and end > (start or 0):
+        first = max(start or 0, end - _PAGE)
         page = store.drops(connection, run, first, end - first)
         found += [drop for drop, result in reversed(page) if result is None]
         end = first
@@ -258,9 +265,12 @@ def state_at_end(connection: Connection, run: int, tick: int) -> TableState:
     """The drops of a run that was closed at `tick`, with those that had not landed by then."""
     ball, last = _last(connection, run)
     drop, result = tables.drops.c, tables.results.c
-    landed = (result.room == run) & (result.digest != "") & (result.tick <= tick)
-    chosen = select(result.bin, func.count()).where(landed).group_by(result.bin)
-    sums = {bin_: int(count) for bin_, count in connection.execute(chosen)}
+    of_run = result.room == run
+    landed = of_run & (result.digest != "") & (result.tick <= tick)
+    chosen = select(result.bin, func.count()).where(of_run, ~landed).group_by(result.bin)
+    counts = Counter(sums_of(connection, run))
+    counts.subtract({bin_: int(count) for bin_, count in connection.execute(chosen)})
+    sums = dict(+counts)
     ended = select(result.ball).where(landed)
     flying = store.FACTS.where(drop.room == run, drop.ball.not_in(ended))
     rows = connection.execute(flying.order_by(drop.ball))

@@ -11,6 +11,7 @@ from typing import Any, Final
 import msgspec
 from sqlalchemy import Connection, func, insert, select, tuple_, update
 
+from plinko.app.errors import PrunedError
 from plinko.app.persistence.statements import history, tables
 from plinko.app.persistence.statements.store import basis, result_of
 from plinko.app.rooms.canonical import canonical
@@ -76,6 +77,8 @@ def session(connection: Connection, session_id: str) -> tuple[FairSessionRow, in
         .order_by(receipt.number.desc())
         .limit(1)
     ).first()
+    if row.end is not None:  # its receipts may have been pruned
+        return row, msgspec.json.decode(row.end)["drops"], row.opened
     if last is None:
         return row, 0, row.opened
     return row, last.number + 1, msgspec.json.decode(last.receipt)["time"] / 1000.0
@@ -93,6 +96,13 @@ def unended(connection: Connection) -> list[tuple[str, str, int]]:
         .order_by(row.id)
     )
     return [(each[0], each[1], int(each[2])) for each in connection.execute(chosen)]
+
+
+def unended_before(connection: Connection, before: float) -> list[str]:
+    """The ids of open sessions that began before this Unix time, in s."""
+    row = tables.fair_sessions.c
+    chosen = select(row.id).where(row.end.is_(None), row.opened < before).order_by(row.opened)
+    return list(connection.execute(chosen).scalars())
 
 
 def unended_since(connection: Connection, begin: float, end: float) -> int:
@@ -122,10 +132,10 @@ def newest_signed(connection: Connection) -> tuple[str, str] | None:
 
 
 def size(connection: Connection, log: int) -> int:
-    """The number of leaves of a log."""
-    leaf, first = tables.receipts.c.leaf, log * LOG_LEAVES
-    chosen = select(func.max(leaf)).where(leaf >= first, leaf < first + LOG_LEAVES)
-    highest = connection.scalar(chosen)
+    """The number of leaves of a log, whose receipts may have been pruned."""
+    node, first = tables.log_nodes.c, log * LOG_LEAVES
+    leaves = (node.level == 0) & (node.number >= first) & (node.number < first + LOG_LEAVES)
+    highest = connection.scalar(select(func.max(node.number)).where(leaves))
     return 0 if highest is None else int(highest) + 1 - first
 
 
@@ -217,7 +227,13 @@ def exported(connection: Connection, session_id: str) -> Exported | None:
     found = session(connection, session_id)
     if found is None:
         return None
-    row, drops = found[0], _drops(connection, session_id)
+    (row, count, _), drops = found, _drops(connection, session_id)
+    if len(drops) < count:
+        raise PrunedError(
+            f"drops of session {session_id!r} are older than this server keeps them, and were "
+            "deleted; receipts and exports that you have stay provable",
+            field="session",
+        )
     log = drops[0][0].log if drops else _log_of(connection, row)
     count = size(connection, log)
 

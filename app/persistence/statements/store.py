@@ -1,11 +1,11 @@
-"""The statements that read rooms, inputs and results, and those that prune the ledger."""
+"""The statements that read rooms, inputs and results."""
 
 from collections.abc import Sequence
 from typing import Any, Final
 
-from sqlalchemy import Connection, Select, delete, func, select
+from sqlalchemy import Connection, Select, func, select
 
-from plinko.app.errors import DamagedRoomError, shorten
+from plinko.app.errors import DamagedRoomError, PrunedError, shorten
 from plinko.app.persistence.statements import tables
 from plinko.app.rooms.records import (
     DropRow,
@@ -13,48 +13,11 @@ from plinko.app.rooms.records import (
     KeptBasis,
     OpenDrop,
     Parked,
-    Pruned,
     ReceiptRow,
     ResultRow,
     RoomRow,
     TakenRow,
 )
-
-
-def prune(connection: Connection, before: float, *, keep: bool = False) -> Pruned:
-    """Delete the runs that were closed before this Unix time, in s, with all their rows.
-
-    Runs with drops of fair sessions stay, because exports contain these drops. With `keep`, rows
-    are only counted.
-    """
-    rooms = tables.rooms
-    staked = select(tables.receipts.c.room)
-    over = (
-        select(rooms.c.number)
-        .where(rooms.c.closed < before, rooms.c.number.not_in(staked))
-        .scalar_subquery()
-    )
-    counts = []
-    # In this order no foreign key ever refers to a deleted row.
-    for table, column in (
-        (tables.results, tables.results.c.room),
-        (tables.webhook_cursors, tables.webhook_cursors.c.run),
-        (tables.drops, tables.drops.c.room),
-        (tables.queues, tables.queues.c.room),
-        (tables.tallies, tables.tallies.c.room),
-        (tables.inputs, tables.inputs.c.room),
-        (tables.idempotency_keys, tables.idempotency_keys.c.run),
-        (rooms, rooms.c.number),
-    ):
-        found = connection.scalar(select(func.count()).select_from(table).where(column.in_(over)))
-        counts.append(int(found or 0))
-        if not keep:
-            connection.execute(delete(table).where(column.in_(over)))
-    if not keep:  # no server is running, so leases of deleted rooms are unused
-        gone = tables.leases.c.room.not_in(select(rooms.c.id))
-        connection.execute(delete(tables.leases).where(gone))
-    _, _, drops, _, _, inputs, _, runs = counts
-    return Pruned(runs, drops, inputs)
 
 
 def open_room(connection: Connection, room_id: str) -> RoomRow | None:
@@ -179,7 +142,8 @@ def drops(
 ) -> list[tuple[DropRow, ResultRow | None]]:
     """Drops of a run from ball number `first` on, in order, each with its result if it has one.
 
-    Raises DamagedRoomError if a number is missing or a seed is invalid.
+    Raises PrunedError if they were deleted after the time for which the server keeps drops, and
+    DamagedRoomError if a number is missing or a seed is invalid.
     """
     drop, result = tables.drops.c, tables.results.c
     chosen = (
@@ -192,10 +156,23 @@ def drops(
     fields = len(FACTS.selected_columns)
     rows = connection.execute(chosen)
     found = [(drop_of(*row[:fields]), result_of(row[fields:])) for row in rows]
+    if not found:
+        _check_pruned(connection, room, first)
     for number, (row, _) in enumerate(found, first):
         if row.ball != number:
+            _check_pruned(connection, room, number)
             raise DamagedRoomError(f"run {room} of the ledger lacks drop {number}")
     return found
+
+
+def _check_pruned(connection: Connection, run: int, number: int) -> None:
+    pruned = connection.scalar(select(tables.rooms.c.pruned).where(tables.rooms.c.number == run))
+    if pruned is not None and number < pruned:
+        raise PrunedError(
+            f"drops up to number {pruned - 1} of this room are older than this server keeps them, "
+            f"and were deleted; ask for those from {pruned} on (first={pruned})",
+            field="first",
+        )
 
 
 def drop(

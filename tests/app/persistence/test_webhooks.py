@@ -15,13 +15,14 @@ import pytest
 from plinko.app.errors import LedgerError
 from plinko.app.persistence.ledger.database import Database
 from plinko.app.persistence.ledger.writer import Ledger
-from plinko.app.persistence.statements import store, webhook_store
+from plinko.app.persistence.statements import webhook_store
 from plinko.app.rooms.keys import KeyUse
 from plinko.app.rooms.records import (
     BoardRow,
     Close,
     DropRow,
     NewDrop,
+    Prune,
     Received,
     ResultRow,
     RoomRow,
@@ -125,11 +126,14 @@ def test_a_new_target_gets_what_happens_from_now_on(url: str) -> None:
     asyncio.run(scene())
 
 
-def test_pruning_a_room_deletes_its_waiting_webhooks(url: str) -> None:
+def test_pruning_a_room_ends_its_events(url: str) -> None:
     async def scene() -> None:
         async with opened(url) as ledger:
-            await ledger.commit(*begun(), drop(0), Close(RUN, 50, 1.0))
-            assert (await ledger.read(store.prune, before=2.0)).drops == 1
+            await ledger.commit(*begun(), drop(0), result(0), Close(RUN, 50, 1.0))
+            assert await ids(ledger) == [(0, "accepted"), (0, "landed")]
+            step = Prune(RUN, before=2.0)
+            await ledger.commit(step)
+            assert (step.rooms, step.drops) == (1, 1)
             assert await ids(ledger) == []
 
     asyncio.run(scene())

@@ -3,13 +3,12 @@
 from typing import Annotated
 
 import msgspec
-from fastapi import Depends, Request, Response
-from fastapi.security import HTTPBearer
+from fastapi import Request, Response
 from msgspec import Meta
 
 from plinko.app.rooms.records import EVERY_ROOM
 from plinko.app.web.routes.common import Server, body_of, documented, read, reply
-from plinko.app.web.routes.rooms.operator import check_operator
+from plinko.app.web.routes.rooms.operator import Token, check_operator
 from plinko.app.web.routes.table import operations
 from plinko.app.web.services import Services
 
@@ -39,13 +38,6 @@ class HaltView(msgspec.Struct, frozen=True):
 
 
 router = operations("health")
-
-# This only documents the scheme for OpenAPI; `plinko.app.web.tokens` checks the token.
-Token = Depends(
-    HTTPBearer(
-        scheme_name="operatorToken", description="`PLINKO_OPERATOR_TOKEN`.", auto_error=False
-    )
-)
 
 
 @router.get("/halts", summary="List the halted rooms", responses=documented(HaltView))

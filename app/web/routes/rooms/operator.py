@@ -1,10 +1,18 @@
 """Checks that a request comes from the operator."""
 
-from fastapi import Request
+from fastapi import Depends, Request
+from fastapi.security import HTTPBearer
 
 from plinko.app.errors import TokenError
 from plinko.app.web.services import Services
 from plinko.app.web.tokens import check_bearer
+
+# This only documents the scheme for OpenAPI; `plinko.app.web.tokens` checks the token.
+Token = Depends(
+    HTTPBearer(
+        scheme_name="operatorToken", description="`PLINKO_OPERATOR_TOKEN`.", auto_error=False
+    )
+)
 
 
 def check_operator(request: Request, server: Services, what: str) -> None:

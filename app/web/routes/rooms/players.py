@@ -14,6 +14,7 @@ from plinko.app.errors import InvalidValueError, UnknownBoardError, shorten
 from plinko.app.persistence.statements import plays as ledger
 from plinko.app.persistence.statements import store
 from plinko.app.persistence.statements.plays import Play
+from plinko.app.rooms.records import Erase
 from plinko.app.rooms.stakes import parse_who
 from plinko.app.web.edge.accepted import asks_for, whole
 from plinko.app.web.routes.common import (
@@ -25,6 +26,7 @@ from plinko.app.web.routes.common import (
     reply,
 )
 from plinko.app.web.routes.queries import Whole
+from plinko.app.web.routes.rooms.operator import Token, check_operator
 from plinko.app.web.routes.table import operations
 from plinko.app.web.schemas.fields import Digest, PhysicsVersion, Seed
 from plinko.app.web.services import Services
@@ -73,6 +75,12 @@ class PlayList(msgspec.Struct, frozen=True):
     ]
 
 
+class Erased(msgspec.Struct, frozen=True):
+    """What was erased."""
+
+    rows: Annotated[int, Meta(description="Number of drops and inputs that had the mark.")]
+
+
 router = operations("rooms")
 
 CSV = "text/csv"
@@ -113,6 +121,27 @@ async def list_plays(
     """
     limit_drops(request, server)
     return await _page(request, server, str(parse_who(key)), before, limit, format)
+
+
+@router.delete(
+    "/players/{key}",
+    summary="Erase a player",
+    responses=documented(Erased, 401, 403, 422, 503),
+    dependencies=[Token],
+)
+async def erase_player(key: str, request: Request, server: Server) -> Response:
+    """Take `key`, names and colours from all drops that have `key` as their `who`.
+
+    Only for the operator. Drops, results, sums and receipts stay: they say nothing of the player.
+    The digest of a room's log that was sent with players' marks changes.
+    """
+    check_operator(request, server, "erasing a player")
+    step, rows = Erase(str(parse_who(key))), 0
+    while True:
+        await server.ledger.commit(step)
+        rows += step.rows
+        if not step.rows:
+            return reply(Erased(rows), headers={"cache-control": "no-store"})
 
 
 @router.get("/rooms/{room}/plays", summary="Recall a room's plays", responses=_ANSWERS)

@@ -10,7 +10,7 @@ import { MINOR_UNITS } from "../../model/player/account.js";
 
 const FIRST_WAIT = 1000; // ms until the next request for a session in which a ball still falls
 const LONGEST_WAIT = 30_000;
-const GONE = [401, 404]; // the token is wrong, or the session does not exist
+const GONE = [401, 404, 410]; // the token is wrong, or the session does not exist, or its drops were deleted
 
 /**
  * A session's export as events for the account: its drops in order, their results, and the session's end.
