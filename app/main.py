@@ -26,7 +26,6 @@ from plinko.app.live.broadcast.hub import Hub
 from plinko.app.live.registry import Rooms
 from plinko.app.live.retention import Retention
 from plinko.app.live.sessions.fair_sessions import FairSessions
-from plinko.app.live.shared_rooms import SharedRooms
 from plinko.app.ops import logs
 from plinko.app.ops.metrics import Metrics
 from plinko.app.persistence.checks.integrity import Integrity
@@ -113,9 +112,9 @@ def _services(settings: Settings) -> Services:
         known,
         hub,
         _main_board(settings.board),
+        persistence,
         watchers=(metrics, cameras),
         filmed=cameras.films,
-        persistence=persistence,
         claim=shares.alive.claim if shares else any_room,
     )
     if database.shared and not settings.secret:
@@ -142,7 +141,7 @@ def _services(settings: Settings) -> Services:
         moments=Pictures(_MOMENTS),
         cameras=cameras,
         room_drops=KeyedBuckets(settings.drop_rate, 2 * settings.drop_rate),
-        creators=Quota(settings.creator_rooms, "rooms of this address", registry.is_open),
+        creators=Quota(settings.creator_rooms, "rooms of this address"),
         budgets=budgets,
         logs=RoomLogs(persistence.runs, None if database.in_memory else readers.run),
         metrics=metrics,
@@ -169,8 +168,7 @@ class _Shares:
         """The part that the application starts and stops, and that routes use as `Others`."""
         from plinko.app.cluster.start import Cluster  # noqa: PLC0415 - as above
 
-        assert isinstance(rooms.shared, SharedRooms)
-        return Cluster(self._settings, self.alive, rooms.shared, ledger)
+        return Cluster(self._settings, self.alive, self.book, rooms.stored, ledger)
 
 
 def _webhooks(targets: Sequence[Target], ledger: Ledger, others: Others | None) -> "Webhooks":
@@ -189,7 +187,7 @@ def _fair_sessions(
         kernel_digest=kernel_digest_of(page_kernels().read_bytes()),
         draw=secrets.token_bytes,
         new_id=lambda: secrets.token_hex(16),
-        having=registry.shared.having,
+        having=registry.stored.having,
     )
 
 
@@ -223,8 +221,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     checking = asyncio.create_task(server.integrity.look(), name="integrity")
     rest = asyncio.create_task(asyncio.to_thread(_warm_up_rest, app.state.page), name="rest")
     preparing = asyncio.get_running_loop().call_later(_QUIET_START, server.workers.prepare)
-    follow = server.rooms.follow() if cluster else server.rooms.go_on()
-    following = asyncio.create_task(follow, name="following")
+    following = asyncio.create_task(server.rooms.follow(), name="following")
     feeding = asyncio.create_task(
         feed_relays(app.state.bus, server.rooms, server.client_ids), name="feeding"
     )

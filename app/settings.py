@@ -126,9 +126,7 @@ class Settings:
         1,
         1_000_000,
     )
-    creator_rooms: int = _setting(
-        50, "open rooms that one address has created since the server started", 1, 1_000_000
-    )
+    creator_rooms: int = _setting(50, "open rooms that one address has created", 1, 1_000_000)
     workers: int = _setting(2, "processes for drops, pictures and board checks", 1, 256)
     log_format: str = _setting(
         "text", "`text` for people or `json`, one object a line", choices=("text", "json")

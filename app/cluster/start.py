@@ -19,7 +19,7 @@ from plinko.app.cluster.peers import Peers
 from plinko.app.cluster.take_over import TakeOver
 from plinko.app.errors import AppError, InvalidValueError, shorten
 from plinko.app.listening import address_of
-from plinko.app.live.shared_rooms import SharedRooms
+from plinko.app.live.stored_rooms import StoredRooms
 from plinko.app.persistence.lease_book import LeaseBook
 from plinko.app.persistence.ledger.database import address
 from plinko.app.persistence.ledger.writer import Ledger
@@ -43,15 +43,20 @@ class Cluster:
     """The cluster as `plinko.app.main` starts and stops it, and as routes see it."""
 
     def __init__(
-        self, settings: Settings, alive: Alive, rooms: SharedRooms, ledger: Ledger
+        self,
+        settings: Settings,
+        alive: Alive,
+        book: LeaseBook,
+        rooms: StoredRooms,
+        ledger: Ledger,
     ) -> None:
         self.name = settings.name
         self._host = settings.host
-        self._book = rooms.leases.book
+        self._book = book
         self._alive = alive
         self._rooms = rooms
         self._peers = Peers()
-        self._take_over = TakeOver(alive, rooms, ledger)
+        self._take_over = TakeOver(alive, book, rooms, ledger)
         self._handed_over = 0  # rooms
 
     def surround(self, app: ASGIApp) -> ASGIApp:

@@ -10,9 +10,10 @@ from plinko.app.cluster.alive import Alive
 from plinko.app.cluster.membership import order, orphans
 from plinko.app.errors import LedgerError
 from plinko.app.live.public_tables import MAIN
-from plinko.app.live.shared_rooms import SharedRooms
+from plinko.app.live.stored_rooms import StoredRooms
+from plinko.app.persistence.lease_book import LeaseBook
 from plinko.app.persistence.ledger.writer import Ledger
-from plinko.app.persistence.statements import store
+from plinko.app.persistence.statements import lease_store, store
 from plinko.app.rooms.records import Lease, LeaseRow
 
 _SWEEP: Final = 2.0
@@ -27,7 +28,8 @@ class TakeOver:
     def __init__(
         self,
         alive: Alive,
-        rooms: SharedRooms,
+        book: LeaseBook,
+        rooms: StoredRooms,
         ledger: Ledger,
         *,
         clock: Callable[[], float] = time.monotonic,
@@ -35,7 +37,7 @@ class TakeOver:
         self.count = 0
         self._alive = alive
         self._rooms = rooms
-        self._book = rooms.leases.book
+        self._book = book
         self._ledger = ledger
         self._clock = clock
         self._swept = -_SWEEP
@@ -67,7 +69,7 @@ class TakeOver:
         # Read the awake rooms before the leases. A new room gets its lease before its ledger row,
         # so each awake room that was read has a lease in the later listing.
         awake = {MAIN, *await self._ledger.read(store.awake_rooms)}
-        rows = await self._rooms.leases.listing()
+        rows = await self._ledger.read(lease_store.listing)
         self._give_up([each for each in held if each is not None], rows)
         # Rooms that were handed over to this server, but that no client has asked it for yet.
         given = {each.room for each in rows if each.holder == self._book.holder} & awake

@@ -1,7 +1,7 @@
-"""Brings rooms to this server, where several servers share a ledger.
+"""Brings rooms from the ledger into this server's memory.
 
-Only one server has a room at a time. This server takes a room when a client asks for it here, or
-when the server that had it has failed, and loads it from the ledger.
+Where several servers share a ledger, only one server has a room at a time. This server takes a room
+when a client asks for it here, or when the server that had it has failed.
 """
 
 import asyncio
@@ -15,7 +15,6 @@ from plinko.app.live.leaving import Leaving, Memory
 from plinko.app.live.live_room import LiveRoom
 from plinko.app.live.open_rooms import OpenRooms
 from plinko.app.live.public_tables import PublicTables
-from plinko.app.persistence.leases import Leases
 from plinko.app.persistence.service import PersistenceService
 from plinko.app.persistence.statements import lease_store
 from plinko.app.rooms.records import LeaseRow
@@ -44,7 +43,6 @@ class Arriving:
 
     def __init__(
         self,
-        leases: Leases,
         claim: Claim,
         persistence: PersistenceService,
         rooms: OpenRooms,
@@ -53,7 +51,7 @@ class Arriving:
         make: Callable[[str, Ground, str], Awaitable[Room]],
         leaving: Leaving,
     ) -> None:
-        self._leases = leases
+        self._leases = persistence.leases
         self._claim = claim
         self._persistence = persistence
         self._rooms = rooms
@@ -97,21 +95,22 @@ class Arriving:
         A server that was frozen could still show its clients a state that another server has
         replaced. While the ledger cannot be read, the room stays.
         """
-        lease = self._leases.book.of(room_id)
+        lease = self._leases.of(room_id)
         try:
             await self._leases.confirm_lately(room_id)
         except LeaseLostError:
             # Otherwise the room left meanwhile, and may have come back under another lease.
-            if self._leases.book.of(room_id) == lease:
+            if self._leases.of(room_id) == lease:
                 self._leaving.put_away(room_id)
         except LedgerError as error:
             _log.info("cannot confirm the lease of a room: %s", error, extra={"room": room_id})
 
     async def begin(self, room_id: str) -> None:
         """Take the lease of a new room; raises what the claim raises, and LedgerError."""
-        row = await self._leases.holder_of(room_id)
-        after = self._claim(room_id, row)
-        await self._leases.take(room_id, after, self._leaving.put_away)
+        if self._leases.alone:
+            return
+        row = await self._persistence.ledger.read(lease_store.holder_of, room=room_id)
+        await self._leases.take(room_id, self._claim(room_id, row), self._leaving.put_away)
 
     async def take_over(self, room_id: str, after: int | None = None) -> LiveRoom | None:
         """Take a room to this server, even from another; returns None if it does not exist.
@@ -149,14 +148,14 @@ class Arriving:
             _log.info("cannot bring a room here: %s", task.exception(), extra={"room": room_id})
 
     async def _bring(self, room_id: str, after: int | None) -> LiveRoom | None:
-        await self._leases.take(room_id, after, self._leaving.put_away)
+        lease = await self._leases.take(room_id, after, self._leaving.put_away)
         try:
             async with self._places:
                 room = await self._load(room_id)
         except BaseException:
-            self._leases.book.drop(room_id)
+            self._leases.drop(room_id)
             raise
-        if self._leases.book.of(room_id) is None:
+        if self._leases.of(room_id) != lease:
             raise LeaseLostError(f"room {room_id!r} was taken by another server", field="room")
         if room is None:
             self._leases.let_go(room_id)

@@ -9,7 +9,6 @@ import time
 from collections.abc import Callable
 
 from plinko.app.errors import DamagedRoomError, HaltedError, LedgerError
-from plinko.app.persistence.ledger.null_ledger import NullLedger
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.statements import halt_store
 from plinko.app.rooms.records import EVERY_ROOM, Halt, Release
@@ -22,7 +21,7 @@ class Halts:
 
     def __init__(
         self,
-        ledger: Ledger | NullLedger,
+        ledger: Ledger,
         tell: Callable[[], None],
         now: Callable[[], float] = time.time,
     ) -> None:
@@ -52,8 +51,6 @@ class Halts:
 
     async def load(self) -> None:
         """Read the halts at the server's start; raises LedgerError if the ledger is unreadable."""
-        if not self._ledger.keeps:
-            return
         try:
             self._since = await self._ledger.read(halt_store.halts)
         except DamagedRoomError as error:

@@ -13,7 +13,6 @@ from plinko.app.concurrency.to_the_end import to_the_end
 from plinko.app.errors import LeaseLostError, UnknownRoomError
 from plinko.app.live.live_room import LiveRoom
 from plinko.app.live.open_rooms import OpenRooms
-from plinko.app.persistence.leases import Leases
 from plinko.app.persistence.service import PersistenceService
 from plinko.app.rooms.room import Room
 
@@ -45,10 +44,8 @@ async def _to_nobody() -> None:
 class Leaving:
     """For the event loop's thread."""
 
-    def __init__(
-        self, leases: Leases, persistence: PersistenceService, rooms: OpenRooms, memory: Memory
-    ) -> None:
-        self._leases = leases
+    def __init__(self, persistence: PersistenceService, rooms: OpenRooms, memory: Memory) -> None:
+        self._leases = persistence.leases
         self._persistence = persistence
         self._rooms = rooms
         self._memory = memory
@@ -100,7 +97,7 @@ class Leaving:
             if live.gone is not None:
                 return
             self._persistence.leave([live.room] if live.room.awake else [])
-            lease = self._leases.book.drop(room_id)
+            lease = self._leases.drop(room_id)
             self._memory.drop_from_memory(live, away)
             if lease is not None:
                 await self._leases.release(lease, holder, address)
@@ -120,7 +117,7 @@ class Leaving:
 
     def put_away(self, room_id: str) -> None:
         """Remove a room that another server has taken; nothing more of it is sent or written."""
-        self._leases.book.drop(room_id)
+        self._leases.drop(room_id)
         _log.warning("another server has taken a room", extra={"room": room_id})
         live = self._rooms.in_memory.get(room_id)
         if live is not None:

@@ -15,7 +15,6 @@ import msgspec
 
 from plinko.app.errors import HaltedError, LedgerError, LimitError, ResetError, UndecidedError
 from plinko.app.live.broadcast.audience import Player
-from plinko.app.persistence.ledger.null_ledger import NullLedger
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.statements import queue_store
 from plinko.app.protocol import messages
@@ -50,7 +49,7 @@ class RoomQueue:
 
     def __init__(
         self,
-        ledger: Ledger | NullLedger,
+        ledger: Ledger,
         run: int,
         *,
         drop: Callable[[DropCommand, Player], Awaitable[Outcome]],

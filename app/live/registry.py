@@ -5,10 +5,8 @@ import contextlib
 import logging
 import secrets
 import time
-from collections import OrderedDict
 from collections.abc import Callable, Sequence
 
-from plinko.app.concurrency.single_flight import SingleFlight
 from plinko.app.errors import (
     AppError,
     ClosedRoomError,
@@ -18,23 +16,19 @@ from plinko.app.errors import (
     ResetError,
     UnknownRoomError,
 )
-from plinko.app.live.arriving import Arriving, Claim, any_room, replaying
+from plinko.app.live.arriving import Claim, any_room
 from plinko.app.live.broadcast.audience import AudienceContext
 from plinko.app.live.broadcast.hub import Client, Hub
 from plinko.app.live.broadcast.presence import Presence
 from plinko.app.live.halts import Halts
-from plinko.app.live.leaving import Leaving
 from plinko.app.live.live_arena import LiveArena
 from plinko.app.live.live_room import LiveRoom, RoomContext
 from plinko.app.live.live_table import LiveTable
 from plinko.app.live.open_rooms import OpenRooms
 from plinko.app.live.public_tables import MAIN, PublicTables
-from plinko.app.live.shared_rooms import SharedRooms, UnsharedRooms
+from plinko.app.live.stored_rooms import StoredRooms
 from plinko.app.live.ticking.runner import Runner, Running
 from plinko.app.live.ticking.ticker import Watcher
-from plinko.app.persistence.clock import SteadyClock
-from plinko.app.persistence.leases import Leases
-from plinko.app.persistence.ledger.null_ledger import NullLedger
 from plinko.app.persistence.service import PersistenceService
 from plinko.app.persistence.statements import queue_store, store
 from plinko.app.rooms import kinds
@@ -42,7 +36,6 @@ from plinko.app.rooms.boards import Boards
 from plinko.app.rooms.independent import IndependentRoom
 from plinko.app.rooms.keys import KeyUse
 from plinko.app.rooms.kinds import INDEPENDENT, BallLimits, make_room
-from plinko.app.rooms.records import Parked
 from plinko.app.rooms.room import Basis, Room
 from plinko.app.rooms.touching.room import TouchingRoom
 from plinko.app.rooms.touching.scene import Scene
@@ -54,8 +47,6 @@ from plinko.engine.errors import EffortError
 _FAILED = "its room failed"
 """Why the drops that were in flight have no bin, in their results."""
 
-_LOAD_SECONDS = 10.0  # that a client waits for touching balls to be replayed
-
 _FOLLOW = 0.5  # s between two readings of other servers' halts from the ledger
 
 _log = logging.getLogger("plinko")
@@ -64,7 +55,7 @@ _log = logging.getLogger("plinko")
 class Rooms:
     """The rooms by id. For the event loop's thread; no method waits for a client.
 
-    persistence: keeps what must survive the server; without it nothing is kept.
+    persistence: keeps what must survive the server.
     draw: returns a random seed, for a drop that has none.
     new_id: makes the id of a new room.
     filmed: whether a room is watched by others than the hub's clients.
@@ -77,25 +68,20 @@ class Rooms:
         boards: Boards,
         hub: Hub,
         main_board: Board,
+        persistence: PersistenceService,
         *,
         clock: Callable[[], float] = time.monotonic,
         draw: Callable[[], int] = lambda: secrets.randbits(64),
         new_id: Callable[[], str] = lambda: secrets.token_hex(8),
         watchers: Sequence[Watcher] = (),
         filmed: Callable[[str], bool] = lambda _: False,
-        persistence: PersistenceService | None = None,
         claim: Claim = any_room,
     ) -> None:
         self.settings = settings
         self.hub = hub
         self.draw = draw
         self.limits = BallLimits(settings.max_balls, kinds.MAX_TOUCHING)
-        self.persistence = persistence or PersistenceService(
-            NullLedger(),
-            tick_rate=settings.tick_rate,
-            limits=self.limits,
-            now=SteadyClock(clock),
-        )
+        self.persistence = persistence
         now = self.persistence.now
         self.halts = Halts(self.persistence.ledger, self._tell_halts, now)
         self.runner = Runner(settings, clock=clock, now=now, watchers=watchers, failed=self._close)
@@ -106,18 +92,10 @@ class Rooms:
         )
         self._open = OpenRooms(settings, self.persistence)
         self.public = PublicTables(boards, main_board, self.scene)
-        leases = self.persistence.leases
-        self.shared = UnsharedRooms() if leases is None else self._share(leases, claim)
+        self.stored = StoredRooms(
+            self.persistence, self._open, self.public, self, self._new_aside, claim
+        )
         self._new_id = new_id
-        self._loading = SingleFlight[None]()
-        if not self.persistence.ledger.keeps:
-            self.find(MAIN)
-
-    def _share(self, leases: Leases, claim: Claim) -> SharedRooms:
-        kept, rooms = self.persistence, self._open
-        leaving = Leaving(leases, kept, rooms, self)
-        arriving = Arriving(leases, claim, kept, rooms, self.public, self, self._new_aside, leaving)
-        return SharedRooms(kept, rooms, self.public, leases, leaving, arriving)
 
     # Finding.
 
@@ -126,14 +104,9 @@ class Rooms:
         self._open.close_idle()
         return list(self._open.in_memory.values())
 
-    def parked(self) -> list[Parked]:
-        """Every open room that is not in memory, the longest unused first."""
-        self._open.close_idle()
-        return list(self._open.parked.values())
-
     def is_open(self, room_id: str) -> bool:
-        """Whether a room with this id is in memory or parked."""
-        return room_id in self._open
+        """Whether a room with this id is in memory."""
+        return room_id in self._open.in_memory
 
     @property
     def free(self) -> int:
@@ -141,19 +114,18 @@ class Rooms:
         return self._open.free
 
     def find(self, room_id: str) -> LiveRoom:
-        """The room with this id, if it is in memory; opens a public room that has no open run.
+        """The room with this id, if it is in memory.
 
-        Raises UnknownRoomError, and DamagedRoomError for one that recovery has set aside.
+        Raises UnknownRoomError, DamagedRoomError for one that recovery has set aside, and
+        LeaseLostError for one that moves to another server, or is perhaps at another.
         """
         live = self._open.get(room_id)
         if live is not None:
             return live
         self.persistence.recovery.check(room_id)
-        self.shared.check(room_id)
-        ground, mode = self.public.find(room_id)
-        if room_id in self._open.stored_public:
-            raise UnknownRoomError(f"room {room_id!r} is not in memory", field="room")
-        return self.add(self._new(room_id, ground, mode))
+        self.stored.check(room_id)
+        self.public.find(room_id)
+        raise UnknownRoomError(f"room {room_id!r} is not in memory", field="room")
 
     def scene(self, values: object) -> Scene:
         """Parse a scene; raises InvalidValueError, SeedError."""
@@ -167,32 +139,11 @@ class Rooms:
         touching balls that take long to replay, and DamagedRoomError for a room that is set aside.
         """
         self._open.close_idle()
-        await self.shared.fetch(room_id)
-        if self._open.is_stored(room_id):
-            self.persistence.recovery.check(room_id)
-            try:
-                async with asyncio.timeout(_LOAD_SECONDS):
-                    await self._loading.do(room_id, lambda: self._load(room_id))
-            except TimeoutError:
-                raise replaying(room_id) from None
+        await self.stored.arriving.fetch(room_id)
         live = self.find(room_id)
         with contextlib.suppress(LedgerError):  # the next request for the room tries again
             await live.queue.load()
         return live
-
-    async def _load(self, room_id: str) -> None:
-        """Take a room from the ledger into memory; raises LedgerError, DamagedRoomError."""
-        if not self._open.is_stored(room_id):
-            return
-        ground = self.public.ground(room_id)
-        try:
-            room = await self.persistence.recovery.load(room_id, ground_now=ground)
-        except DamagedRoomError:
-            self._open.forget_stored(room_id)
-            raise
-        # The room may have been closed meanwhile.
-        if self._open.forget_stored(room_id) and room is not None:
-            self.add(room)
 
     # Opening and closing.
 
@@ -201,21 +152,25 @@ class Rooms:
 
         Only `main` is loaded now. Every other room is when it is first asked for, or by `go_on`.
         """
-        left = await self.persistence.recovery.survey()
+        await self.persistence.recovery.prepare()
         await self.halts.load()
-        self._open.stored_public = set(left.public)
-        self._open.parked = OrderedDict((each.id, each) for each in left.owned)
         # If `main` cannot be opened now, clients that ask for it get the error.
-        if self.shared.alone:
+        if self.stored.alone:
             with contextlib.suppress(DamagedRoomError):
                 await self.seek(MAIN)
 
     async def follow(self) -> None:
-        """Follow halts by other servers and close unused rooms, until cancelled."""
+        """Go on with the last server's rooms, or follow other servers; close unused rooms.
+
+        Until cancelled.
+        """
+        if self.stored.alone:
+            await self.go_on()
         while True:
             with contextlib.suppress(LedgerError):  # requests report it; this tries again
-                await self.halts.follow()
-                await self.shared.look_after()
+                if not self.stored.alone:
+                    await self.halts.follow()
+                await self.stored.look_after()
             await asyncio.sleep(_FOLLOW)
 
     async def go_on(self) -> None:
@@ -242,12 +197,9 @@ class Rooms:
             live.queue.end()
         self.persistence.leave(self.runner.close())
 
-    async def made_by(self, creator: str) -> int | None:
-        """How many open rooms this creator has at all servers that share the ledger.
-
-        None if the ledger is not shared: the caller counts by itself. Raises LedgerError.
-        """
-        return await self.shared.made_by(creator)
+    async def made_by(self, creator: str) -> int:
+        """How many open rooms this creator has at all servers; raises LedgerError."""
+        return await self.stored.made_by(creator)
 
     async def opened_by(self, use: KeyUse) -> LiveRoom | None:
         """The room that an earlier request has opened, if this one is a repeat.
@@ -311,19 +263,18 @@ class Rooms:
         use: KeyUse,
         retold: Retold | None,
     ) -> LiveRoom:
-        await self.shared.make_place()
+        await self.stored.make_place()
         self._open.make_place()
         room = await self._new_aside(self._new_id(), basis, mode)
         if retold is not None:
             assert isinstance(room, TouchingRoom)
             await asyncio.to_thread(room.restore, retold.checkpoint)
-        await self.shared.begin(room.id)
+        await self.stored.arriving.begin(room.id)
         taken = () if retold is None else retold.inputs
-        counted = None if self.shared.alone else creator
-        await self.persistence.create(room, counted, taken, use)
+        await self.persistence.create(room, creator, taken, use)
         if use.earlier is None:
             return self.add(room)
-        self.shared.let_go(room.id)
+        self.stored.let_go(room.id)
         found = await self._opened_by(use)
         assert found is not None
         return found
@@ -337,7 +288,7 @@ class Rooms:
         error = ClosedRoomError(f"room {live.id!r} was closed by its creator")
         self._forget(live, error)
         self.hub.close(live.id, error)
-        self.shared.let_go(live.id)
+        self.stored.let_go(live.id)
         _log.info("room closed", extra={"room": live.id, "why": "its creator"})
 
     async def _reset(self, live: LiveRoom, board: Board | None, use: KeyUse) -> None:
@@ -363,7 +314,7 @@ class Rooms:
         self._forget(live, error)
         self.persistence.abandon(live.room, _FAILED)
         self.hub.close(live.id, error)
-        self.shared.let_go(live.id)
+        self.stored.let_go(live.id)
 
     def drop_from_memory(self, live: LiveRoom, error: LeaseLostError) -> None:
         """Remove a room that now belongs to another server."""

@@ -11,7 +11,7 @@ from plinko.app.errors import LeaseLostError, LedgerError
 from plinko.app.persistence.lease_book import LeaseBook
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.statements import lease_store
-from plinko.app.rooms.records import Lease, LeaseRow
+from plinko.app.rooms.records import Lease
 
 _TAKE_SECONDS: Final = 10.0
 """How long to wait for a transaction of the former holder. The database ends it before that."""
@@ -21,8 +21,45 @@ _TAKE_AGAIN: Final = 0.05  # s between two attempts to take a lease
 _FRESH: Final = 0.25  # s for which a confirmation stays good: a lease is never lost that fast
 
 
-class Leases:
+class NoLeases:
+    """Stands in for `Leases` where one server has the ledger for itself, and so every room."""
+
+    alone = True
+
+    def of(self, room_id: str) -> Lease | None:
+        """This server's lease of a room, or None."""
+        return None
+
+    def note(self, run: int, room_id: str) -> None:
+        """Note that the run of this number is one of this room."""
+
+    def drop(self, room_id: str) -> Lease | None:
+        """Forget the lease of a room, if this server has it; returns it."""
+        return None
+
+    async def take(
+        self, room_id: str, after: int | None, lost: Callable[[str], None]
+    ) -> Lease | None:
+        """Take a room's lease."""
+        return None
+
+    async def confirm(self, room_id: str) -> None:
+        """Check that this server still has a room."""
+
+    async def confirm_lately(self, room_id: str) -> None:
+        """As `confirm`, but asks the ledger less often."""
+
+    async def release(self, lease: Lease, holder: str = "", address: str = "") -> None:
+        """Release the lease of a dropped room, perhaps to another server."""
+
+    def let_go(self, room_id: str) -> None:
+        """Release a room that has left memory and is completely written, in the background."""
+
+
+class Leases(NoLeases):
     """For the event loop's thread. `now` gives Unix time in seconds."""
+
+    alone = False
 
     def __init__(
         self, ledger: Ledger, book: LeaseBook, *, now: Callable[[], float] = time.time
@@ -32,6 +69,15 @@ class Leases:
         self._now = now
         self._confirming = SingleFlight[None]()
         self._releasing: set[asyncio.Task[None]] = set()
+
+    def of(self, room_id: str) -> Lease | None:
+        return self.book.of(room_id)
+
+    def note(self, run: int, room_id: str) -> None:
+        self.book.note(run, room_id)
+
+    def drop(self, room_id: str) -> Lease | None:
+        return self.book.drop(room_id)
 
     async def take(self, room_id: str, after: int | None, lost: Callable[[str], None]) -> Lease:
         """Take a room's lease from its former holder; raises LedgerError.
@@ -66,7 +112,8 @@ class Leases:
 
         If it has, no other server has written to the room since this server took it.
         """
-        lease, row = self.book.of(room_id), await self.holder_of(room_id)
+        lease = self.book.of(room_id)
+        row = await self._ledger.read(lease_store.holder_of, room=room_id)
         if lease is None or row is None or lease.number != row.number:
             raise LeaseLostError(f"another server has room {room_id!r} now", field="room")
 
@@ -89,18 +136,9 @@ class Leases:
         )
 
     def let_go(self, room_id: str) -> None:
-        """Release a room that has left memory and is completely written, in the background."""
         lease = self.book.drop(room_id)
         if lease is not None:
             task = asyncio.create_task(self.release(lease))
             self._releasing.add(task)
             task.add_done_callback(self._releasing.discard)
             task.add_done_callback(log_failure)
-
-    async def holder_of(self, room_id: str) -> LeaseRow | None:
-        """The lease of a room in the ledger; raises LedgerError."""
-        return await self._ledger.read(lease_store.holder_of, room=room_id)
-
-    async def listing(self) -> list[LeaseRow]:
-        """The leases of all rooms; raises LedgerError."""
-        return await self._ledger.read(lease_store.listing)

@@ -17,7 +17,6 @@ import msgspec
 
 from plinko.app.concurrency.fair_queue import FairLock
 from plinko.app.errors import BusyError, ReadersError
-from plinko.app.persistence.ledger.null_ledger import NullLedger
 from plinko.app.persistence.log_page import NONE, Entries, LogPage
 from plinko.app.persistence.room_runs import RoomRuns
 from plinko.app.rooms import log
@@ -120,7 +119,7 @@ class RoomLogs:
 
     async def _read(self, page: LogPage) -> Entries:
         ledger = self._runs.ledger
-        if self._compute is None or isinstance(ledger, NullLedger):
+        if self._compute is None:
             return await ledger.read(page.entries)
         # Shielded: cancelling the computation would end its process, which the next reader needs.
         url = ledger.database.url.render_as_string(hide_password=False)

@@ -17,9 +17,8 @@ import msgspec
 
 from plinko.app.errors import LedgerError
 from plinko.app.persistence.clock import RunClock, SteadyClock
-from plinko.app.persistence.leases import Leases
+from plinko.app.persistence.leases import NoLeases
 from plinko.app.persistence.ledger.commit_queue import Done
-from plinko.app.persistence.ledger.null_ledger import NullLedger
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.statements import lease_store
 from plinko.app.rooms.pending import Pending
@@ -41,7 +40,7 @@ class SharedNumbers:
     background before they are needed.
     """
 
-    def __init__(self, ledger: Ledger | NullLedger) -> None:
+    def __init__(self, ledger: Ledger) -> None:
         self._ledger = ledger
         self._left: deque[int] = deque()
         self._filling: asyncio.Task[None] | None = None
@@ -86,22 +85,19 @@ class RoomRun:
 
 
 class RoomRuns:
-    """All records, by room; for the event loop's thread. `now` returns Unix time in seconds.
-
-    `leases` are this server's leases if several servers share the ledger.
-    """
+    """All records, by room; for the event loop's thread. `now` returns Unix time in seconds."""
 
     def __init__(
         self,
-        ledger: Ledger | NullLedger,
+        ledger: Ledger,
         tick_rate: int,
         now: Callable[[], float],
-        leases: Leases | None = None,
+        leases: NoLeases,
     ) -> None:
         self.ledger = ledger
         self.now = now
         self.leases = leases
-        self.numbers = None if leases is None else SharedNumbers(ledger)
+        self.numbers = None if leases.alone else SharedNumbers(ledger)
         self.next_number = 1
         self._tick_rate = tick_rate
         self._records: dict[str, RoomRun] = {}
@@ -139,12 +135,7 @@ class RoomRuns:
     def begin(self, room_id: str, record: RoomRun) -> None:
         """Make this run the room's current one."""
         self._records[room_id] = record
-        self.note(record.number, room_id)
-
-    def note(self, number: int, room_id: str) -> None:
-        """Note for the leases that the run of this number is one of this room."""
-        if self.leases is not None:
-            self.leases.book.note(number, room_id)
+        self.leases.note(record.number, room_id)
 
     def forget(self, room: Room) -> None:
         """Drop the record of a room that leaves memory. The ledger keeps its rows."""
@@ -159,7 +150,7 @@ class RoomRuns:
             number, self.next_number = self.next_number, self.next_number + 1
         else:
             number = self.numbers.next()
-        self.note(number, room_id)
+        self.leases.note(number, room_id)
         return number
 
     def add_results(self, results: list[ResultRow]) -> None:

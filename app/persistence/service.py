@@ -6,15 +6,14 @@ from typing import Final
 
 from plinko.app.errors import LedgerError
 from plinko.app.persistence.clock import RunClock, SteadyClock
-from plinko.app.persistence.leases import Leases
-from plinko.app.persistence.ledger.null_ledger import NullLedger
+from plinko.app.persistence.leases import NoLeases
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.recovery.recovery import Recovery
 from plinko.app.persistence.room_runs import RoomRun, RoomRuns
 from plinko.app.rooms.keys import IdempotencyKey, KeyUse
 from plinko.app.rooms.kinds import BallLimits
 from plinko.app.rooms.pending import Pending
-from plinko.app.rooms.records import Close, Lease, NewDrop, Parked, ResultRow, RoomRow, Void, Write
+from plinko.app.rooms.records import Close, NewDrop, Parked, ResultRow, Void, Write
 from plinko.app.rooms.room import Room
 from plinko.app.rooms.touching.room import TouchingRoom
 
@@ -26,22 +25,22 @@ _LONGEST_LEAD: Final = 0.5  # s, the longest that a drop waits for its tick
 class PersistenceService:
     """Decides what to write to the ledger, and when; for the event loop's thread.
 
-    `now` returns Unix time in seconds and never goes back; `leases` are this server's leases if
-    several servers share the ledger.
+    `now` returns Unix time in seconds and never goes back; `leases` are this server's, by default
+    of one that has the ledger for itself.
     """
 
     def __init__(
         self,
-        ledger: Ledger | NullLedger,
+        ledger: Ledger,
         *,
         tick_rate: int,
         limits: BallLimits,
         now: Callable[[], float] | None = None,
-        leases: Leases | None = None,
+        leases: NoLeases | None = None,
     ) -> None:
         self.ledger = ledger
-        self.leases = leases
-        self.runs = RoomRuns(ledger, tick_rate, now or SteadyClock(), leases)
+        self.leases = leases or NoLeases()
+        self.runs = RoomRuns(ledger, tick_rate, now or SteadyClock(), self.leases)
         self.recovery = Recovery(self.runs, tick_rate=tick_rate, limits=limits)
         self._tick_rate = tick_rate
 
@@ -58,10 +57,6 @@ class PersistenceService:
     def clock_of(self, room: Room) -> RunClock:
         """The clock of a table's current run."""
         return self.runs.of(room).clock
-
-    def lease_of(self, room_id: str) -> Lease | None:
-        """This server's lease of a room; None if it has none, or if the ledger is not shared."""
-        return None if self.leases is None else self.leases.book.of(room_id)
 
     # The begin and end of runs.
 
@@ -125,7 +120,8 @@ class PersistenceService:
         self.runs.forget(room)
 
     def close(self, room: Parked) -> None:
-        self.runs.note(room.number, room.id)
+        """End the run of a room that is not in memory."""
+        self.leases.note(room.number, room.id)
         self.runs.report([Close(room.number, room.tick, self.now())])
 
     # Rooms that leave memory.
@@ -134,11 +130,15 @@ class PersistenceService:
         """Whether a sleeping room may leave memory, because the ledger has all of it."""
         return self.runs.of(room).clean
 
-    def park(self, room: Room) -> RoomRow | None:
-        """Forget a sleeping room; returns its row, if the ledger has one."""
+    def park(self, room: Room, *, close: bool) -> bool:
+        """Forget a sleeping room, and perhaps end its run; returns whether the ledger has it."""
         record = self.runs.of(room)
+        if record.known:
+            ending = Close(record.number, room.log_tick, self.now())
+            # The mark has the time of the last use, by which unused rooms are found.
+            self.runs.report([ending if close else self.runs.mark(room, record, awake=False)])
         self.runs.forget(room)
-        return self.runs.current_row(room, record) if record.known else None
+        return record.known
 
     def touch(self, room: Room) -> None:
         self.runs.of(room).used = self.now()

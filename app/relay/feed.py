@@ -88,7 +88,7 @@ async def feed_relays(bus: Carried | None, rooms: Rooms, client_ids: Iterator[in
     # With several servers, all of them receive a relay's request, and only the server that has
     # the room answers it.
     def holds(room_id: str) -> bool:
-        return rooms.shared.alone or rooms.is_open(room_id)
+        return rooms.stored.alone or rooms.is_open(room_id)
 
     feeds = Feeds(bus, rooms, new_client=client_ids.__next__, holds=holds)
     try:

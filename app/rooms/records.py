@@ -90,11 +90,6 @@ class Parked:
     used: float
     awake: bool
 
-    @classmethod
-    def of(cls, row: RoomRow, board_name: str) -> "Parked":
-        place = (row.number, row.id, board_name, row.board, row.mode, row.tick)
-        return cls(*place, row.checkpoint_drops, row.used, row.awake)
-
 
 @dataclass(frozen=True, slots=True)
 class DropRow:

@@ -6,12 +6,10 @@ from urllib.parse import quote
 import msgspec
 
 from plinko.app.errors import LedgerError
-from plinko.app.live.live_room import LiveRoom
 from plinko.app.rooms.records import Parked
 from plinko.app.rooms.room import Room
 from plinko.app.web.schemas.rooms import RoomSummary
 from plinko.app.web.services import Services
-from plinko.app.web.shared import Others
 
 
 async def listed(
@@ -19,31 +17,24 @@ async def listed(
 ) -> dict[str, RoomSummary]:
     """The open rooms by id; with `only` just the room of that id.
 
-    `here` leaves out other servers' rooms: the other servers ask for this list.
+    `here` leaves out rooms that this server does not have: other servers ask for this list. Rooms
+    of a server that does not answer are missing.
     """
-
-    def wanted(room: Parked | LiveRoom) -> bool:
-        return only is None or room.id == only
-
-    rooms = server.rooms
-    found = {room.id: _parked(room) for room in filter(wanted, rooms.parked())}
-    if server.others is not None and not here:
-        found |= await _elsewhere(server, server.others, only)
-    return found | {each.id: _in_memory(server, each.room) for each in filter(wanted, rooms.all())}
-
-
-async def _elsewhere(server: Services, others: Others, only: str | None) -> dict[str, RoomSummary]:
-    """Rooms that this server does not have; those of a server that does not answer are missing."""
     found: dict[str, RoomSummary] = {}
-    with contextlib.suppress(LedgerError):
-        for each in await server.rooms.shared.directory():
-            if only in (None, each.id):
-                found[each.id] = _parked(each)
-    query = "" if only is None else f"?id={quote(only, safe='')}"
-    for listing in await others.ask_all(f"/api/v1/rooms{query}", "rooms"):
-        listed_there = msgspec.convert(listing, list[RoomSummary])
-        found |= {room.id: room for room in listed_there}
-    return found
+    if not here:
+        with contextlib.suppress(LedgerError):
+            stored = await server.rooms.stored.directory()
+            found = {each.id: _stored(each) for each in stored if only in (None, each.id)}
+        query = "" if only is None else f"?id={quote(only, safe='')}"
+        others = (
+            []
+            if server.others is None
+            else await server.others.ask_all(f"/api/v1/rooms{query}", "rooms")
+        )
+        for listing in others:
+            found |= {room.id: room for room in msgspec.convert(listing, list[RoomSummary])}
+    mine = [live.room for live in server.rooms.all() if only in (None, live.id)]
+    return found | {room.id: _in_memory(server, room) for room in mine}
 
 
 def _in_memory(server: Services, room: Room) -> RoomSummary:
@@ -60,7 +51,7 @@ def _in_memory(server: Services, room: Room) -> RoomSummary:
     )
 
 
-def _parked(room: Parked) -> RoomSummary:
+def _stored(room: Parked) -> RoomSummary:
     return RoomSummary(
         id=room.id,
         board_name=room.board_name,

@@ -1,8 +1,7 @@
 """How often a client may do something, and how much it may have. Pure: time is an argument."""
 
-import functools
 from collections import Counter, OrderedDict
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from math import ceil
 from typing import NamedTuple
@@ -166,58 +165,33 @@ class Budgets:
 
 
 class Quota:
-    """How many things of one kind each key may have open at a time; `is_open` says which still are.
+    """How many things of one kind each key may have open at a time."""
 
-    Things from before the server's start count for no key.
-    """
-
-    def __init__(self, most: int, what: str, is_open: Callable[[str], bool]) -> None:
+    def __init__(self, most: int, what: str) -> None:
         self.most = most
         self.what = what
-        self._is_open = is_open
-        self._things: dict[str, list[str]] = {}
         self._coming: Counter[str] = Counter()
 
     @contextmanager
-    def place(
-        self, key: str, left: int | None = None, count: int | None = None
-    ) -> Iterator[Callable[[str], None]]:
-        """Reserve a place for one more thing; the block calls the yielded function with its name.
+    def place(self, key: str, *, has: int, left: int) -> Iterator[None]:
+        """Reserve a place while the block makes one more thing of `key`, which has `has` of them.
 
         `left` is how many more all keys together may open. One key may have only a tenth of them
-        (but always three), so that a few keys cannot use up the rest. `count` is how many things
-        `key` has, if the caller counts them itself. Raises QuotaError if `key` has its share
-        already; things that are still being made count.
+        (but always three), so that a few keys cannot use up the rest. Raises QuotaError if `key`
+        has its share already; things that are still being made count.
         """
-        share = self.most if left is None else max(_ALWAYS, left // 10)
-        self._check(key, min(self.most, share), count)
-        self._coming[key] += 1
-        try:
-            yield functools.partial(self._add, key)
-        finally:
-            self._coming[key] -= 1
-            if not self._coming[key]:
-                del self._coming[key]
-
-    def _check(self, key: str, most: int, counted: int | None) -> None:
-        things = [thing for thing in self._things.get(key, ()) if self._is_open(thing)]
-        if things:
-            self._things[key] = things
-        else:
-            self._things.pop(key, None)
-        count = (len(things) if counted is None else counted) + self._coming[key]
+        most, count = min(self.most, max(_ALWAYS, left // 10)), has + self._coming[key]
         if count >= most:
             raise QuotaError(
                 f"{count} {self.what} are open already; at most {most} may be open now"
             )
-
-    def _add(self, key: str, thing: str) -> None:
-        if key not in self._things:
-            for other in list(self._things):  # forget keys whose things have all closed
-                self._things[other] = [old for old in self._things[other] if self._is_open(old)]
-                if not self._things[other]:
-                    del self._things[other]
-        self._things.setdefault(key, []).append(thing)
+        self._coming[key] += 1
+        try:
+            yield
+        finally:
+            self._coming[key] -= 1
+            if not self._coming[key]:
+                del self._coming[key]
 
 
 def spend(bucket: TokenBucket, now: float, what: str) -> None:

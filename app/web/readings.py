@@ -55,7 +55,7 @@ def _clock(server: Services) -> Iterator[tuple[str, str, float]]:
 
 def _rooms(server: Services) -> Iterator[tuple[str, str, float]]:
     rooms = server.rooms
-    yield "rooms", "Open rooms.", len(rooms.all()) + len(rooms.parked())
+    yield "rooms", "Open rooms in memory.", len(rooms.all())
     yield "rooms_awake", "Rooms in which something moves.", len(rooms.runner.awake)
     yield "balls", "Balls in flight.", sum(room.world.count for room in rooms.runner.awake)
     yield "drops_total", "Drops accepted in rooms.", rooms.runner.counts.accepted

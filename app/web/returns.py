@@ -7,7 +7,6 @@ from typing import Final
 from plinko.app.errors import LedgerError
 from plinko.app.ops.metrics import Reading
 from plinko.app.ops.returns import return_of
-from plinko.app.persistence.ledger.null_ledger import NullLedger
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.statements import totals
 from plinko.app.persistence.statements.totals import Total
@@ -24,7 +23,7 @@ OTHER: Final = "other"
 class Returns:
     """The totals of all drops with a stake since the ledger began."""
 
-    ledger: Ledger | NullLedger
+    ledger: Ledger
     found: tuple[Total, ...] = ()
 
     async def refresh(self) -> None:

@@ -3,15 +3,17 @@
 from typing import Any
 
 from plinko.app.live.broadcast.hub import Hub
+from plinko.app.live.live_room import LiveRoom
+from plinko.app.live.public_tables import MAIN
 from plinko.app.live.registry import Rooms
 from plinko.app.live.ticking.runner import Runner
-from plinko.app.persistence.ledger.null_ledger import NullLedger
 from plinko.app.persistence.service import PersistenceService
 from plinko.app.rooms.boards import Boards
 from plinko.app.rooms.kinds import MAX_TOUCHING, BallLimits
 from plinko.app.settings import Settings
 from plinko.engine import Board
 from tests.kit.hand import HandClock
+from tests.kit.null_ledger import NullLedger
 
 
 def run_pass(runner: Runner, due: int = 1) -> bool:
@@ -23,6 +25,15 @@ def run_pass(runner: Runner, due: int = 1) -> bool:
         runner.clock.tick(due)
     *_, awake = runner.tick(due)
     return awake
+
+
+class RoomsByHand(Rooms):
+    """Opens public rooms without asking the ledger."""
+
+    def find(self, room_id: str) -> LiveRoom:
+        if not self.is_open(room_id) and room_id in self.public:
+            return self.add(self._new(room_id, *self.public.find(room_id)))
+        return super().find(room_id)
 
 
 def rooms_by_hand(
@@ -43,4 +54,6 @@ def rooms_by_hand(
         now=clock.unix,
     )
     hub = Hub(clients)
-    return Rooms(chosen, Boards(8), hub, main, clock=clock, persistence=kept, **options)
+    rooms = RoomsByHand(chosen, Boards(8), hub, main, kept, clock=clock, **options)
+    rooms.find(MAIN)
+    return rooms

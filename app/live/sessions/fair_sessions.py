@@ -15,7 +15,6 @@ import msgspec
 
 from plinko.app.errors import (
     InvalidValueError,
-    LedgerError,
     SessionStateError,
     UnknownSessionError,
     shorten,
@@ -92,10 +91,9 @@ class FairSessions:
 
         Neither changes while a server runs.
         """
-        if self._ledger.keeps:
-            found = await self._ledger.read(history.restores)
-            self.restores = [Signed(msgspec.json.decode(r.statement), r.signature) for r in found]
-            self._key_rows = await self._ledger.read(history.keys, name=history.STATEMENTS)
+        found = await self._ledger.read(history.restores)
+        self.restores = [Signed(msgspec.json.decode(r.statement), r.signature) for r in found]
+        self._key_rows = await self._ledger.read(history.keys, name=history.STATEMENTS)
 
     @property
     def signer(self) -> Signer:
@@ -131,8 +129,6 @@ class FairSessions:
         return await self._ledger.decided(self._begin(room, client_commitment, use or KeyUse()))
 
     async def _begin(self, room: Room, client_commitment: object, use: KeyUse) -> FairSession:
-        if not self._ledger.keeps:
-            raise LedgerError("this server keeps no ledger, which fair sessions need")
         committed = parse_hex(client_commitment, "commitment")
         board = room.ground
         if room.kind != INDEPENDENT or not isinstance(board, Board):
@@ -216,7 +212,7 @@ class FairSessions:
     def _cached(self, session_id: str) -> FairSession | None:
         """A session in memory; None if its room has left this server since it was read."""
         found = self._sessions.get(session_id)
-        if found is not None and found.lease != self._persistence.lease_of(found.room):
+        if found is not None and found.lease != self._persistence.leases.of(found.room):
             return None
         return found
 
@@ -347,7 +343,7 @@ class FairSessions:
         )
 
     def _remember(self, session: FairSession) -> FairSession:
-        session.lease = self._persistence.lease_of(session.room)
+        session.lease = self._persistence.leases.of(session.room)
         self._sessions[session.id] = session
         while len(self._sessions) > _IN_MEMORY:
             oldest = next(iter(self._sessions.values()))

@@ -79,8 +79,6 @@ class Ledger:
     the addresses of webhooks.
     """
 
-    keeps = True
-
     def __init__(
         self,
         database: Database,

@@ -10,7 +10,6 @@ import asyncio
 import functools
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final, TypeVar
 
 import sqlalchemy as sa
@@ -28,7 +27,6 @@ from plinko.app.rooms.records import (
     Close,
     InputRow,
     KeptBasis,
-    Parked,
     ResultRow,
     RoomRow,
     TableState,
@@ -46,14 +44,6 @@ _PAGE: Final = 500  # inputs read at once; commits wait meanwhile
 _log = logging.getLogger("plinko")
 
 
-@dataclass(frozen=True, slots=True)
-class Left:
-    """The last server's open rooms: ids of the public ones, and those with owners."""
-
-    public: list[str]
-    owned: list[Parked]
-
-
 class Recovery:
     """Loads rooms from the ledger's rows; for the event loop's thread.
 
@@ -67,19 +57,15 @@ class Recovery:
         self._tick_rate = tick_rate
         self._limits = limits
 
-    async def survey(self) -> Left:
-        """List the rooms to continue, without loading any; of a shared ledger, none.
-
-        Raises LedgerError if the ledger cannot be read, DamagedRoomError if the list is damaged.
-        """
+    async def prepare(self) -> None:
+        """Get ready to load rooms; raises LedgerError, DamagedRoomError if no room can be found."""
         if self._runs.numbers is not None:
             await self._runs.follow_database()
             await self._runs.numbers.fill()
-            return Left([], [])  # this server takes each room when it is needed
+            return
         try:
             self._runs.next_number = await self._read(store.last_number) + 1
-            public = await self._read(store.stored_public_rooms)
-            return Left(public, await self._read(store.parked_rooms))
+            await self._read(store.directory)
         except DamagedRoomError as error:
             raise DamagedRoomError(
                 "the ledger's list of rooms is damaged: restore a backup (docs/operations.md), or "
@@ -104,31 +90,21 @@ class Recovery:
             if found is None:
                 return None
             row, kept = found
-            self._runs.note(row.number, room_id)
+            self._runs.leases.note(row.number, room_id)
             why = self._outdated(row, ground_now)
             if why is not None:
                 return await self._succeed(row, kept, why)
             if format_of(row.mode).has_results:
                 return await self._load_table(row, kept)
             replay = await self._replayed(row, kept)
-            await self._confirm(room_id)
-            return self._enter(row, replay)
-        except LedgerError as error:
-            if not isinstance(error, DamagedRoomError):
-                raise
-            await self._confirm(room_id)
-            raise self._put_aside(room_id, error) from error
-        except Exception as error:
-            await self._confirm(room_id)
-            raise self._put_aside(room_id, error) from error
-
-    async def _confirm(self, room_id: str) -> None:
-        """Raise LeaseLostError if another server has taken the room while it was read.
-
-        An old row and newer inputs of that server would look like damage, but are not.
-        """
-        if self._runs.leases is not None:
             await self._runs.leases.confirm(room_id)
+            return self._enter(row, replay)
+        except Exception as error:
+            if isinstance(error, LedgerError) and not isinstance(error, DamagedRoomError):
+                raise
+            # An old row and newer inputs of another server would look like damage, but are not.
+            await self._runs.leases.confirm(room_id)
+            raise self._put_aside(room_id, error) from error
 
     async def closed(self, room_id: str) -> tuple[int, Room] | None:
         """The number of a closed room's last run, and the room as it ended, to be read only.
@@ -190,7 +166,7 @@ class Recovery:
         if state.last > row.tick:
             raise DamagedRoomError(f"drop {state.drops - 1} has tick {state.last}, after the run's")
         landed = await asyncio.to_thread(load_table, room, state, record.clock.tick)
-        await self._confirm(row.id)
+        await self._runs.leases.confirm(row.id)
         self._runs.begin(row.id, record)
         self._runs.add_results(landed)
         if row.awake and not room.awake:

@@ -37,19 +37,6 @@ def closed_room(connection: Connection, room_id: str) -> RoomRow | None:
     return found[0] if found else None
 
 
-def stored_public_rooms(connection: Connection) -> list[str]:
-    """The ids of public rooms that have an open run."""
-    room = tables.rooms.c
-    chosen = select(room.id).where(room.owned.is_(False), room.closed.is_(None))
-    return list(connection.execute(chosen.order_by(room.number)).scalars())
-
-
-def parked_rooms(connection: Connection) -> list[Parked]:
-    """The open runs of rooms with owners, the longest unused first."""
-    chosen = _CHOSEN.where(tables.rooms.c.owned).order_by(tables.rooms.c.used)
-    return [Parked(*row) for row in connection.execute(chosen)]
-
-
 def awake_rooms(connection: Connection) -> list[str]:
     """The ids of rooms that were awake at their last mark, the latest used first."""
     room = tables.rooms.c

@@ -111,7 +111,7 @@ rooms = Table(
     # number of inputs; for a table, its number of drops.
     Column("checkpoint", LargeBinary),
     Column("checkpoint_drops", BigInteger, nullable=False),
-    # A mark that only tells creators apart; used if several servers share the ledger.
+    # A mark that only tells creators apart.
     Column("creator", String(64)),
     Column("draw", String(64)),  # digest of its draw, if it has one
     Column("rules", Integer, nullable=False, server_default="1"),  # see records.RULES

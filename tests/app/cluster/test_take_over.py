@@ -27,12 +27,14 @@ def address(postgresql: PostgreSQL) -> str:
 
 def looking(life: Life, *others: str) -> TakeOver:
     """The take-over of a server that has seen these others for the length of a lease."""
-    book = life.shared.leases.book
+    book = life.leases.book
     alive = Alive("", book, book.holder)
     found = [Seen(Member(name, name, ""), LEASE / 2, connected=True) for name in others]
     for _ in range(3):
         alive.look(alive.me, [Seen(alive.me, LEASE / 2, connected=True), *found])
-    return TakeOver(alive, life.shared, life.ledger, clock=itertools.count(0.0, 2.0).__next__)
+    return TakeOver(
+        alive, life.leases.book, life.stored, life.ledger, clock=itertools.count(0.0, 2.0).__next__
+    )
 
 
 async def taken(life: Life, taking: TakeOver) -> set[str]:
@@ -49,7 +51,7 @@ async def taken(life: Life, taking: TakeOver) -> set[str]:
 
 
 def has(life: Life, room_id: str) -> bool:
-    return life.shared.leases.book.of(room_id) is not None
+    return life.leases.book.of(room_id) is not None
 
 
 async def test_a_moving_room_given_to_a_server_goes_on_there_unasked(
@@ -59,7 +61,7 @@ async def test_a_moving_room_given_to_a_server_goes_on_there_unasked(
         room = await a.rooms.create(BOARD)
         await a.drop(room, 3)
         taking = looking(b, "a")
-        leaving = asyncio.create_task(a.shared.leaving.hand_over(room.id, holder="b"))
+        leaving = asyncio.create_task(a.stored.leaving.hand_over(room.id, holder="b"))
         await a.until(leaving.done, 1)
         await leaving
         assert await taken(b, taking) == {room.id}
@@ -103,7 +105,7 @@ async def test_viewers_of_a_sleeping_room_are_sent_on_once_it_is_taken(
     async with living(address, holder="a") as a, living(address, holder="b") as b:
         room, kept = [await a.rooms.create(BOARD) for _ in range(2)]
         watching, staying = Watcher(a, room.id), Watcher(a, kept.id)
-        await b.shared.arriving.take_over(room.id)
+        await b.stored.arriving.take_over(room.id)
         await taken(a, looking(a, "b"))
         with pytest.raises(LeaseLostError):
             await asyncio.wait_for(watching.running, LIMIT)

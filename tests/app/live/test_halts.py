@@ -11,7 +11,6 @@ import pytest
 from plinko.app.cli import main
 from plinko.app.errors import HaltedError, LedgerError
 from plinko.app.live.registry import Rooms
-from plinko.app.persistence.ledger.null_ledger import NullLedger
 from plinko.app.rooms.keys import KeyUse
 from plinko.app.rooms.records import EVERY_ROOM, Write
 from plinko.app.settings import Settings
@@ -20,6 +19,7 @@ from tests.app.asking import ask
 from tests.app.conftest import TINY
 from tests.app.live.sessions.test_fair_sessions import bearer, begun
 from tests.app.passes import rooms_by_hand, run_pass
+from tests.kit.null_ledger import NullLedger
 from tests.kit.player import playing
 from tests.kit.port import free_port
 from tests.kit.serving import Running, serving

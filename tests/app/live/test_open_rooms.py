@@ -5,13 +5,14 @@ import pytest
 from plinko.app.errors import RoomLimitError
 from plinko.app.live.broadcast.hub import Hub
 from plinko.app.live.registry import Rooms
-from plinko.app.persistence.ledger.null_ledger import NullLedger
 from plinko.app.persistence.service import PersistenceService
 from plinko.app.rooms.boards import Boards
 from plinko.app.rooms.kinds import BallLimits
 from plinko.app.settings import Settings
 from plinko.engine import Board
 from tests.app.live.test_registry import Watcher
+from tests.app.passes import RoomsByHand
+from tests.kit.null_ledger import NullLedger
 
 BOARD = Board.preset("triangle-8")
 
@@ -28,7 +29,7 @@ class Clock:
 def held_by(clock: Clock, **settings: float) -> Rooms:
     chosen = Settings(**settings)  # type: ignore[arg-type]
     service = PersistenceService(NullLedger(), tick_rate=60, limits=BallLimits(8, 8), now=clock)
-    return Rooms(chosen, Boards(8), Hub(8), BOARD, persistence=service)
+    return RoomsByHand(chosen, Boards(8), Hub(8), BOARD, service)
 
 
 async def test_newcomers_do_not_close_a_room_that_was_used_lately() -> None:
@@ -95,20 +96,14 @@ async def test_everybodys_rooms_open_however_many_rooms_players_have() -> None:
     assert held.is_open(mine.id)
 
 
-class Keeping(NullLedger):
-    """A ledger that stores rooms, as far as the open rooms can tell."""
-
-    keeps = True
-
-
 async def test_a_room_used_in_the_last_minute_stays_in_memory(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Its creator's first drop may be under way when others fill the memory."""
     monkeypatch.setattr("plinko.app.live.open_rooms._IN_MEMORY", 2)
     clock = Clock()
-    service = PersistenceService(Keeping(), tick_rate=60, limits=BallLimits(8, 8), now=clock)
-    held = Rooms(Settings(), Boards(8), Hub(8), BOARD, persistence=service)
+    service = PersistenceService(NullLedger(), tick_rate=60, limits=BallLimits(8, 8), now=clock)
+    held = Rooms(Settings(), Boards(8), Hub(8), BOARD, service)
     unused, used, *others = [(await held.create(BOARD)).id for _ in range(5)]
     assert all(map(held.find, (unused, used, *others)))
     clock.now += 59.0

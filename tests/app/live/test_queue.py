@@ -11,7 +11,6 @@ import pytest
 from plinko.app.errors import BallLimitError
 from plinko.app.live.broadcast.audience import Player
 from plinko.app.live.queue import MOST_FALLING, RoomQueue
-from plinko.app.persistence.ledger.null_ledger import NullLedger
 from plinko.app.protocol import messages
 from plinko.app.protocol.visitors import NO_TAG
 from plinko.app.rooms.outcome import Outcome
@@ -19,6 +18,7 @@ from plinko.app.rooms.pending import DropCommand
 from plinko.app.rooms.queue import EMPTY, MOST_BALLS, MOST_ITEMS, MOST_WAITING
 from tests.app.conftest import TINY
 from tests.app.live.test_tags import TAG, opened
+from tests.kit.null_ledger import NullLedger
 from tests.kit.player import playing
 from tests.kit.serving import Running, serving
 from tests.kit.waiting import eventually, until

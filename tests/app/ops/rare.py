@@ -3,7 +3,6 @@
 from typing import cast
 
 from plinko.app.ops.metrics import Reading
-from plinko.app.persistence.ledger.null_ledger import NullLedger
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.statements.totals import Total
 from plinko.app.web.readings import standing_readings
@@ -12,6 +11,7 @@ from plinko.app.web.shared import Standing
 from plinko.app.webhooks.targets import Target
 from plinko.app.webhooks.webhooks import Webhooks
 from plinko.engine import Board
+from tests.kit.null_ledger import NullLedger
 
 
 def rare_readings() -> list[Reading]:

@@ -7,12 +7,12 @@ import pytest
 
 from plinko.app.errors import LedgerError
 from plinko.app.persistence.ledger.commit_queue import Done
-from plinko.app.persistence.ledger.null_ledger import NullLedger
 from plinko.app.protocol.messages import Accepted
 from plinko.app.rooms.records import Mark, NewDrop, ResultRow, Write
 from plinko.engine import Board, drop
 from tests.app.asking import ask
 from tests.app.passes import rooms_by_hand, run_pass
+from tests.kit.null_ledger import NullLedger
 from tests.kit.waiting import turns
 
 BOARD = Board.preset("triangle-8")
@@ -110,7 +110,7 @@ async def test_the_clock_goes_on_while_the_ledger_is_lost() -> None:
     await table.ask(1)
     await table.ledger.answer()
     table.ledger.defer = lambda writes, done=None: None  # type: ignore[method-assign]
-    table.ledger.up = False
+    table.ledger.up = False  # type: ignore[misc]
     table.tick(100)
     assert table.room.world.tick == 100
 

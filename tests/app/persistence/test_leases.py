@@ -170,14 +170,14 @@ async def test_the_number_of_a_lease_only_grows(address: str) -> None:
         lease = a.book.drop("r")
         assert lease is not None
         await a.leases.release(lease)
-        row = await b.leases.holder_of("r")
+        row = await b.ledger.read(lease_store.holder_of, room="r")
         assert row is not None
-        assert (row.holder, await b.leases.listing()) == ("", [])
+        assert (row.holder, await b.ledger.read(lease_store.listing)) == ("", [])
         numbers += [row.number, (await b.take("r")).number]
         assert numbers == sorted(set(numbers))
-        assert [(row.room, row.holder, row.taken) for row in await a.leases.listing()] == [
-            ("r", "b", 5.0)
-        ]
+        assert [
+            (row.room, row.holder, row.taken) for row in await a.ledger.read(lease_store.listing)
+        ] == [("r", "b", 5.0)]
 
 
 async def test_of_two_that_take_a_room_after_the_same_lease_one_has_it(address: str) -> None:

@@ -12,6 +12,7 @@ import msgspec
 import pytest
 
 from plinko.app.errors import BusyError, LedgerError, ReadersError
+from plinko.app.persistence.leases import NoLeases
 from plinko.app.persistence.log_page import Entries, LogPage
 from plinko.app.persistence.room_log import MOST_OF_ONE, MOST_READERS, RoomLogs
 from plinko.app.persistence.room_runs import RoomRuns
@@ -25,8 +26,6 @@ ENTRY = {"ball": 0, "who": "x", "result": None}
 
 class Disk:
     """A ledger with its own clock, on which each page takes 10 ms."""
-
-    keeps = True
 
     def __init__(self) -> None:
         self.time = 0.0
@@ -63,7 +62,8 @@ class Disk:
 
 def opened(drops: int) -> tuple[RoomLogs, IndependentRoom, Disk]:
     disk = Disk()
-    logs = RoomLogs(RoomRuns(disk, 60, time.time), clock=lambda: disk.time, sleep=disk.sleep)  # type: ignore[arg-type]
+    runs = RoomRuns(disk, 60, time.time, NoLeases())  # type: ignore[arg-type]
+    logs = RoomLogs(runs, clock=lambda: disk.time, sleep=disk.sleep)
     room = IndependentRoom("r", Board.preset("triangle-8"), tick_rate=60, max_balls=10)
     room.drops = drops
     return logs, room, disk

@@ -347,7 +347,7 @@ def test_a_restart_finds_rooms_tokens_counts_and_balls_again(url: str, tmp_path:
         first = land(http, room, 1, 2)
         in_flight = http.post("/rooms/triangle-8/drops", json={"seed": 5}).json()
     with serving(**settings) as server:
-        assert {room, asleep} <= {each.id for each in server.services.rooms.parked()}
+        assert not any(map(server.services.rooms.is_open, (room, asleep)))
         with client_of(server) as http:
 
             def rooms() -> dict[str, Any]:
@@ -357,7 +357,7 @@ def test_a_restart_finds_rooms_tokens_counts_and_balls_again(url: str, tmp_path:
             listed = rooms()
             assert {room, asleep, "main", "triangle-8"} <= listed.keys()
             assert (listed[room]["drops"], listed[room]["board_name"]) == (2, "tiny")
-            assert server.services.rooms.parked(), "a list needs no room in memory"
+            assert not server.services.rooms.is_open(room), "a list needs no room in memory"
             flying = http.get("/rooms/triangle-8").json()
             (ball,) = flying["balls"]
             assert (ball["ball"], ball["seed"], ball["tick"]) == (0, "5", in_flight["tick"])
@@ -377,8 +377,8 @@ def test_a_restart_finds_rooms_tokens_counts_and_balls_again(url: str, tmp_path:
             assert log["drops"][0]["result"]["digest"] == drop(Board.preset("triangle-8"), 5).digest
             assert verify(tmp_path, log) == 0
             assert http.delete(f"/rooms/{room}", headers=own).status_code == 204
-    with serving(**settings) as server:
-        assert room not in {each.id for each in server.services.rooms.parked()}
+    with serving(**settings) as server, client_of(server) as http:
+        assert room not in {each["id"] for each in http.get("/rooms").json()["rooms"]}
 
 
 # Connections that broke.

@@ -95,7 +95,7 @@ async def test_a_room_goes_on_at_the_server_that_takes_it_over(address: str) -> 
             await a.drop(room, seed)
         await a.run(room, 20)
         shown = room.room.world.tick
-        taken = await b.shared.arriving.take_over("main")
+        taken = await b.stored.arriving.take_over("main")
         assert taken is not None
         assert (taken.room.taken, taken.room.world.count) == (5, room.room.world.count)
         assert taken.room.world.tick == shown, "spectators see no jump"
@@ -112,7 +112,7 @@ async def test_a_room_that_another_server_took_is_logged_once(
 ) -> None:
     async with two(address) as (a, b):
         room = await a.rooms.seek("main")
-        await b.shared.arriving.take_over("main")
+        await b.stored.arriving.take_over("main")
         asking = [ask(room, seed) for seed in range(3)]
         await turns()
         for each in asking:
@@ -128,7 +128,7 @@ async def test_a_server_that_wakes_up_shows_what_its_successor_shows(address: st
     async with two(address) as (a, b):
         room = await a.rooms.seek("main")
         await a.drop(room, 7)
-        taken = await b.shared.arriving.take_over("main")
+        taken = await b.stored.arriving.take_over("main")
         assert taken is not None
         a.tick(100)  # a process that wakes up ticks before it notices the loss
         b.tick(1)
@@ -141,7 +141,7 @@ async def test_clients_of_a_lost_room_are_disconnected_at_once(address: str) -> 
         room = await a.rooms.seek("main")
         await a.drop(room, 7)
         watcher = Watcher(a, "main")
-        await b.shared.arriving.take_over("main")
+        await b.stored.arriving.take_over("main")
         waiting = asyncio.create_task(room.landings.wait(0, 60.0))
         await turns()
         asked = ask(room, 8, client=1)
@@ -153,7 +153,7 @@ async def test_clients_of_a_lost_room_are_disconnected_at_once(address: str) -> 
             await asked
         assert await waiting is None  # accepted; the ball lands at the other server
         assert watcher.heard[heard:] == []
-        assert (a.rooms.all(), a.shared.leases.book.rooms, a.rooms.runner.awake) == ([], [], [])
+        assert (a.rooms.all(), a.leases.book.rooms, a.rooms.runner.awake) == ([], [], [])
         with pytest.raises(LeaseLostError):
             a.rooms.find("main")
         a.tick(100)
@@ -174,7 +174,7 @@ async def test_a_lost_room_cannot_be_joined_at_its_former_server(address: str) -
     async with two(address, claim=not_a_s) as (a, b):
         room = await b.rooms.seek("main")
         await b.drop(room, 7)
-        moved = await a.shared.arriving.take_over("main")
+        moved = await a.stored.arriving.take_over("main")
         assert moved is not None
         await a.run(moved, 30)
         with pytest.raises(LeaseLostError, match="main is at a") as found:
@@ -190,7 +190,7 @@ async def test_a_room_is_handed_over_without_a_tick_in_between(address: str) -> 
             await a.drop(room, 3)
             asked = ask(room, 4)
             await turns()
-            leaving = asyncio.create_task(a.shared.leaving.hand_over(room.id))
+            leaving = asyncio.create_task(a.stored.leaving.hand_over(room.id))
             await turns()
             with pytest.raises(LeaseLostError):
                 await ask(room, 5)
@@ -201,7 +201,7 @@ async def test_a_room_is_handed_over_without_a_tick_in_between(address: str) -> 
             accepted = await asked  # answered before the room leaves
             assert accepted.ball == 1
             at = room.room.world.tick
-            assert await a.shared.leases.holder_of(room.id) is not None
+            assert await a.ledger.read(lease_store.holder_of, room=room.id) is not None
             taken = await b.rooms.seek(room.id)
             assert taken.room.world.tick == CLOCK.ticks - begun if mode != INTERACTING else at
             assert taken.room.taken == room.room.taken
@@ -226,11 +226,11 @@ async def test_viewers_are_sent_on_only_when_the_next_server_is_ready(address: s
             with pytest.raises(LeaseLostError):
                 a.rooms.find(room.id)  # requests meanwhile find no room
 
-        await a.shared.leaving.hand_over(room.id, receive)
+        await a.stored.leaving.hand_over(room.id, receive)
         assert [each.room.world.tick for each in taken] == [room.room.world.tick]
         with pytest.raises(LeaseLostError):
             await watcher.running
-        a.shared.leaving.check(room.id)  # it has left
+        a.stored.leaving.check(room.id)  # it has left
 
 
 async def test_viewers_are_sent_on_even_if_the_next_server_failed(
@@ -244,7 +244,7 @@ async def test_viewers_are_sent_on_even_if_the_next_server_failed(
             raise AppError("it does not answer")
 
         with pytest.raises(AppError, match="does not answer"):
-            await a.shared.leaving.hand_over(room.id, receive)
+            await a.stored.leaving.hand_over(room.id, receive)
         with pytest.raises(LeaseLostError):
             await watcher.running
         assert (await b.rooms.seek(room.id)).id == room.id
@@ -256,9 +256,9 @@ async def test_all_rooms_are_handed_over_at_the_end(address: str) -> None:
         rooms.append(await a.rooms.seek("main"))
         await a.drop(rooms[0], 3)
         for room in rooms:
-            await a.shared.leaving.hand_over(room.id)
-        assert (a.rooms.all(), a.shared.leases.book.rooms) == ([], [])
-        assert await b.shared.leases.listing() == []
+            await a.stored.leaving.hand_over(room.id)
+        assert (a.rooms.all(), a.leases.book.rooms) == ([], [])
+        assert await b.ledger.read(lease_store.listing) == []
         for room in rooms:
             assert (await b.rooms.seek(room.id)).room.taken == room.room.taken
 
@@ -270,8 +270,8 @@ async def test_a_claim_that_is_refused_brings_nothing_here(address: str) -> None
             await b.rooms.seek("main")
         with pytest.raises(UnknownRoomError):
             await b.rooms.seek("nowhere")
-        assert a.shared.leases.book.rooms == ["main"]
-        assert [row.holder for row in await b.shared.leases.listing()] == ["a"]
+        assert a.leases.book.rooms == ["main"]
+        assert [row.holder for row in await b.ledger.read(lease_store.listing)] == ["a"]
 
 
 async def test_a_room_is_handed_to_one_server_and_none_comes_between(
@@ -279,12 +279,12 @@ async def test_a_room_is_handed_to_one_server_and_none_comes_between(
 ) -> None:
     async with two(address) as (a, b):
         room = await a.rooms.create(BOARD)
-        await a.shared.leaving.hand_over(room.id, holder="b", address="http://b")
-        row = await a.shared.leases.holder_of(room.id)
+        await a.stored.leaving.hand_over(room.id, holder="b", address="http://b")
+        row = await a.ledger.read(lease_store.holder_of, room=room.id)
         assert row is not None
         assert (row.holder, row.address) == ("b", "http://b")
         assert (await b.rooms.seek(room.id)).id == room.id
-        lease = b.shared.leases.book.of(room.id)
+        lease = b.leases.book.of(room.id)
         assert lease is not None
         assert lease.number == row.number + 1
 
@@ -315,7 +315,7 @@ async def test_a_client_of_a_leaving_room_waits_until_it_is_there(address: str) 
     async with two(address, claim=not_a_s) as (a, b):
         room = await b.rooms.create(BOARD)
         arrived = asyncio.Event()
-        leaving = asyncio.create_task(b.shared.leaving.hand_over(room.id, arrived.wait, holder="a"))
+        leaving = asyncio.create_task(b.stored.leaving.hand_over(room.id, arrived.wait, holder="a"))
         await eventually(lambda: b.rooms.all() == [])
         asked = asyncio.create_task(b.rooms.seek(room.id))
         await turns()
@@ -331,12 +331,12 @@ async def test_a_client_of_a_leaving_room_waits_until_it_is_there(address: str) 
 async def test_simultaneous_requests_find_the_same_room(address: str) -> None:
     async with two(address) as (a, b):
         room = await a.rooms.create(BOARD)
-        await a.shared.leaving.hand_over(room.id)
+        await a.stored.leaving.hand_over(room.id)
         found = await asyncio.gather(*[b.rooms.seek(room.id) for _ in range(8)])
         assert {id(each) for each in found} == {id(b.rooms.find(room.id))}
-        lease = b.shared.leases.book.of(room.id)
+        lease = b.leases.book.of(room.id)
         assert lease is not None
-        row = await b.shared.leases.holder_of(room.id)
+        row = await b.ledger.read(lease_store.holder_of, room=room.id)
         assert row is not None
         assert row.number == lease.number
 
@@ -353,18 +353,18 @@ async def test_a_take_over_that_is_overtaken_is_no_damage(
         async def overtake(read: Any, **values: Any) -> Any:
             if "run" in values and not overtaken.is_set():  # facts after the previous row
                 overtaken.set()
-                again = await a.shared.arriving.take_over("main")
+                again = await a.stored.arriving.take_over("main")
                 assert again is not None
                 await a.run(again, 100)
                 await a.drop(again, 2)
             return await reading(read, **values)
 
         monkeypatch.setattr(recovery, "_read", overtake)
-        a.shared.leaving.put_away("main")
+        a.stored.leaving.put_away("main")
         with pytest.raises(LeaseLostError):
-            await b.shared.arriving.take_over("main")
+            await b.stored.arriving.take_over("main")
         assert overtaken.is_set()
-        assert (recovery.set_aside, b.rooms.all(), b.shared.leases.book.rooms) == ({}, [], [])
+        assert (recovery.set_aside, b.rooms.all(), b.leases.book.rooms) == ({}, [], [])
         assert [each.room.taken for each in a.rooms.all()] == [2]
 
 
@@ -399,7 +399,7 @@ async def test_an_address_s_rooms_are_counted_at_all_servers(address: str) -> No
             room = await life.rooms.create(BOARD, creator=mark)
         assert [await b.rooms.made_by(mark) for mark in ("one", "other", "none")] == [2, 1, 0]
         await a.rooms.reset(room)
-        await a.shared.leaving.hand_over(room.id)
+        await a.stored.leaving.hand_over(room.id)
         await b.rooms.reset(await b.rooms.seek(room.id))
         assert await a.rooms.made_by("other") == 1
         await b.rooms.delete(b.rooms.find(room.id))
@@ -411,14 +411,14 @@ async def test_an_unused_room_closes_anywhere_once_the_ledger_answers(
 ) -> None:
     async with two(address) as (a, b):
         room = await a.rooms.create(BOARD)
-        await a.shared.leaving.hand_over(room.id)
+        await a.stored.leaving.hand_over(room.id)
         used = (await b.row(room.id)).used
         b.rooms.persistence.runs.now = lambda: used + UNUSED_SECONDS + 1.0
         with monkeypatch.context() as broken:
             broken.setattr(lease_store, "take", no_answer)
             with pytest.raises(LedgerError):
-                await b.shared.look_after()
-        await asked_again(b.shared.look_after)
+                await b.stored.look_after()
+        await asked_again(b.stored.look_after)
         await asked_again(b.heard)
         assert await b.ledger.read(lambda c: store.open_room(c, room.id)) is None
         with pytest.raises(UnknownRoomError):
@@ -483,7 +483,7 @@ def fair(life: Life) -> FairSessions:
         rest=1e6,
         draw=lambda count: b"\x01" * count,
         new_id=iter(f"{number}" for number in range(99)).__next__,
-        having=life.shared.having,
+        having=life.stored.having,
     )
 
 
@@ -495,7 +495,7 @@ async def test_a_player_s_session_goes_on_where_its_room_does(address: str) -> N
         await at_a.open(session, SECRET.hex())
         for _ in range(3):
             await a.drop(room, None, session=session, stake=10)
-        moved = await b.shared.arriving.take_over(room.id)
+        moved = await b.stored.arriving.take_over(room.id)
         assert moved is not None
         stale = ask(room, None, session=session, stake=10)
         with pytest.raises(LeaseLostError):
@@ -505,7 +505,7 @@ async def test_a_player_s_session_goes_on_where_its_room_does(address: str) -> N
             await b.drop(moved, None, session=there, stake=10)
         await b.rest()
         # The room returns: the first server forgot the session when the room left.
-        await b.shared.leaving.hand_over(room.id)
+        await b.stored.leaving.hand_over(room.id)
         again = await at_a.find(session.id)
         assert again.drops == 5
         await at_a.end(again)

@@ -6,7 +6,6 @@ import pytest
 
 from plinko.app.ops.returns import DEVIATIONS, return_of
 from plinko.app.persistence.ledger.database import Database
-from plinko.app.persistence.ledger.null_ledger import NullLedger
 from plinko.app.persistence.statements import totals, writing
 from plinko.app.persistence.statements.totals import Total, band
 from plinko.app.rooms.records import BoardRow, DropRow, ResultRow, RoomRow, Write
@@ -14,6 +13,7 @@ from plinko.app.web.returns import Returns
 from plinko.engine import Board
 from plinko.engine.payouts.record import odds_of_record
 from tests.kit.facts import new
+from tests.kit.null_ledger import NullLedger
 
 BOARD = Board.preset("triangle-16-high")
 

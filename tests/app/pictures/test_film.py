@@ -439,6 +439,7 @@ def test_too_many_streams_are_told_when_to_come_back(server: Running, http: http
 
 def test_a_room_that_is_filmed_stays_open(server: Running, http: httpx.Client) -> None:
     rooms = server.services.rooms
+    http.get("/api/v1/rooms/triangle-9-low").raise_for_status()
     room = rooms.find("triangle-9-low")
     assert rooms._open._unneeded(lambda other: other is room) is room
     with http.stream("GET", "/api/v1/rooms/triangle-9-low/stream.mjpg") as viewed:

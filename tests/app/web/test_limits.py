@@ -56,52 +56,33 @@ def test_keys_do_not_share_and_the_longest_unseen_is_forgotten() -> None:
     buckets.take("b", 0.0, "drops")
 
 
-def test_a_quota_counts_what_is_open_and_what_is_in_the_making() -> None:
-    still_open = {"a", "b", "c"}
-    quota = Quota(2, "rooms", still_open.__contains__)
-    with quota.place("me") as take:
-        take("a")
-    with quota.place("me") as take:
-        said = "2 rooms are open already; at most 2 may be open now"
-        with pytest.raises(QuotaError, match=said), quota.place("me"):
-            raise AssertionError("there was a place")
-        with quota.place("you") as other:
-            other("c")
-    still_open.remove("a")
-    with quota.place("me") as take:
-        take("b")
-    with quota.place("me"), contextlib.suppress(ZeroDivisionError):
+def test_a_key_has_a_bounded_number_of_places() -> None:
+    quota = Quota(4, "rooms")
+    with quota.place("me", has=1, left=100), quota.place("me", has=1, left=100):
+        with quota.place("me", has=1, left=100):
+            said = "4 rooms are open already; at most 4 may be open now"
+            with pytest.raises(QuotaError, match=said), quota.place("me", has=1, left=100):
+                raise AssertionError("there was a place")
+        with quota.place("you", has=3, left=100):
+            pass
+    with quota.place("me", has=3, left=100), contextlib.suppress(ZeroDivisionError):
         raise ZeroDivisionError("what fails takes no place")
-    with quota.place("me") as take:
-        take("a")
-    still_open.add("a")
-    with pytest.raises(QuotaError), quota.place("me"):
+    with pytest.raises(QuotaError), quota.place("me", has=4, left=100):
         raise AssertionError("there was a place")
+    assert not quota._coming, "what is not being made needs no memory"
     assert retry_after(QuotaError("x")) == 1
-
-
-def test_a_quota_forgets_clients_without_places() -> None:
-    still_open: set[str] = set()
-    quota = Quota(5, "rooms", still_open.__contains__)
-    for number in range(100):
-        still_open.clear()
-        still_open.add(str(number))
-        with quota.place(f"client {number}") as take:
-            take(str(number))
-    assert len(quota._things) == 1
 
 
 def test_the_less_is_left_the_less_each_client_may_take() -> None:
     held: dict[str, int] = {}
     left = 1000
-    quota = Quota(50, "rooms", lambda _: True)
+    quota = Quota(50, "rooms")
     for client in map(str, range(40)):
         with contextlib.suppress(QuotaError):
             while True:
-                with quota.place(client, left) as take:
-                    take(f"{client} {left}")
-                left -= 1
-                held[client] = held.get(client, 0) + 1
+                with quota.place(client, has=held.get(client, 0), left=left):
+                    held[client] = held.get(client, 0) + 1
+                    left -= 1
     assert max(held.values()) == 50
     assert min(held.values()) >= 3, "even the last of them found room"
     assert left > 0

@@ -14,7 +14,6 @@ from plinko.app.computing import prices
 from plinko.app.errors import (
     AppError,
     InvalidValueError,
-    LedgerError,
     NotFoundError,
     TokenError,
     UnknownRoomError,
@@ -170,16 +169,13 @@ async def open_room(request: Request, server: Server, repeats: Repeats) -> Respo
 async def _open(
     request: Request, server: Services, body: RoomRequest, creator: str, use: KeyUse
 ) -> LiveRoom:
-    count = await server.rooms.made_by(creator)
-    with server.creators.place(address_of(request), server.rooms.free, count) as take:
+    has, rooms = await server.rooms.made_by(creator), server.rooms
+    with server.creators.place(address_of(request), has=has, left=rooms.free):
         if body.story is None:
             basis, mode = await _basis(request, server, body)
-            live = await server.rooms.create(basis, mode, creator, use)
-        else:
-            retold = await _retold(request, server, body)
-            live = await server.rooms.create(retold.scene, SCENE, creator, use, retold)
-        take(live.id)
-    return live
+            return await rooms.create(basis, mode, creator, use)
+        retold = await _retold(request, server, body)
+        return await rooms.create(retold.scene, SCENE, creator, use, retold)
 
 
 @router.get("/{room}", summary="Get a room", responses=documented(RoomView, 404, 429, 503))
@@ -372,10 +368,6 @@ async def _draw(request: Request, server: Services, body: RoomRequest, form: Dra
     """The draw of a requested room, after a worker has checked the bin of every seed."""
     if body.scene is not None:
         raise InvalidValueError("a draw needs a board, not a scene", field="scene")
-    if not server.ledger.keeps:
-        raise LedgerError(
-            "a draw needs sessions, and this server has none because it has no ledger"
-        )
     board = await _board_of_room(request, server, body.board)
     lists = form.seeds if isinstance(form.seeds, list) else []
     count = sum(len(listed) for listed in lists if isinstance(listed, list))

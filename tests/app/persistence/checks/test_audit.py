@@ -106,7 +106,7 @@ async def play(url: str) -> str:
         for seed in range(3):
             await life.drop(own, seed, stake=100)
             await life.run(own, 30)
-        await life.drop(life.rooms.find("interacting-triangle-8"), 1)
+        await life.drop(await life.rooms.seek("interacting-triangle-8"), 1)
         await life.rest()
         await life.drop(life.rooms.find("main"), 5, stake=7)
         await life.leave()

@@ -15,7 +15,7 @@ from plinko.app.live.arriving import Claim, any_room
 from plinko.app.live.broadcast.hub import Hub
 from plinko.app.live.live_room import LiveRoom
 from plinko.app.live.registry import Rooms
-from plinko.app.live.shared_rooms import SharedRooms
+from plinko.app.live.stored_rooms import StoredRooms
 from plinko.app.persistence.lease_book import LeaseBook, Unshared
 from plinko.app.persistence.leases import Leases
 from plinko.app.persistence.ledger.database import Database
@@ -86,10 +86,15 @@ class Life:
         await self.going_on
 
     @property
-    def shared(self) -> SharedRooms:
-        """The part of the rooms that leases them, if several servers share the ledger."""
-        assert isinstance(self.rooms.shared, SharedRooms)
-        return self.rooms.shared
+    def stored(self) -> StoredRooms:
+        """The rooms in the ledger."""
+        return self.rooms.stored
+
+    @property
+    def leases(self) -> Leases:
+        """The leases of a server that shares its ledger."""
+        assert isinstance(self.stored.leases, Leases)
+        return self.stored.leases
 
     async def row(self, room_id: str) -> RoomRow:
         """The room's current run, as the ledger has it."""
@@ -127,7 +132,7 @@ async def living(
     service = PersistenceService(
         ledger, tick_rate=chosen.tick_rate, limits=limits, leases=leases, now=CLOCK.unix
     )
-    rooms = Rooms(chosen, Boards(8), Hub(8), board, clock=CLOCK, persistence=service, claim=claim)
+    rooms = Rooms(chosen, Boards(8), Hub(8), board, service, clock=CLOCK, claim=claim)
     await asyncio.to_thread(ledger.open)
     ledger.start()
     try:

@@ -129,11 +129,11 @@ class _Heard(Rooms):
 
     def add(self, room: Room) -> LiveRoom:
         live = super().add(room)
-        landed = live.landings.landed
+        forward = live.landings.landed
 
-        def hear(event: messages.Landed) -> None:
-            self.told[room.id].hear(msgspec.to_builtins(event))
-            landed(event)
+        def hear(landed: messages.Landed) -> None:
+            self.told[room.id].hear(msgspec.to_builtins(landed))
+            forward(landed)
 
         live.landings.landed = hear  # type: ignore[method-assign]
         return live
@@ -173,8 +173,8 @@ class Table:
             Boards(8),
             Hub(8),
             board,
+            self.persistence,
             clock=lambda: self.loop.now,
-            persistence=self.persistence,
         )
         self.rooms.told = told
         self.ledger.start = lambda: None  # type: ignore[method-assign]

@@ -45,6 +45,7 @@ def table_over(empty: Path, folder: Path) -> Table:
         shutil.copy(empty, file)
     table = Table(f"sqlite:///{file}", {"main": Told("main"), "triangle-8": Told("triangle-8")})
     table.until(table.rooms.resume())
+    table.until(table.rooms.seek("triangle-8"))
     return table
 
 

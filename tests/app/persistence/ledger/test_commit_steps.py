@@ -58,6 +58,7 @@ class Play:
         self.told[PUBLIC] = Told(PUBLIC)
         self.table = Table(self.url, self.told)
         self.table.until(self.table.rooms.resume())
+        self.table.until(self.table.rooms.seek(PUBLIC))
         for mode in ("independent", INTERACTING):
             room = self.table.until(self.table.rooms.create(BOARD, mode))
             self.told[room.id] = Told(room.id)

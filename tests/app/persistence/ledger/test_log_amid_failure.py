@@ -46,6 +46,7 @@ def log(table: Table) -> Any:
 def test_a_log_does_not_lack_what_has_landed(tmp_path: Path) -> None:
     table = Table(f"sqlite:///{tmp_path / 'ledger.db'}", {ROOM: Told(ROOM)})
     try:
+        table.until(table.rooms.seek(ROOM))
         table.asks(ROOM, 42)
         table.work()
         table.database.at = refuse_writes

@@ -61,7 +61,7 @@ def kept(url: str, session: int) -> list[tuple[DropRow, ResultRow | None]]:
 async def test_an_empty_touching_room_comes_back_and_takes_a_ball(url: str, orderly: bool) -> None:
     name = "interacting-triangle-8"
     async with living(url) as life:
-        room = life.rooms.find(name)
+        room = await life.rooms.seek(name)
         await life.drop(room, 1)
         await life.rest()
         was = room.room.world.digest
@@ -173,11 +173,11 @@ async def test_a_start_loads_main_only_and_each_room_when_it_is_asked_for(url: s
         shown = own.room.world.bodies["x"].tolist()
     async with living(url, go_on=False) as life:
         assert [each.id for each in life.rooms.all()] == ["main"]
-        assert life.rooms.is_open(own.id)
+        assert own.id in {each.id for each in await life.stored.directory()}
         back = await life.rooms.seek(own.id)
         assert (back.room.taken, back.room.awake) == (2, True)
         assert back.room.world.bodies["x"].tolist() == shown, "each ball is where it should be"
-        await life.drop(life.rooms.find("triangle-9"), 1)
+        await life.drop(await life.rooms.seek("triangle-9"), 1)
 
 
 @on_sqlite
@@ -289,7 +289,7 @@ async def test_a_sleeping_damaged_room_is_set_aside_when_asked_for(url: str) -> 
     names = ("interacting-triangle-8",)
     async with living(url) as life:
         own = await life.rooms.create(BOARD, INTERACTING)
-        for room in (own, *map(life.rooms.find, names)):
+        for room in (own, *[await life.rooms.seek(name) for name in names]):
             await life.drop(room, 1)
         await life.rest()
         await life.leave()
@@ -299,7 +299,7 @@ async def test_a_sleeping_damaged_room_is_set_aside_when_asked_for(url: str) -> 
             with pytest.raises(DamagedRoomError, match="is set aside"):
                 await life.rooms.seek(room_id)
         assert set(life.rooms.persistence.recovery.set_aside) == {own.id, *names}
-        await life.drop(life.rooms.find("triangle-9"), 1)
+        await life.drop(await life.rooms.seek("triangle-9"), 1)
     change(url, "UPDATE rooms SET checkpoint_drops = 1 WHERE checkpoint_drops = 7")
     async with living(url) as life:
         for room_id in (own.id, *names):

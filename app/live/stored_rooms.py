@@ -1,24 +1,24 @@
-"""Lists, counts and closes rooms over all servers that share a ledger.
+"""The rooms in the ledger, of all servers that share it: brings, lists, counts and closes them.
 
-arriving.py brings rooms to this server, leaving.py gives them up.
+arriving.py brings rooms into this server's memory, leaving.py gives them to other servers.
 """
 
 import asyncio
 import contextlib
 import logging
 import math
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Awaitable, Callable
 from typing import Final
 
 from plinko.app.errors import DamagedRoomError, LeaseLostError
-from plinko.app.live.arriving import Arriving
-from plinko.app.live.leaving import Leaving
+from plinko.app.live.arriving import Arriving, Claim
+from plinko.app.live.leaving import Leaving, Memory
 from plinko.app.live.open_rooms import REST_SECONDS, UNUSED_SECONDS, OpenRooms
 from plinko.app.live.public_tables import PublicTables
-from plinko.app.persistence.leases import Leases
 from plinko.app.persistence.service import PersistenceService
 from plinko.app.persistence.statements import store
 from plinko.app.rooms.records import Parked
+from plinko.app.rooms.room import Ground, Room
 
 _SEARCH_SECONDS: Final = 60.0  # between two searches for unused rooms
 _UNUSED_AT_ONCE: Final = 20  # unused rooms closed in one search
@@ -27,59 +27,21 @@ _DIRECTORY_SECONDS: Final = 1.0  # for which the list of all rooms is cached
 _log = logging.getLogger("plinko")
 
 
-class UnsharedRooms:
-    """Stands in for `SharedRooms` if only one server uses the ledger: it has every room."""
-
-    alone = True
-
-    def check(self, room_id: str) -> None:
-        """Do nothing: no room is at another server."""
-
-    async def fetch(self, room_id: str) -> None:
-        """Do nothing: no room is at another server."""
-
-    async def begin(self, room_id: str) -> None:
-        """Do nothing: a room needs no lease."""
-
-    def let_go(self, room_id: str) -> None:
-        """Do nothing: a room has no lease."""
-
-    @contextlib.asynccontextmanager
-    async def having(self, room_id: str) -> AsyncIterator[None]:
-        yield
-
-    async def directory(self) -> list[Parked]:
-        """An empty list: there are no rooms at other servers."""
-        return []
-
-    async def made_by(self, creator: str) -> int | None:
-        """None: the caller counts by itself."""
-        return None
-
-    async def make_place(self) -> None:
-        """Do nothing: `OpenRooms` makes place."""
-
-    async def look_after(self) -> None:
-        """Do nothing: `OpenRooms` closes unused rooms."""
-
-
-class SharedRooms(UnsharedRooms):
-    """For the event loop's thread."""
-
-    alone = False
+class StoredRooms:
+    """For the event loop's thread. `make` makes a public room that is not in the ledger."""
 
     def __init__(
         self,
         persistence: PersistenceService,
         rooms: OpenRooms,
         public: PublicTables,
-        leases: Leases,
-        leaving: Leaving,
-        arriving: Arriving,
+        memory: Memory,
+        make: Callable[[str, Ground, str], Awaitable[Room]],
+        claim: Claim,
     ) -> None:
-        self.leases = leases
-        self.leaving = leaving
-        self.arriving = arriving
+        self.leases = persistence.leases
+        self.leaving = Leaving(persistence, rooms, memory)
+        self.arriving = Arriving(claim, persistence, rooms, public, memory, make, self.leaving)
         self._persistence = persistence
         self._public = public
         self._ledger = persistence.ledger
@@ -88,32 +50,30 @@ class SharedRooms(UnsharedRooms):
         self._listed: list[Parked] = []
         self._listed_at = -math.inf
 
+    @property
+    def alone(self) -> bool:
+        """Whether no other server uses the ledger."""
+        return self.leases.alone
+
     def check(self, room_id: str) -> None:
         """Raise LeaseLostError for a room that is leaving, or is perhaps at another server."""
         self.leaving.check(room_id)
-        if room_id in self._public:
+        if not self.alone and room_id in self._public:
             raise LeaseLostError(f"room {room_id!r} is not at this server", field="room")
-
-    async def fetch(self, room_id: str) -> None:
-        """Bring a room into memory, as `Arriving.fetch` does."""
-        await self.arriving.fetch(room_id)
-
-    async def begin(self, room_id: str) -> None:
-        """Take the lease of a new room, as `Arriving.begin` does."""
-        await self.arriving.begin(room_id)
 
     def let_go(self, room_id: str) -> None:
         """Release the lease of a room that has left memory and is completely committed."""
         self.leases.let_go(room_id)
+        self._listed_at = -math.inf
 
     @contextlib.asynccontextmanager
     async def having(self, room_id: str) -> AsyncIterator[None]:
         """Have a room's lease for a while, even if it is closed; raises what `fetch` raises."""
-        await self.fetch(room_id)
+        await self.arriving.fetch(room_id)
         if room_id in self._rooms.in_memory:
             yield
             return
-        await self.begin(room_id)
+        await self.arriving.begin(room_id)
         try:
             yield
         finally:
@@ -128,7 +88,7 @@ class SharedRooms(UnsharedRooms):
             self._listed_at = now
         return self._listed
 
-    async def made_by(self, creator: str) -> int | None:
+    async def made_by(self, creator: str) -> int:
         """How many open rooms this creator has at all servers; raises LedgerError."""
         await self._count()
         return await self._ledger.read(store.count_owned, creator=creator)
@@ -154,9 +114,13 @@ class SharedRooms(UnsharedRooms):
         self._rooms.count(await self._ledger.read(store.count_owned))
 
     async def _close_unused(self, seconds: float, why: str, most: int) -> None:
-        before = self._persistence.now() - seconds
-        for room in await self._ledger.read(store.unused_rooms, before=before, limit=most):
-            if room.id in self._rooms.in_memory or self.arriving.is_coming(room.id):
+        before, here = self._persistence.now() - seconds, self._rooms.in_memory
+        # Of a room in memory the ledger may not have the last use.
+        limit = most + len(here)
+        unused = await self._ledger.read(store.unused_rooms, before=before, limit=limit)
+        others = [each for each in unused if each.id not in here]
+        for room in others[:most]:
+            if self.arriving.is_coming(room.id):
                 continue
             closing = self.arriving.begin_work(room.id, self._close(room, before, why))
             # The room is in use at another server, or it is damaged.
