@@ -1,7 +1,8 @@
 """The key that signs the ledger's statements: whether it is the right one, and its change.
 
 The ledger has all public keys that its statements were signed with, each change signed by both
-keys. The private key is in a file, or in the table `secrets` of a ledger that servers share.
+keys. The private key is in a file, or in the table `secrets` if servers share the ledger or have no
+data directory.
 """
 
 import os
@@ -98,15 +99,17 @@ class SigningKey:
         place.adopt()
         return signer.public.hex(), ended
 
-    def _place(self, connection: Connection) -> "_Row | _File | _Nowhere":
-        if self._database.shared or common_secrets.is_there(connection, common_secrets.STATEMENTS):
+    def _place(self, connection: Connection) -> "_Row | _File":
+        if self._file is None or self._database.shared:
             return _Row()
-        return _Nowhere() if self._file is None else _File(self._file)
+        if common_secrets.is_there(connection, common_secrets.STATEMENTS):
+            return _Row()
+        return _File(self._file)
 
     def _check(
         self,
         connection: Connection,
-        place: "_Row | _File | _Nowhere",
+        place: "_Row | _File",
         signer: Signer,
         now: float,
         *,
@@ -178,7 +181,7 @@ class _File:
 
 
 class _Row:
-    """A private key in the ledger itself, which several servers share."""
+    """A private key in the ledger itself, for servers without a common file."""
 
     name = f"the row {common_secrets.STATEMENTS!r} of the table `secrets`"
 
@@ -198,27 +201,6 @@ class _Row:
 
     def adopt(self) -> None:
         """Nothing is left to do: the row is replaced in the transaction."""
-
-
-class _Nowhere:
-    """A key that ends with the process, for a server without a data directory."""
-
-    name = "the signing key of a server without a data directory (--data)"
-
-    def read(self, connection: Connection) -> bytes | None:
-        return None
-
-    def write(self, connection: Connection, secret: bytes) -> None:
-        """It stays in memory."""
-
-    def draft(self) -> bytes | None:
-        return None
-
-    def prepare(self, connection: Connection, secret: bytes) -> None:
-        raise SettingError("the signing key has no file: give --data", field="data")
-
-    def adopt(self) -> None:
-        """Never called."""
 
 
 def _add(
