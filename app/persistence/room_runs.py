@@ -196,15 +196,19 @@ class RoomRuns:
         tick = max((each.tick for each in results), default=room.log_tick)
         return [*results, Close(self.of(room).number, tick, self.now())]
 
-    def board_row(self, room: Room) -> BoardRow:
-        return BoardRow(room.origin.digest, room.origin.name, room.origin_json.decode())
-
-    def board_row_of(self, origin: Ground) -> BoardRow:
+    def board_row(self, origin: Ground) -> BoardRow:
         return BoardRow(origin.digest, origin.name, msgspec.json.encode(origin.to_dict()).decode())
 
-    def room_row(self, room: Room, record: RoomRun) -> RoomRow:
-        """The row of a run at its first tick."""
-        return RoomRow(
+    def rows(self, room: Room, record: RoomRun, taken: Sequence[Pending] = ()) -> list[Write]:
+        """All rows that the ledger must have before a run's next input.
+
+        taken: the inputs with which a room of touching balls begins.
+        """
+        draw, checkpoint, inputs = room.draw, None, list[Write]()
+        if isinstance(room, TouchingRoom) and (room.world.tick or taken):
+            record.checkpoint_tick, checkpoint = room.world.tick, room.checkpoint()
+            inputs += [room.format.row(record.number, pending) for pending in taken]
+        row = RoomRow(
             number=record.number,
             id=room.id,
             board=room.origin.digest,
@@ -214,33 +218,11 @@ class RoomRuns:
             physics_version=PHYSICS_VERSION,
             opened=record.opened,
             used=record.used,
-            creator=record.creator,
-            draw=None if room.draw is None else room.draw.digest,
-        )
-
-    def basis_rows(self, room: Room) -> list[Write]:
-        draw = room.draw
-        drawn = [] if draw is None else [DrawRow(draw.digest, draw.to_json().decode())]
-        return [self.board_row(room), *drawn]
-
-    def rows(self, room: Room, record: RoomRun) -> list[Write]:
-        """All rows that the ledger must have before a run's first input."""
-        return [*self.basis_rows(room), self.room_row(room, record)]
-
-    def rows_with(self, room: Room, record: RoomRun, taken: Sequence[Pending]) -> list[Write]:
-        """As `rows`, for a run that begins with inputs or after tick 0."""
-        if not isinstance(room, TouchingRoom) or not (room.world.tick or taken):
-            return self.rows(room, record)
-        record.checkpoint_tick = room.world.tick
-        inputs = [room.format.row(record.number, pending) for pending in taken]
-        return [*self.basis_rows(room), self.current_row(room, record), *inputs]
-
-    def current_row(self, room: Room, record: RoomRun) -> RoomRow:
-        """The row of a run as it is now."""
-        checkpoint = room.checkpoint() if isinstance(room, TouchingRoom) else None
-        return replace(
-            self.room_row(room, record),
-            tick=room.log_tick,
+            tick=0 if checkpoint is None else room.log_tick,
             checkpoint=checkpoint,
-            checkpoint_drops=room.taken,
+            checkpoint_drops=0 if checkpoint is None else room.taken,
+            creator=record.creator,
+            draw=None if draw is None else draw.digest,
         )
+        drawn = [] if draw is None else [DrawRow(draw.digest, draw.to_json().decode())]
+        return [self.board_row(room.origin), *drawn, row, *inputs]

@@ -75,7 +75,7 @@ class PersistenceService:
         record.owned = record.known = True
         record.creator = creator
         use.run, use.fact = record.number, room.id
-        rows = self.runs.rows_with(room, record, taken)
+        rows = self.runs.rows(room, record, taken)
         made = False
         try:
             await self.ledger.commit(*rows, use=use)

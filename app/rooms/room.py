@@ -316,12 +316,5 @@ class Room(ABC):
 
     # Saving.
 
-    @property
-    def origin_json(self) -> bytes:
-        """The board or scene that the room was opened with, as JSON."""
-        if isinstance(self.origin, Board):
-            return bytes(self._board_json)  # a room's board never changes
-        return msgspec.json.encode(self.origin.to_dict())
-
     def ground_fields(self) -> dict[str, object]:
         return {"board": self.origin.preset_name or self.origin.to_dict()}

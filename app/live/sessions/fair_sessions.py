@@ -174,7 +174,7 @@ class FairSessions:
         )
         runs = self._persistence.runs
         use.run, use.fact = runs.of(room).number, session.id
-        await self._ledger.commit(runs.board_row_of(board), row, use=use)
+        await self._ledger.commit(runs.board_row(board), row, use=use)
         if use.earlier is not None:
             return await self.find(use.earlier.fact)
         return self._remember(session)
