@@ -95,7 +95,7 @@ class OpenRooms:
         """The longest unused room that may leave memory and for which `also` holds."""
         for live in self.in_memory.values():
             # Every request checks all rooms: the condition that excludes most of them comes first.
-            if also(live) and self._persistence.parkable(live.room) and not self._is_used(live):
+            if also(live) and not self._is_used(live):
                 return live
         return None
 

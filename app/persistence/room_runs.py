@@ -5,7 +5,6 @@ wait here until something else is written.
 """
 
 import asyncio
-import functools
 import logging
 import math
 from collections import deque
@@ -18,7 +17,6 @@ import msgspec
 from plinko.app.errors import LedgerError
 from plinko.app.persistence.clock import RunClock, SteadyClock
 from plinko.app.persistence.leases import NoLeases
-from plinko.app.persistence.ledger.commit_queue import Done
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.statements import lease_store
 from plinko.app.rooms.pending import Pending
@@ -79,8 +77,6 @@ class RoomRun:
     clock: RunClock
     known: bool = False  # whether its row was handed to the ledger
     checkpoint_tick: int = 0
-    clean: bool = True  # whether the room sleeps and the ledger has all of it
-    version: int = 0  # counts submissions
     creator: str | None = None  # a mark, see RoomRow
 
 
@@ -127,11 +123,6 @@ class RoomRuns:
     def clock(self, opened: float, least: int = 0) -> RunClock:
         return RunClock(self._now, self._tick_rate, opened, least)
 
-    def find(self, room: Room, number: int) -> RoomRun | None:
-        """The record of a room's current run if it has this number."""
-        found = self._records.get(room.id)
-        return found if found is not None and found.number == number else None
-
     def begin(self, room_id: str, record: RoomRun) -> None:
         """Make this run the room's current one."""
         self._records[room_id] = record
@@ -159,29 +150,17 @@ class RoomRuns:
             self.results_since = self.now()
         self._results += results
 
-    def take_results(self) -> list[Write]:
+    def report(self, writes: list[Write]) -> None:
+        """Hand the waiting results and `writes` to the ledger."""
         results, self._results = self._results, []
         self.results_since = math.inf
-        return results
-
-    def report(self, writes: list[Write], done: Done | None = None) -> None:
-        """Hand the waiting results and `writes` to the ledger."""
-        self.ledger.defer([*self.take_results(), *writes], done)
+        self.ledger.defer([*results, *writes])
 
     def slept(self, room: Room) -> None:
+        """Write that nothing moves in a room."""
         record = self.of(room)
-        if not record.known:
-            record.clean = True  # the ledger needs nothing of a room without inputs
-            return
-        record.version += 1
-        record.clean = False
-        done = functools.partial(self._asleep, room, record.number, record.version)
-        self.report([self.mark(room, record, awake=False)], done)
-
-    def _asleep(self, room: Room, number: int, version: int, error: LedgerError | None) -> None:
-        record = self.find(room, number)
-        if record is not None and record.version == version:
-            record.clean = error is None
+        if record.known:
+            self.report([self.mark(room, record, awake=False)])
 
     def mark(self, room: Room, record: RoomRun, *, awake: bool, checkpoint: bool = True) -> Mark:
         """A mark of a room's progress; for touching balls with a checkpoint, unless it is False."""

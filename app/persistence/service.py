@@ -126,10 +126,6 @@ class PersistenceService:
 
     # Rooms that leave memory.
 
-    def parkable(self, room: Room) -> bool:
-        """Whether a sleeping room may leave memory, because the ledger has all of it."""
-        return self.runs.of(room).clean
-
     def park(self, room: Room, *, close: bool) -> bool:
         """Forget a sleeping room, and perhaps end its run; returns whether the ledger has it."""
         record = self.runs.of(room)
@@ -192,9 +188,7 @@ class PersistenceService:
         """The rows that the ledger must have before an input."""
         rows = [] if record.known else self.runs.rows(room, record)
         record.known = True
-        record.clean = False
         record.used = self.now()
-        record.version += 1
         return rows
 
     def slept(self, room: Room) -> None:

@@ -29,7 +29,7 @@ class NullLedger(Ledger):
     """Has no room, and no thread."""
 
     lag = 0.0
-    up = True  # type: ignore[assignment]
+    up = True
 
     def __init__(self) -> None:
         self._last: dict[int, tuple[int, int]] = {}  # number and tick of each run's last input

@@ -181,7 +181,6 @@ class Recovery:
             used=row.used,
             clock=self._runs.clock(row.opened, least),
             known=True,
-            clean=not row.awake,
             creator=row.creator,
         )
 

@@ -110,7 +110,7 @@ async def test_the_clock_goes_on_while_the_ledger_is_lost() -> None:
     await table.ask(1)
     await table.ledger.answer()
     table.ledger.defer = lambda writes, done=None: None  # type: ignore[method-assign]
-    table.ledger.up = False  # type: ignore[misc]
+    table.ledger.up = False
     table.tick(100)
     assert table.room.world.tick == 100
 
