@@ -17,10 +17,10 @@ server has restored a room, so that clients find it there."""
 
 
 class Peers:
-    """For the event loop's thread. `handed_on` counts forwarded requests and WebSockets."""
+    """For the event loop's thread. `forwarded` counts requests and WebSockets."""
 
     def __init__(self, transport: httpx.AsyncBaseTransport | None = None) -> None:
-        self.handed_on = 0
+        self.forwarded = 0
         # Shorter than a server keeps an idle connection open, so that the server does not close a
         # connection just as a request is sent on it.
         limits = httpx.Limits(max_connections=None, keepalive_expiry=2.0)

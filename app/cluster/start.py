@@ -13,7 +13,7 @@ from typing import Final
 from starlette.types import ASGIApp
 
 from plinko.app.cluster.alive import Alive
-from plinko.app.cluster.hand_on import HandOn
+from plinko.app.cluster.forward import Forward
 from plinko.app.cluster.membership import Member, order
 from plinko.app.cluster.peers import Peers
 from plinko.app.cluster.take_over import TakeOver
@@ -61,7 +61,7 @@ class Cluster:
 
     def surround(self, app: ASGIApp) -> ASGIApp:
         """`app` within the layer that forwards requests to the server that has their room."""
-        return HandOn(app, self._alive, self._peers, self._rooms.arriving.fetch)
+        return Forward(app, self._alive, self._peers, self._rooms.arriving.fetch)
 
     def listens(self, listener: socket.socket) -> None:
         """Publish this socket's address to the other servers, unless the settings give one."""
@@ -97,7 +97,7 @@ class Cluster:
         """The members as this server knows them, and its counts of rooms and requests."""
         view = self._alive.view
         names = sorted(each.name for each in view.members.values())
-        counts = (self._take_over.count, self._handed_over, self._peers.handed_on)
+        counts = (self._take_over.count, self._handed_over, self._peers.forwarded)
         return Standing(self.name, view.up, names, len(self._book.rooms), *counts)
 
     async def ask_all(self, path: str, part: str) -> list[object]:

@@ -37,7 +37,7 @@ def standing_readings(stands: Standing) -> Iterator[Reading]:
     text = "Rooms given to other servers."
     yield "plinko_cluster_handed_over_total", text, stands.handed_over, process
     text = "Requests and connections forwarded to the server that has the room."
-    yield "plinko_cluster_handed_on_total", text, stands.handed_on, process
+    yield "plinko_cluster_handed_on_total", text, stands.forwarded, process
 
 
 def _clock(server: Services) -> Iterator[tuple[str, str, float]]:

@@ -9,7 +9,7 @@ class Standing:
     """A server's place in its cluster.
 
     `leases` is whether it can see which servers are alive, `rooms` the number of rooms it has.
-    Since the start, `taken_over` and `handed_over` count rooms, and `handed_on` requests.
+    Since the start, `taken_over` and `handed_over` count rooms, and `forwarded` requests.
     """
 
     name: str
@@ -18,7 +18,7 @@ class Standing:
     rooms: int
     taken_over: int
     handed_over: int
-    handed_on: int
+    forwarded: int
 
 
 class Peer(Protocol):

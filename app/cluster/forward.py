@@ -55,7 +55,7 @@ _UNKNOWN: Final = (
 )
 
 
-class HandOn:
+class Forward:
     """`app` answers here. `fetch` loads a room, or raises LeaseLostError with its server."""
 
     def __init__(
@@ -135,7 +135,7 @@ class HandOn:
 
         It may be if the other server has done nothing, or if the method is safe.
         """
-        self._peers.handed_on += 1
+        self._peers.forwarded += 1
         asking = self._peers.http.stream(
             scope["method"],
             httpx.URL(member.address).copy_with(raw_path=_target(scope)),
@@ -164,7 +164,7 @@ class HandOn:
 
     async def _talk(self, member: Member, client: WebSocket) -> bool:
         """Connect a client with `member` until one side ends; False if `member` refuses."""
-        self._peers.handed_on += 1
+        self._peers.forwarded += 1
         at, host = urlsplit(member.address), client.headers.get("host", "localhost")
         scheme = at.scheme.replace("http", "ws")
         headers = [

@@ -16,7 +16,7 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.http11 import Request as WebSocketRequest
 
 from plinko.app.cluster.alive import Alive
-from plinko.app.cluster.hand_on import HandOn
+from plinko.app.cluster.forward import Forward
 from plinko.app.cluster.membership import Member, Seen
 from plinko.app.cluster.peers import Peers
 from plinko.app.errors import LeaseLostError
@@ -70,7 +70,7 @@ async def asking(
     async def fetch(room_id: str) -> None:
         raise AssertionError(room_id)
 
-    app = Front(HandOn(here.app, alive, peers, fetch), settings)
+    app = Front(Forward(here.app, alive, peers, fetch), settings)
     transport = httpx.ASGITransport(app=app, client=("192.0.2.7", 1))
     client = httpx.AsyncClient(transport=transport, base_url="http://here", headers=headers)
     async with peers.http, client:
@@ -200,7 +200,7 @@ async def test_a_socket_waits_as_long_as_it_takes_for_a_living_server(
             "query_string": b"",
             "headers": [(b"host", b"here")],
         }
-        talking = asyncio.create_task(HandOn(nobody, alive, peers, fetch)(scope, receive, send))
+        talking = asyncio.create_task(Forward(nobody, alive, peers, fetch)(scope, receive, send))
         await eventually(lambda: asked)
         jump = LIMIT / 2
         await turns()
