@@ -57,7 +57,7 @@ class Cluster:
         self._rooms = rooms
         self._peers = Peers()
         self._take_over = TakeOver(alive, book, rooms, ledger)
-        self._handed_over = 0  # rooms
+        self._migrated = 0  # rooms
 
     def surround(self, app: ASGIApp) -> ASGIApp:
         """`app` within the layer that forwards requests to the server that has their room."""
@@ -97,7 +97,7 @@ class Cluster:
         """The members as this server knows them, and its counts of rooms and requests."""
         view = self._alive.view
         names = sorted(each.name for each in view.members.values())
-        counts = (self._take_over.count, self._handed_over, self._peers.forwarded)
+        counts = (self._take_over.count, self._migrated, self._peers.forwarded)
         return Standing(self.name, view.up, names, len(self._book.rooms), *counts)
 
     async def ask_all(self, path: str, part: str) -> list[object]:
@@ -129,13 +129,13 @@ class Cluster:
                     if others:
                         await self._give(room_id, order(room_id, others)[0])
                     else:
-                        await self._rooms.leaving.hand_over(room_id)
+                        await self._rooms.leaving.migrate(room_id)
 
         await asyncio.gather(*map(give, self._book.rooms))
 
     async def _give(self, room_id: str, target: Member) -> None:
         there = {"holder": target.holder, "address": target.address}
         taken = functools.partial(self._peers.have_taken, target, room_id)
-        await self._rooms.leaving.hand_over(room_id, taken, **there)
-        self._handed_over += 1
+        await self._rooms.leaving.migrate(room_id, taken, **there)
+        self._migrated += 1
         _log.info("room handed over", extra={"room": room_id, "to": target.name})

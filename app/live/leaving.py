@@ -61,7 +61,7 @@ class Leaving:
         if room_id in self._leaving:
             await asyncio.wait([self._leaving[room_id]])
 
-    async def hand_over(
+    async def migrate(
         self,
         room_id: str,
         receive: Callable[[], Awaitable[object]] = _to_nobody,
@@ -78,9 +78,9 @@ class Leaving:
         """
         if room_id not in self._rooms.in_memory:
             raise UnknownRoomError(f"room {room_id!r} is not at this server", field="room")
-        await to_the_end(self._hand_over(room_id, receive, holder, address))
+        await to_the_end(self._migrate(room_id, receive, holder, address))
 
-    async def _hand_over(
+    async def _migrate(
         self, room_id: str, receive: Callable[[], Awaitable[object]], holder: str, address: str
     ) -> None:
         if room_id in self._leaving:

@@ -35,7 +35,7 @@ def standing_readings(stands: Standing) -> Iterator[Reading]:
     text = "Rooms taken over from failed servers."
     yield "plinko_cluster_taken_over_total", text, stands.taken_over, process
     text = "Rooms given to other servers."
-    yield "plinko_cluster_handed_over_total", text, stands.handed_over, process
+    yield "plinko_cluster_handed_over_total", text, stands.migrated, process
     text = "Requests and connections forwarded to the server that has the room."
     yield "plinko_cluster_handed_on_total", text, stands.forwarded, process
 

@@ -9,7 +9,7 @@ class Standing:
     """A server's place in its cluster.
 
     `leases` is whether it can see which servers are alive, `rooms` the number of rooms it has.
-    Since the start, `taken_over` and `handed_over` count rooms, and `forwarded` requests.
+    Since the start, `taken_over` and `migrated` count rooms, and `forwarded` requests.
     """
 
     name: str
@@ -17,7 +17,7 @@ class Standing:
     members: list[str]
     rooms: int
     taken_over: int
-    handed_over: int
+    migrated: int
     forwarded: int
 
 

@@ -61,7 +61,7 @@ async def test_a_moving_room_given_to_a_server_goes_on_there_unasked(
         room = await a.rooms.create(BOARD)
         await a.drop(room, 3)
         taking = looking(b, "a")
-        leaving = asyncio.create_task(a.stored.leaving.hand_over(room.id, holder="b"))
+        leaving = asyncio.create_task(a.stored.leaving.migrate(room.id, holder="b"))
         await a.until(leaving.done, 1)
         await leaving
         assert await taken(b, taking) == {room.id}

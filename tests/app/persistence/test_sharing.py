@@ -190,7 +190,7 @@ async def test_a_room_is_handed_over_without_a_tick_in_between(address: str) -> 
             await a.drop(room, 3)
             asked = ask(room, 4)
             await turns()
-            leaving = asyncio.create_task(a.stored.leaving.hand_over(room.id))
+            leaving = asyncio.create_task(a.stored.leaving.migrate(room.id))
             await turns()
             with pytest.raises(LeaseLostError):
                 await ask(room, 5)
@@ -226,7 +226,7 @@ async def test_viewers_are_sent_on_only_when_the_next_server_is_ready(address: s
             with pytest.raises(LeaseLostError):
                 a.rooms.find(room.id)  # requests meanwhile find no room
 
-        await a.stored.leaving.hand_over(room.id, receive)
+        await a.stored.leaving.migrate(room.id, receive)
         assert [each.room.world.tick for each in taken] == [room.room.world.tick]
         with pytest.raises(LeaseLostError):
             await watcher.running
@@ -244,7 +244,7 @@ async def test_viewers_are_sent_on_even_if_the_next_server_failed(
             raise AppError("it does not answer")
 
         with pytest.raises(AppError, match="does not answer"):
-            await a.stored.leaving.hand_over(room.id, receive)
+            await a.stored.leaving.migrate(room.id, receive)
         with pytest.raises(LeaseLostError):
             await watcher.running
         assert (await b.rooms.seek(room.id)).id == room.id
@@ -256,7 +256,7 @@ async def test_all_rooms_are_handed_over_at_the_end(address: str) -> None:
         rooms.append(await a.rooms.seek("main"))
         await a.drop(rooms[0], 3)
         for room in rooms:
-            await a.stored.leaving.hand_over(room.id)
+            await a.stored.leaving.migrate(room.id)
         assert (a.rooms.all(), a.leases.book.rooms) == ([], [])
         assert await b.ledger.read(lease_store.listing) == []
         for room in rooms:
@@ -279,7 +279,7 @@ async def test_a_room_is_handed_to_one_server_and_none_comes_between(
 ) -> None:
     async with two(address) as (a, b):
         room = await a.rooms.create(BOARD)
-        await a.stored.leaving.hand_over(room.id, holder="b", address="http://b")
+        await a.stored.leaving.migrate(room.id, holder="b", address="http://b")
         row = await a.ledger.read(lease_store.holder_of, room=room.id)
         assert row is not None
         assert (row.holder, row.address) == ("b", "http://b")
@@ -315,7 +315,7 @@ async def test_a_client_of_a_leaving_room_waits_until_it_is_there(address: str) 
     async with two(address, claim=not_a_s) as (a, b):
         room = await b.rooms.create(BOARD)
         arrived = asyncio.Event()
-        leaving = asyncio.create_task(b.stored.leaving.hand_over(room.id, arrived.wait, holder="a"))
+        leaving = asyncio.create_task(b.stored.leaving.migrate(room.id, arrived.wait, holder="a"))
         await eventually(lambda: b.rooms.all() == [])
         asked = asyncio.create_task(b.rooms.seek(room.id))
         await turns()
@@ -331,7 +331,7 @@ async def test_a_client_of_a_leaving_room_waits_until_it_is_there(address: str) 
 async def test_simultaneous_requests_find_the_same_room(address: str) -> None:
     async with two(address) as (a, b):
         room = await a.rooms.create(BOARD)
-        await a.stored.leaving.hand_over(room.id)
+        await a.stored.leaving.migrate(room.id)
         found = await asyncio.gather(*[b.rooms.seek(room.id) for _ in range(8)])
         assert {id(each) for each in found} == {id(b.rooms.find(room.id))}
         lease = b.leases.book.of(room.id)
@@ -399,7 +399,7 @@ async def test_an_address_s_rooms_are_counted_at_all_servers(address: str) -> No
             room = await life.rooms.create(BOARD, creator=mark)
         assert [await b.rooms.made_by(mark) for mark in ("one", "other", "none")] == [2, 1, 0]
         await a.rooms.reset(room)
-        await a.stored.leaving.hand_over(room.id)
+        await a.stored.leaving.migrate(room.id)
         await b.rooms.reset(await b.rooms.seek(room.id))
         assert await a.rooms.made_by("other") == 1
         await b.rooms.delete(b.rooms.find(room.id))
@@ -411,7 +411,7 @@ async def test_an_unused_room_closes_anywhere_once_the_ledger_answers(
 ) -> None:
     async with two(address) as (a, b):
         room = await a.rooms.create(BOARD)
-        await a.stored.leaving.hand_over(room.id)
+        await a.stored.leaving.migrate(room.id)
         used = (await b.row(room.id)).used
         b.rooms.persistence.runs.now = lambda: used + UNUSED_SECONDS + 1.0
         with monkeypatch.context() as broken:
@@ -505,7 +505,7 @@ async def test_a_player_s_session_goes_on_where_its_room_does(address: str) -> N
             await b.drop(moved, None, session=there, stake=10)
         await b.rest()
         # The room returns: the first server forgot the session when the room left.
-        await b.stored.leaving.hand_over(room.id)
+        await b.stored.leaving.migrate(room.id)
         again = await at_a.find(session.id)
         assert again.drops == 5
         await at_a.end(again)
