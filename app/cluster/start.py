@@ -13,10 +13,10 @@ from typing import Final
 from starlette.types import ASGIApp
 
 from plinko.app.cluster.alive import Alive
+from plinko.app.cluster.fail_over import FailOver
 from plinko.app.cluster.forward import Forward
 from plinko.app.cluster.membership import Member, order
 from plinko.app.cluster.peers import Peers
-from plinko.app.cluster.take_over import TakeOver
 from plinko.app.errors import AppError, InvalidValueError, shorten
 from plinko.app.listening import address_of
 from plinko.app.live.stored_rooms import StoredRooms
@@ -56,7 +56,7 @@ class Cluster:
         self._alive = alive
         self._rooms = rooms
         self._peers = Peers()
-        self._take_over = TakeOver(alive, book, rooms, ledger)
+        self._fail_over = FailOver(alive, book, rooms, ledger)
         self._migrated = 0  # rooms
 
     def surround(self, app: ASGIApp) -> ASGIApp:
@@ -75,7 +75,7 @@ class Cluster:
         """Send heartbeats and take over rooms until cancelled."""
         async with self._peers.http, asyncio.TaskGroup() as tasks:
             tasks.create_task(self._alive.run())
-            tasks.create_task(self._take_over.run())
+            tasks.create_task(self._fail_over.run())
 
     async def until_joined(self) -> None:
         """Return when the others know of this server, or after five seconds."""
@@ -97,7 +97,7 @@ class Cluster:
         """The members as this server knows them, and its counts of rooms and requests."""
         view = self._alive.view
         names = sorted(each.name for each in view.members.values())
-        counts = (self._take_over.count, self._migrated, self._peers.forwarded)
+        counts = (self._fail_over.count, self._migrated, self._peers.forwarded)
         return Standing(self.name, view.up, names, len(self._book.rooms), *counts)
 
     async def ask_all(self, path: str, part: str) -> list[object]:

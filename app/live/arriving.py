@@ -81,7 +81,7 @@ class Arriving:
         if room_id not in self._coming:
             exists, after = await self._lookups.do(room_id, lambda: self._look_up(room_id))
         if exists:
-            await self.take_over(room_id, after)
+            await self.take(room_id, after)
 
     async def _look_up(self, room_id: str) -> tuple[bool, int | None]:
         """Whether the room exists, and the lease that this server's lease must follow."""
@@ -112,7 +112,7 @@ class Arriving:
         row = await self._persistence.ledger.read(lease_store.holder_of, room=room_id)
         await self._leases.take(room_id, self._claim(room_id, row), self._leaving.put_away)
 
-    async def take_over(self, room_id: str, after: int | None = None) -> LiveRoom | None:
+    async def take(self, room_id: str, after: int | None = None) -> LiveRoom | None:
         """Take a room to this server, even from another; returns None if it does not exist.
 
         `after` is as for `Leases.take`. Raises LeaseLostError, LedgerError, DamagedRoomError, and

@@ -33,7 +33,7 @@ def standing_readings(stands: Standing) -> Iterator[Reading]:
     yield "plinko_cluster_members", "Servers that are alive.", len(stands.members), process
     yield "plinko_cluster_rooms", "Rooms of this server.", stands.rooms, process
     text = "Rooms taken over from failed servers."
-    yield "plinko_cluster_taken_over_total", text, stands.taken_over, process
+    yield "plinko_cluster_taken_over_total", text, stands.failed_over, process
     text = "Rooms given to other servers."
     yield "plinko_cluster_handed_over_total", text, stands.migrated, process
     text = "Requests and connections forwarded to the server that has the room."

@@ -9,14 +9,14 @@ class Standing:
     """A server's place in its cluster.
 
     `leases` is whether it can see which servers are alive, `rooms` the number of rooms it has.
-    Since the start, `taken_over` and `migrated` count rooms, and `forwarded` requests.
+    Since the start, `failed_over` and `migrated` count rooms, and `forwarded` requests.
     """
 
     name: str
     leases: bool
     members: list[str]
     rooms: int
-    taken_over: int
+    failed_over: int
     migrated: int
     forwarded: int
 

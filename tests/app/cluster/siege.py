@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Final
 
 from plinko.engine import Board
 from tests.app.cluster.servers import Servers
-from tests.app.cluster.watchers import Break, Pulse, Watcher, taken_over
+from tests.app.cluster.watchers import Break, Pulse, Watcher, failed_over
 from tests.kit import siege
 from tests.kit.postgres import PostgreSQL
 from tests.kit.process import ServerProcess
@@ -128,14 +128,14 @@ class Siege(siege.Siege):
         await self.until_all_take_drops()
 
     @property
-    def taken_over(self) -> list[float]:
+    def failed_over(self) -> list[float]:
         """Seconds from each kill to the next hello of each room that the server had."""
         times = [when for _, when in self.happened] + [math.inf]
         return [
             seconds
             for number, (name, when) in enumerate(self.happened)
             if name == "kill"
-            for seconds in taken_over(self.watchers, when, times[number + 1])
+            for seconds in failed_over(self.watchers, when, times[number + 1])
         ]
 
     @property

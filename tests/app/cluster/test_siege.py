@@ -40,7 +40,7 @@ async def test_no_acknowledged_ball_is_lost_and_none_lands_twice(
     happened = dict(Counter(name for name, _ in siege.happened))
     print(  # noqa: T201
         f"{happened}: {siege.acknowledged} acknowledged drops of {drops}, none lost\n"
-        f"rooms of killed servers, from the kill until they greet: {spread(siege.taken_over)}\n"
+        f"rooms of killed servers, from the kill until they greet: {spread(siege.failed_over)}\n"
         f"gaps where a line ended: {spread(siege.gaps)}"
     )
 

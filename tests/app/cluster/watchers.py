@@ -107,7 +107,7 @@ class Watcher:
         self._lost, self.vain = False, 0
 
 
-def taken_over(watchers: Iterable[Watcher], since: float, until: float) -> list[float]:
+def failed_over(watchers: Iterable[Watcher], since: float, until: float) -> list[float]:
     """Seconds from `since` until each room that lost all its spectators showed itself again."""
     rooms: dict[str, list[float | None]] = {}
     for each in watchers:

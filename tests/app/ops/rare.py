@@ -18,7 +18,7 @@ def rare_readings() -> list[Reading]:
     """Readings that need a staked drop, a cluster or a webhook."""
     board = Board.preset("triangle-8")
     play = Total(board.digest, 100, False, plays=1, staked=100, squares=1e4, paid=0)
-    among = Standing("plinko1", True, ["plinko1"], rooms=1, taken_over=0, migrated=0, forwarded=0)
+    among = Standing("plinko1", True, ["plinko1"], rooms=1, failed_over=0, migrated=0, forwarded=0)
     hooks = Webhooks([Target("http://example.org", "")], cast(Ledger, None), lambda: True)
     return [
         *Returns(NullLedger(), (play,)).readings(),

@@ -95,7 +95,7 @@ async def test_a_room_goes_on_at_the_server_that_takes_it_over(address: str) -> 
             await a.drop(room, seed)
         await a.run(room, 20)
         shown = room.room.world.tick
-        taken = await b.stored.arriving.take_over("main")
+        taken = await b.stored.arriving.take("main")
         assert taken is not None
         assert (taken.room.taken, taken.room.world.count) == (5, room.room.world.count)
         assert taken.room.world.tick == shown, "spectators see no jump"
@@ -112,7 +112,7 @@ async def test_a_room_that_another_server_took_is_logged_once(
 ) -> None:
     async with two(address) as (a, b):
         room = await a.rooms.seek("main")
-        await b.stored.arriving.take_over("main")
+        await b.stored.arriving.take("main")
         asking = [ask(room, seed) for seed in range(3)]
         await turns()
         for each in asking:
@@ -128,7 +128,7 @@ async def test_a_server_that_wakes_up_shows_what_its_successor_shows(address: st
     async with two(address) as (a, b):
         room = await a.rooms.seek("main")
         await a.drop(room, 7)
-        taken = await b.stored.arriving.take_over("main")
+        taken = await b.stored.arriving.take("main")
         assert taken is not None
         a.tick(100)  # a process that wakes up ticks before it notices the loss
         b.tick(1)
@@ -141,7 +141,7 @@ async def test_clients_of_a_lost_room_are_disconnected_at_once(address: str) -> 
         room = await a.rooms.seek("main")
         await a.drop(room, 7)
         watcher = Watcher(a, "main")
-        await b.stored.arriving.take_over("main")
+        await b.stored.arriving.take("main")
         waiting = asyncio.create_task(room.landings.wait(0, 60.0))
         await turns()
         asked = ask(room, 8, client=1)
@@ -174,7 +174,7 @@ async def test_a_lost_room_cannot_be_joined_at_its_former_server(address: str) -
     async with two(address, claim=not_a_s) as (a, b):
         room = await b.rooms.seek("main")
         await b.drop(room, 7)
-        moved = await a.stored.arriving.take_over("main")
+        moved = await a.stored.arriving.take("main")
         assert moved is not None
         await a.run(moved, 30)
         with pytest.raises(LeaseLostError, match="main is at a") as found:
@@ -353,7 +353,7 @@ async def test_a_take_over_that_is_overtaken_is_no_damage(
         async def overtake(read: Any, **values: Any) -> Any:
             if "run" in values and not overtaken.is_set():  # facts after the previous row
                 overtaken.set()
-                again = await a.stored.arriving.take_over("main")
+                again = await a.stored.arriving.take("main")
                 assert again is not None
                 await a.run(again, 100)
                 await a.drop(again, 2)
@@ -362,7 +362,7 @@ async def test_a_take_over_that_is_overtaken_is_no_damage(
         monkeypatch.setattr(recovery, "_read", overtake)
         a.stored.leaving.put_away("main")
         with pytest.raises(LeaseLostError):
-            await b.stored.arriving.take_over("main")
+            await b.stored.arriving.take("main")
         assert overtaken.is_set()
         assert (recovery.set_aside, b.rooms.all(), b.leases.book.rooms) == ({}, [], [])
         assert [each.room.taken for each in a.rooms.all()] == [2]
@@ -495,7 +495,7 @@ async def test_a_player_s_session_goes_on_where_its_room_does(address: str) -> N
         await at_a.open(session, SECRET.hex())
         for _ in range(3):
             await a.drop(room, None, session=session, stake=10)
-        moved = await b.stored.arriving.take_over(room.id)
+        moved = await b.stored.arriving.take(room.id)
         assert moved is not None
         stale = ask(room, None, session=session, stake=10)
         with pytest.raises(LeaseLostError):

@@ -26,7 +26,7 @@ def address(postgresql: PostgreSQL) -> str:
 async def play_on(url: str) -> list[dict[str, Any]]:
     """Another server takes the room over and plays; returns the drops it accepted."""
     async with living(url, holder="newer") as newer:
-        room = await newer.stored.arriving.take_over("main")
+        room = await newer.stored.arriving.take("main")
         assert room is not None
         told = [await newer.drop(room, seed) for seed in (11, 12)]
         await newer.run(room, 30)

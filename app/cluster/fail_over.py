@@ -22,7 +22,7 @@ _SWEEP: Final = 2.0
 _log = logging.getLogger("plinko")
 
 
-class TakeOver:
+class FailOver:
     """For the event loop's thread. `count` is the number of rooms taken from failed servers."""
 
     def __init__(

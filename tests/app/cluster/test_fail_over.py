@@ -7,8 +7,8 @@ import itertools
 import pytest
 
 from plinko.app.cluster.alive import Alive
+from plinko.app.cluster.fail_over import FailOver
 from plinko.app.cluster.membership import LEASE, Member, Seen, order
-from plinko.app.cluster.take_over import TakeOver
 from plinko.app.errors import LeaseLostError, LedgerError
 from tests.app.persistence.crash.life import BOARD, Life, living
 from tests.app.persistence.test_sharing import Watcher
@@ -25,19 +25,19 @@ def address(postgresql: PostgreSQL) -> str:
     return postgresql.new_database()
 
 
-def looking(life: Life, *others: str) -> TakeOver:
+def looking(life: Life, *others: str) -> FailOver:
     """The take-over of a server that has seen these others for the length of a lease."""
     book = life.leases.book
     alive = Alive("", book, book.holder)
     found = [Seen(Member(name, name, ""), LEASE / 2, connected=True) for name in others]
     for _ in range(3):
         alive.look(alive.me, [Seen(alive.me, LEASE / 2, connected=True), *found])
-    return TakeOver(
+    return FailOver(
         alive, life.leases.book, life.stored, life.ledger, clock=itertools.count(0.0, 2.0).__next__
     )
 
 
-async def taken(life: Life, taking: TakeOver) -> set[str]:
+async def taken(life: Life, taking: FailOver) -> set[str]:
     """Poll once and take the rooms found, with retries while PostgreSQL is busy."""
     async with asyncio.timeout(LIMIT):
         due: set[str] | None = None
@@ -105,7 +105,7 @@ async def test_viewers_of_a_sleeping_room_are_sent_on_once_it_is_taken(
     async with living(address, holder="a") as a, living(address, holder="b") as b:
         room, kept = [await a.rooms.create(BOARD) for _ in range(2)]
         watching, staying = Watcher(a, room.id), Watcher(a, kept.id)
-        await b.stored.arriving.take_over(room.id)
+        await b.stored.arriving.take(room.id)
         await taken(a, looking(a, "b"))
         with pytest.raises(LeaseLostError):
             await asyncio.wait_for(watching.running, LIMIT)
