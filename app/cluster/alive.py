@@ -12,8 +12,8 @@ import time
 from collections.abc import AsyncIterator, Callable, Iterable
 from typing import Final
 
-from plinko.app.cluster.beats import FAILURES, Beats
-from plinko.app.cluster.membership import BEAT, LEASE, Member, Seen, View
+from plinko.app.cluster.heartbeats import FAILURES, Heartbeats
+from plinko.app.cluster.membership import HEARTBEAT, LEASE, Member, Seen, View
 from plinko.app.concurrency.signal import Signal
 from plinko.app.persistence.lease_book import LeaseBook
 from plinko.app.rooms.records import LeaseRow
@@ -63,7 +63,9 @@ class Alive:
             if not stop.is_set():  # or else the loop may be closed, if PostgreSQL took long
                 loop.call_soon_threadsafe(handle, *args)
 
-        thread = threading.Thread(target=self._beat, args=(call, stop), name="beats", daemon=True)
+        thread = threading.Thread(
+            target=self._beat, args=(call, stop), name="heartbeats", daemon=True
+        )
         thread.start()
         try:
             await asyncio.Event().wait()
@@ -75,17 +77,17 @@ class Alive:
         while not stop.is_set():
             began = time.monotonic()
             try:
-                with Beats.connected(self._database) as beats:
+                with Heartbeats.connected(self._database) as heartbeats:
                     while not stop.is_set():
                         if time.monotonic() < self._handled + _STALLED_SECONDS:
                             me = self.me
-                            call(self.look, me, beats.beat(me))
-                        beats.pause()
+                            call(self.look, me, heartbeats.send(me))
+                        heartbeats.pause()
             except FAILURES as error:
                 call(self.failed, error)
             # Reconnect at once if the connection lasted a while: others consider a server without
             # a connection failed after LATE instead of LEASE.
-            stop.wait(began + BEAT - time.monotonic())
+            stop.wait(began + HEARTBEAT - time.monotonic())
 
     def look(self, me: Member, found: Iterable[Seen]) -> None:
         """Update the view with the servers that the heartbeat of `me` found."""

@@ -18,10 +18,10 @@ LEASE: Final = 2.0
 server that stutters loses its rooms; the longer it is, the longer the balls of a failed server
 stand still."""
 
-BEAT: Final = 0.4
+HEARTBEAT: Final = 0.4
 """Seconds between two heartbeats of a server: four in a row may be lost."""
 
-LATE: Final = 2 * BEAT
+LATE: Final = 2 * HEARTBEAT
 """Seconds after its last heartbeat for which a server without a connection to PostgreSQL counts as
 alive. When a process ends, its system closes its connections at once, so its rooms need not wait
 for LEASE. A server that is frozen or cut off keeps its connection, and only LEASE detects it."""

@@ -8,15 +8,15 @@ from collections.abc import Iterable
 import pytest
 
 from plinko.app.cluster.alive import Alive
-from plinko.app.cluster.beats import Beats
-from plinko.app.cluster.membership import BEAT, LEASE, Member, Seen
+from plinko.app.cluster.heartbeats import Heartbeats
+from plinko.app.cluster.membership import HEARTBEAT, LEASE, Member, Seen
 from plinko.app.persistence.lease_book import LeaseBook
 from tests.kit.waiting import LIMIT, turns
 
 A, B = Member("a.1", "a", ""), Member("b.1", "b", "http://b")
 
 
-def beat(alive: Alive, *others: Member, age: float = BEAT) -> None:
+def beat(alive: Alive, *others: Member, age: float = HEARTBEAT) -> None:
     """A heartbeat of `A`, `age` seconds (by the database's clock) after the previous one."""
     found = [Seen(A, age, connected=True), *(Seen(each, 0.0, connected=True) for each in others)]
     alive.look(A, found)
@@ -60,7 +60,7 @@ def test_a_late_server_doubts_only_itself(
     assert line.startswith("this server was late: its last heartbeat was 6.0 s ago")
     assert not alive.view.is_gone(B.holder)
     assert alive.view.up
-    for _ in range(round(LEASE / BEAT)):
+    for _ in range(round(LEASE / HEARTBEAT)):
         beat(alive)
     assert alive.view.is_gone(B.holder), "it had a lease of the database's time to say so"
     assert len(caplog.messages) == 1
@@ -86,15 +86,15 @@ def test_a_heartbeat_after_the_end_calls_no_closed_loop(monkeypatch: pytest.Monk
     errors: list[threading.ExceptHookArgs] = []
 
     class Slow:
-        def beat(self, me: Member) -> list[Seen]:
+        def send(self, me: Member) -> list[Seen]:
             asked.set()
             assert answers.wait(LIMIT)
-            return [Seen(me, BEAT, connected=True)]
+            return [Seen(me, HEARTBEAT, connected=True)]
 
         def pause(self) -> None:
             """The end is near."""
 
-    monkeypatch.setattr(Beats, "connected", lambda _: contextlib.nullcontext(Slow()))
+    monkeypatch.setattr(Heartbeats, "connected", lambda _: contextlib.nullcontext(Slow()))
     monkeypatch.setattr(
         "plinko.app.cluster.alive.LEASE", 0.0
     )  # how long the end waits for the thread
@@ -108,8 +108,8 @@ def test_a_heartbeat_after_the_end_calls_no_closed_loop(monkeypatch: pytest.Monk
             await running
 
     asyncio.run(serve())
-    (beats,) = (each for each in threading.enumerate() if each.name == "beats")
+    (heartbeats,) = (each for each in threading.enumerate() if each.name == "heartbeats")
     answers.set()
-    beats.join(LIMIT)
-    assert not beats.is_alive()
+    heartbeats.join(LIMIT)
+    assert not heartbeats.is_alive()
     assert errors == []

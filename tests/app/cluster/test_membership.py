@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import msgspec
 import pytest
 
-from plinko.app.cluster.membership import BEAT, LATE, LEASE, Member, Seen, View, order, orphans
+from plinko.app.cluster.membership import HEARTBEAT, LATE, LEASE, Member, Seen, View, order, orphans
 from plinko.app.errors import LeaseLostError
 from plinko.app.rooms.records import LeaseRow
 
@@ -89,16 +89,16 @@ def test_a_failed_server_stays_failed_while_postgresql_is_down() -> None:
         (0.0, True, True),
         (LEASE - 0.1, True, True),
         (LEASE, True, False),
-        (BEAT, False, True),
+        (HEARTBEAT, False, True),
         (LATE, False, False),
     ],
 )
 def test_a_server_is_alive_for_a_lease_or_less_when_cut_off(
     age: float, connected: bool, alive: bool
 ) -> None:
-    assert BEAT < LATE < LEASE
+    assert HEARTBEAT < LATE < LEASE
     view = sure(B)
-    view.look(A, [Seen(A, BEAT, connected=True), Seen(B, age, connected)])
+    view.look(A, [Seen(A, HEARTBEAT, connected=True), Seen(B, age, connected)])
     assert view.is_gone(B.holder) is not alive
 
 

@@ -11,8 +11,8 @@ import psycopg
 import pytest
 
 from plinko.app.cluster.alive import Alive
-from plinko.app.cluster.beats import FAILURES, Beats
-from plinko.app.cluster.membership import BEAT, LEASE, Member, Seen
+from plinko.app.cluster.heartbeats import FAILURES, Heartbeats
+from plinko.app.cluster.membership import HEARTBEAT, LEASE, Member, Seen
 from plinko.app.persistence.lease_book import LeaseBook
 from tests.kit.postgres import PostgreSQL
 from tests.kit.waiting import LIMIT, eventually, until
@@ -28,9 +28,9 @@ def database(postgresql: PostgreSQL) -> str:
 
 
 @contextlib.contextmanager
-def both(database: str) -> Iterator[tuple[Beats, Beats]]:
+def both(database: str) -> Iterator[tuple[Heartbeats, Heartbeats]]:
     """Two servers' connections to an empty table of members."""
-    with Beats.connected(database) as first, Beats.connected(database) as second:
+    with Heartbeats.connected(database) as first, Heartbeats.connected(database) as second:
         do(database, "DELETE FROM members")
         yield first, second
 
@@ -40,8 +40,8 @@ def do(database: str, statement: LiteralString) -> None:
         connection.execute(statement)
 
 
-def seen(beats: Beats, me: Member) -> dict[str, Seen]:
-    return {each.member.name: each for each in beats.beat(me)}
+def seen(heartbeats: Heartbeats, me: Member) -> dict[str, Seen]:
+    return {each.member.name: each for each in heartbeats.send(me)}
 
 
 def test_servers_see_each_other_and_the_age_of_heartbeats(database: str) -> None:
@@ -58,8 +58,8 @@ def test_servers_see_each_other_and_the_age_of_heartbeats(database: str) -> None
 
 def test_one_whose_process_has_ended_has_no_connection(database: str) -> None:
     with both(database) as (_, second):
-        with Beats.connected(database) as ending:
-            ending.beat(A)
+        with Heartbeats.connected(database) as ending:
+            ending.send(A)
         until(lambda: not seen(second, B)["a"].connected)
 
 
@@ -67,11 +67,11 @@ def test_waiting_servers_learn_at_once_that_one_leaves(
     database: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with both(database) as (first, second):
-        monkeypatch.setattr("plinko.app.cluster.beats.BEAT", LIMIT)
+        monkeypatch.setattr("plinko.app.cluster.heartbeats.HEARTBEAT", LIMIT)
         waiting = threading.Thread(target=second.pause)
         waiting.start()
         leaving = Member(A.holder, A.name, A.address, leaving=True)
-        first.beat(leaving)
+        first.send(leaving)
         waiting.join(LIMIT / 2)
         assert not waiting.is_alive()
         assert (seen(second, B))["a"].member == leaving
@@ -83,7 +83,7 @@ def test_a_server_that_leaves_says_so_once(database: str) -> None:
         with psycopg.connect(database, autocommit=True) as listening:
             listening.execute("LISTEN members")
             for me in (A, leaving, leaving, leaving):
-                first.beat(me)
+                first.send(me)
             do(database, "NOTIFY members, 'the last'")
             told = itertools.count()
             for each in listening.notifies(timeout=LIMIT):
@@ -97,11 +97,11 @@ def test_an_ended_connection_and_a_missing_database_are_failures(
     postgresql: PostgreSQL, database: str
 ) -> None:
     with both(database) as (first, _):
-        first.beat(A)
+        first.send(A)
         do(database, "SELECT pg_terminate_backend(pid) FROM members WHERE name = 'a'")
         with pytest.raises(FAILURES):
-            first.beat(A)
-    with pytest.raises(FAILURES), Beats.connected(postgresql.url("nowhere")):
+            first.send(A)
+    with pytest.raises(FAILURES), Heartbeats.connected(postgresql.url("nowhere")):
         pass
 
 
@@ -109,7 +109,7 @@ def test_a_postgresql_that_does_not_answer_is_given_up(database: str) -> None:
     with both(database) as (first, _), psycopg.connect(database) as locking:
         locking.execute("LOCK TABLE members")
         with pytest.raises(FAILURES):
-            first.beat(A)
+            first.send(A)
 
 
 def age(database: str) -> float:
@@ -136,13 +136,13 @@ async def test_a_server_is_alive_while_its_loop_has_much_to_do(database: str) ->
     async with alive(database):
         # `until` blocks the event loop: the heartbeats must come from another thread.
         for _ in range(2):
-            until(lambda: age(database) > BEAT / 2)
-            until(lambda: age(database) < BEAT / 2)
+            until(lambda: age(database) > HEARTBEAT / 2)
+            until(lambda: age(database) < HEARTBEAT / 2)
 
 
 async def test_a_server_whose_loop_does_not_come_round_is_not_alive(
     database: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("plinko.app.cluster.alive._STALLED_SECONDS", 2 * BEAT)
+    monkeypatch.setattr("plinko.app.cluster.alive._STALLED_SECONDS", 2 * HEARTBEAT)
     async with alive(database):
         until(lambda: age(database) > LEASE)

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 import psycopg
 
-from plinko.app.cluster.membership import BEAT, LEASE, Member, Seen
+from plinko.app.cluster.membership import HEARTBEAT, LEASE, Member, Seen
 
 _CONNECT: Final = 3  # s
 _FORGOTTEN: Final = "interval '1 minute'"
@@ -31,7 +31,7 @@ DELETE FROM members WHERE beat < clock_timestamp() - {_FORGOTTEN};
 LISTEN members
 """
 
-_BEAT: Final = f"""
+_HEARTBEAT: Final = f"""
 WITH said AS (
   INSERT INTO members VALUES (%s, %s, %s, %s, pg_backend_pid(), clock_timestamp())
   ON CONFLICT (holder) DO UPDATE SET address = excluded.address, leaving = excluded.leaving,
@@ -45,7 +45,7 @@ WHERE beat > clock_timestamp() - {_FORGOTTEN}
 """Writes a server's heartbeat, and selects all servers as they were just before it."""
 
 
-class Beats:
+class Heartbeats:
     """A connection to the table. After a call has raised one of FAILURES, it is unusable."""
 
     def __init__(self, connection: psycopg.Connection[tuple[Any, ...]]) -> None:
@@ -53,14 +53,14 @@ class Beats:
 
     @classmethod
     @contextlib.contextmanager
-    def connected(cls, database: str) -> Iterator["Beats"]:
+    def connected(cls, database: str) -> Iterator["Heartbeats"]:
         """Connect for the block, and create the table if it is missing."""
         connecting = psycopg.connect(
             database,
             autocommit=True,
             connect_timeout=_CONNECT,
             tcp_user_timeout=1000 * _CONNECT,
-            application_name="plinko beats",
+            application_name="plinko heartbeats",
             # No wait for the disk: a heartbeat need not survive a crash of PostgreSQL.
             options=f"-c synchronous_commit=off -c statement_timeout={LEASE:g}s",
         )
@@ -68,9 +68,9 @@ class Beats:
             connection.execute(_MAKE)
             yield cls(connection)
 
-    def beat(self, me: Member) -> list[Seen]:
+    def send(self, me: Member) -> list[Seen]:
         """Write a heartbeat of `me`; returns all servers, `me` as of its previous heartbeat."""
-        said = self._connection.execute(_BEAT, (me.holder, me.name, me.address, me.leaving))
+        said = self._connection.execute(_HEARTBEAT, (me.holder, me.name, me.address, me.leaving))
         found = [Seen(Member(*row[:4]), age=row[4], connected=row[5]) for row in said]
         # `found` has the previous state of `me`, so only its first heartbeat as leaving notifies.
         if me.leaving and me not in [each.member for each in found]:
@@ -79,5 +79,5 @@ class Beats:
 
     def pause(self) -> None:
         """Wait until the next heartbeat is due, or until a server notifies that it leaves."""
-        for _ in self._connection.notifies(timeout=BEAT, stop_after=1):
+        for _ in self._connection.notifies(timeout=HEARTBEAT, stop_after=1):
             pass
