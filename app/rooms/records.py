@@ -27,7 +27,7 @@ class DrawRow:
 
 
 @dataclass(frozen=True, slots=True)
-class KeptBasis:
+class StoredBasis:
     """The board (or scene) and the draw of a room run, as the ledger's JSON.
 
     None if the ledger lacks it; `draw` also if the run has none.

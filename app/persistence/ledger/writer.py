@@ -42,7 +42,7 @@ _UNSHARED: Final = Unshared()
 _log = logging.getLogger("plinko")
 
 
-class _Waiter:
+class CommitWaiter:
     """A caller that waits for a task to end, or for the ledger to fail before that."""
 
     def __init__(self, task: "asyncio.Future[Any]") -> None:
@@ -103,7 +103,7 @@ class Ledger:
         self._seen = 0  # progress at the last poll
         self._silence = 0  # number of polls without progress
         self._loop: Loop | None = None
-        self._waiters: set[_Waiter] = set()
+        self._waiters: set[CommitWaiter] = set()
         answers = Answers(
             call=self._call,
             committed=self._committed,
@@ -201,7 +201,7 @@ class Ledger:
         their outcome is still unknown, raises UndecidedError.
         """
         task = asyncio.ensure_future(work)
-        waiter = _Waiter(task)
+        waiter = CommitWaiter(task)
         self._waiters.add(waiter)
         try:
             if self.up:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from plinko.app.errors import DamagedRoomError, InvalidValueError
 from plinko.app.rooms.kinds import BallLimits, draw_of, ground_of, make_room
-from plinko.app.rooms.records import InputRow, KeptBasis, RoomRow
+from plinko.app.rooms.records import InputRow, RoomRow, StoredBasis
 from plinko.app.rooms.room import Basis
 from plinko.app.rooms.touching.room import TouchingRoom
 
@@ -77,7 +77,7 @@ class Replay:
         return DamagedRoomError(f"input {row.number} of run {row.room} has tick {row.tick}, {why}")
 
 
-def basis_of(row: RoomRow, kept: KeptBasis) -> Basis:
+def basis_of(row: RoomRow, kept: StoredBasis) -> Basis:
     """Parse a run's board or draw, and compare its digest; raises DamagedRoomError."""
     if kept.board is None:
         raise DamagedRoomError(f"its board {row.board} is missing")

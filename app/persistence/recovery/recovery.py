@@ -26,9 +26,9 @@ from plinko.app.rooms.records import (
     RULES,
     Close,
     InputRow,
-    KeptBasis,
     ResultRow,
     RoomRow,
+    StoredBasis,
     TableState,
     Void,
     Write,
@@ -150,7 +150,7 @@ class Recovery:
 
     # Tables.
 
-    async def _table(self, row: RoomRow, kept: KeptBasis) -> IndependentRoom:
+    async def _table(self, row: RoomRow, kept: StoredBasis) -> IndependentRoom:
         """A run's table before its first drop."""
         basis = await asyncio.to_thread(basis_of, row, kept)
         make = functools.partial(make_room, tick_rate=row.tick_rate, limits=self._limits)
@@ -158,7 +158,7 @@ class Recovery:
         assert isinstance(room, IndependentRoom)
         return room
 
-    async def _load_table(self, row: RoomRow, kept: KeptBasis) -> Room:
+    async def _load_table(self, row: RoomRow, kept: StoredBasis) -> Room:
         """A table as it is now. Results that the ledger lacks are written with the next write."""
         state: TableState = await self._read(facts.table_state, run=row.number)
         room = await self._table(row, kept)
@@ -186,7 +186,7 @@ class Recovery:
 
     # Rooms of touching balls.
 
-    async def _replayed(self, row: RoomRow, kept: KeptBasis) -> Replay:
+    async def _replayed(self, row: RoomRow, kept: StoredBasis) -> Replay:
         """Replay a room to its last input, or to its end if its run is over."""
         basis = await asyncio.to_thread(basis_of, row, kept)
         replay = await asyncio.to_thread(Replay, row, basis, limits=self._limits)
@@ -225,7 +225,7 @@ class Recovery:
             return "its board has changed"
         return None
 
-    async def _succeed(self, row: RoomRow, kept: KeptBasis, why: str) -> Room | None:
+    async def _succeed(self, row: RoomRow, kept: StoredBasis, why: str) -> Room | None:
         """End a run that cannot continue, and begin the next one if the room has an owner.
 
         A room with a draw only ends if the physics have changed: its seeds may land in other bins
@@ -267,7 +267,7 @@ def load_table(room: IndependentRoom, state: TableState, tick: int) -> list[Resu
 
 def _run_and_basis(
     connection: Connection, find: Callable[..., RoomRow | None], **chosen: object
-) -> tuple[RoomRow, KeptBasis] | None:
+) -> tuple[RoomRow, StoredBasis] | None:
     """A room's run with its board and draw."""
     row = find(connection, **chosen)
     return None if row is None else (row, store.basis(connection, row.board, row.draw))

@@ -65,8 +65,8 @@ def decide(connection: Connection, uses: Sequence[KeyUse]) -> None:
     The rows are written in the order of the keys, so that servers that share a ledger cannot
     deadlock.
     """
-    keyed = [(each.key, each) for each in uses if each.key is not None]
-    for key, each in sorted(keyed, key=lambda pair: (pair[0].scope, pair[0].key)):
+    with_keys = [(each.key, each) for each in uses if each.key is not None]
+    for key, each in sorted(with_keys, key=lambda pair: (pair[0].scope, pair[0].key)):
         each.earlier = each.error = None
         try:
             each.earlier = use(connection, key, each.run, each.fact)

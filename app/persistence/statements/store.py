@@ -10,12 +10,12 @@ from plinko.app.persistence.statements import tables
 from plinko.app.rooms.records import (
     DropRow,
     InputRow,
-    KeptBasis,
     OpenDrop,
     Parked,
     ReceiptRow,
     ResultRow,
     RoomRow,
+    StoredBasis,
     TakenRow,
 )
 
@@ -109,10 +109,10 @@ def board(connection: Connection, digest: str) -> str | None:
     return text
 
 
-def basis(connection: Connection, board_digest: str, draw_digest: str | None) -> KeptBasis:
+def basis(connection: Connection, board_digest: str, draw_digest: str | None) -> StoredBasis:
     """A board and, if any, a draw, each as JSON."""
     draw = select(tables.draws.c.json).where(tables.draws.c.digest == draw_digest)
-    return KeptBasis(board(connection, board_digest), connection.scalar(draw))
+    return StoredBasis(board(connection, board_digest), connection.scalar(draw))
 
 
 FACTS: Final = select(

@@ -13,7 +13,7 @@ from plinko.app.persistence.recovery.rebuild import basis_of
 from plinko.app.persistence.statements import store, totals
 from plinko.app.rooms.draw import Draw
 from plinko.app.rooms.kinds import DRAW
-from plinko.app.rooms.records import KeptBasis
+from plinko.app.rooms.records import StoredBasis
 from plinko.engine import PHYSICS_VERSION, Board, find_draw
 from tests.app.conftest import TINY
 from tests.app.live.sessions.test_fair_sessions import begun, checked
@@ -88,4 +88,4 @@ async def test_a_damaged_draw_is_named(url: str) -> None:
     lighter = OVER.to_json().decode().replace('"weights":[2,1]', '"weights":[1,1]')
     for damaged, what in ((None, "missing"), ("{}", "is invalid"), (lighter, "has digest")):
         with pytest.raises(DamagedRoomError, match=f"its draw {OVER.digest} .*{what}"):
-            basis_of(row, KeptBasis(kept.board, damaged))
+            basis_of(row, StoredBasis(kept.board, damaged))
