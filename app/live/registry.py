@@ -26,7 +26,7 @@ from plinko.app.live.live_room import LiveRoom, RoomContext
 from plinko.app.live.live_table import LiveTable
 from plinko.app.live.open_rooms import OpenRooms
 from plinko.app.live.public_tables import MAIN, PublicTables
-from plinko.app.live.stored_rooms import StoredRooms
+from plinko.app.live.stored_rooms import SEARCH_SECONDS, StoredRooms
 from plinko.app.live.ticking.runner import Runner, Running
 from plinko.app.live.ticking.ticker import Watcher
 from plinko.app.persistence.service import PersistenceService
@@ -171,7 +171,8 @@ class Rooms:
                 if not self.stored.alone:
                     await self.halts.follow()
                 await self.stored.look_after()
-            await asyncio.sleep(_FOLLOW)
+            # A server whose rooms sleep hardly wakes up.
+            await asyncio.sleep(SEARCH_SECONDS if self.stored.alone else _FOLLOW)
 
     async def go_on(self) -> None:
         """Load all rooms in which something moved when the last server ended, or a queue waits.

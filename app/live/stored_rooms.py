@@ -20,7 +20,7 @@ from plinko.app.persistence.statements import store
 from plinko.app.rooms.records import Parked
 from plinko.app.rooms.room import Ground, Room
 
-_SEARCH_SECONDS: Final = 60.0  # between two searches for unused rooms
+SEARCH_SECONDS: Final = 60.0  # between two searches for unused rooms
 _UNUSED_AT_ONCE: Final = 20  # unused rooms closed in one search
 _DIRECTORY_SECONDS: Final = 1.0  # for which the list of all rooms is cached
 
@@ -69,8 +69,9 @@ class StoredRooms:
     @contextlib.asynccontextmanager
     async def having(self, room_id: str) -> AsyncIterator[None]:
         """Have a room's lease for a while, even if it is closed; raises what `fetch` raises."""
-        await self.arriving.fetch(room_id)
-        if room_id in self._rooms.in_memory:
+        if not self.alone:
+            await self.arriving.fetch(room_id)
+        if self.alone or room_id in self._rooms.in_memory:
             yield
             return
         await self.arriving.begin(room_id)
@@ -108,7 +109,7 @@ class StoredRooms:
         now = self._persistence.now()
         if now >= self._next_search:
             await self._close_unused(UNUSED_SECONDS, "unused", _UNUSED_AT_ONCE)
-            self._next_search = now + _SEARCH_SECONDS
+            self._next_search = now + SEARCH_SECONDS
 
     async def _count(self) -> None:
         self._rooms.count(await self._ledger.read(store.count_owned))
