@@ -13,25 +13,28 @@ import asyncio
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import cast
+from typing import Final, cast
 
 from plinko.app.errors import AppError, ResetError
 from plinko.app.live.broadcast.audience import Player
-from plinko.app.live.flying import cut, fly
 from plinko.app.live.live_room import LiveRoom, RoomContext
 from plinko.app.live.sessions.fair_session import FairSession
 from plinko.app.persistence.clock import RunClock
 from plinko.app.persistence.statements import store
 from plinko.app.protocol import messages
-from plinko.app.protocol.paths import Path
+from plinko.app.protocol.paths import LONG, Path, path_of
 from plinko.app.rooms.independent import IndependentRoom
 from plinko.app.rooms.keys import KeyUse
 from plinko.app.rooms.outcome import Outcome, outcome_of
 from plinko.app.rooms.pending import DropCommand
 from plinko.app.rooms.records import DropRow, NewDrop, ReceiptRow, ResultRow
 from plinko.app.rooms.room import Room
-from plinko.engine.drops.flight import Flight
+from plinko.engine import Board
+from plinko.engine.drops.flight import Flight, SlicedFlight
 from plinko.engine.errors import EngineError
+
+_ASIDE: Final = 4096  # events of a slice on a thread
+_LARGE: Final = 500  # pegs and walls of a board whose arrays take more than 1 ms to make
 
 
 @dataclass(eq=False)
@@ -251,3 +254,30 @@ class LiveTable(LiveRoom):
             if not coming.entered.done():
                 coming.entered.set_exception(error)
         self._coming.clear()
+
+
+async def fly(board: Board, x: float) -> Flight:
+    """The flight of a ball that starts at x, in m; raises EffortError if an event takes too long.
+
+    The event loop never computes a hundred thousand impacts, nor the arrays of a large board.
+    """
+    flight = SlicedFlight(board, x)
+    if len(board.pegs) + len(board.walls) < _LARGE and flight.advance(LONG):
+        return flight.flight()
+    return await asyncio.to_thread(_finish, flight)
+
+
+async def cut(fact: DropRow, flight: Flight, rate: int) -> Path | None:
+    """The path of a long flight; None for a short one, which the room cuts when a client needs it.
+
+    rate: ticks a second.
+    """
+    if len(flight.path.events) <= LONG:
+        return None
+    return await asyncio.to_thread(path_of, fact.ball, fact.tick, rate, flight.path)
+
+
+def _finish(flight: SlicedFlight) -> Flight:
+    while not flight.advance(_ASIDE):
+        pass
+    return flight.flight()

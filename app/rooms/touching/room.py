@@ -9,7 +9,7 @@ input enters never depends on how long the ledger took.
 """
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Final
 
 import msgspec
@@ -20,17 +20,16 @@ from plinko.app.errors import InvalidValueError
 from plinko.app.protocol import messages
 from plinko.app.protocol.touching_messages import Change
 from plinko.app.rooms.pending import DropCommand, Entered, PendingInput
-from plinko.app.rooms.room import Basis, Ground, Room
+from plinko.app.rooms.room import QUIET, Basis, Ground, Room
 from plinko.app.rooms.touching import inputs, values
 from plinko.app.rooms.touching.checks import BALL_NAMES, InputCheck, no_such_ball
-from plinko.app.rooms.touching.contacts import contacts
 from plinko.app.rooms.touching.crowd import spot_of
 from plinko.app.rooms.touching.inputs import ChangeFormat, TouchingCommand
-from plinko.app.rooms.touching.next_tick import NextTick
 from plinko.app.rooms.touching.scene import Scene
 from plinko.app.rooms.touching.table import Fall, Table
-from plinko.app.rooms.touching.world import Box, TouchingWorld
+from plinko.app.rooms.touching.world import Box, NextTick, TouchingWorld
 from plinko.engine import Board
+from plinko.engine.constants import KIND_BALL, KIND_PEG, KIND_WALL
 from plinko.engine.errors import RecordError
 from plinko.engine.json_text import JsonObject
 from plinko.engine.multibody.events import ArenaEvent, Landed, Left, Touch
@@ -41,6 +40,11 @@ SCENE: Final = "scene"  # the ledger's mode of a room without a board
 DEAR: Final = 400
 """Balls times substeps in a tick. From here on another thread computes the tick: it takes 0.2 ms,
 and several times that in a heap, while handing it over and taking it back costs 0.1 ms."""
+
+_MOST_CONTACTS: Final = 24
+"""Contacts sent per tick, the hardest ones: more would only be noise, at a cost to each client."""
+
+_KINDS: Final = {"peg": KIND_PEG, "wall": KIND_WALL, "ball": KIND_BALL}
 
 _VELOCITY_SCALE: Final = 1.0 / 256.0  # m/s; reaches to 128 m/s
 
@@ -295,7 +299,7 @@ class TouchingRoom(Room):
                 events.append(messages.Removed(tick=self.world.tick, balls=[one.ball]))
             else:
                 touches.append(one)
-        return [*contacts(touches, self.table.falls, self.world.tick), *events]
+        return [*_contacts(touches, self.table.falls, self.world.tick), *events]
 
     def _land(self, landed: Landed) -> list[messages.Event]:
         fall = self.table.falls.pop(landed.ball, None)
@@ -438,6 +442,28 @@ class TouchingRoom(Room):
 
 def _scene_fields(ground: Ground) -> dict[str, object] | None:
     return ground.to_dict() if isinstance(ground, Scene) else None
+
+
+def _contacts(
+    touches: Iterable[Touch], falls: Mapping[int, Fall], tick: int
+) -> list[messages.Contact]:
+    """The hardest impacts of a tick in order of time; `t` counts from the ball's drop, if any."""
+    loud = sorted((touch for touch in touches if touch.speed >= QUIET), key=lambda it: -it.speed)
+    sent = [_contact(touch, falls.get(touch.a), tick) for touch in loud[:_MOST_CONTACTS]]
+    return sorted(sent, key=lambda hit: (hit.t, hit.ball))
+
+
+def _contact(touch: Touch, fall: Fall | None, tick: int) -> messages.Contact:
+    return messages.Contact(
+        ball=touch.a,
+        tick=tick,
+        t=touch.t - (fall.time if fall else 0.0),
+        x=touch.x,
+        y=touch.y,
+        kind=_KINDS[touch.kind],
+        index=touch.b if touch.kind == "ball" else touch.index,
+        speed=touch.speed,
+    )
 
 
 # `Table` carries out the other inputs.

@@ -427,7 +427,7 @@ async def test_a_reconnected_client_receives_what_it_missed(
 
 
 def test_kept_events_are_bounded_and_losses_are_reported() -> None:
-    from plinko.app.live.broadcast.replay_buffer import KEPT, Recent
+    from plinko.app.live.broadcast.audience import KEPT, Recent
     from plinko.app.protocol import messages
 
     def accepted(ball: int) -> messages.Accepted:

@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.scenes.expensive_boards import hall
 from plinko.app.errors import AppError, BallLimitError, BusyError
-from plinko.app.live import flying
+from plinko.app.live import live_table
 from plinko.app.live.ticking import runner
 from plinko.app.protocol import messages
 from plinko.app.protocol.paths import Path, path_of
@@ -134,13 +134,13 @@ async def test_all_rooms_together_keep_a_bounded_number_of_events(
 async def test_a_long_flight_is_computed_on_a_thread_and_holds_up_no_tick(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    gate, finish = threading.Event(), flying._finish
+    gate, finish = threading.Event(), live_table._finish
 
     def slow(flight: SlicedFlight) -> Flight:
         assert gate.wait(LIMIT)
         return finish(flight)
 
-    monkeypatch.setattr(flying, "_finish", slow)
+    monkeypatch.setattr(live_table, "_finish", slow)
     rooms = rooms_by_hand(MAIN, Clock())
     dear, main = await rooms.create(HALL), rooms.find("main")
     asked = [ask(dear, seed) for seed in (4, 5)]
@@ -170,7 +170,7 @@ async def test_a_long_path_is_cut_on_a_thread_and_a_short_one_only_when_needed(
         threads.append(threading.current_thread())
         return cut(*args)
 
-    for module in (flying, independent):
+    for module in (live_table, independent):
         monkeypatch.setattr(module, "path_of", noted)
     rooms = rooms_by_hand(MAIN, Clock())
     dear, main = await rooms.create(HALL), rooms.find("main")

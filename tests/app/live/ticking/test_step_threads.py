@@ -14,8 +14,8 @@ from plinko.app.live.registry import Rooms
 from plinko.app.live.ticking.step_threads import StepThreads
 from plinko.app.protocol.touching_messages import AddMessage
 from plinko.app.rooms.kinds import SCENE
-from plinko.app.rooms.touching.next_tick import NextTick
 from plinko.app.rooms.touching.room import TouchingRoom
+from plinko.app.rooms.touching.world import NextTick
 from plinko.engine import Board
 from tests.app.asking import ask, change
 from tests.app.passes import rooms_by_hand, run_pass
