@@ -70,6 +70,8 @@ def _ledger(server: Services) -> Iterator[tuple[str, str, float]]:
     yield "ledger_up", "1 while the ledger takes writes.", ledger.up
     yield "ledger_commits_total", "Groups of writes committed.", ledger.commits
     yield "ledger_failures_total", "Groups of writes that failed.", ledger.failures
+    text = "Size of SQLite's write-ahead log."
+    yield "ledger_log_bytes", text, ledger.database.log_bytes
     sound = server.integrity.finding != "damaged"
     yield "ledger_sound", "0 if the ledger's database found itself damaged.", sound
     recovery = server.rooms.persistence.recovery

@@ -90,7 +90,9 @@ def test_three_servers_are_one(
 def brought_back(postgresql: PostgreSQL, database: str) -> str:
     """Dump and restore a ledger as the operator's page says; returns what the commands print."""
     page = (DEPLOY.parent / "docs" / "operations.md").read_text()
-    lines = re.findall(r"^(?:pg_dump|psql|plinko ledger) .*postgresql://.*$", page, re.MULTILINE)
+    lines = re.findall(
+        r"^(?:pg_dump|pg_restore|plinko ledger) .*postgresql://.*$", page, re.MULTILINE
+    )
     said, place, data = "", "postgresql://plinko@db.example/plinko", "/var/lib/plinko"
     empty = postgresql.new_database()
     with tempfile.TemporaryDirectory() as folder:

@@ -1,10 +1,10 @@
 """The operator's page: its unit file starts, its backup is restored, its alerts exist."""
 
 import configparser
-import os
 import re
+import shlex
 import shutil
-import sqlite3
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -69,13 +69,19 @@ def at(server: Running, path: str, **options: Any) -> httpx.Response:
     )
 
 
-def test_a_documented_backup_restores_rooms_tokens_and_keys(
-    tmp_path: Path,
-) -> None:
-    home, backup = tmp_path / "home", tmp_path / "home" / "backup"
-    backup.mkdir(parents=True)
-    (sql,) = re.findall(r'sqlite3 plinko\.db "(VACUUM INTO [^"]+)"', PAGE)
-    (secrets,) = re.findall(r"cp -p (.+) backup/", PAGE)
+def test_a_documented_backup_restores_rooms_tokens_and_keys(tmp_path: Path) -> None:
+    home, copy, archive = tmp_path / "home", tmp_path / "FILE", tmp_path / "secrets.tar"
+    places = {"/var/lib/plinko": str(home), "FILE": str(copy), "secrets.tar": str(archive)}
+
+    def commands(program: str) -> list[list[str]]:
+        """The page's commands that begin so, with the places of this test."""
+        lines = re.findall(rf"^{program} [^\n#]*", PAGE, re.MULTILINE)
+        found = [shlex.split(line) for line in lines]
+        return [[places.get(word, word.replace("/var/lib/plinko", str(home))) for word in words]
+                for words in found]  # fmt: skip
+
+    _, with_secrets, *_ = commands("plinko ledger backup")
+    (install,), (unpack,) = commands("install"), commands("tar --extract")
     ledger = {"data": str(home), "database_url": ""}
     with serving(**ledger) as server:
         made = at(server, "/rooms", method="POST", json={"board": TINY}).json()
@@ -83,31 +89,25 @@ def test_a_documented_backup_restores_rooms_tokens_and_keys(
         room = f"/rooms/{made['id']}"
         landed = at(server, f"{room}/drops?wait=1", method="POST", json={"seed": "1"}).json()
         key = signing_key(home)
-        connection = sqlite3.connect(home / "plinko.db")
-        connection.execute(sql.replace("backup/", f"{backup}/"))
-        connection.close()
-        for name in secrets.split():
-            shutil.copy2(home / name, backup)
+        file = ["--database-url", f"sqlite:///{home}/plinko.db"]
+        assert main([*with_secrets[1:], *file]) == 0
         at(server, f"{room}/drops?wait=1", method="POST", json={"seed": "2"})
-    left = {path.name for path in home.iterdir() if path.is_file()} - {
-        *secrets.split(),
-        "plinko.db-lock",
-        "plinko.db-epoch",
-    }
+    secrets = {"plinko.db-secret", "plinko.db-secret-signing-key"}
+    left = {path.name for path in home.iterdir()} - {*secrets, "plinko.db-lock", "plinko.db-epoch"}
     (gone,) = re.findall(r"delete ((?:`plinko\.db[\w-]*`(?:, | and )?)+)", PAGE)
     assert left <= set(re.findall(r"`([^`]+)`", gone)), "nothing of the former ledger stays"
-    shutil.move(backup, tmp_path / "backup")
     shutil.rmtree(home)  # only the backup is left
-    backup = tmp_path / "backup"
-    shutil.copytree(backup, home)
+    home.mkdir()
+    for command in (install, unpack):
+        subprocess.run(command, check=True)
+    assert {path.name for path in home.iterdir()} == {"plinko.db", *secrets}
     assert "plinko ledger restore --data" in PAGE
-    assert main(["ledger", "restore", "--database-url", f"sqlite:///{home}/plinko.db"]) == 0
+    assert main(["ledger", "restore", *file]) == 0
     with serving(**ledger) as server:
         drops = at(server, f"{room}/log").json()["drops"]
         assert [each["result"]["digest"] for each in drops] == [landed["landed"]["digest"]]
         assert at(server, f"{room}/reset", method="POST", headers=shown).is_success
         assert signing_key(home) == key
-    assert sorted(os.listdir(backup)) == sorted(["plinko.db", *secrets.split()])
 
 
 def signing_key(home: Path) -> bytes:

@@ -5,6 +5,7 @@ import contextlib
 import dataclasses
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import click
@@ -24,9 +25,9 @@ EXIT_DAMAGED = 1
 _DAY = 86400.0  # s
 
 
-@click.group(name="ledger", short_help="Check, clean or restore a stopped server's ledger.")
+@click.group(name="ledger", short_help="Back up, check, clean or restore a server's ledger.")
 def command() -> None:
-    """Check, clean or restore the ledger of a server that is not running."""
+    """Back up, check, clean or restore a ledger; only `backup` works while its server runs."""
     need_server()
 
 
@@ -88,6 +89,33 @@ def prune(keep_days: float, dry_run: bool, **flags: object) -> None:
     would = "would be deleted" if dry_run else "deleted"
     counts = f"{gone['rooms']} closed rooms, {gone['drops']} drops, {gone['inputs']} inputs"
     echo(f"{counts} {would}")
+
+
+@command.command(name="backup")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--secrets", type=click.Path(path_type=Path), metavar="FILE",
+              help="Write the server's secrets into this tar file.")  # fmt: skip
+@_which
+def backup(file: Path, secrets: Path | None, **flags: object) -> None:
+    """Copy the ledger to FILE, while its server runs or not.
+
+    The copy is that of one moment, and `plinko ledger check` can read it. Secrets are not in it:
+    keep them apart. For PostgreSQL the command only says how to run pg_dump.
+    """
+    from plinko.app.persistence import backup as copies
+    from plinko.app.persistence.ledger.database import Database
+
+    settings = Settings.load(overrides=flags)
+    database = Database(settings.ledger_url)
+    found = copies.secrets_of(database, settings.data_directory)
+    names = ", ".join(each.name for each in found) or "none"
+    if secrets is not None:
+        copies.back_up_secrets(found, secrets)
+        echo(f"{secrets}: {names}")
+    size = copies.back_up(database, file)
+    echo(f"{file}: {size:,} bytes")
+    if secrets is None:
+        echo(f"secrets are left out: {names} (--secrets FILE)")
 
 
 @command.command(name="check")

@@ -22,6 +22,7 @@ from plinko.app.persistence.statements import history, tables, writer_store
 
 HEAD = "0006"  # the last step of `migrations`
 
+_LOG_BYTES = 1 << 24  # of SQLite's write-ahead log that stay after a checkpoint
 _ANSWER_SECONDS = 5  # how long the database may take to answer
 _LOCK = 0x706C696E6B6F  # 'plinko', the key of PostgreSQL's advisory lock
 _MIGRATION_LOCK = _LOCK + 1
@@ -108,6 +109,12 @@ class Database:
         if self.url.get_backend_name() != "sqlite" or self.in_memory:
             return None
         return Path(str(self.url.database))
+
+    @property
+    def log_bytes(self) -> int:
+        """The size of SQLite's write-ahead log; 0 for other databases."""
+        log = None if self.file is None else Path(f"{self.file.resolve()}-wal")
+        return log.stat().st_size if log is not None and log.exists() else 0
 
     @property
     def secret_file(self) -> Path | None:
@@ -415,6 +422,8 @@ def _sqlite(url: URL) -> Engine:
         # A commit returns only after its data is on the disk.
         connection.execute("PRAGMA synchronous = FULL")
         connection.execute("PRAGMA foreign_keys = ON")
+        # Truncate a write-ahead log that a long read, such as a backup, has let grow.
+        connection.execute(f"PRAGMA journal_size_limit = {_LOG_BYTES}")
         # 512 kB are enough: rows are appended to the tables, and rarely read.
         connection.execute("PRAGMA cache_size = -512")
 

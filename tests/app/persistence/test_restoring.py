@@ -149,7 +149,7 @@ class House:
 
     def back_up(self) -> None:
         if self.file is not None:
-            done("sqlite3", str(self.file), f"VACUUM INTO '{self.folder / 'backup.db'}'")
+            assert self.ledger("backup", str(self.folder / "backup.db")) == 0
         else:
             done("pg_dump", "--file", str(self.folder / "backup.sql"), self.url)
 
@@ -286,6 +286,68 @@ def test_the_log_goes_on_with_a_signed_statement_and_all_receipts_are_proven(sto
         assert {"head", "receipt"} <= failures(stale), "no receipt passes from log to log"
     with story.house.open() as visit:
         assert visit.log()["head"]["statement"]["size"] == 1
+
+
+def test_after_a_disaster_play_goes_on_from_the_backup_of_a_running_server(
+    house: House, tmp_path_factory: pytest.TempPathFactory, capsys: pytest.CaptureFixture[str]
+) -> None:
+    safe = tmp_path_factory.mktemp("safe")
+    copy, secrets = safe / "plinko.db", safe / "secrets.tar"
+    with house.open() as visit:
+        room, owner = visit.room()
+        session = visit.session(room)
+        heard = visit.drop(session)
+        visit.end(session)
+        export = visit.export(session, heard)
+        code = house.ledger("backup", str(copy), "--secrets", str(secrets))
+        if house.file is None:
+            assert code == 2
+            assert f"pg_dump --format=custom --file={copy}" in capsys.readouterr().err
+            done("pg_dump", "--format=custom", f"--file={copy}", house.url)
+        visit.drop(visit.session(room))
+    assert secrets.stat().st_mode & 0o077 == 0
+    assert house.file is None or copy.stat().st_mode & 0o077 == 0
+    for each in house.folder.iterdir():  # the disk is lost
+        each.unlink()
+    if house.file is None:
+        empty = "DROP SCHEMA public CASCADE; CREATE SCHEMA public"
+        done("psql", "--quiet", "--command", empty, house.url)
+        done("pg_restore", "--no-owner", "--dbname", house.url, str(copy))
+    else:
+        shutil.copy(copy, house.file)
+    done("tar", "--extract", "--file", str(secrets), "--directory", str(house.folder))
+    assert house.ledger("restore") == 0
+    with house.open() as visit:
+        visit.http.post(f"/rooms/{room}/reset", headers=owner).raise_for_status()
+        again = visit.session(room)
+        more = [visit.drop(again), visit.drop(again)]
+        visit.end(again)
+        assert failures(visit.export(again, *more)) == set()
+        assert [each["receipt"] for each in visit.export(session)["drops"]] == [
+            each["receipt"] for each in export["drops"]
+        ]
+    assert house.ledger("check") == 0
+
+
+def test_a_backup_overwrites_nothing_and_says_which_secrets_it_lacks(
+    house: House, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if house.file is None:
+        pytest.skip("pg_dump makes the backup")
+    with house.open() as visit:
+        visit.room()
+    copy = house.folder / "copy.db"
+    assert house.ledger("backup", str(copy)) == 0
+    printed = capsys.readouterr().out
+    assert "left out: plinko.db-secret, plinko.db-secret-signing-key" in printed
+    before = copy.read_bytes()
+    assert house.ledger("backup", str(copy)) == 2
+    assert "exists: name a new file" in capsys.readouterr().err
+    assert copy.read_bytes() == before
+    assert main(["ledger", "check", "--database-url", f"sqlite:///{copy}"]) == 0
+    gone = ["--database-url", f"sqlite:///{house.folder / 'none.db'}"]
+    assert main(["ledger", "backup", str(house.folder / "x.db"), *gone]) == 2
+    assert not (house.folder / "x.db").exists()
 
 
 def test_keys_of_requests_from_before_a_restore_find_nothing(house: House) -> None:
