@@ -39,6 +39,7 @@ from plinko.app.persistence.service import PersistenceService
 from plinko.app.persistence.signing_key import SigningKey, orphans, secret_file
 from plinko.app.pictures.cache import PICTURE_BYTES, Pictures
 from plinko.app.pictures.film import MAX_CAMERAS, MAX_VIEWERS, Cameras
+from plinko.app.relay.bus import readings as bus_readings
 from plinko.app.relay.feed import feed_relays
 from plinko.app.relay.redis_at import redis_at
 from plinko.app.rooms import kinds
@@ -77,7 +78,9 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app = Application(settings, _lifespan, cluster.surround if cluster else lambda app: app)
     app.state.services = services
     app.state.cluster = cluster
-    app.state.bus = redis_at(settings.relays) if settings.relays else None
+    bus = app.state.bus = redis_at(settings.relays) if settings.relays else None
+    if bus is not None:
+        services.metrics.read_from(lambda: bus_readings(bus))
     return app
 
 

@@ -25,6 +25,7 @@ from plinko.app.rooms.outcome import Outcome
 from plinko.app.rooms.pending import DropCommand
 from plinko.app.rooms.records import ResultRow
 from plinko.app.rooms.room import Room
+from plinko.engine.errors import PlinkoError
 from plinko.engine.exact.outcome import FALSE_PATH, REASONS
 
 
@@ -129,7 +130,14 @@ class LiveRoom(ABC):
         InvalidValueError, LedgerError, UndecidedError and the engine's errors; RepeatedError if the
         player has sent a drop of touching balls before, whose outcome only the room's log has.
         """
-        return await self._persistence.ledger.decided(self._drop(command, player, session))
+        try:
+            return await self._persistence.ledger.decided(self._drop(command, player, session))
+        except UndecidedError:
+            self._runner.counts.undecided += 1
+            raise
+        except PlinkoError:
+            self._runner.counts.refused += 1
+            raise
 
     @abstractmethod
     async def _drop(

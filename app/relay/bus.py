@@ -1,8 +1,10 @@
 """Publish and subscribe between processes: the interface, and a bus in memory for tests."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Protocol
+
+from plinko.app.ops.metrics import Reading
 
 Heard = Callable[[bytes], None]
 """A listener: called with each message of a channel, on the event loop's thread."""
@@ -21,10 +23,16 @@ class Bus(Protocol):
 
 
 class Carried(Bus, Protocol):
-    """A bus that delivers messages only while `run` is running."""
+    """A bus that delivers messages only while `run` is running. up: whether it does so now."""
+
+    up: bool
 
     async def run(self) -> None:
         """Deliver messages until cancelled."""
+
+
+def readings(bus: Carried) -> Iterator[Reading]:
+    yield "plinko_redis_up", "1 while the connection to Redis works.", bus.up, {}
 
 
 class MemoryBus:
@@ -49,6 +57,8 @@ class MemoryBus:
 
 class MemoryEnd:
     """One end of a `MemoryBus`, which stands for one process."""
+
+    up = True
 
     def __init__(self, bus: MemoryBus) -> None:
         self._bus = bus

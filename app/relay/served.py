@@ -12,7 +12,7 @@ from starlette.websockets import WebSocket
 
 from plinko.app.errors import AppError
 from plinko.app.ops.metrics import Metrics, Reading
-from plinko.app.relay.bus import Carried
+from plinko.app.relay.bus import Carried, readings
 from plinko.app.relay.spectators import Spectators
 from plinko.app.settings import Settings
 from plinko.app.web.edge.front import Front
@@ -24,7 +24,7 @@ def create_relay(settings: Settings, bus: Carried, rooms: str) -> Starlette:
     """The application; raises SettingError if `rooms` is not a server's address."""
     here = Spectators(bus, rooms, settings)
     metrics = Metrics()
-    metrics.read_from(lambda: _readings(here))
+    metrics.read_from(lambda: (*_readings(here), *readings(bus)))
 
     async def watch(client: WebSocket) -> None:
         await here.serve(client, client.path_params["room"])

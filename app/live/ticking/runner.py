@@ -64,6 +64,8 @@ class Counts:
     """Totals over all rooms since the server's start; they only grow."""
 
     accepted: int = 0  # drops
+    refused: int = 0
+    undecided: int = 0  # drops that the ledger had not decided in time
     landed: int = 0
     solver_errors: int = 0  # of these, drops that failed the solver's check
     skipped: int = 0  # ticks of rooms skipped for lack of time

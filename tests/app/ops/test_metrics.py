@@ -14,7 +14,7 @@ from tests.kit.waiting import LIMIT, eventually
 
 
 def scrape(server: Running) -> dict[str, float]:
-    """Samples without labels by name, and samples with a code by name and code."""
+    """Samples without labels by name, and those with a code or result by name and code."""
     response = httpx.get(f"{server.url}/metrics", timeout=LIMIT)
     assert response.status_code == 200
     assert response.headers["content-type"].startswith("text/plain")
@@ -22,8 +22,8 @@ def scrape(server: Running) -> dict[str, float]:
     for family in text_string_to_metric_families(response.text):
         assert family.documentation
         for sample in family.samples:
-            code = sample.labels.get("code", "")
-            if not sample.labels.keys() - {"code"}:
+            code = sample.labels.get("code") or sample.labels.get("result", "")
+            if not sample.labels.keys() - {"code", "result"}:
                 samples[f"{sample.name} {code}".strip()] = sample.value
     return samples
 
@@ -35,8 +35,9 @@ async def test_a_game_shows_in_every_count() -> None:
         assert before["plinko_ticker_asleep"] == 1
         async with playing(server.socket("triangle-8")) as player:
             await player.send(type="drop", seed=42)
-            await player.send(type="fly")
-            await player.until("error")
+            for wrong in ({"type": "fly"}, {"type": "drop", "x": 1e3}):
+                await player.send(**wrong)
+                await player.until("error")
             while not player.binaries:  # until a tick has sent a snapshot
                 await player.step()
             during = scrape(server)
@@ -49,6 +50,8 @@ async def test_a_game_shows_in_every_count() -> None:
             frames = len(player.texts) + len(player.binaries)
             size = sum(map(len, player.binaries)) + sum(len(t.encode()) for t in player.texts)
         assert after["plinko_drops_total"] == after["plinko_landings_total"] == 1
+        assert after["plinko_drops_refused_total refused"] == 1
+        assert after["plinko_drops_refused_total undecided"] == 0
         assert after["plinko_rooms"] == 2
         assert after["plinko_frames_sent_total"] == frames
         assert after["plinko_sent_bytes_total"] == size

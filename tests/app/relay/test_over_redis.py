@@ -1,6 +1,7 @@
 """A server and a relay over a real Redis: spectators, players, and restarts of each part."""
 
 import contextlib
+import re
 import signal
 from collections.abc import Iterator
 from typing import Any
@@ -16,6 +17,7 @@ from plinko.app.relay.redis_at import redis_at
 from plinko.app.relay.served import create_relay
 from plinko.app.settings import Settings
 from tests.app.relay.relays import Relayed, relaying
+from tests.kit.address import Address
 from tests.kit.player import Player, playing
 from tests.kit.redis import MISSING, PROGRAM, Redis
 from tests.kit.serving import Running, serving
@@ -155,6 +157,13 @@ async def learns(far: Player, drops: int) -> None:
         await far.step()
 
 
+def up_at(process: Address) -> float:
+    """What its metrics say about Redis."""
+    text = process.get("/metrics").text
+    (value,) = re.findall(r"^plinko_redis_up (\S+)$", text, re.MULTILINE)
+    return float(value)
+
+
 @needs_redis
 async def test_redis_may_end_and_come_back() -> None:
     async with contextlib.AsyncExitStack() as stack:
@@ -163,7 +172,9 @@ async def test_redis_may_end_and_come_back() -> None:
         relay = stack.enter_context(relaying(own, server.url))
         far = await stack.enter_async_context(playing(relay.socket()))
         player = await stack.enter_async_context(playing(server.socket()))
+        assert (up_at(server), up_at(relay)) == (1, 1)
         own.end(signal.SIGKILL)
+        await eventually(lambda: (up_at(server), up_at(relay)) == (0, 0))
         await player.send(type="drop", seed=1)
         await player.until("accepted")
         own.start()
