@@ -6,7 +6,7 @@ in CPU seconds, and corrected by the measured time afterwards.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from plinko.app.errors import CostError
@@ -53,21 +53,24 @@ _SURFACE: Final = 2e-4
 _PROOF: Final = 0.04
 _BYTE: Final = 6e-8  # of JSON
 _ONCE: Final = 1e-3  # fixed cost of any job for a worker
-_PRESET_DROP: Final = 2e-4  # with its record: 60 to 120 us
-
-SHORT: Final = 5e-4
-"""CPU seconds. The server's own process computes cheaper drops; see `ShortDrops`."""
+_PRESET_RECORD: Final = 2e-4  # 60 to 120 us
 
 
 @dataclass(frozen=True, slots=True)
 class Price:
-    """An amount of work in the unit `what`, its limit, and its estimate in CPU seconds."""
+    """An amount of work in the unit `what`, its limit, and its estimate in CPU seconds.
+
+    Workers take `quick` jobs before others. preset: the server's own process computes a job whose
+    only work is a drop on this board; see `ShortDrops`.
+    """
 
     what: str
     amount: float
     limit: float
     seconds: float
     field: str = ""
+    quick: bool = False
+    preset: Board | None = None
 
     def check(self) -> "Price":
         """Return the price; raises CostError if it is over the limit."""
@@ -94,11 +97,18 @@ def substeps_of(board: Board, solver: Stepped) -> float:
 
 
 def one_drop(board: Board, solver: Solver) -> Price:
-    """One drop with its path. On a preset, drops are known to have few events."""
+    """One drop with its path."""
     if isinstance(solver, Stepped):
         return stepped_drop(substeps_of(board, solver))
-    seconds = _PRESET_DROP if board.preset_name else _ONCE
-    return Price("events", _EVENTS_A_DROP, DROP_EVENTS, seconds)
+    return Price("events", _EVENTS_A_DROP, DROP_EVENTS, _ONCE, quick=True)
+
+
+def record(board: Board, solver: Solver) -> Price:
+    """One drop's record. On a preset, drops are known to have few events."""
+    price = one_drop(board, solver)
+    if isinstance(solver, Stepped) or not board.preset_name:
+        return price
+    return replace(price, seconds=_PRESET_RECORD, preset=board)
 
 
 def verification() -> Price:
@@ -112,7 +122,8 @@ def proofs(count: int) -> Price:
 
 
 def stepped_drop(substeps: float) -> Price:
-    return Price("substeps", substeps, SUBSTEPS, _ONCE + _KEPT_SUBSTEP * substeps, "dt")
+    seconds = _ONCE + _KEPT_SUBSTEP * substeps
+    return Price("substeps", substeps, SUBSTEPS, seconds, "dt", quick=True)
 
 
 def many_drops(board: Board, drops: int, solver: Solver) -> Price:
@@ -140,12 +151,13 @@ def animation(pixels: int, frames: int) -> Price:
 
 def check(surfaces: int) -> Price:
     """Check whether a board of `surfaces` pegs and walls can be played."""
-    return Price("pegs and walls", float(surfaces), math.inf, _ONCE + _SURFACE * surfaces, "board")
+    seconds = _ONCE + _SURFACE * surfaces
+    return Price("pegs and walls", float(surfaces), math.inf, seconds, "board", quick=True)
 
 
 def json(size: int) -> Price:
     """Parse a body of `size` bytes as strict JSON."""
-    return Price("bytes", float(size), math.inf, _ONCE + _BYTE * size, "body")
+    return Price("bytes", float(size), math.inf, _ONCE + _BYTE * size, "body", quick=True)
 
 
 def story(ball_substeps: float) -> Price:

@@ -49,7 +49,7 @@ class Pictures:
 
 
 @functools.cache
-def look() -> str:
+def drawing_version() -> str:
     """A fingerprint of the drawing code and colours, in eight hex digits: part of ETags."""
     sources = sorted((Path(__file__).parents[1] / "render").rglob("*.py"))
     stamp = hashlib.sha256((static_directory() / "theme.json").read_bytes())

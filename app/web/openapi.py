@@ -57,6 +57,7 @@ def document(app: FastAPI, routes: Sequence[BaseRoute]) -> dict[str, object]:
             description=app.description,
             tags=app.openapi_tags,
             routes=routes,
+            servers=[{"url": app.state.services.settings.root_path or "/"}],
         )
         made.setdefault("components", {})["schemas"] = components()
         for path in made["paths"].values():

@@ -20,9 +20,9 @@ MOST_RETURN: Final = 0.995
 
 @dataclass(frozen=True, slots=True)
 class Listed:
-    """A preset's row in a list.
+    """A board's row in a list.
 
-    world: None for a board of no world. rows, risk: None for a preset that is no triangle.
+    world: None for a board that is not a preset. rows, risk: None unless it is a preset triangle.
     size: width and height in m. returned: from the board's own start; None if it was never counted.
     """
 
@@ -39,7 +39,7 @@ class Listed:
 
     @property
     def stakes(self) -> bool:
-        """Whether the preset takes stakes."""
+        """Whether the board takes stakes."""
         return self.returned is not None and LEAST_RETURN <= self.returned <= MOST_RETURN
 
 
@@ -48,7 +48,8 @@ def listed(name: str) -> Listed:
     """The row of the preset `name`."""
     variant = VARIANTS.get(name)
     if variant is None:
-        return _other(name)
+        board = Board.preset(name)
+        return row_of(board, HOUSE, _returned(name, board.bins.multipliers))
     world, rows, risk = variant
     size = WORLDS[world].size if world in WORLDS else 1.0
     pays = presets.payouts_of(name)
@@ -73,20 +74,19 @@ def takes_stakes(board: Board) -> bool:
     return name is not None and listed(name).stakes
 
 
-def _other(name: str) -> Listed:
-    board = Board.preset(name)
-    pays = board.bins.multipliers
+def row_of(board: Board, world: str | None = None, returned: float | None = None) -> Listed:
+    """The row of a board that is no triangle of a world."""
     return Listed(
-        name,
+        board.name,
         board.digest,
-        HOUSE,
+        world,
         None,
         None,
         bins=board.bins.count,
         pegs=len(board.pegs),
         size=(board.width, board.height),
-        multipliers=pays,
-        returned=_returned(name, pays),
+        multipliers=board.bins.multipliers,
+        returned=returned,
     )
 
 

@@ -1,5 +1,6 @@
 """Boards: list, look up, register."""
 
+import hashlib
 from typing import Annotated
 
 import msgspec
@@ -8,20 +9,20 @@ from fastapi import Query, Request, Response
 from plinko.app.computing import tasks
 from plinko.app.web.routes.common import (
     Server,
-    board_task,
     body_of,
     cache_headers,
     documented,
     is_current,
     json_body,
     not_modified,
+    parse_board,
     reply,
 )
 from plinko.app.web.routes.table import operations
 from plinko.app.web.schemas.board_form import BoardForm
 from plinko.app.web.schemas.boards import BoardList, BoardOdds, BoardSummary, BoardView, Odds
 from plinko.engine import Board, preset_names
-from plinko.engine.payouts.listing import Listed, listed
+from plinko.engine.payouts.listing import Listed, listed, row_of
 from plinko.engine.payouts.record import odds_of_record
 
 router = operations("boards", "/api/v1/boards")
@@ -41,19 +42,22 @@ _EXAMPLE = {
 }
 
 
-@router.get("", summary="List the boards", responses=documented(BoardList))
-async def list_boards(server: Server, digest: Digest = None) -> Response:
+@router.get("", summary="List the boards", responses=documented(BoardList, 304))
+async def list_boards(request: Request, server: Server, digest: Digest = None) -> Response:
     """Every preset with its payout table and return, then the registered boards.
 
     Drops may have a stake only where `stakes` is true.
 
     With `digest` the list has only that board, or is empty if the server does not know it.
     """
-    presets = [listed(name) for name in preset_names()]
-    boards: list[Listed | Board] = [*presets, *server.boards.registered()]
-    if digest is not None:
-        boards = [board for board in boards if board.digest == digest]
-    return reply(BoardList([_summary(board) for board in boards]))
+    rows = [*map(listed, preset_names()), *map(row_of, server.boards.registered())]
+    boards = [_summary(row) for row in rows if digest is None or row.digest == digest]
+    body = msgspec.json.encode(BoardList(boards))
+    etag = hashlib.sha256(body).hexdigest()
+    headers = {"etag": f'"{etag}"', "cache-control": "no-cache"}
+    if is_current(request, etag):
+        return Response(status_code=304, headers=headers)
+    return reply(body, headers=headers)
 
 
 @router.get("/{board}", summary="Get a board", responses=documented(BoardView, 304, 404))
@@ -81,7 +85,7 @@ async def register_board(request: Request, server: Server) -> Response:
     stores a limited number of boards. It forgets the least recently used one first; you can
     register that one again.
     """
-    board, view = await board_task(request, await json_body(request), tasks.board_and_view)
+    board, view = await parse_board(request, await json_body(request), tasks.board_and_view)
     new = server.boards.register(board)
     headers = {"location": f"/api/v1/boards/{board.digest}"}
     return reply(view, 201 if new else 200, headers)
@@ -95,7 +99,7 @@ async def register_board(request: Request, server: Server) -> Response:
 )
 async def check_board(request: Request) -> Response:
     """Check a board without storing it. The response has its digest and all defaults filled in."""
-    return reply(await board_task(request, await json_body(request), tasks.board_view))
+    return reply(await parse_board(request, await json_body(request), tasks.board_view))
 
 
 @router.get("/{board}/odds", summary="Get a board's odds", responses=documented(BoardOdds, 404))
@@ -110,36 +114,20 @@ async def get_odds(board: str, server: Server) -> Response:
     return reply(BoardOdds(found.digest, aims))
 
 
-def _summary(board: Listed | Board) -> BoardSummary:
-    if isinstance(board, Board):
-        pays = list(board.bins.multipliers)
-        return BoardSummary(
-            name=board.name,
-            digest=board.digest,
-            preset=False,
-            stakes=False,
-            world=None,
-            bins=board.bins.count,
-            pegs=len(board.pegs),
-            rows=None,
-            risk=None,
-            multipliers=pays,
-            returned=None,
-            top_multiplier=max(pays),
-        )
+def _summary(row: Listed) -> BoardSummary:
     return BoardSummary(
-        name=board.name,
-        digest=board.digest,
-        preset=True,
-        stakes=board.stakes,
-        world=board.world,
-        bins=board.bins,
-        pegs=board.pegs,
-        rows=board.rows,
-        risk=board.risk,
-        multipliers=list(board.multipliers),
-        returned=board.returned,
-        top_multiplier=max(board.multipliers),
+        name=row.name,
+        digest=row.digest,
+        preset=row.world is not None,
+        stakes=row.stakes,
+        world=row.world,
+        bins=row.bins,
+        pegs=row.pegs,
+        rows=row.rows,
+        risk=row.risk,
+        multipliers=list(row.multipliers),
+        returned=row.returned,
+        top_multiplier=max(row.multipliers),
     )
 
 

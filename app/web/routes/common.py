@@ -1,11 +1,12 @@
 """Functions that all routes use: services, request bodies, computing, responses, OpenAPI."""
 
 import asyncio
+import contextlib
 import functools
 import time
 import urllib.parse
 from collections.abc import Callable, Coroutine, Mapping
-from typing import Annotated, Any, TypeVar, TypeVarTuple
+from typing import Annotated, Any, Final, TypeVar, TypeVarTuple
 
 import msgspec
 from fastapi import Depends, Request, Response
@@ -14,6 +15,7 @@ from starlette.types import Receive
 
 from plinko.app.computing import prices, tasks
 from plinko.app.computing.prices import Price
+from plinko.app.computing.process import Done
 from plinko.app.errors import (
     EndedError,
     GoneError,
@@ -83,7 +85,7 @@ async def read(request: Request, kind: type[T], empty: T | None = None) -> T:
         return empty
     if len(body) <= _INLINE_BODY:
         return decode(body, kind)
-    await compute(request, prices.json(len(body)), tasks.check_json, body, quick=True)
+    await compute(request, prices.json(len(body)), tasks.check_json, body)
     return await asyncio.to_thread(shaped, body, kind)
 
 
@@ -108,73 +110,53 @@ def _check_media_type(given: str | None) -> None:
         )
 
 
-async def compute(
-    request: Request, price: Price, task: Callable[[*Ts], T], *values: *Ts, quick: bool = False
-) -> T:
-    """The result of `task(*values)`, computed by a worker and charged to the client's address.
+async def compute(request: Request, price: Price, task: Callable[[*Ts], T], *values: *Ts) -> T:
+    """The result of `task(*values)`, charged to the client's address.
 
-    A `quick` task goes before longer ones. If the client leaves, the work is cancelled. Raises
-    CostError for a price over its limit, BudgetError, BusyError, GoneError if the client has left,
-    and the errors of the task.
+    A worker computes it, and stops if the client leaves; the server itself computes a short drop.
+    Raises CostError for a price over its limit, BudgetError, BusyError, GoneError if the client has
+    left, and the errors of the task.
     """
     server, address = services(request), address_of(request)
     try:
-        work = charged(server, address, price, task, *values, quick=quick)
-        return await attended(request, work)
+        if price.preset is not None and server.short.is_ready(price.preset):
+            with contextlib.suppress(EffortError):  # it is no short drop: a worker computes it
+                return _computed_here(server, address, price, functools.partial(task, *values))
+        return await attended(request, charged(server, address, price, task, *values))
     finally:
         note(request.scope, server.budgets.allowance(address, time.monotonic(), "computing-ms"))
 
 
+def _computed_here(server: Services, address: str, price: Price, work: Callable[[], T]) -> T:
+    now = time.monotonic()
+    server.budgets.charge(address, now, price.seconds, price.what)
+    done = server.short.measured(work)
+    server.budgets.settle(address, now, done.seconds - price.seconds)
+    return _result(done)
+
+
 async def charged(
-    server: Services,
-    address: str,
-    price: Price,
-    task: Callable[[*Ts], T],
-    *values: *Ts,
-    quick: bool = False,
+    server: Services, address: str, price: Price, task: Callable[[*Ts], T], *values: *Ts
 ) -> T:
-    """Like `compute`, for any address; it does not watch whether the client leaves."""
+    """Like `compute`, by a worker, for clients that may share the result: they may leave."""
     price.check()
     server.budgets.charge(address, time.monotonic(), price.seconds, price.what)
     spent: list[float] = []
     try:
         work = functools.partial(task, *values)
-        done = await server.workers.measured(work, quick=quick, spend=spent.append)
+        done = await server.workers.measured(work, quick=price.quick, spend=spent.append)
     except EndedError:  # nobody knows what it took
         spent.append(price.seconds)
         raise
     finally:
         server.budgets.settle(address, time.monotonic(), sum(spent) - price.seconds)
+    return _result(done)
+
+
+def _result(done: Done) -> Any:
     if done.error is not None:
         raise done.error
-    result: T = done.value
-    return result
-
-
-def short_drop(
-    request: Request, board: Board, price: Price, task: Callable[[*Ts], T], *values: *Ts
-) -> T | None:
-    """The result of `task(*values)`, a short drop on a preset, computed on this thread.
-
-    It is charged as in `compute`. Returns None if a worker must compute it: the preset's board is
-    not ready here, or the drop takes more than its price. Raises BudgetError and the task's errors.
-    """
-    server, address = services(request), address_of(request)
-    if not server.short.is_ready(board):
-        return None
-    now = time.monotonic()
-    try:
-        server.budgets.charge(address, now, price.seconds, price.what)
-        done = server.short.measured(lambda: task(*values))
-        server.budgets.settle(address, now, done.seconds - price.seconds)
-    finally:
-        note(request.scope, server.budgets.allowance(address, now, "computing-ms"))
-    if isinstance(done.error, EffortError):
-        return None
-    if done.error is not None:
-        raise done.error
-    result: T = done.value
-    return result
+    return done.value
 
 
 async def attended(request: Request, work: Coroutine[None, None, T]) -> T:
@@ -242,11 +224,11 @@ def address_of(connection: HTTPConnection) -> str:
 async def resolve_board(request: Request, board: msgspec.Raw) -> Board:
     """The board for this JSON: a preset's name, a digest, or a whole board as an object.
 
-    Raises UnknownBoardError for a name or digest, and the errors of `board_task` for an object.
+    Raises UnknownBoardError for a name or digest, and the errors of `parse_board` for an object.
     """
     text = bytes(board)
     if text.startswith(b"{"):
-        return await checked_board(request, text)
+        return await parse_board(request, text, tasks.board_of)
     named = msgspec.json.decode(text)
     if isinstance(named, str):
         return services(request).boards.find(named)
@@ -299,12 +281,7 @@ def check_count(count: int, command: str, field: str = "drops") -> None:
         )
 
 
-async def checked_board(request: Request, text: bytes) -> Board:
-    """A board from its JSON, checked by a worker; raises the errors of `board_task`."""
-    return await board_task(request, text, tasks.board_of)
-
-
-async def board_task(request: Request, text: bytes, task: Callable[[bytes], T]) -> T:
+async def parse_board(request: Request, text: bytes, task: Callable[[bytes], T]) -> T:
     """The result of `task` on a board's JSON, which a worker parses and checks.
 
     Raises TooLargeError for more pegs and walls than the server accepts; BoardError if the board
@@ -317,7 +294,7 @@ async def board_task(request: Request, text: bytes, task: Callable[[bytes], T]) 
             f"the board has {surfaces} pegs and walls; the limit is {MAX_SURFACES}",
             field="board",
         )
-    return await compute(request, prices.check(surfaces), task, text, quick=True)
+    return await compute(request, prices.check(surfaces), task, text)
 
 
 class _Form(msgspec.Struct):
@@ -396,6 +373,10 @@ def body_of(
 ) -> dict[str, object]:
     content = {"application/json": {"schema": _reference(kind), "example": example}}
     return {"requestBody": {"required": required, "content": content}}
+
+
+OPTIONAL_TOKEN: Final[dict[str, object]] = {"security": [{}]}
+"""For `openapi_extra` of an operation whose token is optional: the alternative without one."""
 
 
 def either(*kinds: type[msgspec.Struct]) -> dict[str, object]:

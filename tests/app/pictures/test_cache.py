@@ -12,7 +12,7 @@ from PIL import Image
 
 from plinko.app.computing import tasks
 from plinko.app.errors import BusyError, InvalidValueError
-from plinko.app.pictures.cache import Pictures, look
+from plinko.app.pictures.cache import Pictures, drawing_version
 from plinko.app.render import drop_animation, drop_picture
 from plinko.engine import Board, drop, drop_many
 from tests.app.conftest import TINY
@@ -71,7 +71,7 @@ def test_a_picture_is_cacheable_under_a_tag_for_each_query(http: httpx.Client) -
         response = http.get(f"{DROP}.{query}")
         assert "max-age" in response.headers["cache-control"]
         tag = response.headers["etag"]
-        assert look() in tag
+        assert drawing_version() in tag
         tags.add(tag)
         again = http.get(f"{DROP}.{query}", headers={"if-none-match": tag})
         assert (again.status_code, again.content) == (304, b"")

@@ -10,6 +10,7 @@ from openapi_schema_validator import OAS31Validator
 from openapi_spec_validator import OpenAPIV31SpecValidator
 
 from plinko.app.main import create_app
+from plinko.app.settings import Settings
 from plinko.app.web.routes.common import components
 from plinko.app.web.schemas.drops import DropRecord
 from plinko.engine import Board, BoardError, Label, drop
@@ -42,21 +43,14 @@ def test_it_lists_the_interface(document: dict[str, Any]) -> None:
         ("/api/v1/boards/{board}/odds", "get"),
         ("/api/v1/payouts", "post"),
         *(
-            (f"/api/v1/boards/{{board}}/{kind}.{fmt}", "get")
+            (f"/api/v1/boards/{{board}}/{kind}.{{format}}", "get")
             for kind in ("density", "histogram", "sheet")
-            for fmt in ("png", "jpg", "webp")
         ),
         ("/api/v1/boards/{board}/map", "get"),
-        ("/api/v1/boards/{board}/map.jpg", "get"),
-        ("/api/v1/boards/{board}/map.png", "get"),
+        ("/api/v1/boards/{board}/map.{format}", "get"),
         ("/api/v1/drops", "post"),
         ("/api/v1/drops/{board}/{seed}", "get"),
-        ("/api/v1/drops/{board}/{seed}.png", "get"),
-        ("/api/v1/drops/{board}/{seed}.jpg", "get"),
-        ("/api/v1/drops/{board}/{seed}.gif", "get"),
-        ("/api/v1/drops/{board}/{seed}.webp", "get"),
-        ("/api/v1/drops/{board}/{seed}.apng", "get"),
-        ("/api/v1/drops/{board}/{seed}.mp4", "get"),
+        ("/api/v1/drops/{board}/{seed}.{format}", "get"),
         ("/api/v1/drops/{board}/{seed}/frames", "get"),
         ("/api/v1/simulate", "post"),
         ("/api/v1/seeds", "post"),
@@ -77,8 +71,7 @@ def test_it_lists_the_interface(document: dict[str, Any]) -> None:
         ("/api/v1/rooms/{room}/queue/skip", "post"),
         ("/api/v1/rooms/{room}/queue/clear", "post"),
         ("/api/v1/rooms/{room}/drops", "post"),
-        ("/api/v1/rooms/{room}/frame.jpg", "get"),
-        ("/api/v1/rooms/{room}/frame.png", "get"),
+        ("/api/v1/rooms/{room}/frame.{format}", "get"),
         ("/api/v1/rooms/{room}/plays", "get"),
         ("/api/v1/rooms/{room}/qr.svg", "get"),
         ("/api/v1/rooms/{room}/stream.mjpg", "get"),
@@ -107,7 +100,7 @@ def test_operations_have_names_that_one_would_write(document: dict[str, Any]) ->
     names = [operation["operationId"] for _, _, operation in operations(document)]
     assert len(names) == len(set(names))
     assert [name for name in names if not re.fullmatch(r"[a-z]+(_[a-z][a-z0-9]*)*", name)] == []
-    assert {"list_boards", "get_drop", "get_drop_png", "drop_into_room", "get_room_log"} <= {*names}
+    assert {"list_boards", "get_drop", "get_drop_picture", "drop_into_room"} <= {*names}
 
 
 def board_validator() -> OAS31Validator:
@@ -178,8 +171,32 @@ def test_every_operation_reads_well(document: dict[str, Any]) -> None:
         success = next(code for code in operation["responses"] if code.startswith("2"))
         if success != "204":
             contents = operation["responses"][success]["content"]
-            assert [*contents][1:] == (["text/csv"] if path.endswith("/plays") else []), path
+            if path.endswith("/plays"):
+                assert [*contents] == ["application/json", "text/csv"], path
+            else:
+                assert len(contents) == 1 or path.endswith(".{format}"), path
             assert all(content["schema"] for content in contents.values()), path
+
+
+def test_a_token_is_optional_where_the_public_may_do_without(document: dict[str, Any]) -> None:
+    optional = {
+        operation["operationId"]
+        for _, _, operation in operations(document)
+        if {} in operation.get("security", ())
+    }
+    assert optional == {"drop_into_room", "begin_session", "get_room_log"}
+
+
+@pytest.mark.parametrize("root_path", ["", "/games/plinko"])
+def test_it_names_the_server(root_path: str) -> None:
+    document = create_app(Settings(database_url="sqlite://", root_path=root_path)).openapi()
+    assert document["servers"] == [{"url": root_path or "/"}]
+
+
+def test_a_picture_is_one_operation_with_a_format(document: dict[str, Any]) -> None:
+    operation = document["paths"]["/api/v1/drops/{board}/{seed}.{format}"]["get"]
+    (chosen,) = (each for each in operation["parameters"] if each["name"] == "format")
+    assert chosen["schema"]["enum"] == ["png", "jpg", "gif", "webp", "apng", "mp4"]
 
 
 def test_failures_are_problem_details(document: dict[str, Any]) -> None:

@@ -868,3 +868,14 @@ def test_a_check_returns_the_bytes_that_keeping_a_board_does(http: httpx.Client)
     board = Board.preset("triangle-9").to_dict() | {"name": "the same bytes"}
     checked = http.post("/api/v1/boards/check", json=board)
     assert checked.content == http.post("/api/v1/boards", json=board).content
+
+
+def test_the_list_of_boards_is_fetched_again_only_when_it_has_changed(http: httpx.Client) -> None:
+    first = http.get("/api/v1/boards")
+    etag = first.headers["etag"]
+    again = http.get("/api/v1/boards", headers={"if-none-match": etag})
+    assert (again.status_code, again.content, again.headers["etag"]) == (304, b"", etag)
+    http.post("/api/v1/boards", json={**TINY, "name": "a board for the list"})
+    changed = http.get("/api/v1/boards", headers={"if-none-match": etag})
+    assert changed.status_code == 200
+    assert "a board for the list" in {each["name"] for each in changed.json()["boards"]}

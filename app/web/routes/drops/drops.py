@@ -24,7 +24,6 @@ from plinko.app.web.routes.common import (
     read,
     reply,
     resolve_board,
-    short_drop,
 )
 from plinko.app.web.routes.drops.asked import Asked
 from plinko.app.web.routes.drops.certificates import check_certified
@@ -83,7 +82,7 @@ async def sample_drop(request: Request, ask: Asked, fps: Fps = 60.0) -> Response
     if is_current(request, etag):
         return not_modified(etag)
     price = prices.one_drop(ask.board, ask.solver)
-    body = await compute(request, price, tasks.frames, ask, fps, quick=True)
+    body = await compute(request, price, tasks.frames, ask, fps)
     return reply(body, headers=cache_headers(etag))
 
 
@@ -134,9 +133,5 @@ async def _record(
     if certified:
         check_certified(ask)
         return await compute(request, prices.proofs(1), proofs.record, ask, certainty)
-    price = prices.one_drop(ask.board, ask.solver)
-    if price.seconds < prices.SHORT and not certainty:
-        found = short_drop(request, ask.board, price, tasks.record, ask, certainty)
-        if found is not None:
-            return found
-    return await compute(request, price, tasks.record, ask, certainty, quick=True)
+    price = (prices.one_drop if certainty else prices.record)(ask.board, ask.solver)
+    return await compute(request, price, tasks.record, ask, certainty)

@@ -1,6 +1,6 @@
 """The map from a board's starts to bins, every pixel proven: as JSON tiles and as a picture."""
 
-from collections.abc import Callable
+import functools
 from fractions import Fraction
 from typing import Annotated
 
@@ -9,7 +9,9 @@ from fastapi import Query, Request, Response
 from plinko.app.computing import prices, proofs
 from plinko.app.web.routes.common import (
     Server,
+    address_of,
     cache_headers,
+    charged,
     compute,
     documented,
     is_current,
@@ -19,9 +21,9 @@ from plinko.app.web.routes.common import (
 from plinko.app.web.routes.drops.certificates import require_certifier
 from plinko.app.web.routes.drops.pictures import (
     STILLS,
+    StillFormat,
     ThemeName,
-    add_routes,
-    drawn_by_worker,
+    documented_picture,
     picture_reply,
 )
 from plinko.app.web.routes.queries import Whole
@@ -76,26 +78,27 @@ def _start(x: str) -> Fraction:
     return exact_start(x)
 
 
-def _map(fmt: str) -> Callable[..., object]:
-    async def get_map(
-        board: str,
-        request: Request,
-        server: Server,
-        x: X = "0",
-        levels: Annotated[Whole, Query(ge=1, le=41, description="Number of strips.")] = 8,
-        pixels: Annotated[Whole, Query(ge=1, le=512, description="Pixels of each strip.")] = 64,
-        theme: ThemeName = "light",
-    ) -> Response:
-        """The bin as a function of the start, in strips; each zooms tenfold into the one above."""
-        require_certifier()
-        price = prices.proofs(levels * pixels)
-        found, middle = server.boards.find(board), _start(x)
-        name = f"{found.digest}.{PHYSICS_VERSION}.map.{fmt}.{middle}.{levels}.{pixels}.{theme}"
-        asked = (found, middle, levels, pixels, fmt, theme)
-        make = drawn_by_worker(request, server, price, proofs.picture, *asked)
-        return await picture_reply(request, server, name, make, STILLS[fmt])
-
-    return get_map
-
-
-add_routes(router, "/boards/{board}/map", STILLS, _map, "The map of starts", "get_map", 501)
+@router.get(
+    "/boards/{board}/map.{format:picture}",
+    summary="The map of starts",
+    response_class=Response,
+    responses=documented_picture(*STILLS, failures=(501,)),
+)
+async def get_map(
+    board: str,
+    request: Request,
+    server: Server,
+    fmt: StillFormat,
+    x: X = "0",
+    levels: Annotated[Whole, Query(ge=1, le=41, description="Number of strips.")] = 8,
+    pixels: Annotated[Whole, Query(ge=1, le=512, description="Pixels of each strip.")] = 64,
+    theme: ThemeName = "light",
+) -> Response:
+    """The bin as a function of the start, in strips; each zooms tenfold into the one above."""
+    require_certifier()
+    price = prices.proofs(levels * pixels)
+    found, middle = server.boards.find(board), _start(x)
+    name = f"{found.digest}.{PHYSICS_VERSION}.map.{middle}.{levels}.{pixels}.{theme}"
+    asked = (found, middle, levels, pixels, fmt, theme)
+    draw = functools.partial(charged, server, address_of(request), price, proofs.picture, *asked)
+    return await picture_reply(request, name, fmt, draw)

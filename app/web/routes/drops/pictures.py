@@ -1,27 +1,30 @@
-"""Pictures of drops: stills, animations, and pictures of many drops, each format with a route."""
+"""Pictures of drops: stills, animations, and pictures of many drops."""
 
+import functools
 from collections.abc import Callable, Coroutine
-from typing import Annotated, Literal, TypeVarTuple
+from typing import Annotated, Final, Literal
 
-from fastapi import APIRouter, Depends, Query, Request, Response
+from fastapi import Depends, Path, Query, Request, Response
+from starlette.convertors import StringConvertor, register_url_convertor
 
 from plinko.app.computing import prices, tasks
-from plinko.app.computing.prices import Price
-from plinko.app.computing.tasks import Many
-from plinko.app.pictures.cache import look
+from plinko.app.computing.tasks import Ask, Many
+from plinko.app.errors import InvalidValueError
+from plinko.app.pictures.cache import drawing_version
 from plinko.app.render.parts.view import LEAST_WIDTH, MOST_WIDTH, lay_out
 from plinko.app.web.ranges import in_part
 from plinko.app.web.routes.common import (
+    Responses,
     Server,
     address_of,
     attended,
     cache_headers,
     charged,
     check_count,
-    documented,
     documented_failures,
     is_current,
     not_modified,
+    services,
 )
 from plinko.app.web.routes.drops.asked import Asked
 from plinko.app.web.routes.queries import Number, Whole
@@ -33,8 +36,6 @@ from plinko.engine.seeding import parse_seed
 
 router = operations("pictures")
 
-Ts = TypeVarTuple("Ts")
-
 MOST_FPS = 60
 
 Width = Annotated[
@@ -43,48 +44,69 @@ Width = Annotated[
 ThemeName = Annotated[Literal["light", "dark"], Query(description="One of the page's themes.")]
 Moment = Annotated[
     Number | None,
-    Query(description="Seconds after the start: show this moment instead of the whole drop."),
+    Query(
+        description="Seconds after the start: show this moment instead of the whole drop. Only for "
+        "png and jpg."
+    ),
 ]
-Fps = Annotated[Whole, Query(ge=1, le=MOST_FPS, description="Frames a second.")]
+Fps = Annotated[
+    Whole | None,
+    Query(ge=1, le=MOST_FPS, description="Frames a second, not for png and jpg. Default: 30."),
+]
 
-STILLS = {"png": "image/png", "jpg": "image/jpeg"}
-"""Media types of still pictures by format. A drop's `.webp` is an animation."""
+MEDIA_TYPES: Final = {
+    "png": "image/png",
+    "jpg": "image/jpeg",
+    "gif": "image/gif",
+    "webp": "image/webp",
+    "apng": "image/apng",
+    "mp4": "video/mp4",
+}
+STILLS: Final = ("png", "jpg")
+"""Formats of a drop's stills; the others are animations."""
 
-MANY = {**STILLS, "webp": "image/webp"}
-"""Media types of pictures of many drops by format."""
+
+class _Format(StringConvertor):
+    """Matches the formats only: what follows another dot belongs to the seed."""
+
+    regex = "|".join(MEDIA_TYPES)
+
+
+register_url_convertor("picture", _Format())
+
+_FORMAT = Path(alias="format")
+StillFormat = Annotated[Literal["png", "jpg"], _FORMAT]
+ManyFormat = Annotated[Literal["png", "jpg", "webp"], _FORMAT]
+DropFormat = Annotated[Literal["png", "jpg", "gif", "webp", "apng", "mp4"], _FORMAT]
 
 DEFAULT_DROPS = 10_000
 _MOST_SHEET = 1 << 23  # pixels, about, of the largest sheet of drops
 
-ANIMATIONS = {"gif": "image/gif", "webp": "image/webp", "apng": "image/apng"}
-VIDEOS = {"mp4": "video/mp4"}
-"""Videos need a library that may not be installed."""
+
+def documented_picture(*formats: str, failures: tuple[int, ...] = ()) -> Responses:
+    """OpenAPI's `responses` of a picture in these formats; `failures` beyond the usual ones."""
+    schema = {"schema": {"type": "string", "format": "binary"}}
+    content = {MEDIA_TYPES[each]: schema for each in formats}
+    return {
+        200: {"description": "The picture", "content": content},
+        206: {"description": "A part", "content": content},
+        **documented_failures(304, 404, 416, 422, 503, *failures),
+    }
 
 
 async def picture_reply(
-    request: Request,
-    server: Services,
-    name: str,
-    make: Callable[[], Coroutine[None, None, bytes]],
-    media_type: str,
+    request: Request, name: str, fmt: str, draw: Callable[[], Coroutine[None, None, bytes]]
 ) -> Response:
-    """The picture called `name`, a part of it, or 304; `make` draws it if it is not cached.
+    """The picture called `name`, a part of it, or 304; `draw` makes it if it is not cached.
 
-    `name` must contain everything that decides the picture, except the drawing code, which this
-    function adds. Raises the errors of `make`.
+    `name` must contain everything that decides the picture, except its format and the drawing code,
+    which this function adds. Raises the errors of `draw`.
     """
-    etag = f"{name}.{look()}"
+    etag = f"{name}.{fmt}.{drawing_version()}"
     if is_current(request, etag):
         return not_modified(etag)
-    picture = await attended(request, server.pictures.get(etag, make))
-    return in_part(request, picture, cache_headers(etag), media_type)
-
-
-def drawn_by_worker(
-    request: Request, server: Services, price: Price, draw: Callable[[*Ts], bytes], *values: *Ts
-) -> Callable[[], Coroutine[None, None, bytes]]:
-    """A function that has a worker draw a picture, charged to the client of this request."""
-    return lambda: charged(server, address_of(request), price, draw, *values)
+    picture = await attended(request, services(request).pictures.get(etag, draw))
+    return in_part(request, picture, cache_headers(etag), MEDIA_TYPES[fmt])
 
 
 def pixels_of(board: Board, width: int) -> int:
@@ -93,82 +115,55 @@ def pixels_of(board: Board, width: int) -> int:
     return view.width * view.height
 
 
-def add_routes(
-    routes: APIRouter,
-    path: str,
-    formats: dict[str, str],
-    endpoint: Callable[[str], Callable[..., object]],
-    title: str,
-    name: str,
-    *failures: int,
-    description: str = "The picture",
-) -> None:
-    """Add a GET route for each format; the format is a suffix of `path` and `name`.
+@router.get(
+    "/drops/{board}/{seed}.{format:picture}",
+    summary="A picture of a drop, or of its fall",
+    response_class=Response,
+    responses=documented_picture(*MEDIA_TYPES, failures=(501,)),
+)
+async def get_drop_picture(
+    request: Request,
+    server: Server,
+    ask: Asked,
+    fmt: DropFormat,
+    width: Width = 760,
+    theme: ThemeName = "light",
+    t: Moment = None,
+    fps: Fps = None,
+) -> Response:
+    """As png or jpg, the ball's whole path with contacts and end, or one moment of it.
 
-    `failures` are the statuses of failures that OpenAPI lists in addition to the usual ones.
+    In the other formats, the ball as it falls, at real speed, then the whole drop for two seconds.
     """
-    for fmt, media_type in formats.items():
-        routes.add_api_route(
-            f"{path}.{fmt}",
-            endpoint(fmt),
-            summary=f"{title} as {fmt.upper()}",
-            response_class=Response,
-            name=f"{name}_{fmt}",
-            responses={
-                **documented(None, status=206, description="A part", media_type=media_type),
-                **documented(None, description=description, media_type=media_type),
-                **documented_failures(304, 404, 416, 422, 503, *failures),
-            },
-        )
-
-
-def _still(fmt: str) -> Callable[..., object]:
-    async def get_still(
-        request: Request,
-        server: Server,
-        ask: Asked,
-        width: Width = 760,
-        theme: ThemeName = "light",
-        t: Moment = None,
-    ) -> Response:
-        """The ball's whole path over the board with contacts and end, or one moment of it."""
-        name = f"{ask.name}.{fmt}.{width}.{theme}.{t!r}"
+    if fmt in STILLS:
+        _refuse("fps", fps, fmt)
         price = prices.still(pixels_of(ask.board, width))
-        make = drawn_by_worker(request, server, price, tasks.still, ask, fmt, width, theme, t)
-        return await picture_reply(request, server, name, make, STILLS[fmt])
-
-    return get_still
-
-
-def _animation(fmt: str) -> Callable[..., object]:
-    async def get_animation(
-        request: Request,
-        server: Server,
-        ask: Asked,
-        width: Width = 760,
-        theme: ThemeName = "light",
-        fps: Fps = 30,
-    ) -> Response:
-        """The ball as it falls, at real speed, then the whole drop for two seconds."""
-
-        async def make() -> bytes:
-            """Count the frames first: the price of the animation depends on them."""
-            address, price = address_of(request), prices.one_drop(ask.board, ask.solver)
-            count = tasks.frame_count
-            frames = await charged(server, address, price, count, ask, fmt, fps, quick=True)
-            price = prices.animation(pixels_of(ask.board, width), frames)
-            asked = (ask, fmt, width, fps, theme)
-            return await charged(server, address, price, tasks.animation, *asked)
-
-        name = f"{ask.name}.{fmt}.{width}.{theme}.{fps}"
-        return await picture_reply(request, server, name, make, {**ANIMATIONS, **VIDEOS}[fmt])
-
-    return get_animation
+        address = address_of(request)
+        draw = functools.partial(
+            charged, server, address, price, tasks.still, ask, fmt, width, theme, t
+        )
+        return await picture_reply(request, f"{ask.name}.{width}.{theme}.{t!r}", fmt, draw)
+    _refuse("t", t, fmt)
+    fps = 30 if fps is None else fps
+    animate = functools.partial(
+        _animation, server, address_of(request), ask, fmt, width, fps, theme
+    )
+    return await picture_reply(request, f"{ask.name}.{width}.{theme}.{fps}", fmt, animate)
 
 
-def _name_of(many: Many) -> str:
-    """A name with everything that decides these drops."""
-    return f"{many.board.digest}.{PHYSICS_VERSION}.{many.drops}.{many.first}"
+def _refuse(name: str, value: object, fmt: str) -> None:
+    if value is not None:
+        raise InvalidValueError(f"{name} {value!r} has no meaning for {fmt}", field=name)
+
+
+async def _animation(
+    server: Services, address: str, ask: Ask, fmt: str, width: int, fps: int, theme: str
+) -> bytes:
+    """Draw an animation; count its frames first, because the price depends on them."""
+    price = prices.one_drop(ask.board, ask.solver)
+    frames = await charged(server, address, price, tasks.frame_count, ask, fmt, fps)
+    price = prices.animation(pixels_of(ask.board, width), frames)
+    return await charged(server, address, price, tasks.animation, ask, fmt, width, fps, theme)
 
 
 async def _many(
@@ -180,6 +175,10 @@ async def _many(
     """The drops of a request; raises the errors of unknown boards and invalid values."""
     count = min(DEFAULT_DROPS, prices.MAX_DROPS) if drops is None else drops
     check_count(count, "plinko render")
+    return _drops(server, board, count, seed)
+
+
+def _drops(server: Services, board: str, count: int, seed: str) -> Many:
     first = parse_seed(seed)
     parse_seed(first + count - 1)
     return Many(server.boards.find(board), count, first)
@@ -188,78 +187,86 @@ async def _many(
 ManyAsked = Annotated[Many, Depends(_many)]
 
 
-def _of_many(
-    what: str, draw: Callable[[Many, str, int, str], bytes], about: str
-) -> Callable[[str], Callable[..., object]]:
-    """A function that makes the endpoint of a picture of many drops for a format."""
-
-    def endpoint(fmt: str) -> Callable[..., object]:
-        async def get_picture(
-            request: Request,
-            server: Server,
-            many: ManyAsked,
-            width: Width = 760,
-            theme: ThemeName = "light",
-        ) -> Response:
-            name = f"{_name_of(many)}.{what}.{fmt}.{width}.{theme}"
-            prices.many_drops(many.board, many.drops, Exact()).check()
-            price = prices.still(pixels_of(many.board, width), many.drops)
-            make = drawn_by_worker(request, server, price, draw, many, fmt, width, theme)
-            return await picture_reply(request, server, name, make, MANY[fmt])
-
-        get_picture.__doc__ = about
-        return get_picture
-
-    return endpoint
-
-
-def _sheet(fmt: str) -> Callable[..., object]:
-    async def get_sheet(
-        board: str,
-        request: Request,
-        server: Server,
-        drops: Annotated[Whole, Query(ge=1, le=256, description="How many.")] = 25,
-        seed: Annotated[str, Query(description="Of the first drop; each next one adds 1.")] = "0",
-        columns: Annotated[
-            Whole | None, Query(description="Default: as many as rows, if they fit.")
-        ] = None,
-        width: Annotated[Whole, Query(ge=1, le=MOST_WIDTH, description="Width in pixels.")] = 1140,
-        theme: ThemeName = "light",
-    ) -> Response:
-        """The whole paths of many drops side by side, each with its seed and its result."""
-        first = parse_seed(seed)
-        parse_seed(first + drops - 1)
-        many = Many(server.boards.find(board), drops, first)
-        name = f"{_name_of(many)}.sheet.{fmt}.{columns}.{width}.{theme}"
-        price = prices.still(_MOST_SHEET, drops)
-        asked = (many, fmt, width, theme, columns)
-        make = drawn_by_worker(request, server, price, tasks.sheet, *asked)
-        return await picture_reply(request, server, name, make, MANY[fmt])
-
-    return get_sheet
-
-
-density = _of_many(
-    "density",
-    tasks.density,
-    "How much time the balls of many drops spend at each place, as light on the board.",
+@router.get(
+    "/boards/{board}/density.{format:picture}",
+    summary="The density of many drops",
+    response_class=Response,
+    responses=documented_picture("png", "jpg", "webp"),
 )
-histogram = _of_many(
-    "histogram", tasks.histogram, "How many balls land in each bin, next to the expected numbers."
-)
+async def get_density(
+    request: Request,
+    many: ManyAsked,
+    fmt: ManyFormat,
+    width: Width = 760,
+    theme: ThemeName = "light",
+) -> Response:
+    """How much time the balls of many drops spend at each place, as light on the board."""
+    return await _picture_of_many(request, "density", tasks.density, many, fmt, width, theme)
 
-add_routes(router, "/drops/{board}/{seed}", STILLS, _still, "A drop", "get_drop")
-add_routes(router, "/drops/{board}/{seed}", ANIMATIONS, _animation, "A drop's fall", "get_drop")
-add_routes(router, "/drops/{board}/{seed}", VIDEOS, _animation, "A drop's fall", "get_drop", 501)
-add_routes(
-    router, "/boards/{board}/density", MANY, density, "The density of many drops", "get_density"
+
+@router.get(
+    "/boards/{board}/histogram.{format:picture}",
+    summary="The histogram of many drops",
+    response_class=Response,
+    responses=documented_picture("png", "jpg", "webp"),
 )
-add_routes(
-    router,
-    "/boards/{board}/histogram",
-    MANY,
-    histogram,
-    "The histogram of many drops",
-    "get_histogram",
+async def get_histogram(
+    request: Request,
+    many: ManyAsked,
+    fmt: ManyFormat,
+    width: Width = 760,
+    theme: ThemeName = "light",
+) -> Response:
+    """How many balls land in each bin, next to the expected numbers."""
+    return await _picture_of_many(request, "histogram", tasks.histogram, many, fmt, width, theme)
+
+
+async def _picture_of_many(
+    request: Request,
+    what: str,
+    draw: Callable[[Many, str, int, str], bytes],
+    many: Many,
+    fmt: str,
+    width: int,
+    theme: str,
+) -> Response:
+    prices.many_drops(many.board, many.drops, Exact()).check()
+    price = prices.still(pixels_of(many.board, width), many.drops)
+    server, address = services(request), address_of(request)
+    drawing = functools.partial(charged, server, address, price, draw, many, fmt, width, theme)
+    return await picture_reply(request, f"{_name_of(many)}.{what}.{width}.{theme}", fmt, drawing)
+
+
+@router.get(
+    "/boards/{board}/sheet.{format:picture}",
+    summary="Many drops side by side",
+    response_class=Response,
+    responses=documented_picture("png", "jpg", "webp"),
 )
-add_routes(router, "/boards/{board}/sheet", MANY, _sheet, "Many drops", "get_sheet")
+async def get_sheet(
+    board: str,
+    request: Request,
+    server: Server,
+    fmt: ManyFormat,
+    drops: Annotated[Whole, Query(ge=1, le=256, description="How many.")] = 25,
+    seed: Annotated[str, Query(description="Of the first drop; each next one adds 1.")] = "0",
+    columns: Annotated[
+        Whole | None, Query(description="Default: as many as rows, if they fit.")
+    ] = None,
+    width: Annotated[Whole, Query(ge=1, le=MOST_WIDTH, description="Width in pixels.")] = 1140,
+    theme: ThemeName = "light",
+) -> Response:
+    """The whole paths of many drops side by side, each with its seed and its result."""
+    many = _drops(server, board, drops, seed)
+    name = f"{_name_of(many)}.sheet.{columns}.{width}.{theme}"
+    price = prices.still(_MOST_SHEET, drops)
+    address = address_of(request)
+    draw = functools.partial(
+        charged, server, address, price, tasks.sheet, many, fmt, width, theme, columns
+    )
+    return await picture_reply(request, name, fmt, draw)
+
+
+def _name_of(many: Many) -> str:
+    """A name with everything that decides these drops."""
+    return f"{many.board.digest}.{PHYSICS_VERSION}.{many.drops}.{many.first}"

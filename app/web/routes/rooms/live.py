@@ -1,23 +1,32 @@
 """Live rooms as pictures: a single frame, or a stream of frames for any `<img>`."""
 
 import asyncio
-from collections.abc import Callable
+import functools
 from typing import Annotated
 
 from fastapi import Query, Request, Response
 from starlette.types import Receive, Scope, Send
 
 from plinko.app.computing import prices
-from plinko.app.pictures.cache import look
+from plinko.app.pictures.cache import drawing_version
 from plinko.app.pictures.film import BOUNDARY, PART_HEAD, Camera, Cameras, Shot
 from plinko.app.pictures.frame import draw, moment_of, pixels_of, still_of
-from plinko.app.web.routes.common import Server, address_of, attended, documented, is_current, left
+from plinko.app.web.routes.common import (
+    Server,
+    address_of,
+    attended,
+    charged,
+    documented,
+    is_current,
+    left,
+)
 from plinko.app.web.routes.drops.pictures import (
+    MEDIA_TYPES,
     STILLS,
+    StillFormat,
     ThemeName,
     Width,
-    add_routes,
-    drawn_by_worker,
+    documented_picture,
 )
 from plinko.app.web.routes.queries import Whole
 from plinko.app.web.routes.table import operations
@@ -29,36 +38,31 @@ STREAM = f"multipart/x-mixed-replace; boundary={BOUNDARY}"
 Fps = Annotated[Whole, Query(ge=1, le=60, description="Frames a second, at most.")]
 
 
-def _frame(fmt: str) -> Callable[..., object]:
-    async def get_frame(
-        room: str, request: Request, server: Server, width: Width = 760, theme: ThemeName = "light"
-    ) -> Response:
-        """A picture of the room as it is now. The ETag changes when something moves."""
-        found = await server.rooms.seek(room)
-        etag = f"{moment_of(found.room)}.{fmt}.{width}.{theme}.{look()}"
-        headers = {"etag": f'"{etag}"', "cache-control": "no-cache"}
-        if is_current(request, etag):
-            return Response(status_code=304, headers=headers)
-        price = prices.still(pixels_of(found.room, width), 0)
-        make = drawn_by_worker(
-            request, server, price, draw, still_of(found.room), fmt, width, theme
-        )
-        picture = await attended(request, server.moments.get(etag, make))
-        return Response(picture, headers=headers, media_type=STILLS[fmt])
-
-    return get_frame
-
-
-add_routes(
-    router,
-    "/{room}/frame",
-    STILLS,
-    _frame,
-    "A room",
-    "get_room_frame",
-    429,
-    description="The frame",
+@router.get(
+    "/{room}/frame.{format:picture}",
+    summary="A picture of a room",
+    response_class=Response,
+    responses=documented_picture(*STILLS, failures=(429,)),
 )
+async def get_room_frame(
+    room: str,
+    request: Request,
+    server: Server,
+    fmt: StillFormat,
+    width: Width = 760,
+    theme: ThemeName = "light",
+) -> Response:
+    """A picture of the room as it is now. The ETag changes when something moves."""
+    found = await server.rooms.seek(room)
+    etag = f"{moment_of(found.room)}.{fmt}.{width}.{theme}.{drawing_version()}"
+    headers = {"etag": f'"{etag}"', "cache-control": "no-cache"}
+    if is_current(request, etag):
+        return Response(status_code=304, headers=headers)
+    price = prices.still(pixels_of(found.room, width), 0)
+    asked = (still_of(found.room), fmt, width, theme)
+    drawing = functools.partial(charged, server, address_of(request), price, draw, *asked)
+    picture = await attended(request, server.moments.get(etag, drawing))
+    return Response(picture, headers=headers, media_type=MEDIA_TYPES[fmt])
 
 
 @router.get(

@@ -10,6 +10,7 @@ import msgspec
 from fastapi import Query, Request, Response
 from msgspec import Meta
 
+from plinko.app.computing import tasks
 from plinko.app.errors import InvalidValueError, UnknownBoardError, shorten
 from plinko.app.persistence.statements import plays as ledger
 from plinko.app.persistence.statements import store
@@ -19,10 +20,10 @@ from plinko.app.rooms.stakes import parse_who
 from plinko.app.web.edge.accepted import asks_for, whole
 from plinko.app.web.routes.common import (
     Server,
-    checked_board,
     documented,
     limit_drops,
     next_page,
+    parse_board,
     reply,
 )
 from plinko.app.web.routes.queries import Whole
@@ -209,7 +210,7 @@ async def _boards_of(request: Request, server: Services, digests: set[str]) -> d
             boards[digest] = server.boards.find(digest)
         except UnknownBoardError:
             text = await server.ledger.read(store.board, digest=digest)
-            boards[digest] = await checked_board(request, (text or "{}").encode())
+            boards[digest] = await parse_board(request, (text or "{}").encode(), tasks.board_of)
             server.boards.register(boards[digest])
     return boards
 

@@ -32,6 +32,7 @@ from plinko.app.web.directory import listed
 from plinko.app.web.drops import drop_command
 from plinko.app.web.problems import HOPS
 from plinko.app.web.routes.common import (
+    OPTIONAL_TOKEN,
     Server,
     address_of,
     attended,
@@ -247,6 +248,7 @@ async def close_room(room: str, request: Request, server: Server) -> Response:
     "/{room}/log",
     summary="Read a room's log",
     responses=documented(RoomLog, 304, 401, 403, 404, 422, 429, 503),
+    openapi_extra=OPTIONAL_TOKEN,
     dependencies=[Token],
 )
 async def get_room_log(
@@ -297,8 +299,8 @@ async def get_room_log(
         ),
         **documented(RoomDrop, status=200, description="Landed, with `wait=1`"),
     },
-    openapi_extra=body_of(RoomDropRequest, {"seed": "42"}, required=False),
-    dependencies=[SessionToken],
+    openapi_extra=OPTIONAL_TOKEN | body_of(RoomDropRequest, {"seed": "42"}, required=False),
+    dependencies=[SessionToken, Token],
 )
 async def drop_into_room(
     room: str,

@@ -9,7 +9,15 @@ from msgspec import Meta
 
 from plinko.app.fairness.export import KeyChange, SessionExport, Signed
 from plinko.app.live.sessions.fair_session import FairSession
-from plinko.app.web.routes.common import Server, body_of, documented, limit_drops, read, reply
+from plinko.app.web.routes.common import (
+    OPTIONAL_TOKEN,
+    Server,
+    body_of,
+    documented,
+    limit_drops,
+    read,
+    reply,
+)
 from plinko.app.web.routes.queries import Whole
 from plinko.app.web.routes.rooms.repeats import Repeats
 from plinko.app.web.routes.table import operations
@@ -138,7 +146,8 @@ RoomToken = Depends(
     responses=documented(
         SessionBegun, 400, 403, 404, 413, 422, 429, 503, status=201, description="Begun"
     ),
-    openapi_extra=body_of(SessionRequest, {"room": "main", "commitment": _EXAMPLE}),
+    openapi_extra=OPTIONAL_TOKEN
+    | body_of(SessionRequest, {"room": "main", "commitment": _EXAMPLE}),
     dependencies=[RoomToken],
 )
 async def begin_session(request: Request, server: Server, repeats: Repeats) -> Response:

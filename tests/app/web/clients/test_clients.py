@@ -96,7 +96,9 @@ def look_and_play(client: Any, models: Any) -> Any:
     )
     assert posted.to_dict() == record.to_dict()
     assert call("drops.verify_record")(client=client, body=record).ok
-    picture = call("pictures.get_drop_png")("triangle-8", "42", client=client, width=240)
+    picture = call("pictures.get_drop_picture")(
+        "triangle-8", "42", models.GetDropPictureFormat.PNG, client=client, width=240
+    )
     assert picture.payload.read(4) == b"\x89PNG"
 
     board = models.BoardForm.from_dict(TINY)
