@@ -28,8 +28,9 @@ def exact() -> None:
 
 def occupancy() -> None:
     """The occupancy of a batch."""
-    grid = {"left": 0.0, "top": 0.0, "cells_per_metre": 1.0}
-    engine.occupancy(_smooth(), [0], **grid, shape=(2, 2), threads=1)
+    engine.occupancy(
+        _smooth(), [0], left=0.0, top=0.0, cells_per_metre=1.0, shape=(2, 2), threads=1
+    )
 
 
 def stepped() -> None:

@@ -11,8 +11,9 @@ from plinko.engine.exact import event_log
 from plinko.engine.exact.board_arrays import BoardArrays, arrays_of
 from plinko.engine.exact.sampling import sample
 from plinko.engine.physics import body
+from plinko.engine.physics.array_types import Floats
 from plinko.engine.physics.contact import new_series
-from plinko.engine.world.ball_set import End, Floats, Progress
+from plinko.engine.world.ball_set import End, Progress
 
 _PER_BALL = ("_ticks", "_first", "_last", "_event", "_next_time", "states")
 

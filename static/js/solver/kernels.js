@@ -102,16 +102,18 @@ export class Kernels {
    * @returns {number[][]} t, x, y, vx, vy, theta, omega at each time
    */
   sample(segments, times) {
-    const count = times.length;
-    const rows = times.map((time) => rowAt(segments, time));
-    const out = table(new Array(STATE * count).fill(0), count, STATE);
-    this.#machine.run(`${MODULE}sampling.sample`, [
-      ...this.#board, { values: segments, shape: [segments.length / SEGMENT, SEGMENT] },
-      { values: BigInt64Array.from(rows, BigInt), shape: [count] },
-      { values: BigInt64Array.from(rows, (row) => BigInt(row + 1)), shape: [count] },
-      table(times, count), false, table(new Array(SERIES[0] * SERIES[1]).fill(0), ...SERIES), out,
+    const [machine, count] = [this.#machine, times.length];
+    const rows = BigInt64Array.from(times, (time) => BigInt(rowAt(segments, time)));
+    const end = machine.end;
+    const out = machine.reserve("f8", [count, STATE]);
+    machine.run(`${MODULE}sampling.sample`, [
+      ...this.#board, machine.keep({ values: segments, shape: [segments.length / SEGMENT, SEGMENT] }),
+      machine.keep({ values: rows, shape: [count] }),
+      machine.keep({ values: rows.map((row) => row + 1n), shape: [count] }),
+      machine.keep(table(times, count)), false, machine.reserve("f8", SERIES), out,
     ]);
-    return rowsOf(out.values, STATE);
+    machine.release(end);
+    return rowsOf(/** @type {Float64Array} */ (machine.view(out)), STATE);
   }
 
   /**

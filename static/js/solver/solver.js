@@ -37,8 +37,10 @@ export async function openSolver(bytes) {
 /** Computes drops; made by `openSolver`. */
 export class Solver {
   #kernels;
-  /** The board that the kernels have loaded. @type {{text: string, ready: Ready} | null} */
+  /** The last board that was read. @type {{text: string, ready: Ready} | null} */
   #last = null;
+  /** The board that the kernels have loaded. @type {Ready | null} */
+  #loaded = null;
 
   /** @param {Kernels} kernels */
   constructor(kernels) {
@@ -51,7 +53,7 @@ export class Solver {
    * @returns {WholeBoard}
    */
   read(form) {
-    return this.#load(form).board;
+    return this.#ready(form).board;
   }
 
   /**
@@ -61,12 +63,13 @@ export class Solver {
    * @returns {Drop}
    */
   drop(form, start) {
-    const { board, digest } = this.#load(form);
+    const ready = this.#load(this.#ready(form));
+    const { board, digest } = ready;
     const seed = start.seed === null || start.seed === undefined ? null : seedOf(start.seed);
     const { x, explicit, aim } = startOf(board.drop, seed, start);
     const traced = this.#kernels.trace(x, board.drop.y);
     return new Drop({ board, digest, seed, x, explicit, aim, traced }, (times) => {
-      this.#load(board);
+      this.#load(ready);
       return this.#kernels.sample(traced.segments, times);
     });
   }
@@ -79,22 +82,28 @@ export class Solver {
    * @returns {ReturnType<Kernels["traceMany"]>} arrays in the order of the seeds; bin -1: not landed
    */
   dropMany(form, seeds, aim = null) {
-    const { board } = this.#load(form);
+    const { board } = this.#load(this.#ready(form));
     return this.#kernels.traceMany(startsOf(board.drop, seeds, aim), board.drop.y);
   }
 
   /** @param {unknown} form @returns {Ready} */
-  #load(form) {
+  #ready(form) {
     const last = this.#last;
     if (last && last.ready.board === form) return last.ready;
     const text = shownJson(form);
     if (last && last.text === text) return last.ready;
     const board = readBoard(form);
     const ready = { board, digest: boardDigest(board) };
-    this.#kernels.load(board);
     this.#last = { text, ready };
+    return ready;
+  }
+
+  /** @param {Ready} ready */
+  #load(ready) {
+    if (ready !== this.#loaded) this.#kernels.load(ready.board);
+    this.#loaded = ready;
     return ready;
   }
 }
 
-/** @typedef {{board: WholeBoard, digest: string}} Ready a board that the kernels have loaded */
+/** @typedef {{board: WholeBoard, digest: string}} Ready a board that was read */
