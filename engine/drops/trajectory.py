@@ -15,7 +15,7 @@ from plinko.engine.exact.initial_state import in_flight
 from plinko.engine.exact.outcome import MAX_EVENTS
 from plinko.engine.exact.sampling import sample
 from plinko.engine.exact.trace import trace_many
-from plinko.engine.jit.in_place import in_place
+from plinko.engine.jit.decorator import in_place
 from plinko.engine.parameters import Exact, Solver, Stepped
 from plinko.engine.physics import body
 from plinko.engine.physics.array_types import Floats
@@ -115,7 +115,7 @@ class _Flight:
         self._state[:] = start
         self._initial[:] = _IN_FLIGHT
         self._counts[:] = 0
-        self._call()
+        self._call.run()
         events, segments, _ = self._counts.tolist()
         rows: int = max(events, segments)
         if rows > len(self._events):

@@ -2,10 +2,10 @@
 
 import os
 from collections.abc import Callable, Mapping
-from functools import cached_property, update_wrapper
+from functools import cached_property, partial, update_wrapper
 from importlib import import_module
 from importlib.util import find_spec
-from typing import Generic, ParamSpec, TypeVar, cast
+from typing import Any, Generic, NamedTuple, ParamSpec, TypeVar, cast
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -92,3 +92,26 @@ def lean_kernel(function: Callable[P, T]) -> Callable[P, T]:
     callers it only costs compile time.
     """
     return function if IS_OFF else cast("Callable[P, T]", Kernel(function, forceinline=True))
+
+
+class RepeatedCall(NamedTuple):
+    """A call that `in_place` has prepared.
+
+    run: run the kernel; after an exception it must not be repeated. view: the kernel's copy of one
+    of the arrays, to be read and written between calls.
+    """
+
+    run: Callable[[], None]
+    view: Callable[[Any], Any]
+
+
+def in_place(function: Callable[P, None], *args: P.args, **given: P.kwargs) -> RepeatedCall:
+    """A repeatable call of a kernel with these arguments, whose arrays are copied only here.
+
+    The kernel must not allocate arrays.
+    """
+    code = function.machine_code if isinstance(function, EntryKernel) else function
+    if hasattr(code, "in_place"):  # wasmtime's code, which has a memory of its own
+        machine = code.in_place(args)
+        return RepeatedCall(machine.repeat, machine.view)
+    return RepeatedCall(partial(code, *args), lambda array: array)

@@ -277,7 +277,7 @@ class Machine:
         self._name = entry.name
         self._places = {id(copy.given): copy.begin for copy in copies}
 
-    def __call__(self) -> None:
+    def repeat(self) -> None:
         """Repeat the prepared call. After an exception it must not be repeated."""
         memory = self._view
         if self.call(self._name) is not memory:

@@ -21,8 +21,7 @@ from plinko.engine.exact.initial_state import at_rest, in_flight
 from plinko.engine.exact.sampling import sample
 from plinko.engine.exact.trace import trace_many
 from plinko.engine.jit import limits, machine_code, native, source_hash
-from plinko.engine.jit.decorator import EntryKernel
-from plinko.engine.jit.in_place import in_place
+from plinko.engine.jit.decorator import EntryKernel, in_place
 from plinko.engine.multibody.scenes import sandbox
 from plinko.engine.physics import body
 from plinko.engine.physics.contact import new_series
@@ -134,7 +133,7 @@ def test_a_call_in_place_uses_its_views_and_spares_its_arguments() -> None:
     for x in (0.01, 0.02, 0.01):
         view[:] = at_rest(np.array([x]), -0.5)
         call.view(log.counts)[:] = 0
-        call()
+        call.run()
         found.append(view.tobytes())
     assert states.tobytes() == given.tobytes()
     assert found[0] == found[2] != found[1]
