@@ -15,9 +15,8 @@ from plinko.engine.drops.digest import outcomes_digest
 from plinko.engine.drops.drawing import histogram_svg
 from plinko.engine.drops.drop import Drop, make_drop
 from plinko.engine.drops.start import aim_of, start_of
-from plinko.engine.drops.tables import arrow_stream, arrow_table
 from plinko.engine.drops.threads import share, thread_count
-from plinko.engine.errors import ParameterError, SeedError
+from plinko.engine.errors import MissingPartError, ParameterError, SeedError
 from plinko.engine.exact.board_arrays import BoardArrays, arrays_of
 from plinko.engine.exact.event_log import new_log
 from plinko.engine.exact.initial_state import at_rest
@@ -126,7 +125,7 @@ class DropBatch:
         raise TypeError("a batch has several columns: use one, such as batch.score, or columns()")
 
     def __arrow_c_stream__(self, requested_schema: object = None) -> object:
-        return arrow_stream(self.columns(), requested_schema)
+        return self.to_arrow().__arrow_c_stream__(requested_schema)
 
     def __eq__(self, other: object) -> bool:
         return self.digest == other.digest if isinstance(other, DropBatch) else NotImplemented
@@ -166,7 +165,14 @@ class DropBatch:
 
     def to_arrow(self) -> Any:
         """The columns as a `pyarrow.Table`; MissingPartError without pyarrow."""
-        return arrow_table(self.columns())
+        try:
+            import pyarrow  # noqa: PLC0415 - takes half a second, and may not be installed
+        except ImportError:
+            raise MissingPartError(
+                "Arrow needs pyarrow, which is not installed: pip install 'plinko-sim[table]', "
+                "or use columns()"
+            ) from None
+        return pyarrow.table(self.columns())
 
     @property
     def unsettled(self) -> npt.NDArray[np.object_]:

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 from plinko.engine import drop
 from plinko.engine.board.checks import playable
-from plinko.engine.board.checks.fall_time import fall_time
 from plinko.engine.board.checks.obstacles import Obstacles, close_discs, obstacles
+from plinko.engine.board.checks.playable import fall_time
 from plinko.engine.board.checks.reach import free_intervals
 from plinko.engine.board.checks.separators import separators
 from plinko.engine.board.model import Board
