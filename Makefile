@@ -191,8 +191,8 @@ constraints:
 	rm -rf .cache/constraints
 
 # The page's solver for other pages and Node.js, ready for `npm publish`.
-npm: node_modules/.stamp
-	$(WITH_NODE) && tools/npm-package build/npm
+npm: $(VENV)/.stamp-play node_modules/.stamp
+	$(WITH_NODE) && tools/npm-package build/npm $(BIN)/python
 
 size:
 	@$(PYTHON) tools/size.py

@@ -4,12 +4,13 @@ import json
 import os
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from plinko import engine
-from plinko.engine import Board, drop, drop_many
+from plinko.engine import Board, drop, drop_many, preset_names, verify
 from tests.repository.test_repository import ROOT
 
 BOARD = Board.preset("triangle-8")
@@ -20,12 +21,16 @@ def node_folder() -> str:
     return done.stdout.strip()
 
 
+def build_package(folder: Path) -> None:
+    run(ROOT / "tools" / "npm-package", folder, sys.executable, cwd=ROOT)
+
+
 @pytest.fixture(scope="module")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A user's project, into which the output of `npm pack` is installed."""
     folder = tmp_path_factory.mktemp("npm")
     in_it = folder / "node_modules" / "plinko-sim"
-    run(ROOT / "tools" / "npm-package", in_it, cwd=ROOT)
+    build_package(in_it)
     (folder / "board.json").write_text(BOARD.to_json())
     return folder
 
@@ -55,7 +60,8 @@ def test_what_is_packed_is_the_solver_its_kernels_and_its_types(project: Path) -
     names = {each["path"] for each in packed["files"]}
     modules = {name for name in names if name.endswith(".js")}
     assert {"LICENSE", "README.md", "package.json", "solver/kernels.wasm"} <= names
-    assert {name.removesuffix(".js") + ".d.ts" for name in modules} <= names
+    code = {name for name in modules if not name.startswith("presets/")}
+    assert {name.removesuffix(".js") + ".d.ts" for name in code} <= names
     assert (packed["name"], packed["version"]) == ("plinko-sim", engine.__version__)
 
 
@@ -65,7 +71,9 @@ def test_every_export_is_there(project: Path) -> None:
     assert len(exports) >= 8
     for target in exports.values():
         for file in target.values() if isinstance(target, dict) else [target]:
-            assert (package / file).is_file(), file
+            assert [*package.glob(file.removeprefix("./"))], file
+    presets = {path.stem for path in package.glob("presets/*.js")}
+    assert presets == set(preset_names())
 
 
 def test_a_drop_in_node_has_the_engine_s_digest(project: Path) -> None:
@@ -84,6 +92,23 @@ def test_a_drop_in_node_has_the_engine_s_digest(project: Path) -> None:
         """,
     )
     assert said == [f"{drop(BOARD, 42).digest} null"] * 2
+
+
+def test_the_headline_drop_needs_no_server_and_is_its_record_as_json(project: Path) -> None:
+    said = script(
+        project,
+        """
+        import { Drop, openSolver } from "plinko-sim";
+        import board from "plinko-sim/presets/triangle-16-high";
+        const drop = (await openSolver()).drop(board, { seed: "21" });
+        console.log(JSON.stringify(drop));
+        console.log(drop instanceof Drop);
+        """,
+    )
+    record = json.loads(said[0])
+    assert verify({**record, "board": "triangle-16-high"}).ok
+    assert record["digest"] == drop("triangle-16-high", 21).digest
+    assert said[1] == "true"
 
 
 def test_a_batch_is_computed_on_a_thread_and_may_be_cancelled(project: Path) -> None:
@@ -131,7 +156,16 @@ def test_balls_that_touch_move_in_node(project: Path) -> None:
 def test_the_types_and_the_readme_s_first_example_are_right(project: Path) -> None:
     readme = (project / "node_modules" / "plinko-sim" / "README.md").read_text("utf-8")
     examples = re.findall(r"```js\n(.*?)```", readme, re.DOTALL)
-    (project / "readme.mts").write_text("\n".join(examples))
+    types = (
+        'import type { Board, Drop } from "plinko-sim";\nconst b: Board = board, d: Drop = drop;\n'
+    )
+    (project / "readme.mts").write_text("\n".join([*examples, types]))
+    exports = json.loads((project / "node_modules/plinko-sim/package.json").read_text())["exports"]
+    names = [
+        name[2:] for name in exports if "." not in name[1:] and "*" not in name and name != "."
+    ]
+    every = [f'import * as m{i} from "plinko-sim/{name}";' for i, name in enumerate(names)]
+    (project / "every.mts").write_text("\n".join(every))
     options = [
         "--ignoreConfig",
         "--strict",
@@ -141,7 +175,9 @@ def test_the_types_and_the_readme_s_first_example_are_right(project: Path) -> No
         "--module",
         "nodenext",
     ]
-    run(ROOT / "node_modules" / ".bin" / "tsc", *options, "readme.mts", cwd=project)
+    tsc = [ROOT / "node_modules" / ".bin" / "tsc", *options]
+    run(*tsc, "--lib", "es2023", "every.mts", cwd=project)  # without the types of a page
+    run(*tsc, "readme.mts", cwd=project)
     said = script(project, "\n".join(examples))
-    assert said[0].startswith(("0 ", "1 ", "2 "))
+    assert said[0].startswith("9 ")
     assert "histogram" not in said[-1]

@@ -133,6 +133,11 @@ export class Drop {
     });
   }
 
+  /** What JSON.stringify writes: the record. */
+  toJSON() {
+    return this.record();
+  }
+
   /** The drop's record, as `plinko drop --json` and REST return it. */
   record() {
     const { digest, seed, explicit, aim, board } = this.#made;

@@ -4,7 +4,7 @@ import { Machine } from "./machine.js";
 
 /** @import { Material } from "../model/board.js" */
 /** @import { WholeBoard } from "./input/values.js" */
-/** @import { Grid, Kind, Value } from "./machine.js" */
+/** @import { Binary, Grid, Kind, Value } from "./machine.js" */
 
 /**
  * The path of one ball, as the kernels computed it.
@@ -37,7 +37,7 @@ export class Kernels {
     this.#machine = machine;
   }
 
-  /** @param {BufferSource} bytes of kernels.wasm @returns {Promise<Kernels>} */
+  /** @param {Binary} bytes of kernels.wasm @returns {Promise<Kernels>} */
   static async open(bytes) {
     return new Kernels(await Machine.open(bytes));
   }

@@ -22,6 +22,12 @@ const KINDS = {
 /** @typedef {number | boolean | Grid | Placed} Value */
 /** @typedef {{takes: string[], gives: string[]}} Signature */
 
+/**
+ * WebAssembly's types as far as they are used here. Their own names need the types of a page.
+ * @typedef {ArrayBuffer | ArrayBufferView<ArrayBuffer>} Binary
+ * @typedef {{readonly buffer: ArrayBuffer, grow: (pages: number) => number}} Memory
+ */
+
 const PAGE = 65_536; // bytes that memory grows by
 const BLOCK = 4 * PAGE; // address of a call's block, where LLVM's stack ends
 const ARRAYS = BLOCK + PAGE; // address of the first array; a block and its results are shorter
@@ -39,7 +45,7 @@ export class Machine {
   #free = ARRAYS;
 
   /**
-   * @param {WebAssembly.Exports} exports @param {WebAssembly.Memory} memory
+   * @param {Record<string, unknown>} exports @param {Memory} memory
    * @param {Record<string, Signature>} calls
    */
   constructor(exports, memory, calls) {
@@ -48,7 +54,7 @@ export class Machine {
     this.#calls = calls;
   }
 
-  /** @param {BufferSource} bytes of the module @returns {Promise<Machine>} */
+  /** @param {Binary} bytes of the module @returns {Promise<Machine>} */
   static async open(bytes) {
     const module = await WebAssembly.compile(bytes);
     const [described] = WebAssembly.Module.customSections(module, "plinko");

@@ -18,6 +18,7 @@ import { startOf, startsOf } from "./start.js";
 
 const KERNELS = new URL("kernels.wasm", import.meta.url);
 
+/** @import { Binary } from "./kernels.js" */
 /** @import { WholeBoard } from "./input/values.js" */
 
 /**
@@ -27,7 +28,7 @@ const KERNELS = new URL("kernels.wasm", import.meta.url);
  */
 
 /**
- * @param {BufferSource} [bytes] of kernels.wasm; by default loaded from this module's folder
+ * @param {Binary} [bytes] of kernels.wasm; by default loaded from this module's folder
  * @returns {Promise<Solver>}
  */
 export async function openSolver(bytes) {

@@ -1,6 +1,8 @@
 // Loads files that lie next to a module: by fetch in a page or a worker, from disk in Node.js, whose
 // fetch cannot read files.
 
+/** @import { Binary } from "../kernels.js" */
+
 /**
  * A built-in module of Node.js; null outside of Node.js.
  * @param {string} name
@@ -9,7 +11,7 @@ export function builtin(name) {
   return /** @type {any} */ (globalThis).process?.getBuiltinModule?.(name) ?? null;
 }
 
-/** @param {URL} url @returns {Promise<BufferSource>} */
+/** @param {URL} url @returns {Promise<Binary>} */
 export async function bytesOf(url) {
   const files = url.protocol === "file:" ? builtin("node:fs/promises") : null;
   if (files) return files.readFile(url);

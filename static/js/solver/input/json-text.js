@@ -41,7 +41,7 @@ export function shownJson(value) {
 
 /**
  * Reads a file that a person gives: UTF-8, or UTF-16 as PowerShell writes it.
- * @param {Blob} file
+ * @param {{arrayBuffer: () => Promise<ArrayBuffer>}} file
  * @returns {Promise<string>} rejects with a JsonError
  */
 export async function textOfFile(file) {

@@ -31,7 +31,7 @@ export class Batch {
       thread.end();
       resolve(last);
     };
-    const thread = startThread(new URL("worker.js", import.meta.url), (data) => {
+    const thread = startThread((data) => {
       const { tally, error } = /** @type {Told} */ (data);
       if (!tally) {
         fail(error);

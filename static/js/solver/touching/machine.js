@@ -3,12 +3,14 @@
 import { bytesOf } from "../encoding/beside.js";
 import { Machine } from "../machine.js";
 
+/** @import { Binary } from "../machine.js" */
+
 export { Machine };
 
 const KERNELS = new URL("touching.wasm", import.meta.url);
 
 /**
- * @param {BufferSource} [bytes] of touching.wasm; by default loaded from this module's folder
+ * @param {Binary} [bytes] of touching.wasm; by default loaded from this module's folder
  * @returns {Promise<Machine>}
  */
 export async function loadMachine(bytes) {

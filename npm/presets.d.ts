@@ -1,0 +1,4 @@
+import type { Board } from "./model/board.js";
+
+declare const board: Board;
+export default board;
