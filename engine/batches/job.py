@@ -15,27 +15,40 @@ from plinko.engine.parameters import Solver, Stepped, make_solver
 from plinko.engine.seeding import SEED_LIMIT, parse_seed
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Job:
     """`drops` drops with the seeds `first`, `first` + 1, …, and all that decides their outcomes.
 
-    aim: the middle of the starts that seeds draw, m; None for the board's own. Block k begins with
-    the seed `first` + k * BLOCK. Raises ParameterError or SeedError for a value out of range.
+    board: a Board, or a preset's name. aim: the middle of the starts that seeds draw, m; None for
+    the board's own. Block k begins with the seed `first` + k * BLOCK. Raises ParameterError or SeedError for a value out of range.
     """
 
     board: Board
     solver: Solver
     first: int
     drops: int
-    aim: float | None = None
+    aim: float | None
 
-    def __post_init__(self) -> None:
-        if self.drops < 1:
-            raise ParameterError(f"drops is {self.drops!r}: it must be at least 1", field="drops")
-        parse_seed(self.first)
-        parse_seed(self.first + self.drops - 1)
-        if self.aim is not None:
-            object.__setattr__(self, "aim", aim_of(self.board, self.aim))
+    def __init__(
+        self,
+        board: Board | str,
+        solver: Solver,
+        first: int,
+        drops: int,
+        aim: float | None = None,
+    ) -> None:
+        board = Board.named(board)
+        if drops < 1:
+            raise ParameterError(f"drops is {drops!r}: it must be at least 1", field="drops")
+        parse_seed(first)
+        parse_seed(first + drops - 1)
+        vars(self).update(
+            board=board,
+            solver=solver,
+            first=first,
+            drops=drops,
+            aim=None if aim is None else aim_of(board, aim),
+        )
 
     @property
     def blocks(self) -> int:

@@ -1,12 +1,22 @@
 """The sum of blocks has the same digest in any order, and claims only what it has counted."""
 
 import json
+import pickle
 import random
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from plinko.engine import ParameterError, PlinkoError, RecordError, drop_many, merkle
+from plinko.engine import (
+    Board,
+    BoardError,
+    ParameterError,
+    PlinkoError,
+    RecordError,
+    drop_many,
+    merkle,
+)
 from plinko.engine.batches.block import Block, block_of, summed
 from plinko.engine.batches.job import Job, job_of
 from plinko.engine.batches.tally import Tally, tally_of
@@ -27,6 +37,15 @@ def tally_over(blocks: list[Block], *numbers: int) -> Tally:
     for number in numbers:
         tally.add(blocks[number])
     return tally
+
+
+def test_a_job_takes_a_preset_s_name_and_is_the_same_in_another_process() -> None:
+    job = Job("triangle-8", Exact(), 0, 9)
+    assert job == Job(Board.preset("triangle-8"), Exact(), 0, 9)
+    assert pickle.loads(pickle.dumps(job)) == job
+    assert hash(job) == hash(replace(job, drops=9))
+    with pytest.raises(BoardError, match="'triangle-7'"):
+        Job("triangle-7", Exact(), 0, 9)
 
 
 def test_blocks_in_any_order_are_the_batch(blocks: list[Block]) -> None:

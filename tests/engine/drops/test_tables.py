@@ -27,6 +27,7 @@ SEEDS = [3, 4, 2**64 - 1, *range(100, 140)]
 
 READERS: dict[str, Callable[[Any], Any]] = {
     "pandas": lambda batch: pandas.DataFrame(batch.columns()),
+    "pandas, Arrow": pandas.DataFrame.from_arrow,
     "polars": polars.DataFrame,
     "polars, columns": lambda batch: polars.DataFrame(batch.columns()),
     "pyarrow": lambda batch: pyarrow.table(batch).to_pandas(),
