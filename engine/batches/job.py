@@ -20,7 +20,8 @@ class Job:
     """`drops` drops with the seeds `first`, `first` + 1, …, and all that decides their outcomes.
 
     board: a Board, or a preset's name. aim: the middle of the starts that seeds draw, m; None for
-    the board's own. Block k begins with the seed `first` + k * BLOCK. Raises ParameterError or SeedError for a value out of range.
+    the board's own. Block k begins with the seed `first` + k * BLOCK. Raises ParameterError or
+    SeedError for a value out of range.
     """
 
     board: Board
