@@ -90,8 +90,7 @@ def test_minus_and_plus_halve_and_double_the_stake(opened: Open, quick: Quick) -
     stake = screen.page.get_by_label("Stake", exact=True)
     for key, value in (("+", "2"), ("+", "4"), ("-", "2"), ("=", "4"), ("−", "2")):
         if key == "−":  # on some keyboards
-            press = "document.body.dispatchEvent(new KeyboardEvent('keydown', { key: '−', bubbles: true }))"
-            screen.page.evaluate(press)
+            screen.page.locator("body").dispatch_event("keydown", {"key": key, "bubbles": True})
         else:
             screen.page.keyboard.press(key)
         expect(stake).to_have_value(value)

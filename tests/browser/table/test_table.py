@@ -111,6 +111,11 @@ def test_half_double_and_all_of_a_stake(opened: Open, quick: Quick) -> None:
     for name, value in (("Double", "2"), ("Double", "4"), ("Halve", "2"), ("Stake all", "1000")):
         screen.page.get_by_role("button", name=name).click()
         expect(stake).to_have_value(value)
+    # The balance lasts for all balls of a press; auto drops one after another.
+    for balls, name, value in (("20", "Double", "50"), ("auto", "Stake all", "1000")):
+        screen.page.locator(f"input[name=balls][value='{balls}']").check(force=True)
+        screen.page.get_by_role("button", name=name).click()
+        expect(stake).to_have_value(value)
 
 
 def test_a_landed_ball_can_be_shared_from_its_result(opened: Open, quick: Quick) -> None:

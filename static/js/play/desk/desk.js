@@ -80,7 +80,7 @@ export class Desk {
     }
     onClick("stake-half", () => this.#scale(0.5));
     onClick("stake-double", () => this.#scale(2));
-    onClick("stake-max", () => this.#setStake(game.account.balance / game.choice.balls));
+    onClick("stake-max", () => this.#setStake(this.#affordable));
     for (const name of ["balls", "pace"]) {
       onChoice(name, () => {
         const balls = radioValue("balls");
@@ -134,7 +134,13 @@ export class Desk {
 
   /** @param {number} factor of the last valid stake */
   #scale(factor) {
-    this.#setStake(Math.min(this.game.choice.stake * factor, this.game.account.balance));
+    this.#setStake(Math.min(this.game.choice.stake * factor, this.#affordable));
+  }
+
+  /** The stake at which the balance lasts for one press of DROP, credits. */
+  get #affordable() {
+    const { account, choice } = this.game;
+    return account.balance / (radioValue("balls") === AUTO ? 1 : choice.balls);
   }
 
   /** @param {number} wanted the nearest stake that this table takes is set */
