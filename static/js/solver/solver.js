@@ -18,7 +18,7 @@ import { startOf, startsOf } from "./start.js";
 
 const KERNELS = new URL("kernels.wasm", import.meta.url);
 
-/** @import { Binary } from "./kernels.js" */
+/** @import { Binary } from "./machine.js" */
 /** @import { WholeBoard } from "./input/values.js" */
 
 /**

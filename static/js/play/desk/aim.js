@@ -6,6 +6,7 @@ import { t } from "../../texts/text.js";
 import { byId, check, chip, isWithin, radioValue } from "../../util/dom.js";
 import { fixed } from "../../util/format.js";
 import { readStored } from "../../util/stored.js";
+import { onKey } from "./keys.js";
 
 /** @import { Board } from "../../model/board.js" */
 /** @import { Hello } from "../../model/messages.js" */
@@ -61,7 +62,7 @@ export class Aim {
     this.words = byId("start-words");
     this.field.addEventListener("change", () => this.#moved());
     this.slider.addEventListener("input", () => this.#moved());
-    document.addEventListener("keydown", (event) => this.#key(event));
+    onKey(["arrowleft", "arrowright"], (event) => this.#key(event));
     let digest = "";
     game.on("table", ({ hello }) => {
       const key = hello.draw?.digest ?? hello.board_digest;
@@ -115,9 +116,7 @@ export class Aim {
 
   /** Arrow keys aim, unless the focused element uses them itself. @param {KeyboardEvent} event */
   #key(event) {
-    if (event.ctrlKey || event.altKey || event.metaKey || this.field.hidden || !this.#board) return;
-    if (event.key !== "ArrowLeft" && event.key !== "ArrowRight") return;
-    if (isWithin(event, "input, select, textarea, dialog")) return;
+    if (this.field.hidden || !this.#board || isWithin(event, "input")) return;
     event.preventDefault();
     const side = event.key === "ArrowLeft" ? -1 : 1;
     // The first press switches from a random start to an aim.

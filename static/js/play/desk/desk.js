@@ -1,16 +1,17 @@
-// The desk: stake, balls, speed, auto-drop, seed and the DROP button, with their keys.
+// The desk: stake, balls, speed, auto-drop, seed and the DROP button.
 //
 // A value counts once its field is left, or at a press of DROP. While one is invalid, its field is marked, the fault is
 // shown, and nothing is dropped.
 
 import { readSeed } from "../../model/seed.js";
 import { t } from "../../texts/text.js";
-import { byId, check, isWithin, onChoice, onClick, onSubmit, radiosOf, radioValue } from "../../util/dom.js";
+import { byId, check, onChoice, onClick, onSubmit, radiosOf, radioValue } from "../../util/dom.js";
 import { amount, plain } from "../../util/format.js";
 import { isRecord, readStored } from "../../util/stored.js";
 import {
   allowedStake, FACTORS, faultOf, LEAST_STAKE, MOST_BALLS, readAmount, readCount, readFactor, readStake, typed,
 } from "./amounts.js";
+import { onKey, onSpace } from "./keys.js";
 
 /** @import { Pace } from "../../model/table/pace.js" */
 /** @import { Game } from "../game.js" */
@@ -29,17 +30,11 @@ const AUTO_FIELDS = [
   "auto-count", "auto-rate", "auto-win", "auto-loss", "auto-on-win", "auto-win-factor", "auto-on-loss",
   "auto-loss-factor",
 ];
-// Elements where Space has a use already, for a player who reached them by keyboard: it types a space, moves a slider or
-// presses the button.
-const OWN_SPACE = "button, a, select, summary, input:not([type=radio]:checked)";
-const TYPED_INTO = "input:not([type=range], [type=radio], [type=checkbox]), select, textarea";
 
 /** The form in which the player sets and makes drops. */
 export class Desk {
   /** The values that count, by field. @type {Map<Field, string>} */
   #values = new Map();
-  /** Whether the last thing that the player did was a click or a touch. */
-  #pointed = false;
 
   /** @param {Game} game */
   constructor(game) {
@@ -90,11 +85,9 @@ export class Desk {
     }
     this.seed.addEventListener("input", () => this.#readSeed());
     for (const id of ["seed-clear", "practice-end"]) onClick(id, () => this.#setSeed(""));
-    document.addEventListener("pointerdown", () => { this.#pointed = true; }, true);
-    document.addEventListener("keydown", (event) => this.#key(event));
-    document.addEventListener("keyup", (event) => {
-      if (event.key === " " && this.#drops(event)) event.preventDefault(); // else some browsers click a focused button
-    });
+    onSpace(() => this.#push());
+    onKey(["-", "−"], () => { if (!game.practice) this.#scale(0.5); });
+    onKey(["+", "="], () => { if (!game.practice) this.#scale(2); });
   }
 
   /** The DROP button: drops, starts the auto-drop, or stops the running one. */
@@ -248,30 +241,6 @@ export class Desk {
     if (auto) return Number.isFinite(auto.left) ? t("auto.stop-left", { n: auto.left }) : t("auto.stop");
     if (practice) return t("practice.drop");
     return radioValue("balls") === AUTO ? t("auto.start") : t("word.drop");
-  }
-
-  /** @param {KeyboardEvent} event */
-  #key(event) {
-    if (event.ctrlKey || event.altKey || event.metaKey) return;
-    if (event.key === " ") {
-      const drops = this.#drops(event);
-      if (drops || isWithin(event, "[inputmode]")) event.preventDefault(); // a number has no space
-      if (drops && !event.repeat) this.#push();
-      return;
-    }
-    this.#pointed = false;
-    if (isWithin(event, TYPED_INTO) || this.game.practice) return;
-    if (event.key === "-" || event.key === "−") this.#scale(0.5);
-    if (event.key === "+" || event.key === "=") this.#scale(2);
-  }
-
-  /**
-   * Space drops, whatever was clicked before. Where the keyboard has led, it keeps the meaning that it has there.
-   * @param {Event} event
-   */
-  #drops(event) {
-    const types = "textarea, dialog, input:not([type=radio], [type=checkbox], [type=range], [inputmode])";
-    return !isWithin(event, types) && (this.#pointed || !isWithin(event, OWN_SPACE));
   }
 }
 

@@ -1,8 +1,9 @@
 // The sheet behind "More", with one drawer open at a time. On a wide screen the sheet is next to the board, and shows
 // "Game" while no other drawer is open; on a narrow or low one it covers the board.
 
-import { byId, isWithin, onClick } from "../../util/dom.js";
+import { byId, onClick } from "../../util/dom.js";
 import { tab } from "../../util/storage.js";
+import { onKey } from "./keys.js";
 
 /** @import { Game } from "../game.js" */
 
@@ -10,7 +11,6 @@ const KEYS = new Map([["g", "game"], ["t", "table"], ["f", "fair"], ["l", "lab"]
 const KEPT = "plinko.drawer.1"; // the open drawer survives the reload that changes the language
 const ENTRY = "drawer"; // in the state of the history's entry
 const SWIPE = 50; // CSS pixels, more up or down than sideways
-const TYPED_INTO = "input:not([type=range], [type=radio], [type=checkbox]), select, textarea";
 
 /**
  * Opens and closes drawers.
@@ -67,14 +67,11 @@ export function offerDrawers(game, load) {
   onClick("sheet-close", close);
   onClick("keys-open", () => keys.showModal());
   document.addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.altKey || event.metaKey || keys.open) return;
-    if (event.key === "Escape" && open) close();
-    if (isWithin(event, TYPED_INTO)) return;
-    const drawer = KEYS.get(event.key.toLowerCase());
-    if (drawer) turn(drawer);
-    else if (event.key === "m" || event.key === "M") byId("sound").click();
-    else if (event.key === "?") keys.showModal();
+    if (event.key === "Escape" && open && !keys.open) close();
   });
+  for (const [key, drawer] of KEYS) onKey([key], () => turn(drawer));
+  onKey(["m"], () => byId("sound").click());
+  onKey(["?"], () => keys.showModal());
   // On a narrow screen a swipe up opens the game's figures, and a swipe down at their top closes them.
   /** @type {Touch | null} */
   let from = null;

@@ -1,7 +1,7 @@
 // Loads files that lie next to a module: by fetch in a page or a worker, from disk in Node.js, whose
 // fetch cannot read files.
 
-/** @import { Binary } from "../kernels.js" */
+/** @import { Binary } from "../machine.js" */
 
 /**
  * A built-in module of Node.js; null outside of Node.js.
