@@ -77,7 +77,7 @@ def test_two_seeds_are_compared_with_their_distance_at_all_times(opened: Open) -
     screen.paused()
     board = Board.preset("triangle-12")
     one, two = drop(board, 42), drop(board, 7)
-    page.get_by_label("Time in the drops").fill("1.5")
+    page.get_by_label("Time of the fall").fill("1.5")
     (a,), (b,) = one.states([1.5]), two.states([1.5])
     apart = math.dist((a["x"], a["y"]), (b["x"], b["y"]))
     expect(page.locator("#now")).to_have_text(f"{float(f'{apart:.4g}'):g} m")
@@ -154,7 +154,7 @@ def test_reduced_motion_shows_both_paths_at_once(opened: Open) -> None:
 def test_the_comparison_fits_its_screens(opened: Open, device: str) -> None:
     options = context_for(device)
     screen = opened(f"{LINK}&shift=1e-3", **options).paused()
-    screen.page.get_by_label("Time in the drops").fill("4")
+    screen.page.get_by_label("Time of the fall").fill("4")
     for name in each_screen(screen, device):
         check_fit(screen)
         check_axe_on(screen, name)

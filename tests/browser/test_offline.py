@@ -40,7 +40,7 @@ def test_pages_open_and_compute_with_the_network_cut(opened: Open, complaints: C
     record = drop(Board.preset("triangle-8"), 7).to_dict()
     for landed, said in (
         (record["bin"], "jedes Bit von"),
-        (99, "nicht wiederholt: bin ist 99"),
+        (99, "stimmt nicht: bin ist 99"),
     ):
         text = json.dumps({**record, "bin": landed}).encode()
         file = FilePayload(name="drop.json", mimeType="application/json", buffer=text)

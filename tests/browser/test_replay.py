@@ -76,7 +76,7 @@ def test_a_link_of_the_first_release_still_leads_to_the_replay(opened: Open) -> 
 def test_any_moment_can_be_shown_and_is_always_the_same_picture(replay: Screen) -> None:
     sampled = replay.api("drops/triangle-8/42/frames?fps=1")
     board = replay.api("boards/triangle-8")["board"]
-    time = replay.page.get_by_label("Time in the drop")
+    time = replay.page.get_by_label("Time of the fall")
     at = []
     for when in ("1", "2", "1"):
         time.fill(when)
@@ -116,7 +116,7 @@ def test_each_impact_is_listed_with_its_time_normal_and_impulse(replay: Screen) 
     assert painted(replay, "board-arrows") > 200, "its normal and impulse are drawn"
     replay.shot("replay-impact")
 
-    replay.page.get_by_label("Time in the drop").fill("0.1")
+    replay.page.get_by_label("Time of the fall").fill("0.1")
     expect(replay.fact("chosen")).to_contain_text("none")
     assert painted(replay, "board-arrows") == 0
 
@@ -132,7 +132,7 @@ def test_the_record_says_how_sure_the_bin_is(replay: Screen) -> None:
 
 def test_the_close_up_shows_the_ball_and_keeps_out_of_its_way(opened: Open) -> None:
     screen = opened(LINK).paused()
-    time = screen.page.get_by_label("Time in the drop")
+    time = screen.page.get_by_label("Time of the fall")
     loupe = screen.page.locator("#closeup")
     duration = screen.api("drops/triangle-8/42")["duration"]
     for step in range(12):
@@ -179,7 +179,7 @@ def test_time_goes_by_frames_and_by_impacts_with_keys_alone(opened: Open) -> Non
 
 def test_slow_motion_is_as_slow_as_it_says(replay: Screen) -> None:
     replay.page.get_by_role("radio", name="1/100").check()
-    replay.page.get_by_label("Time in the drop").fill("0.5")
+    replay.page.get_by_label("Time of the fall").fill("0.5")
     before, after = replay.page.evaluate(
         """async () => {
           const time = document.querySelector("#time");

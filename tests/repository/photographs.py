@@ -63,7 +63,7 @@ def compare(page: "Page", address: str) -> None:
     page.get_by_role("button", name="Find a pair that splits").click()
     page.wait_for_url("**seed=*shift=bit*")
     page.wait_for_selector("html[data-state=replay]")
-    time = page.get_by_label("Time in the drops")
+    time = page.get_by_label("Time of the fall")
     time.fill(str(0.98 * float(time.get_attribute("max") or 0)))
 
 

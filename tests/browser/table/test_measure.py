@@ -58,7 +58,7 @@ def test_a_triangle_is_compared_with_its_counts_or_measurements(
     screen = measuring(opened("/?room=triangle-9").ready())
     note = screen.page.locator("#returns-note")
     own, *_ = odds_of_record(Board.preset("triangle-9"))
-    expect(note).to_contain_text(f"counted, {own.drops:,} drops")
+    expect(note).to_contain_text(f"counted, {own.drops:,} balls")
     screen.page.get_by_role("radio", name="Measured").check()
     expect(note).to_contain_text("measured, 10,000 balls")
     expect(note).to_contain_text(re.compile(r"Expected.*\d %"))
