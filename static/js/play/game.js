@@ -1,4 +1,4 @@
-// The state of the live page: the room, the player's account, the settings on the desk, the runs of balls.
+// The state of the live page: the room, the player's account, the settings on the desk, the series of balls.
 // Panels read it, subscribe to its events and call its methods; no panel knows another.
 
 import { payoutOf } from "../model/payout.js";
@@ -18,7 +18,7 @@ import { allowedStake, mostCredits, readStake } from "./desk/amounts.js";
 import { FairPlay } from "./fairness/fair-play.js";
 import { LOST, Room } from "./room.js";
 import { choiceOf, findTable, putIntoAddress } from "./rooms.js";
-import { Run, sumsOf } from "./runs.js";
+import { DropSeries, sumsOf } from "./drop-series.js";
 import { Store } from "./store.js";
 
 /** @import { Odds } from "../model/odds.js" */
@@ -27,7 +27,7 @@ import { Store } from "./store.js";
 /** @import { Solver } from "../solver/solver.js" */
 /** @import { Reason } from "./room.js" */
 /** @import { TableChoice } from "./rooms.js" */
-/** @import { Dropper, Limits } from "./runs.js" */
+/** @import { Dropper, Limits } from "./drop-series.js" */
 
 /**
  * @typedef {object} Choice the settings on the desk
@@ -53,8 +53,8 @@ export class Game extends Store {
   choice;
   /** @type {Odds | null} of this room's board */
   odds = null;
-  /** Runs of balls that have not all landed yet. @type {Run[]} */
-  #runs = [];
+  /** Those whose balls have not all landed yet. @type {DropSeries[]} */
+  #series = [];
   #timer = 0;
   /** The main room's board, null until known. @type {string | null} */
   #mainBoard = null;
@@ -93,7 +93,7 @@ export class Game extends Store {
     this.on("unsealed", (ref) => this.room.own.refused(ref));
     this.on("seen", (played) => this.#seen(played));
     this.on("refused", ({ ref }) => {
-      for (const run of this.#runs) run.refuse(ref);
+      for (const series of this.#series) series.refuse(ref);
       this.#finish();
       this.tell("account", null);
     });
@@ -137,7 +137,7 @@ export class Game extends Store {
   enter(id) {
     if (id === this.room.id) return;
     this.stop("player");
-    this.#runs = [];
+    this.#series = [];
     this.room.close();
     this.room = this.#open(id);
     this.tell("room", null);
@@ -146,7 +146,7 @@ export class Game extends Store {
 
   /** Whether the table cannot be changed: staked balls of ours have not landed, or are still to be dropped. */
   get locked() {
-    return this.room.own.atStake > 0 || this.#runs.some(({ left, practice }) => left > 0 && !practice);
+    return this.room.own.atStake > 0 || this.#series.some(({ left, practice }) => left > 0 && !practice);
   }
 
   /** Moves to a board's room. Until it is found, nothing can be dropped. @param {TableChoice} choice */
@@ -211,19 +211,19 @@ export class Game extends Store {
     return viewOf(this.wallet.account, this.room.own.held);
   }
 
-  /** The running auto-drop. @returns {Run | null} */
+  /** The running auto-drop. @returns {DropSeries | null} */
   get auto() {
-    return this.#runs.find(({ limits, stopped }) => limits && !stopped) ?? null;
+    return this.#series.find(({ limits, stopped }) => limits && !stopped) ?? null;
   }
 
   /** Whether our balls are in flight, or still to be dropped. */
   get busy() {
-    return this.#runs.some(({ over }) => !over);
+    return this.#series.some(({ over }) => !over);
   }
 
   /** @returns {number} our balls in flight */
   get falling() {
-    return this.#runs.reduce((sum, { falling }) => sum + falling, 0);
+    return this.#series.reduce((sum, { falling }) => sum + falling, 0);
   }
 
   /** @param {number | null} [aim] m, instead of the aim set on the desk */
@@ -246,7 +246,7 @@ export class Game extends Store {
   startAuto(rate, count, limits) {
     if (!this.#allowed()) return;
     const { seed, aim } = this.choice;
-    this.#add(new Run({ practice: this.practice !== null, limits }), count, { seed, aim }, rate);
+    this.#add(new DropSeries({ practice: this.practice !== null, limits }), count, { seed, aim }, rate);
   }
 
   /** @returns {boolean} whether the settings on the desk can be dropped with; panels say why not */
@@ -258,29 +258,29 @@ export class Game extends Store {
   /** @param {number} balls @param {Ask} ask */
   #press(balls, ask) {
     const practice = ask.seed !== null || this.room.practice !== null;
-    const going = this.#runs.find((run) => !run.limits && run.practice === practice);
-    this.#add(going ?? new Run({ practice }), balls, ask);
+    const going = this.#series.find((series) => !series.limits && series.practice === practice);
+    this.#add(going ?? new DropSeries({ practice }), balls, ask);
   }
 
-  /** @param {Run} run @param {number} balls @param {Ask} ask @param {number} [rate] a second */
-  #add(run, balls, ask, rate) {
-    if (!this.#runs.includes(run)) this.#runs.push(run);
-    run.add(balls, this.#dropper(run, ask), performance.now(), rate);
+  /** @param {DropSeries} series @param {number} balls @param {Ask} ask @param {number} [rate] a second */
+  #add(series, balls, ask, rate) {
+    if (!this.#series.includes(series)) this.#series.push(series);
+    series.add(balls, this.#dropper(series, ask), performance.now(), rate);
     this.#pump();
   }
 
   /** Counts balls that were in flight before this page was loaded. @param {{ref: string, stake: number}[]} balls */
   #adopt(balls) {
-    const run = new Run();
-    for (const ball of balls) run.adopt(ball);
-    this.#runs.push(run);
+    const series = new DropSeries();
+    for (const ball of balls) series.adopt(ball);
+    this.#series.push(series);
     this.say(t("play.adopted", { n: balls.length }), { urgent: true });
     this.tell("run", null);
   }
 
   /** Stops dropping; balls in flight still count. @param {"player" | "refused"} why */
   stop(why) {
-    for (const run of this.#runs) run.stop(why);
+    for (const series of this.#series) series.stop(why);
     this.#finish();
   }
 
@@ -289,15 +289,15 @@ export class Game extends Store {
     return mostCredits(this.room.hello?.board.bins.multipliers ?? null);
   }
 
-  /** @param {Run} run @param {Ask} ask @returns {Dropper} */
-  #dropper(run, { seed, aim, stake }) {
+  /** @param {DropSeries} series @param {Ask} ask @returns {Dropper} */
+  #dropper(series, { seed, aim, stake }) {
     let next = seed;
     const practice = () => next !== null || this.room.practice !== null;
     return {
-      stake: () => (practice() ? 0 : stake ?? allowedStake(this.choice.stake * run.factor, this.mostStake)),
+      stake: () => (practice() ? 0 : stake ?? allowedStake(this.choice.stake * series.factor, this.mostStake)),
       drop: (due) => {
         // Where practice begins or ends, the player decides whether to go on.
-        if (run.practice !== practice()) return run.practice ? "player" : "refused";
+        if (series.practice !== practice()) return series.practice ? "player" : "refused";
         if (due > this.account.balance) {
           this.say(t("play.too-few"), { urgent: true });
           return "credits";
@@ -317,7 +317,7 @@ export class Game extends Store {
   #pump() {
     clearTimeout(this.#timer);
     const now = performance.now();
-    const wait = Math.min(...this.#runs.map((run) => run.give(now, () => this.room.hasRoom)));
+    const wait = Math.min(...this.#series.map((series) => series.give(now, () => this.room.hasRoom)));
     if (Number.isFinite(wait)) this.#pumpIn(Math.max(4, wait));
     this.#finish();
   }
@@ -334,20 +334,20 @@ export class Game extends Store {
     const payout = payoutOf(Math.round(stake * MINOR_UNITS), score);
     if (fair) this.wallet.apply({ type: "settled", ...fair, payout, played });
     else if (practice) this.wallet.apply({ type: "practised", played });
-    for (const run of this.#runs) if (run.land(played)) break;
+    for (const series of this.#series) if (series.land(played)) break;
     this.tell("account", null);
-    // A run's limits may have waited for this landing. Not at once: a room that is being entered can take no drop yet.
+    // The limits of a series may have waited for this landing. Not at once: a room that is being entered can take no drop yet.
     this.#pumpIn(0);
     this.#finish();
   }
 
-  /** Reports the runs whose balls have all landed. */
+  /** Reports the series whose balls have all landed. */
   #finish() {
-    const over = this.#runs.filter((run) => run.over);
-    this.#runs = this.#runs.filter((run) => !run.over);
-    for (const run of over) {
-      const words = run.words();
-      if (words) this.say(words.text, { score: words.score, urgent: run.limits !== null });
+    const over = this.#series.filter((series) => series.over);
+    this.#series = this.#series.filter((series) => !series.over);
+    for (const series of over) {
+      const words = series.words();
+      if (words) this.say(words.text, { score: words.score, urgent: series.limits !== null });
     }
     this.tell("run", null);
   }

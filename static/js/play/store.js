@@ -17,7 +17,7 @@
  * @property {null} company players came, went, changed or landed
  * @property {null} choice the settings on the desk have changed
  * @property {null} account
- * @property {null} run a run of balls has grown or finished
+ * @property {null} run a series of balls has grown or finished
  * @property {Expected | null} expected the distribution that the tray's counts are compared with
  * @property {Odds | null} odds of this room's board; null if unknown
  * @property {null} picture there is something to draw

@@ -8,7 +8,7 @@ import { Wallet } from "../../../static/js/play/account/wallet.js";
 import { FairPlay } from "../../../static/js/play/fairness/fair-play.js";
 import { OwnDrops } from "../../../static/js/play/own-drops.js";
 import { Game } from "../../../static/js/play/game.js";
-import { Run } from "../../../static/js/play/runs.js";
+import { DropSeries } from "../../../static/js/play/drop-series.js";
 import { chance } from "../support.js";
 import { Clock, Disk, install, ROOM, Server, settled, UNDELIVERED } from "./fake-table.js";
 
@@ -202,7 +202,7 @@ const FAULTS = {
     if (event.ball % 5) right.call(this, event);
     else this.refused({ ref: event.ref ?? "", code: "" });
   }],
-  "a run forgets its refused balls": [Run.prototype, "refuse", () => () => false],
+  "a series forgets its refused balls": [DropSeries.prototype, "refuse", () => () => false],
   "after a reconnect nothing is looked for": [OwnDrops.prototype, "reclaim", () => () => {}],
 };
 

@@ -15,7 +15,7 @@ import { onKey, onSpace } from "./keys.js";
 
 /** @import { Pace } from "../../model/table/pace.js" */
 /** @import { Game } from "../game.js" */
-/** @import { Reaction, Step } from "../runs.js" */
+/** @import { Reaction, Step } from "../drop-series.js" */
 
 /** @typedef {HTMLInputElement | HTMLSelectElement} Field */
 

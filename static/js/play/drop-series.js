@@ -23,7 +23,7 @@ const SHOWER_RATE = 12; // balls a second of a press: the eye can tell them apar
  */
 
 /** Balls dropped together, and the sums of their results: those of stakes and those of practice apart. */
-export class Run {
+export class DropSeries {
   staked = 0;
   paid = 0;
   #down = 0; // balls with a stake that have landed
@@ -135,7 +135,7 @@ export class Run {
     this.stopped ??= why;
   }
 
-  /** @param {Played} played @returns {boolean} whether the ball belongs to this run */
+  /** @param {Played} played @returns {boolean} whether the ball belongs to this series */
   land(played) {
     const { ref = "", stake, paid, score, practice = false } = played;
     if (!this.#open.delete(ref)) return false;
@@ -159,7 +159,7 @@ export class Run {
     if (how === "reset") this.factor = 1;
   }
 
-  /** @param {string} ref of a refused drop @returns {boolean} whether it belongs to this run */
+  /** @param {string} ref of a refused drop @returns {boolean} whether it belongs to this series */
   refuse(ref) {
     if (!this.#open.delete(ref)) return false;
     this.#refused += 1;
