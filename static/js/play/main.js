@@ -18,8 +18,8 @@ import { Game } from "./game.js";
 import { loadLater } from "./later.js";
 import { offerLink } from "./panels/hand-on.js";
 import { showOdds } from "./panels/odds.js";
+import { showBalance } from "./panels/balance.js";
 import { showPadlock } from "./panels/padlock.js";
-import { showPurse } from "./panels/purse.js";
 import { offerWorlds } from "./panels/worlds.js";
 import { leadBack, roomOfAddress } from "./rooms.js";
 import { Picture } from "./show/picture.js";
@@ -46,7 +46,7 @@ async function start() {
   new Desk(game);
   new Aim(game);
   for (const panel of [offerTables, showPadlock, offerLink, showOdds, offerWorlds]) panel(game, theme);
-  showPurse(game, theme, picture.view);
+  showBalance(game, theme, picture.view);
   offerDrawers(game, loadLater(game, theme, picture));
   game.begin();
 }

@@ -16,7 +16,7 @@ const FLY_MS = 520;
  * Shows the account's balance; each win flies from its bin to it.
  * @param {Game} game @param {Theme} theme @param {BoardView} view
  */
-export function showPurse(game, theme, view) {
+export function showBalance(game, theme, view) {
   const balance = byId("balance");
   const still = window.matchMedia("(prefers-reduced-motion: reduce)");
   let flying = 0;
