@@ -132,6 +132,27 @@ def test_an_audience_sees_who_won_what_and_has_nothing_to_click(
         stage.shot(f"stage-{name}")
 
 
+def test_before_anybody_plays_the_board_has_the_frame_and_demo_balls_fall(
+    opened: Open, server: ServerProcess
+) -> None:
+    quick = quick_table(server, "triangle-8")
+    stage = there(opened(f"/stage.html?room={quick.room}"))
+    for size in FRAMES:
+        stage.page.set_viewport_size(size)
+        stage.frames(4)
+        board = stage.page.locator("#board").bounding_box()
+        assert board
+        middle = board["x"] + board["width"] / 2
+        assert abs(middle - size["width"] / 2) <= 1, "in the middle"
+        expect(stage.page.locator("#winners-panel")).to_be_hidden()
+    expect(stage.page.locator("#demo-mark")).to_be_visible()
+    player = opened(quick.page).ready()
+    player.drop.click()
+    expect(stage.page.locator("#winners > li")).to_have_count(1)
+    expect(stage.page.locator("#winners-panel")).to_have_text(re.compile("Last drops"))
+    expect(stage.page.locator("#demo-mark")).to_be_hidden()
+
+
 def test_a_named_drop_shows_its_name_on_the_stage_and_the_table(
     opened: Open, server: ServerProcess
 ) -> None:

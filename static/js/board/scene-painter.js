@@ -6,7 +6,7 @@ import { beamHeight, facesOf, paintPulse, pulseOf } from "../paint/bin.js";
 import { binBox } from "../paint/board.js";
 import { Damage } from "../paint/damage.js";
 import { paintNote, paintPath, paintRing } from "../paint/marks.js";
-import { NameBook } from "../paint/names.js";
+import { NameBook, placeNames } from "../paint/names.js";
 import { coloursOf, prizeOf } from "../paint/prizes.js";
 import { t } from "../texts/text.js";
 import { StampBook } from "../paint/stamps.js";
@@ -37,6 +37,8 @@ export class ScenePainter {
   #flashes = null;
   /** Balls by the colour of their tails. @type {Map<string, SceneBall[]>} */
   #tails = new Map();
+  /** The names in the last picture. @type {ReturnType<typeof placeNames>} */
+  #placed = new Map();
 
   /** @param {Ground} ground @param {Theme} theme */
   constructor({ still, board, geometry, density }, theme) {
@@ -73,7 +75,7 @@ export class ScenePainter {
     this.#drawTrails(ctx, scene.balls);
     for (const ball of scene.balls) if (!ball.mine) this.#drawBall(ctx, ball);
     for (const ball of scene.balls) if (ball.mine) this.#drawBall(ctx, ball);
-    for (const ball of scene.balls) if (ball.name) this.#drawName(ctx, ball.name, ball);
+    this.#drawNames(ctx, scene.balls);
     for (const ball of scene.balls) if (ball.id === scene.chosen) this.#drawChosen(ctx, ball);
     if (scene.aim !== null) this.#drawAim(ctx, scene.aim);
     for (const hit of scene.hits) this.#drawHit(ctx, hit);
@@ -159,14 +161,16 @@ export class ScenePainter {
     this.#touch(atX, atY, Math.max(1.6 * radius, halo.half) + 3);
   }
 
-  /** Draws a name above its ball, within the picture. @param {CanvasRenderingContext2D} ctx @param {string} name @param {Point} ball */
-  #drawName(ctx, name, { x, y }) {
-    const { px, py, width: whole, binTop } = this.geometry;
-    const { sheet, width, height } = this.names.of(name);
-    const left = Math.max(0, Math.min(whole - width, px(x) - width / 2));
-    const top = Math.max(0, Math.min(py(y), binTop) - this.radius - height);
-    ctx.drawImage(sheet, left, top, width, height);
-    this.#damage.add(left - 1, top - 1, width + 2, height + 2);
+  /** @param {CanvasRenderingContext2D} ctx @param {SceneBall[]} balls */
+  #drawNames(ctx, balls) {
+    const { px, py, width, binTop } = this.geometry;
+    const plates = balls.filter(({ name }) => name).map(({ id, name = "", x, y }) => (
+      { ...this.names.of(name), ball: id, x: px(x), y: Math.min(py(y), binTop) }));
+    this.#placed = placeNames(plates, { width, height: binTop, reach: this.radius + 2 }, this.#placed);
+    for (const { box, sheet } of this.#placed.values()) {
+      ctx.drawImage(sheet, box.x, box.y, box.width, box.height);
+      this.#damage.add(box.x - 1, box.y - 1, box.width + 2, box.height + 2);
+    }
   }
 
   /**

@@ -16,6 +16,7 @@ import { t } from "../texts/text.js";
 import { byId, make } from "../util/dom.js";
 import { plain } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
+import { Idle } from "./idle.js";
 import { Leaders } from "./leaders.js";
 import { StageTray } from "./tray.js";
 
@@ -61,6 +62,7 @@ export class Show {
     const canvases = {
       still: byId("board-still", HTMLCanvasElement), moving: byId("board-moving", HTMLCanvasElement),
     };
+    this.idle = new Idle(wake);
     const around = wishes.ground === null;
     const news = this.#subscribed(wake);
     this.tray = wishes.tray && new StageTray(wishes, theme, news);
@@ -180,13 +182,22 @@ export class Show {
     const time = this.room.time(now);
     const still = this.#still.matches;
     this.room.settle(still ? Number.POSITIVE_INFINITY : time, now);
-    const scene = table?.sceneAt(time, now / 1000) ?? emptyScene();
+    const demo = this.#demo(now, still);
+    const scene = demo ?? table?.sceneAt(time, now / 1000) ?? emptyScene();
     if (table) this.sound?.hear(table.heard, time);
     for (const { pose, by } of table?.balls.values() ?? []) pose.name = this.wishes.names ? by : undefined;
     if (still) Object.assign(scene, { balls: [], flashes: [] });
     this.view.draw(scene);
     const settling = this.tray?.show(now, still) ?? false;
-    return settling || (table?.busy ?? false);
+    return settling || this.idle.moves || (table?.busy ?? false);
+  }
+
+  /** Not on a stream's own ground, whose other parts are placed around the lists. @param {number} now ms @param {boolean} still */
+  #demo(now, still) {
+    const { table, hello } = this.room;
+    const listed = document.querySelector(".show-list > li") !== null;
+    const idle = this.wishes.ground === null && table !== null && !table.busy && !listed;
+    return this.idle.sceneAt(idle, now, table && hello && !still ? { table, hello } : null);
   }
 }
 
