@@ -48,7 +48,7 @@ def test_the_map_s_middle_may_have_a_comma_or_be_a_fraction(
 def test_the_sandbox_s_sizes_may_have_a_comma(opened: Open) -> None:
     screen = opened("/sandbox.html").state("live", "asleep")
     page = screen.page
-    page.get_by_role("heading", name="Scene").click()
+    page.get_by_role("heading", name="More").click()
     page.get_by_label("Width, m").fill("3,5")
     page.get_by_label("Balls", exact=True).fill("7")
     page.get_by_role("button", name="Begin", exact=True).click()

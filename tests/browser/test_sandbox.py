@@ -153,9 +153,49 @@ def test_sliders_and_presets_set_the_room_for_everyone(box: Any, opened: Open) -
     expect(guest.page.get_by_role("button", name="Throw a ball")).to_be_disabled()
 
 
+def test_a_dozen_controls_are_in_sight_and_the_rest_behind_more(box: Any) -> None:
+    page = box({"balls": 3}).page
+    controls = page.locator(".desk :is(button, input, select)").filter(visible=True)
+    assert 10 <= controls.count() <= 12
+    expect(page.get_by_label("Friction")).to_have_count(2)
+    expect(page.get_by_label("Friction").first).to_be_hidden()
+    page.get_by_role("heading", name="More").click()
+    expect(page.get_by_label("Friction").filter(visible=True)).to_have_count(1)
+    expect(page.get_by_label("Substeps")).to_be_visible()
+
+
+# How many colours of clear hue the balls have, of more than 60 pixels each, in steps of 30 degrees.
+_HUES = """
+() => {
+  const canvas = document.getElementById("board-moving");
+  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  const counts = new Array(12).fill(0);
+  for (let i = 0; i < data.length; i += 4) {
+    const [red, green, blue] = data.subarray(i, i + 3);
+    const [most, least] = [Math.max(red, green, blue), Math.min(red, green, blue)];
+    if (data[i + 3] < 250 || most - least < 90) continue;
+    const sixth = most === red ? (green - blue) / (most - least)
+      : most === green ? 2 + (blue - red) / (most - least) : 4 + (red - green) / (most - least);
+    counts[Math.floor(((sixth + 6) % 6) * 2)] += 1;
+  }
+  return counts.filter((count) => count > 60).length;
+}
+"""
+
+
+def test_balls_are_coloured_by_their_size(box: Any) -> None:
+    alike = box({"balls": 20, "radii": [0.12, 0.12], **RESTLESS})
+    alike.until(lambda: painted(alike, "board-moving"))
+    same = alike.page.evaluate(_HUES)
+    mixed = box({"balls": 40, "radii": [0.05, 0.2], **RESTLESS})
+    mixed.until(lambda: painted(mixed, "board-moving"))
+    assert mixed.page.evaluate(_HUES) >= same + 3
+
+
 def test_pause_stops_step_goes_one_tick_and_reset_restarts(box: Any) -> None:
     screen = box({"balls": 20})
     page = screen.page
+    page.get_by_role("heading", name="More").click()
     page.get_by_role("button", name="Pause").click()
     screen.state("paused")
     time = screen.fact("time")
@@ -178,6 +218,7 @@ def test_pause_stops_step_goes_one_tick_and_reset_restarts(box: Any) -> None:
 
 def test_energy_momentum_and_the_rest_are_measured(box: Any) -> None:
     screen = box({"balls": 30, "restitution": 0.5})
+    screen.page.get_by_role("heading", name="More").click()
     expect(screen.fact("asleep")).to_have_text(re.compile(r"\d+ of 30"))
     screen.state("asleep")
     expect(screen.fact("asleep")).to_have_text("30 of 30")
@@ -229,7 +270,7 @@ def test_a_game_by_keyboard_alone(box: Any) -> None:
 def test_another_scene_is_begun_from_the_form(box: Any) -> None:
     screen = box({"balls": 2})
     page = screen.page
-    page.get_by_role("heading", name="Scene").click()
+    page.get_by_role("heading", name="More").click()
     page.get_by_label("Balls", exact=True).fill("12")
     page.get_by_label("Width, m").fill("3")
     page.get_by_role("button", name="Begin", exact=True).click()
@@ -270,8 +311,7 @@ def test_a_board_of_touching_balls_is_played_and_halted_on_pages(
 def test_fits_every_screen(box: Any, device: str) -> None:
     screen = box({"balls": 40}, **context_for(device))
     expect(screen.fact("asleep")).to_have_text(re.compile("of 40"))
-    for panel in ("Solver", "Scene"):
-        screen.page.get_by_role("heading", name=panel).click()
+    screen.page.get_by_role("heading", name="More").click()
     for name in each_screen(screen, device):
         check_fit(screen)
         check_axe_on(screen, name)

@@ -7,7 +7,6 @@ import { makeHalo, makeSprite } from "./ball.js";
 /** @import { Theme } from "./theme.js" */
 
 const MOST = 32; // sets; bounded, because players choose colours freely
-const SHADE = 0.5; // brightness of the ball's shaded side, relative to its colour
 
 /** @typedef {{colour: string, body: Sprite, halo: Light}} Stamps colour: of halo and trail */
 
@@ -65,8 +64,8 @@ function coloursOf(palette, mine, chosen) {
   return { body, dark, light: "#ffffff", band: dark, shadow };
 }
 
-/** @param {string} colour #rrggbb @returns {string} the same, darker */
-function shaded(colour) {
-  const parts = [1, 3, 5].map((at) => Math.round(SHADE * parseInt(colour.slice(at, at + 2), 16)));
+/** @param {string} colour #rrggbb @param {number} [part] of its brightness @returns {string} the same, darker */
+export function shaded(colour, part = 0.5) {
+  const parts = [1, 3, 5].map((at) => Math.round(part * parseInt(colour.slice(at, at + 2), 16)));
   return `#${parts.map((part) => part.toString(16).padStart(2, "0")).join("")}`;
 }

@@ -13,6 +13,7 @@ const TOLD_MS = 100; // between two reports while a slider is being moved
  * @property {number} high
  * @property {string} unit
  * @property {number} [step] of a linear scale
+ * @property {boolean} [rare] behind "More"
  * @property {boolean} [log] a logarithmic scale; `low` must be above 0
  * @property {(value: number) => string} [show]
  */
@@ -31,10 +32,11 @@ export class Dials {
    * @param {HTMLElement} parent
    * @param {Dial[]} dials
    * @param {(name: string, value: number) => void} [onChange] also called every TOLD_MS during a move
+   * @param {HTMLElement} [more] for rare ones
    */
-  constructor(parent, dials, onChange = () => {}) {
+  constructor(parent, dials, onChange = () => {}, more = parent) {
     this.onChange = onChange;
-    parent.replaceChildren(...dials.map((dial) => this.#row(parent.id, dial)));
+    for (const dial of dials) (dial.rare ? more : parent).append(this.#row(parent.id, dial));
   }
 
   /** @param {string} name @returns {number} */

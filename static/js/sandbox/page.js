@@ -59,11 +59,11 @@ export class SandboxPage {
     this.view = new SandboxView(canvases, theme, () => this.loop.wake());
     this.chart = new Chart(byId("energy", HTMLCanvasElement), theme);
     this.history = new EnergyHistory();
-    this.throwing = new Dials(byId("throw-sliders"), THROW);
+    this.throwing = new Dials(byId("throw-sliders"), THROW, undefined, byId("throw-more"));
     this.throwing.set({ radius: 0.12, speed: 6, angle: 45 });
     /** @param {string} name @param {number} value */
     const set = (name, value) => this.room.send({ type: "settings", [name]: value });
-    this.world = new Dials(byId("world-sliders"), WORLD, set);
+    this.world = new Dials(byId("world-sliders"), WORLD, set, byId("world-more"));
     this.solver = new Dials(byId("solver-sliders"), SOLVER, set);
     this.ball = new Dials(byId("ball-sliders"), BALL, (name, value) =>
       this.room.send({ type: "edit", ball: this.pointer.chosen, [name]: value }));

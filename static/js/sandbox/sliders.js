@@ -9,10 +9,10 @@ import { rounded } from "../util/format.js";
 export const WORLD = [
   { name: "gravity", label: t("word.gravity"), low: 0, high: 30, step: 0.01, unit: "m/s²" },
   { name: "restitution", label: t("box.bounce"), low: 0, high: 1, step: 0.005, unit: "" },
-  { name: "friction", label: t("box.friction"), low: 0, high: 1, step: 0.01, unit: "" },
-  { name: "density", label: t("box.density"), low: 1, high: 10000, log: true, unit: "kg/m²" },
-  { name: "drag", label: t("box.drag"), low: 0, high: 3, step: 0.01, unit: "1/s" },
-  { name: "damping", label: t("box.damping"), low: 0.9, high: 1, step: 0.001, unit: t("box.a-step") },
+  { name: "friction", label: t("box.friction"), low: 0, high: 1, step: 0.01, unit: "", rare: true },
+  { name: "density", label: t("box.density"), low: 1, high: 10000, log: true, unit: "kg/m²", rare: true },
+  { name: "drag", label: t("box.drag"), low: 0, high: 3, step: 0.01, unit: "1/s", rare: true },
+  { name: "damping", label: t("box.damping"), low: 0.9, high: 1, step: 0.001, unit: t("box.a-step"), rare: true },
 ];
 
 /** @type {Dial[]} */
@@ -27,7 +27,7 @@ export const SOLVER = [
 export const THROW = [
   { name: "radius", label: t("box.radius"), low: 0.02, high: 0.5, log: true, unit: "m" },
   { name: "speed", label: t("word.speed"), low: 0, high: 30, step: 0.5, unit: "m/s" },
-  { name: "angle", label: t("box.direction"), low: -180, high: 180, step: 5, unit: "°",
+  { name: "angle", label: t("box.direction"), low: -180, high: 180, step: 5, unit: "°", rare: true,
     show: (value) => `${value}° ${directionOf(value)}` },
 ];
 

@@ -3,6 +3,7 @@
 import { announceShape } from "../board/shape.js";
 import { StageFit } from "../board/stage-fit.js";
 import { makeSprite, paintBall } from "../paint/ball.js";
+import { shaded } from "../paint/stamps.js";
 import { contextOf, disc } from "../util/canvas.js";
 import { parentOf } from "../util/dom.js";
 
@@ -14,6 +15,10 @@ import { parentOf } from "../util/dom.js";
 /** @import { Sling } from "./pointer.js" */
 
 const STEPS = 3.5; // sprites for each doubling of the radius; other radii are scaled from the nearest
+const TINTS = 3; // colours for each doubling of the radius
+const USUAL = 0.12; // m: the radius of a ball in the theme's colour
+const COLOURS = ["#ff86d0", "#c08cff", "#86a2ff", "#57c7ff", "#4fe3b1", "#ffe169"]; // of larger balls, in a circle
+const DIM = 0.62; // brightness of balls at rest
 const LARGEST = 64; // CSS pixels: radius of the largest sprite whose sheet fits a canvas; larger balls scale it
 
 /**
@@ -34,7 +39,7 @@ export class SandboxView {
   /** @type {StaticGeometry | null} */
   #geometry = null;
   #height = 0;
-  /** @type {Map<number, {sprite: Sprite, of: number}>} of: the sprite's radius, CSS pixels */
+  /** @type {Map<string, {sprite: Sprite, of: number}>} of: the sprite's radius, CSS pixels */
   #sprites = new Map();
   #width = 0;
   #density = 0;
@@ -184,30 +189,31 @@ export class SandboxView {
   /** @param {CanvasRenderingContext2D} ctx @param {Seen} seen */
   #paintBall(ctx, { x, y, angle, radius, asleep }) {
     const size = radius * this.scale;
-    const { sprite, of } = this.#spriteOf(size, asleep);
+    const { sprite, of } = this.#spriteOf(size, radius, asleep);
     const stamp = { sheet: sprite.sheet, side: sprite.side, half: (sprite.half * size) / of };
     paintBall(ctx, stamp, this.px(x), this.py(y), angle);
   }
 
   /**
    * Returns a sprite of about this radius, in CSS pixels, and its own radius.
-   * @param {number} size
+   * @param {number} size @param {number} radius m: it gives the colour
    * @param {boolean} asleep
    */
-  #spriteOf(size, asleep) {
+  #spriteOf(size, radius, asleep) {
     // Radii in steps of a constant ratio, because small differences are more visible on small balls.
     const step = Math.round(Math.log2(Math.min(LARGEST, size)) * STEPS);
-    const key = 2 * step + (asleep ? 1 : 0);
+    const tint = Math.round(TINTS * Math.log2(radius / USUAL));
+    const key = `${step} ${tint} ${asleep}`;
     let found = this.#sprites.get(key);
     if (!found) {
       const { palette } = this.theme;
       const of = 2 ** (step / STEPS);
-      const colours = asleep
-        ? { body: palette.other, dark: palette.otherDark, light: "#ffffff", band: palette.otherDark }
-        : { body: palette.ball, dark: palette.ballDark, light: palette.ballLight, band: palette.ballBand };
-      const sprite = makeSprite(
-        of, this.#density, { ...colours, shadow: palette.shadow }, this.theme.shapes.ball,
-      );
+      const all = [palette.ball, ...COLOURS];
+      const colour = all[((tint % all.length) + all.length) % all.length];
+      const [body, band] = [colour, palette.ballBand].map((each) => (asleep ? shaded(each, DIM) : each));
+      const { shadow, ballLight: light } = palette;
+      const colours = { body, dark: shaded(body), light, band, shadow };
+      const sprite = makeSprite(of, this.#density, colours, this.theme.shapes.ball);
       found = { sprite, of };
       this.#sprites.set(key, found);
     }
