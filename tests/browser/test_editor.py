@@ -24,13 +24,14 @@ async () => {
 # Metres to CSS pixels of the field, by the page's layout of the board in the address.
 _PLACES = """
 async (points) => {
+  const { BELOW } = await import("/js/editor/marks.js");
   const { layOut } = await import("/js/paint/geometry.js");
   const { unpackBoard, boardInHash } = await import("/js/net/board-link.js");
   const board = await unpackBoard(boardInHash(location.hash));
   const field = document.querySelector("#field");
   const { px, py, height } = layOut(board, field.clientWidth);
-  // Parts above the start move the picture down.
-  const more = field.clientHeight - height;
+  // Parts above the start move the picture down; knobs are below the bins.
+  const more = field.clientHeight - height - BELOW;
   return points.map(([x, y]) => [px(x), py(y) + more]);
 }
 """
@@ -545,6 +546,30 @@ def test_a_finger_moves_a_peg_that_it_touches_and_nothing_else(opened: Open) -> 
     # The page does not scroll; the desk scrolls within it.
     assert bench.page.evaluate("document.documentElement.scrollHeight <= innerHeight")
     assert bench.board == board
+
+
+def test_on_a_phone_the_board_is_large_and_its_knobs_cover_no_multiplier(opened: Open) -> None:
+    bench = Bench(opened("/editor.html?board=triangle-8", **context_for("phone")))
+    expect(bench.page.get_by_text("With Move you drag pegs")).to_be_visible()
+    expect(bench.page.locator("#field-help")).to_be_hidden()
+    field = bench.field.bounding_box()
+    assert field is not None
+    assert field["width"] >= 0.7 * 360
+    bins = bench.board["bins"]
+    lit = """
+    ([x, from, to]) => {
+      const canvas = document.getElementById("field");
+      const density = canvas.width / canvas.clientWidth;
+      const box = [x - 3, from, 6, to - from].map((each) => Math.round(each * density));
+      const { data } = canvas.getContext("2d").getImageData(...box);
+      return data.filter((alpha, i) => i % 4 === 3 && alpha > 200).length;
+    }
+    """
+    middle = bins["edges"][4]
+    ((x, y),) = bench.places([middle, bins["y"]])
+    height = field["height"]
+    assert bench.page.evaluate(lit, [x, y + 3, height - 22]) == 0, "nothing between the multipliers"
+    assert bench.page.evaluate(lit, [x, height - 22, height]) > 20, "a knob below them"
 
 
 def test_a_finger_places_and_moves_a_peg(opened: Open) -> None:

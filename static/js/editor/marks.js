@@ -13,6 +13,9 @@ import { membersOf } from "./draft/group.js";
 /** @import { Band } from "./pointer.js" */
 
 const LEAST_GRID = 9; // smallest distance between the grid's dots, CSS pixels
+const KNOB = 5; // its radius, CSS pixels at the usual text size
+/** How far the knobs of the bins' edges reach below the bins, so that they cover no multiplier, CSS pixels. */
+export const BELOW = 2 * KNOB + 3;
 
 /** @typedef {{ctx: CanvasRenderingContext2D, board: Board, geometry: Geometry}} Sheet */
 /**
@@ -64,9 +67,8 @@ export function paintHandles({ ctx, board, geometry }, palette) {
   ctx.fillStyle = palette.flash;
   ctx.strokeStyle = palette.railShade;
   ctx.lineWidth = 1.5;
-  const size = 5 * zoom();
-  /** @param {number} x @param {number} y CSS pixels */
-  const knob = (x, y) => {
+  /** @param {number} x @param {number} y @param {number} [size] CSS pixels */
+  const knob = (x, y, size = KNOB * zoom()) => {
     ctx.beginPath();
     ctx.arc(x, y, size, 0, 2 * Math.PI);
     ctx.fill();
@@ -76,11 +78,14 @@ export function paintHandles({ ctx, board, geometry }, palette) {
     knob(px(x1), py(y1));
     knob(px(x2), py(y2));
   }
-  const middle = geometry.binTop + geometry.binHeight / 2;
-  for (const edge of bins.edges) knob(px(edge), middle);
+  const narrowest = Math.min(...bins.edges.slice(1).map((edge, i) => (edge - bins.edges[i]) * scale));
+  for (const edge of bins.edges) knob(px(edge), edgeY(geometry), Math.min(KNOB * zoom(), 0.45 * narrowest));
   const ring = { colour: palette.flash, width: 2 * zoom(), dash: [4 * zoom(), 3 * zoom()] };
   paintRing(ctx, px(drop.x), py(drop.y), Math.max(5, ball.radius * scale), ring);
 }
+
+/** @param {Geometry} geometry @returns {number} where the knobs of the bins' edges are, CSS pixels */
+const edgeY = ({ binTop, binHeight }) => binTop + binHeight + KNOB;
 
 /** @param {Sheet} sheet @param {Ref} ref @param {Look} look */
 export function paintAround({ ctx, board, geometry }, ref, look) {
@@ -103,10 +108,9 @@ function paintAroundOne({ ctx, board, geometry }, ref, { colour, width }) {
     const box = binBox(geometry, board, ref.index);
     ctx.rect(box.x, box.y, box.width, box.height);
   } else {
-    const { binTop, binHeight } = geometry;
     const own = ref.kind === "drop" ? board.ball.radius : 0;
     const size = ref.kind === "peg" ? board.pegs[ref.index].radius : own;
-    const atY = ref.kind === "edge" ? binTop + binHeight / 2 : py(y);
+    const atY = ref.kind === "edge" ? edgeY(geometry) : py(y);
     ctx.arc(px(x), atY, Math.max(8 * zoom(), size * scale + 5 * zoom()), 0, 2 * Math.PI);
   }
   ctx.stroke();

@@ -7,7 +7,7 @@ import { layOut, ratioOf } from "../paint/geometry.js";
 import { fitted } from "../util/canvas.js";
 import { byId, parentOf } from "../util/dom.js";
 import { placeOf } from "./draft/draft.js";
-import { paintAround, paintBand, paintCursor, paintGrid, paintHandles } from "./marks.js";
+import { BELOW, paintAround, paintBand, paintCursor, paintGrid, paintHandles } from "./marks.js";
 
 /** @import { Board, Point } from "../model/board.js" */
 /** @import { Geometry } from "../paint/geometry.js" */
@@ -130,7 +130,7 @@ export class EditorView {
 }
 
 /**
- * The geometry, moved down so that elements above the start are on the canvas too.
+ * The geometry, moved down so that elements above the start are on the canvas too, as are the knobs below the bins.
  * @param {Geometry} geometry
  * @param {Board} board
  */
@@ -139,7 +139,7 @@ function withHeadroom(geometry, { walls, pegs }) {
   const more = Math.max(0, HEADROOM - geometry.py(Math.min(Number.POSITIVE_INFINITY, ...tops)));
   return {
     ...geometry,
-    height: Math.round(geometry.height + more),
+    height: Math.round(geometry.height + more + BELOW),
     binTop: geometry.binTop + more,
     dropY: geometry.dropY + more,
     aimBottom: geometry.aimBottom + more,
