@@ -22,8 +22,9 @@ export class BoardView {
   #shown = null;
   /** @type {ScenePainter | null} */
   #painter = null;
-  #width = 0;
   #density = 0;
+  /** How many boards were set since the last one was painted. */
+  #fresh = 0;
 
   /**
    * @param {{still: HTMLCanvasElement, moving: HTMLCanvasElement}} canvases the second on top
@@ -56,23 +57,37 @@ export class BoardView {
     // With all its backdrops the board is opaque. The browser then need not blend it with the page below.
     const { around, plate } = this.grounds;
     this.still.getContext("2d", { alpha: !around || !plate });
-    this.#width = 0;
-    requestAnimationFrame(() => this.relayout());
+    // The browser lays the page out in one frame, and paints the board in the next.
+    const turn = (this.#fresh += 1);
+    requestAnimationFrame(() => {
+      this.#fit(board);
+      requestAnimationFrame(() => {
+        if (turn !== this.#fresh) return;
+        this.#fresh = 0;
+        this.relayout();
+      });
+    });
+  }
+
+  /** @param {Board} board @returns {Geometry | null} how it fits into its box; null while that is hidden */
+  #fit(board) {
+    const width = this.fit.fit((wide) => layOut(board, wide).height);
+    if (!width) return null;
+    const geometry = layOut(board, width);
+    for (const canvas of [this.still, this.moving]) canvas.style.height = `${geometry.height}px`;
+    return geometry;
   }
 
   /** Fits the canvases to their box and the display, if one of these has changed. */
   relayout() {
-    if (!this.#shown) return;
+    if (!this.#shown || this.#fresh) return;
     const { board } = this.#shown;
-    const width = this.fit.fit((wide) => layOut(board, wide).height);
+    const geometry = this.#fit(board);
     const density = window.devicePixelRatio || 1;
-    if (!width) return;
-    if (this.geometry) this.fit.shine(this.geometry.height, this.geometry.dropY);
-    if (width === this.#width && density === this.#density) return;
-    this.#width = width;
-    this.#density = density;
-    const geometry = layOut(board, width);
+    if (!geometry) return;
     this.fit.shine(geometry.height, geometry.dropY);
+    if (geometry.width === this.geometry?.width && density === this.#density) return;
+    this.#density = density;
     this.geometry = geometry;
     for (const canvas of [this.still, this.moving]) fit(canvas, geometry, density);
     this.repaint();
@@ -118,6 +133,5 @@ export class BoardView {
 function fit(canvas, { width, height }, density) {
   canvas.width = Math.round(width * density);
   canvas.height = Math.round(height * density);
-  canvas.style.height = `${height}px`;
   contextOf(canvas).setTransform(density, 0, 0, density, 0, 0);
 }
